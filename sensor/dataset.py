@@ -1,0 +1,248 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The dataset folder: frames of one sensor pressed by balls, real or rendered, all the same.
+
+``dataset.toml`` says what it is, ``labels.csv`` where each ball touched; the frames lie beside
+them as images or as ``frames[n,h,w,3]`` in an ``.npz``, named ``frames.npz#17``.
+"""
+
+import csv
+import io
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from sensor.errors import WedgeError
+from sensor.files import sha256_of_files, write_atomic
+from sensor.toml import (
+    Pair,
+    finite,
+    located,
+    positive,
+    positive_pair,
+    read_toml,
+    refuse_missing_keys,
+    refuse_unknown_keys,
+    text_line,
+    toml_text,
+)
+
+REQUIRED_KEYS = ("name", "source", "licence", "mm_per_px", "ball_radius_mm", "background")
+OPTIONAL_KEYS = ("corners_px", "pad_size_mm", "lights_deg")
+REQUIRED_COLUMNS = ("file", "center_x_px", "center_y_px", "contact_radius_px")
+OPTIONAL_COLUMNS = ("ball_radius_mm", "quality")
+
+
+@dataclass(frozen=True, kw_only=True)
+class BallLabel:
+    """Where one ball touched, in pixels of the unwarped frame (pixel centres are integers)."""
+
+    file: str
+    center_x_px: float
+    center_y_px: float
+    contact_radius_px: float
+    ball_radius_mm: float | None = None
+    """Of this press, where it differs from the data set's ball."""
+    quality: float | None = None
+    """0 (useless) to 1 (certain)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class DatasetCard:
+    """What ``dataset.toml`` says."""
+
+    name: str
+    source: str
+    licence: str
+    mm_per_px: Pair
+    ball_radius_mm: float
+    background: tuple[str, ...]
+    corners_px: tuple[Pair, Pair, Pair, Pair] | None = None
+    """Top left, top right, bottom right, bottom left of the pad in the raw frame; ``None``
+    where the frames already show the gel plane."""
+    pad_size_mm: Pair | None = None
+    lights_deg: Mapping[str, float] | None = None
+    """Azimuth that each colour's light comes from, in the gel frame."""
+
+    @property
+    def unwarped_size_px(self) -> tuple[int, int] | None:
+        """(width, height) of the unwarped frame; ``None`` where frames are used as they are."""
+        if self.corners_px is None or self.pad_size_mm is None:
+            return None
+        width, height = (
+            round(size / scale)
+            for size, scale in zip(self.pad_size_mm, self.mm_per_px, strict=True)
+        )
+        return width, height
+
+
+@dataclass(frozen=True, kw_only=True)
+class Dataset:
+    """A dataset folder as read: its card, its labels, and where it lies."""
+
+    folder: Path
+    card: DatasetCard
+    labels: tuple[BallLabel, ...]
+
+    def ball_radius_mm(self, label: BallLabel) -> float:
+        """Radius of the ball that made this press."""
+        return self.card.ball_radius_mm if label.ball_radius_mm is None else label.ball_radius_mm
+
+    @property
+    def sha256(self) -> str:
+        """Hash of the card, the labels and every frame that they name."""
+        frames = (*self.card.background, *(label.file for label in self.labels))
+        names = {"dataset.toml", "labels.csv", *(name.partition("#")[0] for name in frames)}
+        try:
+            return sha256_of_files({name: self.folder / name for name in names})
+        except OSError as error:
+            raise WedgeError(f"{error.filename} cannot be read: {error.strerror}.") from error
+
+
+def read_dataset(folder: Path) -> Dataset:
+    """Read ``dataset.toml`` and ``labels.csv``; frames are read when they are needed.
+
+    Raises:
+        WedgeError: names the file, the key or the line, and what is wrong with it.
+    """
+    path = folder / "dataset.toml"
+    if not path.is_file():
+        raise WedgeError(f"{folder} is not a dataset folder: it has no dataset.toml.")
+    try:
+        card = _card(read_toml(path))
+    except WedgeError as error:
+        raise located(path, error) from error
+    dataset = Dataset(folder=folder, card=card, labels=_read_labels(folder / "labels.csv"))
+    for line, label in enumerate(dataset.labels, start=2):
+        radius_mm = label.contact_radius_px * math.sqrt(math.prod(card.mm_per_px))
+        if radius_mm >= dataset.ball_radius_mm(label):
+            raise WedgeError(
+                f"{folder / 'labels.csv'}, line {line} ({label.file}): the contact circle of "
+                f"{radius_mm:.2f} mm is not smaller than the ball of "
+                f"{dataset.ball_radius_mm(label):g} mm radius; mend the label or the radius."
+            )
+    return dataset
+
+
+def write_labels(path: Path, labels: Sequence[BallLabel]) -> None:
+    """Write ``labels.csv`` atomically; optional columns appear where any label has them."""
+    optional = [key for key in OPTIONAL_COLUMNS if any(getattr(x, key) is not None for x in labels)]
+    columns = [*REQUIRED_COLUMNS, *optional]
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    for label in labels:
+        values = [getattr(label, column) for column in columns]
+        writer.writerow(["" if value is None else value for value in values])
+    write_atomic(path, text.getvalue().encode())
+
+
+def write_card(path: Path, card: DatasetCard) -> None:
+    """Write ``dataset.toml`` atomically."""
+    keys = (*REQUIRED_KEYS, *OPTIONAL_KEYS)
+    document = {key: value for key in keys if (value := getattr(card, key)) is not None}
+    write_atomic(path, toml_text(document).encode())
+
+
+def _card(document: dict[str, Any]) -> DatasetCard:
+    refuse_unknown_keys(document, [*REQUIRED_KEYS, *OPTIONAL_KEYS], "")
+    refuse_missing_keys(document, REQUIRED_KEYS)
+    background = document["background"]
+    if not (isinstance(background, list) and background) or not all(
+        isinstance(name, str) for name in background
+    ):
+        raise WedgeError('background must be a list of file names, such as ["background.png"].')
+    for name in background:
+        _refuse_outside_path(name)
+    if ("corners_px" in document) != ("pad_size_mm" in document):
+        raise WedgeError("corners_px and pad_size_mm must be given together.")
+    pad_size = document.get("pad_size_mm")
+    return DatasetCard(
+        name=text_line(document["name"], "name"),
+        source=text_line(document["source"], "source"),
+        licence=text_line(document["licence"], "licence"),
+        mm_per_px=positive_pair(document["mm_per_px"], "mm_per_px"),
+        ball_radius_mm=positive(document["ball_radius_mm"], "ball_radius_mm"),
+        background=tuple(background),
+        corners_px=corners(document["corners_px"]) if "corners_px" in document else None,
+        pad_size_mm=None if pad_size is None else positive_pair(pad_size, "pad_size_mm"),
+        lights_deg=lights(document["lights_deg"]) if "lights_deg" in document else None,
+    )
+
+
+def _read_labels(path: Path) -> tuple[BallLabel, ...]:
+    try:
+        rows = list(csv.reader(io.StringIO(path.read_text(encoding="utf-8-sig"))))
+    except FileNotFoundError as error:
+        raise WedgeError(f"{path} is missing: label the presses first.") from error
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise WedgeError(f"{path} cannot be read as a table: {error}.") from error
+    header = [cell.strip() for cell in rows[0]] if rows else []
+    for column in REQUIRED_COLUMNS:
+        if column not in header:
+            raise WedgeError(f"{path} has no column {column}.")
+    refuse_unknown_keys(dict.fromkeys(header), [*REQUIRED_COLUMNS, *OPTIONAL_COLUMNS], f"{path}: ")
+    labels = []
+    for line, row in enumerate(rows[1:], start=2):
+        if not any(cell.strip() for cell in row):
+            continue
+        try:
+            if len(row) != len(header):
+                raise WedgeError(f"{len(row)} values for {len(header)} columns.")
+            labels.append(_label(dict(zip(header, (cell.strip() for cell in row), strict=True))))
+        except WedgeError as error:
+            raise WedgeError(f"{path}, line {line}: {error}") from error
+    return tuple(labels)
+
+
+def _label(cells: dict[str, str]) -> BallLabel:
+    if not cells["file"]:
+        raise WedgeError("file is empty.")
+    _refuse_outside_path(cells["file"])
+    numbers: dict[str, float] = {}
+    for key, text in cells.items():
+        if key == "file" or (key in OPTIONAL_COLUMNS and not text):
+            continue
+        try:
+            numbers[key] = float(text)
+        except ValueError as error:
+            raise WedgeError(f"{key} = {text!r} ({cells['file']}) is not a number.") from error
+        positive = key in ("contact_radius_px", "ball_radius_mm")
+        if not math.isfinite(numbers[key]) or (positive and numbers[key] <= 0):
+            wanted = "a positive number" if positive else "a finite number"
+            raise WedgeError(f"{key} = {text} ({cells['file']}) must be {wanted}.")
+    return BallLabel(file=cells["file"], **numbers)
+
+
+def corners(value: object) -> tuple[Pair, Pair, Pair, Pair]:
+    """A value that must be the four corners of a pad."""
+    wanted = "corners_px must be four [x, y]: top left, top right, bottom right, bottom left."
+    if not isinstance(value, list) or len(value) != 4:
+        raise WedgeError(wanted)
+    if not all(isinstance(point, list) and len(point) == 2 for point in value):
+        raise WedgeError(wanted)
+    points = [(finite(x, "corners_px"), finite(y, "corners_px")) for x, y in value]
+    turns = [_turn(points[i], points[(i + 1) % 4], points[(i + 2) % 4]) for i in range(4)]
+    if not (min(turns) > 0 or max(turns) < 0):  # either way round: a mirror flips the picture
+        raise WedgeError("corners_px are not the corners of a convex pad, taken in turn.")
+    return points[0], points[1], points[2], points[3]
+
+
+def _turn(a: Pair, b: Pair, c: Pair) -> float:
+    """Twice the signed area of a triangle."""
+    return (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0])
+
+
+def lights(value: object) -> dict[str, float]:
+    """A value that must be a table of the lights' azimuths."""
+    if not isinstance(value, dict) or not value or not set(value) <= {"R", "G", "B"}:
+        raise WedgeError("lights_deg must be a table such as {R = 90.0, B = -90.0, G = 180.0}.")
+    return {key: finite(angle, "lights_deg") for key, angle in value.items()}
+
+
+def _refuse_outside_path(name: str) -> None:
+    parts = Path(name.partition("#")[0]).parts
+    if not parts or Path(name).is_absolute() or ".." in parts:
+        raise WedgeError(f"{name!r} must be a file inside the dataset folder.")

@@ -1,0 +1,64 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Designs by name or from a TOML file that changes some numbers of a known one."""
+
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from sensor.design import FINGER, STANDARD, Wedge
+from sensor.errors import WedgeError
+from sensor.toml import read_toml, refuse_unknown_keys
+
+DESIGNS: Mapping[str, Wedge] = {design.name: design for design in (STANDARD, FINGER)}
+
+
+def load_design(name_or_file: str) -> Wedge:
+    """A known design by name, or a TOML file such as::
+
+        base = "standard"
+        name = "thin-acrylic"
+
+        [acrylic]
+        thickness_mm = 3.0
+
+    Raises:
+        WedgeError: unknown name, unreadable file, unknown key, or a value that cannot work.
+    """
+    if name_or_file in DESIGNS:
+        return DESIGNS[name_or_file]
+    path = Path(name_or_file)
+    if path.suffix != ".toml":
+        raise WedgeError(
+            f"{name_or_file!r} is neither a design ({', '.join(DESIGNS)}) nor a .toml file."
+        )
+    document = read_toml(path)
+    base = document.pop("base", "standard")
+    if base not in DESIGNS:
+        raise WedgeError(f"{path}: base = {base!r} must be one of {', '.join(DESIGNS)}.")
+    try:
+        design: Wedge = _override(DESIGNS[base], {"name": path.stem, **document}, "")
+    except WedgeError as error:
+        raise WedgeError(f"{path}: {error}") from error
+    return design
+
+
+def _override(base: Any, changes: Mapping[str, Any], prefix: str) -> Any:
+    known = [item.name for item in fields(base)]
+    refuse_unknown_keys({prefix + key: 0 for key in changes}, [prefix + key for key in known], "")
+    values: dict[str, Any] = {}
+    for key, value in changes.items():
+        current = getattr(base, key)
+        if is_dataclass(current) != isinstance(value, dict):
+            wanted = "a table" if is_dataclass(current) else "a value"
+            raise WedgeError(f"{prefix}{key} must be {wanted}.")
+        if is_dataclass(current):
+            values[key] = _override(current, value, f"{prefix}{key}.")
+        elif isinstance(current, bool | str) and type(value) is not type(current):
+            wanted = "true or false" if isinstance(current, bool) else "text"
+            raise WedgeError(f"{prefix}{key} must be {wanted}, not {value!r}.")
+        else:
+            as_float = isinstance(current, float) and type(value) is int
+            values[key] = float(value) if as_float else value
+    return replace(base, **values)

@@ -1,0 +1,126 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""TOML read with known keys only, and the small subset of it that we write."""
+
+import difflib
+import math
+import tomllib
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from sensor.errors import WedgeError
+
+Pair = tuple[float, float]
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """The document of a TOML file.
+
+    Raises:
+        WedgeError: the file is missing, unreadable or not TOML.
+    """
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise WedgeError(f"{path} cannot be read: {error.strerror}.") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise WedgeError(f"{path} is not valid TOML: {error}.") from error
+
+
+def refuse_unknown_keys(given: Mapping[str, Any], known: list[str], where: str) -> None:
+    """Refuse a misspelt key, naming the nearest known one.
+
+    Raises:
+        WedgeError: a key of ``given`` is not in ``known``.
+    """
+    for key in given:
+        if key not in known:
+            near = difflib.get_close_matches(key, known, n=1)
+            hint = f"did you mean {near[0]}?" if near else f"known: {', '.join(known)}."
+            raise WedgeError(f"{where}unknown key {key}; {hint}")
+
+
+def refuse_missing_keys(given: Mapping[str, Any], required: Iterable[str]) -> None:
+    """Refuse a document without a required key.
+
+    Raises:
+        WedgeError: names the first key that is missing.
+    """
+    for key in required:
+        if key not in given:
+            raise WedgeError(f"the key {key} is missing.")
+
+
+def located(path: Path, error: WedgeError) -> WedgeError:
+    """The same fault, with the file's name before it where it is not there yet."""
+    text = str(error)
+    return error if text.startswith(str(path)) else WedgeError(f"{path}: {text}")
+
+
+def text_line(value: object, key: str) -> str:
+    """A value that must be a line of text."""
+    if not isinstance(value, str) or not value.strip():
+        raise WedgeError(f"{key} must be a line of text, not {value!r}.")
+    return value
+
+
+def finite(value: object, key: str) -> float:
+    """A value that must be a finite number."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise WedgeError(f"{key} must be a finite number, not {value!r}.")
+    return float(value)
+
+
+def positive(value: object, key: str) -> float:
+    """A value that must be a positive number."""
+    number = finite(value, key)
+    if number <= 0:
+        raise WedgeError(f"{key} must be a positive number, not {value!r}.")
+    return number
+
+
+def positive_pair(value: object, key: str) -> Pair:
+    """A value that must be a pair of positive numbers."""
+    if not isinstance(value, list) or len(value) != 2:
+        raise WedgeError(f"{key} must be a pair [x, y], not {value!r}.")
+    return positive(value[0], key), positive(value[1], key)
+
+
+def toml_text(document: Mapping[str, object]) -> str:
+    """TOML of a flat document whose values are scalars, lists or one level of tables.
+
+    Raises:
+        TypeError: a value has no form in that subset.
+    """
+    lines = [f"{key} = {_toml_value(value)}" for key, value in document.items()]
+    return "\n".join(lines) + "\n"
+
+
+def _toml_value(value: object) -> str:
+    match value:
+        case bool():
+            return "true" if value else "false"
+        case int() | float():
+            return repr(value)
+        case str():
+            return '"' + "".join(_toml_character(c) for c in value) + '"'
+        case list() | tuple():
+            return "[" + ", ".join(_toml_value(item) for item in value) + "]"
+        case Mapping():
+            items = (f"{_toml_key(key)} = {_toml_value(item)}" for key, item in value.items())
+            return "{" + ", ".join(items) + "}"
+    raise TypeError(f"no TOML form for {type(value).__name__}")
+
+
+def _toml_key(key: str) -> str:
+    bare = key and all(c.isascii() and (c.isalnum() or c in "_-") for c in key)
+    return key if bare else _toml_value(key)
+
+
+def _toml_character(character: str) -> str:
+    if character in '"\\':
+        return "\\" + character
+    if character < " " or character == "\x7f":
+        return f"\\u{ord(character):04x}"
+    return character

@@ -1,0 +1,137 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The unit folder: one built sensor, measured. Written by calibration, never edited by hand.
+
+``unit.toml`` is described here; ``background.png`` and ``gradients.safetensors`` beside it hold
+arrays, which :mod:`recon` reads and writes.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, cast, get_args
+
+from sensor.dataset import corners, lights
+from sensor.errors import WedgeError
+from sensor.files import write_atomic
+from sensor.toml import (
+    Pair,
+    finite,
+    located,
+    positive_pair,
+    read_toml,
+    refuse_missing_keys,
+    refuse_unknown_keys,
+    text_line,
+    toml_text,
+)
+
+MissingAxis = Literal["none", "zero", "network"]
+"""What stands in for the gradient that the lights cannot see."""
+
+BACKGROUND_FILE = "background.png"
+GRADIENTS_FILE = "gradients.safetensors"
+
+REQUIRED_KEYS = (
+    "serial",
+    "created",
+    "design_sha256",
+    "dataset",
+    "dataset_sha256",
+    "estimator",
+    "channels",
+    "missing_axis",
+    "mm_per_px",
+    "frame_size_px",
+    "size_px",
+    "metrics",
+)
+OPTIONAL_KEYS = ("corners_px", "pad_size_mm", "lights_deg")
+
+
+@dataclass(frozen=True, kw_only=True)
+class UnitCard:
+    """What ``unit.toml`` says."""
+
+    serial: str
+    created: str
+    """Day of the calibration, YYYY-MM-DD."""
+    design_sha256: str
+    dataset: str
+    dataset_sha256: str
+    estimator: str
+    channels: str
+    """The colours that carry information, such as "RGB" or "RB"."""
+    missing_axis: MissingAxis
+    mm_per_px: Pair
+    frame_size_px: tuple[int, int]
+    """(width, height) of the camera's frames."""
+    size_px: tuple[int, int]
+    """(width, height) of the unwarped frames."""
+    metrics: Mapping[str, float]
+    """Errors on the presses held out at calibration."""
+    corners_px: tuple[Pair, Pair, Pair, Pair] | None = None
+    pad_size_mm: Pair | None = None
+    lights_deg: Mapping[str, float] | None = None
+
+
+def read_unit_card(folder: Path) -> UnitCard:
+    """Read ``unit.toml`` of a unit folder.
+
+    Raises:
+        WedgeError: names the file, the key, and what is wrong with it.
+    """
+    path = folder / "unit.toml"
+    if not path.is_file():
+        raise WedgeError(
+            f"{folder} is not a unit folder: it has no unit.toml; run wedge calibrate."
+        )
+    try:
+        return _card(read_toml(path))
+    except WedgeError as error:
+        raise located(path, error) from error
+
+
+def write_unit_card(folder: Path, card: UnitCard) -> None:
+    """Write ``unit.toml`` atomically."""
+    keys = (*REQUIRED_KEYS, *OPTIONAL_KEYS)
+    document = {key: value for key in keys if (value := getattr(card, key)) is not None}
+    text = "# Written by `wedge calibrate`: measured, never edited by hand.\n" + toml_text(document)
+    write_atomic(folder / "unit.toml", text.encode())
+
+
+def _card(document: dict[str, Any]) -> UnitCard:
+    refuse_unknown_keys(document, [*REQUIRED_KEYS, *OPTIONAL_KEYS], "")
+    refuse_missing_keys(document, REQUIRED_KEYS)
+    texts = ("serial", "created", "design_sha256", "dataset", "dataset_sha256", "estimator")
+    channels = text_line(document["channels"], "channels")
+    if channels not in ("R", "G", "B", "RG", "RB", "GB", "RGB"):
+        raise WedgeError(f'channels = "{channels}" must be some of R, G and B in that order.')
+    if document["missing_axis"] not in get_args(MissingAxis):
+        raise WedgeError(f"missing_axis must be one of {', '.join(get_args(MissingAxis))}.")
+    if not isinstance(document["metrics"], dict):
+        raise WedgeError("metrics must be a table of numbers.")
+    metrics = document["metrics"].items()
+    pad_size = document.get("pad_size_mm")
+    return UnitCard(
+        **{key: text_line(document[key], key) for key in texts},
+        channels=channels,
+        missing_axis=cast(MissingAxis, document["missing_axis"]),
+        mm_per_px=positive_pair(document["mm_per_px"], "mm_per_px"),
+        frame_size_px=_size(document["frame_size_px"], "frame_size_px"),
+        size_px=_size(document["size_px"], "size_px"),
+        metrics={
+            key: finite(value, f"metrics.{key}") for key, value in document["metrics"].items()
+        },
+        corners_px=corners(document["corners_px"]) if "corners_px" in document else None,
+        pad_size_mm=None if pad_size is None else positive_pair(pad_size, "pad_size_mm"),
+        lights_deg=lights(document["lights_deg"]) if "lights_deg" in document else None,
+    )
+
+
+def _size(value: object, key: str) -> tuple[int, int]:
+    whole = isinstance(value, list) and len(value) == 2 and all(type(n) is int for n in value)
+    if not whole or min(cast(list[int], value)) < 1:
+        raise WedgeError(f"{key} must be [width, height] in whole pixels, not {value!r}.")
+    width, height = cast(list[int], value)
+    return width, height
