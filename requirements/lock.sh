@@ -1,0 +1,11 @@
+#!/bin/sh
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+# Rewrites requirements/lock.txt for Linux and macOS, Python 3.11 and later. Needs uv on PATH.
+# More arguments go to uv: `--upgrade`, or `--upgrade-package NAME`.
+set -eu
+cd "$(dirname "$0")/.."
+exec uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
+  --only-binary :all: --no-annotate --custom-compile-command requirements/lock.sh \
+  --extra test --extra docs pyproject.toml requirements/torch-needs.in \
+  --output-file requirements/lock.txt "$@"

@@ -1,0 +1,3 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""From the sensor's numbers to path-traced frames with ground truth."""
