@@ -33,7 +33,7 @@ def main() -> int:
     """
     _require_checkout()
     failed = [name for name, command in CHECKS.items() if not _passes(name, command)]
-    if run_pytest(["--numprocesses=2", "--quiet"]) != 0:
+    if run_pytest(["--numprocesses=2"]) != 0:
         failed.append("tests")
     if failed:
         print(f"wedge: failed: {', '.join(failed)}", file=sys.stderr)

@@ -4,6 +4,7 @@
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 import sysconfig
@@ -135,3 +136,40 @@ def test_a_reader_who_leaves_is_no_error() -> None:
             [*MODULE, "--help"], stdout=pipe, stderr=subprocess.PIPE, text=True, check=False
         )
     assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.fixture
+def checkout_without_python(tmp_path: Path) -> Path:
+    """A new checkout's script, and bin/ as the only folder on the search path."""
+    for path in (Path("wedge"), Path("requirements/lock.txt")):
+        (tmp_path / path).parent.mkdir(exist_ok=True)
+        shutil.copy(ROOT / path, tmp_path / path)
+    (tmp_path / "bin").mkdir()
+    for tool in ("sh", "cat", "cksum", "dirname", "uname"):
+        (tmp_path / "bin" / tool).symlink_to(shutil.which(tool) or "")
+    return tmp_path
+
+
+def set_up(checkout: Path) -> tuple[int, str]:
+    done = subprocess.run(
+        [checkout / "wedge"],
+        env={"PATH": str(checkout / "bin")},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    return done.returncode, done.stderr
+
+
+def test_set_up_without_python_says_which_to_install(checkout_without_python: Path) -> None:
+    sentence = "wedge: no Python 3.11 to 3.14 was found: install one and run this again.\n"
+    assert set_up(checkout_without_python) == (2, sentence)
+
+
+def test_set_up_without_venv_says_what_to_install(checkout_without_python: Path) -> None:
+    python = checkout_without_python / "bin" / "python3.12"
+    python.write_text('#!/bin/sh\ncase "$2" in *venv*) exit 1 ;; esac\n')
+    python.chmod(0o755)
+    status, sentence = set_up(checkout_without_python)
+    assert status == 2
+    assert sentence.endswith("(on Debian: apt install python3.12-venv).\n")
