@@ -1,0 +1,77 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Frames in and out of files: decoded strictly, RGB from the moment they are decoded."""
+
+import io
+import warnings
+import zipfile
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from recon.arrays import Frame
+from sensor.errors import WedgeError
+from sensor.files import write_atomic
+
+
+def read_image(path: Path) -> Frame:
+    """Decode an image file.
+
+    Raises:
+        WedgeError: the file is missing, truncated, damaged, or not an 8-bit colour image.
+    """
+    if not path.is_file():
+        raise WedgeError(f"{path} is missing.")
+    try:
+        with warnings.catch_warnings(action="error", category=Image.DecompressionBombWarning):
+            with Image.open(path) as image:
+                if image.mode not in ("RGB", "RGBA", "P"):
+                    raise WedgeError(
+                        f"{path} is not an 8-bit colour image (mode {image.mode}): "
+                        "three colours are needed."
+                    )
+                return np.asarray(image.convert("RGB"))
+    except (OSError, SyntaxError, ValueError, EOFError, Warning) as error:
+        raise WedgeError(f"{path} cannot be decoded, it may be truncated: {error}.") from error
+
+
+def read_frame(folder: Path, name: str) -> Frame:
+    """A frame as ``labels.csv`` names it: an image file, or ``frames.npz#17``.
+
+    Raises:
+        WedgeError: the file or the frame in it is missing or damaged.
+    """
+    file, hash_mark, index = name.partition("#")
+    if not hash_mark:
+        return read_image(folder / file)
+    path = folder / file
+    if not path.is_file():
+        raise WedgeError(f"{path} is missing.")
+    frames = _npz_frames(path, path.stat().st_mtime_ns)
+    if not index.isdecimal() or int(index) >= len(frames):
+        raise WedgeError(f"{path} has no frame {index!r}: it holds {len(frames)}.")
+    frame: Frame = frames[int(index)]
+    return frame
+
+
+def write_image(path: Path, frame: Frame) -> None:
+    """Write a PNG atomically."""
+    stream = io.BytesIO()
+    Image.fromarray(frame).save(stream, format="PNG")
+    write_atomic(path, stream.getvalue())
+
+
+@lru_cache(maxsize=2)
+def _npz_frames(path: Path, _modified_ns: int) -> np.ndarray:
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            frames: np.ndarray = archive["frames"]
+    except KeyError as error:
+        raise WedgeError(f"{path} holds no array named frames.") from error
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
+        raise WedgeError(f"{path} cannot be read, it may be truncated: {error}.") from error
+    if frames.ndim != 4 or frames.shape[3] != 3 or frames.dtype != np.uint8:
+        raise WedgeError(f"{path}: frames must be [n, height, width, 3] uint8 RGB.")
+    return frames
