@@ -58,6 +58,8 @@ class Pixels:
     contact: Bool[np.ndarray, " n"]
     press: Int[np.ndarray, " n"]
     """Index of the press that each pixel comes from."""
+    place: Int[np.ndarray, " n"]
+    """Where in that press's frame, counted along the rows."""
 
     def __len__(self) -> int:
         """Number of pixels."""
@@ -94,6 +96,7 @@ def label_pixels(press: BallPress, index: int, seed: int) -> Pixels:
         gradient=np.where(is_contact[:, None], slope, 0).astype(np.float32),
         contact=is_contact,
         press=np.full(len(taken), index),
+        place=taken,
     )
 
 
