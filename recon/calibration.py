@@ -92,6 +92,13 @@ def load_calibration(folder: Path) -> Calibration:
     return Calibration(card=card, background=background, estimator=estimator, lens=lens)
 
 
+def lit_channels(dataset: Dataset) -> tuple[str, MissingAxis]:
+    """The colours that have a light, and what stands in for an axis that none of them sees."""
+    lights_deg = dataset.card.lights_deg
+    lit = CHANNELS if lights_deg is None else "".join(c for c in CHANNELS if c in lights_deg)
+    return lit, "network" if unseen_axis(lights_deg, lit) else "none"
+
+
 def calibrate(
     dataset: Dataset,
     presses: PressSet,
@@ -118,10 +125,7 @@ def calibrate(
         progress: called with the share that is done.
     """
     labelled = [label_pixels(press, i, seed) for i, press in enumerate(presses.presses)]
-    lit = CHANNELS
-    if dataset.card.lights_deg is not None:
-        lit = "".join(channel for channel in CHANNELS if channel in dataset.card.lights_deg)
-    missing: MissingAxis = "network" if unseen_axis(dataset.card.lights_deg, lit) else "none"
+    lit, missing = lit_channels(dataset)
     card = UnitCard(
         serial=serial,
         created=created,

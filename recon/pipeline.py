@@ -50,8 +50,8 @@ class Reconstructor:
             WedgeError: the background has another size than the unit's frames.
         """
         self.calibration = calibration
-        self._unwarp = calibration.unwarp
-        self._blank = self._unwarp(calibration.background if background is None else background)
+        self.unwarp = calibration.unwarp
+        self._blank = self.unwarp(calibration.background if background is None else background)
 
     @classmethod
     def load(cls, folder: str | Path, background: Frame | None = None) -> "Reconstructor":
@@ -69,7 +69,7 @@ class Reconstructor:
             WedgeError: the frame has another size than the unit's frames.
         """
         card = self.calibration.card
-        difference = self._unwarp(frame) - self._blank
+        difference = self.unwarp(frame) - self._blank
         gradient = complete_gradient(
             gradient_field(self.calibration.estimator, difference),
             card.missing_axis,

@@ -36,14 +36,22 @@ class Unwarp:
         Raises:
             WedgeError: the frame has another size than the camera's.
         """
-        height, width = frame.shape[:2]
-        if (width, height) != self.frame_size_px:
-            expected = "x".join(map(str, self.frame_size_px))
-            raise WedgeError(f"the frame is {width}x{height} pixels, not {expected}.")
+        self.check(frame)
         full_scale = frame.astype(np.float32) / 255
         if self.maps is None:
             return full_scale
         return cv2.remap(full_scale, *self.maps, interpolation=cv2.INTER_LINEAR)
+
+    def check(self, frame: Frame) -> None:
+        """Refuse a frame of another size.
+
+        Raises:
+            WedgeError: the frame has another size than the camera's.
+        """
+        height, width = frame.shape[:2]
+        if (width, height) != self.frame_size_px:
+            expected = "x".join(map(str, self.frame_size_px))
+            raise WedgeError(f"the frame is {width}x{height} pixels, not {expected}.")
 
 
 def prepare_unwarp(

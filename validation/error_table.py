@@ -178,7 +178,7 @@ def run_task(task: Task) -> TaskResult:
     measured: dict[tuple[MissingAxis, PixelSet], tuple[PressErrors, ...]] = {}
     for missing in task.missing_axes:
         per_press = [
-            _press_row(
+            measure_press(
                 estimator, presses[i], _pixels(task.folder, task.seed)[i], missing, lights_deg
             )
             for i in task.split.test
@@ -191,13 +191,14 @@ def run_task(task: Task) -> TaskResult:
     return TaskResult(presses=measured, depth=depth)
 
 
-def _press_row(
+def measure_press(
     estimator: GradientEstimator,
     press: BallPress,
     pixels: Pixels,
     missing: MissingAxis,
     lights_deg: Mapping[str, float] | None,
 ) -> tuple[PressErrors, ...]:
+    """Errors of one press, one entry per pixel set."""
     unseen = unseen_axis(lights_deg, estimator.channels)
     if missing == "network":
         field = gradient_field(estimator, press.difference)
