@@ -8,8 +8,8 @@ Images are (height, width, 3) RGB. Frames and signs: ``docs/concepts/frames.md``
 import numpy as np
 from jaxtyping import Bool, Float, Float32, UInt8
 
-Frame = UInt8[np.ndarray, "h w 3"]
-"""A camera frame, RGB."""
+Frame = UInt8[np.ndarray, "frame_h frame_w 3"]
+"""A camera frame, RGB; its pixels are not those of the unwarped ones."""
 Unwarped = Float32[np.ndarray, "h w 3"]
 """The gel plane, RGB in units of full scale, 0 to 1."""
 Difference = Float32[np.ndarray, "h w 3"]

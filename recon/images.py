@@ -5,35 +5,59 @@
 import io
 import warnings
 import zipfile
+import zlib
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
+from numpy.lib.npyio import NpzFile
 from PIL import Image
 
 from recon.arrays import Frame
 from sensor.errors import WedgeError
 from sensor.files import write_atomic
 
+FORMATS = ("PNG", "JPEG")
+UNREADABLE_IMAGE = (
+    OSError,
+    SyntaxError,
+    ValueError,
+    EOFError,
+    IndexError,
+    Warning,
+    Image.DecompressionBombError,
+)
+UNREADABLE_ARCHIVE = (
+    OSError,
+    ValueError,
+    EOFError,
+    RuntimeError,
+    zipfile.BadZipFile,
+    zlib.error,
+)
+
 
 def read_image(path: Path) -> Frame:
-    """Decode an image file.
+    """Decode a PNG or a JPEG file.
 
     Raises:
-        WedgeError: the file is missing, truncated, damaged, or not an 8-bit colour image.
+        WedgeError: the file is missing, truncated, damaged, or without three colours.
     """
     if not path.is_file():
         raise WedgeError(f"{path} is missing.")
     try:
+        content = io.BytesIO(path.read_bytes())
         with warnings.catch_warnings(action="error", category=Image.DecompressionBombWarning):
-            with Image.open(path) as image:
+            with Image.open(content, formats=FORMATS) as image:
+                image.verify()  # a PNG's checksums, which decoding skips
+            with Image.open(content, formats=FORMATS) as image:
                 if image.mode not in ("RGB", "RGBA", "P"):
                     raise WedgeError(
                         f"{path} is not an 8-bit colour image (mode {image.mode}): "
                         "three colours are needed."
                     )
                 return np.asarray(image.convert("RGB"))
-    except (OSError, SyntaxError, ValueError, EOFError, Warning) as error:
+    except UNREADABLE_IMAGE as error:
         raise WedgeError(f"{path} cannot be decoded, it may be truncated: {error}.") from error
 
 
@@ -66,12 +90,12 @@ def write_image(path: Path, frame: Frame) -> None:
 @lru_cache(maxsize=2)
 def _npz_frames(path: Path, _modified_ns: int) -> np.ndarray:
     try:
-        with np.load(path, allow_pickle=False) as archive:
-            frames: np.ndarray = archive["frames"]
+        with NpzFile(path, allow_pickle=False) as archive:
+            frames = archive["frames"]
     except KeyError as error:
         raise WedgeError(f"{path} holds no array named frames.") from error
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
+    except UNREADABLE_ARCHIVE as error:
         raise WedgeError(f"{path} cannot be read, it may be truncated: {error}.") from error
-    if frames.ndim != 4 or frames.shape[3] != 3 or frames.dtype != np.uint8:
+    if not isinstance(frames, np.ndarray) or frames.dtype != np.uint8 or frames.shape[3:] != (3,):
         raise WedgeError(f"{path}: frames must be [n, height, width, 3] uint8 RGB.")
     return frames

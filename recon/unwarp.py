@@ -40,7 +40,9 @@ class Unwarp:
         full_scale = frame.astype(np.float32) / 255
         if self.maps is None:
             return full_scale
-        return cv2.remap(full_scale, *self.maps, interpolation=cv2.INTER_LINEAR)
+        return cv2.remap(
+            full_scale, *self.maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+        )
 
     def check(self, frame: Frame) -> None:
         """Refuse a frame of another size.
@@ -70,8 +72,13 @@ def prepare_unwarp(
         lens: removes the lens's distortion on the way.
 
     Raises:
-        WedgeError: a corner lies outside the frame.
+        WedgeError: a corner lies outside the frame, or the lens was measured on other frames.
     """
+    if lens is not None and lens.frame_size_px != frame_size_px:
+        raise WedgeError(
+            f"the lens was measured on {'x'.join(map(str, lens.frame_size_px))} frames, but these "
+            f"are {'x'.join(map(str, frame_size_px))}: calibrate the lens at this resolution."
+        )
     if corners_px is None or size_px is None:
         return Unwarp(frame_size_px=frame_size_px, size_px=frame_size_px, maps=None)
     for x_px, y_px in corners_px:

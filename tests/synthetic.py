@@ -61,7 +61,8 @@ def make_dataset(
     places = random_places(rng, presses)
 
     def frame(place: tuple[float, float, float] | None) -> np.ndarray:
-        return digitized(shaded(gradient_of(place, corners_px), lights_deg), rng, noise_grey_levels)
+        light = shaded(gradient_of(place, corners_px), lights_deg)
+        return digitized(light + noise_grey_levels / 255 * rng.standard_normal(light.shape))
 
     names = [f"frames.npz#{i}" if in_npz else f"press{i:02d}.png" for i in range(presses)]
     frames = [frame(place) for place in places]
@@ -153,12 +154,9 @@ def shaded(gradient: np.ndarray, lights_deg: Mapping[str, float] = LIGHTS_DEG) -
     return light
 
 
-def digitized(
-    light: np.ndarray, rng: np.random.Generator, noise_grey_levels: float = 0.0
-) -> np.ndarray:
-    """Eight bits a channel, with white noise."""
-    levels = 255 * light + noise_grey_levels * rng.standard_normal(light.shape)
-    return np.clip(np.round(levels), 0, 255).astype(np.uint8)
+def digitized(light: np.ndarray) -> np.ndarray:
+    """Eight bits a channel."""
+    return np.clip(np.round(255 * light), 0, 255).astype(np.uint8)
 
 
 def true_depth_mm(label: BallLabel) -> np.ndarray:
