@@ -106,7 +106,7 @@ def calibrate(
     estimator: str,
     serial: str,
     created: str,
-    metrics: Mapping[str, float],
+    metrics: Mapping[str, int | float],
     seed: int,
     design: Wedge = STANDARD,
     progress: Callable[[float], None] = lambda _: None,

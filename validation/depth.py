@@ -3,7 +3,7 @@
 """Depth against the truth, press by press.
 
 The truth is the ball's cap in closed form; it starts at the rim of the contact circle, so the
-mean depth on the rim is taken off the reconstruction first. Where a dataset knows the depth
+reconstruction's mean error just inside the rim is taken off first. Where a dataset knows the depth
 itself (``truth/NAME.npy``), the reconstruction is judged against that, nothing taken off.
 """
 
@@ -61,7 +61,8 @@ def judge_depth(
     if truth is None:
         truth = cap_of(press).depth_mm
         rim_mm = RIM_WIDTH_PX * press.contact_radius_mm / press.contact_radius_px
-        depth = depth - depth[np.abs(distance_mm - press.contact_radius_mm) < rim_mm].mean()
+        rim = (truth > 0) & (distance_mm > press.contact_radius_mm - rim_mm)
+        depth = depth - (depth - truth)[rim].mean()
     error = (depth - truth)[truth > 0]
     disc = distance_mm < max(PEAK_RADIUS * press.contact_radius_mm, max(press.mm_per_px))
     return DepthErrors(

@@ -3,7 +3,7 @@
 """What turns colour into slope: one contract, and the estimators by name."""
 
 from collections.abc import Callable, Mapping
-from typing import ClassVar, Protocol
+from typing import ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float32
@@ -18,6 +18,7 @@ Progress = Callable[[float], None]
 """Called with the share that is done, 0 to 1."""
 
 
+@runtime_checkable
 class GradientEstimator(Protocol):
     """Maps the colour difference and the position of a pixel to the slope of the skin."""
 
