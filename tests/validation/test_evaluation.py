@@ -44,7 +44,7 @@ def test_half_the_slope_is_half_the_depth(dataset):
     press = read_presses(dataset).presses[0]
     cap = cap_of(press)
     errors = judge_depth(cap.gradient / 2, cap.contact, press, dataset.folder)
-    assert errors.peak_mm == pytest.approx(errors.peak_truth_mm / 2, rel=0.05)
+    assert errors.peak_mm == pytest.approx(errors.peak_truth_mm / 2, rel=0.1)
     assert errors.bias_mm < 0
 
 
