@@ -3,7 +3,7 @@
 """The unit folder: one built sensor, measured. Written by calibration, never edited by hand.
 
 ``unit.toml`` is described here; ``background.png`` and ``gradients.safetensors`` beside it hold
-arrays, which :mod:`recon` reads and writes.
+arrays, which ``recon`` reads and writes.
 """
 
 from collections.abc import Mapping
