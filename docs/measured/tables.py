@@ -31,35 +31,39 @@ def _table(file: str, lights: str | None) -> str:
     document = json.loads((HERE / file).read_text())
     rows = [row for row in document["rows"] if lights in (None, row["configuration"])]
     headings = ["lights", "estimator", "pixels", *(name for name, _ in METRICS.values())]
-    lines = ["| " + " | ".join([*headings, "mean \\|G\\|"]) + " |"]
-    lines.append("|---|---|---|" + "--:|" * (len(METRICS) + 1))
+    lines = ["| " + " | ".join(headings) + " |", "|---|---|---|" + "--:|" * len(METRICS)]
     lines += ["| " + " | ".join(_cells(row)) + " |" for row in rows]
     lines += ["", _caption(document)]
-    lines += [
-        f"\nDepth in the contact, {depth['estimator']}, all lights: RMSE {depth['rmse_mm']:.3f} mm, "
-        f"bias {depth['bias_mm']:+.3f} mm, mean of {depth['n_presses']} presses, "
-        f"against the {depth['truth']}."
-        for depth in document["depth"]
-    ]
+    for depth in document["depth"]:
+        lines += [
+            "",
+            f"Depth in the contact, {depth['estimator']}, all lights: RMSE {depth['rmse_mm']:.3f} "
+            f"mm, bias {depth['bias_mm']:+.3f} mm, mean of {depth['n_presses']} presses, against "
+            f"the {depth['truth']}.",
+        ]
     return "\n".join(lines) + "\n"
 
 
 def _cells(row: dict[str, Any]) -> list[str]:
-    values = [
-        f"{row[key]:.{digits}f} ({row['ci95'][key][0]:.{digits}f}–{row['ci95'][key][1]:.{digits}f})"
-        for key, (_, digits) in METRICS.items()
-    ]
+    values = []
+    for key, (_, digits) in METRICS.items():
+        low, high = row["ci95"][key]
+        values.append(f"{row[key]:.{digits}f}<br>{low:.{digits}f}–{high:.{digits}f}")
     lights = row["configuration"] + STAND_INS[row["missing_axis"]]
-    return [lights, row["estimator"], row["pixels"], *values, f"{row['mean_abs_gradient']:.2f}"]
+    return [lights, row["estimator"], row["pixels"], *values]
 
 
 def _caption(document: dict[str, Any]) -> str:
     presses, folds = document["presses"], document["folds"]
     split = f"{folds}-fold by press, " if folds > 1 else f"{presses['train']} presses learnt from, "
     options = f" --folds {folds}" * (folds > 1) + f" --seed {document['seed']}"
+    slopes = ", ".join(
+        f"{value:.2f} on {pixels}" for pixels, value in document["mean_abs_gradient"].items()
+    )
     return (
-        f"Mean absolute errors ({split}{presses['test']} presses judged); in brackets the 95 % "
-        f"interval over presses. By `wedge table {document['dataset']}{options}`."
+        f"Mean absolute errors ({split}{presses['test']} presses judged), below each the 95 % "
+        f"interval over presses. Mean \\|G\\| {slopes}. "
+        f"By `wedge table {document['dataset']}{options}`."
     )
 
 
