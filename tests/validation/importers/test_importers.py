@@ -133,12 +133,13 @@ def test_wedge_lab_is_turned_into_the_gel_frame(tmp_path: Path) -> None:
     assert len(read_presses(dataset).presses) == 2
 
 
-def test_the_base_of_the_raw_picture_is_on_the_left_and_its_mirror_undone(tmp_path: Path) -> None:
-    make_wedge_lab(tmp_path / "source", center_px=(60.0, 40.0))  # near base and raw left
-    raw = read_image(tmp_path / "source" / "calibration" / "ball-0.jpg").astype(float)
-    blank = read_image(tmp_path / "source" / "calibration" / "bg-0.jpg")
-    y, x = np.nonzero(np.abs(raw - blank).sum(-1) > 60)
-    assert y.mean() < 140 and x.mean() < 110
+def test_raw_top_is_the_base_and_raw_right_is_below(tmp_path: Path) -> None:
+    make_wedge_lab(tmp_path / "source", center_px=(60.0, 190.0))  # x near the base, y far down
+    calibration = tmp_path / "source" / "calibration"
+    press, blank = (read_image(calibration / f"{x}.jpg").astype(float) for x in ("ball-0", "bg-0"))
+    rows, columns = np.nonzero(np.abs(press - blank).sum(-1) > 60)
+    assert rows.mean() < 140
+    assert columns.mean() > 130
 
 
 def test_markerless_frames_come_without_labels(tmp_path: Path) -> None:
