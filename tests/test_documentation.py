@@ -7,10 +7,14 @@ import importlib
 import importlib.util
 import inspect
 import re
+import runpy
 import shlex
+import shutil
+import sys
 from pathlib import Path
 
 import cv2
+import matplotlib
 import numpy as np
 import pytest
 import tyro
@@ -161,6 +165,22 @@ def test_every_picture_is_made_by_a_script_and_is_shown() -> None:
     text = "".join(page.read_text() for page in PAGES)
     assert [p.name for p in pictures if f"figures/{p.name}" not in text] == []
     assert [p.name for p in pictures if p.stat().st_size > 300_000] == []
+
+
+@pytest.mark.parametrize("picture", sorted((DOCS / "figures").glob("*.svg")), ids=ids)
+def test_a_drawing_says_what_the_code_says_today(
+    picture: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.copytree(picture.parent, tmp_path, dirs_exist_ok=True)
+    (tmp_path / picture.name).unlink()
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "style", raising=False)
+    with matplotlib.rc_context():
+        runpy.run_path(str(tmp_path / picture.with_suffix(".py").name), run_name="__main__")
+    written_out = re.compile("<!-- (.*) -->")  # matplotlib notes each label that it draws
+    drawn = written_out.findall((tmp_path / picture.name).read_text())
+    assert drawn == written_out.findall(picture.read_text())
+    assert drawn
 
 
 def test_a_decision_fits_on_a_page_and_is_listed() -> None:
