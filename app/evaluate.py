@@ -46,8 +46,5 @@ def main(
         )
     print_error_table(measured)
     if source.sha256 == calibration.card.dataset_sha256:
-        print(
-            "The unit was calibrated on these presses: the errors are not held out.",
-            file=sys.stderr,
-        )
+        print("The unit has learnt from these presses: nothing is held out.", file=sys.stderr)
     write_json(json, table_document(measured))

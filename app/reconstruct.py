@@ -40,22 +40,26 @@ def main(
     from validation.figures.depth_map import depth_figure
     from validation.figures.png import png_bytes
 
+    from recon.calibration import load_calibration
     from recon.images import read_frame
     from recon.pipeline import Reconstructor
 
     def read(name: str) -> np.ndarray:
-        return read_frame(Path(name).parent, Path(name).name)
+        frame = read_frame(Path(name).parent, Path(name).name)
+        try:
+            unwarp.check(frame)
+        except WedgeError as error:
+            raise WedgeError(f"{name}: {error}") from error
+        return frame
 
+    calibration = load_calibration(unit)
+    unwarp = calibration.unwarp
     blank = None if background is None else read(background)
-    reconstruct = Reconstructor.load(unit, blank)
+    reconstruct = Reconstructor(calibration, blank)
     names = output_names(image)
     with progress("reconstruction") as show:
         for done, name in enumerate(image, start=1):
-            frame = read(name)
-            try:
-                reconstruct.unwarp.check(frame)
-            except WedgeError as error:
-                raise WedgeError(f"{name}: {error}") from error
+            read(name)
             show(0.3 * done / len(image), "checking images")
         rows = []
         for done, (name, stem) in enumerate(zip(image, names, strict=True), start=1):
