@@ -31,10 +31,9 @@ def main(
         seed: Seed of the drawn pixels and the intervals.
         json: Write the numbers here as JSON.
     """
-    from validation.datasets import dataset_folder
-
     from recon.calibration import load_calibration
     from sensor.dataset import read_dataset
+    from validation.datasets import dataset_folder
     from validation.evaluation import evaluate_unit
     from validation.table_text import table_document
 

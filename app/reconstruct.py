@@ -37,12 +37,12 @@ def main(
         json: Write the deepest points, contact areas and borders here as JSON.
     """
     import numpy as np
-    from validation.figures.depth_map import depth_figure
-    from validation.figures.png import png_bytes
 
     from recon.calibration import load_calibration
     from recon.images import read_frame
     from recon.pipeline import Reconstructor
+    from validation.figures.depth_map import depth_figure
+    from validation.figures.png import png_bytes
 
     def read(name: str) -> np.ndarray:
         frame = read_frame(Path(name).parent, Path(name).name)
