@@ -72,24 +72,31 @@ def load_calibration(folder: Path) -> Calibration:
     """
     card = read_unit_card(folder)
     background = read_image(folder / BACKGROUND_FILE)
-    height, width = background.shape[:2]
-    if (width, height) != card.frame_size_px:
-        raise WedgeError(
-            f"{folder / BACKGROUND_FILE} is {width}x{height} pixels, but unit.toml says "
-            f"{card.frame_size_px[0]}x{card.frame_size_px[1]}: calibrate the unit again."
-        )
     path = folder / GRADIENTS_FILE
     try:
         with safe_open(path, framework="numpy") as stored:
+            fitted = (stored.metadata() or {}).get("estimator")
             tensors = {name: stored.get_tensor(name) for name in stored.keys()}
     except (OSError, SafetensorError) as error:
         raise WedgeError(f"{path} cannot be read: {error}; calibrate the unit again.") from error
+    if fitted != card.estimator:
+        raise WedgeError(
+            f"{path} holds the estimator {fitted}, but unit.toml names {card.estimator}: "
+            "calibrate the unit again."
+        )
     try:
         estimator = restore_estimator(card.estimator, tensors, card.channels)
     except WedgeError as error:
         raise WedgeError(f"{path}: {error}") from error
     lens = read_lens(folder / LENS_FILE) if (folder / LENS_FILE).is_file() else None
-    return Calibration(card=card, background=background, estimator=estimator, lens=lens)
+    calibration = Calibration(card=card, background=background, estimator=estimator, lens=lens)
+    try:
+        calibration.unwarp.check(background)
+    except WedgeError as error:
+        raise WedgeError(
+            f"{folder}: unit.toml does not fit {BACKGROUND_FILE} or {LENS_FILE}: {error}"
+        ) from error
+    return calibration
 
 
 def lit_channels(dataset: Dataset) -> tuple[str, MissingAxis]:

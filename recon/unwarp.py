@@ -40,9 +40,7 @@ class Unwarp:
         full_scale = frame.astype(np.float32) / 255
         if self.maps is None:
             return full_scale
-        return cv2.remap(
-            full_scale, *self.maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
-        )
+        return cv2.remap(full_scale, *self.maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
 
     def check(self, frame: Frame) -> None:
         """Refuse a frame of another size.

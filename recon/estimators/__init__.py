@@ -66,10 +66,15 @@ def restore_estimator(
     Raises:
         WedgeError: no estimator has that name, or the arrays are not what it wrote.
     """
+    for key, values in tensors.items():
+        if values.dtype != np.float32 or not np.isfinite(values).all():
+            raise WedgeError(f"the array {key} of the {name} estimator is not of finite float32.")
     try:
         return _known(name)[1](tensors, channels)
-    except (KeyError, ValueError) as error:
-        raise WedgeError(f"the arrays of the {name} estimator are incomplete: {error}.") from error
+    except KeyError as error:
+        raise WedgeError(f"the {name} estimator lacks the array {error}.") from error
+    except ValueError as error:
+        raise WedgeError(f"the arrays of the {name} estimator do not fit: {error}.") from error
 
 
 def gradient_field(estimator: GradientEstimator, difference: Difference) -> GradientField:
