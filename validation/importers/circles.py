@@ -97,9 +97,11 @@ def _unexplained(
     ball_radius_px: float,
 ) -> np.ndarray:
     """Weighted colours less their projection on the shading's terms, in one row."""
-    explained, _ = np.linalg.qr(_shading(parameters, x, y, ball_radius_px) * weight[:, None])
+    terms = _shading(parameters, x, y, ball_radius_px) * weight[:, None]
     seen = color * weight[:, None]
-    rest: np.ndarray = seen - explained @ (explained.T @ seen)
+    # Normal equations: few and well scaled, and many times faster here than an orthogonal basis.
+    shares = np.linalg.lstsq(terms.T @ terms, terms.T @ seen, rcond=None)[0]
+    rest: np.ndarray = seen - terms @ shares
     return rest.ravel()
 
 
