@@ -1,11 +1,12 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Writes the measured tables of the pages from the JSON of ``wedge table``; no number by hand.
+"""Writes the measured tables of the pages from what ``wedge reproduce`` measured; none by hand.
 
-What lies between ``<!-- table: FILE [LIGHTS] -->`` and ``<!-- end of table -->`` of a page is
-replaced, by all rows or by those of one configuration. After a new measurement::
+What lies between ``<!-- table: DATASET [LIGHTS] -->`` and ``<!-- end of table -->`` of a page is
+replaced, by all rows or by those of one configuration. After a new measurement:
 
-    wedge table taxim-gelsight --folds 5 --json docs/measured/error_table.json
+    wedge reproduce
+    cp build/error_table.json docs/measured/
     python docs/measured/tables.py
 """
 
@@ -16,7 +17,7 @@ from typing import Any
 
 HERE = Path(__file__).resolve().parent
 PAGES = (HERE.parents[1] / "README.md", HERE / "index.md")
-BLOCK = re.compile(r"(<!-- table: (\S+)(?: (\w+))? -->\n).*?(<!-- end of table -->)", re.DOTALL)
+BLOCK = re.compile(r"(<!-- table: ([\w-]+)(?: (\w+))? -->\n).*?(<!-- end of table -->)", re.DOTALL)
 METRICS = {"gx_mae": ("Gx", 3), "gy_mae": ("Gy", 3), "theta_x_deg": ("θx [°]", 2)}
 METRICS |= {"theta_y_deg": ("θy [°]", 2)}
 STAND_INS = {"none": "", "zero": " (w/o network)", "network": " + network"}
@@ -27,8 +28,9 @@ def filled(page: str) -> str:
     return BLOCK.sub(lambda found: f"{found[1]}\n{_table(found[2], found[3])}\n{found[4]}", page)
 
 
-def _table(file: str, lights: str | None) -> str:
-    document = json.loads((HERE / file).read_text())
+def _table(dataset: str, lights: str | None) -> str:
+    tables = json.loads((HERE / "error_table.json").read_text())["tables"]
+    (document,) = (table for table in tables if table["dataset"] == dataset)
     rows = [row for row in document["rows"] if lights in (None, row["configuration"])]
     headings = ["lights", "estimator", "pixels", *(name for name, _ in METRICS.values())]
     lines = ["| " + " | ".join(headings) + " |", "|---|---|---|" + "--:|" * len(METRICS)]
