@@ -126,7 +126,11 @@ def test_counts_are_whole_numbers(name):
     [
         ("gel", {"pad_length_mm": 36.5}, r"gel\.pad_length_mm = 36\.5 .* acrylic\.length_mm = 36"),
         ("gel", {"pad_width_mm": 27.5}, r"gel\.pad_width_mm = 27\.5 .* acrylic\.width_mm = 27"),
-        ("gel", {"thickness_mm": 1.0}, r"gel\.thickness_mm = 1 .* at least 0\.3 mm"),
+        (
+            "gel",
+            {"thickness_mm": 2.4},
+            r"gel\.thickness_mm = 2\.4 leaves 0\.14 mm .* at least 0\.3 mm",
+        ),
         ("gel", {"semi_axis_across_mm": 12.0}, r"gel\.pad_width_mm = 25\.5 reach beyond"),
         ("lights", {"led_width_mm": 4.6}, r"lights\.led_width_mm = 4\.6 .* acrylic\.thickness_mm"),
         ("lights", {"red_side_leds": 11}, r"lights\.red_side_leds = 11 .* 36 mm: at most 10"),
