@@ -8,7 +8,7 @@ from typing import Annotated
 
 import tyro
 
-from app._output import print_error_table, write_json
+from app._output import OutputFile, print_error_table, write_json
 from app._progress import progress
 
 
@@ -16,7 +16,7 @@ def main(
     unit: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="UNIT")],
     dataset: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="DATASET")],
     seed: int = 0,
-    json: Path | None = None,
+    json: OutputFile = None,
 ) -> None:
     """Measure the gradient and depth errors of a calibrated unit on the presses of a dataset.
 

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import tyro
 
-from app._output import print_table, write_json
+from app._output import OutputFile, print_table, write_json
 from app._progress import progress
 from sensor.errors import WedgeError
 from sensor.files import write_atomic
@@ -18,8 +18,8 @@ def main(
     unit: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="UNIT")],
     image: Annotated[tyro.conf.Positional[tuple[str, ...]], tyro.conf.arg(metavar="IMAGE...")],
     out: Path,
-    background: str | None = None,
-    json: Path | None = None,
+    background: Annotated[str | None, tyro.conf.arg(metavar="IMAGE")] = None,
+    json: OutputFile = None,
 ) -> None:
     """Reconstruct depth from images of a calibrated unit.
 
