@@ -15,9 +15,9 @@ from recon.images import read_image, write_image
 from recon.lens import Lens, read_lens, write_lens
 from recon.lights import unseen_axis
 from recon.pixels import join, label_pixels
-from recon.presses import LENS_FILE, PressSet
+from recon.presses import PressSet
 from recon.unwarp import Unwarp, prepare_unwarp
-from sensor.dataset import Dataset
+from sensor.dataset import LENS_FILE, Dataset
 from sensor.design import STANDARD, Wedge
 from sensor.errors import WedgeError
 from sensor.files import new_folder, write_atomic

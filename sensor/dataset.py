@@ -29,6 +29,8 @@ from sensor.toml import (
     toml_text,
 )
 
+LENS_FILE = "camera.toml"
+"""A camera calibration beside ``dataset.toml``, where there is one."""
 REQUIRED_KEYS = ("name", "source", "licence", "mm_per_px", "ball_radius_mm", "background")
 OPTIONAL_KEYS = ("corners_px", "pad_size_mm", "lights_deg")
 REQUIRED_COLUMNS = ("file", "center_x_px", "center_y_px", "contact_radius_px")
@@ -93,9 +95,10 @@ class Dataset:
 
     @property
     def sha256(self) -> str:
-        """Hash of the card, the labels and every frame that they name."""
+        """Hash of the card, the labels, every frame that they name, and the lens."""
         frames = (*self.card.background, *(label.file for label in self.labels))
         names = {"dataset.toml", "labels.csv", *(name.partition("#")[0] for name in frames)}
+        names |= {LENS_FILE} if (self.folder / LENS_FILE).is_file() else set()
         try:
             return sha256_of_files({name: self.folder / name for name in names})
         except OSError as error:

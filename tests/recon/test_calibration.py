@@ -10,7 +10,8 @@ from safetensors.numpy import load_file, save_file
 from recon.calibration import calibrate, lit_channels, load_calibration
 from recon.images import write_image
 from recon.lens import Lens, write_lens
-from recon.presses import LENS_FILE, read_presses
+from recon.presses import read_presses
+from sensor.dataset import LENS_FILE
 from sensor.design import FINGER
 from sensor.errors import WedgeError
 from sensor.unit import write_unit_card

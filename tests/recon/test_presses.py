@@ -7,8 +7,8 @@ import pytest
 
 from recon.images import read_image, write_image
 from recon.lens import Lens, write_lens
-from recon.presses import LENS_FILE, read_background, read_presses
-from sensor.dataset import BallLabel, read_dataset, write_card, write_labels
+from recon.presses import read_background, read_presses
+from sensor.dataset import LENS_FILE, BallLabel, read_dataset, write_card, write_labels
 from sensor.errors import WedgeError
 from tests.synthetic import (
     BALL_RADIUS_MM,

@@ -266,14 +266,16 @@ def test_the_hash_does_not_know_the_place(tmp_path):
 def test_the_hash_changes_with_every_file_that_is_named(tmp_path, in_npz):
     dataset = make_dataset(tmp_path, presses=3, in_npz=in_npz)
     hashes = {dataset.sha256}
+    (tmp_path / "camera.toml").write_text("a lens changes every unwarped pixel")
+    hashes.add(dataset.sha256)
     files = sorted(tmp_path.iterdir())
-    assert len(files) == (4 if in_npz else 6)
+    assert len(files) == (5 if in_npz else 7)
     for path in files:
         content = path.read_bytes()
         path.write_bytes(content + b"\n")
         hashes.add(dataset.sha256)
         path.write_bytes(content)
-    assert len(hashes) == len(files) + 1
+    assert len(hashes) == len(files) + 2
     assert dataset.sha256 in hashes
 
 
