@@ -50,15 +50,10 @@ def press_figure(press: PressPicture) -> Figure:
     """Frame, difference and depth; gradients beside the truth; depth error and cross-sections."""
     pitch = press.mm_per_px
     window = _window(press)
-    frame_mm = maps.size_mm(press.depth_mm, pitch)
     window_mm = maps.size_mm(press.depth_mm[window], pitch)
-    third = (FULL_IN - 2 * MARGIN - BAR_ROOM - 2 * GAP) / 3
     quarter = (FULL_IN - 2 * MARGIN - BAR_ROOM - 3 * GAP) / 4
     top = MARGIN + 2 * maps.TITLE_IN + 0.06
-    frames = [
-        maps.fit_box(MARGIN + i * (third + GAP), top, third, HIGHEST_FRAME, frame_mm)
-        for i in range(3)
-    ]
+    frames = _frame_boxes(press, top)
     below = top + frames[0].height + maps.TITLE_IN + 0.14
     fields = [
         maps.fit_box(MARGIN + i * (quarter + GAP), below, quarter, quarter, window_mm)
@@ -75,8 +70,7 @@ def press_figure(press: PressPicture) -> Figure:
         fontsize=10.5,
         fontweight="bold",
     )
-    deepest_mm = max(float(np.nanmax(press.depth_truth_mm)), float(press.depth_mm.max()))
-    _frames(figure, frames, press, deepest_mm)
+    _frames(figure, frames, press)
     _fields(figure, fields, press, window)
 
     error = (press.depth_mm - press.depth_truth_mm)[window]
@@ -104,7 +98,7 @@ def press_figure(press: PressPicture) -> Figure:
         box = maps.Box(left=left + index * (width + GAP), top=last, width=width, height=quarter)
         axes = box.axes(figure)
         _cut(axes, press, depth_mm, truth_mm, index)
-        axes.set_ylim(-0.12 * deepest_mm, 1.3 * deepest_mm)
+        axes.set_ylim(-0.12 * _deepest_mm(press), 1.3 * _deepest_mm(press))
         if index == 0:
             axes.set_ylabel("depth [mm]")
             axes.legend(
@@ -122,7 +116,27 @@ def press_figure(press: PressPicture) -> Figure:
     return figure
 
 
-def _frames(figure: Figure, boxes: list[maps.Box], press: PressPicture, deepest_mm: float) -> None:
+@styled
+def strip_figure(press: PressPicture) -> Figure:
+    """Frame, difference and depth alone, side by side."""
+    boxes = _frame_boxes(press, MARGIN + maps.TITLE_IN)
+    figure = maps.blank(FULL_IN, boxes[0].top + boxes[0].height + MARGIN)
+    _frames(figure, boxes, press)
+    return figure
+
+
+def _frame_boxes(press: PressPicture, top: float) -> list[maps.Box]:
+    size_mm = maps.size_mm(press.depth_mm, press.mm_per_px)
+    third = (FULL_IN - 2 * MARGIN - BAR_ROOM - 2 * GAP) / 3
+    lefts = [MARGIN + index * (third + GAP) for index in range(3)]
+    return [maps.fit_box(left, top, third, HIGHEST_FRAME, size_mm) for left in lefts]
+
+
+def _deepest_mm(press: PressPicture) -> float:
+    return max(float(np.nanmax(press.depth_truth_mm)), float(press.depth_mm.max()))
+
+
+def _frames(figure: Figure, boxes: list[maps.Box], press: PressPicture) -> None:
     pitch = press.mm_per_px
     amplified = np.clip(0.5 + AMPLIFIED * press.difference, 0, 1)
     images = [
@@ -130,7 +144,9 @@ def _frames(figure: Figure, boxes: list[maps.Box], press: PressPicture, deepest_
         maps.show_map(
             figure, boxes[1], amplified, pitch, f"difference × {AMPLIFIED:g}, grey is no change"
         ),
-        maps.show_map(figure, boxes[2], press.depth_mm, pitch, "depth", limits=(0.0, deepest_mm)),
+        maps.show_map(
+            figure, boxes[2], press.depth_mm, pitch, "depth", limits=(0.0, _deepest_mm(press))
+        ),
     ]
     for image in images:
         maps.scale_bar(image)

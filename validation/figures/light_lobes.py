@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 from matplotlib.figure import Figure
 from matplotlib.projections.polar import PolarAxes
+from matplotlib.ticker import MaxNLocator
 
 from validation.figures.style import CHANNELS, HALF_IN, INK, SOFT, styled
 
@@ -51,7 +52,7 @@ def lobe_figure(
     axes.plot(np.linspace(0, 2 * np.pi, 181), np.zeros(181), color=INK, lw=0.9)
     for index, (channel, shade) in enumerate(CHANNELS.items()):
         mean_deg = lobe_azimuth_deg(centers_deg, means[:, index])
-        label = f"{channel}: {mean_deg:+.0f}°"
+        label = f"{channel}: {mean_deg:+.0f}°".replace("-", "−")
         axes.plot(np.radians(mean_deg), top, "o", color=shade, clip_on=False, ms=6, label=label)
         if lights_deg and channel in lights_deg:
             spoke = np.radians(lights_deg[channel])
@@ -62,6 +63,7 @@ def lobe_figure(
     axes.spines["polar"].set_color(SOFT)
     axes.set_rlabel_position(22.5)
     axes.tick_params(axis="y", labelsize=7)
+    axes.yaxis.set_major_locator(MaxNLocator(4))
     figure.legend(loc="upper right", title="lobe points to", title_fontsize=8)
     return figure
 

@@ -12,7 +12,7 @@ from matplotlib.text import Text
 from recon.ball import ball_cap
 from validation.depth import DepthErrors
 from validation.error_table import WEDGE_CONFIGURATIONS, Row
-from validation.figures.ball_press import PressPicture, press_figure
+from validation.figures.ball_press import PressPicture, press_figure, strip_figure
 from validation.figures.depth_map import depth_figure
 from validation.figures.depth_scatter import peak_figure, rmse_figure
 from validation.figures.error_bars import PAPER, error_figure
@@ -102,6 +102,7 @@ FIGURES = {
     "press": lambda: press_figure(press()),
     "press, portrait": lambda: press_figure(press(36, 48)),
     "press at the corner": lambda: press_figure(press(at=(1.0, 35.0))),
+    "strip": lambda: strip_figure(press()),
     "errors, contact": lambda: error_figure(rows(), "contact"),
     "errors, contact+5%": lambda: error_figure(rows(), "contact+5%"),
     "errors, one estimator": lambda: error_figure(rows()[:12], "contact"),
