@@ -5,6 +5,7 @@
 import base64
 import re
 from concurrent.futures import Executor, Future
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -12,9 +13,12 @@ import numpy as np
 import pytest
 
 from benchmarks.integrators import BOUNDARIES, bump_error, three_caps
+from recon.estimators import GradientEstimator, fit_estimator
+from recon.pixels import Pixels
 from recon.poisson import integrate
 from sensor.errors import WedgeError
 from tests.synthetic import make_dataset
+from validation import examples
 from validation.error_table import error_table
 from validation.examples import held_out, label_shift_deg
 from validation.paper import PAPER_TABLE
@@ -140,7 +144,7 @@ def test_tables_can_be_read_aloud(text: str) -> None:
 
 
 def test_rows_have_as_many_cells_as_headings(text: str) -> None:
-    for table in re.findall(r"<table>.*?</table>", text, re.DOTALL):
+    for table in re.findall(r"<table.*?</table>", text, re.DOTALL):
         counts = {len(re.findall(r"<t[hd]\b", row)) for row in re.findall(r"<tr.*?</tr>", table)}
         assert len(counts) == 1
 
@@ -161,8 +165,6 @@ def test_numbers_are_the_tables(results: DatasetResults, text: str) -> None:
 
 
 def test_presses_left_out_are_named(results: DatasetResults) -> None:
-    from dataclasses import replace
-
     table = replace(results.table, left_out=(("press07.png", "no contact is visible"),))
     words = weakness_section([replace(results, table=table)]).html
     assert "Left out 1 of 6 presses: press07.png: no contact is visible." in words
@@ -196,14 +198,30 @@ def test_words_from_outside_stay_words() -> None:
         assert not Page(part).all("script")
 
 
-def test_held_out_presses_are_no_training_presses(results: DatasetResults) -> None:
-    held = results.held_out
-    assert held.n_presses == len(np.unique(held.pixels.press)) == 3
-    median, worst = held.examples
+def test_held_out_presses_are_no_training_presses(
+    results: DatasetResults, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    learnt: list[int] = []
+
+    def fit(name: str, pixels: Pixels, *rest) -> GradientEstimator:
+        learnt.extend(np.unique(pixels.press))
+        return fit_estimator(name, pixels, *rest)
+
+    monkeypatch.setattr(examples, "fit_estimator", fit)
+    held = examples.held_out(results.dataset.folder, "table", folds=3, seed=0)
+    judged = set(np.unique(held.pixels.press))
+    assert (len(learnt), len(judged), held.n_presses) == (4, 2, 2)
+    assert judged.isdisjoint(learnt)
+    files = {results.dataset.labels[index].file for index in judged}
+    assert {shown.depth.file for shown in held.examples} == files
+
+
+def test_pictures_show_the_depth_that_was_judged(results: DatasetResults) -> None:
+    median, worst = results.held_out.examples
     assert median.depth.rmse_mm <= worst.depth.rmse_mm
-    known = np.isfinite(worst.picture.depth_truth_mm)
-    error = (worst.picture.depth_mm - worst.picture.depth_truth_mm)[known]
-    assert np.sqrt(np.mean(error**2)) == pytest.approx(worst.depth.rmse_mm, rel=1e-3)
+    error = worst.picture.depth_mm - worst.picture.depth_truth_mm
+    known = np.isfinite(error)
+    assert np.sqrt(np.mean(error[known] ** 2)) == pytest.approx(worst.depth.rmse_mm, rel=1e-3)
 
 
 def test_shift_of_a_label_near_the_bottom_of_a_ball_is_shift_over_radius() -> None:

@@ -148,6 +148,7 @@ def table_html(
     rows: Iterable[Sequence[str]],
     *,
     notes: Sequence[str] = (),
+    of_words: bool = False,
 ) -> str:
     """A table whose first column names its rows.
 
@@ -157,11 +158,13 @@ def table_html(
         rows: plain texts, as many as there are headings; a line break parts a number from its
             interval, which is set smaller.
         notes: names of rows that are set back, such as values from elsewhere.
+        of_words: cells are words, which may wrap, instead of numbers, which line up.
     """
     head = "".join(f'<th scope="col">{html.escape(heading)}</th>' for heading in headings)
     body = "\n".join(_row_html(row, row[0] in notes) for row in rows)
+    kind = ' class="words"' if of_words else ""
     table = (
-        f"<table><caption><span>{html.escape(caption)}</span></caption>\n"
+        f"<table{kind}><caption><span>{html.escape(caption)}</span></caption>\n"
         f"<thead><tr>{head}</tr></thead>\n<tbody>\n{body}\n</tbody></table>"
     )
     return _scrollable(table, caption) + "\n"

@@ -47,7 +47,7 @@ def _weaknesses(results: DatasetResults) -> list[str]:
         f"Depth: contacts come out {found_mm:.2f} mm deep where the ball's cap is {true_mm:.2f} mm"
         f" (means of {results.table.test} presses). The worst press is {worst.file}: RMSE "
         f"{worst.rmse_mm:.3f} mm.",
-        f"Untouched gel: the mean |G| it is given there is {idle:.3f}, and should be 0.",
+        f"Untouched gel: the mean |G| estimated there is {idle:.3f}, and should be 0.",
         f"Labels: a centre that is one pixel off ({pitch_mm:g} mm) moves the true θx by "
         f"{moved:.1f}° on average, so errors near that size say as much about the labels as about "
         "the estimator.",
@@ -106,7 +106,17 @@ def reproduction_section(
         title="How to reproduce",
         html=paragraph("The same seed on the same machine gives the same tables to the last digit.")
         + code(command)
-        + table_html("Data: hashes of labels and frames.", ["data", "licence", "SHA-256"], rows)
+        + table_html(
+            "Data: hashes of labels and frames.",
+            ["data", "licence", "SHA-256"],
+            rows,
+            of_words=True,
+        )
         + bullets(missing) * bool(missing)
-        + table_html("Made with.", ["what", "version"], [list(item) for item in about.items()]),
+        + table_html(
+            "Made with.",
+            ["what", "version"],
+            [list(item) for item in about.items()],
+            of_words=True,
+        ),
     )
