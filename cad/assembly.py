@@ -22,6 +22,8 @@ from cad.parts.electronics_cover import POSTS, UNDER_HEAD, board_z, cover_middle
 from cad.parts.gripper_adapter import cover_screw_places
 from sensor.design import Wedge
 
+Placed = tuple["Body", cq.Solid]
+
 BOARD_SCREW_LENGTH = 4.0
 COVER_SCREW_LENGTH = 6.0
 _DOWN, _UP, _BACK = (0.0, 0.0, -1.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
@@ -34,7 +36,6 @@ class Body:
     name: str
     part: str
     """Id of the part in the bill."""
-    solid: cq.Solid
     material: str
     way: Vector
 
@@ -83,9 +84,11 @@ class Assembly:
         return self.bodies[self.moving(step)[0] if step.brings else name].way
 
 
-def assemble(design: Wedge) -> Assembly:
-    """Build every body of the sensor in its place."""
-    bodies = {body.name: body for body in (*_optics(design), *_mechanics(design), *_screws(design))}
+def assemble(design: Wedge) -> tuple[Assembly, dict[str, cq.Solid]]:
+    """The order in which the sensor goes together, and every body as a solid in its place."""
+    placed = [*_optics(design), *_mechanics(design), *_screws(design)]
+    bodies = {body.name: body for body, _ in placed}
+    solids = {body.name: solid for body, solid in placed}
     colours = [row.colour for row in Layout(design).light_rows()]
     films = list(Layout(design).films)
     steps = [
@@ -116,7 +119,7 @@ def assemble(design: Wedge) -> Assembly:
         Step("cover_into_place", "Close the compartment", "sensor", (), "electronics"),
         Step("cover_screws", "Screw the cover to the adapter", "sensor", _names("cover_screw", 4)),
     ]
-    return Assembly(bodies, tuple(steps))
+    return Assembly(bodies, tuple(steps)), solids
 
 
 def _names(stem: str, count: int) -> tuple[str, ...]:
@@ -128,36 +131,35 @@ def _scaled(direction: Vector, length: float) -> Vector:
     return x * length, y * length, z * length
 
 
-def _optics(design: Wedge) -> list[Body]:
+def _optics(design: Wedge) -> list[Placed]:
     """Mirror, lights and the window, all of which go in from below."""
     place = Layout(design)
     down = partial(_scaled, _DOWN)
     far = design.housing.roof_z_mm + design.acrylic.thickness_mm + 5
     bodies = [
-        Body("mirror", "mirror", bought.mirror(design), "glass front-surface mirror", down(far)),
-        Body("acrylic", "acrylic", bought.acrylic(design), "PMMA clear", down(far)),
-        Body("gel", "gel", bought.gel(design), "silicone clear", down(far / 2)),
+        (Body("mirror", "mirror", "glass front-surface mirror", down(far)), bought.mirror(design)),
+        (Body("acrylic", "acrylic", "PMMA clear", down(far)), bought.acrylic(design)),
+        (Body("gel", "gel", "silicone clear", down(far / 2)), bought.gel(design)),
     ]
     outward = {"red": (0.0, 8.0, 0.0), "blue": (0.0, -8.0, 0.0), "green": (8.0, 0.0, 0.0)}
     for row in place.light_rows():
         colour = row.colour
         array = bought.led_array(design, colour)
-        bodies.append(
-            Body(f"{colour}_leds", f"led_array_{colour}", array, "electronics", down(far / 2))
-        )
+        body = Body(f"{colour}_leds", f"led_array_{colour}", "electronics", down(far / 2))
+        bodies.append((body, array))
         side = "base" if colour == "green" else "side"
         for order, film in enumerate(place.films):
             away = _scaled(outward[colour], 1 + 0.5 * order)
             solid = bought.film(design, film, colour)
-            bodies.append(Body(f"{colour}_{film}", f"{film}_{side}", solid, "film", away))
+            bodies.append((Body(f"{colour}_{film}", f"{film}_{side}", "film", away), solid))
     bodies += [
-        Body(f"pin_{index + 1}", "pin", bought.pin(design, index), "brass", down(10))
+        (Body(f"pin_{index + 1}", "pin", "brass", down(10)), bought.pin(design, index))
         for index in range(2)
     ]
     return bodies
 
 
-def _mechanics(design: Wedge) -> list[Body]:
+def _mechanics(design: Wedge) -> list[Placed]:
     """The printed parts of the assembly, the camera and the board."""
     place = Layout(design)
     length = design.housing.case_length_mm
@@ -168,20 +170,20 @@ def _mechanics(design: Wedge) -> list[Body]:
         "electronics_cover": _scaled(_DOWN, 30),
     }
     bodies = [
-        Body(part.id, part.id, part.make(design), part.material, ways[part.id])
+        (Body(part.id, part.id, part.material, ways[part.id]), part.make(design))
         for part in PRINTED
         if part.use == "assembly"
     ]
     back = (math.cos(place.pitch) * 25, 0.0, -math.sin(place.pitch) * 25)
     board = bought.csi_hdmi_board(design)
     bodies += [
-        Body("camera", "camera", bought.camera(design), "electronics", back),
-        Body("csi_hdmi_board", "csi_hdmi_board", board, "electronics", _scaled(_UP, 20)),
+        (Body("camera", "camera", "electronics", back), bought.camera(design)),
+        (Body("csi_hdmi_board", "csi_hdmi_board", "electronics", _scaled(_UP, 20)), board),
     ]
     return bodies
 
 
-def _screws(design: Wedge) -> list[Body]:
+def _screws(design: Wedge) -> list[Placed]:
     place = Layout(design)
     y, roof = place.screw_y, design.housing.roof_z_mm
     middle = cover_middle_x(place)
@@ -195,7 +197,11 @@ def _screws(design: Wedge) -> list[Body]:
         ),
         (
             "roof_screw",
-            [(x, side * y, roof + PLATE_UNDER_HEAD) for x in place.roof_screw_x for side in (-1, 1)],
+            [
+                (x, side * y, roof + PLATE_UNDER_HEAD)
+                for x in place.roof_screw_x
+                for side in (-1, 1)
+            ],
             _DOWN,
             ROOF_SCREW_LENGTH,
         ),
@@ -218,8 +224,7 @@ def _screws(design: Wedge) -> list[Body]:
         for index, head in enumerate(places):
             solid = bought.screw(size, head, direction, length)
             x, y, z = direction
-            bodies.append(
-                Body(f"{stem}_{index + 1}", f"screw_{size.lower()}x{length:g}", solid, "steel",
-                     (-20 * x, -20 * y, -20 * z))
-            )  # fmt: skip
+            part = f"screw_{size.lower()}x{length:g}"
+            back = (-20 * x, -20 * y, -20 * z)
+            bodies.append((Body(f"{stem}_{index + 1}", part, "steel", back), solid))
     return bodies

@@ -222,9 +222,7 @@ class Layout:
     def baffle_z(self, x: float) -> float:
         """Top of the baffle: all light below the line from mirror foot to pupil is direct."""
         camera, mirror = self.design.camera, self.design.mirror
-        slope = (camera.pupil_z_mm - mirror.foot_height_mm) / (
-            camera.pupil_x_mm - mirror.foot_x_mm
-        )
+        slope = (camera.pupil_z_mm - mirror.foot_height_mm) / (camera.pupil_x_mm - mirror.foot_x_mm)
         return mirror.foot_height_mm + (x - mirror.foot_x_mm) * slope - BAFFLE_GAP
 
     # The camera, its holder and the tunnel that takes it.

@@ -153,7 +153,9 @@ def picture_shifts(design: Wedge) -> dict[str, float]:
     """Largest shift in px of a point of the pad for each likely fault of building."""
     camera, mirror = design.camera, design.mirror
     faults = {
-        "mirror angle +1 deg": replace(design, mirror=replace(mirror, angle_deg=mirror.angle_deg + 1)),
+        "mirror angle +1 deg": replace(
+            design, mirror=replace(mirror, angle_deg=mirror.angle_deg + 1)
+        ),
         "camera x +0.3 mm": replace(
             design, camera=replace(camera, pupil_x_mm=camera.pupil_x_mm + 0.3)
         ),

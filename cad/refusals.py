@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from cad import layout
-from cad.layout import BASE_POST, FLANGE, MIN_WALL, RIB, Layout
+from cad.layout import MIN_WALL, RIB, Layout
 from cad.optics import keystone, mirror_plane, pad_grid, pixel_margin, trace
 from sensor.design import Wedge
 from sensor.errors import WedgeError

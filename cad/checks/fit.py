@@ -50,9 +50,7 @@ def check_insertion(assembly: Assembly, bodies: Bodies) -> list[Result]:
         if not standing:
             continue
         worst, where = _worst_on_the_way(assembly, step, bodies)
-        results.append(
-            Result("insertion", step.id, worst, "mm³", TOLERANCE_MM3, "at most", where)
-        )
+        results.append(Result("insertion", step.id, worst, "mm³", TOLERANCE_MM3, "at most", where))
     return results
 
 

@@ -23,4 +23,6 @@ class Result:
         """Whether the figure keeps its bound; NaN never does."""
         if self.sense == "for information":
             return True
-        return self.value >= self.bound if self.sense == "at least" else self.value <= self.bound
+        if self.sense == "at least":
+            return bool(self.value >= self.bound)
+        return bool(self.value <= self.bound)

@@ -8,6 +8,7 @@ half the kerf of the design's ``laser`` table.
 
 import io
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -71,9 +72,21 @@ def sheets(design: Wedge) -> list[Sheet]:
     for film, thickness in place.films.items():
         side, base = place.film_ranges["side"], place.film_ranges["base"]
         pieces = [Piece(f"{film}_side", side[1] - side[0], acrylic.thickness_mm, sides)]
-        pieces.append(Piece(f"{film}_base", base[1] - base[0], acrylic.thickness_mm, 1 if "green" in colours else 0))
+        pieces.append(
+            Piece(
+                f"{film}_base",
+                base[1] - base[0],
+                acrylic.thickness_mm,
+                1 if "green" in colours else 0,
+            )
+        )
         made.append(
-            Sheet(film, round(thickness, 3), laser.film_kerf_mm, tuple(p for p in pieces if p.quantity))
+            Sheet(
+                film,
+                round(thickness, 3),
+                laser.film_kerf_mm,
+                tuple(p for p in pieces if p.quantity),
+            )
         )
     return made
 
@@ -152,7 +165,16 @@ def sheet_dxf(sheet: Sheet, kerf_mm: float) -> bytes:
             space.add_lwpolyline(moved, format="xyb", close=True, dxfattribs={"layer": "CUT"})
             height = min(1.5, piece.width / 4)
             label = f"{sheet.thickness_mm:g} x{piece.quantity}"
-            _text(space, "ENGRAVE", label, (middle[0] + piece.length / 2 - 7 * height, middle[1] + piece.width / 2 - 1.6 * height), height)
+            _text(
+                space,
+                "ENGRAVE",
+                label,
+                (
+                    middle[0] + piece.length / 2 - 7 * height,
+                    middle[1] + piece.width / 2 - 1.6 * height,
+                ),
+                height,
+            )
             x, row = x + wide + _GAP, max(row, deep)
     return _bytes(document)
 
@@ -177,14 +199,26 @@ def _new_document() -> tuple[ezdxf.document.Drawing, Modelspace]:
     return document, document.modelspace()
 
 
-def _text(space: Modelspace, layer: str, text: str, place: tuple[float, float], height: float) -> None:
+def _text(
+    space: Modelspace, layer: str, text: str, place: tuple[float, float], height: float
+) -> None:
     space.add_text(text, height=height, dxfattribs={"layer": layer}).set_placement(place)
 
 
 def _bytes(document: ezdxf.document.Drawing) -> bytes:
     stream = io.StringIO()
     document.write(stream)
-    return stream.getvalue().encode("utf-8")
+    return _CLASSES.sub(_sorted_classes, stream.getvalue()).encode("utf-8")
+
+
+_CLASSES = re.compile(r"(  2\nCLASSES\n)(.*?)(  0\nENDSEC)", re.DOTALL)
+
+
+def _sorted_classes(section: re.Match[str]) -> str:
+    """The section's records in order; ezdxf writes them in that of a set."""
+    head, body, end = section.groups()
+    records = sorted(f"  0\nCLASS{record}" for record in body.split("  0\nCLASS")[1:])
+    return head + "".join(records) + end
 
 
 def pieces_by_id(design: Wedge) -> Mapping[str, Piece]:

@@ -25,6 +25,8 @@ from vtkmodules.vtkRenderingCore import (
 Vector = tuple[float, float, float]
 FROM_ABOVE: Vector = (-0.75, -1.0, 0.75)
 FROM_BELOW: Vector = (-0.75, -1.0, -0.75)
+FROM_BEHIND: Vector = (0.9, -1.0, 0.6)
+FROM_A_LOW_CORNER: Vector = (-0.45, -1.0, 0.35)
 FROM_THE_SIDE: Vector = (0.0, -1.0, 0.0)
 _SIZE_PX = (1200, 800)
 _EDGES_DEG = 25.0

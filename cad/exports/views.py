@@ -3,13 +3,16 @@
 """What the pictures show: parts, the sensor whole, pulled apart, cut open, and step by step."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import trimesh
 
 from cad.assembly import Assembly, Step
 from cad.exports.pictures import (
+    FROM_A_LOW_CORNER,
     FROM_ABOVE,
+    FROM_BEHIND,
     FROM_BELOW,
     FROM_THE_SIDE,
     Item,
@@ -53,20 +56,44 @@ def colour_of(part: str) -> Vector:
     return _COLOURS.get(part, _STEEL)
 
 
-def draw_all(
-    design: Wedge, assembly: Assembly, bodies: Meshes, printed: Meshes
-) -> Iterator[tuple[str, bytes]]:
-    """Every picture of a design as (name, PNG)."""
+@dataclass(frozen=True)
+class Subject:
+    """All that pictures are drawn from; it travels to the process that draws them."""
+
+    design: Wedge
+    assembly: Assembly
+    bodies: Meshes
+    """In their places."""
+    printed: Meshes
+    """As they stand on the printer's bed."""
+
+    def names(self) -> list[str]:
+        """Every picture, named as its file is."""
+        steps = [f"step_{number + 1:02d}" for number in range(len(self.assembly.steps))]
+        parts = [f"part_{name}" for name in self.printed]
+        return ["assembled_above", "assembled_below", "exploded", "section", *parts, *steps]
+
+
+def draw(subject: Subject, names: Sequence[str]) -> dict[str, bytes]:
+    """Some of the pictures as PNG, by name."""
     painter = Painter()
-    for name, mesh in printed.items():
-        yield f"part_{name}", painter.png([Item(mesh, _PRINT)])
+    return {name: painter.png(*_picture(subject, name)) for name in names}
+
+
+def _picture(subject: Subject, name: str) -> tuple[list[Item], Vector]:
+    """What is drawn, and from where."""
+    assembly, bodies = subject.assembly, subject.bodies
+    kind, _, rest = name.partition("_")
+    if kind == "part":
+        return [Item(subject.printed[rest], _PRINT)], FROM_ABOVE
+    if kind == "step":
+        return _step(assembly, bodies, assembly.steps[int(rest) - 1])
+    if name == "exploded":
+        return list(_exploded(assembly, bodies)), FROM_A_LOW_CORNER
+    if name == "section":
+        return list(_section(subject.design, assembly, bodies)), FROM_THE_SIDE
     whole = list(_items(assembly, bodies, list(assembly.bodies)))
-    yield "assembled_above", painter.png(whole, FROM_ABOVE)
-    yield "assembled_below", painter.png(whole, FROM_BELOW)
-    yield "exploded", painter.png(list(_exploded(assembly, bodies)), (-0.45, -1.0, 0.35))
-    yield "section", painter.png(list(_section(design, assembly, bodies)), FROM_THE_SIDE)
-    for number, step in enumerate(assembly.steps, start=1):
-        yield f"step_{number:02d}", painter.png(*_step(assembly, bodies, step))
+    return whole, FROM_ABOVE if rest == "above" else FROM_BELOW
 
 
 def _items(
@@ -96,8 +123,8 @@ def _apart(step: Step) -> float:
     far = {
         "mirror": 14.0, "lights": 24.0, "window": 38.0, "gel": 10.0, "gray_filter": 5.0,
         "diffuser": 9.0, "pins": 24.0, "camera": 20.0, "camera_into_case": 16.0,
-        "rear_screws": 52.0, "adapter": 16.0, "roof_screws": 36.0, "board": 22.0,
-        "board_screws": 32.0, "cover_into_place": 42.0, "cover_screws": 62.0,
+        "rear_screws": 52.0, "adapter": 16.0, "roof_screws": 36.0, "board": 14.0,
+        "board_screws": 24.0, "cover_into_place": 60.0, "cover_screws": 76.0,
     }  # fmt: skip
     return far.get(step.id, 10.0)
 
@@ -138,12 +165,14 @@ def _step(assembly: Assembly, bodies: Meshes, step: Step) -> tuple[list[Item], V
     """What stands is faded; what this step adds is coloured and drawn a little before its place."""
     standing = assembly.standing(step)
     items = list(_items(assembly, bodies, standing, faded=True))
-    down = 0.0
+    whole_way = np.zeros(3)
     for name in assembly.moving(step):
         mesh, way = bodies[name].copy(), np.array(assembly.way(step, name))
         length = float(np.linalg.norm(way))
         if standing and length:
             mesh.apply_translation(way / length * min(12.0, length))
-        down += way[2]
+        whole_way += way
         items.append(Item(mesh, colour_of(assembly.bodies[name].part)))
-    return items, FROM_BELOW if down < 0 and standing else FROM_ABOVE
+    if not standing or whole_way[2] > np.abs(whole_way[:2]).max():
+        return items, FROM_ABOVE
+    return items, FROM_BEHIND if whole_way[0] > -whole_way[2] else FROM_BELOW

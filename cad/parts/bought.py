@@ -101,7 +101,9 @@ def camera(design: Wedge) -> cq.Solid:
     lens = design.camera
     x, z, half = lens.pupil_x_mm, lens.pupil_z_mm, lens.head_size_mm / 2
     head = box((x, x + lens.head_depth_mm), (-half, half), (z - half, z + half))
-    barrel = cylinder((x + 0.1, 0, z), (-1, 0, 0), lens.barrel_diameter_mm / 2, lens.barrel_length_mm + 0.1)
+    barrel = cylinder(
+        (x + 0.1, 0, z), (-1, 0, 0), lens.barrel_diameter_mm / 2, lens.barrel_length_mm + 0.1
+    )
     return one_solid(turned(head.union(barrel), lens.pitch_deg, (x, 0.0, z)), "the camera")
 
 

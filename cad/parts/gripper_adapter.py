@@ -67,7 +67,9 @@ def _roof_screws(place: Layout) -> cq.Workplane:
     holes = []
     for x in place.roof_screw_x:
         for y in (-place.screw_y, place.screw_y):
-            holes.append(cylinder((x, y, z0 - 1), (0, 0, 1), place.screw.clearance_mm / 2, PLATE + 2))
+            holes.append(
+                cylinder((x, y, z0 - 1), (0, 0, 1), place.screw.clearance_mm / 2, PLATE + 2)
+            )
             sink = place.screw.head_diameter_mm / 2 + HEAD_GAP
             holes.append(cylinder((x, y, z0 + PLATE_UNDER_HEAD), (0, 0, 1), sink, PLATE))
     return union_of(holes)
@@ -82,7 +84,9 @@ def _gripper_holes(place: Layout, pattern: Pattern) -> cq.Workplane:
         start = (middle + along, across, z0 - 1)
         holes.append(cylinder(start, (0, 0, 1), size.clearance_mm / 2, PLATE + 2))
         sink = size.head_diameter_mm / 2 + 2 * HEAD_GAP
-        holes.append(cylinder(start, (0, 0, 1), sink, 1 + min(size.head_height_mm + 0.2, PLATE - 1.8)))
+        holes.append(
+            cylinder(start, (0, 0, 1), sink, 1 + min(size.head_height_mm + 0.2, PLATE - 1.8))
+        )
     return union_of(holes)
 
 

@@ -53,7 +53,11 @@ def _cavity_half(gel: Gel) -> cq.Solid:
             box(_around(0), (-y - GROOVE_INSIDE, y + GROOVE_INSIDE), (-OVERFLOW_DEPTH, 0)),
         ]
     )
-    body = block.edges("|Z").fillet(2).cut(_ring(gel, 0, GROOVE_DEPTH).translate((0, 0, -GROOVE_DEPTH)))
+    body = (
+        block.edges("|Z")
+        .fillet(2)
+        .cut(_ring(gel, 0, GROOVE_DEPTH).translate((0, 0, -GROOVE_DEPTH)))
+    )
     return one_solid(body.cut(overflow).cut(cq.Workplane(gel_pad(gel))), "the mold")
 
 
