@@ -11,12 +11,11 @@ import importlib
 import os
 import sys
 from collections.abc import Sequence
-from types import ModuleType
 
 from sensor.errors import WedgeError
 
 SUBCOMMANDS = {
-    "reproduce": "calibrate on real ball presses, make the error tables and figures, build/index.html",
+    "reproduce": "calibrate on real ball presses, tabulate the errors, write build/index.html",
     "test": "run every check of the project: style, types, floors, docs, tests",
     "data": "list the datasets known by name, with folder and licence",
     "calibrate": "make a unit folder for one sensor from its ball presses",
@@ -42,7 +41,7 @@ HELP = "\n".join(
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line and exit: 0 well, 1 a check failed, 2 bad input or usage, 130 interrupted.
+    """Run the command line and exit: 0 well, 1 failed checks, 2 bad input, 130 interrupted.
 
     Args:
         arguments: The words after `wedge`; the process's own by default.
@@ -50,19 +49,17 @@ def main(arguments: Sequence[str] | None = None) -> None:
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
         status = _dispatch(words)
-        sys.stdout.flush()
+        print(end="", flush=True)  # a full disk shows now, where it can still be said
     except WedgeError as error:
         status = _complain(str(error))
     except KeyboardInterrupt:
         status = 130
-    except BrokenPipeError:
-        # The reader, `head` say, has had enough. Python would complain again when it closes stdout.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except BrokenPipeError:  # the reader, `head` say, has had enough
         status = 0
+        _abandon_stdout()
     except OSError as error:
-        if error.errno is None:
-            raise
         status = _complain(_os_sentence(error))
+        _abandon_stdout()
     sys.exit(status)
 
 
@@ -77,8 +74,12 @@ def _dispatch(words: list[str]) -> int:
 
             print(f"wedge {version('gelsight-wedge')}")
             return 0
+        case ["test", first, *_] if first not in ("-h", "--help"):
+            from app.test import run_pytest
+
+            return run_pytest(words[1:])
         case [name, *rest] if name in SUBCOMMANDS:
-            return _run(name, importlib.import_module(f"app.{name}"), rest)
+            return _run(name, rest)
         case [name, *_]:
             near = difflib.get_close_matches(name, SUBCOMMANDS, n=1)
             guess = f"did you mean `wedge {near[0]}`?" if near else "`wedge --help` lists them."
@@ -86,15 +87,13 @@ def _dispatch(words: list[str]) -> int:
     raise AssertionError(words)
 
 
-def _run(name: str, module: ModuleType, words: list[str]) -> int:
-    """Read the words as the parameters of the module's `main` and call it."""
+def _run(name: str, words: list[str]) -> int:
+    """Read the words as the parameters of the subcommand's `main` and call it."""
     import tyro
 
+    command = importlib.import_module(f"app.{name}").main
     result = tyro.cli(
-        module.main,
-        prog=f"wedge {name}",
-        args=words,
-        config=(tyro.conf.AvoidSubcommands, tyro.conf.FlagConversionOff),
+        command, prog=f"wedge {name}", args=words, config=(tyro.conf.FlagCreatePairsOff,)
     )
     return result if isinstance(result, int) else 0
 
@@ -109,6 +108,14 @@ def _os_sentence(error: OSError) -> str:
     """Say what the operating system refused, and for which file."""
     reason = error.strerror or str(error)
     return f"{error.filename}: {reason}." if error.filename else f"{reason}."
+
+
+def _abandon_stdout() -> None:
+    """Drop what stdout cannot take, or Python would complain again as it closes."""
+    try:
+        print(end="", flush=True)
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 if __name__ == "__main__":

@@ -15,7 +15,9 @@ DESIGNS: Mapping[str, Wedge] = {design.name: design for design in (STANDARD, FIN
 
 
 def load_design(name_or_file: str) -> Wedge:
-    """A known design by name, or a TOML file such as::
+    """Find a known design by name, or read one from a TOML file.
+
+    The file names a base and changes some of its numbers::
 
         base = "standard"
         name = "thin-acrylic"

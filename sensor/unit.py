@@ -109,9 +109,6 @@ def _card(document: dict[str, Any]) -> UnitCard:
         raise WedgeError(f'channels = "{channels}" must be some of R, G and B in that order.')
     if document["missing_axis"] not in get_args(MissingAxis):
         raise WedgeError(f"missing_axis must be one of {', '.join(get_args(MissingAxis))}.")
-    if not isinstance(document["metrics"], dict):
-        raise WedgeError("metrics must be a table of numbers.")
-    metrics = document["metrics"].items()
     pad_size = document.get("pad_size_mm")
     return UnitCard(
         **{key: text_line(document[key], key) for key in texts},
@@ -120,13 +117,17 @@ def _card(document: dict[str, Any]) -> UnitCard:
         mm_per_px=positive_pair(document["mm_per_px"], "mm_per_px"),
         frame_size_px=_size(document["frame_size_px"], "frame_size_px"),
         size_px=_size(document["size_px"], "size_px"),
-        metrics={
-            key: finite(value, f"metrics.{key}") for key, value in document["metrics"].items()
-        },
+        metrics=_metrics(document["metrics"]),
         corners_px=corners(document["corners_px"]) if "corners_px" in document else None,
         pad_size_mm=None if pad_size is None else positive_pair(pad_size, "pad_size_mm"),
         lights_deg=lights(document["lights_deg"]) if "lights_deg" in document else None,
     )
+
+
+def _metrics(value: object) -> dict[str, float]:
+    if not isinstance(value, dict):
+        raise WedgeError("metrics must be a table of numbers.")
+    return {key: finite(number, f"metrics.{key}") for key, number in value.items()}
 
 
 def _size(value: object, key: str) -> tuple[int, int]:

@@ -1,0 +1,96 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""`wedge bench`: every figure of the performance page, measured in one run."""
+
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from app._output import print_table, write_json
+from app._progress import progress
+from app._workers import process_pool
+
+if TYPE_CHECKING:
+    from benchmarks.measurement import Measurement
+
+
+def main(json: Path | None = None) -> int:
+    """Measure every figure of the performance page and print it beside its bar.
+
+    Integrators on exact slopes, the network on the real bench presses (5-fold by press), the time
+    of a calibration from 40 presses, of the error table and of `wedge --help`, and the largest
+    memory of a process. Times on a shared machine are noisy: two things that are compared are
+    measured in turn, and the figure is the ratio of medians. Takes about three minutes.
+
+    Exit status 1 where a figure misses its bar.
+
+    Args:
+        json: Write the figures here as JSON.
+    """
+    found: list[Measurement] = []
+    with progress("benchmarks") as show:
+        for share, measurement in _all():
+            found.append(measurement)
+            show(share, measurement.name)
+    print_table(
+        ["figure", "value", "bar", "unit", ""],
+        [
+            [
+                item.name,
+                f"{item.value:.3g}",
+                "" if item.bar is None else f"≤ {item.bar:.3g}",
+                item.unit,
+                "" if item.bar is None else "ok" if item.passed else "MISSED",
+            ]
+            for item in found
+        ],
+    )
+    write_json(
+        json,
+        {
+            "figures": [
+                {"name": item.name, "value": item.value, "unit": item.unit, "bar": item.bar}
+                for item in found
+            ]
+        },
+    )
+    return 0 if all(item.passed for item in found) else 1
+
+
+def _all() -> "Iterator[tuple[float, Measurement]]":
+    """Each figure, with the share of the run that is done when it is known."""
+    from validation.datasets import dataset_folder
+
+    from benchmarks import calibration, estimators, integrators
+    from benchmarks.measurement import Measurement, interleaved_ms
+
+    for item in integrators.measure():
+        yield 0.05, item
+    folder = dataset_folder("taxim-gelsight")
+    unit, difference, figures = calibration.measure(folder)
+    for item in figures:
+        yield 0.2, item
+    for item in estimators.measure_time(unit, difference):
+        yield 0.25, item
+    start = time.perf_counter()
+    with process_pool() as executor:
+        for item in estimators.measure_errors(folder, executor):
+            yield 0.95, item
+    yield (
+        0.95,
+        Measurement(
+            name="whole error table, 7 configurations x 2 estimators x 5 folds",
+            value=time.perf_counter() - start,
+            unit="s",
+            bar=240,
+        ),
+    )
+    yield 0.95, calibration.peak_memory()
+    command = [sys.executable, "-m", "app", "--help"]
+    (help_ms,) = interleaved_ms(
+        [lambda: subprocess.run(command, check=True, stdout=subprocess.DEVNULL)], rounds=5
+    )
+    yield 1.0, Measurement(name="wedge --help", value=help_ms / 1e3, unit="s", bar=0.7)

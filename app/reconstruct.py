@@ -1,0 +1,109 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""`wedge reconstruct`: images to depth in millimetres."""
+
+import io
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from app._output import print_table, write_json
+from app._progress import progress
+from sensor.errors import WedgeError
+from sensor.files import write_atomic
+
+
+def main(
+    unit: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="UNIT")],
+    image: Annotated[tyro.conf.Positional[tuple[str, ...]], tyro.conf.arg(metavar="IMAGE...")],
+    out: Path,
+    background: str | None = None,
+    json: Path | None = None,
+) -> None:
+    """Reconstruct depth from images of a calibrated unit.
+
+    For every image, OUT receives NAME.npy (float32, mm, rows and columns of the unwarped frame)
+    and NAME.png (a picture with a scale bar and a colour bar). All images are checked before the
+    first is written.
+
+    Example: wedge reconstruct units/wedge-001 press.png --out depth
+
+    Args:
+        unit: A unit folder, written by `wedge calibrate`.
+        image: Frames of that unit: image files, or frames.npz#17 for one of many.
+        out: The folder for the depth maps; made where it is missing.
+        background: A blank frame of today; by default the unit's own.
+        json: Write the deepest points, contact areas and borders here as JSON.
+    """
+    import numpy as np
+    from validation.figures.depth_map import depth_figure
+    from validation.figures.png import png_bytes
+
+    from recon.images import read_frame
+    from recon.pipeline import Reconstructor
+
+    def read(name: str) -> np.ndarray:
+        return read_frame(Path(name).parent, Path(name).name)
+
+    blank = None if background is None else read(background)
+    reconstruct = Reconstructor.load(unit, blank)
+    names = output_names(image)
+    with progress("reconstruction") as show:
+        for done, name in enumerate(image, start=1):
+            frame = read(name)
+            try:
+                reconstruct.unwarp.check(frame)
+            except WedgeError as error:
+                raise WedgeError(f"{name}: {error}") from error
+            show(0.3 * done / len(image), "checking images")
+        rows = []
+        for done, (name, stem) in enumerate(zip(image, names, strict=True), start=1):
+            result = reconstruct(read(name))
+            stream = io.BytesIO()
+            np.save(stream, result.depth_mm)
+            write_atomic(out / f"{stem}.npy", stream.getvalue())
+            figure = depth_figure(result.depth_mm, result.mm_per_px, title=stem)
+            write_atomic(out / f"{stem}.png", png_bytes(figure))
+            rows.append(
+                {
+                    "image": name,
+                    "deepest_mm": float(result.depth_mm.max()),
+                    "contact_mm2": float(result.contact.sum() * np.prod(result.mm_per_px)),
+                    "boundary": result.boundary,
+                    "depth": str(out / f"{stem}.npy"),
+                }
+            )
+            show(0.3 + 0.7 * done / len(image), "reconstructing")
+    print_table(
+        ["image", "deepest [mm]", "contact [mm²]", "border", "depth map"],
+        [
+            [
+                str(row["image"]),
+                f"{row['deepest_mm']:.3f}",
+                f"{row['contact_mm2']:.2f}",
+                str(row["boundary"]),
+                str(row["depth"]),
+            ]
+            for row in rows
+        ],
+    )
+    write_json(json, {"unit": str(unit), "images": rows})
+
+
+def output_names(images: tuple[str, ...]) -> list[str]:
+    """File names without ending for the depth maps, one per image.
+
+    Raises:
+        WedgeError: there is no image, or two would be written to one file.
+    """
+    if not images:
+        raise WedgeError("no image was named: wedge reconstruct UNIT IMAGE... --out DIR.")
+    stems = []
+    for image in images:
+        file, _, index = image.partition("#")
+        stems.append(f"{Path(file).stem}-{index}" if index else Path(file).stem)
+    for stem in stems:
+        if stems.count(stem) > 1:
+            raise WedgeError(f"two images would be written to {stem}.npy: rename one.")
+    return stems

@@ -1,0 +1,76 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""`wedge test`: is the code right? Style, types, floors, docs and tests, in one command."""
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from sensor.errors import WedgeError
+
+ROOT = Path(__file__).resolve().parent.parent
+
+CHECKS = {
+    "style": "ruff check",
+    "format": "ruff format --check",
+    "types": "mypy",
+    "floors": "lint-imports",
+    "docs": "mkdocs build --strict --quiet --site-dir build/docs",
+}
+
+
+def main() -> int:
+    """Run every check of the project, print a line for each, and end with the tests.
+
+    Style and format are ruff's, types are mypy's, floors are import-linter's (a file imports only
+    from floors below it), docs are built with MkDocs and tests are pytest's. All run even when one
+    fails; what a failing one printed is shown. The exit status is 1 if any failed.
+
+    Anything after `wedge test` goes to pytest, which then runs alone: `wedge test -k poisson`.
+    """
+    _require_checkout()
+    failed = [name for name, command in CHECKS.items() if not _passes(name, command)]
+    if run_pytest(["--numprocesses=2"]) != 0:
+        failed.append("tests")
+    if failed:
+        print(f"wedge: failed: {', '.join(failed)}", file=sys.stderr)
+    return 1 if failed else 0
+
+
+def run_pytest(arguments: Sequence[str]) -> int:
+    """Run pytest alone in the project's folder and return its exit status."""
+    _require_checkout()
+    return _run("pytest", *arguments).returncode
+
+
+def _passes(name: str, command: str) -> bool:
+    """Run one check, print its line, and what it said if it failed."""
+    start_s = time.perf_counter()
+    done = _run(*command.split(), output=subprocess.PIPE)
+    verdict = "failed" if done.returncode else "ok"
+    print(f"{name:8}{verdict:8}{time.perf_counter() - start_s:5.1f} s", flush=True)
+    if done.returncode:
+        print(done.stdout.rstrip(), flush=True)
+    return done.returncode == 0
+
+
+def _run(tool: str, *arguments: str, output: int | None = None) -> subprocess.CompletedProcess[str]:
+    """Run a tool from this Python's folder in the project's folder, numerics on one thread."""
+    return subprocess.run(
+        [Path(sys.executable).with_name(tool), *arguments],
+        cwd=ROOT,
+        env={**os.environ, "OMP_NUM_THREADS": "1"},
+        stdout=output,
+        stderr=subprocess.STDOUT if output else None,
+        text=True,
+        check=False,
+    )
+
+
+def _require_checkout() -> None:
+    """Refuse where the package is installed without its tests."""
+    if not (ROOT / "tests").is_dir():
+        raise WedgeError("`wedge test` runs in a checkout of the repository, which has the tests.")

@@ -1,0 +1,57 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""One calibration from 40 presses: its time, and the memory it took."""
+
+import resource
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+from benchmarks.measurement import Measurement
+from recon.arrays import Difference
+from recon.calibration import Calibration, calibrate
+from recon.presses import read_presses
+from sensor.dataset import read_dataset
+from validation.evaluation import held_out_metrics, hold_out
+
+PRESSES = 40
+
+
+def measure(folder: Path) -> tuple[Calibration, Difference, list[Measurement]]:
+    """Calibrate as `wedge calibrate` does; a unit, one of its difference images, the figures."""
+    start = time.perf_counter()
+    whole = read_dataset(folder)
+    dataset = replace(whole, labels=whole.labels[:PRESSES])
+    presses = read_presses(dataset)
+    measured = hold_out(dataset, presses, "mlp", seed=0)
+    unit = calibrate(
+        dataset,
+        presses,
+        estimator="mlp",
+        serial="bench",
+        created="2000-01-01",
+        metrics=held_out_metrics(measured, len(presses.presses)),
+        seed=0,
+    )
+    taken_s = time.perf_counter() - start
+    figure = Measurement(
+        name=f"calibration from {len(presses.presses)} presses at 640x480, errors included",
+        value=taken_s,
+        unit="s",
+        bar=60,
+    )
+    return unit, presses.presses[0].difference, [figure]
+
+
+def peak_memory() -> Measurement:
+    """The largest resident memory of this process, plus twice that of its largest worker."""
+    to_gb = 1e-9 if sys.platform == "darwin" else 1024e-9
+    own = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    worker = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
+    return Measurement(
+        name="peak memory: this process and two workers",
+        value=(own + 2 * worker) * to_gb,
+        unit="GB",
+        bar=2.0,
+    )

@@ -1,0 +1,151 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""One calibrated unit: what ball presses taught, kept in a unit folder."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from safetensors import SafetensorError, safe_open
+from safetensors.numpy import save
+
+from recon.arrays import Frame
+from recon.estimators import GradientEstimator, fit_estimator, restore_estimator
+from recon.images import read_image, write_image
+from recon.lens import Lens, read_lens, write_lens
+from recon.lights import unseen_axis
+from recon.pixels import join, label_pixels
+from recon.presses import LENS_FILE, PressSet
+from recon.unwarp import Unwarp, prepare_unwarp
+from sensor.dataset import Dataset
+from sensor.design import STANDARD, Wedge
+from sensor.errors import WedgeError
+from sensor.files import new_folder, write_atomic
+from sensor.unit import (
+    BACKGROUND_FILE,
+    GRADIENTS_FILE,
+    MissingAxis,
+    UnitCard,
+    read_unit_card,
+    write_unit_card,
+)
+
+CHANNELS = "RGB"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Calibration:
+    """Everything that turns a unit's frames into gradients."""
+
+    card: UnitCard
+    background: Frame
+    estimator: GradientEstimator
+    lens: Lens | None = None
+
+    @property
+    def unwarp(self) -> Unwarp:
+        """The map from the unit's frames to its gel plane."""
+        card = self.card
+        size = card.size_px if card.corners_px else None
+        return prepare_unwarp(card.frame_size_px, card.corners_px, size, self.lens)
+
+    def save(self, folder: Path) -> None:
+        """Write the unit folder, whole or not at all.
+
+        Raises:
+            WedgeError: the folder is not empty or cannot be written.
+        """
+        with new_folder(folder) as unit:
+            write_unit_card(unit, self.card)
+            write_image(unit / BACKGROUND_FILE, self.background)
+            content = save(self.estimator.tensors(), {"estimator": self.estimator.name})
+            write_atomic(unit / GRADIENTS_FILE, content)
+            if self.lens:
+                write_lens(unit / LENS_FILE, self.lens)
+
+
+def load_calibration(folder: Path) -> Calibration:
+    """Read a unit folder.
+
+    Raises:
+        WedgeError: a file of it is missing or damaged, or they do not fit together.
+    """
+    card = read_unit_card(folder)
+    background = read_image(folder / BACKGROUND_FILE)
+    height, width = background.shape[:2]
+    if (width, height) != card.frame_size_px:
+        raise WedgeError(
+            f"{folder / BACKGROUND_FILE} is {width}x{height} pixels, but unit.toml says "
+            f"{card.frame_size_px[0]}x{card.frame_size_px[1]}: calibrate the unit again."
+        )
+    path = folder / GRADIENTS_FILE
+    try:
+        with safe_open(path, framework="numpy") as stored:
+            tensors = {name: stored.get_tensor(name) for name in stored.keys()}
+    except (OSError, SafetensorError) as error:
+        raise WedgeError(f"{path} cannot be read: {error}; calibrate the unit again.") from error
+    try:
+        estimator = restore_estimator(card.estimator, tensors, card.channels)
+    except WedgeError as error:
+        raise WedgeError(f"{path}: {error}") from error
+    lens = read_lens(folder / LENS_FILE) if (folder / LENS_FILE).is_file() else None
+    return Calibration(card=card, background=background, estimator=estimator, lens=lens)
+
+
+def lit_channels(dataset: Dataset) -> tuple[str, MissingAxis]:
+    """The colours that have a light, and what stands in for an axis that none of them sees."""
+    lights_deg = dataset.card.lights_deg
+    lit = CHANNELS if lights_deg is None else "".join(c for c in CHANNELS if c in lights_deg)
+    return lit, "network" if unseen_axis(lights_deg, lit) else "none"
+
+
+def calibrate(
+    dataset: Dataset,
+    presses: PressSet,
+    *,
+    estimator: str,
+    serial: str,
+    created: str,
+    metrics: Mapping[str, float],
+    seed: int,
+    design: Wedge = STANDARD,
+    progress: Callable[[float], None] = lambda _: None,
+) -> Calibration:
+    """Fit an estimator to all presses of a dataset and describe the unit.
+
+    Args:
+        dataset: where the presses come from.
+        presses: the dataset's presses, as read.
+        estimator: its name, such as "mlp".
+        serial: the unit's name.
+        created: today, YYYY-MM-DD.
+        metrics: errors on presses held out, measured before.
+        seed: of the drawn pixels and the training.
+        design: the design that the unit was built from.
+        progress: called with the share that is done.
+    """
+    labelled = [label_pixels(press, i, seed) for i, press in enumerate(presses.presses)]
+    lit, missing = lit_channels(dataset)
+    card = UnitCard(
+        serial=serial,
+        created=created,
+        design_sha256=design.sha256,
+        dataset=dataset.card.name,
+        dataset_sha256=dataset.sha256,
+        estimator=estimator,
+        channels=lit,
+        missing_axis=missing,
+        mm_per_px=dataset.card.mm_per_px,
+        frame_size_px=presses.unwarp.frame_size_px,
+        size_px=presses.unwarp.size_px,
+        metrics=metrics,
+        corners_px=dataset.card.corners_px,
+        pad_size_mm=dataset.card.pad_size_mm,
+        lights_deg=dataset.card.lights_deg,
+    )
+    return Calibration(
+        card=card,
+        background=presses.background,
+        estimator=fit_estimator(estimator, join(labelled), lit, seed, progress),
+        lens=presses.lens,
+    )

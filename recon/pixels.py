@@ -1,0 +1,110 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Ball presses to labelled pixels: the pixels that calibration learns from and tables judge by.
+
+Contact pixels lie inside ``contact_radius_px - 1`` and inside 0.9 of the ball's radius; their
+gradient is the ball cap's. The others lie farther than 1.3 contact radii from the centre, and
+their gradient is zero; 5 % of them are drawn with a seed. (The error table's definition.)
+"""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from jaxtyping import Bool, Float32, Int
+
+from recon.arrays import Difference
+from recon.ball import offsets_mm
+from sensor.toml import Pair
+
+RIM_PX = 1.0
+STEEPEST = 0.9
+"""Of the ball's radius, so that slopes stay below 0.9 / sqrt(1 - 0.81) = 2.07."""
+CLEAR_OF_COLLAR = 1.3
+SHARE_OF_OTHERS = 0.05
+
+
+@dataclass(frozen=True, kw_only=True)
+class BallPress:
+    """One press of the calibration ball, unwarped and labelled."""
+
+    file: str
+    difference: Difference
+    center_px: Pair
+    contact_radius_px: float
+    ball_radius_mm: float
+    mm_per_px: Pair
+
+    @property
+    def size_px(self) -> tuple[int, int]:
+        """(width, height)."""
+        height, width = self.difference.shape[:2]
+        return width, height
+
+    @property
+    def contact_radius_mm(self) -> float:
+        """Radius of the contact circle."""
+        return self.contact_radius_px * float(np.sqrt(np.prod(self.mm_per_px)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pixels:
+    """Labelled pixels of one or more presses."""
+
+    color: Float32[np.ndarray, "n 3"]
+    """Difference to the background, RGB."""
+    position: Float32[np.ndarray, "n 2"]
+    """Along x and y, -1 to 1 across the frame."""
+    gradient: Float32[np.ndarray, "n 2"]
+    contact: Bool[np.ndarray, " n"]
+    press: Int[np.ndarray, " n"]
+    """Index of the press that each pixel comes from."""
+    place: Int[np.ndarray, " n"]
+    """Where in that press's frame, counted along the rows."""
+
+    def __len__(self) -> int:
+        """Number of pixels."""
+        return len(self.color)
+
+    def __getitem__(self, chosen: np.ndarray) -> "Pixels":
+        """The chosen pixels."""
+        return Pixels(**{item.name: getattr(self, item.name)[chosen] for item in fields(self)})
+
+
+def positions(size_px: tuple[int, int]) -> Float32[np.ndarray, "h w 2"]:
+    """Position of every pixel centre, -1 to 1 from edge to edge along x and y."""
+    along = [(2 * np.arange(n, dtype=np.float32) + 1) / n - 1 for n in size_px]
+    return np.stack(np.meshgrid(*along), -1)
+
+
+def label_pixels(press: BallPress, index: int, seed: int) -> Pixels:
+    """The labelled pixels of one press; ``index`` and ``seed`` draw the others."""
+    x_mm, y_mm = offsets_mm(press.size_px, press.center_px, press.mm_per_px)
+    distance_mm = np.hypot(x_mm, y_mm)
+    pitch_mm = press.contact_radius_mm / press.contact_radius_px
+    ball_mm = press.ball_radius_mm
+    contact = distance_mm < min(press.contact_radius_mm - RIM_PX * pitch_mm, STEEPEST * ball_mm)
+    others = np.flatnonzero(distance_mm > CLEAR_OF_COLLAR * press.contact_radius_mm)
+    count = round(SHARE_OF_OTHERS * len(others))
+    drawn = np.random.default_rng([seed, index]).choice(others, count, replace=False)
+    taken = np.concatenate([np.flatnonzero(contact), np.sort(drawn)])
+    is_contact = contact.ravel()[taken]
+    height_mm = np.sqrt(np.maximum(ball_mm**2 - distance_mm.ravel()[taken] ** 2, ball_mm**2 / 100))
+    slope = -np.stack([x_mm.ravel()[taken], y_mm.ravel()[taken]], 1) / height_mm[:, None]
+    return Pixels(
+        color=press.difference.reshape(-1, 3)[taken],
+        position=positions(press.size_px).reshape(-1, 2)[taken],
+        gradient=np.where(is_contact[:, None], slope, 0).astype(np.float32),
+        contact=is_contact,
+        press=np.full(len(taken), index),
+        place=taken,
+    )
+
+
+def join(parts: list[Pixels]) -> Pixels:
+    """All pixels of several presses."""
+    return Pixels(
+        **{
+            item.name: np.concatenate([getattr(part, item.name) for part in parts])
+            for item in fields(Pixels)
+        }
+    )

@@ -1,0 +1,151 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A dataset folder to ball presses that are ready to learn from."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from recon.arrays import Frame
+from recon.images import read_frame
+from recon.lens import Lens, read_lens
+from recon.pixels import RIM_PX, BallPress
+from recon.unwarp import Unwarp, prepare_unwarp
+from sensor.dataset import BallLabel, Dataset
+from sensor.errors import WedgeError
+
+LENS_FILE = "camera.toml"
+"""A camera calibration beside ``dataset.toml``, where there is one."""
+LEAST_RADIUS_PX = 3.0
+LEAST_CHANGE = 2 / 255
+"""A contact changes the colour of its pixels by this much of full scale, on average."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class LeftOut:
+    """A press that cannot be used, and why."""
+
+    file: str
+    reason: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class PressSet:
+    """The presses of a dataset, unwarped, with what was needed to get there."""
+
+    background: Frame
+    lens: Lens | None
+    unwarp: Unwarp
+    presses: tuple[BallPress, ...]
+    left_out: tuple[LeftOut, ...]
+
+
+def read_presses(dataset: Dataset, progress: Callable[[float], None] = lambda _: None) -> PressSet:
+    """Read and unwarp every labelled frame of a dataset.
+
+    Raises:
+        WedgeError: a frame is missing, damaged or of another size; a label lies outside the
+            frame; no press can be used. The sentence names the file.
+    """
+    background = read_background(dataset)
+    lens = read_dataset_lens(dataset)
+    unwarp = dataset_unwarp(dataset, background, lens)
+    blank = unwarp(background)
+    presses: list[BallPress] = []
+    left_out: list[LeftOut] = []
+    for index, label in enumerate(dataset.labels):
+        _check_inside(dataset, label, unwarp.size_px)
+        frame = read_frame(dataset.folder, label.file)
+        try:
+            difference = unwarp(frame) - blank
+        except WedgeError as error:
+            raise WedgeError(f"{dataset.folder / label.file}: {error}") from error
+        press = BallPress(
+            file=label.file,
+            difference=difference,
+            center_px=(label.center_x_px, label.center_y_px),
+            contact_radius_px=label.contact_radius_px,
+            ball_radius_mm=dataset.ball_radius_mm(label),
+            mm_per_px=dataset.card.mm_per_px,
+        )
+        reason = _unusable(press)
+        if reason:
+            left_out.append(LeftOut(file=label.file, reason=reason))
+        else:
+            presses.append(press)
+        progress((index + 1) / len(dataset.labels))
+    if not presses:
+        why = f"; the first: {left_out[0].file}: {left_out[0].reason}" if left_out else ""
+        raise WedgeError(
+            f"{dataset.folder / 'labels.csv'} names no press that can be used"
+            f" ({len(dataset.labels)} labelled{why})."
+        )
+    return PressSet(
+        background=background,
+        lens=lens,
+        unwarp=unwarp,
+        presses=tuple(presses),
+        left_out=tuple(left_out),
+    )
+
+
+def read_background(dataset: Dataset) -> Frame:
+    """The blank gel: the mean of the dataset's background frames.
+
+    Raises:
+        WedgeError: a background is missing, damaged, or of another size than the first.
+    """
+    frames = [read_frame(dataset.folder, name) for name in dataset.card.background]
+    for name, frame in zip(dataset.card.background, frames, strict=True):
+        if frame.shape != frames[0].shape:
+            raise WedgeError(
+                f"{dataset.folder / name} is {_size(frame)} pixels, but "
+                f"{dataset.card.background[0]} is {_size(frames[0])}."
+            )
+    return np.stack(frames).mean(axis=0).round().astype(np.uint8)
+
+
+def read_dataset_lens(dataset: Dataset) -> Lens | None:
+    """The camera calibration beside the dataset, where there is one."""
+    path = dataset.folder / LENS_FILE
+    return read_lens(path) if path.is_file() else None
+
+
+def dataset_unwarp(dataset: Dataset, background: Frame, lens: Lens | None) -> Unwarp:
+    """The map from the dataset's frames to the gel plane.
+
+    Raises:
+        WedgeError: a corner lies outside the frame, or the lens is another camera's.
+    """
+    height, width = background.shape[:2]
+    card = dataset.card
+    try:
+        return prepare_unwarp((width, height), card.corners_px, card.unwarped_size_px, lens)
+    except WedgeError as error:
+        raise WedgeError(f"{dataset.folder / 'dataset.toml'}: {error}") from error
+
+
+def _check_inside(dataset: Dataset, label: BallLabel, size_px: tuple[int, int]) -> None:
+    width, height = size_px
+    x_px, y_px = label.center_x_px, label.center_y_px
+    if not (-0.5 <= x_px <= width - 0.5 and -0.5 <= y_px <= height - 0.5):
+        raise WedgeError(
+            f"{dataset.folder / 'labels.csv'}: the centre of {label.file} ({x_px:g}, {y_px:g}) "
+            f"lies outside the {width}x{height} frame."
+        )
+
+
+def _unusable(press: BallPress) -> str | None:
+    if press.contact_radius_px < LEAST_RADIUS_PX:
+        return f"the contact circle is smaller than {LEAST_RADIUS_PX:g} pixels"
+    rows, columns = np.indices(press.difference.shape[:2])
+    center_x, center_y = press.center_px
+    inside = np.hypot(columns - center_x, rows - center_y) < press.contact_radius_px - RIM_PX
+    if np.abs(press.difference[inside]).max(-1).mean() < LEAST_CHANGE:
+        return "no contact is visible inside the labelled circle"
+    return None
+
+
+def _size(frame: Frame) -> str:
+    return f"{frame.shape[1]}x{frame.shape[0]}"

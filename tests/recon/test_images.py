@@ -1,0 +1,263 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+import io
+import os
+import struct
+import zipfile
+import zlib
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from PIL import Image
+
+from recon.images import read_frame, read_image, write_image
+from sensor.errors import WedgeError
+from tests.synthetic import digitized, gradient_of, shaded
+
+PICTURE = digitized(shaded(gradient_of((50.0, 40.0, 15.0)))[24:56:4, 32:80:4])
+
+
+def encoded(kind, picture=PICTURE, **options):
+    stream = io.BytesIO()
+    Image.fromarray(picture).save(stream, format=kind, **options)
+    return stream.getvalue()
+
+
+@given(arrays(np.uint8, st.tuples(st.integers(1, 9), st.integers(1, 9), st.just(3))))
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_a_frame_comes_back_as_written(tmp_path, frame):
+    write_image(tmp_path / "frame.png", frame)
+    np.testing.assert_array_equal(read_image(tmp_path / "frame.png"), frame)
+
+
+def test_channels_are_red_green_blue(tmp_path):
+    Image.new("RGB", (4, 3), (250, 120, 10)).save(tmp_path / "orange.png")
+    assert read_image(tmp_path / "orange.png")[0, 0].tolist() == [250, 120, 10]
+
+
+def test_palette_and_transparent_pictures_are_colour_too(tmp_path):
+    picture = Image.fromarray(PICTURE)
+    picture.convert("RGBA").save(tmp_path / "alpha.png")
+    np.testing.assert_array_equal(read_image(tmp_path / "alpha.png"), PICTURE)
+    picture.quantize(16).save(tmp_path / "palette.png")
+    np.testing.assert_array_equal(
+        read_image(tmp_path / "palette.png"), np.asarray(picture.quantize(16).convert("RGB"))
+    )
+
+
+IEND_CHECKSUM = 4  # the last bytes of a PNG; without them the picture is still whole
+
+
+@pytest.mark.parametrize(
+    ("kind", "options", "needless"),
+    [
+        ("PNG", {}, IEND_CHECKSUM),
+        ("JPEG", {}, 0),
+        ("JPEG", {"progressive": True}, 0),
+        ("JPEG", {"quality": 100}, 0),
+    ],
+)
+def test_a_picture_cut_anywhere_is_refused_and_never_half_gray(tmp_path, kind, options, needless):
+    path = tmp_path / "frame.img"
+    whole = encoded(kind, **options)
+    for length in range(len(whole) - needless):
+        path.write_bytes(whole[:length])
+        with pytest.raises(WedgeError, match=r"frame\.img"):
+            read_image(path)
+    for length in range(len(whole) - needless, len(whole) + 1):
+        path.write_bytes(whole[:length])
+        np.testing.assert_array_equal(read_image(path), np.asarray(Image.open(io.BytesIO(whole))))
+
+
+def test_a_jpeg_cut_after_its_thumbnail_is_refused(tmp_path):
+    thumbnail = encoded("JPEG", PICTURE[::4, ::4])
+    segment = b"\xff\xe5" + struct.pack(">H", len(thumbnail) + 2) + thumbnail
+    plain = encoded("JPEG")
+    whole = plain[:2] + segment + plain[2:]
+    (tmp_path / "frame.jpg").write_bytes(whole)
+    assert read_image(tmp_path / "frame.jpg").shape == PICTURE.shape
+    (tmp_path / "frame.jpg").write_bytes(whole[:-2])
+    with pytest.raises(WedgeError, match="truncated"):
+        read_image(tmp_path / "frame.jpg")
+
+
+@given(st.data())
+@settings(max_examples=200, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_a_png_with_a_changed_byte_is_refused_or_unchanged(tmp_path, data):
+    whole = bytearray(encoded("PNG"))
+    whole[data.draw(st.integers(0, len(whole) - 1))] ^= data.draw(st.integers(1, 255))
+    (tmp_path / "frame.png").write_bytes(whole)
+    try:
+        found = read_image(tmp_path / "frame.png")
+    except WedgeError:
+        return
+    np.testing.assert_array_equal(found, PICTURE)
+
+
+@given(st.data())
+@settings(max_examples=200, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_a_damaged_jpeg_gives_a_frame_or_a_sentence(tmp_path, data):
+    whole = bytearray(encoded("JPEG"))
+    for _ in range(data.draw(st.integers(1, 4))):
+        whole[data.draw(st.integers(0, len(whole) - 1))] ^= data.draw(st.integers(1, 255))
+    (tmp_path / "frame.jpg").write_bytes(whole)
+    try:
+        assert read_image(tmp_path / "frame.jpg").dtype == np.uint8
+    except WedgeError as error:
+        assert "frame.jpg" in str(error)
+
+
+@pytest.mark.parametrize(
+    ("picture", "mode"),
+    [
+        (PICTURE[..., 0], "L"),
+        (PICTURE[..., 0].astype(np.uint16) * 257, "I;16"),
+        (PICTURE[..., 0] > 100, "1"),
+    ],
+)
+def test_a_picture_without_three_colours_is_refused(tmp_path, picture, mode):
+    Image.fromarray(picture).save(tmp_path / "gray.png")
+    with pytest.raises(WedgeError, match=f"gray.png is not an 8-bit colour image .mode {mode}"):
+        read_image(tmp_path / "gray.png")
+
+
+def png_chunk(kind, content):
+    return (
+        struct.pack(">I", len(content))
+        + kind
+        + content
+        + struct.pack(">I", zlib.crc32(kind + content))
+    )
+
+
+def test_sixteen_bit_colour_keeps_its_upper_eight(tmp_path):
+    header = struct.pack(">IIBBBBB", 2, 1, 16, 2, 0, 0, 0)
+    content = zlib.compress(b"\0" + bytes(range(12)))
+    chunks = (b"IHDR", header), (b"IDAT", content), (b"IEND", b"")
+    (tmp_path / "deep.png").write_bytes(
+        b"\x89PNG\r\n\x1a\n" + b"".join(png_chunk(*chunk) for chunk in chunks)
+    )
+    assert read_image(tmp_path / "deep.png").tolist() == [[[0, 2, 4], [6, 8, 10]]]
+
+
+@pytest.mark.parametrize("side", [10_000, 60_000])
+def test_a_picture_that_claims_to_be_vast_is_refused_unread(tmp_path, side):
+    header = struct.pack(">IIBBBBB", side, side, 8, 2, 0, 0, 0)
+    (tmp_path / "vast.png").write_bytes(
+        b"\x89PNG\r\n\x1a\n" + png_chunk(b"IHDR", header) + png_chunk(b"IEND", b"")
+    )
+    with pytest.raises(WedgeError, match=r"vast\.png"):
+        read_image(tmp_path / "vast.png")
+
+
+def test_other_formats_are_refused(tmp_path):
+    for name in ("frame.gif", "frame.tiff", "frame.bmp"):
+        Image.fromarray(PICTURE).save(tmp_path / name)
+        with pytest.raises(WedgeError, match=name):
+            read_image(tmp_path / name)
+
+
+def test_what_is_missing_is_named(tmp_path):
+    with pytest.raises(WedgeError, match=r"none\.png is missing"):
+        read_image(tmp_path / "none.png")
+    with pytest.raises(WedgeError, match=r"none\.npz is missing"):
+        read_frame(tmp_path, "none.npz#0")
+    (tmp_path / "folder.png").mkdir()
+    with pytest.raises(WedgeError, match=r"folder\.png"):
+        read_image(tmp_path / "folder.png")
+
+
+FRAMES = np.random.default_rng(1).integers(0, 256, (3, 2, 3, 3), np.uint8)
+
+
+@pytest.mark.parametrize("save", [np.savez, np.savez_compressed])
+def test_frames_of_an_npz_are_named_by_index(tmp_path, save):
+    save(tmp_path / "frames.npz", frames=FRAMES)
+    for index, frame in enumerate(FRAMES):
+        np.testing.assert_array_equal(read_frame(tmp_path, f"frames.npz#{index}"), frame)
+
+
+def test_an_image_by_name_is_a_frame(tmp_path):
+    write_image(tmp_path / "frame.png", PICTURE)
+    np.testing.assert_array_equal(read_frame(tmp_path, "frame.png"), PICTURE)
+
+
+@pytest.mark.parametrize("index", ["3", "-1", "", "1.0", "one", "99999999999999999999", "0#1"])
+def test_a_frame_that_an_npz_does_not_hold_is_refused(tmp_path, index):
+    np.savez(tmp_path / "frames.npz", frames=FRAMES)
+    with pytest.raises(WedgeError, match=r"frames\.npz has no frame .*: it holds 3"):
+        read_frame(tmp_path, f"frames.npz#{index}")
+
+
+def test_a_rewritten_npz_is_read_again(tmp_path):
+    path = tmp_path / "frames.npz"
+    for shade, time_s in ((1, 1000), (2, 2000)):
+        np.savez(path, frames=np.full_like(FRAMES, shade))
+        os.utime(path, (time_s, time_s))
+        assert (read_frame(tmp_path, "frames.npz#0") == shade).all()
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        {"pictures": FRAMES},
+        {"frames": FRAMES.astype(np.float32)},
+        {"frames": FRAMES.astype(np.uint16)},
+        {"frames": FRAMES[0]},
+        {"frames": FRAMES[..., :1]},
+        {"frames": np.array([{"any": "object"}], dtype=object)},
+    ],
+    ids=["no frames", "float", "16 bits", "one frame", "one colour", "objects"],
+)
+def test_an_npz_that_holds_something_else_is_refused(tmp_path, content):
+    np.savez(tmp_path / "frames.npz", **content)
+    with pytest.raises(WedgeError, match=r"frames\.npz"):
+        read_frame(tmp_path, "frames.npz#0")
+
+
+class Mine:
+    """Would leave a mark if anything unpickled it."""
+
+    def __reduce__(self):
+        return (os.mkdir, (self.mark,))
+
+
+def test_nothing_is_ever_unpickled(tmp_path):
+    bomb = Mine()
+    bomb.mark = str(tmp_path / "mark")
+    np.savez(tmp_path / "frames.npz", frames=np.array([bomb], dtype=object))
+    with pytest.raises(WedgeError):
+        read_frame(tmp_path, "frames.npz#0")
+    assert not (tmp_path / "mark").exists()
+
+
+@pytest.mark.parametrize("save", [np.savez, np.savez_compressed])
+def test_a_damaged_npz_gives_the_frame_or_a_sentence(tmp_path, save):
+    stream = io.BytesIO()
+    save(stream, frames=FRAMES)
+    whole = stream.getvalue()
+    path = tmp_path / "frames.npz"
+    damaged = [whole[:length] for length in range(0, len(whole), 3)]
+    for place in range(len(whole)):
+        changed = bytearray(whole)
+        changed[place] ^= 0x55
+        damaged.append(bytes(changed))
+    for time_s, content in enumerate(damaged):
+        path.write_bytes(content)
+        os.utime(path, (time_s, time_s))  # as a later write would: the cache goes by the date
+        try:
+            np.testing.assert_array_equal(read_frame(tmp_path, "frames.npz#2"), FRAMES[2])
+        except WedgeError as error:
+            assert "frames.npz" in str(error)
+
+
+def test_a_lone_array_and_a_zip_of_something_else_are_refused(tmp_path):
+    np.save(tmp_path / "frames.npy", FRAMES)
+    with zipfile.ZipFile(tmp_path / "text.npz", "w") as archive:
+        archive.writestr("frames", "text")
+    for name in ("frames.npy", "text.npz"):
+        with pytest.raises(WedgeError, match=name):
+            read_frame(tmp_path, f"{name}#0")

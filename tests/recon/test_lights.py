@@ -1,0 +1,79 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from recon.lights import ALIGNED_DEG, sits_like_wedge, unseen_axis
+from sensor.design import FINGER, STANDARD
+from tests.synthetic import shaded
+
+WEDGE = {"R": 90.0, "G": 180.0, "B": -90.0}
+azimuths = st.floats(-720, 720)
+
+
+@pytest.mark.parametrize(
+    ("channels", "axis"),
+    [("R", "x"), ("B", "x"), ("RB", "x"), ("G", "y"), ("RG", None), ("GB", None), ("RGB", None)],
+)
+def test_each_light_of_the_wedge_sees_its_own_axis(channels, axis):
+    assert unseen_axis(WEDGE, channels) == axis
+
+
+@pytest.mark.parametrize("channels", ["R", "G", "B", "RB", "RGB"])
+def test_the_unseen_axis_is_the_one_that_leaves_no_trace_in_the_shading(channels):
+    used = {channel: WEDGE[channel] for channel in channels}
+    for axis, lost in (("x", 0), ("y", 1)):
+        gradient = np.zeros((1, 2, 2))
+        gradient[0, 1, lost] = 1e-3
+        flat, tilted = shaded(gradient, used)[0]
+        seen = np.abs(tilted - flat).max() > 1e-5  # a trace of first order, not of second
+        assert seen == (unseen_axis(WEDGE, channels) != axis)
+
+
+@given(azimuths, azimuths, st.integers(-2, 2))
+def test_whole_turns_and_opposite_lights_change_nothing(one, two, turns):
+    lights = {"R": one, "B": two}
+    near = [abs(abs((a - b + 90) % 180 - 90) - ALIGNED_DEG) for a in (one, two) for b in (0, 90)]
+    if min(near) > 1e-6:  # not on the very limit, where rounding decides
+        assert unseen_axis(lights, "RB") == unseen_axis({"R": one + 360 * turns, "B": two}, "RB")
+        assert unseen_axis(lights, "RB") == unseen_axis({"R": one + 180, "B": two}, "RB")
+
+
+@given(st.floats(0, 90))
+def test_a_light_counts_as_on_an_axis_up_to_its_limit(angle):
+    expected = "y" if angle <= ALIGNED_DEG else "x" if angle >= 90 - ALIGNED_DEG else None
+    assert unseen_axis({"G": angle}, "G") == expected
+
+
+def test_where_nobody_said_where_the_lights_sit_nothing_is_claimed():
+    assert unseen_axis(None, "RB") is None
+    assert unseen_axis({"R": 90.0}, "RB") is None
+    assert not sits_like_wedge(None)
+
+
+@pytest.mark.parametrize("design", [STANDARD, FINGER])
+def test_our_designs_sit_like_the_wedge(design):
+    assert sits_like_wedge(design.lights.azimuths_deg)
+
+
+@given(st.floats(-25, 25))
+def test_a_wedge_is_one_whichever_way_red_and_blue_face(off):
+    assert sits_like_wedge({"R": 90 + off, "B": -90 + off, "G": 180.0})
+    assert sits_like_wedge({"R": 270 + off, "B": 450 + off, "G": -360.0})
+
+
+@pytest.mark.parametrize(
+    "lights",
+    [
+        {"R": 90.0, "B": 90.0, "G": 180.0},
+        {"R": 90.0, "B": -90.0, "G": 90.0},
+        {"R": 0.0, "B": 180.0, "G": 90.0},
+        {"R": 0.0, "G": 120.0, "B": 240.0},
+        {"R": 90.0, "B": -90.0},
+    ],
+    ids=["same side", "green along y", "turned", "three around", "no green"],
+)
+def test_other_lights_do_not_sit_like_the_wedge(lights):
+    assert not sits_like_wedge(lights)

@@ -1,0 +1,179 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Datasets by name: found, imported once into the user's cache, and handed over as folders."""
+
+import difflib
+import hashlib
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from sensor.errors import WedgeError
+from sensor.files import new_folder, sha256_of_files
+from sensor.toml import Pair
+from validation.importers import known_depth, taxim, wedge_lab
+
+CARD = "dataset.toml"
+
+
+@dataclass(frozen=True, kw_only=True)
+class KnownDataset:
+    """A dataset that has a name, and how its folder comes about."""
+
+    name: str
+    summary: str
+    presses: int
+    """Labelled ones."""
+    ball_radius_mm: float
+    mm_per_px: Pair
+    licence: str
+    origin: str
+    find: Callable[[], Path | None]
+    """The source, a file or a folder, where this machine has it."""
+    sought: str
+    """Where ``find`` looks, in words that tell what to do."""
+    importer: Callable[[Path, Path], None]
+    """Writes the dataset from a source into an empty folder."""
+
+    def folder(self, source: Path) -> Path:
+        """Where the imported set lies or will lie: a changed source or importer moves it.
+
+        Raises:
+            WedgeError: the source cannot be read.
+        """
+        files = [source] if source.is_file() else [p for p in source.rglob("*") if p.is_file()]
+        code = Path(taxim.__file__).parent.glob("*.py")
+        try:
+            frames = sha256_of_files({str(p.relative_to(source.parent)): p for p in files})
+            importers = sha256_of_files({p.name: p for p in code})
+        except OSError as error:
+            raise WedgeError(f"{error.filename} cannot be read: {error.strerror}.") from error
+        key = hashlib.sha256(f"{frames}{importers}".encode()).hexdigest()
+        return cache_folder() / f"{self.name}-{key[:12]}"
+
+
+def dataset_folder(name: str | Path) -> Path:
+    """The folder of a dataset, given as a folder or by a known name; imported where needed.
+
+    Raises:
+        WedgeError: the name is unknown, its source is absent, or the cache cannot be written.
+    """
+    path = Path(name)
+    if (path / CARD).is_file():
+        return path
+    known = {dataset.name: dataset for dataset in DATASETS}.get(str(name))
+    if known is None:
+        if path.is_dir():
+            raise WedgeError(f"{path} is not a dataset folder: it has no {CARD}.")
+        near = difflib.get_close_matches(str(name), [x.name for x in DATASETS], n=2, cutoff=0.5)
+        hint = f"did you mean {' or '.join(near)}?" if near else "`wedge data list` names them."
+        raise WedgeError(f"{name} is neither a folder nor a known dataset; {hint}")
+    source = known.find()
+    if source is None:
+        raise WedgeError(f"the dataset {known.name} is not on this machine: {known.sought}.")
+    folder = known.folder(source)
+    if (folder / CARD).is_file():
+        return folder
+    try:
+        with new_folder(folder) as temporary:
+            known.importer(source, temporary)
+    except WedgeError:
+        # Another process may have imported the same meanwhile: both folders are alike.
+        if not (folder / CARD).is_file():
+            raise
+    return folder
+
+
+def cache_folder() -> Path:
+    """Where imported datasets are kept: ``WEDGE_CACHE``, else the user's cache."""
+    if own := os.environ.get("WEDGE_CACHE"):
+        return Path(own)
+    base = os.environ.get("XDG_CACHE_HOME")
+    return (Path(base) if base else Path.home() / ".cache") / "gelsight-wedge"
+
+
+def shared_folder() -> Path:
+    """Where sets that may not be redistributed are looked for."""
+    if own := os.environ.get("WEDGE_DATA"):
+        return Path(own)
+    return Path(__file__).resolve().parents[2] / "shared" / "data"
+
+
+def _shared(name: str) -> Callable[[], Path | None]:
+    """Finds a folder among the shared ones."""
+
+    def find() -> Path | None:
+        folder = shared_folder() / name
+        return folder if folder.is_dir() else None
+
+    return find
+
+
+def _shared_sought(name: str) -> str:
+    return f"put {name}/ into a folder named by WEDGE_DATA, or into shared/data beside the checkout"
+
+
+DATASETS = (
+    KnownDataset(
+        name="taxim-gelsight",
+        summary="bench GelSight, clear gel, three lights 120° apart",
+        presses=48,
+        ball_radius_mm=taxim.BALL_RADIUS_MM,
+        mm_per_px=taxim.MM_PER_PX,
+        licence=taxim.LICENCE,
+        origin=taxim.SOURCE,
+        find=taxim.find_taxim,
+        sought="pip install taxim==1.4.1",
+        importer=taxim.import_taxim,
+    ),
+    KnownDataset(
+        name="wedge-lab",
+        summary="self-built Wedge, marker gel, raw mirror view",
+        presses=50,
+        ball_radius_mm=wedge_lab.BALL_RADIUS_MM,
+        mm_per_px=wedge_lab.MM_PER_PX,
+        licence=wedge_lab.LICENCE,
+        origin=wedge_lab.SOURCE,
+        find=_shared("wedge-lab"),
+        sought=_shared_sought("wedge-lab"),
+        importer=wedge_lab.import_wedge_lab,
+    ),
+    KnownDataset(
+        name="wedge-lab-markerless",
+        summary="the same Wedge, clear gel, presses not labelled yet",
+        presses=0,
+        ball_radius_mm=wedge_lab.BALL_RADIUS_MM,
+        mm_per_px=wedge_lab.MM_PER_PX,
+        licence=wedge_lab.LICENCE,
+        origin=wedge_lab.SOURCE,
+        find=_shared("wedge-lab"),
+        sought=_shared_sought("wedge-lab"),
+        importer=wedge_lab.import_wedge_lab_markerless,
+    ),
+    KnownDataset(
+        name="known-depth",
+        summary="GelSlim-like sensor, clear gel",
+        presses=22,
+        ball_radius_mm=known_depth.BALL_RADIUS_MM,
+        mm_per_px=known_depth.MM_PER_PX,
+        licence=known_depth.LICENCE,
+        origin=known_depth.SOURCE,
+        find=_shared("known-depth"),
+        sought=_shared_sought("known-depth"),
+        importer=known_depth.import_known_depth,
+    ),
+    KnownDataset(
+        name="known-depth-spheres",
+        summary="the same sensor, a ball at four commanded depths",
+        presses=4,
+        ball_radius_mm=known_depth.BALL_RADIUS_MM,
+        mm_per_px=known_depth.MM_PER_PX,
+        licence=known_depth.LICENCE,
+        origin=known_depth.SOURCE,
+        find=_shared("known-depth"),
+        sought=_shared_sought("known-depth"),
+        importer=known_depth.import_known_depth_spheres,
+    ),
+)
+"""Every set that a command accepts by name."""

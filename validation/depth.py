@@ -1,0 +1,109 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Depth against the truth, press by press.
+
+The truth is the ball's cap in closed form; it starts at the rim of the contact circle, so the
+mean depth on the rim is taken off the reconstruction first. Where a dataset knows the depth
+itself (``truth/NAME.npy``), the reconstruction is judged against that, nothing taken off.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from recon.arrays import ContactMask, DepthMap, GradientField
+from recon.ball import BallCap, ball_cap, offsets_mm
+from recon.contact import boundary_of, contact_mask
+from recon.estimators import GradientEstimator, gradient_field
+from recon.pipeline import depth_map
+from recon.pixels import BallPress
+from sensor.errors import WedgeError
+
+RIM_WIDTH_PX = 1.5
+PEAK_RADIUS = 0.1
+"""Of the contact radius: the deepest point is a mean over this disc."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class DepthErrors:
+    """Depth errors inside the contact of one press."""
+
+    file: str
+    truth: str
+    """What it was judged against: "ball cap" or "truth file"."""
+    rmse_mm: float
+    bias_mm: float
+    """Mean of reconstruction minus truth."""
+    peak_mm: float
+    """Depth at the contact's centre."""
+    peak_truth_mm: float
+
+
+def depth_errors(estimator: GradientEstimator, press: BallPress, folder: Path) -> DepthErrors:
+    """Reconstruct one press and judge its depth.
+
+    Raises:
+        WedgeError: the truth file cannot be read or has another size.
+    """
+    gradient = gradient_field(estimator, press.difference)
+    return judge_depth(gradient, contact_mask(press.difference), press, folder)
+
+
+def judge_depth(
+    gradient: GradientField, contact: ContactMask, press: BallPress, folder: Path
+) -> DepthErrors:
+    """Judge the depth that a gradient field integrates to."""
+    depth = depth_map(gradient, contact, boundary_of(contact), press.mm_per_px)
+    truth = read_truth(folder, press)
+    name = "ball cap" if truth is None else "truth file"
+    distance_mm = _distance_mm(press)
+    if truth is None:
+        truth = cap_of(press).depth_mm
+        rim_mm = RIM_WIDTH_PX * press.contact_radius_mm / press.contact_radius_px
+        depth = depth - depth[np.abs(distance_mm - press.contact_radius_mm) < rim_mm].mean()
+    error = (depth - truth)[truth > 0]
+    disc = distance_mm < max(PEAK_RADIUS * press.contact_radius_mm, max(press.mm_per_px))
+    return DepthErrors(
+        file=press.file,
+        truth=name,
+        rmse_mm=float(np.sqrt(np.mean(error**2))),
+        bias_mm=float(error.mean()),
+        peak_mm=float(depth[disc].mean()),
+        peak_truth_mm=float(truth[disc].mean()),
+    )
+
+
+def cap_of(press: BallPress) -> BallCap:
+    """The cap that the ball of a press leaves, in closed form."""
+    return ball_cap(
+        press.size_px,
+        press.center_px,
+        press.contact_radius_mm,
+        press.ball_radius_mm,
+        press.mm_per_px,
+    )
+
+
+def read_truth(folder: Path, press: BallPress) -> DepthMap | None:
+    """Depth that the dataset knows, where it does: ``truth/NAME.npy``, NAME as in the label.
+
+    Raises:
+        WedgeError: the file cannot be read, or is not a depth map of the frame's size.
+    """
+    path = folder / "truth" / f"{Path(press.file.replace('#', '-')).with_suffix('')}.npy"
+    if not path.is_file():
+        return None
+    try:
+        truth = np.load(path, allow_pickle=False)
+    except (OSError, ValueError, EOFError) as error:
+        raise WedgeError(f"{path} cannot be read, it may be truncated: {error}.") from error
+    if truth.shape != press.difference.shape[:2] or truth.dtype.kind != "f":
+        width, height = press.size_px
+        raise WedgeError(f"{path} must hold {height} rows of {width} depths in mm.")
+    return truth
+
+
+def _distance_mm(press: BallPress) -> DepthMap:
+    x_mm, y_mm = offsets_mm(press.size_px, press.center_px, press.mm_per_px)
+    return np.hypot(x_mm, y_mm)

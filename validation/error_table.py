@@ -1,0 +1,244 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The error table per light configuration, as the paper's Table I, split by press.
+
+A configuration is a set of lights, that is, of colour channels. Where the lights sit as the
+Wedge's do, the rows are the paper's six; for other sensors, every subset of the channels.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor, as_completed
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+
+from recon.estimators import GradientEstimator, fit_estimator, gradient_field
+from recon.lights import sits_like_wedge, unseen_axis
+from recon.pipeline import complete_gradient
+from recon.pixels import BallPress, Pixels, join, label_pixels
+from recon.presses import PressSet, read_presses
+from sensor.dataset import read_dataset
+from sensor.unit import MissingAxis
+from validation.depth import DepthErrors, depth_errors
+from validation.metrics import PIXEL_SETS, Errors, PixelSet, PressErrors, mean_errors, press_errors
+from validation.splits import Split, splits
+
+Progress = Callable[[float, str], None]
+"""Called with the share that is done and what was done last."""
+
+WEDGE_CONFIGURATIONS: Mapping[str, tuple[MissingAxis, ...]] = {
+    "R": ("zero", "network"),
+    "RB": ("zero", "network"),
+    "RG": ("none",),
+    "RGB": ("none",),
+}
+SUBSETS = tuple("".join(subset) for n in (1, 2, 3) for subset in combinations("RGB", n))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Row:
+    """One line of the table."""
+
+    configuration: str
+    missing_axis: MissingAxis
+    estimator: str
+    pixels: PixelSet
+    errors: Errors
+
+
+@dataclass(frozen=True, kw_only=True)
+class ErrorTable:
+    """Gradient errors of one dataset, and depth errors of its full light configuration."""
+
+    dataset: str
+    licence: str
+    ball_radius_mm: float
+    train: int
+    test: int
+    folds: int
+    seed: int
+    rows: tuple[Row, ...]
+    depth: Mapping[str, tuple[DepthErrors, ...]]
+    """Per estimator, one entry a held-out press, with all lights."""
+    left_out: tuple[tuple[str, str], ...]
+    """Presses that could not be used, and why."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Task:
+    """Fit one estimator to one configuration on one split: a unit of parallel work."""
+
+    folder: Path
+    estimator: str
+    channels: str
+    missing_axes: tuple[MissingAxis, ...]
+    split: Split
+    seed: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class TaskResult:
+    """Errors of the presses that a task held out."""
+
+    presses: Mapping[tuple[MissingAxis, PixelSet], tuple[PressErrors, ...]]
+    depth: tuple[DepthErrors, ...]
+    """Only where all channels of the dataset are lit."""
+
+
+def error_table(
+    folder: Path,
+    estimators: Sequence[str],
+    *,
+    folds: int,
+    seed: int,
+    executor: Executor,
+    progress: Progress = lambda _share, _what: None,
+) -> ErrorTable:
+    """Measure every configuration with every estimator.
+
+    Args:
+        folder: the dataset.
+        estimators: names from ``recon.estimators.ESTIMATORS``.
+        folds: 1 for a single split, more for cross-validation.
+        seed: of splits, drawn pixels, training and resampling.
+        executor: runs the tasks; the result does not depend on which.
+        progress: called after every task.
+
+    Raises:
+        WedgeError: the dataset cannot be used.
+    """
+    dataset = read_dataset(folder)
+    presses = _presses(folder)
+    parts = splits(len(presses.presses), folds, seed)
+    tasks = [
+        Task(
+            folder=folder,
+            estimator=estimator,
+            channels=channels,
+            missing_axes=missing_axes,
+            split=part,
+            seed=seed,
+        )
+        for estimator in estimators
+        for channels, missing_axes in configurations(dataset.card.lights_deg).items()
+        for part in parts
+    ]
+    futures = {executor.submit(run_task, task): task for task in tasks}
+    try:
+        for done, future in enumerate(as_completed(futures), start=1):
+            task = futures[future]
+            future.result()
+            progress(done / len(tasks), f"{task.estimator} {task.channels}")
+    except BaseException:
+        for future in futures:
+            future.cancel()
+        raise
+    results = {task: future.result() for future, task in futures.items()}
+    return ErrorTable(
+        dataset=dataset.card.name,
+        licence=dataset.card.licence,
+        ball_radius_mm=dataset.card.ball_radius_mm,
+        train=min(len(part.train) for part in parts),
+        test=sum(len(part.test) for part in parts),
+        folds=folds,
+        seed=seed,
+        rows=_rows(results, seed),
+        depth={
+            estimator: tuple(
+                error
+                for task, result in results.items()
+                if task.estimator == estimator
+                for error in result.depth
+            )
+            for estimator in estimators
+        },
+        left_out=tuple((press.file, press.reason) for press in presses.left_out),
+    )
+
+
+def configurations(
+    lights_deg: Mapping[str, float] | None,
+) -> Mapping[str, tuple[MissingAxis, ...]]:
+    """Channels to measure, and what stands in for an unseen axis in each of their rows."""
+    if sits_like_wedge(lights_deg):
+        return WEDGE_CONFIGURATIONS
+    return {channels: ("none",) for channels in SUBSETS}
+
+
+def run_task(task: Task) -> TaskResult:
+    """Fit on the train presses of a task and measure its test presses."""
+    lights_deg = read_dataset(task.folder).card.lights_deg
+    pixels = _pixels(task.folder, task.seed)
+    train = join([pixels[index] for index in task.split.train])
+    estimator = fit_estimator(task.estimator, train, task.channels, task.seed)
+    presses = _presses(task.folder).presses
+    measured: dict[tuple[MissingAxis, PixelSet], tuple[PressErrors, ...]] = {}
+    for missing in task.missing_axes:
+        per_press = [
+            measure_press(
+                estimator, presses[i], _pixels(task.folder, task.seed)[i], missing, lights_deg
+            )
+            for i in task.split.test
+        ]
+        for column, name in enumerate(PIXEL_SETS):
+            measured[missing, name] = tuple(row[column] for row in per_press)
+    depth: tuple[DepthErrors, ...] = ()
+    if task.channels == "RGB":
+        depth = tuple(depth_errors(estimator, presses[i], task.folder) for i in task.split.test)
+    return TaskResult(presses=measured, depth=depth)
+
+
+def measure_press(
+    estimator: GradientEstimator,
+    press: BallPress,
+    pixels: Pixels,
+    missing: MissingAxis,
+    lights_deg: Mapping[str, float] | None,
+) -> tuple[PressErrors, ...]:
+    """Errors of one press, one entry per pixel set."""
+    unseen = unseen_axis(lights_deg, estimator.channels)
+    if missing == "network":
+        field = gradient_field(estimator, press.difference)
+        complete = complete_gradient(field, missing, unseen, press.mm_per_px)
+        estimated = complete.reshape(-1, 2)[pixels.place]
+    else:
+        estimated = estimator.slopes(pixels.color, pixels.position)
+        estimated = complete_gradient(estimated[None], missing, unseen, press.mm_per_px)[0]
+    everything = np.ones(len(pixels), bool)
+    chosen: Mapping[PixelSet, np.ndarray] = {"contact+5%": everything, "contact": pixels.contact}
+    return tuple(
+        press_errors(press.file, estimated, pixels.gradient, chosen[name]) for name in PIXEL_SETS
+    )
+
+
+def _rows(results: Mapping[Task, TaskResult], seed: int) -> tuple[Row, ...]:
+    pooled: dict[tuple[str, str, MissingAxis, PixelSet], list[PressErrors]] = {}
+    for task, result in results.items():
+        for (missing, pixels), presses in result.presses.items():
+            key = (task.estimator, task.channels, missing, pixels)
+            pooled.setdefault(key, []).extend(presses)
+    return tuple(
+        Row(
+            configuration=channels,
+            missing_axis=missing,
+            estimator=estimator,
+            pixels=pixels,
+            errors=mean_errors(presses, seed),
+        )
+        for (estimator, channels, missing, pixels), presses in pooled.items()
+    )
+
+
+@lru_cache(maxsize=1)
+def _presses(folder: Path) -> PressSet:
+    """Kept per process: every task of a table needs the same presses."""
+    return read_presses(read_dataset(folder))
+
+
+@lru_cache(maxsize=1)
+def _pixels(folder: Path, seed: int) -> tuple[Pixels, ...]:
+    presses = _presses(folder).presses
+    return tuple(label_pixels(press, index, seed) for index, press in enumerate(presses))

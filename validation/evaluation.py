@@ -1,0 +1,148 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""One estimator measured on presses that it has not learnt from."""
+
+from collections.abc import Callable, Mapping, Sequence
+from statistics import fmean
+
+from recon.calibration import Calibration, lit_channels
+from recon.contact import contact_mask
+from recon.estimators import GradientEstimator, fit_estimator, gradient_field
+from recon.lights import unseen_axis
+from recon.pipeline import complete_gradient
+from recon.pixels import join, label_pixels
+from recon.presses import PressSet, read_presses
+from sensor.dataset import Dataset
+from sensor.errors import WedgeError
+from sensor.unit import MissingAxis
+from validation.depth import DepthErrors, judge_depth
+from validation.error_table import ErrorTable, Row, measure_press
+from validation.metrics import PIXEL_SETS, PressErrors, mean_errors
+from validation.splits import splits
+
+Progress = Callable[[float], None]
+
+
+def evaluate_unit(
+    calibration: Calibration,
+    dataset: Dataset,
+    *,
+    seed: int,
+    progress: Progress = lambda _: None,
+) -> ErrorTable:
+    """Gradient and depth errors of a unit on every press of a dataset.
+
+    Raises:
+        WedgeError: the dataset cannot be used, or comes from a sensor of another frame size.
+    """
+    presses = read_presses(dataset, lambda share: progress(share / 2))
+    card = calibration.card
+    if presses.unwarp.frame_size_px != card.frame_size_px:
+        seen, needed = presses.unwarp.frame_size_px, card.frame_size_px
+        raise WedgeError(
+            f"{dataset.folder}: its frames are {seen[0]}x{seen[1]} pixels, but the unit "
+            f"{card.serial} has {needed[0]}x{needed[1]}: it is another sensor's set."
+        )
+    return _measure(
+        calibration.estimator,
+        dataset,
+        presses,
+        judged=range(len(presses.presses)),
+        train=int(card.metrics.get("fitted_presses", 0)),
+        missing=card.missing_axis,
+        lights_deg=card.lights_deg,
+        seed=seed,
+        progress=lambda share: progress((1 + share) / 2),
+    )
+
+
+def hold_out(
+    dataset: Dataset,
+    presses: PressSet,
+    estimator: str,
+    *,
+    seed: int,
+    progress: Progress = lambda _: None,
+) -> ErrorTable:
+    """Fit an estimator to most presses of a dataset and measure it on the others.
+
+    Raises:
+        WedgeError: there are too few presses to split.
+    """
+    (split,) = splits(len(presses.presses), 1, seed)
+    channels, missing = lit_channels(dataset)
+    train = join([label_pixels(presses.presses[index], index, seed) for index in split.train])
+    fitted = fit_estimator(estimator, train, channels, seed, lambda share: progress(share / 2))
+    return _measure(
+        fitted,
+        dataset,
+        presses,
+        judged=split.test,
+        train=len(split.train),
+        missing=missing,
+        lights_deg=dataset.card.lights_deg,
+        seed=seed,
+        progress=lambda share: progress((1 + share) / 2),
+    )
+
+
+def held_out_metrics(table: ErrorTable, fitted_presses: int) -> dict[str, float]:
+    """What ``unit.toml`` keeps of a table with one configuration."""
+    metrics: dict[str, float] = {"fitted_presses": fitted_presses, "held_out_presses": table.test}
+    for row in table.rows:
+        name = "contact" if row.pixels == "contact" else "contact_and_5_percent"
+        metrics |= {f"{name}_{key}": value for key, value in row.errors.values.items()}
+        metrics[f"{name}_mean_abs_gradient"] = row.errors.mean_abs_gradient
+    for errors in table.depth.values():
+        metrics["depth_rmse_mm"] = fmean(error.rmse_mm for error in errors)
+        metrics["depth_bias_mm"] = fmean(error.bias_mm for error in errors)
+    return metrics
+
+
+def _measure(
+    estimator: GradientEstimator,
+    dataset: Dataset,
+    presses: PressSet,
+    *,
+    judged: Sequence[int],
+    train: int,
+    missing: MissingAxis,
+    lights_deg: Mapping[str, float] | None,
+    seed: int,
+    progress: Progress,
+) -> ErrorTable:
+    per_press: list[tuple[PressErrors, ...]] = []
+    depth: list[DepthErrors] = []
+    for done, index in enumerate(judged, start=1):
+        press = presses.presses[index]
+        pixels = label_pixels(press, index, seed)
+        per_press.append(measure_press(estimator, press, pixels, missing, lights_deg))
+        gradient = complete_gradient(
+            gradient_field(estimator, press.difference),
+            missing,
+            unseen_axis(lights_deg, estimator.channels),
+            press.mm_per_px,
+        )
+        depth.append(judge_depth(gradient, contact_mask(press.difference), press, dataset.folder))
+        progress(done / len(judged))
+    return ErrorTable(
+        dataset=dataset.card.name,
+        licence=dataset.card.licence,
+        ball_radius_mm=dataset.card.ball_radius_mm,
+        train=train,
+        test=len(judged),
+        folds=1,
+        seed=seed,
+        rows=tuple(
+            Row(
+                configuration=estimator.channels,
+                missing_axis=missing,
+                estimator=estimator.name,
+                pixels=name,
+                errors=mean_errors([row[column] for row in per_press], seed),
+            )
+            for column, name in enumerate(PIXEL_SETS)
+        ),
+        depth={estimator.name: tuple(depth)},
+        left_out=tuple((press.file, press.reason) for press in presses.left_out),
+    )

@@ -1,0 +1,129 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Where a ball touched, from its own shading: mends circles that were drawn by hand."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from jaxtyping import Float64
+from scipy.optimize import least_squares
+
+from recon.arrays import Difference
+from sensor.toml import Pair
+
+Column = Float64[np.ndarray, " n"]
+Table = Float64[np.ndarray, "n k"]
+
+FARTHEST_SHIFT = 1 / 3
+"""Of the circle's radius."""
+START = 0.85
+"""Of the drawn radius: circles are drawn round the visible disc, which is too wide."""
+LARGEST = 0.95
+"""Of the ball's radius: no gel follows a ball up to its equator."""
+PIXELS = 2000
+ROUNDS = 3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Circle:
+    """A contact circle and how well its ball explains the picture."""
+
+    center_px: Pair
+    radius_px: float
+    quality: float
+    """0 to 1: the share of the shading near the circle that a ball explains, times the share of
+    the frame's shading that lies near the circle, so that a ball's holder lowers it."""
+
+
+def refit_circle(
+    difference: Difference, center_px: Pair, radius_px: float, ball_radius_px: float
+) -> Circle:
+    """Move and resize a circle until a ball of known radius explains the shading best.
+
+    Colours are taken as a polynomial of the surface normal, the normal as the ball's inside the
+    circle and as fading exponentially outside, where the gel hangs free. The polynomial is solved
+    for at each step (variable projection; Golub and Pereyra, 2003); printed dots and dust are
+    weighted down (Cauchy). A disc looks wider than this circle because the gel around it slopes
+    too. Pixels must be square.
+
+    Args:
+        difference: frame minus background, in the gel plane.
+        center_px: of the circle that was drawn.
+        radius_px: of the circle that was drawn, good to a third.
+        ball_radius_px: of the ball.
+    """
+    x, y, color = _pixels_near(difference, center_px, 2 * radius_px)
+    reach = FARTHEST_SHIFT * radius_px
+    lowest = np.array([center_px[0] - reach, center_px[1] - reach, 0.4 * radius_px, np.log(0.5)])
+    largest = min(1.8 * radius_px, LARGEST * ball_radius_px)
+    highest = np.array([center_px[0] + reach, center_px[1] + reach, largest, np.log(radius_px)])
+    start = np.array([*center_px, START * radius_px, np.log(radius_px / 4)])
+    parameters = np.clip(start, lowest + 1e-6, highest - 1e-6)
+    weight = np.ones(len(x))
+    for _ in range(ROUNDS):
+
+        def residual(at: Column, weight: Column = weight) -> Column:
+            shading = _shading(x, y, at, ball_radius_px) * weight[:, None]
+            explained, _ = np.linalg.qr(shading)
+            seen = color * weight[:, None]
+            return np.asarray((seen - explained @ (explained.T @ seen)).ravel())
+
+        parameters = least_squares(
+            residual,
+            parameters,
+            bounds=(lowest, highest),
+            x_scale=[1, 1, 1, 0.3],
+            diff_step=1e-3,
+            max_nfev=40,
+        ).x
+        error = np.sqrt((residual(parameters).reshape(color.shape) ** 2).sum(1)) / weight
+        scale = max(1.4826 * float(np.median(error)), 1e-9)
+        weight = 1 / np.sqrt(1 + (error / (2 * scale)) ** 2)
+    center_x, center_y, radius, _ = parameters
+    unexplained = float((np.minimum(error, 4 * scale) ** 2).mean())
+    signal = max(float((color**2).sum(1).mean()), 1e-12)
+    center = (float(center_x), float(center_y))
+    near = _share_near(difference, center, 2.2 * radius)
+    return Circle(
+        center_px=center,
+        radius_px=float(radius),
+        quality=max(0.0, 1 - unexplained / signal) * near,
+    )
+
+
+def _shading(x: Column, y: Column, at: Column, ball_radius_px: float) -> Table:
+    """Terms of the colour at each pixel: the normal's components up to the third power."""
+    center_x, center_y, radius, log_fade = at
+    dx, dy = x - center_x, y - center_y
+    distance = np.hypot(dx, dy) + 1e-9
+    inside = np.minimum(distance, radius)
+    slope = inside / np.sqrt(ball_radius_px**2 - inside**2)
+    slope = slope * np.exp(-np.maximum(distance - radius, 0) / np.exp(log_fade))
+    sine = slope / np.sqrt(1 + slope**2)
+    nx, ny = -dx / distance * sine, -dy / distance * sine
+    return np.stack([nx, ny, nx * ny, nx**2 - ny**2, sine**2, nx * sine**2, ny * sine**2], 1)
+
+
+def _pixels_near(
+    difference: Difference, center_px: Pair, reach_px: float
+) -> tuple[Column, Column, Table]:
+    """Positions and colours of some pixels near a centre."""
+    height, width = difference.shape[:2]
+    y, x = np.mgrid[0:height, 0:width]
+    near = np.flatnonzero(np.hypot(x - center_px[0], y - center_px[1]) < reach_px)
+    if len(near) > PIXELS:  # drawn, as a regular grid would be blind to doubled pixels
+        near = np.random.default_rng(0).choice(near, PIXELS, replace=False)
+    color = difference.reshape(-1, 3)[near].astype(np.float64)
+    return x.ravel()[near].astype(np.float64), y.ravel()[near].astype(np.float64), color
+
+
+def _share_near(difference: Difference, center_px: Pair, reach_px: float) -> float:
+    """Share of the frame's shading that lies near a centre; its frame, dots and noise ignored."""
+    smooth = cv2.GaussianBlur(cv2.medianBlur(difference, 5), (0, 0), 3)
+    energy = ((smooth - np.median(smooth, (0, 1))) ** 2).sum(2)
+    edge = max(1, min(energy.shape) // 24)
+    y, x = np.mgrid[0 : energy.shape[0], 0 : energy.shape[1]]
+    y, x, energy = (part[edge:-edge, edge:-edge] for part in (y, x, energy))
+    near = np.hypot(x - center_px[0], y - center_px[1]) < reach_px
+    return float(energy[near].sum() / max(energy.sum(), 1e-12))

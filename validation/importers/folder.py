@@ -1,0 +1,79 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What every importer does at its end: labels mended, lights measured, the folder written."""
+
+import shutil
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from recon.pixels import BallPress
+from recon.presses import read_presses
+from sensor.dataset import BallLabel, DatasetCard, read_dataset, write_card, write_labels
+from sensor.errors import WedgeError
+from validation.importers.circles import refit_circle
+from validation.importers.lights import measure_lights_deg
+
+PRESSES_FOR_LIGHTS = 12
+"""Spread over the set; more do not move an azimuth by more than a degree or two."""
+
+
+def write_dataset(
+    folder: Path, card: DatasetCard, labels: Sequence[BallLabel], *, mend_circles: bool = False
+) -> None:
+    """Write card and labels beside the frames, which must be there already.
+
+    Args:
+        folder: of the dataset.
+        card: lights are measured and added where there are labels.
+        labels: as published.
+        mend_circles: refit every circle to its ball's shading.
+
+    Raises:
+        WedgeError: a frame is missing or damaged, or a label does not fit it.
+    """
+    write_card(folder / "dataset.toml", card)
+    write_labels(folder / "labels.csv", labels)
+    if not labels:
+        return
+    if mend_circles:
+        presses = read_presses(read_dataset(folder)).presses
+        labels = [mended(press) for press in presses]
+        write_labels(folder / "labels.csv", labels)
+    dataset = read_dataset(folder)
+    step = max(1, len(labels) // PRESSES_FOR_LIGHTS)
+    presses = read_presses(replace(dataset, labels=dataset.labels[::step])).presses
+    lit = replace(card, lights_deg=measure_lights_deg(presses))
+    write_card(folder / "dataset.toml", lit)
+
+
+def mended(press: BallPress) -> BallLabel:
+    """The label of a press after its circle was refitted; pixels must be square."""
+    circle = refit_circle(
+        press.difference,
+        press.center_px,
+        press.contact_radius_px,
+        press.ball_radius_mm / float(np.sqrt(np.prod(press.mm_per_px))),
+    )
+    return BallLabel(
+        file=press.file,
+        center_x_px=round(circle.center_px[0], 2),
+        center_y_px=round(circle.center_px[1], 2),
+        contact_radius_px=round(circle.radius_px, 2),
+        quality=round(circle.quality, 3),
+    )
+
+
+def copy_frames(source: Path, folder: Path, names: Iterable[str]) -> None:
+    """Copy images byte for byte, so that a JPEG is not encoded twice.
+
+    Raises:
+        WedgeError: an image is missing or cannot be read.
+    """
+    for name in names:
+        try:
+            shutil.copyfile(source / name, folder / name)
+        except OSError as error:
+            raise WedgeError(f"{source / name} cannot be read: {error.strerror}.") from error
