@@ -15,6 +15,11 @@ import trimesh
 from cad import checks
 from cad.assembly import Assembly, assemble
 from cad.catalogue import PRINTED, on_the_bed
+from cad.counts import bill_counts
+from cad.electronics.boards import Board, boards
+from cad.electronics.files import board_files
+from cad.electronics.netlist import check_electronics
+from cad.electronics.wiring import wiring_svg
 from cad.exports import laser, solids
 from cad.exports.drawing import drawing_of
 from cad.exports.views import Subject, colour_of, draw
@@ -35,6 +40,11 @@ class Model:
     bodies: dict[str, cq.Solid]
     printed: dict[str, cq.Solid]
     """In the frame they are modelled in."""
+
+    @cached_property
+    def boards(self) -> list[Board]:
+        """The resistor board and the LED arrays."""
+        return boards(self.design)
 
     @cached_property
     def body_meshes(self) -> dict[str, trimesh.Trimesh]:
@@ -82,6 +92,7 @@ def run_checks(built: Model) -> list[checks.Result]:
     results += checks.check_insertion(built.assembly, bodies)
     results += checks.check_sight(design, meshes)
     results += checks.check_tolerance(design)
+    results += check_electronics(design, built.boards)
     return results
 
 
@@ -107,6 +118,10 @@ def _files(built: Model) -> Iterator[tuple[str, bytes]]:
     yield "view/assembly.glb", solids.glb_of(painted)
     for name, content in laser.laser_files(design):
         yield f"laser/{name}", content
+    for board in built.boards:
+        for name, content in board_files(board):
+            yield f"electronics/{board.name}/{name}", content
+    yield "electronics/wiring.svg", wiring_svg(design)
     yield "drawing.svg", drawing_of(design, built.body_meshes)
 
 
@@ -134,9 +149,11 @@ def manifest_of(built: Model, results: list[checks.Result]) -> dict[str, Any]:
         for name, body in built.assembly.bodies.items()
         if body.part not in built.printed
     }
+    parts = part_entries(built.design, built.printed, bought, counts)
     return {
         "design": built.design.name,
         "design_sha256": built.design.sha256,
-        "parts": part_entries(built.design, built.printed, bought, counts),
+        "parts": parts,
+        "bill": bill_counts(counts, built.boards, parts),
         "checks": check_entries(results),
     }

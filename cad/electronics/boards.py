@@ -45,9 +45,7 @@ class Rectangle:
 
     def grown(self, by: float) -> "Rectangle":
         """The rectangle with ``by`` added on every side."""
-        return Rectangle(
-            (self.x[0] - by, self.x[1] + by), (self.y[0] - by, self.y[1] + by)
-        )
+        return Rectangle((self.x[0] - by, self.x[1] + by), (self.y[0] - by, self.y[1] + by))
 
 
 @dataclass(frozen=True)
@@ -176,9 +174,7 @@ def _resistor_board(found: list[Ballast]) -> Board:
             Rectangle((x + HOLE_PITCH - TRACK, x + HOLE_PITCH + TRACK), (pins_y, ground_y)),
         ]
         part = f"resistor_{ballast.label}"
-        components.append(
-            Component(name, part, ballast.label, "1206", (x, (low + high) / 2), 90.0)
-        )
+        components.append(Component(name, part, ballast.label, "1206", (x, (low + high) / 2), 90.0))
         nets["3V3"].append((name, "1"))
         nets["GND"].append(("J2", cathode))
         nets[f"{ballast.colour}_A"] = [(name, "2"), ("J2", anode)]

@@ -103,8 +103,8 @@ def _items(
         yield Item(bodies[name], _FADED if faded else colour_of(assembly.bodies[name].part))
 
 
-def _exploded(assembly: Assembly, bodies: Meshes) -> Iterator[Item]:
-    """Each body pulled out along its way; what goes in later lies farther out."""
+def pulled_apart(assembly: Assembly) -> dict[str, np.ndarray]:
+    """Where each body moves in the exploded view: along its way, what goes in later farther."""
     shift = {name: np.zeros(3) for name in assembly.bodies}
     for step in assembly.steps:
         for name in assembly.moving(step):
@@ -112,6 +112,11 @@ def _exploded(assembly: Assembly, bodies: Meshes) -> Iterator[Item]:
             length = float(np.linalg.norm(way))
             if length and assembly.standing(step):
                 shift[name] += way / length * _apart(step)
+    return shift
+
+
+def _exploded(assembly: Assembly, bodies: Meshes) -> Iterator[Item]:
+    shift = pulled_apart(assembly)
     for name, body in assembly.bodies.items():
         moved = bodies[name].copy()
         moved.apply_translation(shift[name])
