@@ -13,6 +13,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
+from typing import Any
 
 from sensor.errors import WedgeError
 
@@ -77,9 +78,10 @@ def _part(row: Mapping[str, str]) -> BoughtPart:
         raise WedgeError(f"bom/data/parts.csv must have the columns {', '.join(COLUMNS)}.")
     if row["basis"] not in ("paper", "estimate"):
         raise WedgeError(f"bom/data/parts.csv: the basis of {row['id']} must be paper or estimate.")
-    numbers = {key: float(row[key]) for key in ("pack_size", "price_usd")}
-    texts = {key: row[key] for key in COLUMNS if key not in numbers}
-    return BoughtPart(**texts, **numbers)
+    values: dict[str, Any] = dict(row)
+    for key in ("pack_size", "price_usd"):
+        values[key] = float(row[key])
+    return BoughtPart(**values)
 
 
 def make_bill(counts: Mapping[str, float], parts: Sequence[BoughtPart]) -> list[Line]:
@@ -176,7 +178,7 @@ def totals_text(lines: Sequence[Line], sensors: int) -> str:
 
 
 def distributor_csv(lines: Sequence[Line], sensors: int = 1) -> str:
-    """Quantity, manufacturer's number and reference, as distributors' bulk order pages take them."""
+    """Quantity, manufacturer's number and reference, as distributors' order pages take them."""
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(["Quantity", "Manufacturer Part Number", "Customer Reference"])

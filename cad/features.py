@@ -54,15 +54,13 @@ def one_solid(shape: cq.Workplane, name: str) -> cq.Solid:
     Raises:
         WedgeError: the shape is empty, in pieces or not valid.
     """
-    solids = shape.solids().vals()
-    if len(solids) != 1 or not solids[0].isValid() or solids[0].Volume() <= 0:
-        raise WedgeError(
-            f"{name} came out as {len(solids)} bodies instead of one solid: change the dimensions"
-            " nearest to it a little."
-        )
-    solid = solids[0]
-    assert isinstance(solid, cq.Solid)
-    return solid
+    solids = [solid for solid in shape.solids().vals() if isinstance(solid, cq.Solid)]
+    if len(solids) == 1 and solids[0].isValid() and solids[0].Volume() > 0:
+        return solids[0]
+    raise WedgeError(
+        f"{name} came out as {len(solids)} bodies instead of one solid: change the dimensions"
+        " nearest to it a little."
+    )
 
 
 def digits(text: str, height: float, stroke: float) -> list[tuple[Point, Point]]:
@@ -97,9 +95,14 @@ def digits_width(count: int, height: float, stroke: float) -> float:
 
 def union_of(shapes: Iterable[cq.Workplane]) -> cq.Workplane:
     """All shapes in one."""
-    first, *rest = [shape.val() for shape in shapes]
-    assert isinstance(first, cq.Shape)
-    return cq.Workplane(first.fuse(*[shape for shape in rest if isinstance(shape, cq.Shape)]))
+    first, *rest = [_shape(shape) for shape in shapes]
+    return cq.Workplane(first.fuse(*rest))
+
+
+def _shape(workplane: cq.Workplane) -> cq.Shape:
+    shape = workplane.val()
+    assert isinstance(shape, cq.Shape)
+    return shape
 
 
 def ellipsoid_cap(
@@ -123,9 +126,10 @@ def ellipsoid_cap(
         .close()
         .revolve(sector, (0, 0, 0), (1, 0, 0))
     )
-    sign = -1 if cap.val().BoundingBox().ymax > -cap.val().BoundingBox().ymin else 1
+    box_of_cap = _shape(cap).BoundingBox()
+    sign = -1 if box_of_cap.ymax > -box_of_cap.ymin else 1
     cap = cap.rotate((0, 0, 0), (1, 0, 0), sign * sector / 2)
     if abs(across - normal) > 1e-9:
         stretch = cq.Matrix([[1, 0, 0, 0], [0, across / normal, 0, 0], [0, 0, 1, 0]])
-        cap = cq.Workplane(cap.val().transformGeometry(stretch))
+        cap = cq.Workplane(_shape(cap).transformGeometry(stretch))
     return cap.translate((0, 0, apex_z + normal))

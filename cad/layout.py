@@ -88,7 +88,7 @@ class Layout:
 
     @property
     def bottom(self) -> float:
-        """z of the acrylic's outer face, flush with the case."""
+        """Height (z) of the acrylic's outer face, flush with the case."""
         return -self.design.acrylic.thickness_mm
 
     @property
@@ -104,7 +104,7 @@ class Layout:
 
     @property
     def side_lights(self) -> tuple[float, float]:
-        """x range along which light enters from the sides."""
+        """Range of x along which light enters from the sides."""
         return self.acrylic_x0 + TIP_POST, self.acrylic_x1 - BASE_POST
 
     @property
@@ -133,7 +133,7 @@ class Layout:
 
     @property
     def flex_z(self) -> tuple[float, float]:
-        """z range of the flexible circuits."""
+        """Range of z of the flexible circuits."""
         return self.bottom + 0.2, -0.2
 
     @property
@@ -234,7 +234,7 @@ class Layout:
 
     @property
     def rear(self) -> float:
-        """x of the case's back face."""
+        """Place (x) of the case's back face."""
         return self.design.housing.case_length_mm
 
     @property
@@ -282,7 +282,7 @@ class Layout:
 
     @property
     def channel_top(self) -> float:
-        """z of the wire channels' top."""
+        """Height (z) of the wire channels' top."""
         return self.bottom + CHANNEL
 
     # Screws.
@@ -294,7 +294,7 @@ class Layout:
 
     @property
     def rear_screw_z(self) -> float:
-        """z of the screws that hold the camera holder."""
+        """Height (z) of the screws that hold the camera holder."""
         return float(self.design.camera.pupil_z_mm)
 
     @property
@@ -309,7 +309,7 @@ class Layout:
 
     @property
     def roof_screw_x(self) -> tuple[float, float]:
-        """x of the two rows of screws in the roof."""
+        """Place (x) of the two rows of screws in the roof."""
         edge = MIN_WALL + self.screw.tap_mm / 2
         return self.tunnel_x0 + edge, self.rear - edge - 0.4
 

@@ -19,7 +19,7 @@ class Scene:
         self._mesh = TriangleMesh(self._scene, np.asarray(mesh.triangles, np.float32))
 
     def distance(self, origins: Array, directions: Array) -> Array:
-        """Distance to the first hit of (n, 3) rays with unit directions, infinite for none, (n,)."""
+        """Distance to the first hit of (n, 3) rays with unit directions; infinite for none."""
         hit = self._run(origins, directions, "DISTANCE").astype(np.float64)
         return np.where(hit > 1e30, np.inf, hit)
 

@@ -19,7 +19,7 @@ from cad.optics import (
     trace,
 )
 from cad.rays import Array, Scene
-from cad.refusals import PIXEL_MARGIN
+from cad.refusals import KEYSTONE, PIXEL_MARGIN
 from sensor.design import Wedge
 
 GRID = 41
@@ -42,7 +42,8 @@ def check_sight(design: Wedge, meshes: Mapping[str, trimesh.Trimesh]) -> list[Re
     rays = f"{n} points, two legs each"
     return [
         Result("sight", "rays blocked by a body", float(blocked.sum()), "rays", 0, "at most", rays),
-        Result("sight", "rays that miss the mirror", float(missed.sum()), "rays", 0, "at most", rays),
+        Result("sight", "rays that miss the mirror", float(missed.sum()), "rays", 0, "at most",
+               rays),
         Result("sight", "margin in the picture", pixel_margin(design.camera, paths.pixels), "px",
                PIXEL_MARGIN, "at least", design.camera.projection),
         *_figures(design, paths.pixels),
@@ -52,11 +53,12 @@ def check_sight(design: Wedge, meshes: Mapping[str, trimesh.Trimesh]) -> list[Re
 
 def _figures(design: Wedge, pixels: Array) -> list[Result]:
     (along_low, along_high), (across_low, across_high) = mm_per_px(design)
+    ranges = f"{along_low:.3f}-{along_high:.3f} along, {across_low:.3f}-{across_high:.3f} across"
+    coarsest = max(along_high, across_high)
     return [
-        Result("sight", "keystone", keystone(pixels, GRID), "", 0.3, "at least",
+        Result("sight", "keystone", keystone(pixels, GRID), "", KEYSTONE, "at least",
                "tip edge over base edge"),
-        Result("sight", "coarsest pixel", max(along_high, across_high), "mm", 0, "for information",
-               f"{along_low:.3f}-{along_high:.3f} along, {across_low:.3f}-{across_high:.3f} across"),
+        Result("sight", "coarsest pixel", coarsest, "mm", 0, "for information", ranges),
     ]  # fmt: skip
 
 

@@ -23,9 +23,9 @@ def check_solids(
     for name, mesh in meshes.items():
         solid = solids[name]
         sound = solid.isValid() and mesh.is_watertight and mesh.is_winding_consistent
-        bodies = mesh.body_count if sound else 0
-        results.append(Result("solid", name, bodies, "closed body", 1, "at most", "valid, watertight"
-                              if sound else "not closed"))  # fmt: skip
+        whole = sound and mesh.body_count == 1
+        state = "valid, watertight" if whole else "open or in pieces"
+        results.append(Result("solid", name, float(whole), "closed body", 1, "at least", state))
         error = abs(mesh.volume / solid.Volume() - 1) * 100 if sound else math.nan
         results.append(Result("mesh volume", name, error, "% from the solid", 0.2, "at most"))
     return results
@@ -38,11 +38,12 @@ def check_closed_forms(design: Wedge, solids: Mapping[str, cq.Solid]) -> list[Re
         "mold_flat": _flat_mold_mm3(design.gel),
         "mold_lid": _lid_mm3(design),
     }
-    return [
-        Result("closed form", name, abs(solids[name].Volume() / volume - 1) * 1e6, "millionths", 1.0,
-               "at most", f"{volume:.3f} mm³")
-        for name, volume in expected.items()
-    ]  # fmt: skip
+    results = []
+    for name, volume in expected.items():
+        error = abs(solids[name].Volume() / volume - 1) * 1e6
+        detail = f"{volume:.3f} mm³"
+        results.append(Result("closed form", name, error, "millionths", 1.0, "at most", detail))
+    return results
 
 
 def _rounded_block_mm3(gel: Gel, height: float) -> float:

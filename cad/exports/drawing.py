@@ -107,8 +107,8 @@ class _Page:
         far = place.rear + FLANGE
         return [
             self._across(0, place.rear, -high - line, f"case {place.rear:g}"),
-            self._across(place.acrylic_x0, place.acrylic_x1, -low + 2 * line,
-                         f"acrylic {design.acrylic.length_mm:g}, from the tip {place.acrylic_x0:g}"),
+            self._across(place.acrylic_x0, place.acrylic_x1, 2 * line - low,
+                         f"acrylic {design.acrylic.length_mm:g}, {place.acrylic_x0:g} from tip"),
             self._across(0, camera.pupil_x_mm, -low + 4 * line, f"pupil {camera.pupil_x_mm:g}"),
             self._across(0, design.mirror.foot_x_mm, -low + 6 * line,
                          f"mirror's foot {design.mirror.foot_x_mm:g}"),

@@ -12,9 +12,11 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-import ezdxf
 from ezdxf import units
-from ezdxf.layouts import Modelspace
+from ezdxf._options import options
+from ezdxf.document import Drawing
+from ezdxf.filemanagement import new
+from ezdxf.layouts.layout import Modelspace
 
 from cad.layout import Layout
 from sensor.design import Wedge
@@ -191,9 +193,9 @@ def comb_dxf(sheet: Sheet) -> bytes:
     return _bytes(document)
 
 
-def _new_document() -> tuple[ezdxf.document.Drawing, Modelspace]:
-    ezdxf.options.write_fixed_meta_data_for_testing = True  # else each file holds its own date
-    document = ezdxf.new("R2010", units=units.MM)
+def _new_document() -> tuple[Drawing, Modelspace]:
+    options.write_fixed_meta_data_for_testing = True  # else each file holds its own date
+    document = new("R2010", units=units.MM)
     for layer, colour in {"CUT": 1, "ENGRAVE": 5, "NOTE": 8}.items():
         document.layers.add(layer, color=colour)
     return document, document.modelspace()
@@ -205,7 +207,7 @@ def _text(
     space.add_text(text, height=height, dxfattribs={"layer": layer}).set_placement(place)
 
 
-def _bytes(document: ezdxf.document.Drawing) -> bytes:
+def _bytes(document: Drawing) -> bytes:
     stream = io.StringIO()
     document.write(stream)
     return _CLASSES.sub(_sorted_classes, stream.getvalue()).encode("utf-8")

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""One page that works from a folder, offline: the sensor to turn around, pictures, files, checks."""
+"""One page that works offline: the sensor to turn around, pictures, files, checks."""
 
 import base64
 import json

@@ -4,6 +4,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import trimesh
@@ -150,7 +151,7 @@ def tube(points: Sequence[Sequence[float]], radius: float) -> trimesh.Trimesh:
     """A line through points, thick enough to be seen."""
     pieces = [
         trimesh.creation.cylinder(radius, segment=np.array([start, end]), sections=8)
-        for start, end in zip(points[:-1], points[1:], strict=True)
+        for start, end in pairwise(points)
     ]
     joined = trimesh.util.concatenate(pieces)
     assert isinstance(joined, trimesh.Trimesh)

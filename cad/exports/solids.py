@@ -87,7 +87,8 @@ _TYPES = (
     '<Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">'
     '<Default Extension="rels"'
     ' ContentType="application/vnd.openxmlformats-package.relationships+xml"/>'
-    '<Default Extension="model" ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/>'
+    '<Default Extension="model"'
+    ' ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/>'
     "</Types>"
 )
 _RELATIONS = (

@@ -43,7 +43,7 @@ def _hull(place: Layout) -> cq.Workplane:
     tip_z = max(1.2, place.seat_z(0) + place.roof / math.cos(place.tilt))
     lift = (place.design.mirror.thickness_mm + place.roof) / math.cos(place.tilt)
     slope_x0 = (tip_z - lift - place.mirror_z(0)) / math.tan(place.tilt)
-    outline = [(0, place.bottom), (0, tip_z)]
+    outline = [(0.0, place.bottom), (0.0, tip_z)]
     if slope_x0 > 1e-6:
         outline.append((slope_x0, tip_z))
     outline += [

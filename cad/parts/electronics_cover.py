@@ -23,13 +23,13 @@ PLUG = 17.0
 
 
 def board_z(place: Layout) -> float:
-    """z of the adapter board's underside."""
+    """Height (z) of the adapter board's underside."""
     design = place.design
     return design.housing.roof_z_mm - design.compartment.height_mm + WALL + POST_HEIGHT
 
 
 def cover_middle_x(place: Layout) -> float:
-    """x of the cover's middle."""
+    """Place (x) of the cover's middle."""
     return (place.cover_x0 + place.plate_x1) / 2
 
 
