@@ -6,12 +6,10 @@ import cadquery as cq
 
 from cad.features import box, cylinder, one_solid, union_of
 from cad.layout import Layout
-from cad.parts.gripper_adapter import HEAD_GAP, cover_screw_places
+from cad.parts.gripper_adapter import HEAD_GAP, cover_corner_half, cover_screw_places
 from sensor.design import Wedge
 
 WALL = 1.2
-CORNER = 6.4
-"""Side of the corner blocks that take the screws."""
 UNDER_HEAD = 3.0
 POST_HEIGHT, POST_DIAMETER = 4.0, 5.0
 POSTS = ((-10.0, -13.0), (-10.0, 13.0), (10.0, -10.5), (10.0, 10.5))
@@ -41,8 +39,9 @@ def electronics_cover(design: Wedge) -> cq.Solid:
     body = box(x, (-half, half), (bottom, top)).cut(
         box((x[0] + WALL, x[1] - WALL), (WALL - half, half - WALL), (bottom + WALL, top + 1))
     )
+    corner = cover_corner_half(place)
     corners = union_of(
-        box((cx - CORNER / 2, cx + CORNER / 2), (cy - CORNER / 2, cy + CORNER / 2), (bottom, top))
+        box((cx - corner, cx + corner), (cy - corner, cy + corner), (bottom, top))
         for cx, cy in cover_screw_places(place)
     ).intersect(box(x, (-half, half), (bottom, top)))
     cable = box((x[0] - 1, x[0] + WALL + 1), (-CABLE / 2, CABLE / 2), (bottom + WALL, top + 1))

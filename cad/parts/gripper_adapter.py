@@ -39,11 +39,16 @@ def adapter_lab(design: Wedge) -> cq.Solid:
     return _adapter(design, LAB)
 
 
+def cover_corner_half(place: Layout) -> float:
+    """Half the side of the cover's corner blocks, which hold its sunk screws."""
+    return max(3.2, place.screw.head_diameter_mm / 2 + HEAD_GAP + MIN_WALL + 0.05)
+
+
 def cover_screw_places(place: Layout) -> list[tuple[float, float]]:
     """(x, y) of the screws between cover and plate."""
-    compartment = place.design.compartment
-    x0, x1 = place.cover_x0 + 3.2, place.plate_x1 - 3.2
-    y = compartment.width_mm / 2 - 3.2
+    compartment, inset = place.design.compartment, cover_corner_half(place)
+    x0, x1 = place.cover_x0 + inset, place.plate_x1 - inset
+    y = compartment.width_mm / 2 - inset
     return [(x0, -y), (x0, y), (x1, -y), (x1, y)]
 
 
