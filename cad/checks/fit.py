@@ -25,9 +25,12 @@ Bodies = Mapping[str, manifold3d.Manifold]
 def common_mm3(first: manifold3d.Manifold, second: manifold3d.Manifold) -> float:
     """Volume that two bodies share."""
     a, b = np.array(first.bounding_box()), np.array(second.bounding_box())
-    if (a[:3] > b[3:] + 1e-6).any() or (b[:3] > a[3:] + 1e-6).any():
-        return 0.0
-    return float((first ^ second).volume())
+    return float((first ^ second).volume()) if _boxes_meet(a, b) else 0.0
+
+
+def _boxes_meet(a: np.ndarray, b: np.ndarray) -> bool:
+    """Whether two boxes, each as its lowest and highest corner, share space."""
+    return bool((a[:3] < b[3:]).all() and (b[:3] < a[3:]).all())
 
 
 def check_interference(assembly: Assembly, bodies: Bodies) -> list[Result]:
@@ -60,10 +63,14 @@ def _worst_on_the_way(assembly: Assembly, step: Step, bodies: Bodies) -> tuple[f
         way = np.array(assembly.way(step, name))
         length = float(np.linalg.norm(way))
         stops = np.linspace(0, 1, max(2, int(np.ceil(length / STEP_MM))) + 1)
+        box = np.array(bodies[name].bounding_box())
         for other in assembly.standing(step):
+            other_box = np.array(bodies[other].bounding_box())
             for stop in stops:
+                if not _boxes_meet(box + np.tile(stop * way, 2), other_box):
+                    continue
                 moved = bodies[name].translate(tuple(stop * way))
-                volume = common_mm3(moved, bodies[other])
+                volume = float((moved ^ bodies[other]).volume())
                 if volume > worst:
                     worst = volume
                     where = f"{name} meets {other} {stop * length:.1f} mm before its place"

@@ -18,7 +18,7 @@ from cad.optics import (
     pixel_margin,
     trace,
 )
-from cad.rays import Array, Scene
+from cad.rays import Array, first_hits
 from cad.refusals import KEYSTONE, PIXEL_MARGIN
 from sensor.design import Wedge
 
@@ -113,7 +113,7 @@ def _cut(mesh: trimesh.Trimesh, start: Array, end: Array) -> np.ndarray:
     way = end - start
     length = np.linalg.norm(way, axis=1)
     direction = way / length[:, None]
-    hit = Scene(mesh).distance(start + _OFF_THE_FACE * direction, direction)
+    hit, _ = first_hits(mesh, start + _OFF_THE_FACE * direction, direction)
     return np.asarray(hit < length - 3 * _OFF_THE_FACE)
 
 
@@ -121,5 +121,5 @@ def _strikes(mesh: trimesh.Trimesh, start: Array, end: Array) -> np.ndarray:
     """Whether the first thing on the mirror's own body is the point asked for, (n,)."""
     way = end - start
     length = np.linalg.norm(way, axis=1)
-    hit = Scene(mesh).distance(start, way / length[:, None])
+    hit, _ = first_hits(mesh, start, way / length[:, None])
     return np.asarray(np.abs(hit - length) < 1e-2)

@@ -9,7 +9,7 @@ import trimesh
 
 from cad.checks.result import Result
 from cad.layout import MIN_WALL
-from cad.rays import Scene
+from cad.rays import first_hits
 
 WALL_RAYS = 20_000
 FACETS_MM = 0.005
@@ -27,9 +27,8 @@ def check_walls(name: str, mesh: trimesh.Trimesh) -> Result:
     points, faces = _places(mesh)
     normals = np.asarray(mesh.face_normals)
     inward = -normals[faces]
-    scene, start = Scene(mesh), points + 1e-3 * inward
-    struck = scene.triangle(start, inward)
-    depth = scene.distance(start, inward) + 1e-3
+    depth, struck = first_hits(mesh, points + 1e-3 * inward, inward)
+    depth = depth + 1e-3
     opposed = np.einsum("ij,ij->i", normals[struck], normals[faces]) < -0.98
     walls = opposed & (struck >= 0) & np.isfinite(depth)
     thinnest = float(depth[walls].min()) if walls.any() else math.inf

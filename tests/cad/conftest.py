@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Models that several tests measure, built once, and a folder written twice by the command."""
 
+import fcntl
 import os
 import subprocess
 import sys
@@ -27,8 +28,21 @@ def standard() -> Model:
 
 @pytest.fixture(scope="session")
 def fabricated(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    """The finger's folder from two processes that hash text differently."""
-    folders = [tmp_path_factory.mktemp("fabricated") / name for name in ("first", "second")]
+    """The finger's folder from two processes that hash text differently.
+
+    Test processes that run beside each other share it: the first one makes it.
+    """
+    root = tmp_path_factory.getbasetemp()
+    root = root.parent if "PYTEST_XDIST_WORKER" in os.environ else root
+    folders = (root / "fabricated" / "first", root / "fabricated" / "second")
+    with (root / "fabricated.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not all(folder.exists() for folder in folders):
+            _fabricate(folders)
+    return folders
+
+
+def _fabricate(folders: tuple[Path, Path]) -> None:
     runs = [
         subprocess.Popen(
             [sys.executable, "-P", "-m", "app", "fabricate", "--design", "finger", "--out", folder],
@@ -42,4 +56,3 @@ def fabricated(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     ]
     said = [run.communicate()[0] for run in runs]
     assert [run.returncode for run in runs] == [0, 0], "\n".join(said)
-    return folders[0], folders[1]

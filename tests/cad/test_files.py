@@ -21,6 +21,7 @@ from cad.catalogue import PRINTED
 from cad.exports.laser import area_mm2, outline, pieces_by_id, sheets
 from cad.golden import differences, golden_of, read_golden
 from cad.manifest import with_hashes
+from cad.mesh import DEFLECTION_MM
 
 Folders = tuple[Path, Path]
 
@@ -58,7 +59,7 @@ def test_stl_and_3mf_are_the_part(part: str, finger: Model, fabricated: Folders)
     assert mesh.is_watertight and mesh.is_winding_consistent
     assert mesh.body_count == 1
     assert mesh.volume == pytest.approx(volume, rel=2e-3)
-    assert mesh.bounds[0] == pytest.approx([0, 0, 0], abs=1e-3)
+    assert mesh.bounds[0] == pytest.approx([0, 0, 0], abs=DEFLECTION_MM)
 
     model = lib3mf.get_wrapper().CreateModel()
     reader = model.QueryReader("3mf")
