@@ -6,9 +6,14 @@ import json
 import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+import tyro
 
 from sensor.files import write_atomic
+
+OutputFile = Annotated[Path | None, tyro.conf.arg(metavar="FILE")]
+"""An option that names a file to write."""
 
 if TYPE_CHECKING:
     from recon.presses import LeftOut

@@ -6,10 +6,9 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from app._output import print_table, write_json
+from app._output import OutputFile, print_table, write_json
 from app._progress import progress
 from app._workers import process_pool
 
@@ -17,7 +16,7 @@ if TYPE_CHECKING:
     from benchmarks.measurement import Measurement
 
 
-def main(json: Path | None = None) -> int:
+def main(json: OutputFile = None) -> int:
     """Measure every figure of the performance page and print it beside its bar.
 
     Integrators on exact slopes, the network on the real bench presses (5-fold by press), the time
@@ -62,10 +61,9 @@ def main(json: Path | None = None) -> int:
 
 def _all() -> "Iterator[tuple[float, Measurement]]":
     """Each figure, with the share of the run that is done when it is known."""
-    from validation.datasets import dataset_folder
-
     from benchmarks import calibration, estimators, integrators
     from benchmarks.measurement import Measurement, interleaved_ms
+    from validation.datasets import dataset_folder
 
     for item in integrators.measure():
         yield 0.05, item

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import tyro
 
-from app._output import print_error_table, write_json
+from app._output import OutputFile, print_error_table, write_json
 from app._progress import progress
 from sensor.errors import WedgeError
 
@@ -19,7 +19,7 @@ def main(
     estimator: str = "mlp",
     design: str = "standard",
     seed: int = 0,
-    json: Path | None = None,
+    json: OutputFile = None,
 ) -> None:
     """Calibrate one sensor from ball presses and write its unit folder.
 
@@ -37,12 +37,11 @@ def main(
         seed: Seed of the split, drawn pixels and training.
         json: Write the errors on the held-out presses here as JSON.
     """
-    from validation.datasets import dataset_folder
-
     from recon.calibration import calibrate
     from recon.presses import read_presses
     from sensor.dataset import read_dataset
     from sensor.design_file import load_design
+    from validation.datasets import dataset_folder
     from validation.evaluation import held_out_metrics, hold_out
     from validation.table_text import table_document
 

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
-from app._output import print_table, write_json
+from app._output import OutputFile, print_table, write_json
 from app._progress import progress
 from sensor.errors import WedgeError
 
@@ -17,7 +17,7 @@ def main(
         tyro.conf.Positional[Literal["list", "path"]], tyro.conf.arg(metavar="list|path")
     ],
     name: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="[NAME]")] = "",
-    json: Path | None = None,
+    json: OutputFile = None,
 ) -> None:
     """List the datasets known by name, or print the folder of one.
 

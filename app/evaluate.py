@@ -8,7 +8,7 @@ from typing import Annotated
 
 import tyro
 
-from app._output import print_error_table, write_json
+from app._output import OutputFile, print_error_table, write_json
 from app._progress import progress
 
 
@@ -16,7 +16,7 @@ def main(
     unit: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="UNIT")],
     dataset: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="DATASET")],
     seed: int = 0,
-    json: Path | None = None,
+    json: OutputFile = None,
 ) -> None:
     """Measure the gradient and depth errors of a calibrated unit on the presses of a dataset.
 
@@ -31,10 +31,9 @@ def main(
         seed: Seed of the drawn pixels and the intervals.
         json: Write the numbers here as JSON.
     """
-    from validation.datasets import dataset_folder
-
     from recon.calibration import load_calibration
     from sensor.dataset import read_dataset
+    from validation.datasets import dataset_folder
     from validation.evaluation import evaluate_unit
     from validation.table_text import table_document
 
@@ -46,8 +45,5 @@ def main(
         )
     print_error_table(measured)
     if source.sha256 == calibration.card.dataset_sha256:
-        print(
-            "The unit was calibrated on these presses: the errors are not held out.",
-            file=sys.stderr,
-        )
+        print("The unit has learnt from these presses: nothing is held out.", file=sys.stderr)
     write_json(json, table_document(measured))

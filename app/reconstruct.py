@@ -8,7 +8,7 @@ from typing import Annotated
 
 import tyro
 
-from app._output import print_table, write_json
+from app._output import OutputFile, print_table, write_json
 from app._progress import progress
 from sensor.errors import WedgeError
 from sensor.files import write_atomic
@@ -18,8 +18,8 @@ def main(
     unit: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="UNIT")],
     image: Annotated[tyro.conf.Positional[tuple[str, ...]], tyro.conf.arg(metavar="IMAGE...")],
     out: Path,
-    background: str | None = None,
-    json: Path | None = None,
+    background: Annotated[str | None, tyro.conf.arg(metavar="IMAGE")] = None,
+    json: OutputFile = None,
 ) -> None:
     """Reconstruct depth from images of a calibrated unit.
 
@@ -37,25 +37,29 @@ def main(
         json: Write the deepest points, contact areas and borders here as JSON.
     """
     import numpy as np
+
+    from recon.calibration import load_calibration
+    from recon.images import read_frame
+    from recon.pipeline import Reconstructor
     from validation.figures.depth_map import depth_figure
     from validation.figures.png import png_bytes
 
-    from recon.images import read_frame
-    from recon.pipeline import Reconstructor
-
     def read(name: str) -> np.ndarray:
-        return read_frame(Path(name).parent, Path(name).name)
+        frame = read_frame(Path(name).parent, Path(name).name)
+        try:
+            unwarp.check(frame)
+        except WedgeError as error:
+            raise WedgeError(f"{name}: {error}") from error
+        return frame
 
+    calibration = load_calibration(unit)
+    unwarp = calibration.unwarp
     blank = None if background is None else read(background)
-    reconstruct = Reconstructor.load(unit, blank)
+    reconstruct = Reconstructor(calibration, blank)
     names = output_names(image)
     with progress("reconstruction") as show:
         for done, name in enumerate(image, start=1):
-            frame = read(name)
-            try:
-                reconstruct.unwarp.check(frame)
-            except WedgeError as error:
-                raise WedgeError(f"{name}: {error}") from error
+            read(name)
             show(0.3 * done / len(image), "checking images")
         rows = []
         for done, (name, stem) in enumerate(zip(image, names, strict=True), start=1):

@@ -2,12 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """`wedge table`: the error table per light configuration."""
 
-from pathlib import Path
 from typing import Annotated
 
 import tyro
 
-from app._output import print_error_table, write_json
+from app._output import OutputFile, print_error_table, write_json
 from app._progress import progress
 from app._workers import process_pool
 from sensor.files import write_atomic
@@ -18,9 +17,9 @@ def main(
     folds: int = 1,
     estimator: str = "mlp,table",
     seed: int = 0,
-    json: Path | None = None,
-    markdown: Path | None = None,
-    html: Path | None = None,
+    json: OutputFile = None,
+    markdown: OutputFile = None,
+    html: OutputFile = None,
 ) -> None:
     """Print the gradient errors of a dataset per light configuration, split by press.
 
@@ -42,7 +41,6 @@ def main(
         html: Write the table here as HTML.
     """
     from validation.datasets import dataset_folder
-
     from validation.error_table import error_table
     from validation.table_text import table_document, table_html, table_markdown
 

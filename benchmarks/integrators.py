@@ -21,7 +21,7 @@ def measure() -> Iterator[Measurement]:
     """Every figure of the integrators."""
     yield from _exactness()
     for boundary in BOUNDARIES:
-        coarse, fine = (_bump_error(count, boundary) for count in (60, 120))
+        coarse, fine = (bump_error(count, boundary) for count in (60, 120))
         yield Measurement(
             name=f"{boundary}: error of a smooth bump when the pitch is halved",
             value=fine / coarse,
@@ -53,7 +53,7 @@ def _exactness() -> Iterator[Measurement]:
         )
 
 
-def _bump_error(count: int, boundary: Boundary) -> float:
+def bump_error(count: int, boundary: Boundary) -> float:
     """Largest error on cos^4 bump of height 1 whose gradient is sampled at pixel centres."""
     pitch = 2 / count
     along = (np.arange(count) + 0.5) * pitch - 1

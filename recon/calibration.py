@@ -15,9 +15,9 @@ from recon.images import read_image, write_image
 from recon.lens import Lens, read_lens, write_lens
 from recon.lights import unseen_axis
 from recon.pixels import join, label_pixels
-from recon.presses import LENS_FILE, PressSet
+from recon.presses import PressSet
 from recon.unwarp import Unwarp, prepare_unwarp
-from sensor.dataset import Dataset
+from sensor.dataset import LENS_FILE, Dataset
 from sensor.design import STANDARD, Wedge
 from sensor.errors import WedgeError
 from sensor.files import new_folder, write_atomic
@@ -72,24 +72,31 @@ def load_calibration(folder: Path) -> Calibration:
     """
     card = read_unit_card(folder)
     background = read_image(folder / BACKGROUND_FILE)
-    height, width = background.shape[:2]
-    if (width, height) != card.frame_size_px:
-        raise WedgeError(
-            f"{folder / BACKGROUND_FILE} is {width}x{height} pixels, but unit.toml says "
-            f"{card.frame_size_px[0]}x{card.frame_size_px[1]}: calibrate the unit again."
-        )
     path = folder / GRADIENTS_FILE
     try:
         with safe_open(path, framework="numpy") as stored:
+            fitted = (stored.metadata() or {}).get("estimator")
             tensors = {name: stored.get_tensor(name) for name in stored.keys()}
     except (OSError, SafetensorError) as error:
         raise WedgeError(f"{path} cannot be read: {error}; calibrate the unit again.") from error
+    if fitted != card.estimator:
+        raise WedgeError(
+            f"{path} holds the estimator {fitted}, but unit.toml names {card.estimator}: "
+            "calibrate the unit again."
+        )
     try:
         estimator = restore_estimator(card.estimator, tensors, card.channels)
     except WedgeError as error:
         raise WedgeError(f"{path}: {error}") from error
     lens = read_lens(folder / LENS_FILE) if (folder / LENS_FILE).is_file() else None
-    return Calibration(card=card, background=background, estimator=estimator, lens=lens)
+    calibration = Calibration(card=card, background=background, estimator=estimator, lens=lens)
+    try:
+        calibration.unwarp.check(background)
+    except WedgeError as error:
+        raise WedgeError(
+            f"{folder}: unit.toml does not fit {BACKGROUND_FILE} or {LENS_FILE}: {error}"
+        ) from error
+    return calibration
 
 
 def lit_channels(dataset: Dataset) -> tuple[str, MissingAxis]:
@@ -106,7 +113,7 @@ def calibrate(
     estimator: str,
     serial: str,
     created: str,
-    metrics: Mapping[str, float],
+    metrics: Mapping[str, int | float],
     seed: int,
     design: Wedge = STANDARD,
     progress: Callable[[float], None] = lambda _: None,

@@ -90,7 +90,7 @@ def write_image(path: Path, frame: Frame) -> None:
 @lru_cache(maxsize=2)
 def _npz_frames(path: Path, _modified_ns: int) -> np.ndarray:
     try:
-        with NpzFile(path, allow_pickle=False) as archive:
+        with path.open("rb") as stream, NpzFile(stream, allow_pickle=False) as archive:
             frames = archive["frames"]
     except KeyError as error:
         raise WedgeError(f"{path} holds no array named frames.") from error

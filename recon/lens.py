@@ -106,6 +106,8 @@ class Lens:
         r = np.minimum(seen, high)
         for _ in range(NEWTON_STEPS):
             error = self._seen_radius(r) - seen
+            if np.abs(error).max(initial=0) < 1e-14:
+                break
             low, high = np.where(error < 0, r, low), np.where(error > 0, r, high)
             slope = 1 + 3 * k1 * r**2 + 5 * k2 * r**4 + 7 * k3 * r**6
             step = r - error / np.where(slope == 0, 1, slope)
@@ -116,9 +118,10 @@ class Lens:
     def _fold(self) -> float:
         """The ideal radius where the seen radius stops growing; infinite where it never does."""
         k1, k2, k3 = self.radial
-        squares = np.roots([7 * k3, 5 * k2, 3 * k1, 1])
-        turning = [root.real for root in squares if abs(root.imag) < 1e-9 and root.real > 0]
-        return float(np.sqrt(min(turning))) if turning else float("inf")
+        # The slope is 1 + 3 k1 r² + 5 k2 r⁴ + 7 k3 r⁶; solved for 1/r², to allow k3 = 0.
+        inverse_squares = np.roots([1, 3 * k1, 5 * k2, 7 * k3])
+        turning = [u.real for u in inverse_squares if abs(u.imag) < 1e-9 and u.real > 1e-9]
+        return float(1 / np.sqrt(max(turning))) if turning else float("inf")
 
 
 @dataclass(frozen=True, kw_only=True)

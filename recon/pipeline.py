@@ -33,7 +33,7 @@ class Reconstruction:
 class Reconstructor:
     """Frames of one unit to depth.
 
-    ::
+    Once per unit, then for each frame:
 
         reconstruct = Reconstructor.load("units/wedge-001", background)
         depth_mm = reconstruct(frame).depth_mm

@@ -12,11 +12,9 @@ from recon.images import read_frame
 from recon.lens import Lens, read_lens
 from recon.pixels import RIM_PX, BallPress
 from recon.unwarp import Unwarp, prepare_unwarp
-from sensor.dataset import BallLabel, Dataset
+from sensor.dataset import LENS_FILE, BallLabel, Dataset
 from sensor.errors import WedgeError
 
-LENS_FILE = "camera.toml"
-"""A camera calibration beside ``dataset.toml``, where there is one."""
 LEAST_RADIUS_PX = 3.0
 LEAST_CHANGE = 2 / 255
 """A contact changes the colour of its pixels by this much of full scale, on average."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from jaxtyping import Float32
+from jaxtyping import Float32, Float64
 
 from recon.arrays import Frame, Unwarped
 from recon.lens import Lens
@@ -40,9 +40,7 @@ class Unwarp:
         full_scale = frame.astype(np.float32) / 255
         if self.maps is None:
             return full_scale
-        return cv2.remap(
-            full_scale, *self.maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
-        )
+        return cv2.remap(full_scale, *self.maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
 
     def check(self, frame: Frame) -> None:
         """Refuse a frame of another size.
@@ -80,19 +78,12 @@ def prepare_unwarp(
             f"are {'x'.join(map(str, frame_size_px))}: calibrate the lens at this resolution."
         )
     if corners_px is None or size_px is None:
-        return Unwarp(frame_size_px=frame_size_px, size_px=frame_size_px, maps=None)
-    for x_px, y_px in corners_px:
-        if not (-0.5 <= x_px <= frame_size_px[0] and -0.5 <= y_px <= frame_size_px[1]):
-            raise WedgeError(
-                f"corners_px: ({x_px:g}, {y_px:g}) lies outside the "
-                f"{frame_size_px[0]}x{frame_size_px[1]} frame."
-            )
+        if lens is None:
+            return Unwarp(frame_size_px=frame_size_px, size_px=frame_size_px, maps=None)
+        size_px, homography = frame_size_px, np.eye(3)
+    else:
+        homography = _to_ideal(frame_size_px, corners_px, size_px, lens)
     width, height = size_px
-    seen = np.array(corners_px, dtype=np.float64)
-    ideal = seen if lens is None else lens.undistort(seen)
-    right, bottom = width - 0.5, height - 0.5
-    edges = np.array([[-0.5, -0.5], [right, -0.5], [right, bottom], [-0.5, bottom]])
-    homography = cv2.getPerspectiveTransform(edges.astype(np.float32), ideal.astype(np.float32))
     rows, columns = np.indices((height, width), dtype=np.float64)
     pixels = np.stack([columns.ravel(), rows.ravel()], 1)
     raw = cv2.perspectiveTransform(pixels[:, None], homography)[:, 0]
@@ -100,3 +91,23 @@ def prepare_unwarp(
         raw = lens.distort(raw)
     map_x, map_y = raw.T.reshape(2, height, width).astype(np.float32)
     return Unwarp(frame_size_px=frame_size_px, size_px=size_px, maps=(map_x, map_y))
+
+
+def _to_ideal(
+    frame_size_px: tuple[int, int],
+    corners_px: Corners,
+    size_px: tuple[int, int],
+    lens: Lens | None,
+) -> Float64[np.ndarray, "3 3"]:
+    """Homography from unwarped pixels to pixels that a lens without distortion would see."""
+    for x_px, y_px in corners_px:
+        if not (-0.5 <= x_px <= frame_size_px[0] and -0.5 <= y_px <= frame_size_px[1]):
+            raise WedgeError(
+                f"corners_px: ({x_px:g}, {y_px:g}) lies outside the "
+                f"{frame_size_px[0]}x{frame_size_px[1]} frame."
+            )
+    seen = np.array(corners_px, dtype=np.float64)
+    ideal = seen if lens is None else lens.undistort(seen)
+    right, bottom = size_px[0] - 0.5, size_px[1] - 0.5
+    edges = np.array([[-0.5, -0.5], [right, -0.5], [right, bottom], [-0.5, bottom]])
+    return cv2.getPerspectiveTransform(edges.astype(np.float32), ideal.astype(np.float32))

@@ -29,10 +29,13 @@ from sensor.toml import (
     toml_text,
 )
 
+LENS_FILE = "camera.toml"
+"""A camera calibration beside ``dataset.toml``, where there is one."""
 REQUIRED_KEYS = ("name", "source", "licence", "mm_per_px", "ball_radius_mm", "background")
 OPTIONAL_KEYS = ("corners_px", "pad_size_mm", "lights_deg")
 REQUIRED_COLUMNS = ("file", "center_x_px", "center_y_px", "contact_radius_px")
 OPTIONAL_COLUMNS = ("ball_radius_mm", "quality")
+LARGEST_SIDE_PX = 8192
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,9 +95,10 @@ class Dataset:
 
     @property
     def sha256(self) -> str:
-        """Hash of the card, the labels and every frame that they name."""
+        """Hash of the card, the labels, every frame that they name, and the lens."""
         frames = (*self.card.background, *(label.file for label in self.labels))
         names = {"dataset.toml", "labels.csv", *(name.partition("#")[0] for name in frames)}
+        names |= {LENS_FILE} if (self.folder / LENS_FILE).is_file() else set()
         try:
             return sha256_of_files({name: self.folder / name for name in names})
         except OSError as error:
@@ -115,13 +119,13 @@ def read_dataset(folder: Path) -> Dataset:
     except WedgeError as error:
         raise located(path, error) from error
     dataset = Dataset(folder=folder, card=card, labels=_read_labels(folder / "labels.csv"))
-    for line, label in enumerate(dataset.labels, start=2):
+    for label in dataset.labels:
         radius_mm = label.contact_radius_px * math.sqrt(math.prod(card.mm_per_px))
         if radius_mm >= dataset.ball_radius_mm(label):
             raise WedgeError(
-                f"{folder / 'labels.csv'}, line {line} ({label.file}): the contact circle of "
-                f"{radius_mm:.2f} mm is not smaller than the ball of "
-                f"{dataset.ball_radius_mm(label):g} mm radius; mend the label or the radius."
+                f"{folder / 'labels.csv'}: the contact circle of {label.file}, "
+                f"{radius_mm:.2f} mm in radius, is not smaller than the ball of "
+                f"{dataset.ball_radius_mm(label):g} mm; mend the label or the ball's radius."
             )
     return dataset
 
@@ -159,7 +163,7 @@ def _card(document: dict[str, Any]) -> DatasetCard:
     if ("corners_px" in document) != ("pad_size_mm" in document):
         raise WedgeError("corners_px and pad_size_mm must be given together.")
     pad_size = document.get("pad_size_mm")
-    return DatasetCard(
+    card = DatasetCard(
         name=text_line(document["name"], "name"),
         source=text_line(document["source"], "source"),
         licence=text_line(document["licence"], "licence"),
@@ -170,6 +174,14 @@ def _card(document: dict[str, Any]) -> DatasetCard:
         pad_size_mm=None if pad_size is None else positive_pair(pad_size, "pad_size_mm"),
         lights_deg=lights(document["lights_deg"]) if "lights_deg" in document else None,
     )
+    if card.pad_size_mm is not None:
+        sides = [size / pitch for size, pitch in zip(card.pad_size_mm, card.mm_per_px, strict=True)]
+        if not 1 <= min(sides) <= max(sides) <= LARGEST_SIDE_PX:
+            raise WedgeError(
+                f"pad_size_mm / mm_per_px makes unwarped frames of {sides[0]:g} x {sides[1]:g} "
+                f"pixels; 1 to {LARGEST_SIDE_PX} a side are possible."
+            )
+    return card
 
 
 def _read_labels(path: Path) -> tuple[BallLabel, ...]:
@@ -183,6 +195,9 @@ def _read_labels(path: Path) -> tuple[BallLabel, ...]:
     for column in REQUIRED_COLUMNS:
         if column not in header:
             raise WedgeError(f"{path} has no column {column}.")
+    for column in header:
+        if header.count(column) > 1:
+            raise WedgeError(f"{path} has the column {column} more than once.")
     refuse_unknown_keys(dict.fromkeys(header), [*REQUIRED_COLUMNS, *OPTIONAL_COLUMNS], f"{path}: ")
     labels = []
     for line, row in enumerate(rows[1:], start=2):
@@ -244,5 +259,5 @@ def lights(value: object) -> dict[str, float]:
 
 def _refuse_outside_path(name: str) -> None:
     parts = Path(name.partition("#")[0]).parts
-    if not parts or Path(name).is_absolute() or ".." in parts:
+    if not parts or Path(name).is_absolute() or ".." in parts or "\0" in name:
         raise WedgeError(f"{name!r} must be a file inside the dataset folder.")

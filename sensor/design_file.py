@@ -9,7 +9,7 @@ from typing import Any
 
 from sensor.design import FINGER, STANDARD, Wedge
 from sensor.errors import WedgeError
-from sensor.toml import read_toml, refuse_unknown_keys
+from sensor.toml import finite, read_toml, refuse_unknown_keys
 
 DESIGNS: Mapping[str, Wedge] = {design.name: design for design in (STANDARD, FINGER)}
 
@@ -17,7 +17,7 @@ DESIGNS: Mapping[str, Wedge] = {design.name: design for design in (STANDARD, FIN
 def load_design(name_or_file: str) -> Wedge:
     """Find a known design by name, or read one from a TOML file.
 
-    The file names a base and changes some of its numbers::
+    The file names a base and changes some of its numbers:
 
         base = "standard"
         name = "thin-acrylic"
@@ -37,7 +37,7 @@ def load_design(name_or_file: str) -> Wedge:
         )
     document = read_toml(path)
     base = document.pop("base", "standard")
-    if base not in DESIGNS:
+    if base not in list(DESIGNS):
         raise WedgeError(f"{path}: base = {base!r} must be one of {', '.join(DESIGNS)}.")
     try:
         design: Wedge = _override(DESIGNS[base], {"name": path.stem, **document}, "")
@@ -62,5 +62,5 @@ def _override(base: Any, changes: Mapping[str, Any], prefix: str) -> Any:
             raise WedgeError(f"{prefix}{key} must be {wanted}, not {value!r}.")
         else:
             as_float = isinstance(current, float) and type(value) is int
-            values[key] = float(value) if as_float else value
+            values[key] = finite(value, prefix + key) if as_float else value
     return replace(base, **values)

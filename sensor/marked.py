@@ -7,7 +7,6 @@ carries its source: ``paper`` (GelSight Wedge, arXiv 2106.08851), ``datasheet``,
 (on a built sensor or on a public drawing of one) or ``chosen`` by this project.
 """
 
-import math
 from dataclasses import dataclass, field, fields
 from typing import Any, Literal, TypeVar, cast
 
@@ -86,5 +85,5 @@ class Bounded:
         if isinstance(value, bool) or not isinstance(value, int if whole else (int, float)):
             kind = "a whole number" if whole else "a number"
             raise WedgeError(f"{where} must be {kind}, not {value!r}.")
-        if not (math.isfinite(value) and low <= value <= high):
-            raise WedgeError(f"{where} = {value:g} is outside its bounds {low:g} to {high:g}.")
+        if not low <= value <= high:
+            raise WedgeError(f"{where} = {value} is outside its bounds {low:g} to {high:g}.")

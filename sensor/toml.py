@@ -6,6 +6,7 @@ import difflib
 import math
 import tomllib
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -21,10 +22,10 @@ def read_toml(path: Path) -> dict[str, Any]:
         WedgeError: the file is missing, unreadable or not TOML.
     """
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise WedgeError(f"{path} cannot be read: {error.strerror}.") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:
         raise WedgeError(f"{path} is not valid TOML: {error}.") from error
 
 
@@ -67,9 +68,10 @@ def text_line(value: object, key: str) -> str:
 
 def finite(value: object, key: str) -> float:
     """A value that must be a finite number."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise WedgeError(f"{key} must be a finite number, not {value!r}.")
-    return float(value)
+    with suppress(OverflowError):
+        if isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value):
+            return float(value)
+    raise WedgeError(f"{key} must be a finite number, not {value!r}.")
 
 
 def positive(value: object, key: str) -> float:
@@ -101,8 +103,10 @@ def _toml_value(value: object) -> str:
     match value:
         case bool():
             return "true" if value else "false"
-        case int() | float():
-            return repr(value)
+        case int():
+            return int.__repr__(value)
+        case float():
+            return float.__repr__(value)  # of a subclass too, such as numpy's
         case str():
             return '"' + "".join(_toml_character(c) for c in value) + '"'
         case list() | tuple():

@@ -3,7 +3,7 @@
 """The unit folder: one built sensor, measured. Written by calibration, never edited by hand.
 
 ``unit.toml`` is described here; ``background.png`` and ``gradients.safetensors`` beside it hold
-arrays, which :mod:`recon` reads and writes.
+arrays, which ``recon`` reads and writes.
 """
 
 from collections.abc import Mapping
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, cast, get_args
 
-from sensor.dataset import corners, lights
+from sensor.dataset import LARGEST_SIDE_PX, corners, lights
 from sensor.errors import WedgeError
 from sensor.files import write_atomic
 from sensor.toml import (
@@ -68,7 +68,7 @@ class UnitCard:
     """(width, height) of the camera's frames."""
     size_px: tuple[int, int]
     """(width, height) of the unwarped frames."""
-    metrics: Mapping[str, float]
+    metrics: Mapping[str, int | float]
     """Errors on the presses held out at calibration."""
     corners_px: tuple[Pair, Pair, Pair, Pair] | None = None
     pad_size_mm: Pair | None = None
@@ -132,7 +132,9 @@ def _metrics(value: object) -> dict[str, float]:
 
 def _size(value: object, key: str) -> tuple[int, int]:
     whole = isinstance(value, list) and len(value) == 2 and all(type(n) is int for n in value)
-    if not whole or min(cast(list[int], value)) < 1:
-        raise WedgeError(f"{key} must be [width, height] in whole pixels, not {value!r}.")
+    if not whole or not all(1 <= side <= LARGEST_SIDE_PX for side in cast(list[int], value)):
+        raise WedgeError(
+            f"{key} must be [width, height] in whole pixels, 1 to {LARGEST_SIDE_PX}, not {value!r}."
+        )
     width, height = cast(list[int], value)
     return width, height

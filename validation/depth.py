@@ -3,7 +3,7 @@
 """Depth against the truth, press by press.
 
 The truth is the ball's cap in closed form; it starts at the rim of the contact circle, so the
-mean depth on the rim is taken off the reconstruction first. Where a dataset knows the depth
+reconstruction's mean error just inside the rim is taken off first. Where a dataset knows the depth
 itself (``truth/NAME.npy``), the reconstruction is judged against that, nothing taken off.
 """
 
@@ -55,23 +55,44 @@ def judge_depth(
 ) -> DepthErrors:
     """Judge the depth that a gradient field integrates to."""
     depth = depth_map(gradient, contact, boundary_of(contact), press.mm_per_px)
-    truth = read_truth(folder, press)
-    name = "ball cap" if truth is None else "truth file"
-    distance_mm = _distance_mm(press)
-    if truth is None:
-        truth = cap_of(press).depth_mm
-        rim_mm = RIM_WIDTH_PX * press.contact_radius_mm / press.contact_radius_px
-        depth = depth - depth[np.abs(distance_mm - press.contact_radius_mm) < rim_mm].mean()
-    error = (depth - truth)[truth > 0]
-    disc = distance_mm < max(PEAK_RADIUS * press.contact_radius_mm, max(press.mm_per_px))
+    truth = true_depth(depth, press, folder)
+    depth = depth - truth.rim_mm
+    error = (depth - truth.depth_mm)[truth.depth_mm > 0]
+    disc = _distance_mm(press) < max(PEAK_RADIUS * press.contact_radius_mm, max(press.mm_per_px))
     return DepthErrors(
         file=press.file,
-        truth=name,
+        truth=truth.name,
         rmse_mm=float(np.sqrt(np.mean(error**2))),
         bias_mm=float(error.mean()),
         peak_mm=float(depth[disc].mean()),
-        peak_truth_mm=float(truth[disc].mean()),
+        peak_truth_mm=float(truth.depth_mm[disc].mean()),
     )
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrueDepth:
+    """What a reconstruction is judged against; zero outside the contact."""
+
+    name: str
+    """Either "ball cap" or "truth file"."""
+    depth_mm: DepthMap
+    rim_mm: float
+    """Depth of the contact's rim, to be taken off the reconstruction."""
+
+
+def true_depth(depth: DepthMap, press: BallPress, folder: Path) -> TrueDepth:
+    """The truth of a press for a reconstruction of it.
+
+    Raises:
+        WedgeError: the truth file cannot be read or has another size.
+    """
+    known = read_truth(folder, press)
+    if known is not None:
+        return TrueDepth(name="truth file", depth_mm=known, rim_mm=0.0)
+    cap = cap_of(press).depth_mm
+    rim_width_mm = RIM_WIDTH_PX * press.contact_radius_mm / press.contact_radius_px
+    rim = (cap > 0) & (_distance_mm(press) > press.contact_radius_mm - rim_width_mm)
+    return TrueDepth(name="ball cap", depth_mm=cap, rim_mm=float((depth - cap)[rim].mean()))
 
 
 def cap_of(press: BallPress) -> BallCap:

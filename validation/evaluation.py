@@ -86,9 +86,12 @@ def hold_out(
     )
 
 
-def held_out_metrics(table: ErrorTable, fitted_presses: int) -> dict[str, float]:
+def held_out_metrics(table: ErrorTable, fitted_presses: int) -> dict[str, int | float]:
     """What ``unit.toml`` keeps of a table with one configuration."""
-    metrics: dict[str, float] = {"fitted_presses": fitted_presses, "held_out_presses": table.test}
+    metrics: dict[str, int | float] = {
+        "fitted_presses": fitted_presses,
+        "held_out_presses": table.test,
+    }
     for row in table.rows:
         name = "contact" if row.pixels == "contact" else "contact_and_5_percent"
         metrics |= {f"{name}_{key}": value for key, value in row.errors.values.items()}

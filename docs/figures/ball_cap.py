@@ -12,7 +12,7 @@ from recon.pixels import CLEAR_OF_COLLAR, RIM_PX, STEEPEST
 BALL_MM, CONTACT_MM, PITCH_MM = 4.0, 3.4, 0.02
 HALF_PX = 310
 X_MM = (np.arange(2 * HALF_PX + 1) - HALF_PX) * PITCH_MM
-CAP = ball_cap((len(X_MM), 1), (HALF_PX, 0), CONTACT_MM, BALL_MM, (PITCH_MM, PITCH_MM))
+CAP = ball_cap((len(X_MM), 1), (float(HALF_PX), 0.0), CONTACT_MM, BALL_MM, (PITCH_MM, PITCH_MM))
 D_MM = 1.7
 
 drawing = figure(7.4, 5.4)

@@ -63,7 +63,7 @@ def draw_section(axes: Axes) -> None:
     """A cut along x: the ball, the skin, and which signs depth and gradient have."""
     axes.set_title("A cut through a pressed ball, $y$ into the page")
     ball_mm, contact_mm, pitch_mm = 4.5, 4.2, 0.05
-    cap = ball_cap((441, 1), (220, 0), contact_mm, ball_mm, (pitch_mm, pitch_mm))
+    cap = ball_cap((441, 1), (220.0, 0.0), contact_mm, ball_mm, (pitch_mm, pitch_mm))
     x_mm = (np.arange(441) - 220) * pitch_mm
     skin_mm = -cap.depth_mm[0]
     axes.fill_between(x_mm, skin_mm, -5.4, color=GEL, lw=0)

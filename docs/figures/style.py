@@ -60,7 +60,6 @@ def measure(axes: Axes, tail: tuple[float, float], head: tuple[float, float]) ->
     axes.annotate("", xy=head, xytext=tail, arrowprops=style)
 
 
-def save(drawing: Figure, script: str, folder: Path | None = None) -> None:
-    """Write the drawing as SVG under its script's name."""
-    path = Path(script).with_suffix(".svg")
-    drawing.savefig((folder or path.parent) / path.name, metadata={"Date": None, "Creator": None})
+def save(drawing: Figure, script: str) -> None:
+    """Write the drawing as SVG beside its script."""
+    drawing.savefig(Path(script).with_suffix(".svg"), metadata={"Date": None, "Creator": None})

@@ -3,7 +3,7 @@
 """What turns colour into slope: one contract, and the estimators by name."""
 
 from collections.abc import Callable, Mapping
-from typing import ClassVar, Protocol
+from typing import ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float32
@@ -18,6 +18,7 @@ Progress = Callable[[float], None]
 """Called with the share that is done, 0 to 1."""
 
 
+@runtime_checkable
 class GradientEstimator(Protocol):
     """Maps the colour difference and the position of a pixel to the slope of the skin."""
 
@@ -65,10 +66,15 @@ def restore_estimator(
     Raises:
         WedgeError: no estimator has that name, or the arrays are not what it wrote.
     """
+    for key, values in tensors.items():
+        if values.dtype != np.float32 or not np.isfinite(values).all():
+            raise WedgeError(f"the array {key} of the {name} estimator is not of finite float32.")
     try:
         return _known(name)[1](tensors, channels)
-    except (KeyError, ValueError) as error:
-        raise WedgeError(f"the arrays of the {name} estimator are incomplete: {error}.") from error
+    except KeyError as error:
+        raise WedgeError(f"the {name} estimator lacks the array {error}.") from error
+    except ValueError as error:
+        raise WedgeError(f"the arrays of the {name} estimator do not fit: {error}.") from error
 
 
 def gradient_field(estimator: GradientEstimator, difference: Difference) -> GradientField:

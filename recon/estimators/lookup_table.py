@@ -58,7 +58,8 @@ class LookupTable:
             ValueError: an array has another shape.
         """
         count = len(channels)
-        if tensors["bins"].shape != (*[BINS] * count, 2) or tensors["low"].shape != (count,):
+        shapes = [tensors[key].shape for key in ("low", "high", "bins")]
+        if shapes != [(count,), (count,), (*[BINS] * count, 2)]:
             raise ValueError("the table has another number of channels or bins")
         return cls(channels=channels, **{key: tensors[key] for key in ("low", "high", "bins")})
 

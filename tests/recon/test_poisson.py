@@ -4,9 +4,16 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy import fft
 
 from recon.ball import ball_cap, offsets_mm
-from recon.poisson import integrate, midpoint_slopes, solve_dirichlet, solve_neumann
+from recon.poisson import (
+    _margins_px,
+    integrate,
+    midpoint_slopes,
+    solve_dirichlet,
+    solve_neumann,
+)
 
 SQUARE = (0.1, 0.1)
 # Odd, even, prime, and those whose transform is quick; the smallest have no inner pixel.
@@ -218,3 +225,11 @@ def test_midpoint_slopes_are_the_means_of_neighbours():
     assert along_x.shape == (3, 3) and along_y.shape == (2, 4)
     assert along_x[1, 2] == (gradient[1, 2, 0] + gradient[1, 3, 0]) / 2
     assert along_y[1, 2] == (gradient[1, 2, 1] + gradient[2, 2, 1]) / 2
+
+
+@given(st.integers(1, 5000))
+def test_flat_margins_make_the_nearest_quick_transform(count):
+    before, after = _margins_px(count)
+    solved = count + (before - 1) + (after - 1)  # the ring itself is not solved for
+    assert min(before, after) >= 1 and abs(before - after) <= 1
+    assert solved + 1 == fft.next_fast_len(count + 1, real=True)

@@ -86,6 +86,16 @@ def test_without_a_lens_straight_edges_of_the_pad_stay_straight_and_with_one_the
     assert max(np.abs(b - s).max() for b, s in zip(bent, straight, strict=True)) > 3
 
 
+def test_a_lens_straightens_frames_that_show_the_gel_plane_already():
+    width, height = RAW
+    ideal = np.array([[80.0, 60.0], [width / 2, height / 2], [250.0, 190.0]])
+    frame = with_spots(RAW, WIDE_LENS.distort(ideal), sigma=1.5)
+    unwarp = prepare_unwarp(RAW, lens=WIDE_LENS)
+    assert unwarp.size_px == RAW
+    found = np.array([centroid_near(unwarp(frame), point, reach=8) for point in ideal])
+    np.testing.assert_allclose(found, ideal, atol=0.1)
+
+
 @given(st.integers(1, 12), st.integers(1, 12), st.integers(0, 2**32 - 1))
 def test_a_pad_that_fills_the_frame_comes_back_itself(width, height, seed):
     frame = np.random.default_rng(seed).integers(0, 256, (height, width, 3), np.uint8)

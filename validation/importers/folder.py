@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What every importer does at its end: labels mended, lights measured, the folder written."""
 
-import shutil
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -13,6 +12,7 @@ from recon.pixels import BallPress
 from recon.presses import read_presses
 from sensor.dataset import BallLabel, DatasetCard, read_dataset, write_card, write_labels
 from sensor.errors import WedgeError
+from sensor.files import write_atomic
 from validation.importers.circles import refit_circle
 from validation.importers.lights import measure_lights_deg
 
@@ -74,6 +74,7 @@ def copy_frames(source: Path, folder: Path, names: Iterable[str]) -> None:
     """
     for name in names:
         try:
-            shutil.copyfile(source / name, folder / name)
+            content = (source / name).read_bytes()
         except OSError as error:
             raise WedgeError(f"{source / name} cannot be read: {error.strerror}.") from error
+        write_atomic(folder / name, content)

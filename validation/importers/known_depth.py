@@ -60,7 +60,7 @@ def import_known_depth_spheres(source: Path, folder: Path) -> None:
     """Write the four presses of commanded depth, with the ball at that depth as the truth.
 
     The commanded depth is not the gel's: gel sinks beside the ball, so that the shading follows
-    the ball only to 0.56-0.66 of the circle where the ball crosses the gel plane. The labels are
+    the ball only to 0.58-0.68 of the circle where the ball crosses the gel plane. The labels are
     that smaller circle, found by refitting; ``truth/`` is the ball itself where it lies below the
     plane, and zero elsewhere.
 

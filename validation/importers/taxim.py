@@ -38,7 +38,7 @@ def import_taxim(source: Path, folder: Path) -> None:
         with np.load(source, allow_pickle=False) as pack:
             background, frames = pack["f0"], pack["imgs"]
             centers, radii = pack["touch_center"], pack["touch_radius"]
-    except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
+    except (OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile) as error:
         raise WedgeError(f"{source} is not Taxim's dataPack.npz: {error}.") from error
     frames = np.ascontiguousarray(frames[..., ::-1])  # BGR there
     background = np.ascontiguousarray(background[..., ::-1]).astype(np.uint8)

@@ -15,7 +15,8 @@ the pad measures 23.9 x 31.1 mm. The four corners leave that 4 % trend along the
 
 The circles. The published centres drift along the finger, by -6 px at the tip, against both the
 shading and the outline of the discs, and the radii stop at 24 px, the ball's own radius; all are
-refitted. Presses 41 and 49 also show the ball's holder, which their quality reflects.
+refitted. Presses 41 and 49 also show the ball's holder: 41 has the lowest quality of all, 0.62;
+in 49 the holder is too faint to stand out (0.76, where the median is 0.80).
 """
 
 from pathlib import Path

@@ -1,0 +1,232 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""`wedge reproduce`: everything the project claims, measured again on this machine."""
+
+import os
+import platform
+import shutil
+import sys
+from concurrent.futures import Executor
+from dataclasses import replace
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from app._output import print_table, write_json
+from app._progress import progress
+from app._workers import process_pool
+from sensor.errors import WedgeError
+
+if TYPE_CHECKING:
+    from recon.calibration import Calibration
+    from validation.datasets import KnownDataset
+    from validation.report.page import Section
+    from validation.report.results import DatasetResults
+
+NAMES = ("taxim-gelsight", "wedge-lab", "known-depth")
+KNOWN_DEPTH = {"known-depth": "known-depth-spheres"}
+"""Presses of known depth, by the set that their unit learns from."""
+ESTIMATORS = ("mlp", "table")
+SAMPLES = (15, 30, 60, 120, 240)
+PACKAGES = ("gelsight-wedge", "numpy", "scipy", "torch", "opencv-contrib-python-headless")
+
+
+def main(out: Path = Path("build"), folds: int = 5, seed: int = 0) -> None:
+    """Calibrate on real ball presses, tabulate the errors and write a page that shows it all.
+
+    Uses every known set that this machine has: the bench GelSight always, and sets that may not be
+    redistributed where they lie (`wedge data list` says where). Of each it measures the error
+    table per light configuration, calibrates one unit, and reconstructs presses that the
+    estimator has not seen. OUT receives index.html, error_table.json and units/NAME; the page is
+    written last, whole or not at all. Takes a few minutes on two cores.
+
+    Example: wedge reproduce --out build
+
+    Args:
+        out: The folder to write; what an earlier run wrote there is replaced.
+        folds: 1 judges 8 of 40 presses (a fifth of smaller sets); 5 judges every press once.
+        seed: Seed of splits, drawn pixels, training and intervals.
+    """
+    from validation.datasets import DATASETS
+    from validation.report.page import write_report
+    from validation.report.remarks import reproduction_section, weakness_section
+    from validation.report.results import (
+        dataset_section,
+        headline_section,
+        summary_caption,
+        summary_cells,
+    )
+    from validation.table_text import table_document
+
+    known = {dataset.name: dataset for dataset in DATASETS}
+    present = [known[name] for name in NAMES if known[name].find() is not None]
+    absent = {name: known[name].sought for name in NAMES if known[name] not in present}
+    if not present:
+        raise WedgeError(f"no dataset is on this machine: {absent[NAMES[0]]}.")
+    _check_output(out, [dataset.name for dataset in present])
+    results: list[DatasetResults] = []
+    extra: list[Section] = []
+    with process_pool() as executor:
+        for dataset in present:
+            measured, unit = _measure(dataset, folds, seed, executor)
+            results.append(measured)
+            _replace_unit(out / "units" / dataset.name, unit)
+            if dataset.name in KNOWN_DEPTH:
+                extra.append(_known_depth(KNOWN_DEPTH[dataset.name], unit))
+    with progress("figures and page") as show:
+        sections = [headline_section(results)]
+        for done, item in enumerate(results, start=1):
+            sections.append(dataset_section(item))
+            show(0.9 * done / len(results), item.dataset.card.name)
+        command = f"wedge reproduce --folds {folds} --seed {seed}"
+        sections += [
+            *extra,
+            _integrators(),
+            weakness_section(results),
+            reproduction_section(command, results, absent, _versions()),
+        ]
+        documents = [
+            {**table_document(item.table), "dataset_sha256": item.dataset.sha256}
+            for item in results
+        ]
+        write_json(out / "error_table.json", {"tables": documents})
+        page = write_report(
+            out,
+            title="GelSight Wedge: from a ball press to depth",
+            lead="Colour to slope, slope to depth: measured on real presses that the estimator has "
+            f"not learnt from, by {command}.",
+            sections=sections,
+        )
+    print_table(*summary_cells(results))
+    print(summary_caption(results))
+    for name, sought in absent.items():
+        print(f"left out {name}: {sought}", file=sys.stderr)
+    print(f"Open {page}")
+
+
+def _check_output(out: Path, units: list[str]) -> None:
+    """Refuse now what could not be written minutes later."""
+    from sensor.files import write_atomic
+    from sensor.unit import GRADIENTS_FILE
+
+    probe = out / ".probe"
+    write_atomic(probe, b"")
+    probe.unlink()
+    for folder in (out / "units" / name for name in units):
+        if folder.exists() and not (folder / GRADIENTS_FILE).is_file():
+            raise WedgeError(f"{folder} is not a unit folder: name another --out.")
+
+
+def _measure(
+    dataset: "KnownDataset", folds: int, seed: int, executor: Executor
+) -> "tuple[DatasetResults, Calibration]":
+    """The error table, a unit fitted to all presses, and presses held out, side by side."""
+    from sensor.dataset import read_dataset
+    from validation.datasets import dataset_folder
+    from validation.error_table import error_table
+    from validation.evaluation import held_out_metrics
+    from validation.examples import held_out
+    from validation.report.results import DatasetResults
+
+    with progress(dataset.name) as show:
+        show(0.0, "importing")
+        folder = dataset_folder(dataset.name)
+        shown = executor.submit(held_out, folder, ESTIMATORS[0], folds=folds, seed=seed)
+        fitted = executor.submit(_fit_unit, folder, dataset.name, seed)
+        try:
+            table = error_table(
+                folder, ESTIMATORS, folds=folds, seed=seed, executor=executor, progress=show
+            )
+        except BaseException:
+            shown.cancel()
+            fitted.cancel()
+            raise
+        unit = fitted.result()
+        results = DatasetResults(
+            dataset=read_dataset(folder),
+            about=dataset.summary,
+            table=table,
+            held_out=shown.result(),
+            command=f"wedge table {dataset.name} --folds {folds} --seed {seed} "
+            f"--estimator {','.join(ESTIMATORS)}",
+        )
+    # The unit's estimator saw all presses; its errors are those of the table's, which did not.
+    alone = replace(
+        table,
+        rows=(results.row("contact+5%"), results.row("contact")),
+        depth={ESTIMATORS[0]: table.depth[ESTIMATORS[0]]},
+    )
+    fitted_presses = int(unit.card.metrics["fitted_presses"])
+    metrics = held_out_metrics(alone, fitted_presses)
+    return results, replace(unit, card=replace(unit.card, metrics=metrics))
+
+
+def _fit_unit(folder: Path, serial: str, seed: int) -> "Calibration":
+    from recon.calibration import calibrate
+    from recon.presses import read_presses
+    from sensor.dataset import read_dataset
+
+    dataset = read_dataset(folder)
+    presses = read_presses(dataset)
+    return calibrate(
+        dataset,
+        presses,
+        estimator=ESTIMATORS[0],
+        serial=serial,
+        created=datetime.now(UTC).date().isoformat(),
+        metrics={"fitted_presses": len(presses.presses)},
+        seed=seed,
+    )
+
+
+def _replace_unit(folder: Path, unit: "Calibration") -> None:
+    """Write a unit folder over that of an earlier run, and over nothing else."""
+    from sensor.unit import GRADIENTS_FILE
+
+    if (folder / GRADIENTS_FILE).is_file():
+        shutil.rmtree(folder)
+    unit.save(folder)
+
+
+def _known_depth(name: str, unit: "Calibration") -> "Section":
+    """Presses of known depth, reconstructed by a unit that has seen none of them."""
+    from recon.presses import read_presses
+    from sensor.dataset import read_dataset
+    from validation.datasets import dataset_folder
+    from validation.examples import example
+    from validation.report.results import known_depth_section
+
+    card = unit.card
+    with progress(name) as show:
+        dataset = read_dataset(dataset_folder(name))
+        presses = read_presses(dataset)
+        examples = []
+        for done, press in enumerate(presses.presses, start=1):
+            examples.append(example(unit.estimator, card.missing_axis, dataset, presses, press))
+            show(done / len(presses.presses), press.file)
+    learnt_from = f"the {card.metrics['fitted_presses']} presses of {card.dataset}"
+    return known_depth_section(dataset, examples, card.estimator, learnt_from)
+
+
+def _integrators() -> "Section":
+    import numpy as np
+
+    from benchmarks.integrators import BOUNDARIES, bump_error, three_caps
+    from recon.poisson import integrate
+    from validation.report.integrators import integrator_section
+
+    depth, gradient = three_caps()
+    pitch = (0.1, 0.1)
+    found = {boundary: integrate(gradient, pitch, boundary) for boundary in BOUNDARIES}
+    found["neumann"] = found["neumann"] - np.median(found["neumann"][depth == 0])
+    errors = {name: [bump_error(count, name) for count in SAMPLES] for name in BOUNDARIES}
+    return integrator_section(depth, found, pitch, SAMPLES, errors)
+
+
+def _versions() -> dict[str, str]:
+    return {
+        "Python": platform.python_version(),
+        **{package: version(package) for package in PACKAGES},
+        "machine": f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",
+    }

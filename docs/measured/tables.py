@@ -1,0 +1,74 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Writes the measured tables of the pages from what ``wedge reproduce`` measured; none by hand.
+
+What lies between ``<!-- table: DATASET [LIGHTS] -->`` and ``<!-- end of table -->`` of a page is
+replaced, by all rows or by those of one configuration. After a new measurement:
+
+    wedge reproduce
+    cp build/error_table.json docs/measured/
+    python docs/measured/tables.py
+"""
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+HERE = Path(__file__).resolve().parent
+PAGES = (HERE.parents[1] / "README.md", HERE / "index.md")
+BLOCK = re.compile(r"(<!-- table: ([\w-]+)(?: (\w+))? -->\n).*?(<!-- end of table -->)", re.DOTALL)
+METRICS = {"gx_mae": ("Gx", 3), "gy_mae": ("Gy", 3), "theta_x_deg": ("θx [°]", 2)}
+METRICS |= {"theta_y_deg": ("θy [°]", 2)}
+STAND_INS = {"none": "", "zero": " (w/o network)", "network": " + network"}
+
+
+def filled(page: str) -> str:
+    """The text of a page with its tables as the JSON files have them."""
+    return BLOCK.sub(lambda found: f"{found[1]}\n{_table(found[2], found[3])}\n{found[4]}", page)
+
+
+def _table(dataset: str, lights: str | None) -> str:
+    tables = json.loads((HERE / "error_table.json").read_text())["tables"]
+    (document,) = (table for table in tables if table["dataset"] == dataset)
+    rows = [row for row in document["rows"] if lights in (None, row["configuration"])]
+    headings = ["lights", "estimator", "pixels", *(name for name, _ in METRICS.values())]
+    lines = ["| " + " | ".join(headings) + " |", "|---|---|---|" + "--:|" * len(METRICS)]
+    lines += ["| " + " | ".join(_cells(row)) + " |" for row in rows]
+    lines += ["", _caption(document)]
+    for depth in document["depth"]:
+        lines += [
+            "",
+            f"Depth in the contact, {depth['estimator']}, all lights: RMSE {depth['rmse_mm']:.3f} "
+            f"mm, bias {depth['bias_mm']:+.3f} mm, mean of {depth['n_presses']} presses, against "
+            f"the {depth['truth']}.",
+        ]
+    return "\n".join(lines) + "\n"
+
+
+def _cells(row: dict[str, Any]) -> list[str]:
+    values = []
+    for key, (_, digits) in METRICS.items():
+        low, high = row["ci95"][key]
+        values.append(f"{row[key]:.{digits}f}<br>{low:.{digits}f}–{high:.{digits}f}")
+    lights = row["configuration"] + STAND_INS[row["missing_axis"]]
+    return [lights, row["estimator"], row["pixels"], *values]
+
+
+def _caption(document: dict[str, Any]) -> str:
+    presses, folds = document["presses"], document["folds"]
+    split = f"{folds}-fold by press, " if folds > 1 else f"{presses['train']} presses learnt from, "
+    options = f" --folds {folds}" * (folds > 1) + f" --seed {document['seed']}"
+    slopes = ", ".join(
+        f"{value:.2f} on {pixels}" for pixels, value in document["mean_abs_gradient"].items()
+    )
+    return (
+        f"Mean absolute errors ({split}{presses['test']} presses judged), below each the 95 % "
+        f"interval over presses. Mean \\|G\\| {slopes}. "
+        f"By `wedge table {document['dataset']}{options}`."
+    )
+
+
+if __name__ == "__main__":
+    for page in PAGES:
+        page.write_text(filled(page.read_text()))

@@ -1,0 +1,96 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""`wedge reproduce` on a synthetic set: what it writes, twice, and what it refuses to touch."""
+
+import json
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+
+from app import reproduce
+from recon.pipeline import Reconstructor
+from sensor.errors import WedgeError
+from sensor.files import new_folder
+from tests.synthetic import make_dataset
+from validation import datasets
+
+
+def import_synthetic(source: Path, folder: Path) -> None:
+    make_dataset(folder, presses=6)
+
+
+@pytest.fixture
+def known(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """One set that is here, one that is not; the quick estimator; no processes."""
+    source = tmp_path / "source.txt"
+    source.write_text("a seed")
+
+    def dataset(name: str, found: Path | None) -> datasets.KnownDataset:
+        return datasets.KnownDataset(
+            name=name,
+            summary="an ideal sensor",
+            presses=6,
+            ball_radius_mm=4.0,
+            mm_per_px=(0.1, 0.1),
+            licence="CC-BY-4.0",
+            origin="the tests",
+            find=lambda: found,
+            sought="make one",
+            importer=import_synthetic,
+        )
+
+    sets = (dataset("here", source), dataset("elsewhere", None))
+    monkeypatch.setattr(datasets, "DATASETS", sets)
+    monkeypatch.setattr(reproduce, "NAMES", ("here", "elsewhere"))
+    monkeypatch.setattr(reproduce, "ESTIMATORS", ("table",))
+    monkeypatch.setattr(reproduce, "process_pool", lambda: ThreadPoolExecutor(1))
+    monkeypatch.setenv("WEDGE_CACHE", str(tmp_path / "cache"))
+    return tmp_path / "build"
+
+
+def test_writes_page_table_and_unit_and_again(
+    known: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    reproduce.main(known, folds=2)
+    table = (known / "error_table.json").read_bytes()
+    (document,) = json.loads(table)["tables"]
+    assert {row["estimator"] for row in document["rows"]} == {"table"}
+    assert len(document["dataset_sha256"]) == 64
+    unit = Reconstructor.load(known / "units" / "here").calibration.card
+    assert unit.metrics["fitted_presses"] == unit.metrics["held_out_presses"] == 6
+    printed = capsys.readouterr()
+    assert str(known / "index.html") in printed.out
+    assert "elsewhere: make one" in printed.err
+    page = (known / "index.html").read_bytes()
+
+    reproduce.main(known, folds=2)
+    assert (known / "error_table.json").read_bytes() == table
+    assert (known / "index.html").read_bytes() == page
+    assert {path.name for path in known.iterdir()} == {"index.html", "error_table.json", "units"}
+
+
+def test_a_failure_leaves_the_page_of_before(known: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    known.mkdir()
+    (known / "index.html").write_text("before")
+
+    def fail() -> None:
+        raise WedgeError("the disk went away.")
+
+    monkeypatch.setattr(reproduce, "_integrators", fail)
+    with pytest.raises(WedgeError, match="went away"):
+        reproduce.main(known, folds=2)
+    assert (known / "index.html").read_text() == "before"
+
+
+def test_a_folder_that_is_no_unit_is_not_replaced(known: Path) -> None:
+    with new_folder(known / "units" / "here") as folder:
+        (folder / "thesis.tex").write_text("years")
+    with pytest.raises(WedgeError, match="not a unit folder"):
+        reproduce.main(known, folds=2)
+    assert (known / "units" / "here" / "thesis.tex").read_text() == "years"
+
+
+def test_too_few_presses_for_the_folds(known: Path) -> None:
+    with pytest.raises(WedgeError, match="cannot be split by press into 9 folds"):
+        reproduce.main(known, folds=9)

@@ -1,0 +1,259 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""One contract, held by every estimator that has a name."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from recon.estimators import (
+    ESTIMATORS,
+    GradientEstimator,
+    fit_estimator,
+    gradient_field,
+    restore_estimator,
+)
+from recon.pixels import join, label_pixels
+from recon.presses import read_presses
+from sensor.errors import WedgeError
+from tests.synthetic import make_dataset
+
+EVERY = pytest.mark.parametrize("name", list(ESTIMATORS))
+CHANNELS = ("RGB", "RB", "RG", "GB", "R", "G", "B")
+
+
+@pytest.fixture(scope="module")
+def presses(tmp_path_factory):
+    return read_presses(make_dataset(tmp_path_factory.mktemp("set"), presses=12)).presses
+
+
+@pytest.fixture(scope="module")
+def pixels(presses):
+    return join([label_pixels(press, i, 0) for i, press in enumerate(presses)])
+
+
+@pytest.fixture(scope="module")
+def fitted(pixels):
+    """Each estimator on ten presses, for any channels, fitted when it is first asked for."""
+    pytest.importorskip("torch")
+    train, made = pixels[pixels.press < 10], {}
+
+    def fit(name, channels="RGB"):
+        if (name, channels) not in made:
+            made[name, channels] = fit_estimator(name, train, channels, seed=0)
+        return made[name, channels]
+
+    return fit
+
+
+@pytest.fixture(autouse=True, scope="module")
+def short_training():
+    pytest.importorskip("torch")
+    from recon.estimators import mlp_training
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(mlp_training, "EPOCHS", 12)
+        yield
+
+
+def random_pixels(seed, count):
+    rng = np.random.default_rng(seed)
+    color = rng.uniform(-0.4, 0.4, (count, 3)).astype(np.float32)
+    return color, rng.uniform(-1, 1, (count, 2)).astype(np.float32)
+
+
+@EVERY
+def test_presses_held_out_are_seen_with_a_small_error(fitted, pixels, name):
+    held_out = pixels[pixels.press >= 10]
+    found, contact = fitted(name).slopes(held_out.color, held_out.position), held_out.contact
+    error, truth = np.abs(found - held_out.gradient), held_out.gradient
+    assert np.abs(truth[contact]).mean() > 0.1
+    assert error[contact].mean() <= 0.02 and error[~contact].mean() <= 0.01
+    gain = (found * truth).sum(0) / (truth**2).sum(0)
+    np.testing.assert_allclose(gain, 1, atol=0.05)
+
+
+@EVERY
+def test_a_whole_frame_gives_a_gradient_field_of_its_shape(fitted, presses, name):
+    press = presses[11]
+    field = gradient_field(fitted(name), press.difference)
+    assert field.shape == (*press.difference.shape[:2], 2) and field.dtype == np.float32
+    one = label_pixels(press, 0, 0)
+    rows, columns = np.unravel_index(one.place, press.difference.shape[:2])
+    direct = fitted(name).slopes(one.color, one.position)
+    np.testing.assert_allclose(field[rows, columns], direct, atol=1e-5)
+
+
+@EVERY
+@pytest.mark.parametrize("channels", ["RGB", "RB", "G"])
+def test_what_it_learnt_comes_back_bit_by_bit(fitted, name, channels):
+    estimator = fitted(name, channels)
+    assert isinstance(estimator, GradientEstimator)
+    assert estimator.name == name and estimator.channels == channels
+    tensors = estimator.tensors()
+    assert all(t.dtype == np.float32 and t.flags.c_contiguous for t in tensors.values())
+    copies = {key: values.copy() for key, values in tensors.items()}
+    again = restore_estimator(name, copies, channels)
+    color, position = random_pixels(1, 9000)
+    np.testing.assert_array_equal(again.slopes(color, position), estimator.slopes(color, position))
+
+
+@EVERY
+def test_the_same_seed_learns_the_same(pixels, name):
+    one, two = (fit_estimator(name, pixels, "RGB", seed=5).tensors() for _ in range(2))
+    assert one.keys() == two.keys()
+    for key, values in one.items():
+        np.testing.assert_array_equal(values, two[key])
+
+
+def test_another_seed_trains_another_network(pixels):
+    one, two = (fit_estimator("mlp", pixels, "RGB", seed=seed).tensors() for seed in (5, 6))
+    assert not np.array_equal(one["weight0"], two["weight0"])
+
+
+def test_training_does_not_depend_on_the_callers_random_state(pixels):
+    import torch
+
+    made = []
+    for state in (1, 2):
+        torch.manual_seed(state)
+        made.append(fit_estimator("mlp", pixels, "RGB", seed=0).tensors()["weight0"])
+    np.testing.assert_array_equal(*made)
+
+
+@EVERY
+@pytest.mark.parametrize("channels", CHANNELS)
+def test_dropped_channels_are_not_looked_at(fitted, name, channels):
+    if name == "mlp" and len(channels) == 2:
+        channels = "RB"  # one pair is enough for what trains slowly
+    estimator = fitted(name, channels)
+    color, position = random_pixels(2, 200)
+    changed = color.copy()
+    for column, channel in enumerate("RGB"):
+        if channel not in channels:
+            changed[:, column] = np.linspace(-1, 1, 200)
+    expected = estimator.slopes(color, position)
+    np.testing.assert_array_equal(estimator.slopes(changed, position), expected)
+    for channel in channels:
+        seen = color.copy()
+        seen[:, "RGB".index(channel)] *= -1
+        assert not np.array_equal(estimator.slopes(seen, position), expected)
+
+
+@EVERY
+def test_no_pixel_gives_no_slope(fitted, name):
+    slopes = fitted(name).slopes(np.zeros((0, 3), np.float32), np.zeros((0, 2), np.float32))
+    assert slopes.shape == (0, 2) and slopes.dtype == np.float32
+
+
+@EVERY
+@given(seed=st.integers(0, 1000), count=st.integers(1, 40))
+@settings(max_examples=20)
+def test_each_pixel_is_judged_alone_whatever_its_place_in_the_list(fitted, name, seed, count):
+    estimator = fitted(name)
+    color, position = random_pixels(seed, count)
+    order = np.random.default_rng(seed).permutation(count)
+    slopes = estimator.slopes(color, position)
+    # Rounding may depend on the row in a matrix product.
+    np.testing.assert_allclose(
+        estimator.slopes(color[order], position[order]), slopes[order], atol=1e-5
+    )
+    alone = [estimator.slopes(color[[i]], position[[i]])[0] for i in range(count)]
+    np.testing.assert_allclose(alone, slopes, atol=1e-5)
+
+
+@EVERY
+def test_rows_beyond_one_chunk_are_judged_too(fitted, name):
+    from recon.estimators.mlp import CHUNK_ROWS
+
+    color, position = random_pixels(3, CHUNK_ROWS + 17)
+    slopes = fitted(name).slopes(color, position)
+    tail = slice(CHUNK_ROWS - 5, None)
+    np.testing.assert_allclose(
+        fitted(name).slopes(color[tail], position[tail]), slopes[tail], atol=1e-5
+    )
+
+
+@EVERY
+def test_colours_beyond_all_that_was_learnt_stay_finite(fitted, name):
+    color = np.array([[1, 1, 1], [-1, -1, -1], [1, -1, 1]], np.float32)
+    assert np.isfinite(fitted(name).slopes(color, np.zeros((3, 2), np.float32))).all()
+
+
+def test_the_table_is_blind_to_position_and_the_network_is_not(fitted):
+    color, position = random_pixels(4, 50)
+    table, network = fitted("table"), fitted("mlp")
+    assert np.array_equal(table.slopes(color, position), table.slopes(color, -position))
+    assert not np.array_equal(network.slopes(color, position), network.slopes(color, -position))
+
+
+@EVERY
+def test_one_pixel_is_enough_to_fit(pixels, name):
+    estimator = fit_estimator(name, pixels[np.array([0])], "RGB", seed=0)
+    assert np.isfinite(estimator.slopes(pixels.color[:5], pixels.position[:5])).all()
+
+
+@EVERY
+def test_progress_ends_at_one_and_never_goes_back(pixels, name):
+    shares = []
+    fit_estimator(name, pixels, "RGB", 0, shares.append)
+    assert shares[-1] == 1.0 and shares == sorted(shares)
+
+
+@EVERY
+def test_arrays_that_are_not_its_own_are_refused(fitted, name):
+    tensors = fitted(name).tensors()
+    for key, values in tensors.items():
+        lacking = {k: v for k, v in tensors.items() if k != key}
+        with pytest.raises(WedgeError, match=f"the {name} estimator lacks the array '{key}'"):
+            restore_estimator(name, lacking, "RGB")
+        with pytest.raises(WedgeError, match="do not fit"):
+            restore_estimator(name, {**tensors, key: values[:-1]}, "RGB")
+        with pytest.raises(WedgeError, match=f"{key} .* is not of finite float32"):
+            restore_estimator(name, {**tensors, key: values.astype(np.float64)}, "RGB")
+        holed = values.copy()
+        holed.flat[0] = np.nan
+        with pytest.raises(WedgeError, match=f"{key} .* is not of finite float32"):
+            restore_estimator(name, {**tensors, key: holed}, "RGB")
+    with pytest.raises(WedgeError, match="do not fit"):
+        restore_estimator(name, tensors, "RB")
+
+
+def test_an_unknown_name_is_refused_with_the_known_ones(pixels):
+    with pytest.raises(WedgeError, match="no estimator is called 'cnn': known are mlp, table"):
+        fit_estimator("cnn", pixels, "RGB", 0)
+    with pytest.raises(WedgeError, match="no estimator is called 'cnn'"):
+        restore_estimator("cnn", {}, "RGB")
+
+
+def test_a_bin_holds_the_mean_of_its_pixels_and_an_empty_one_its_neighbours():
+    from recon.estimators.lookup_table import BINS, fit_lookup_table
+    from recon.pixels import Pixels
+
+    red = np.array([-1, -1, -1, 1], np.float32)
+    gradient = np.array([[1, 0], [2, 0], [6, 3], [-5, 5]], np.float32)
+    made = Pixels(
+        color=np.stack([red, 0 * red, 0 * red], 1),
+        position=np.zeros((4, 2), np.float32),
+        gradient=gradient,
+        contact=np.ones(4, bool),
+        press=np.zeros(4, int),
+        place=np.arange(4),
+    )
+    table = fit_lookup_table(made, "R", 0, lambda _: None)
+    probe = np.zeros((2, 3), np.float32)
+    probe[:, 0] = [-1 + 0.4, 1 - 0.4]
+    np.testing.assert_allclose(table.slopes(probe, np.zeros((2, 2), np.float32)), [[3, 1], [-5, 5]])
+    assert table.bins.shape == (BINS, 2)
+
+
+def test_the_network_is_the_papers(fitted):
+    shapes = {key: values.shape for key, values in fitted("mlp").tensors().items()}
+    assert [shapes[f"weight{i}"] for i in range(4)] == [(5, 32), (32, 32), (32, 32), (32, 2)]
+    values = np.concatenate(random_pixels(7, 10), 1) / [*fitted("mlp").color_scale, 1, 1]
+    tensors = fitted("mlp").tensors()
+    for index in range(3):
+        values = np.tanh(values @ tensors[f"weight{index}"] + tensors[f"bias{index}"])
+    values = values @ tensors["weight3"] + tensors["bias3"]
+    np.testing.assert_allclose(fitted("mlp").slopes(*random_pixels(7, 10)), values, atol=1e-5)

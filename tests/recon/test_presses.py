@@ -1,0 +1,204 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from recon.images import read_image, write_image
+from recon.lens import Lens, write_lens
+from recon.presses import read_background, read_presses
+from sensor.dataset import LENS_FILE, BallLabel, read_dataset, write_card, write_labels
+from sensor.errors import WedgeError
+from tests.synthetic import (
+    BALL_RADIUS_MM,
+    KEYSTONE_PX,
+    RAW_SIZE_PX,
+    SIZE_PX,
+    gradient_of,
+    make_dataset,
+    shaded,
+)
+
+GREY_LEVEL = 1 / 255
+
+
+@pytest.fixture
+def dataset(tmp_path):
+    return make_dataset(tmp_path, presses=4)
+
+
+def relabelled(dataset, *labels):
+    write_labels(dataset.folder / "labels.csv", labels)
+    return read_dataset(dataset.folder)
+
+
+def true_difference(label):
+    place = (label.center_x_px, label.center_y_px, label.contact_radius_px)
+    return shaded(gradient_of(place)) - shaded(gradient_of(None))
+
+
+def test_presses_are_differences_to_the_background_in_the_order_of_the_labels(dataset):
+    made = read_presses(dataset)
+    assert made.unwarp.size_px == SIZE_PX and made.left_out == () and made.lens is None
+    assert [press.file for press in made.presses] == [label.file for label in dataset.labels]
+    for press, label in zip(made.presses, dataset.labels, strict=True):
+        assert press.difference.dtype == np.float32
+        error = press.difference - true_difference(label)
+        assert np.abs(error).max() < 6 * GREY_LEVEL and abs(error.mean()) < 0.1 * GREY_LEVEL
+        assert press.center_px == (label.center_x_px, label.center_y_px)
+        assert press.contact_radius_px == label.contact_radius_px
+        assert press.ball_radius_mm == BALL_RADIUS_MM and press.mm_per_px == (0.1, 0.1)
+
+
+def test_frames_seen_askew_come_back_straight(tmp_path):
+    dataset = make_dataset(tmp_path, presses=3, corners_px=KEYSTONE_PX, noise_grey_levels=0)
+    made = read_presses(dataset)
+    assert made.unwarp.frame_size_px == RAW_SIZE_PX and made.unwarp.size_px == SIZE_PX
+    for press, label in zip(made.presses, dataset.labels, strict=True):
+        error = np.abs(press.difference - true_difference(label))
+        assert np.median(error) < GREY_LEVEL and error.mean() < 2 * GREY_LEVEL
+
+
+def test_an_npz_holds_the_same_presses_as_single_pictures(tmp_path):
+    single, packed = (
+        read_presses(make_dataset(tmp_path / name, presses=3, in_npz=name == "npz"))
+        for name in ("png", "npz")
+    )
+    for one, other in zip(single.presses, packed.presses, strict=True):
+        np.testing.assert_array_equal(one.difference, other.difference)
+
+
+def test_a_ball_of_its_own_is_kept_with_its_press(dataset):
+    first, second, *_ = dataset.labels
+    made = read_presses(relabelled(dataset, first, replace(second, ball_radius_mm=6.0)))
+    assert [press.ball_radius_mm for press in made.presses] == [BALL_RADIUS_MM, 6.0]
+
+
+def test_the_background_is_the_mean_of_its_frames(dataset):
+    shape = read_image(dataset.folder / "background.png").shape
+    for name, shade in (("dark.png", 100), ("light.png", 103)):
+        write_image(dataset.folder / name, np.full(shape, shade, np.uint8))
+    card = replace(dataset.card, background=("dark.png", "light.png", "light.png"))
+    assert (read_background(replace(dataset, card=card)) == 102).all()
+
+
+def test_progress_ends_at_one_though_presses_are_left_out(dataset):
+    shares = []
+    labels = [*dataset.labels, replace(dataset.labels[0], contact_radius_px=2.0)]
+    read_presses(relabelled(dataset, *labels), shares.append)
+    assert shares == pytest.approx([0.2, 0.4, 0.6, 0.8, 1.0])
+
+
+def test_presses_that_cannot_be_used_are_named_with_the_reason(dataset):
+    blank = replace(dataset.labels[1], file="background.png")
+    tiny = replace(dataset.labels[2], contact_radius_px=2.5)
+    made = read_presses(relabelled(dataset, dataset.labels[0], blank, tiny, dataset.labels[3]))
+    assert [press.file for press in made.presses] == ["press00.png", "press03.png"]
+    assert [(left.file, left.reason) for left in made.left_out] == [
+        ("background.png", "no contact is visible inside the labelled circle"),
+        ("press02.png", "the contact circle is smaller than 3 pixels"),
+    ]
+
+
+def test_a_set_without_one_usable_press_is_refused_and_says_why(dataset):
+    blank = replace(dataset.labels[1], file="background.png")
+    with pytest.raises(
+        WedgeError,
+        match=r"labels\.csv names no press that can be used \(1 labelled; the first: "
+        r"background\.png: no contact is visible",
+    ):
+        read_presses(relabelled(dataset, blank))
+    with pytest.raises(WedgeError, match=r"labels\.csv names no press .* \(0 labelled\)"):
+        read_presses(relabelled(dataset))
+
+
+@pytest.mark.parametrize("file", ["press02.png", "background.png"])
+def test_a_frame_that_is_missing_or_truncated_is_named(dataset, file):
+    path = dataset.folder / file
+    content = path.read_bytes()
+    path.write_bytes(content[: len(content) // 2])
+    with pytest.raises(WedgeError, match=f"{file} cannot be decoded, it may be truncated"):
+        read_presses(dataset)
+    path.unlink()
+    with pytest.raises(WedgeError, match=f"{file} is missing"):
+        read_presses(dataset)
+
+
+def test_frames_of_another_size_than_the_background_are_named(dataset):
+    write_image(dataset.folder / "press01.png", np.zeros((60, 80, 3), np.uint8))
+    with pytest.raises(WedgeError, match=r"press01\.png: the frame is 80x60 pixels, not 120x90"):
+        read_presses(dataset)
+
+
+def test_backgrounds_of_two_sizes_are_named(dataset):
+    write_image(dataset.folder / "second.png", np.zeros((60, 80, 3), np.uint8))
+    card = replace(dataset.card, background=("background.png", "second.png"))
+    with pytest.raises(
+        WedgeError, match=r"second\.png is 80x60 pixels, but background\.png is 120x90"
+    ):
+        read_presses(replace(dataset, card=card))
+
+
+@pytest.mark.parametrize(
+    "center", [(-0.6, 40.0), (119.6, 40.0), (50.0, -3.0), (50.0, 89.6), (1e9, 1e9)]
+)
+def test_a_label_outside_the_frame_is_named(dataset, center):
+    outside = replace(dataset.labels[2], center_x_px=center[0], center_y_px=center[1])
+    with pytest.raises(
+        WedgeError, match=r"labels\.csv: the centre of press02\.png .* outside the 120x90 frame"
+    ):
+        read_presses(relabelled(dataset, dataset.labels[0], outside))
+
+
+@pytest.mark.parametrize("center", [(-0.5, -0.5), (119.5, 89.5)])
+def test_the_outer_edge_still_belongs_to_the_frame(dataset, center):
+    one = dataset.labels[0]
+    edge = replace(one, center_x_px=center[0], center_y_px=center[1], contact_radius_px=15.0)
+    made = read_presses(relabelled(dataset, one, edge))
+    assert len(made.presses) + len(made.left_out) == 2
+
+
+def test_corners_outside_the_frame_are_named(tmp_path):
+    dataset = make_dataset(tmp_path, presses=1, corners_px=KEYSTONE_PX)
+    moved = replace(dataset.card, corners_px=((20.0, -30.0), *KEYSTONE_PX[1:]))
+    write_card(tmp_path / "dataset.toml", moved)
+    with pytest.raises(WedgeError, match=r"dataset\.toml: corners_px: \(20, -30\) lies outside"):
+        read_presses(read_dataset(tmp_path))
+
+
+def lens_of(size, radial=(0.0, 0.0, 0.0)):
+    center = ((size[0] - 1) / 2, (size[1] - 1) / 2)
+    return Lens(
+        frame_size_px=size, focal_px=(150.0, 150.0), center_px=center, radial=radial, rms_px=0.1
+    )
+
+
+def test_a_lens_beside_the_dataset_is_used(tmp_path):
+    dataset = make_dataset(tmp_path, presses=2, corners_px=KEYSTONE_PX)
+    without = read_presses(dataset)
+    write_lens(tmp_path / LENS_FILE, lens_of(RAW_SIZE_PX))
+    neutral = read_presses(dataset)
+    assert neutral.lens == lens_of(RAW_SIZE_PX)
+    for one, other in zip(without.presses, neutral.presses, strict=True):
+        np.testing.assert_allclose(one.difference, other.difference, atol=2e-3)
+    write_lens(tmp_path / LENS_FILE, lens_of(RAW_SIZE_PX, (-0.2, 0.05, -0.01)))
+    bent = read_presses(dataset)
+    assert np.abs(bent.presses[0].difference - without.presses[0].difference).max() > 0.05
+
+
+def test_another_cameras_lens_is_refused(tmp_path):
+    dataset = make_dataset(tmp_path, presses=1, corners_px=KEYSTONE_PX)
+    write_lens(tmp_path / LENS_FILE, lens_of((640, 480)))
+    with pytest.raises(WedgeError, match="the lens was measured on 640x480 frames"):
+        read_presses(dataset)
+
+
+def test_a_label_may_lie_anywhere_when_it_is_on_the_unwarped_frame(tmp_path):
+    """Labels are in unwarped pixels: the raw frame's size says nothing about them."""
+    dataset = make_dataset(tmp_path, presses=1, corners_px=KEYSTONE_PX)
+    label = BallLabel(
+        file="press00.png", center_x_px=125.0, center_y_px=50.0, contact_radius_px=9.0
+    )
+    with pytest.raises(WedgeError, match="outside the 120x90 frame"):
+        read_presses(relabelled(dataset, label))

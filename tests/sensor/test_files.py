@@ -1,0 +1,179 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+import errno
+import hashlib
+import os
+import resource
+import stat
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from sensor.errors import WedgeError
+from sensor.files import new_folder, sha256_of_files, write_atomic
+
+OLD, NEW = b"old content", b"new content" * 10_000
+
+
+@contextmanager
+def full_disk(free_bytes=4096):
+    """Writes stop after ``free_bytes`` of a file, as on a disk that fills half-way."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (free_bytes, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+def failing(code):
+    def fail(*_args, **_keywords):
+        raise OSError(code, os.strerror(code))
+
+    return fail
+
+
+@given(st.binary(max_size=5000))
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_what_is_written_is_there_and_nothing_else(tmp_path, content):
+    path = tmp_path / "new" / "deep" / "file.bin"
+    write_atomic(path, content)
+    assert path.read_bytes() == content
+    assert [entry.name for entry in path.parent.iterdir()] == ["file.bin"]
+
+
+def test_a_disk_that_fills_half_way_leaves_the_old_file_and_no_trace(tmp_path):
+    path = tmp_path / "file.bin"
+    write_atomic(path, OLD)
+    with (
+        full_disk(),
+        pytest.raises(WedgeError, match=r"file\.bin cannot be written: File too large"),
+    ):
+        write_atomic(path, NEW)
+    assert path.read_bytes() == OLD
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("code", [errno.ENOSPC, errno.EIO, errno.EDQUOT])
+def test_a_disk_that_fails_at_the_last_moment_leaves_the_old_file(tmp_path, monkeypatch, code):
+    path = tmp_path / "file.bin"
+    write_atomic(path, OLD)
+    monkeypatch.setattr(os, "fsync", failing(code))
+    with pytest.raises(WedgeError, match=os.strerror(code)):
+        write_atomic(path, NEW)
+    assert path.read_bytes() == OLD
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_the_content_is_on_the_disk_before_the_name_is(tmp_path, monkeypatch):
+    path = tmp_path / "file.bin"
+    write_atomic(path, OLD)
+    seen = []
+    monkeypatch.setattr(os, "fsync", lambda _: seen.append(path.read_bytes()))
+    write_atomic(path, NEW)
+    assert seen == [OLD] and path.read_bytes() == NEW
+
+
+def test_a_read_only_folder_is_a_sentence(tmp_path, monkeypatch):
+    monkeypatch.setattr(Path, "open", failing(errno.EROFS))
+    with pytest.raises(WedgeError, match=r"file\.bin cannot be written: Read-only file system"):
+        write_atomic(tmp_path / "file.bin", NEW)
+    assert not any(tmp_path.iterdir())
+
+
+def test_a_folder_without_permission_is_a_sentence(tmp_path):
+    tmp_path.chmod(stat.S_IRUSR | stat.S_IXUSR)
+    try:
+        if os.access(tmp_path, os.W_OK):
+            pytest.skip("this user may write everywhere")
+        with pytest.raises(WedgeError, match="Permission denied"):
+            write_atomic(tmp_path / "file.bin", NEW)
+        with pytest.raises(WedgeError, match="Permission denied"), new_folder(tmp_path / "unit"):
+            pass
+    finally:
+        tmp_path.chmod(stat.S_IRWXU)
+
+
+def test_a_file_where_a_folder_should_be_and_the_reverse_are_sentences(tmp_path):
+    (tmp_path / "file").write_bytes(OLD)
+    (tmp_path / "folder").mkdir()
+    with pytest.raises(WedgeError, match="cannot be written"):
+        write_atomic(tmp_path / "file" / "below.bin", NEW)
+    with pytest.raises(WedgeError, match="cannot be written"):
+        write_atomic(tmp_path / "folder", NEW)
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["file", "folder"]
+
+
+def test_a_new_folder_appears_when_it_is_complete(tmp_path):
+    folder = tmp_path / "deep" / "unit"
+    with new_folder(folder) as temporary:
+        (temporary / "part").write_bytes(NEW)
+        assert not folder.exists()
+    assert (folder / "part").read_bytes() == NEW
+    assert list(folder.parent.iterdir()) == [folder]
+
+
+def test_an_empty_folder_is_filled(tmp_path):
+    folder = tmp_path / "unit"
+    folder.mkdir()
+    with new_folder(folder) as temporary:
+        (temporary / "part").write_bytes(NEW)
+    assert [entry.name for entry in folder.iterdir()] == ["part"]
+    assert list(tmp_path.iterdir()) == [folder]
+
+
+@pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt, WedgeError])
+def test_a_folder_whose_making_fails_never_appears(tmp_path, error):
+    with pytest.raises(error), new_folder(tmp_path / "unit") as temporary:
+        (temporary / "part").write_bytes(NEW)
+        raise error
+    assert not any(tmp_path.iterdir())
+
+
+def test_a_disk_that_fills_while_a_folder_is_made_leaves_no_folder(tmp_path):
+    with full_disk(), pytest.raises(WedgeError, match="File too large"):
+        with new_folder(tmp_path / "unit") as temporary:
+            write_atomic(temporary / "small", OLD)
+            write_atomic(temporary / "large", NEW)
+    assert not any(tmp_path.iterdir())
+    with full_disk(), pytest.raises(WedgeError, match="unit cannot be written: File too large"):
+        with new_folder(tmp_path / "unit") as temporary:
+            (temporary / "large").write_bytes(NEW)
+    assert not any(tmp_path.iterdir())
+
+
+def test_a_folder_with_content_and_a_file_are_not_replaced(tmp_path):
+    (tmp_path / "unit").mkdir()
+    (tmp_path / "unit" / "kept").write_bytes(OLD)
+    (tmp_path / "file").write_bytes(OLD)
+    for name in ("unit", "file"):
+        with pytest.raises(WedgeError, match="already exists and is not empty"):
+            with new_folder(tmp_path / name):
+                pytest.fail("the block must not run")
+    assert (tmp_path / "unit" / "kept").read_bytes() == (tmp_path / "file").read_bytes() == OLD
+
+
+named_contents = st.dictionaries(
+    st.text("abc./", min_size=1, max_size=4).filter(lambda n: set(n) - set("./")),
+    st.binary(max_size=20),
+    min_size=1,
+    max_size=4,
+)
+
+
+@given(named_contents, named_contents)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_the_hash_is_of_names_and_contents_and_not_of_the_place(tmp_path, one, two):
+    def hashed(contents, salt):
+        paths = {}
+        for name, content in contents.items():
+            path = tmp_path / hashlib.sha256(f"{salt}{name}".encode()).hexdigest()
+            path.write_bytes(content)
+            paths[name] = path
+        return sha256_of_files(paths)
+
+    assert hashed(one, "here") == hashed(dict(reversed(one.items())), "there")
+    assert (hashed(one, "a") == hashed(two, "b")) == (one == two)

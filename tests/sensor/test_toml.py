@@ -1,0 +1,126 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+import math
+import tomllib
+
+import pytest
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+
+from sensor.errors import WedgeError
+from sensor.marked import paper
+from sensor.toml import (
+    finite,
+    located,
+    positive,
+    positive_pair,
+    read_toml,
+    refuse_missing_keys,
+    refuse_unknown_keys,
+    text_line,
+    toml_text,
+)
+
+bare_keys = st.text("abcXYZ019_-", min_size=1, max_size=8)
+keys = st.text(max_size=6)
+scalars = st.booleans() | st.integers() | st.floats(allow_nan=False) | st.text()
+values = st.recursive(
+    scalars, lambda inner: st.lists(inner, max_size=4) | st.dictionaries(keys, inner, max_size=4)
+)
+
+
+@given(st.dictionaries(bare_keys, values, max_size=6))
+@example({"text": '"quoted" \\ back\tslash\n\r\0\x1f\x7f é 漢 🙂 \x85 \u2028 #'})
+@example({"numbers": [1e-07, -0.0, 1e300, 5e-324, math.inf, -math.inf, 10**30, 0.1 + 0.2]})
+def test_what_is_written_is_read_back(document):
+    again = tomllib.loads(toml_text(document))
+    assert again == document
+    assert repr(again) == repr(document)  # types and the sign of zero too
+
+
+def test_nan_is_written_as_toml_has_it():
+    assert math.isnan(tomllib.loads(toml_text({"value": math.nan}))["value"])
+
+
+def test_numbers_of_subclasses_are_written_as_plain_numbers():
+    numpy = pytest.importorskip("numpy")
+    document = {"a": numpy.float64(0.25), "b": paper(60.0), "c": paper(7), "d": (1.0, 2.0)}
+    assert tomllib.loads(toml_text(document)) == {"a": 0.25, "b": 60.0, "c": 7, "d": [1.0, 2.0]}
+
+
+def test_a_value_without_a_form_is_refused():
+    for value in (None, b"bytes", {1, 2}, object()):
+        with pytest.raises(TypeError):
+            toml_text({"key": value})
+
+
+@given(st.binary(max_size=60) | st.text(max_size=60).map(lambda text: text.encode()))
+@example(b"a = " + b"[" * 20_000)
+@example(b"a = " + b"9" * 5000)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_any_bytes_are_a_document_or_a_sentence_that_names_the_file(tmp_path, content):
+    path = tmp_path / "some.toml"
+    path.write_bytes(content)
+    try:
+        assert isinstance(read_toml(path), dict)
+    except WedgeError as error:
+        assert str(error).startswith(f"{path} is not valid TOML")
+
+
+def test_a_byte_order_mark_is_no_part_of_the_document(tmp_path):
+    (tmp_path / "windows.toml").write_bytes(b"\xef\xbb\xbfname = 'x'\r\n")
+    assert read_toml(tmp_path / "windows.toml") == {"name": "x"}
+
+
+def test_a_missing_file_and_a_folder_are_sentences(tmp_path):
+    with pytest.raises(WedgeError, match=r"none\.toml cannot be read: No such file"):
+        read_toml(tmp_path / "none.toml")
+    with pytest.raises(WedgeError, match="cannot be read"):
+        read_toml(tmp_path)
+
+
+def test_an_unknown_key_is_refused_with_the_nearest_known_one():
+    with pytest.raises(WedgeError, match=r"unknown key licens; did you mean licence\?"):
+        refuse_unknown_keys({"licens": 1}, ["name", "licence"], "")
+    with pytest.raises(WedgeError, match=r"here: unknown key zzz; known: name, licence\."):
+        refuse_unknown_keys({"zzz": 1}, ["name", "licence"], "here: ")
+    refuse_unknown_keys({"name": 1}, ["name", "licence"], "")
+
+
+def test_the_missing_key_is_named():
+    with pytest.raises(WedgeError, match="the key b is missing"):
+        refuse_missing_keys({"a": 1}, ("a", "b"))
+
+
+def test_a_fault_is_located_once(tmp_path):
+    path = tmp_path / "file.toml"
+    once = located(path, WedgeError("a fault."))
+    assert str(once) == f"{path}: a fault." == str(located(path, once))
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 10**400, True, "1", None, [1]])
+def test_what_is_no_finite_number_is_refused_by_key(value):
+    for check in (finite, positive):
+        with pytest.raises(WedgeError, match="mm must be a finite number"):
+            check(value, "mm")
+    with pytest.raises(WedgeError, match="mm must be a finite number"):
+        positive_pair([1.0, value], "mm")
+
+
+def test_zero_and_less_are_not_positive():
+    for value in (0, -0.0, -1e-9):
+        with pytest.raises(WedgeError, match="mm must be a positive number"):
+            positive(value, "mm")
+    assert positive(2, "mm") == 2.0 and isinstance(positive(2, "mm"), float)
+
+
+@pytest.mark.parametrize("value", [1.0, [1.0], [1.0, 2.0, 3.0], (1.0, 2.0), "12", {"x": 1, "y": 2}])
+def test_what_is_no_pair_is_refused(value):
+    with pytest.raises(WedgeError, match=r"mm must be a pair \[x, y\]"):
+        positive_pair(value, "mm")
+
+
+@pytest.mark.parametrize("value", ["", "  \n", 3, None, ["a"]])
+def test_what_is_no_line_of_text_is_refused(value):
+    with pytest.raises(WedgeError, match="name must be a line of text"):
+        text_line(value, "name")

@@ -1,0 +1,216 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What README and docs say is true: code runs, commands exist, links lead somewhere."""
+
+import functools
+import importlib
+import importlib.util
+import inspect
+import re
+import runpy
+import shlex
+import shutil
+import sys
+from pathlib import Path
+
+import cv2
+import matplotlib
+import numpy as np
+import pytest
+import tyro
+
+import app.__main__
+from recon.calibration import calibrate
+from recon.images import read_image, write_image
+from recon.presses import read_presses
+from tests.synthetic import make_dataset
+from validation.datasets import DATASETS
+
+ROOT = Path(__file__).resolve().parent.parent
+DOCS = ROOT / "docs"
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.rglob("*.md"))]
+FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+def blocks(page: Path, *languages: str) -> list[str]:
+    return [text for name, text in FENCE.findall(page.read_text()) if name in languages]
+
+
+def ids(page: Path) -> str:
+    return str(page.relative_to(ROOT))
+
+
+@pytest.fixture(scope="module")
+def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with what the pages speak of: presses, a unit, two frames, chessboards, a design."""
+    folder = tmp_path_factory.mktemp("desk")
+    dataset = make_dataset(folder / "balls")
+    for name, source in {"background": "background", "press": "press00"}.items():
+        (folder / f"{name}.png").write_bytes((folder / "balls" / f"{source}.png").read_bytes())
+    unit = calibrate(
+        dataset,
+        read_presses(dataset),
+        estimator="table",
+        serial="wedge-001",
+        created="2026-01-01",
+        metrics={},
+        seed=0,
+    )
+    (folder / "units").mkdir()
+    unit.save(folder / "units" / "wedge-001")
+    for tilt in range(4):
+        write_image(folder / "chessboards" / f"board{tilt}.png", chessboard(tilt))
+    (text,) = [text for text in blocks(DOCS / "howto" / "design.md", "toml") if "base" in text]
+    (folder / "thin.toml").write_text(text)
+    return folder
+
+
+def chessboard(tilt: int) -> np.ndarray:
+    """An 8 x 6 board before a pinhole camera, tilted in one of four ways."""
+    squares = np.kron(np.indices((6, 8)).sum(0) % 2, np.ones((30, 30))) * 255
+    board = np.pad(squares, 40, constant_values=255).astype(np.float32)
+    height, width = board.shape
+    camera = np.array([[400.0, 0, width / 2], [0, 400.0, height / 2], [0, 0, 1]])
+    turn, _ = cv2.Rodrigues(np.radians([(25.0, 0, 5), (-25, 5, 0), (0, 25, 5), (5, -25, 0)][tilt]))
+    to_center = np.array([[1.0, 0, -width / 2], [0, 1, -height / 2], [0, 0, 1]])
+    pose = np.column_stack([turn[:, 0], turn[:, 1], [0, 0, 400.0]])
+    warp = camera @ pose @ to_center
+    image = cv2.warpPerspective(board, warp, (width, height), borderValue=255)
+    return np.repeat(image.round().astype(np.uint8)[..., None], 3, -1)
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if blocks(page, "python")], ids=ids)
+def test_the_code_on_a_page_runs(
+    page: Path, desk: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(desk)
+    names = {
+        "frame": read_image(desk / "press.png"),
+        "background": read_image(desk / "background.png"),
+    }
+    for text in blocks(page, "python"):
+        exec_block(text, page, names)
+    # What a page says that its code prints.
+    printed = capsys.readouterr().out
+    for said in blocks(page, "text"):
+        assert page.parent.name != "howto" or said in printed
+
+
+def exec_block(text: str, page: Path, names: dict[str, object]) -> None:
+    """Run a block as the next cell of its page."""
+    exec(compile(text, str(page), "exec"), names)  # noqa: S102
+
+
+def words_of(line: str) -> list[str]:
+    return shlex.split(line.removeprefix("./"), comments=True)[1:]
+
+
+TYPED = sorted(
+    {
+        line.strip()
+        for page in PAGES
+        for text in blocks(page, "sh")
+        for line in text.splitlines()
+        if re.match(r"(\./)?wedge ", line)
+    }
+)
+MENTIONED = sorted(
+    {
+        line
+        for page in PAGES
+        for line in re.findall(r"`(wedge [^`\n]+)`", FENCE.sub("", page.read_text()))
+    }
+)
+
+
+@pytest.mark.parametrize("line", TYPED)
+def test_a_command_line_is_understood(line: str) -> None:
+    name, *arguments = words_of(line)
+    if name == "test":  # the words after it are pytest's
+        return
+    command = importlib.import_module(f"app.{name}").main
+
+    @functools.wraps(command)
+    def do_nothing(*_: object, **__: object) -> None: ...
+
+    tyro.cli(do_nothing, args=arguments, config=(tyro.conf.FlagCreatePairsOff,))
+
+
+@pytest.mark.parametrize("line", MENTIONED)
+def test_a_command_that_is_spoken_of_exists(line: str) -> None:
+    name, *arguments = words_of(line)
+    if name.startswith("-") or name in ("test", "SUBCOMMAND"):
+        return
+    known = inspect.signature(importlib.import_module(f"app.{name}").main).parameters
+    options = {word.partition("=")[0] for word in arguments if word.startswith("--")}
+    assert options <= {"--help"} | {f"--{key.replace('_', '-')}" for key in known}
+
+
+def test_the_commands_page_shows_the_help_of_every_command() -> None:
+    shown = re.findall(r"<!-- help: (\w+) -->", (DOCS / "commands.md").read_text())
+    assert sorted(shown) == sorted(app.__main__.SUBCOMMANDS)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=ids)
+def test_every_relative_link_leads_somewhere(page: Path) -> None:
+    prose = FENCE.sub("", page.read_text())
+    targets = re.findall(r"\]\((?!https?://)([^)#\s]+)", prose)
+    assert [target for target in targets if not (page.parent / target).exists()] == []
+
+
+def test_every_picture_is_made_by_a_script_and_is_shown() -> None:
+    figures = DOCS / "figures"
+    pictures = {path for path in figures.iterdir() if path.suffix in (".svg", ".png", ".jpg")}
+    assert [p.name for p in pictures if not p.with_suffix(".py").is_file()] == []
+    text = "".join(page.read_text() for page in PAGES)
+    assert [p.name for p in pictures if f"figures/{p.name}" not in text] == []
+    assert [p.name for p in pictures if p.stat().st_size > 300_000] == []
+
+
+@pytest.mark.parametrize("picture", sorted((DOCS / "figures").glob("*.svg")), ids=ids)
+def test_a_drawing_says_what_the_code_says_today(
+    picture: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.copytree(picture.parent, tmp_path, dirs_exist_ok=True)
+    (tmp_path / picture.name).unlink()
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "style", raising=False)
+    with matplotlib.rc_context():
+        runpy.run_path(str(tmp_path / picture.with_suffix(".py").name), run_name="__main__")
+    written_out = re.compile("<!-- (.*) -->")  # matplotlib notes each label that it draws
+    drawn = written_out.findall((tmp_path / picture.name).read_text())
+    assert drawn == written_out.findall(picture.read_text())
+    assert drawn
+
+
+def test_a_decision_fits_on_a_page_and_is_listed() -> None:
+    pages = sorted((DOCS / "decisions").glob("0*.md"))
+    listed = (DOCS / "decisions" / "index.md").read_text()
+    for number, page in enumerate(pages, start=1):
+        text = page.read_text()
+        assert text.startswith(f"# {number}. "), page.name
+        assert re.findall(r"^\*\*(\w+)\.\*\*", text, re.MULTILINE) == [
+            "Context",
+            "Decision",
+            "Consequence",
+        ], page.name
+        assert len(text.splitlines()) <= 60, page.name
+        assert f"[{text.splitlines()[0].partition('. ')[2]}]({page.name})" in listed
+
+
+def test_the_table_of_datasets_is_the_registry() -> None:
+    rows = re.findall(
+        r"^\| `([\w-]+)` \| (\d+) \| ([\d.]+) \|", (DOCS / "data.md").read_text(), re.M
+    )
+    assert rows == [(x.name, str(x.presses), f"{x.ball_radius_mm:g}") for x in DATASETS]
+
+
+def test_measured_tables_are_what_was_measured() -> None:
+    spec = importlib.util.spec_from_file_location("tables", DOCS / "measured" / "tables.py")
+    assert spec and spec.loader
+    tables = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(tables)
+    for page in tables.PAGES:
+        assert tables.filled(page.read_text()) == page.read_text(), (
+            f"run docs/measured/tables.py: {ids(page)} is not what its JSON says"
+        )

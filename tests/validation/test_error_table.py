@@ -1,0 +1,143 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The error table: the paper's rows, whatever runs them, judged on presses never learnt from."""
+
+import json
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+import recon.estimators.mlp_training as mlp_training
+from sensor.dataset import write_labels
+from tests.synthetic import make_dataset
+from validation import error_table as module
+from validation.error_table import SUBSETS, configurations, error_table
+from validation.metrics import METRICS
+from validation.table_text import column_headings, table_document, table_html, table_markdown
+
+
+@pytest.fixture(autouse=True)
+def quick_training(monkeypatch):
+    monkeypatch.setattr(mlp_training, "PIXELS", 4000)
+    monkeypatch.setattr(mlp_training, "EPOCHS", 20)
+    monkeypatch.setattr(mlp_training, "BATCH", 128)
+
+
+@pytest.fixture
+def one_thread():
+    with ThreadPoolExecutor(1) as executor:
+        yield executor
+
+
+def measured(tmp_path, executor, *, folds=1, estimators=("table",), **options):
+    dataset = make_dataset(tmp_path / "set", presses=10, **options)
+    return error_table(dataset.folder, estimators, folds=folds, seed=0, executor=executor)
+
+
+def errors_by_lights(table):
+    return {
+        (row.configuration, row.missing_axis): row.errors.values
+        for row in table.rows
+        if row.pixels == "contact"
+    }
+
+
+def test_a_sensor_lit_like_the_wedge_has_the_papers_six_rows(tmp_path, one_thread):
+    table = measured(tmp_path, one_thread)
+    rows = [(row.configuration, row.missing_axis) for row in table.rows if row.pixels == "contact"]
+    assert rows == [
+        ("R", "zero"),
+        ("R", "network"),
+        ("RB", "zero"),
+        ("RB", "network"),
+        ("RG", "none"),
+        ("RGB", "none"),
+    ]
+    assert [row.pixels for row in table.rows].count("contact+5%") == 6
+
+
+def test_other_sensors_have_every_subset():
+    assert set(configurations({"R": 115.0, "G": -122.0, "B": -2.0})) == set(SUBSETS)
+    assert set(configurations(None)) == {"R", "G", "B", "RG", "RB", "GB", "RGB"}
+
+
+def test_zero_means_the_slope_itself_is_the_error(tmp_path, one_thread):
+    """With the unseen axis at zero, its error is the mean slope of the truth."""
+    table = measured(tmp_path, one_thread)
+    row = next(row for row in table.rows if row.missing_axis == "zero")
+    x_and_y = row.errors.values["gx_mae"], row.errors.values["gy_mae"]
+    assert x_and_y[0] == pytest.approx(row.errors.mean_abs_gradient, rel=0.02)
+    assert x_and_y[1] < 0.5 * x_and_y[0]
+
+
+def test_network_infers_most_of_the_axis_that_no_light_sees(tmp_path, one_thread):
+    errors = errors_by_lights(measured(tmp_path, one_thread, estimators=("mlp",)))
+    assert errors["RB", "network"]["gx_mae"] < 0.5 * errors["RB", "zero"]["gx_mae"]
+    unchanged = pytest.approx(errors["RB", "zero"]["gy_mae"], rel=1e-5)
+    assert errors["RB", "network"]["gy_mae"] == unchanged
+
+
+def test_three_lights_beat_opposite_ones_beat_one(tmp_path, one_thread):
+    errors = errors_by_lights(measured(tmp_path, one_thread, estimators=("mlp",)))
+    mean = {lights: np.mean([e["theta_x_deg"], e["theta_y_deg"]]) for lights, e in errors.items()}
+    assert mean["RGB", "none"] < mean["RB", "zero"] <= mean["R", "zero"] * 1.05
+
+
+def test_result_does_not_depend_on_what_runs_the_tasks(tmp_path):
+    documents = []
+    for workers, name in ((1, "a"), (3, "b")):
+        with ThreadPoolExecutor(workers) as executor:
+            table = measured(tmp_path / name, executor, folds=2, estimators=("mlp", "table"))
+        documents.append(json.dumps(table_document(table)))
+    assert documents[0] == documents[1]
+
+
+def test_no_press_is_judged_by_what_it_taught(tmp_path, one_thread, monkeypatch):
+    taught, fit = [], module.fit_estimator
+
+    def spy(name, pixels, channels, seed):
+        taught.append(set(pixels.press.tolist()))
+        return fit(name, pixels, channels, seed)
+
+    monkeypatch.setattr(module, "fit_estimator", spy)
+    table = measured(tmp_path, one_thread, folds=5)
+    assert (table.train, table.test) == (8, 10)
+    assert all(len(presses) == 8 for presses in taught)
+
+
+def test_unusable_press_is_named_and_left_out(tmp_path, one_thread):
+    dataset = make_dataset(tmp_path / "set", presses=10)
+    tiny = replace(dataset.labels[4], contact_radius_px=1.0)
+    write_labels(tmp_path / "set" / "labels.csv", [*dataset.labels[:4], tiny, *dataset.labels[5:]])
+    table = error_table(dataset.folder, ["table"], folds=5, seed=0, executor=one_thread)
+    assert [file for file, _ in table.left_out] == [tiny.file]
+    assert table.test == 9
+
+
+def test_document_is_the_plans(tmp_path, one_thread):
+    document = json.loads(json.dumps(table_document(measured(tmp_path, one_thread))))
+    assert document["presses"] == {"train": 8, "test": 2}
+    assert set(document["mean_abs_gradient"]) == {"contact", "contact+5%"}
+    for row in document["rows"]:
+        assert set(METRICS) < set(row)
+        assert row["n_pixels"] > 0
+        for name, (low, high) in row["ci95"].items():
+            assert low <= row[name] <= high
+
+
+def test_markdown_and_html_hold_every_row(tmp_path, one_thread):
+    table = measured(tmp_path, one_thread)
+    lines = [line for line in table_markdown(table).splitlines() if line.startswith("|")]
+    assert len(lines) == len(table.rows) + 2
+    unescaped = [line.replace("\\|", "") for line in lines]
+    assert {line.count("|") for line in unescaped} == {len(column_headings()) + 1}
+
+    tags = []
+    parser = HTMLParser()
+    parser.handle_starttag = lambda tag, _: tags.append(tag)
+    parser.feed(table_html(table))
+    assert tags.count("tr") == len(table.rows) + 1
+    assert tags.count("caption") == 1

@@ -1,0 +1,110 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Depth against the truth, and units on sets they have not seen."""
+
+import numpy as np
+import pytest
+
+import recon.estimators.mlp_training as mlp_training
+from recon.calibration import calibrate
+from recon.presses import read_presses
+from sensor.errors import WedgeError
+from tests.synthetic import SIZE_PX, make_dataset, true_depth_mm
+from validation.depth import cap_of, judge_depth, read_truth
+from validation.evaluation import evaluate_unit, held_out_metrics, hold_out
+
+
+@pytest.fixture(autouse=True)
+def quick_training(monkeypatch):
+    monkeypatch.setattr(mlp_training, "PIXELS", 4000)
+    monkeypatch.setattr(mlp_training, "EPOCHS", 20)
+    monkeypatch.setattr(mlp_training, "BATCH", 128)
+
+
+@pytest.fixture
+def dataset(tmp_path):
+    return make_dataset(tmp_path / "set", presses=12)
+
+
+def unit_of(dataset, **changes):
+    options = dict(estimator="mlp", serial="t", created="2026-01-01", metrics={}, seed=0) | changes
+    return calibrate(dataset, read_presses(dataset), **options)
+
+
+def test_true_gradients_give_the_true_depth(dataset):
+    press = read_presses(dataset).presses[0]
+    cap = cap_of(press)
+    errors = judge_depth(cap.gradient, cap.contact, press, dataset.folder)
+    assert errors.rmse_mm < 0.01 * errors.peak_truth_mm
+    assert abs(errors.bias_mm) < 0.01 * errors.peak_truth_mm
+    assert errors.peak_mm == pytest.approx(errors.peak_truth_mm, rel=0.02)
+
+
+def test_half_the_slope_is_half_the_depth(dataset):
+    press = read_presses(dataset).presses[0]
+    cap = cap_of(press)
+    errors = judge_depth(cap.gradient / 2, cap.contact, press, dataset.folder)
+    assert errors.peak_mm == pytest.approx(errors.peak_truth_mm / 2, rel=0.1)
+    assert errors.bias_mm < 0
+
+
+def test_a_truth_file_goes_before_the_ball(dataset):
+    press = read_presses(dataset).presses[3]
+    (dataset.folder / "truth").mkdir()
+    deeper = (true_depth_mm(dataset.labels[3]) + 1.0).astype(np.float32)
+    np.save(dataset.folder / "truth" / "press03.npy", deeper)
+    cap = cap_of(press)
+    errors = judge_depth(cap.gradient, cap.contact, press, dataset.folder)
+    assert errors.truth == "truth file"
+    assert errors.bias_mm == pytest.approx(-1.0, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"\x93NUMPY", np.zeros((3, 4), np.float32), np.zeros(SIZE_PX[::-1], int)]
+)
+def test_a_damaged_truth_file_is_refused_by_name(dataset, content):
+    path = dataset.folder / "truth" / "press00.npy"
+    path.parent.mkdir()
+    if isinstance(content, bytes):
+        path.write_bytes(content)
+    else:
+        np.save(path, content)
+    with pytest.raises(WedgeError, match=r"press00\.npy"):
+        read_truth(dataset.folder, read_presses(dataset).presses[0])
+
+
+def test_a_unit_is_as_good_on_new_presses_of_its_sensor(dataset, tmp_path):
+    unit = unit_of(dataset)
+    table = evaluate_unit(unit, make_dataset(tmp_path / "new", presses=6, seed=9), seed=0)
+    held_out = hold_out(dataset, read_presses(dataset), "mlp", seed=0)
+    for new, old in zip(table.rows, held_out.rows, strict=True):
+        assert new.errors.values["theta_x_deg"] < 2 * old.errors.values["theta_x_deg"] + 0.5
+    assert table.test == 6
+
+
+def test_a_unit_refuses_frames_of_another_size(dataset, tmp_path):
+    corners = ((20.0, 10.0), (150.0, 18.0), (138.0, 108.0), (32.0, 100.0))
+    other = make_dataset(tmp_path / "other", presses=3, corners_px=corners)
+    with pytest.raises(WedgeError, match="another sensor"):
+        evaluate_unit(unit_of(dataset), other, seed=0)
+
+
+def test_a_unit_with_opposite_lights_alone_infers_the_other_axis(tmp_path):
+    dataset = make_dataset(tmp_path / "two", presses=12, lights_deg={"R": 90.0, "B": -90.0})
+    unit = unit_of(dataset)
+    assert (unit.card.channels, unit.card.missing_axis) == ("RB", "network")
+    row = evaluate_unit(unit, dataset, seed=0).rows[-1]
+    assert row.errors.values["gx_mae"] < 0.5 * row.errors.mean_abs_gradient
+
+
+def test_metrics_are_those_of_the_presses_held_out(dataset):
+    table = hold_out(dataset, read_presses(dataset), "table", seed=0)
+    metrics = held_out_metrics(table, fitted_presses=12)
+    assert metrics["held_out_presses"] == 2
+    assert metrics["contact_gx_mae"] == table.rows[-1].errors.values["gx_mae"]
+
+
+def test_one_press_is_not_enough(tmp_path):
+    dataset = make_dataset(tmp_path / "one", presses=1)
+    with pytest.raises(WedgeError, match="press"):
+        hold_out(dataset, read_presses(dataset), "table", seed=0)

@@ -1,0 +1,75 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Errors are means over pixels; intervals resample presses."""
+
+import numpy as np
+import pytest
+
+from validation.metrics import METRICS, mean_errors, press_errors
+
+
+def errors_of(rng, scale, pixels=200):
+    truth = rng.normal(size=(pixels, 2)).astype(np.float32)
+    estimated = truth + scale * rng.choice([-1, 1], size=(pixels, 2)).astype(np.float32)
+    return press_errors("press", estimated.astype(np.float32), truth, np.ones(pixels, bool))
+
+
+def test_a_perfect_estimate_has_no_error():
+    rng = np.random.default_rng(0)
+    errors = mean_errors([errors_of(rng, 0.0) for _ in range(4)], seed=0)
+    assert set(errors.values.values()) == {0.0}
+    assert set(errors.ci95.values()) == {(0.0, 0.0)}
+
+
+def test_a_constant_error_is_found_with_no_spread():
+    rng = np.random.default_rng(0)
+    errors = mean_errors([errors_of(rng, 0.25, n) for n in (10, 300, 70)], seed=0)
+    for name in ("gx_mae", "gy_mae"):
+        assert errors.values[name] == pytest.approx(0.25, abs=1e-6)
+        assert errors.ci95[name] == pytest.approx((0.25, 0.25), abs=1e-6)
+    assert errors.n_pixels == 380
+
+
+def test_angles_are_those_of_the_slopes():
+    truth = np.zeros((1, 2), np.float32)
+    estimated = np.array([[1.0, np.tan(np.radians(30))]], np.float32)
+    errors = mean_errors([press_errors("press", estimated, truth, np.ones(1, bool))], seed=0)
+    assert errors.values["theta_x_deg"] == pytest.approx(45, abs=1e-4)
+    assert errors.values["theta_y_deg"] == pytest.approx(30, abs=1e-4)
+
+
+def test_only_the_chosen_pixels_count():
+    truth = np.zeros((2, 2), np.float32)
+    estimated = np.array([[0.5, 0.5], [9.0, 9.0]], np.float32)
+    kept = press_errors("press", estimated, truth, np.array([True, False]))
+    assert kept.n_pixels == 1
+    assert kept.absolute[0] == pytest.approx(0.5)
+
+
+def test_intervals_cover_the_spread_between_presses_not_pixels():
+    """Presses of one error each: more pixels per press must not narrow the interval."""
+
+    def width(pixels):
+        rng = np.random.default_rng(1)
+        presses = [errors_of(rng, scale, pixels) for scale in np.linspace(0.1, 0.5, 10)]
+        low, high = mean_errors(presses, seed=0).ci95["gx_mae"]
+        return high - low
+
+    assert width(5000) == pytest.approx(width(50), rel=0.05)
+    assert width(50) > 0.1
+
+
+def test_intervals_cover_the_truth_nineteen_times_of_twenty():
+    rng = np.random.default_rng(2)
+    covered = 0
+    for trial in range(150):
+        scales = rng.exponential(0.2, size=30)
+        presses = [errors_of(rng, scale, 20) for scale in scales]
+        low, high = mean_errors(presses, seed=trial).ci95["gx_mae"]
+        covered += low <= 0.2 <= high
+    assert 0.85 <= covered / 150 <= 0.99
+
+
+def test_names_are_the_tables():
+    rng = np.random.default_rng(0)
+    assert tuple(mean_errors([errors_of(rng, 0.1)], seed=0).values) == METRICS

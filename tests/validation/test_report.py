@@ -1,0 +1,214 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The page: well-formed, complete without a network, and written whole or not at all."""
+
+import base64
+import re
+from concurrent.futures import Executor, Future
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.integrators import BOUNDARIES, bump_error, three_caps
+from recon.poisson import integrate
+from sensor.errors import WedgeError
+from tests.synthetic import make_dataset
+from validation.error_table import error_table
+from validation.examples import held_out, label_shift_deg
+from validation.paper import PAPER_TABLE
+from validation.report.integrators import integrator_section
+from validation.report.page import Picture, Section, figure_html, table_html, write_report
+from validation.report.remarks import reproduction_section, weakness_section
+from validation.report.results import DatasetResults, dataset_section, headline_section
+
+VOID = {"meta", "img", "br", "link", "input", "hr"}
+
+
+class Inline(Executor):
+    def submit(self, work, /, *args, **options):  # type: ignore[override]
+        future: Future = Future()
+        future.set_result(work(*args, **options))
+        return future
+
+
+class Page(HTMLParser):
+    """Checks balance while it reads, and keeps what tests ask for."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.tags: list[tuple[str, dict[str, str]]] = []
+        self.words: list[str] = []
+        self.feed(text)
+        self.close()
+        assert not self.open
+
+    def handle_starttag(self, tag: str, attributes: list) -> None:
+        self.tags.append((tag, {key: value or "" for key, value in attributes}))
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.words.append(data)
+
+    def all(self, tag: str) -> list[dict[str, str]]:
+        return [attributes for name, attributes in self.tags if name == tag]
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> DatasetResults:
+    dataset = make_dataset(tmp_path_factory.mktemp("page") / "set", presses=6)
+    table = error_table(dataset.folder, ["table"], folds=2, seed=0, executor=Inline())
+    return DatasetResults(
+        dataset=dataset,
+        about="an ideal sensor",
+        table=table,
+        held_out=held_out(dataset.folder, "table", folds=2, seed=0),
+        command="wedge table set --folds 2 <&>",
+    )
+
+
+@pytest.fixture(scope="module")
+def text(results: DatasetResults, tmp_path_factory: pytest.TempPathFactory) -> str:
+    depth, gradient = three_caps()
+    found = {name: integrate(gradient, (0.1, 0.1), name) for name in BOUNDARIES}
+    errors = {name: [bump_error(count, name) for count in (10, 20)] for name in BOUNDARIES}
+    path = write_report(
+        tmp_path_factory.mktemp("out"),
+        title="A <page>",
+        lead="Measured & shown.",
+        sections=[
+            headline_section([results]),
+            dataset_section(results),
+            integrator_section(depth, found, (0.1, 0.1), (10, 20), errors),
+            weakness_section([results]),
+            reproduction_section("wedge reproduce", [results], {"other": "not here"}, {"a": "1"}),
+        ],
+    )
+    return path.read_text(encoding="utf-8")
+
+
+def test_page_is_well_formed_and_escaped(text: str) -> None:
+    page = Page(text)
+    assert "A <page>" in page.words
+    assert "wedge table set --folds 2 <&>" in page.words
+    assert text.startswith("<!DOCTYPE html>")
+    assert page.all("html") == [{"lang": "en"}]
+
+
+def test_every_picture_is_inside_and_described(text: str) -> None:
+    pictures = Page(text).all("img")
+    assert len(pictures) >= 8
+    for picture in pictures:
+        assert len(picture["alt"]) > 20
+        kind, _, content = picture["src"].partition(",")
+        assert kind == "data:image/png;base64"
+        assert base64.b64decode(content, validate=True).startswith(b"\x89PNG")
+
+
+def test_nothing_is_loaded_from_elsewhere(text: str) -> None:
+    page = Page(text)
+    assert not [tag for tag, _ in page.tags if tag in ("script", "link", "iframe", "object")]
+    for tag, attributes in page.tags:
+        for key in ("src", "srcset", "href", "data", "poster", "action", "style"):
+            value = attributes.get(key, "#")
+            assert value.startswith(("#", "data:")), (tag, key, value[:60])
+    (style,) = re.findall(r"<style>(.*?)</style>", text, re.DOTALL)
+    assert "url(" not in style and "@import" not in style
+
+
+def test_contents_lead_to_every_section(text: str) -> None:
+    page = Page(text)
+    ids = [attributes["id"] for _, attributes in page.tags if "id" in attributes]
+    assert len(ids) == len(set(ids))
+    targets = [link["href"].removeprefix("#") for link in page.all("a")]
+    assert set(targets) <= set(ids)
+    assert {section["id"] for section in page.all("section")} <= set(targets)
+
+
+def test_tables_can_be_read_aloud(text: str) -> None:
+    page = Page(text)
+    assert len(page.all("caption")) == len(page.all("table")) >= 5
+    assert all(heading.get("scope") in ("row", "col") for heading in page.all("th"))
+    regions = [a for tag, a in page.tags if "scroll" in a.get("class", "")]
+    assert regions and all(a["tabindex"] == "0" and a["aria-label"] for a in regions)
+
+
+def test_rows_have_as_many_cells_as_headings(text: str) -> None:
+    for table in re.findall(r"<table>.*?</table>", text, re.DOTALL):
+        counts = {len(re.findall(r"<t[hd]\b", row)) for row in re.findall(r"<tr.*?</tr>", table)}
+        assert len(counts) == 1
+
+
+def test_the_papers_values_stand_beside_its_six_configurations(text: str) -> None:
+    for values in PAPER_TABLE.values():
+        assert f"<td>{values['theta_x_deg']:.2f}</td>" in text
+        assert f"<td>{values['gx_mae']:.3f}</td>" in text
+
+
+def test_numbers_are_the_tables(results: DatasetResults, text: str) -> None:
+    for pixels in ("contact", "contact+5%"):
+        errors = results.row(pixels).errors
+        low, high = errors.ci95["theta_x_deg"]
+        assert f"{errors.values['theta_x_deg']:.2f}<small>{low:.2f}–{high:.2f}</small>" in text
+    assert results.row("contact").configuration == "RGB"
+    assert results.dataset.sha256 in text
+
+
+def test_presses_left_out_are_named(results: DatasetResults) -> None:
+    from dataclasses import replace
+
+    table = replace(results.table, left_out=(("press07.png", "no contact is visible"),))
+    words = weakness_section([replace(results, table=table)]).html
+    assert "Left out 1 of 6 presses: press07.png: no contact is visible." in words
+
+
+def test_page_is_whole_or_absent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    sections = [Section(title="One", html="<p>first</p>")]
+    path = write_report(tmp_path, title="a", lead="b", sections=sections)
+    before = path.read_bytes()
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("os.fsync", full)
+    with pytest.raises(WedgeError, match="No space left"):
+        write_report(tmp_path, title="c", lead="d", sections=sections)
+    assert path.read_bytes() == before
+    assert [file.name for file in tmp_path.iterdir()] == ["index.html"]
+
+
+def test_two_sections_of_one_title_are_refused(tmp_path: Path) -> None:
+    twice = [Section(title="Same", html=""), Section(title="same!", html="")]
+    with pytest.raises(ValueError, match="same"):
+        write_report(tmp_path, title="a", lead="b", sections=twice)
+
+
+def test_words_from_outside_stay_words() -> None:
+    evil = '"><script>alert(1)</script>'
+    picture = Picture(png=b"", alt=evil, caption=evil, wide=True)
+    for part in (figure_html(picture), table_html(evil, [evil], [[evil]])):
+        assert not Page(part).all("script")
+
+
+def test_held_out_presses_are_no_training_presses(results: DatasetResults) -> None:
+    held = results.held_out
+    assert held.n_presses == len(np.unique(held.pixels.press)) == 3
+    median, worst = held.examples
+    assert median.depth.rmse_mm <= worst.depth.rmse_mm
+    known = np.isfinite(worst.picture.depth_truth_mm)
+    error = (worst.picture.depth_mm - worst.picture.depth_truth_mm)[known]
+    assert np.sqrt(np.mean(error**2)) == pytest.approx(worst.depth.rmse_mm, rel=1e-3)
+
+
+def test_shift_of_a_label_near_the_bottom_of_a_ball_is_shift_over_radius() -> None:
+    flat = np.zeros((1, 2), np.float32)
+    shift_deg = label_shift_deg(flat, 4.0, 0.01)
+    assert shift_deg == pytest.approx(np.degrees(0.01 / 4.0), rel=1e-4)
+    steep = np.array([[1.5, 0.0]], np.float32)
+    assert label_shift_deg(steep, 4.0, 0.01) > shift_deg

@@ -1,0 +1,72 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The error table as the paper prints it: configurations side by side."""
+
+from sensor.unit import MissingAxis
+from validation.error_table import ErrorTable, Row
+from validation.figures.error_bars import line_name
+from validation.metrics import PIXEL_SETS, PixelSet
+from validation.paper import PAPER_PIXELS, PAPER_TABLE
+from validation.report.page import table_html
+from validation.table_text import DIGITS, HEADINGS
+
+PAPER = "paper"
+
+
+def error_tables(table: ErrorTable) -> list[str]:
+    """As the paper's Table I: configurations side by side, errors below each other."""
+    return [_error_table(table, pixels) for pixels in reversed(PIXEL_SETS)]
+
+
+def _error_table(table: ErrorTable, pixels: PixelSet) -> str:
+    chosen = {
+        (row.estimator, row.configuration, row.missing_axis): row
+        for row in table.rows
+        if row.pixels == pixels
+    }
+    columns = list(dict.fromkeys(key[1:] for key in chosen))
+    estimators = list(dict.fromkeys(key[0] for key in chosen))
+    rows, from_paper = [], []
+    for metric, heading in HEADINGS.items():
+        rows += [
+            [
+                f"{heading} {name}",
+                *(number_cell(chosen[name, *column], metric) for column in columns),
+            ]
+            for name in estimators
+        ]
+        if pixels == PAPER_PIXELS and any(column in PAPER_TABLE for column in columns):
+            from_paper.append(f"{heading} {PAPER}")
+            rows.append([from_paper[-1], *(_paper_number(column, metric) for column in columns)])
+    some = next(iter(chosen.values())).errors
+    which = (
+        "Contact pixels: inside the labelled circle less one pixel and inside 0.9 of the ball's "
+        "radius, so |G| ≤ 2.07."
+        if pixels == "contact"
+        else "Contact pixels and 5 % of those beyond 1.3 contact radii, the paper's choice."
+    )
+    beside = f" Rows named {PAPER}: its Table I, another sensor." if from_paper else ""
+    return table_html(
+        f"Mean absolute errors on {table.dataset}, pixels: {pixels}. {which} {some.n_presses} "
+        f"presses, {some.n_pixels:,} pixels, mean |G| {some.mean_abs_gradient:.3f}. Below each "
+        f"value its press-level bootstrap 95 % interval.{beside}",
+        ["error", *(line_name(*column) for column in columns)],
+        rows,
+        notes=from_paper,
+    )
+
+
+def _paper_number(column: tuple[str, MissingAxis], metric: str) -> str:
+    values = PAPER_TABLE.get(column)
+    return "–" if values is None else f"{values[metric]:.{DIGITS[metric]}f}"
+
+
+def number_cell(row: Row, metric: str) -> str:
+    """A mean with its interval on a line of its own."""
+    return f"{row.errors.values[metric]:.{DIGITS[metric]}f}\n{interval(row, metric)}"
+
+
+def interval(row: Row, metric: str) -> str:
+    """The 95 % interval of a mean."""
+    low, high = row.errors.ci95[metric]
+    return f"{low:.{DIGITS[metric]}f}–{high:.{DIGITS[metric]}f}"

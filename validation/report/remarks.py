@@ -1,0 +1,112 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What is weak, and how to get the page again."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from validation.examples import label_shift_deg
+from validation.report.page import Section, bullets, code, paragraph, table_html
+from validation.report.results import DatasetResults
+
+
+def weakness_section(results: Sequence[DatasetResults]) -> Section:
+    """What the numbers do not show well, with numbers."""
+    parts = []
+    for item in results:
+        parts.append(f"<h3>{item.dataset.card.name}</h3>\n" + bullets(_weaknesses(item)))
+    return Section(
+        title="What is weak",
+        html=paragraph(
+            "Every press on this page is a ball. A low error on balls can hide a worse depth on "
+            "edges, corners and textures, for which these sets hold no truth. The paper's values "
+            "come from another sensor, other presses and slopes that it does not state, so they "
+            "stand here for orientation and are no comparison."
+        )
+        + "".join(parts),
+    )
+
+
+def _weaknesses(results: DatasetResults) -> list[str]:
+    card, held = results.dataset.card, results.held_out
+    contact = held.pixels.contact
+    truth, found = held.pixels.gradient[contact], held.estimated[contact]
+    slope = np.hypot(truth[:, 0], truth[:, 1])
+    steep = slope > np.percentile(slope, 90)
+    returned = 100 * np.median((found * truth).sum(1)[steep] / slope[steep] ** 2)
+    idle = np.abs(held.estimated[~contact]).mean()
+    pitch_mm = card.mm_per_px[0]
+    moved = label_shift_deg(truth, card.ball_radius_mm, pitch_mm)
+    found_mm, true_mm = results.peaks_mm()
+    worst = max(results.table.depth[results.estimator], key=lambda error: error.rmse_mm)
+    items = [
+        f"Steep slopes: in the steepest tenth of the contact pixels (slope above "
+        f"{slope[steep].min():.2f}) the {results.estimator} returns {returned:.0f} % of the true "
+        f"slope (median; {held.n_presses} held-out presses).",
+        f"Depth: contacts come out {found_mm:.2f} mm deep where the ball's cap is {true_mm:.2f} mm"
+        f" (means of {results.table.test} presses). The worst press is {worst.file}: RMSE "
+        f"{worst.rmse_mm:.3f} mm.",
+        f"Untouched gel: the mean |G| it is given there is {idle:.3f}, and should be 0.",
+        f"Labels: a centre that is one pixel off ({pitch_mm:g} mm) moves the true θx by "
+        f"{moved:.1f}° on average, so errors near that size say as much about the labels as about "
+        "the estimator.",
+    ]
+    items += _useless_networks(results)
+    left_out = results.table.left_out
+    if left_out:
+        named = "; ".join(f"{file}: {reason}" for file, reason in left_out)
+        items.append(f"Left out {len(left_out)} of {len(results.dataset.labels)} presses: {named}.")
+    else:
+        items.append(f"No press was left out; {len(results.dataset.labels)} were labelled.")
+    if card.licence.startswith("none"):
+        items.append(f"Licence: {card.licence}. That holds for its pictures on this page too.")
+    return items
+
+
+def _useless_networks(results: DatasetResults) -> list[str]:
+    """Light configurations whose unseen axis is inferred no better than by calling it zero."""
+    rows = [row for row in results.table.rows if row.estimator == results.estimator]
+    zeros = {(r.configuration, r.pixels): r for r in rows if r.missing_axis == "zero"}
+    items = []
+    for row in rows:
+        zero = zeros.get((row.configuration, row.pixels))
+        if row.missing_axis != "network" or zero is None:
+            continue
+        for metric, name in (("theta_x_deg", "θx"), ("theta_y_deg", "θy")):
+            inferred, nothing = row.errors.values[metric], zero.errors.values[metric]
+            if inferred > nothing:
+                items.append(
+                    f"{row.configuration} alone, pixels {row.pixels}: the network that infers the "
+                    f"unseen axis gives {name} an error of {inferred:.2f}°, more than calling it "
+                    f"zero ({nothing:.2f}°)."
+                )
+    return items
+
+
+def reproduction_section(
+    command: str,
+    results: Sequence[DatasetResults],
+    absent: Mapping[str, str],
+    about: Mapping[str, str],
+) -> Section:
+    """How to get this page again, and from what.
+
+    Args:
+        command: the command that made the page.
+        results: what was measured.
+        absent: known datasets that this machine lacks, and where they are looked for.
+        about: versions and other facts of the run.
+    """
+    rows = [
+        [item.dataset.card.name, item.dataset.card.licence, item.dataset.sha256] for item in results
+    ]
+    missing = [f"{name} was not on this machine: {sought}." for name, sought in absent.items()]
+    return Section(
+        title="How to reproduce",
+        html=paragraph("The same seed on the same machine gives the same tables to the last digit.")
+        + code(command)
+        + table_html("Data: hashes of labels and frames.", ["data", "licence", "SHA-256"], rows)
+        + bullets(missing) * bool(missing)
+        + table_html("Made with.", ["what", "version"], [list(item) for item in about.items()]),
+    )

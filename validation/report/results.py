@@ -1,0 +1,309 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What was measured on ball presses, as sections of the page."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sensor.dataset import Dataset
+from validation.error_table import ErrorTable, Row
+from validation.examples import Example, HeldOut
+from validation.figures.ball_press import press_figure, strip_figure
+from validation.figures.depth_scatter import peak_figure, rmse_figure
+from validation.figures.error_bars import error_figure
+from validation.figures.gradients import gradient_figure
+from validation.figures.light_lobes import lobe_figure
+from validation.figures.png import png_bytes
+from validation.metrics import PIXEL_SETS, PixelSet
+from validation.paper import PAPER_PIXELS
+from validation.report.error_tables import error_tables, interval, number_cell
+from validation.report.page import (
+    Picture,
+    Section,
+    Tile,
+    code,
+    figure_html,
+    gallery_html,
+    paragraph,
+    table_html,
+    tiles_html,
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class DatasetResults:
+    """Everything that was measured on one dataset."""
+
+    dataset: Dataset
+    about: str
+    """The sensor and the gel, in a few words."""
+    table: ErrorTable
+    held_out: HeldOut
+    command: str
+    """Which makes the table again."""
+
+    @property
+    def estimator(self) -> str:
+        """The one in the headline: the first of the table."""
+        return self.table.rows[0].estimator
+
+    def row(self, pixels: PixelSet) -> Row:
+        """All lights, the headline's estimator."""
+        return max(
+            (r for r in self.table.rows if (r.estimator, r.pixels) == (self.estimator, pixels)),
+            key=lambda row: len(row.configuration),
+        )
+
+    def rmse_mm(self) -> tuple[float, float, float]:
+        """Quartiles of the depth RMSE over presses: lower, median, upper."""
+        errors = [error.rmse_mm for error in self.table.depth[self.estimator]]
+        low, median, high = np.percentile(errors, (25, 50, 75))
+        return float(low), float(median), float(high)
+
+    def peaks_mm(self) -> tuple[float, float]:
+        """Mean depth at the contacts' centres: reconstructed and true."""
+        errors = self.table.depth[self.estimator]
+        return (
+            float(np.mean([error.peak_mm for error in errors])),
+            float(np.mean([error.peak_truth_mm for error in errors])),
+        )
+
+
+def headline_section(results: Sequence[DatasetResults]) -> Section:
+    """The first dataset's numbers in large type, a press of every dataset, and all in a table."""
+    first = results[0]
+    contact, low_high = first.row("contact"), first.rmse_mm()
+    presses = f"{first.table.test} presses of {first.table.dataset}, each judged once"
+    tiles = [
+        Tile(
+            label=f"{name} error in the contact",
+            value=f"{contact.errors.values[key]:.2f}°",
+            note=f"95 % interval {interval(contact, key)}; {presses}",
+        )
+        for key, name in (("theta_x_deg", "θx"), ("theta_y_deg", "θy"))
+    ]
+    found, true = first.peaks_mm()
+    tiles.append(
+        Tile(
+            label="Depth RMSE in the contact",
+            value=f"{low_high[1]:.3f} mm",
+            note=f"median press; half lie within {low_high[0]:.3f} and {low_high[2]:.3f} mm",
+        )
+    )
+    tiles.append(
+        Tile(
+            label="Depth at the centre",
+            value=f"{found:.2f} mm",
+            note=f"reconstructed, of {true:.2f} mm true; means over the presses",
+        )
+    )
+    return Section(
+        title="In short",
+        html=tiles_html(tiles)
+        + paragraph(
+            f"Estimator {first.estimator}, all lights. An angle error means little without the "
+            f"slopes it was measured on: here the mean |G| of contact pixels is "
+            f"{contact.errors.mean_abs_gradient:.2f} ({contact.errors.n_pixels:,} pixels)."
+        )
+        + "".join(map(_strip, results))
+        + table_html(summary_caption(results), *summary_cells(results)),
+    )
+
+
+def dataset_section(results: DatasetResults) -> Section:
+    """One dataset: error tables, figures, a bad press."""
+    card, table = results.dataset.card, results.table
+    split = (
+        f"{table.folds} folds by press, every press judged once"
+        if table.folds > 1
+        else f"{table.train} presses learnt from, {table.test} others judged"
+    )
+    about = (
+        f"{results.about[:1].upper()}{results.about[1:]}: {len(results.dataset.labels)} presses of "
+        f"a ball of {table.ball_radius_mm:g} mm radius, "
+        f"{card.mm_per_px[0]:g} × {card.mm_per_px[1]:g} mm per pixel. Source: {card.source}. "
+        f"Licence: {card.licence}. {split[:1].upper()}{split[1:]}; seed {table.seed}."
+    )
+    return Section(
+        title=card.name,
+        html=paragraph(about)
+        + "".join(error_tables(table))
+        + gallery_html(_figures(results))
+        + "".join(_press_picture(example, results) for example in results.held_out.examples)
+        + paragraph("The table again:")
+        + code(results.command),
+    )
+
+
+def signed(value_mm: float) -> str:
+    """With its sign, a true minus."""
+    return f"{value_mm:+.3f}".replace("-", "−")
+
+
+def known_depth_section(
+    dataset: Dataset, examples: Sequence[Example], estimator: str, learnt_from: str
+) -> Section:
+    """Presses whose depth was commanded, by a unit that has seen none of them."""
+    rows = [
+        [
+            item.depth.file,
+            f"{item.depth.peak_truth_mm:.3f}",
+            f"{item.depth.peak_mm:.3f}",
+            signed(item.depth.peak_mm - item.depth.peak_truth_mm),
+            f"{item.depth.rmse_mm:.3f}",
+            signed(item.depth.bias_mm),
+        ]
+        for item in examples
+    ]
+    headings = ["press", "true at the centre", "reconstructed", "error", "RMSE", "bias"]
+    results = "".join(
+        figure_html(
+            Picture(
+                png=png_bytes(press_figure(item.picture)),
+                alt=_alt(item),
+                caption=f"{item.picture.title}, reconstructed by a unit that learnt from "
+                f"{learnt_from} alone. The truth is the ball at its commanded depth.",
+                wide=True,
+            )
+        )
+        for item in examples[-1:]
+    )
+    return Section(
+        title=dataset.card.name,
+        html=paragraph(
+            f"Here the depth itself is known: {len(examples)} presses to a commanded depth, "
+            f"reconstructed by the {estimator} of a unit calibrated on {learnt_from}. The command "
+            "places the ball, not the gel, which sinks beside it; so the truth holds at the "
+            f"centre and only roughly at the rim. Source: {dataset.card.source}. Licence: "
+            f"{dataset.card.licence}."
+        )
+        + table_html(
+            f"Depth against the commanded depth, in mm; {len(examples)} presses, nothing fitted "
+            "to them. RMSE and bias are over the contact.",
+            headings,
+            rows,
+        )
+        + results,
+    )
+
+
+def summary_cells(results: Sequence[DatasetResults]) -> tuple[list[str], list[list[str]]]:
+    """Headings and rows of a table with all datasets: the headline's estimator, all lights."""
+    headings = ["data", "presses"]
+    for pixels in reversed(PIXEL_SETS):
+        headings += [f"θx {pixels}", f"θy {pixels}", "mean |G|"]
+    rows = []
+    for item in results:
+        cells = [item.dataset.card.name, str(item.table.test)]
+        for pixels in reversed(PIXEL_SETS):
+            row = item.row(pixels)
+            cells += [number_cell(row, "theta_x_deg"), number_cell(row, "theta_y_deg")]
+            cells.append(f"{row.errors.mean_abs_gradient:.2f}")
+        rows.append([*cells, f"{item.rmse_mm()[1]:.3f}"])
+    return [*headings, "depth RMSE"], rows
+
+
+def summary_caption(results: Sequence[DatasetResults]) -> str:
+    """What the numbers of that table are."""
+    return (
+        f"Mean absolute angle errors in degrees, all lights, {results[0].estimator}; below them "
+        "the press-level bootstrap 95 % interval. Depth RMSE is the median press's, in mm."
+    )
+
+
+def _figures(results: DatasetResults) -> list[Picture]:
+    table, held, card = results.table, results.held_out, results.dataset.card
+    judged = f"{card.name}, {table.test} presses"
+    contact = held.pixels.contact
+    pictures = [
+        Picture(
+            png=png_bytes(error_figure(table.rows, pixels)),
+            alt=f"Errors of θx and θy per light configuration and estimator, pixels {pixels}; the "
+            "table above has the numbers",
+            caption=f"Angle errors per light configuration, pixels {pixels}, with 95 % intervals "
+            f"over presses ({judged})."
+            + (" Diamonds: the paper's values, another sensor." if pixels == PAPER_PIXELS else ""),
+        )
+        for pixels in reversed(PIXEL_SETS)
+    ]
+    found_mm, true_mm = results.peaks_mm()
+    low_mm, median_mm, high_mm = results.rmse_mm()
+    whole = all(label.contact_radius_px.is_integer() for label in results.dataset.labels)
+    pictures += [
+        Picture(
+            png=png_bytes(peak_figure(table.depth)),
+            alt=f"Scatter of reconstructed against true depth, one point a press; means "
+            f"{found_mm:.2f} and {true_mm:.2f} mm for the {results.estimator}",
+            caption=f"Depth at the contact's centre, all lights ({judged}). The truth is the "
+            "ball's cap above the rim of the labelled circle"
+            + ("; radii labelled in whole pixels stand in columns." if whole else "."),
+        ),
+        Picture(
+            png=png_bytes(rmse_figure(table.depth)),
+            alt=f"Cumulative share of presses by depth RMSE; quartiles {low_mm:.3f}, "
+            f"{median_mm:.3f} and {high_mm:.3f} mm for the {results.estimator}",
+            caption=f"Depth RMSE in the contact, all lights: share of presses below each value "
+            f"({judged}).",
+        ),
+        Picture(
+            png=png_bytes(gradient_figure(held.estimated[contact], held.pixels.gradient[contact])),
+            alt="Signed error of Gx and Gy against the true value: the median falls away from "
+            "zero at the steepest slopes",
+            caption=f"Gradient error against the true slope, {results.estimator}, all lights "
+            f"({card.name}, {held.n_presses} held-out presses of the first fold, "
+            f"{contact.sum():,} contact pixels).",
+        ),
+        Picture(
+            png=png_bytes(
+                lobe_figure(
+                    held.pixels.color[contact], held.pixels.gradient[contact], card.lights_deg
+                )
+            ),
+            alt="Polar curves of the mean colour change per channel: each points at its light",
+            caption="Mean colour change in grey levels by the direction in which the skin faces "
+            f"(slopes 0.3 to 1; {card.name}, {held.n_presses} presses). Dots: where each lobe "
+            "points; dotted spokes: the set's lights_deg. Black circle: no change.",
+        ),
+    ]
+    return pictures
+
+
+def _strip(results: DatasetResults) -> str:
+    example = results.held_out.examples[0]
+    return figure_html(
+        Picture(
+            png=png_bytes(strip_figure(example.picture)),
+            alt=f"{example.picture.title}: frame, difference image and depth map",
+            caption=f"{example.picture.title}, {results.about}; {example.rank} of the "
+            f"{results.held_out.n_presses} presses that the first fold holds out "
+            f"(depth RMSE {example.depth.rmse_mm:.3f} mm).",
+            wide=True,
+        )
+    )
+
+
+def _press_picture(example: Example, results: DatasetResults) -> str:
+    title = example.picture.title
+    picture = replace(example.picture, title=f"{title}, not learnt from")
+    return figure_html(
+        Picture(
+            png=png_bytes(press_figure(picture)),
+            alt=_alt(example),
+            caption=f"{title}: {example.rank} of the {results.held_out.n_presses} presses that the "
+            f"first fold holds out ({results.estimator}, all lights; depth RMSE "
+            f"{example.depth.rmse_mm:.3f} mm). Dotted lines: the labelled circle; the ideal ball "
+            "stands on its rim.",
+            wide=True,
+        )
+    )
+
+
+def _alt(example: Example) -> str:
+    depth = example.depth
+    return (
+        f"Press {depth.file}: frame, difference image, depth map, gradients beside their truth, "
+        f"depth error and cross-sections; depth RMSE {depth.rmse_mm:.3f} mm, centre "
+        f"{depth.peak_mm:.2f} of {depth.peak_truth_mm:.2f} mm"
+    )
