@@ -10,6 +10,7 @@ from app._output import print_table, write_json
 from app._progress import progress
 from app._workers import process_pool
 from sensor.design_file import load_design
+from sensor.errors import WedgeError
 from sensor.files import new_folder
 
 if TYPE_CHECKING:
@@ -34,7 +35,12 @@ def main(design: str = "standard", out: Path | None = None, json: Path | None = 
     folder = out or Path("build", "fabrication", wanted.name)
     with progress(f"fabrication of {wanted.name}") as show, new_folder(folder) as draft:
         show(0.0, "loading the solid modeller")
-        from cad.build import manifest_of, model, run_checks, write_files, write_pictures
+        try:
+            from cad.build import manifest_of, model, run_checks, write_files, write_pictures
+        except ModuleNotFoundError as error:
+            raise WedgeError(
+                f"fabricate needs {error.name}: pip install 'gelsight-wedge[cad]'."
+            ) from error
 
         show(0.1, "building parts")
         built = model(wanted)
@@ -51,6 +57,8 @@ def main(design: str = "standard", out: Path | None = None, json: Path | None = 
     print_table(("check", "of", "figure", "bound", "", "detail"), map(_row, manifest["checks"]))
     write_json(json, {key: manifest[key] for key in ("design", "design_sha256", "checks")})
     failed = [check for check in manifest["checks"] if not check["passed"]]
+    for change in _changes(manifest):
+        print(f"changed since it was last kept: {change}")
     print(f"{len(manifest['checks'])} checks, {len(failed)} failed. Files: {folder}")
     return 1 if failed else 0
 
@@ -82,6 +90,14 @@ def _write_papers(built: "Model", manifest: dict[str, Any], folder: Path) -> Non
     (folder / "index.html").write_text(page, encoding="utf-8", newline="\n")
     text = as_text(with_hashes(manifest, folder))
     (folder / "manifest.json").write_text(text, encoding="utf-8", newline="\n")
+
+
+def _changes(manifest: dict[str, Any]) -> list[str]:
+    """How a known design differs from the figures in the repository."""
+    from cad.golden import differences, golden_of, read_golden
+
+    kept = read_golden(manifest["design"])
+    return differences(golden_of(manifest), kept) if kept else []
 
 
 def _row(check: Mapping[str, Any]) -> tuple[str, ...]:

@@ -137,7 +137,7 @@ def _optics(design: Wedge) -> list[Placed]:
     down = partial(_scaled, _DOWN)
     far = design.housing.roof_z_mm + design.acrylic.thickness_mm + 5
     bodies = [
-        (Body("mirror", "mirror", "glass front-surface mirror", down(far)), bought.mirror(design)),
+        (Body("mirror", "mirror", "PMMA front-surface mirror", down(far)), bought.mirror(design)),
         (Body("acrylic", "acrylic", "PMMA clear", down(far)), bought.acrylic(design)),
         (Body("gel", "gel", "silicone clear", down(far / 2)), bought.gel(design)),
     ]

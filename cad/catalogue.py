@@ -21,6 +21,9 @@ BACK_DOWN = (0.0, 1.0, 0.0), 90.0
 AS_MODELLED = (0.0, 0.0, 1.0), 0.0
 UPSIDE_DOWN = (1.0, 0.0, 0.0), 180.0
 
+INFILL_PERCENT = 100.0
+"""Parts this small gain nothing from being hollow, and must be opaque."""
+
 Turn = tuple[tuple[float, float, float], float]
 
 

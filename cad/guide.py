@@ -8,6 +8,7 @@ from importlib.resources import files
 from typing import Any
 
 from cad.assembly import Assembly, Step
+from cad.catalogue import INFILL_PERCENT
 from cad.electronics.boards import Board
 from cad.electronics.files import board_note
 from cad.electronics.resistors import ballasts
@@ -79,7 +80,7 @@ def guide_text(
         name=design.name,
         hash=design.sha256[:8],
         width=f"{design.outer_width_mm:g}",
-        infill=f"{design.printing.infill_percent:g}",
+        infill=f"{INFILL_PERCENT:g}",
         print_table=_print_table(parts),
         laser_table=_laser_table(design),
         boards="\n".join(f"- {board_note(board)}" for board in boards),

@@ -10,7 +10,7 @@ from typing import Any
 
 import cadquery as cq
 
-from cad.catalogue import BACK_DOWN, PRINTED, UPSIDE_DOWN
+from cad.catalogue import BACK_DOWN, INFILL_PERCENT, PRINTED, UPSIDE_DOWN
 from cad.checks.result import Result
 from cad.tables import density_g_cm3
 from sensor.design import Wedge
@@ -35,7 +35,7 @@ def part_entries(
         entry["print"] = {
             "orientation": _TURNS.get(part.turn, "as modelled"),
             "layer_mm": float(design.printing.layer_mm),
-            "infill_percent": float(design.printing.infill_percent),
+            "infill_percent": INFILL_PERCENT,
             "supports": "none",
             "note": part.note,
         }

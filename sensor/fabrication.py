@@ -20,7 +20,6 @@ class Printing(Bounded):
     press_clearance_mm: float = bounded(0.0, 0.2)
     """Between parts that hold each other; printed holes shrink, so a small gap presses."""
     layer_mm: float = bounded(0.05, 0.3)
-    infill_percent: float = bounded(10, 100)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,7 +75,6 @@ DESKTOP_PRINTER = Printing(
     sliding_clearance_mm=chosen(0.15),
     press_clearance_mm=chosen(0.05),
     layer_mm=chosen(0.12),
-    infill_percent=chosen(100.0),
 )
 CO2_LASER = Laser(
     acrylic_kerf_mm=chosen(0.18), mirror_kerf_mm=chosen(0.18), film_kerf_mm=chosen(0.10)

@@ -14,7 +14,9 @@ from sensor.design import Wedge
 
 BOARD = (24.0, 29.0, 1.6)
 """The CSI-to-HDMI adapter, x, y, z: no drawing of it was found, measure yours."""
-PLUG = (10.0, 15.0, 5.6)
+PLUG_LENGTH = 10.0
+PLUG = (15.0, 5.6)
+"""Width and height of its HDMI connector, which reaches to the back of the cover."""
 
 
 def acrylic(design: Wedge) -> cq.Solid:
@@ -124,9 +126,9 @@ def csi_hdmi_board(design: Wedge) -> cq.Solid:
     board = box((x - length / 2, x + length / 2), (-width / 2, width / 2), (z, z + thickness))
     end = place.plate_x1 - 0.5
     plug = box(
-        (end - PLUG[0], end),
-        (-PLUG[1] / 2, PLUG[1] / 2),
-        (z + thickness - 0.01, z + thickness + PLUG[2]),
+        (min(end - PLUG_LENGTH, x + length / 2 - 2), end),
+        (-PLUG[0] / 2, PLUG[0] / 2),
+        (z + thickness - 0.01, z + thickness + PLUG[1]),
     )
     holes = union_of(
         cylinder((x + along, across, z - 1), (0, 0, 1), place.screw.clearance_mm / 2, 2 + thickness)

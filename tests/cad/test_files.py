@@ -10,7 +10,6 @@ from pathlib import Path
 
 import cadquery as cq
 import ezdxf
-import lib3mf
 import numpy as np
 import pytest
 import trimesh
@@ -61,6 +60,7 @@ def test_stl_and_3mf_are_the_part(part: str, finger: Model, fabricated: Folders)
     assert mesh.volume == pytest.approx(volume, rel=2e-3)
     assert mesh.bounds[0] == pytest.approx([0, 0, 0], abs=DEFLECTION_MM)
 
+    lib3mf = pytest.importorskip("lib3mf", reason="has no wheel for Linux on ARM")
     model = lib3mf.get_wrapper().CreateModel()
     reader = model.QueryReader("3mf")
     reader.ReadFromFile(str(folder / "print" / f"{part}.3mf"))
