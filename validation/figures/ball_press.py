@@ -105,7 +105,8 @@ def press_figure(press: PressPicture) -> Figure:
                 loc="upper left",
                 ncols=3,
                 borderaxespad=0.1,
-                columnspacing=1.1,
+                columnspacing=0.9,
+                handlelength=1.6,
                 frameon=True,  # hides the rim's line behind the words
                 facecolor="white",
                 edgecolor="white",

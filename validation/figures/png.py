@@ -10,6 +10,8 @@ from matplotlib.figure import Figure
 from validation.figures.style import styled
 
 DPI = 180
+FRAME_DPI = 140
+"""Of figures that show camera frames, whose noise compresses badly."""
 
 
 @styled

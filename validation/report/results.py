@@ -15,7 +15,7 @@ from validation.figures.depth_scatter import peak_figure, rmse_figure
 from validation.figures.error_bars import error_figure
 from validation.figures.gradients import gradient_figure
 from validation.figures.light_lobes import lobe_figure
-from validation.figures.png import png_bytes
+from validation.figures.png import FRAME_DPI, png_bytes
 from validation.metrics import PIXEL_SETS, PixelSet
 from validation.paper import PAPER_PIXELS
 from validation.report.error_tables import error_tables, interval, number_cell
@@ -157,11 +157,12 @@ def known_depth_section(
         ]
         for item in examples
     ]
+    mean_mm = float(np.mean([i.depth.peak_mm - i.depth.peak_truth_mm for i in examples]))
     headings = ["press", "true at the centre", "reconstructed", "error", "RMSE", "bias"]
     results = "".join(
         figure_html(
             Picture(
-                png=png_bytes(press_figure(item.picture)),
+                png=png_bytes(press_figure(item.picture), FRAME_DPI),
                 alt=_alt(item),
                 caption=f"{item.picture.title}, reconstructed by a unit that learnt from "
                 f"{learnt_from} alone. The truth is the ball at its commanded depth.",
@@ -176,7 +177,8 @@ def known_depth_section(
             f"Here the depth itself is known: {len(examples)} presses to a commanded depth, "
             f"reconstructed by the {estimator} of a unit calibrated on {learnt_from}. The command "
             "places the ball, not the gel, which sinks beside it; so the truth holds at the "
-            f"centre and only roughly at the rim. Source: {dataset.card.source}. Licence: "
+            f"centre and only roughly at the rim. The centre's error is {signed(mean_mm)} mm on "
+            f"average. Source: {dataset.card.source}. Licence: "
             f"{dataset.card.licence}."
         )
         + table_html(
@@ -274,12 +276,11 @@ def _strip(results: DatasetResults) -> str:
     example = results.held_out.examples[0]
     return figure_html(
         Picture(
-            png=png_bytes(strip_figure(example.picture)),
+            png=png_bytes(strip_figure(example.picture), FRAME_DPI),
             alt=f"{example.picture.title}: frame, difference image and depth map",
             caption=f"{example.picture.title}, {results.about}; {example.rank} of the "
             f"{results.held_out.n_presses} presses that the first fold holds out "
             f"(depth RMSE {example.depth.rmse_mm:.3f} mm).",
-            wide=True,
         )
     )
 
@@ -289,7 +290,7 @@ def _press_picture(example: Example, results: DatasetResults) -> str:
     picture = replace(example.picture, title=f"{title}, not learnt from")
     return figure_html(
         Picture(
-            png=png_bytes(press_figure(picture)),
+            png=png_bytes(press_figure(picture), FRAME_DPI),
             alt=_alt(example),
             caption=f"{title}: {example.rank} of the {results.held_out.n_presses} presses that the "
             f"first fold holds out ({results.estimator}, all lights; depth RMSE "
