@@ -116,9 +116,11 @@ def assemble(design: Wedge) -> tuple[Assembly, dict[str, cq.Solid]]:
         Step("cover", "Take the electronics cover", "electronics", ("electronics_cover",)),
         Step("board", "Lay the CSI-to-HDMI board on its posts", "electronics", ("csi_hdmi_board",)),
         Step("board_screws", "Screw the board down", "electronics", _names("board_screw", 4)),
+        Step("resistor_board", "Lay the resistor board over the screws", "electronics",
+             ("resistor_board",)),
         Step("cover_into_place", "Close the compartment", "sensor", (), "electronics"),
         Step("cover_screws", "Screw the cover to the adapter", "sensor", _names("cover_screw", 4)),
-    ]
+    ]  # fmt: skip
     return Assembly(bodies, tuple(steps)), solids
 
 
@@ -179,6 +181,10 @@ def _mechanics(design: Wedge) -> list[Placed]:
     bodies += [
         (Body("camera", "camera", "electronics", back), bought.camera(design)),
         (Body("csi_hdmi_board", "csi_hdmi_board", "electronics", _scaled(_UP, 20)), board),
+        (
+            Body("resistor_board", "resistor_board", "electronics", _scaled(_UP, 20)),
+            bought.resistor_board(design),
+        ),
     ]
     return bodies
 

@@ -50,8 +50,9 @@ _HOW = {
     "cover": "The compartment is closed by the gripper adapter, which is its lid.",
     "board": "Solder the resistor board's supply wires to 3.3 V and ground of the adapter first.",
     "board_screws": "The screws cut their own thread in the posts.",
-    "cover_into_place": "Lead the camera's ribbon through the front notch and plug it in; lay the"
-    " resistor board beside the adapter, insulated.",
+    "resistor_board": "Wrap it in insulating tape, and solder the arrays' wires straight into its"
+    " holes: the wires come in at the front notch.",
+    "cover_into_place": "Lead the camera's ribbon through the front notch and plug it in.",
     "cover_screws": "Use a driver with a long shaft: the heads sit deep.",
 }
 

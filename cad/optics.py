@@ -149,29 +149,46 @@ def mm_per_px(design: Wedge, count: int = 21) -> tuple[tuple[float, float], tupl
     return ranges[0], ranges[1]
 
 
-def picture_shifts(design: Wedge) -> dict[str, float]:
-    """Largest shift in px of a point of the pad for each likely fault of building."""
-    camera, mirror = design.camera, design.mirror
-    faults = {
-        "mirror angle +1 deg": replace(
-            design, mirror=replace(mirror, angle_deg=mirror.angle_deg + 1)
-        ),
-        "camera x +0.3 mm": replace(
-            design, camera=replace(camera, pupil_x_mm=camera.pupil_x_mm + 0.3)
-        ),
-        "camera z +0.3 mm": replace(
-            design, camera=replace(camera, pupil_z_mm=camera.pupil_z_mm + 0.3)
-        ),
-        "camera pitch +1 deg": replace(
-            design, camera=replace(camera, pitch_deg=camera.pitch_deg + 1)
-        ),
-        "lens view -10 deg": replace(
-            design, camera=replace(camera, diagonal_view_deg=camera.diagonal_view_deg - 10)
-        ),
-    }
-    grid = pad_grid(design, 5)
+FAULTS = (
+    ("mirror", "angle_deg", 1.0),
+    ("camera", "pupil_x_mm", 0.3),
+    ("camera", "pupil_z_mm", 0.3),
+    ("camera", "pitch_deg", 1.0),
+    ("camera", "diagonal_view_deg", 10.0),
+)
+"""Likely faults of building, in either direction: part of the design, field and amount."""
+
+
+@dataclass(frozen=True)
+class Faulty:
+    """What a fault of building does to the picture, in px; the worse of its two directions."""
+
+    name: str
+    shift_px: float
+    """Largest shift of a point of the pad."""
+    margin_px: float
+    """Distance from the pad to the picture's edge that remains."""
+
+
+def faulty_pictures(design: Wedge) -> list[Faulty]:
+    """The picture of the pad under each likely fault of building."""
+    grid = pad_grid(design, 9)
     nominal = trace(design, grid).pixels
-    return {
-        fault: float(np.linalg.norm(trace(built, grid).pixels - nominal, axis=1).max())
-        for fault, built in faults.items()
-    }
+    found = []
+    for part, field, amount in FAULTS:
+        shift, margin = 0.0, np.inf
+        for by in (-amount, amount):
+            built = _moved(design, part, field, by)
+            pixels = trace(built, grid).pixels
+            shift = max(shift, float(np.linalg.norm(pixels - nominal, axis=1).max()))
+            margin = min(margin, pixel_margin(built.camera, pixels))
+        found.append(Faulty(f"{part}.{field} ± {amount:g}", shift, margin))
+    return found
+
+
+def _moved(design: Wedge, part: str, field: str, by: float) -> Wedge:
+    """The design with one number moved, but not past the number's own bounds."""
+    old = getattr(design, part)
+    bounds = type(old).__dataclass_fields__[field].metadata
+    value = float(np.clip(getattr(old, field) + by, bounds["low"], bounds["high"]))
+    return replace(design, **{part: replace(old, **{field: value})})

@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 from cad.layout import FLEX, MIN_WALL, RIB, Layout
-from cad.optics import Paths, keystone, pad_grid, pixel_margin, trace
+from cad.optics import Paths, faulty_pictures, keystone, pad_grid, pixel_margin, trace
+from cad.parts.bought import compartment_height_mm
 from sensor.design import Wedge
 from sensor.errors import WedgeError
 
@@ -33,6 +34,7 @@ def refuse_unbuildable(design: Wedge) -> None:
     _refuse_lights(place)
     _refuse_camera(place)
     _refuse_screws(place)
+    _refuse_compartment(place)
     _refuse_view(place)
 
 
@@ -257,6 +259,15 @@ def _refuse_screws(place: Layout) -> None:
     )
 
 
+def _refuse_compartment(place: Layout) -> None:
+    _at_least(
+        "compartment.height_mm",
+        place.design.compartment.height_mm,
+        compartment_height_mm(place),
+        "the boards and the plug lie in it on top of each other",
+    )
+
+
 def _refuse_view(place: Layout) -> None:
     design = place.design
     camera = design.camera
@@ -269,6 +280,13 @@ def _refuse_view(place: Layout) -> None:
             f"camera.diagonal_view_deg = {camera.diagonal_view_deg:g} shows the pad with a margin"
             f" of {margin:.1f} px, which must be at least {PIXEL_MARGIN:g}: take a wider lens,"
             " another camera.pitch_deg or a smaller pad."
+        )
+    worst = min(faulty_pictures(design), key=lambda fault: fault.margin_px)
+    if not worst.margin_px >= 0:
+        raise WedgeError(
+            f"camera.diagonal_view_deg = {camera.diagonal_view_deg:g} leaves the pad a margin of"
+            f" {worst.margin_px:.1f} px with {worst.name}, which must be at least 0: take a wider"
+            " lens or a smaller pad."
         )
     narrowing = keystone(paths.pixels, 21)
     if not narrowing >= KEYSTONE:

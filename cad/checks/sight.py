@@ -11,10 +11,10 @@ from cad.checks.result import Result
 from cad.layout import Layout
 from cad.optics import (
     camera_axes,
+    faulty_pictures,
     keystone,
     mm_per_px,
     pad_grid,
-    picture_shifts,
     pixel_margin,
     trace,
 )
@@ -25,7 +25,6 @@ from sensor.design import Wedge
 GRID = 41
 _OFF_THE_FACE = 1e-3
 _CLEAR = ("acrylic", "gel")
-_SHIFT_BOUND_PX = 60.0
 
 
 def check_sight(design: Wedge, meshes: Mapping[str, trimesh.Trimesh]) -> list[Result]:
@@ -91,15 +90,12 @@ def _direct_view(design: Wedge, bodies: trimesh.Trimesh) -> list[Result]:
 
 
 def check_tolerance(design: Wedge) -> list[Result]:
-    """How far the picture of the pad moves for each likely fault of building."""
-    margin = pixel_margin(design.camera, trace(design, pad_grid(design, GRID)).pixels)
-    results = []
-    for fault, shift in picture_shifts(design).items():
-        results.append(
-            Result("tolerance", fault, shift, "px", _SHIFT_BOUND_PX, "at most",
-                   f"the pad's margin is {margin:.0f} px; calibration takes up the shift")
-        )  # fmt: skip
-    return results
+    """The whole pad stays in the picture under each likely fault of building."""
+    return [
+        Result("tolerance", f"margin with {fault.name}", fault.margin_px, "px", 0, "at least",
+               f"moves the picture by {fault.shift_px:.1f} px, which calibration takes up")
+        for fault in faulty_pictures(design)
+    ]  # fmt: skip
 
 
 def _joined(meshes: list[trimesh.Trimesh]) -> trimesh.Trimesh:

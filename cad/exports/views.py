@@ -36,6 +36,7 @@ _COLOURS: dict[str, Vector] = {
     "gel": (0.62, 0.60, 0.58),
     "camera": (0.15, 0.45, 0.25),
     "csi_hdmi_board": (0.12, 0.40, 0.32),
+    "resistor_board": (0.30, 0.55, 0.30),
     "led_array_red": (0.92, 0.30, 0.25),
     "led_array_green": (0.30, 0.75, 0.35),
     "led_array_blue": (0.30, 0.45, 0.92),
@@ -129,7 +130,8 @@ def _apart(step: Step) -> float:
         "mirror": 14.0, "lights": 24.0, "window": 38.0, "gel": 10.0, "gray_filter": 5.0,
         "diffuser": 9.0, "pins": 24.0, "camera": 20.0, "camera_into_case": 16.0,
         "rear_screws": 52.0, "adapter": 16.0, "roof_screws": 36.0, "board": 14.0,
-        "board_screws": 24.0, "cover_into_place": 60.0, "cover_screws": 76.0,
+        "board_screws": 24.0, "resistor_board": 36.0, "cover_into_place": 60.0,
+        "cover_screws": 76.0,
     }  # fmt: skip
     return far.get(step.id, 10.0)
 

@@ -4,16 +4,20 @@
 
 import cadquery as cq
 
+from cad.electronics.boards import boards
 from cad.features import Vector, box, cylinder, one_solid, turned, union_of
 from cad.layout import FLEX, Layout
 from cad.optics import pad_centre_x_mm
-from cad.parts.electronics_cover import POSTS, board_z, cover_middle_x
+from cad.parts.electronics_cover import POST_HEIGHT, POSTS, WALL, board_z, cover_middle_x
 from cad.parts.mold import gel_pad
 from cad.tables import fastener
 from sensor.design import Wedge
 
 BOARD = (24.0, 29.0, 1.6)
 """The CSI-to-HDMI adapter, x, y, z: no drawing of it was found, measure yours."""
+RESISTOR_BOARD_HEIGHT = 3.0
+"""With its resistors, wires soldered straight into the holes."""
+TAPE = 0.3
 PLUG_LENGTH = 10.0
 PLUG = (15.0, 5.6)
 """Width and height of its HDMI connector, which reaches to the back of the cover."""
@@ -116,6 +120,24 @@ def screw(size: str, under_head: Vector, direction: Vector, length: float) -> cq
     head = cylinder(under_head, back, row.head_diameter_mm / 2, row.head_height_mm)
     shank = cylinder(under_head, direction, row.core_mm / 2, length)
     return one_solid(head.union(shank), "a screw")
+
+
+def resistor_board(design: Wedge) -> cq.Solid:
+    """The resistor board over the screws of the CSI-to-HDMI board, in front of its plug."""
+    place = Layout(design)
+    length, width = boards(design)[0].size
+    x0 = cover_middle_x(place) + BOARD[0] / 2 - 2.5 - length
+    z = board_z(place) + BOARD[2] + place.screw.head_height_mm + TAPE
+    return one_solid(
+        box((x0, x0 + length), (-width / 2, width / 2), (z, z + RESISTOR_BOARD_HEIGHT)),
+        "the resistor board",
+    )
+
+
+def compartment_height_mm(place: Layout) -> float:
+    """Least height of the compartment over all that lies in it."""
+    pile = max(PLUG[1], place.screw.head_height_mm + TAPE + RESISTOR_BOARD_HEIGHT)
+    return WALL + POST_HEIGHT + BOARD[2] + pile + TAPE
 
 
 def csi_hdmi_board(design: Wedge) -> cq.Solid:

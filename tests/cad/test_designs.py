@@ -36,6 +36,7 @@ IMPOSSIBLE = {
     "no volt for a resistor": ("wiring.blue_forward_v", "wiring", {"blue_forward_v": 3.3}),
     "screws in the tunnel": ("fastening.boss_pitch_mm", "fastening", {"boss_pitch_mm": 12.0}),
     "screws in the air": ("fastening.boss_pitch_mm", "fastening", {"boss_pitch_mm": 33.0}),
+    "flat compartment": ("compartment.height_mm", "compartment", {"height_mm": 11.0}),
     "pad to the acrylic's edge": ("gel.pad_width_mm", "gel", {"pad_width_mm": 27.0}),
 }
 

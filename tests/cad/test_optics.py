@@ -11,10 +11,12 @@ from hypothesis import strategies as st
 
 from cad.optics import (
     camera_axes,
+    faulty_pictures,
     gel_thickness_mm,
     mirror_plane,
     pad_centre_x_mm,
     pad_grid,
+    pixel_margin,
     project,
     trace,
 )
@@ -80,6 +82,17 @@ def test_the_lens_maps_angles_as_its_name_says(angle: float, azimuth: float, len
     spread = angle if lens == "equidistant" else np.tan(angle)
     assert np.hypot(*offset) == pytest.approx(camera.focal_length_px * spread, rel=1e-9)
     assert np.arctan2(offset[1], offset[0]) == pytest.approx(azimuth, abs=1e-9)
+
+
+@DESIGNS
+def test_faults_move_the_picture_as_the_model_says(design: Wedge) -> None:
+    found = {fault.name: fault for fault in faulty_pictures(design)}
+    margin = pixel_margin(design.camera, trace(design, pad_grid(design, 9)).pixels)
+    # An equidistant picture turns by f radians a radian.
+    pitch = found["camera.pitch_deg ± 1"]
+    assert pitch.shift_px == pytest.approx(design.camera.focal_length_px * np.pi / 180, rel=0.15)
+    for fault in found.values():
+        assert margin - fault.shift_px <= fault.margin_px <= margin
 
 
 def test_a_ray_behind_the_lens_has_no_pixel() -> None:
