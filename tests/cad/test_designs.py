@@ -107,7 +107,7 @@ def designs(draw: st.DrawFn) -> Wedge:
     return design
 
 
-@settings(max_examples=6, suppress_health_check=list(HealthCheck))
+@settings(max_examples=4, suppress_health_check=list(HealthCheck))
 @given(designs())
 def test_random_designs_are_refused_or_pass_every_check(design: Wedge) -> None:
     try:
