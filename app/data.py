@@ -46,7 +46,7 @@ def main(
             (
                 row["name"],
                 str(row["presses"]),
-                f"{row['ball_radius_mm']:g}",
+                "–" if row["ball_radius_mm"] is None else f"{row['ball_radius_mm']:g}",
                 f"{row['mm_per_px'][0]:g}",
                 row["summary"],
                 row["licence"],

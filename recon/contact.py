@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Where something touches, from the difference image, and whether it reaches the border."""
+"""Where the gel is disturbed, where something touches it, and whether that reaches the border."""
 
 import cv2
 import numpy as np
 from scipy import ndimage
 
-from recon.arrays import ContactMask, Difference
+from recon.arrays import ContactMask, DepthMap, Difference
 from recon.poisson import Boundary
 
 SMOOTHING_PX = 2.0
@@ -17,9 +17,15 @@ LEAST_CHANGE = 0.03
 LEAST_AREA = 2e-4
 """Smaller patches, as a share of the frame, are dust."""
 BORDER_PX = 3
+SHARE_OF_DEEPEST = 0.2
+"""Gel that lies less deep than this share of its patch's deepest point only follows.
+
+Against the labelled discs of 16 real ball presses: IoU 0.43 without it, 0.74, 0.83, 0.89 and 0.93
+at 0.15, 0.2, 0.25 and 0.3; but a cap without a collar loses as much, and 0.2 is what both bear.
+"""
 
 
-def contact_mask(difference: Difference) -> ContactMask:
+def disturbed_mask(difference: Difference) -> ContactMask:
     """Pixels whose colour changed by more than the gel's noise, holes filled, specks removed.
 
     The noise is estimated from the frame itself: the median absolute deviation is not moved by
@@ -34,15 +40,24 @@ def contact_mask(difference: Difference) -> ContactMask:
     areas = np.bincount(patches.ravel(), minlength=count + 1)
     large = areas >= LEAST_AREA * mask.size
     large[0] = False
-    contact: ContactMask = large[patches]
+    disturbed: ContactMask = large[patches]
+    return disturbed
+
+
+def contact_mask(disturbed: ContactMask, depth: DepthMap) -> ContactMask:
+    """The part of the disturbed gel that something touches; the rest, the collar, only follows."""
+    patches, count = ndimage.label(disturbed)
+    deepest = np.maximum(ndimage.maximum(depth, patches, np.arange(count + 1)), 0)
+    deepest[0] = np.inf
+    contact: ContactMask = depth > SHARE_OF_DEEPEST * deepest[patches]
     return contact
 
 
-def boundary_of(contact: ContactMask) -> Boundary:
-    """The border that suits a contact: free where it reaches the frame's edge, else zero.
+def boundary_of(disturbed: ContactMask) -> Boundary:
+    """The border that suits a frame: free where the disturbance reaches the edge, else zero.
 
     A zero border resists a constant bias of the slopes but flattens what touches the edge; a
     free border is the reverse.
     """
-    inner = contact[BORDER_PX:-BORDER_PX, BORDER_PX:-BORDER_PX]
-    return "neumann" if contact.sum() > inner.sum() else "dirichlet"
+    inner = disturbed[BORDER_PX:-BORDER_PX, BORDER_PX:-BORDER_PX]
+    return "neumann" if disturbed.sum() > inner.sum() else "dirichlet"

@@ -2,20 +2,25 @@
 # SPDX-License-Identifier: Apache-2.0
 """A frame through a calibrated unit: difference, gradients, depth, contact."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from scipy import ndimage
 
 from recon.arrays import ContactMask, DepthMap, Difference, Frame, GradientField
 from recon.calibration import Calibration, load_calibration
-from recon.contact import boundary_of, contact_mask
-from recon.estimators import gradient_field
-from recon.lights import unseen_axis
+from recon.contact import boundary_of, contact_mask, disturbed_mask
+from recon.estimators import GradientEstimator, gradient_field
+from recon.lights import Axis, unseen_axis
 from recon.missing_axis import infer_missing_axis
 from recon.poisson import Boundary, integrate
 from sensor.toml import Pair
 from sensor.unit import MissingAxis
+
+INFERENCE_MARGIN_PX = 3
+"""An inferred axis is believed this far around the disturbed gel, whose outline is smoothed."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,46 +74,73 @@ class Reconstructor:
             WedgeError: the frame has another size than the unit's frames.
         """
         card = self.calibration.card
-        difference = self.unwarp(frame) - self._blank
-        gradient = complete_gradient(
-            gradient_field(self.calibration.estimator, difference),
-            card.missing_axis,
-            unseen_axis(card.lights_deg, card.channels),
-            card.mm_per_px,
-        )
-        contact = contact_mask(difference)
-        boundary = boundary_of(contact)
-        return Reconstruction(
-            difference=difference,
-            gradient=gradient,
-            depth_mm=depth_map(gradient, contact, boundary, card.mm_per_px),
-            contact=contact,
-            boundary=boundary,
+        return reconstruct(
+            self.unwarp(frame) - self._blank,
+            self.calibration.estimator,
+            missing=card.missing_axis,
+            lights_deg=card.lights_deg,
             mm_per_px=card.mm_per_px,
         )
 
 
+def reconstruct(
+    difference: Difference,
+    estimator: GradientEstimator,
+    *,
+    missing: MissingAxis,
+    lights_deg: Mapping[str, float] | None,
+    mm_per_px: Pair,
+) -> Reconstruction:
+    """A difference image to gradients, depth and contact.
+
+    Args:
+        difference: unwarped frame minus unwarped background.
+        estimator: from colour to gradient, fitted for some channels.
+        missing: what stands in for a gradient that those channels' lights cannot see.
+        lights_deg: where the lights sit; ``None`` where nobody said.
+        mm_per_px: pixel pitch along x and y.
+    """
+    lit = np.array([channel in estimator.channels for channel in "RGB"], np.float32)
+    disturbed = disturbed_mask(difference * lit)
+    gradient = complete_gradient(
+        gradient_field(estimator, difference),
+        disturbed,
+        missing,
+        unseen_axis(lights_deg, estimator.channels),
+        mm_per_px,
+    )
+    boundary = boundary_of(disturbed)
+    depth = integrate(gradient, mm_per_px, boundary)
+    if boundary == "neumann" and not disturbed.all():
+        depth -= np.median(depth[~disturbed])  # untouched gel lies at zero
+    return Reconstruction(
+        difference=difference,
+        gradient=gradient,
+        depth_mm=depth,
+        contact=contact_mask(disturbed, depth),
+        boundary=boundary,
+        mm_per_px=mm_per_px,
+    )
+
+
 def complete_gradient(
-    gradient: GradientField, missing: MissingAxis, unseen: str | None, mm_per_px: Pair
+    gradient: GradientField,
+    disturbed: ContactMask,
+    missing: MissingAxis,
+    unseen: Axis | None,
+    mm_per_px: Pair,
 ) -> GradientField:
-    """The gradient field with its unseen axis replaced by zero or by the network's inference."""
+    """The gradient field with its unseen axis replaced by zero or by the network's inference.
+
+    Where the colour did not change, the gel did not move: there the inferred axis is zero too.
+    """
     if missing == "none" or unseen is None:
         return gradient
     complete = gradient.copy()
     lost, known = (0, 1) if unseen == "x" else (1, 0)
-    complete[..., lost] = (
-        0
-        if missing == "zero"
-        else infer_missing_axis(gradient[..., known], "x" if lost == 0 else "y", mm_per_px)
-    )
+    complete[..., lost] = 0
+    if missing == "network":
+        inferred = infer_missing_axis(gradient[..., known], unseen, mm_per_px)
+        near = ndimage.binary_dilation(disturbed, iterations=INFERENCE_MARGIN_PX)
+        complete[..., lost] = np.where(near, inferred, 0)
     return complete
-
-
-def depth_map(
-    gradient: GradientField, contact: ContactMask, boundary: Boundary, mm_per_px: Pair
-) -> DepthMap:
-    """Depth in mm; with a free border, the untouched gel is put at zero."""
-    depth = integrate(gradient, mm_per_px, boundary)
-    if boundary == "neumann" and not contact.all():
-        depth -= np.median(depth[~contact])
-    return depth

@@ -200,9 +200,10 @@ def test_a_decision_fits_on_a_page_and_is_listed() -> None:
 
 def test_the_table_of_datasets_is_the_registry() -> None:
     rows = re.findall(
-        r"^\| `([\w-]+)` \| (\d+) \| ([\d.]+) \|", (DOCS / "data.md").read_text(), re.M
+        r"^\| `([\w-]+)` \| (\d+) \| ([\d.]+|–) \|", (DOCS / "data.md").read_text(), re.M
     )
-    assert rows == [(x.name, str(x.presses), f"{x.ball_radius_mm:g}") for x in DATASETS]
+    radii = ["–" if x.ball_radius_mm is None else f"{x.ball_radius_mm:g}" for x in DATASETS]
+    assert rows == [(x.name, str(x.presses), r) for x, r in zip(DATASETS, radii, strict=True)]
 
 
 def test_measured_tables_are_what_was_measured() -> None:

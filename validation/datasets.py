@@ -7,12 +7,13 @@ import hashlib
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from sensor.errors import WedgeError
 from sensor.files import new_folder, sha256_of_files
 from sensor.toml import Pair
-from validation.importers import known_depth, taxim, wedge_lab
+from validation.importers import known_depth, marker_balls, taxim, wedge_lab, wedge_mit
 
 CARD = "dataset.toml"
 
@@ -25,7 +26,8 @@ class KnownDataset:
     summary: str
     presses: int
     """Labelled ones."""
-    ball_radius_mm: float
+    ball_radius_mm: float | None
+    """``None`` where none is known; the folder's card then holds a stand-in."""
     mm_per_px: Pair
     licence: str
     origin: str
@@ -174,6 +176,36 @@ DATASETS = (
         find=_shared("known-depth"),
         sought=_shared_sought("known-depth"),
         importer=known_depth.import_known_depth_spheres,
+    ),
+    *(
+        KnownDataset(
+            name=name,
+            summary=f"GelSlim-like sensor, marker gel, {unit}; R not certain",
+            presses=0,
+            ball_radius_mm=marker_balls.BALL_RADIUS_MM,
+            mm_per_px=marker_balls.MM_PER_PX,
+            licence=marker_balls.LICENCE,
+            origin=marker_balls.SOURCE,
+            find=_shared(f"marker-balls/{unit}"),
+            sought=_shared_sought("marker-balls"),
+            importer=partial(marker_balls.import_marker_balls, name),
+        )
+        for name, unit in marker_balls.UNITS.items()
+    ),
+    *(
+        KnownDataset(
+            name=clip.name,
+            summary=f"MIT Wedge, clear gel: {clip.thing}, not labelled",
+            presses=0,
+            ball_radius_mm=None,
+            mm_per_px=wedge_mit.MM_PER_PX,
+            licence=wedge_mit.LICENCE,
+            origin=wedge_mit.SOURCE,
+            find=_shared("wedge-mit"),
+            sought=_shared_sought("wedge-mit"),
+            importer=partial(wedge_mit.import_wedge_mit, clip),
+        )
+        for clip in wedge_mit.CLIPS
     ),
 )
 """Every set that a command accepts by name."""

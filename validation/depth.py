@@ -12,11 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from recon.arrays import ContactMask, DepthMap, GradientField
+from recon.arrays import DepthMap
 from recon.ball import BallCap, ball_cap, offsets_mm
-from recon.contact import boundary_of, contact_mask
-from recon.estimators import GradientEstimator, gradient_field
-from recon.pipeline import depth_map
 from recon.pixels import BallPress
 from sensor.errors import WedgeError
 
@@ -40,21 +37,12 @@ class DepthErrors:
     peak_truth_mm: float
 
 
-def depth_errors(estimator: GradientEstimator, press: BallPress, folder: Path) -> DepthErrors:
-    """Reconstruct one press and judge its depth.
+def depth_errors(depth: DepthMap, press: BallPress, folder: Path) -> DepthErrors:
+    """Judge a reconstruction of a press.
 
     Raises:
         WedgeError: the truth file cannot be read or has another size.
     """
-    gradient = gradient_field(estimator, press.difference)
-    return judge_depth(gradient, contact_mask(press.difference), press, folder)
-
-
-def judge_depth(
-    gradient: GradientField, contact: ContactMask, press: BallPress, folder: Path
-) -> DepthErrors:
-    """Judge the depth that a gradient field integrates to."""
-    depth = depth_map(gradient, contact, boundary_of(contact), press.mm_per_px)
     truth = true_depth(depth, press, folder)
     depth = depth - truth.rim_mm
     error = (depth - truth.depth_mm)[truth.depth_mm > 0]

@@ -15,9 +15,10 @@ from pathlib import Path
 
 import numpy as np
 
-from recon.estimators import GradientEstimator, fit_estimator, gradient_field
+from recon.arrays import DepthMap
+from recon.estimators import GradientEstimator, fit_estimator
 from recon.lights import sits_like_wedge, unseen_axis
-from recon.pipeline import complete_gradient
+from recon.pipeline import reconstruct
 from recon.pixels import BallPress, Pixels, join, label_pixels
 from recon.presses import PressSet, read_presses
 from sensor.dataset import read_dataset
@@ -185,10 +186,22 @@ def run_task(task: Task) -> TaskResult:
         ]
         for column, name in enumerate(PIXEL_SETS):
             measured[missing, name] = tuple(row[column] for row in per_press)
-    depth: tuple[DepthErrors, ...] = ()
-    if task.channels == "RGB":
-        depth = tuple(depth_errors(estimator, presses[i], task.folder) for i in task.split.test)
-    return TaskResult(presses=measured, depth=depth)
+    return TaskResult(
+        presses=measured,
+        depth=tuple(
+            depth_errors(_full_light_depth(estimator, presses[i]), presses[i], task.folder)
+            for i in task.split.test
+            if task.channels == "RGB"
+        ),
+    )
+
+
+def _full_light_depth(estimator: GradientEstimator, press: BallPress) -> DepthMap:
+    """Depth of a press with all lights, which leave no axis unseen."""
+    found = reconstruct(
+        press.difference, estimator, missing="none", lights_deg=None, mm_per_px=press.mm_per_px
+    )
+    return found.depth_mm
 
 
 def measure_press(
@@ -199,14 +212,20 @@ def measure_press(
     lights_deg: Mapping[str, float] | None,
 ) -> tuple[PressErrors, ...]:
     """Errors of one press, one entry per pixel set."""
-    unseen = unseen_axis(lights_deg, estimator.channels)
-    if missing == "network":
-        field = gradient_field(estimator, press.difference)
-        complete = complete_gradient(field, missing, unseen, press.mm_per_px)
-        estimated = complete.reshape(-1, 2)[pixels.place]
+    if missing == "network":  # looks at the whole frame
+        found = reconstruct(
+            press.difference,
+            estimator,
+            missing=missing,
+            lights_deg=lights_deg,
+            mm_per_px=press.mm_per_px,
+        )
+        estimated = found.gradient.reshape(-1, 2)[pixels.place]
     else:
         estimated = estimator.slopes(pixels.color, pixels.position)
-        estimated = complete_gradient(estimated[None], missing, unseen, press.mm_per_px)[0]
+        unseen = unseen_axis(lights_deg, estimator.channels)
+        if missing == "zero" and unseen:
+            estimated[:, "xy".index(unseen)] = 0
     everything = np.ones(len(pixels), bool)
     chosen: Mapping[PixelSet, np.ndarray] = {"contact+5%": everything, "contact": pixels.contact}
     return tuple(

@@ -6,16 +6,14 @@ from collections.abc import Callable, Mapping, Sequence
 from statistics import fmean
 
 from recon.calibration import Calibration, lit_channels
-from recon.contact import contact_mask
-from recon.estimators import GradientEstimator, fit_estimator, gradient_field
-from recon.lights import unseen_axis
-from recon.pipeline import complete_gradient
+from recon.estimators import GradientEstimator, fit_estimator
+from recon.pipeline import reconstruct
 from recon.pixels import join, label_pixels
 from recon.presses import PressSet, read_presses
 from sensor.dataset import Dataset
 from sensor.errors import WedgeError
 from sensor.unit import MissingAxis
-from validation.depth import DepthErrors, judge_depth
+from validation.depth import DepthErrors, depth_errors
 from validation.error_table import ErrorTable, Row, measure_press
 from validation.metrics import PIXEL_SETS, PressErrors, mean_errors
 from validation.splits import splits
@@ -120,13 +118,14 @@ def _measure(
         press = presses.presses[index]
         pixels = label_pixels(press, index, seed)
         per_press.append(measure_press(estimator, press, pixels, missing, lights_deg))
-        gradient = complete_gradient(
-            gradient_field(estimator, press.difference),
-            missing,
-            unseen_axis(lights_deg, estimator.channels),
-            press.mm_per_px,
+        found = reconstruct(
+            press.difference,
+            estimator,
+            missing=missing,
+            lights_deg=lights_deg,
+            mm_per_px=press.mm_per_px,
         )
-        depth.append(judge_depth(gradient, contact_mask(press.difference), press, dataset.folder))
+        depth.append(depth_errors(found.depth_mm, press, dataset.folder))
         progress(done / len(judged))
     return ErrorTable(
         dataset=dataset.card.name,

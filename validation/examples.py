@@ -2,25 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """Presses that an estimator has not learnt from, with everything that pictures of them need."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float32
 
-from recon.arrays import GradientField
 from recon.calibration import lit_channels
-from recon.contact import boundary_of, contact_mask
-from recon.estimators import GradientEstimator, fit_estimator, gradient_field
+from recon.estimators import GradientEstimator, fit_estimator
 from recon.images import read_frame
-from recon.lights import unseen_axis
-from recon.pipeline import complete_gradient, depth_map
+from recon.pipeline import reconstruct
 from recon.pixels import BallPress, Pixels, join, label_pixels
 from recon.presses import PressSet, read_presses
 from sensor.dataset import Dataset, read_dataset
 from sensor.unit import MissingAxis
-from validation.depth import DepthErrors, cap_of, judge_depth, true_depth
+from validation.depth import DepthErrors, cap_of, depth_errors, true_depth
 from validation.figures.ball_press import PressPicture
 from validation.splits import splits
 
@@ -71,12 +67,17 @@ def held_out(folder: Path, estimator: str, *, folds: int, seed: int) -> HeldOut:
     train = join([label_pixels(presses.presses[i], i, seed) for i in split.train])
     fitted = fit_estimator(estimator, train, channels, seed)
     pixels = join([label_pixels(presses.presses[i], i, seed) for i in split.test])
-    lights_deg = dataset.card.lights_deg
 
     def rmse_mm(index: int) -> float:
         press = presses.presses[index]
-        gradient = full_gradient(fitted, press, missing, lights_deg)
-        return judge_depth(gradient, contact_mask(press.difference), press, folder).rmse_mm
+        found = reconstruct(
+            press.difference,
+            fitted,
+            missing=missing,
+            lights_deg=dataset.card.lights_deg,
+            mm_per_px=press.mm_per_px,
+        )
+        return depth_errors(found.depth_mm, press, folder).rmse_mm
 
     ranked = sorted(split.test, key=rmse_mm)
     chosen = {ranked[round(RANKS[rank] * (len(ranked) - 1))]: rank for rank in RANKS}
@@ -102,41 +103,30 @@ def example(
     press: BallPress,
 ) -> Example:
     """Reconstruct one press of a dataset beside its truth."""
-    gradient = full_gradient(estimator, press, missing, dataset.card.lights_deg)
-    contact = contact_mask(press.difference)
-    depth_mm = depth_map(gradient, contact, boundary_of(contact), press.mm_per_px)
-    truth = true_depth(depth_mm, press, dataset.folder)
+    found = reconstruct(
+        press.difference,
+        estimator,
+        missing=missing,
+        lights_deg=dataset.card.lights_deg,
+        mm_per_px=press.mm_per_px,
+    )
+    truth = true_depth(found.depth_mm, press, dataset.folder)
     known = np.where(truth.depth_mm > 0, truth.depth_mm + truth.rim_mm, np.nan)
     return Example(
         picture=PressPicture(
             title=f"{press.file} of {dataset.card.name}",
             frame=presses.unwarp(read_frame(dataset.folder, press.file)),
             difference=press.difference,
-            gradient=gradient,
+            gradient=found.gradient,
             gradient_truth=cap_of(press).gradient,
-            depth_mm=depth_mm,
+            depth_mm=found.depth_mm,
             depth_truth_mm=known,
             truth=TRUTH_NAMES[truth.name],
             center_px=press.center_px,
             contact_radius_mm=press.contact_radius_mm,
             mm_per_px=press.mm_per_px,
         ),
-        depth=judge_depth(gradient, contact, press, dataset.folder),
-    )
-
-
-def full_gradient(
-    estimator: GradientEstimator,
-    press: BallPress,
-    missing: MissingAxis,
-    lights_deg: Mapping[str, float] | None,
-) -> GradientField:
-    """The gradient field of a press, its unseen axis filled in where there is one."""
-    return complete_gradient(
-        gradient_field(estimator, press.difference),
-        missing,
-        unseen_axis(lights_deg, estimator.channels),
-        press.mm_per_px,
+        depth=depth_errors(found.depth_mm, press, dataset.folder),
     )
 
 

@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from recon.contact import BORDER_PX, boundary_of, contact_mask
+from recon.ball import ball_cap
+from recon.contact import BORDER_PX, boundary_of, contact_mask, disturbed_mask
 from tests.synthetic import digitized, gradient_of, shaded
 
 seeds = st.integers(0, 2**32 - 1)
@@ -29,7 +30,7 @@ def overlap(one, two):
 @given(seeds, st.floats(0, 0.2))
 def test_blank_gel_is_never_in_contact_however_noisy(seed, noise):
     blank = np.zeros((HEIGHT, WIDTH), bool)
-    assert not contact_mask(pressed(blank, noise=noise, seed=seed)).any()
+    assert not disturbed_mask(pressed(blank, noise=noise, seed=seed)).any()
 
 
 @given(seeds)
@@ -37,37 +38,37 @@ def test_two_digitized_frames_of_blank_gel_do_not_differ(seed):
     rng = np.random.default_rng(seed)
     light = shaded(gradient_of(None))
     frames = [digitized(light + 0.01 * rng.standard_normal(light.shape)) / 255 for _ in range(2)]
-    assert not contact_mask((frames[1] - frames[0]).astype(np.float32)).any()
+    assert not disturbed_mask((frames[1] - frames[0]).astype(np.float32)).any()
 
 
 @given(st.floats(30, 45), st.floats(50, 110), st.floats(50, 70), seeds)
 def test_a_disc_is_found_with_its_outline(radius, x, y, seed):
     touched = disc(x, y, radius)
-    assert overlap(contact_mask(pressed(touched, seed=seed)), touched) >= 0.9
+    assert overlap(disturbed_mask(pressed(touched, seed=seed)), touched) >= 0.9
 
 
 def test_a_ball_is_found_where_it_touches():
     place = (70.0, 45.0, 30.0)
     difference = (shaded(gradient_of(place)) - shaded(gradient_of(None))).astype(np.float32)
-    assert overlap(contact_mask(difference), disc(*place, difference.shape[:2])) >= 0.85
+    assert overlap(disturbed_mask(difference), disc(*place, difference.shape[:2])) >= 0.85
 
 
 def test_a_ring_is_filled():
     ring = disc(80, 60, 40) & ~disc(80, 60, 25)
-    assert overlap(contact_mask(pressed(ring)), disc(80, 60, 40)) >= 0.9
+    assert overlap(disturbed_mask(pressed(ring)), disc(80, 60, 40)) >= 0.9
 
 
 def test_dust_is_not_contact():
     specks = disc(100, 100, 3, (480, 640)) | disc(400, 300, 1, (480, 640))
     touched = disc(300, 200, 60, (480, 640))
-    found = contact_mask(pressed(specks | touched, noise=0.0))
+    found = disturbed_mask(pressed(specks | touched, noise=0.0))
     assert overlap(found, touched) >= 0.9
     assert not found[:, :200].any() and not found[:, 370:].any()
 
 
 def test_two_contacts_are_both_found():
     touched = disc(45, 60, 30) | disc(115, 60, 30)
-    assert overlap(contact_mask(pressed(touched)), touched) >= 0.9
+    assert overlap(disturbed_mask(pressed(touched)), touched) >= 0.9
 
 
 @pytest.mark.parametrize("channel", range(3))
@@ -76,19 +77,19 @@ def test_a_change_of_any_one_colour_either_way_is_contact(channel, sign):
     change = np.zeros(3)
     change[channel] = 0.06 * sign
     touched = disc(80, 60, 35)
-    assert overlap(contact_mask(pressed(touched, change)), touched) >= 0.9
+    assert overlap(disturbed_mask(pressed(touched, change)), touched) >= 0.9
 
 
 @pytest.mark.parametrize("place", [(0, 60), (159, 60), (80, 0), (80, 119), (2, 3)])
 def test_what_is_cut_by_the_frame_has_a_free_border(place):
     touched = disc(*place, 35)
-    found = contact_mask(pressed(touched))
+    found = disturbed_mask(pressed(touched))
     assert overlap(found, touched) >= 0.85
     assert boundary_of(found) == "neumann"
 
 
 def test_what_lies_inside_has_a_zero_border_and_so_has_blank_gel():
-    assert boundary_of(contact_mask(pressed(disc(80, 60, 35)))) == "dirichlet"
+    assert boundary_of(disturbed_mask(pressed(disc(80, 60, 35)))) == "dirichlet"
     assert boundary_of(np.zeros((HEIGHT, WIDTH), bool)) == "dirichlet"
 
 
@@ -103,4 +104,35 @@ def test_one_pixel_of_contact_near_the_edge_frees_the_border(row, column):
 @pytest.mark.parametrize("shape", [(1, 1), (2, 5), (6, 6)])
 def test_frames_smaller_than_the_border_are_answered_too(shape):
     assert boundary_of(np.ones(shape, bool)) == "neumann"
-    assert contact_mask(np.zeros((*shape, 3), np.float32)).shape == shape
+    assert disturbed_mask(np.zeros((*shape, 3), np.float32)).shape == shape
+
+
+def test_the_collar_that_only_follows_is_not_contact():
+    """A ball's cap on a wide, shallow collar of gel."""
+    cap = ball_cap((WIDTH, HEIGHT), (80.0, 60.0), 2.5, 4.0, (0.1, 0.1))
+    rows, columns = np.indices((HEIGHT, WIDTH))
+    away = np.hypot(columns - 80, rows - 60)
+    collar = 0.15 * cap.depth_mm.max() * np.clip((50 - away) / 25, 0, 1)
+    disturbed = away < 50
+    found = contact_mask(disturbed, cap.depth_mm + collar)
+    assert overlap(disturbed, cap.contact) < 0.3
+    assert overlap(found, cap.contact) >= 0.9
+
+
+def test_a_shallow_contact_beside_a_deep_one_is_kept():
+    deep, shallow = disc(45, 60, 30), disc(115, 60, 30)
+    found = contact_mask(deep | shallow, 1.0 * deep + 0.05 * shallow)
+    np.testing.assert_array_equal(found, deep | shallow)
+
+
+@given(seeds)
+def test_contact_lies_in_the_disturbed_gel_and_below_its_surface(seed):
+    rng = np.random.default_rng(seed)
+    disturbed = rng.random((12, 15)) < 0.6
+    depth = rng.normal(size=disturbed.shape)
+    found = contact_mask(disturbed, depth)
+    assert not (found & ~disturbed).any()
+    assert (depth[found] > 0).all()
+    assert not contact_mask(np.zeros_like(disturbed), depth).any()
+    if found.any():
+        assert found.ravel()[np.where(disturbed, depth, -np.inf).argmax()]

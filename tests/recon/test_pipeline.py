@@ -13,9 +13,14 @@ import recon
 import sensor
 from recon.ball import ball_cap
 from recon.calibration import calibrate
-from recon.contact import boundary_of
+from recon.contact import boundary_of, disturbed_mask
 from recon.images import read_frame
-from recon.pipeline import Reconstructor, complete_gradient, depth_map
+from recon.pipeline import (
+    INFERENCE_MARGIN_PX,
+    Reconstructor,
+    complete_gradient,
+    reconstruct,
+)
 from recon.presses import read_presses
 from sensor.errors import WedgeError
 from tests.synthetic import (
@@ -94,7 +99,8 @@ def test_unseen_balls_have_their_depth_place_and_outline(sets, tmp_path, estimat
         assert center == pytest.approx((label.center_x_px, label.center_y_px), abs=0.5)
         touched = truth > 0
         assert (found.contact & touched).sum() / (found.contact | touched).sum() >= 0.75
-        assert found.boundary == boundary_of(found.contact) and found.mm_per_px == MM_PER_PX
+        expected = boundary_of(disturbed_mask(found.difference))
+        assert found.boundary == expected and found.mm_per_px == MM_PER_PX
 
 
 def test_blank_gel_is_flat_and_untouched(loop):
@@ -161,34 +167,73 @@ def test_an_axis_without_light_is_filled_in(tmp_path, lights_deg):
         assert errors[0] < 0.6 * errors[1] and errors[0] <= 0.15 * truth.max()
 
 
+EVERYWHERE = np.ones((16, 24), bool)
 GRADIENT = np.random.default_rng(0).normal(size=(16, 24, 2)).astype(np.float32)
 
 
 def test_a_gradient_with_both_axes_seen_is_left_alone():
-    assert complete_gradient(GRADIENT, "none", "x", MM_PER_PX) is GRADIENT
-    assert complete_gradient(GRADIENT, "network", None, MM_PER_PX) is GRADIENT
+    assert complete_gradient(GRADIENT, EVERYWHERE, "none", "x", MM_PER_PX) is GRADIENT
+    assert complete_gradient(GRADIENT, EVERYWHERE, "network", None, MM_PER_PX) is GRADIENT
 
 
 @pytest.mark.parametrize(("unseen", "lost"), [("x", 0), ("y", 1)])
 @pytest.mark.parametrize("missing", ["zero", "network"])
 def test_only_the_unseen_axis_is_replaced_and_it_is_not_looked_at(unseen, lost, missing):
     before = GRADIENT.copy()
-    complete = complete_gradient(GRADIENT, missing, unseen, MM_PER_PX)
+    complete = complete_gradient(GRADIENT, EVERYWHERE, missing, unseen, MM_PER_PX)
     np.testing.assert_array_equal(GRADIENT, before)
     np.testing.assert_array_equal(complete[..., 1 - lost], GRADIENT[..., 1 - lost])
     other = GRADIENT.copy()
     other[..., lost] = 7
-    np.testing.assert_array_equal(complete_gradient(other, missing, unseen, MM_PER_PX), complete)
+    again = complete_gradient(other, EVERYWHERE, missing, unseen, MM_PER_PX)
+    np.testing.assert_array_equal(again, complete)
     assert (missing == "zero") == (not complete[..., lost].any())
+    left = EVERYWHERE.copy()
+    left[:, 12:] = False
+    masked = complete_gradient(GRADIENT, left, missing, unseen, MM_PER_PX)
+    np.testing.assert_array_equal(masked[:, :12], complete[:, :12])
+    assert not masked[:, 12 + INFERENCE_MARGIN_PX :, lost].any()
 
 
-def test_with_a_free_border_untouched_gel_lies_at_zero():
+class Known:
+    """An estimator that knows the gradient of a 60x40 frame."""
+
+    name = "known"
+    channels = "RGB"
+
+    def __init__(self, gradient):
+        self.gradient = gradient.astype(np.float32)
+
+    def slopes(self, color, position):
+        return self.gradient.reshape(-1, 2)
+
+    def tensors(self):
+        return {}
+
+
+@pytest.mark.parametrize("everywhere", [False, True])
+def test_with_a_free_border_untouched_gel_lies_at_zero(everywhere):
     cap = ball_cap((60, 40), (0.0, 20.0), 1.2, 2.0, MM_PER_PX)
-    depth = depth_map(cap.gradient, cap.contact, "neumann", MM_PER_PX)
-    assert abs(np.median(depth[~cap.contact])) < 1e-12
-    assert depth.max() == pytest.approx(cap.depth_mm.max(), rel=0.05)
-    everywhere = np.ones_like(cap.contact)
-    assert np.isfinite(depth_map(cap.gradient, everywhere, "neumann", MM_PER_PX)).all()
+    touched = np.ones_like(cap.contact) if everywhere else cap.contact
+    difference = (touched[..., None] * np.array([0.2, -0.1, 0.1])).astype(np.float32)
+    found = reconstruct(
+        difference, Known(cap.gradient), missing="none", lights_deg=None, mm_per_px=MM_PER_PX
+    )
+    assert found.boundary == "neumann" and np.isfinite(found.depth_mm).all()
+    if not everywhere:
+        untouched = ~disturbed_mask(difference)
+        assert abs(np.median(found.depth_mm[untouched])) < 1e-6
+        assert found.depth_mm.max() == pytest.approx(cap.depth_mm.max(), rel=0.05)
+
+
+def test_a_colour_that_the_estimator_does_not_look_at_disturbs_nothing():
+    cap = ball_cap((60, 40), (30.0, 20.0), 1.2, 2.0, MM_PER_PX)
+    difference = (cap.contact[..., None] * np.array([0.0, 0.0, 0.2])).astype(np.float32)
+    blind = Known(cap.gradient)
+    blind.channels = "RG"
+    options = {"missing": "none", "lights_deg": None, "mm_per_px": MM_PER_PX}
+    assert not reconstruct(difference, blind, **options).contact.any()
+    assert reconstruct(difference, Known(cap.gradient), **options).contact.any()
 
 
 @pytest.mark.parametrize("package", [recon, sensor], ids=["recon", "sensor"])

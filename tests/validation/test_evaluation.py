@@ -7,10 +7,11 @@ import pytest
 
 import recon.estimators.mlp_training as mlp_training
 from recon.calibration import calibrate
+from recon.poisson import integrate
 from recon.presses import read_presses
 from sensor.errors import WedgeError
-from tests.synthetic import SIZE_PX, make_dataset, true_depth_mm
-from validation.depth import cap_of, judge_depth, read_truth
+from tests.synthetic import MM_PER_PX, SIZE_PX, make_dataset, true_depth_mm
+from validation.depth import cap_of, depth_errors, read_truth
 from validation.evaluation import evaluate_unit, held_out_metrics, hold_out
 
 
@@ -26,6 +27,10 @@ def dataset(tmp_path):
     return make_dataset(tmp_path / "set", presses=12)
 
 
+def depth_of(gradient):
+    return integrate(gradient, MM_PER_PX, "dirichlet")
+
+
 def unit_of(dataset, **changes):
     options = dict(estimator="mlp", serial="t", created="2026-01-01", metrics={}, seed=0) | changes
     return calibrate(dataset, read_presses(dataset), **options)
@@ -34,7 +39,7 @@ def unit_of(dataset, **changes):
 def test_true_gradients_give_the_true_depth(dataset):
     press = read_presses(dataset).presses[0]
     cap = cap_of(press)
-    errors = judge_depth(cap.gradient, cap.contact, press, dataset.folder)
+    errors = depth_errors(depth_of(cap.gradient), press, dataset.folder)
     assert errors.rmse_mm < 0.01 * errors.peak_truth_mm
     assert abs(errors.bias_mm) < 0.01 * errors.peak_truth_mm
     assert errors.peak_mm == pytest.approx(errors.peak_truth_mm, rel=0.02)
@@ -43,7 +48,7 @@ def test_true_gradients_give_the_true_depth(dataset):
 def test_half_the_slope_is_half_the_depth(dataset):
     press = read_presses(dataset).presses[0]
     cap = cap_of(press)
-    errors = judge_depth(cap.gradient / 2, cap.contact, press, dataset.folder)
+    errors = depth_errors(depth_of(cap.gradient / 2), press, dataset.folder)
     assert errors.peak_mm == pytest.approx(errors.peak_truth_mm / 2, rel=0.1)
     assert errors.bias_mm < 0
 
@@ -54,7 +59,7 @@ def test_a_truth_file_goes_before_the_ball(dataset):
     deeper = (true_depth_mm(dataset.labels[3]) + 1.0).astype(np.float32)
     np.save(dataset.folder / "truth" / "press03.npy", deeper)
     cap = cap_of(press)
-    errors = judge_depth(cap.gradient, cap.contact, press, dataset.folder)
+    errors = depth_errors(depth_of(cap.gradient), press, dataset.folder)
     assert errors.truth == "truth file"
     assert errors.bias_mm == pytest.approx(-1.0, abs=0.02)
 
