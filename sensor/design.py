@@ -14,6 +14,18 @@ from dataclasses import asdict, dataclass
 from typing import Literal
 
 from sensor.errors import WedgeError
+from sensor.fabrication import (
+    CO2_LASER,
+    CSI_SUPPLY,
+    DESKTOP_PRINTER,
+    LAB_COMPARTMENT,
+    Compartment,
+    Fastening,
+    Laser,
+    Printing,
+    Wiring,
+    m2_fastening,
+)
 from sensor.marked import Bounded, bounded, chosen, datasheet, measured, paper
 
 Channel = Literal["R", "G", "B"]
@@ -105,6 +117,9 @@ class Camera(Bounded):
     head_size_mm: float = bounded(4, 30)
     """Side of the square camera head."""
     head_depth_mm: float = bounded(2, 30)
+    """Behind the pupil; the lens barrel stands out in front of it."""
+    barrel_diameter_mm: float = bounded(1, 30)
+    barrel_length_mm: float = bounded(0.2, 10)
 
     def __post_init__(self) -> None:
         """Check the projection's name."""
@@ -174,6 +189,11 @@ class Wedge:
     camera: Camera
     lights: Lights
     housing: Housing
+    printing: Printing
+    laser: Laser
+    fastening: Fastening
+    wiring: Wiring
+    compartment: Compartment
 
     def __post_init__(self) -> None:
         """Check what must hold between the parts.
@@ -258,7 +278,7 @@ STANDARD = Wedge(
         angle_deg=paper(30.0),
         foot_x_mm=chosen(4.4),
         foot_height_mm=chosen(0.3),
-        length_mm=chosen(32.0),
+        length_mm=chosen(32.6),
         width_mm=chosen(25.0),
         thickness_mm=chosen(1.0),
     ),
@@ -272,7 +292,9 @@ STANDARD = Wedge(
         height_px=paper(480),
         frames_per_second=paper(60.0),
         head_size_mm=chosen(8.6),  # no sheet found: measure yours
-        head_depth_mm=chosen(5.2),
+        head_depth_mm=chosen(4.2),
+        barrel_diameter_mm=chosen(7.0),
+        barrel_length_mm=chosen(1.0),
     ),
     lights=Lights(
         red_side_leds=chosen(7),
@@ -286,7 +308,12 @@ STANDARD = Wedge(
         gray_filter_transmission=paper(0.25),
         diffuser=True,
     ),
-    housing=Housing(wall_mm=chosen(1.0), case_length_mm=chosen(52.0), roof_z_mm=chosen(19.1)),
+    housing=Housing(wall_mm=chosen(1.0), case_length_mm=chosen(52.0), roof_z_mm=chosen(19.4)),
+    printing=DESKTOP_PRINTER,
+    laser=CO2_LASER,
+    fastening=m2_fastening(23.0),
+    wiring=CSI_SUPPLY,
+    compartment=LAB_COMPARTMENT,
 )
 """The 34 mm wide sensor."""
 
@@ -313,13 +340,13 @@ FINGER = Wedge(
         angle_deg=paper(30.0),
         foot_x_mm=chosen(3.5),
         foot_height_mm=chosen(0.3),
-        length_mm=chosen(13.2),
+        length_mm=chosen(13.0),
         width_mm=chosen(8.8),
         thickness_mm=chosen(1.0),
     ),
     camera=Camera(
         pupil_x_mm=chosen(21.5),
-        pupil_z_mm=chosen(1.5),
+        pupil_z_mm=chosen(1.6),
         pitch_deg=chosen(0.0),
         diagonal_view_deg=paper(120.0),
         projection="equidistant",
@@ -327,7 +354,9 @@ FINGER = Wedge(
         height_px=paper(480),
         frames_per_second=paper(60.0),
         head_size_mm=chosen(8.6),
-        head_depth_mm=chosen(5.2),
+        head_depth_mm=chosen(4.2),
+        barrel_diameter_mm=chosen(7.0),
+        barrel_length_mm=chosen(1.0),
     ),
     lights=Lights(
         red_side_leds=chosen(3),
@@ -342,5 +371,10 @@ FINGER = Wedge(
         diffuser=True,
     ),
     housing=Housing(wall_mm=chosen(0.8), case_length_mm=chosen(30.5), roof_z_mm=chosen(9.4)),
+    printing=DESKTOP_PRINTER,
+    laser=CO2_LASER,
+    fastening=m2_fastening(13.8),
+    wiring=CSI_SUPPLY,
+    compartment=LAB_COMPARTMENT,
 )
 """The sensor of the size of a human finger, 17 mm wide."""

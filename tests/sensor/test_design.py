@@ -81,6 +81,7 @@ def test_what_the_paper_states_is_marked_so(design):
         "lights.led_length_mm": 3.5,
         "lights.led_width_mm": 2.8,
         "lights.gray_filter_transmission": 0.25,
+        "wiring.supply_v": 3.3,
     }
     from_paper = {f"{p}.{n}": v for p, n, v in numbers(design) if source_of(v) == "paper"}
     assert from_paper == stated

@@ -1,0 +1,106 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""`wedge fabricate`: every file to build a sensor, checked before it is cut."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from app._output import print_table, write_json
+from app._progress import progress
+from app._workers import process_pool
+from sensor.design_file import load_design
+from sensor.errors import WedgeError
+from sensor.files import new_folder
+
+if TYPE_CHECKING:
+    from cad.build import Model
+
+
+def main(design: str = "standard", out: Path | None = None, json: Path | None = None) -> int:
+    """Make everything that a workshop needs: print, laser and board files, bill, guide, pictures.
+
+    All of it is checked first: that each part can be printed and put in, that nothing meets, that
+    the camera sees the whole pad, and that the boards join what they must. The folder appears
+    only when it is whole. A design that cannot be built is refused with its field and bound.
+
+    Example: wedge fabricate --design finger --out build/finger
+
+    Args:
+        design: standard, finger, or a TOML file that changes numbers of one of them.
+        out: Folder for the files; build/fabrication/NAME by default.
+        json: Write the checks' figures here as JSON.
+    """
+    wanted = load_design(design)
+    folder = out or Path("build", "fabrication", wanted.name)
+    with progress(f"fabrication of {wanted.name}") as show, new_folder(folder) as draft:
+        show(0.0, "loading the solid modeller")
+        try:
+            from cad.build import manifest_of, model, run_checks, write_files, write_pictures
+        except ModuleNotFoundError as error:
+            raise WedgeError(
+                f"fabricate needs {error.name}: pip install 'gelsight-wedge[cad]'."
+            ) from error
+
+        show(0.1, "building parts")
+        built = model(wanted)
+        with process_pool() as pool:
+            finish_pictures = write_pictures(built, draft, pool)
+            show(0.25, "writing files")
+            write_files(built, draft)
+            show(0.35, "checking")
+            manifest = manifest_of(built, run_checks(built))
+            show(0.6, "drawing pictures")
+            finish_pictures()
+        show(0.95, "writing bill, guide and manifest")
+        _write_papers(built, manifest, draft)
+    print_table(("check", "of", "figure", "bound", "", "detail"), map(_row, manifest["checks"]))
+    write_json(json, {key: manifest[key] for key in ("design", "design_sha256", "checks")})
+    failed = [check for check in manifest["checks"] if not check["passed"]]
+    for change in _changes(manifest):
+        print(f"changed since it was last kept: {change}")
+    print(f"{len(manifest['checks'])} checks, {len(failed)} failed. Files: {folder}")
+    return 1 if failed else 0
+
+
+def _write_papers(built: "Model", manifest: dict[str, Any], folder: Path) -> None:
+    """The bill, the guide, the page, and last the manifest with the hash of every file."""
+    from bom.bill import bill_csv, bill_markdown, distributor_csv, make_bill, read_parts
+    from cad.exports.page import page_html
+    from cad.guide import guide_text
+    from cad.manifest import as_text, with_hashes
+
+    lines = make_bill(manifest["bill"], read_parts())
+    names = {line.part.id: line.part.name for line in lines}
+    title = f"GelSight Wedge, {built.design.name}"
+    texts = {
+        "bill/bill.csv": bill_csv(lines),
+        "bill/bill.md": bill_markdown(lines, title),
+        "bill/distributor.csv": distributor_csv(lines),
+        "guide.md": guide_text(
+            built.design, built.assembly, built.boards, manifest["parts"], names
+        ),
+    }
+    for name, text in texts.items():
+        target = folder / name
+        target.parent.mkdir(exist_ok=True)
+        target.write_text(text, encoding="utf-8", newline="\n")
+    paths = sorted(p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file())
+    page = page_html(built.design, built.assembly, built.body_meshes, manifest, paths)
+    (folder / "index.html").write_text(page, encoding="utf-8", newline="\n")
+    text = as_text(with_hashes(manifest, folder))
+    (folder / "manifest.json").write_text(text, encoding="utf-8", newline="\n")
+
+
+def _changes(manifest: dict[str, Any]) -> list[str]:
+    """How a known design differs from the figures in the repository."""
+    from cad.golden import differences, golden_of, read_golden
+
+    kept = read_golden(manifest["design"])
+    return differences(golden_of(manifest), kept) if kept else []
+
+
+def _row(check: Mapping[str, Any]) -> tuple[str, ...]:
+    figure = f"{check['value']:.4g} {check['unit']}".strip()
+    mark = "ok" if check["passed"] else "FAILED"
+    return check["check"], check["subject"], figure, check["bound"], mark, check["detail"]

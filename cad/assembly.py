@@ -1,0 +1,236 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How the sensor goes together: bodies, the order they go in, and the way each one takes.
+
+The bill counts these bodies, the guide tells these steps, the insertion test drives each body
+along its way, and the exploded view pulls them apart along the same ways.
+"""
+
+import math
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+
+import cadquery as cq
+
+from cad.catalogue import PRINTED
+from cad.features import Vector
+from cad.layout import FLANGE, PLATE_UNDER_HEAD, REAR_SCREW_LENGTH, ROOF_SCREW_LENGTH, Layout
+from cad.parts import bought
+from cad.parts.electronics_cover import POSTS, UNDER_HEAD, board_z, cover_middle_x
+from cad.parts.gripper_adapter import cover_screw_places
+from sensor.design import Wedge
+
+Placed = tuple["Body", cq.Solid]
+
+BOARD_SCREW_LENGTH = 4.0
+COVER_SCREW_LENGTH = 6.0
+_DOWN, _UP, _BACK = (0.0, 0.0, -1.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Body:
+    """One body in its place. ``way`` is the path in mm by which it is pulled out again."""
+
+    name: str
+    part: str
+    """Id of the part in the bill."""
+    material: str
+    way: Vector
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step of the guide: new bodies, or a group made before, join a group."""
+
+    id: str
+    title: str
+    group: str
+    bodies: tuple[str, ...]
+    brings: str = ""
+    """A group finished before, that now goes in as a whole along the step's first body's way."""
+
+
+@dataclass(frozen=True)
+class Assembly:
+    """All bodies by name, and the steps in the order of the guide."""
+
+    bodies: Mapping[str, Body]
+    steps: tuple[Step, ...]
+
+    def counts(self) -> dict[str, int]:
+        """How many of each part the sensor holds, in the order of the guide."""
+        return dict(Counter(self.bodies[name].part for step in self.steps for name in step.bodies))
+
+    def moving(self, step: Step) -> tuple[str, ...]:
+        """Bodies that move in a step."""
+        return self.group_before(step, step.brings) if step.brings else step.bodies
+
+    def standing(self, step: Step) -> tuple[str, ...]:
+        """Bodies that a step's bodies must pass."""
+        return self.group_before(step, step.group)
+
+    def group_before(self, step: Step, group: str) -> tuple[str, ...]:
+        """Bodies of a group before a step."""
+        names: list[str] = []
+        for earlier in self.steps[: self.steps.index(step)]:
+            if earlier.group == group:
+                names += self.moving(earlier)
+        return tuple(names)
+
+    def way(self, step: Step, name: str) -> Vector:
+        """The way of a body in a step; a group moves along the way of its first body."""
+        return self.bodies[self.moving(step)[0] if step.brings else name].way
+
+
+def assemble(design: Wedge) -> tuple[Assembly, dict[str, cq.Solid]]:
+    """The order in which the sensor goes together, and every body as a solid in its place."""
+    placed = [*_optics(design), *_mechanics(design), *_screws(design)]
+    bodies = {body.name: body for body, _ in placed}
+    solids = {body.name: solid for body, solid in placed}
+    colours = [row.colour for row in Layout(design).light_rows()]
+    films = list(Layout(design).films)
+    steps = [
+        Step("case", "Begin with the printed case", "sensor", ("case",)),
+        Step("mirror", "Glue the mirror to its seat", "sensor", ("mirror",)),
+        Step("lights", "Tape the LED arrays into their pockets", "sensor",
+             tuple(f"{colour}_leds" for colour in colours)),
+        Step("acrylic", "Clean the acrylic block", "window", ("acrylic",)),
+    ]  # fmt: skip
+    titles = {"gray_filter": "Stick on the gray filters", "diffuser": "Stick on the diffusers"}
+    steps += [
+        Step(film, titles[film], "window", tuple(f"{colour}_{film}" for colour in colours))
+        for film in films
+    ]
+    steps += [
+        Step("gel", "Glue the gel to the acrylic", "window", ("gel",)),
+        Step("window", "Press the window into the case", "sensor", (), "window"),
+        Step("pins", "Fix the window with two pins", "sensor", ("pin_1", "pin_2")),
+        Step("camera_holder", "Take the camera holder", "camera", ("camera_holder",)),
+        Step("camera", "Press the camera into its holder", "camera", ("camera",)),
+        Step("camera_into_case", "Slide the camera holder into the case", "sensor", (), "camera"),
+        Step("rear_screws", "Screw the camera holder down", "sensor", _names("rear_screw", 2)),
+        Step("adapter", "Put the gripper adapter on the roof", "sensor", ("adapter_wsg50",)),
+        Step("roof_screws", "Screw the gripper adapter down", "sensor", _names("roof_screw", 4)),
+        Step("cover", "Take the electronics cover", "electronics", ("electronics_cover",)),
+        Step("board", "Lay the CSI-to-HDMI board on its posts", "electronics", ("csi_hdmi_board",)),
+        Step("board_screws", "Screw the board down", "electronics", _names("board_screw", 4)),
+        Step("resistor_board", "Lay the resistor board over the screws", "electronics",
+             ("resistor_board",)),
+        Step("cover_into_place", "Close the compartment", "sensor", (), "electronics"),
+        Step("cover_screws", "Screw the cover to the adapter", "sensor", _names("cover_screw", 4)),
+    ]  # fmt: skip
+    return Assembly(bodies, tuple(steps)), solids
+
+
+def _names(stem: str, count: int) -> tuple[str, ...]:
+    return tuple(f"{stem}_{index + 1}" for index in range(count))
+
+
+def _scaled(direction: Vector, length: float) -> Vector:
+    x, y, z = direction
+    return x * length, y * length, z * length
+
+
+def _optics(design: Wedge) -> list[Placed]:
+    """Mirror, lights and the window, all of which go in from below."""
+    place = Layout(design)
+    down = partial(_scaled, _DOWN)
+    far = design.housing.roof_z_mm + design.acrylic.thickness_mm + 5
+    bodies = [
+        (Body("mirror", "mirror", "PMMA front-surface mirror", down(far)), bought.mirror(design)),
+        (Body("acrylic", "acrylic", "PMMA clear", down(far)), bought.acrylic(design)),
+        (Body("gel", "gel", "silicone clear", down(far / 2)), bought.gel(design)),
+    ]
+    outward = {"red": (0.0, 8.0, 0.0), "blue": (0.0, -8.0, 0.0), "green": (8.0, 0.0, 0.0)}
+    for row in place.light_rows():
+        colour = row.colour
+        array = bought.led_array(design, colour)
+        body = Body(f"{colour}_leds", f"led_array_{colour}", "electronics", down(far / 2))
+        bodies.append((body, array))
+        side = "base" if colour == "green" else "side"
+        for order, film in enumerate(place.films):
+            away = _scaled(outward[colour], 1 + 0.5 * order)
+            solid = bought.film(design, film, colour)
+            bodies.append((Body(f"{colour}_{film}", f"{film}_{side}", "film", away), solid))
+    bodies += [
+        (Body(f"pin_{index + 1}", "pin", "brass", down(10)), bought.pin(design, index))
+        for index in range(2)
+    ]
+    return bodies
+
+
+def _mechanics(design: Wedge) -> list[Placed]:
+    """The printed parts of the assembly, the camera and the board."""
+    place = Layout(design)
+    length = design.housing.case_length_mm
+    ways: dict[str, Vector] = {
+        "case": (0.0, 0.0, 0.0),
+        "camera_holder": _scaled(_BACK, length),
+        "adapter_wsg50": _scaled(_UP, 20),
+        "electronics_cover": _scaled(_DOWN, 30),
+    }
+    bodies = [
+        (Body(part.id, part.id, part.material, ways[part.id]), part.make(design))
+        for part in PRINTED
+        if part.use == "assembly"
+    ]
+    back = (math.cos(place.pitch) * 25, 0.0, -math.sin(place.pitch) * 25)
+    board = bought.csi_hdmi_board(design)
+    bodies += [
+        (Body("camera", "camera", "electronics", back), bought.camera(design)),
+        (Body("csi_hdmi_board", "csi_hdmi_board", "electronics", _scaled(_UP, 20)), board),
+        (
+            Body("resistor_board", "resistor_board", "electronics", _scaled(_UP, 20)),
+            bought.resistor_board(design),
+        ),
+    ]
+    return bodies
+
+
+def _screws(design: Wedge) -> list[Placed]:
+    place = Layout(design)
+    y, roof = place.screw_y, design.housing.roof_z_mm
+    middle = cover_middle_x(place)
+    top = board_z(place) + bought.BOARD[2]
+    rows: list[tuple[str, list[Vector], Vector, float]] = [
+        (
+            "rear_screw",
+            [(place.rear + FLANGE, side * y, place.rear_screw_z) for side in (-1, 1)],
+            (-1.0, 0.0, 0.0),
+            REAR_SCREW_LENGTH,
+        ),
+        (
+            "roof_screw",
+            [
+                (x, side * y, roof + PLATE_UNDER_HEAD)
+                for x in place.roof_screw_x
+                for side in (-1, 1)
+            ],
+            _DOWN,
+            ROOF_SCREW_LENGTH,
+        ),
+        (
+            "board_screw",
+            [(middle + along, across, top) for along, across in POSTS],
+            _DOWN,
+            BOARD_SCREW_LENGTH,
+        ),
+        (
+            "cover_screw",
+            [(x, across, roof - UNDER_HEAD) for x, across in cover_screw_places(place)],
+            _UP,
+            COVER_SCREW_LENGTH,
+        ),
+    ]
+    bodies = []
+    size = design.fastening.screw
+    for stem, places, direction, length in rows:
+        for index, head in enumerate(places):
+            solid = bought.screw(size, head, direction, length)
+            x, y, z = direction
+            part = f"screw_{size.lower()}x{length:g}"
+            back = (-20 * x, -20 * y, -20 * z)
+            bodies.append((Body(f"{stem}_{index + 1}", part, "steel", back), solid))
+    return bodies

@@ -1,0 +1,26 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What is measured on a design before it is cut: one check a module, each with its figure."""
+
+from cad.checks.cavity import check_mold
+from cad.checks.fasteners import check_fasteners
+from cad.checks.fit import check_clearances, check_insertion, check_interference
+from cad.checks.result import Result
+from cad.checks.sight import check_sight, check_tolerance
+from cad.checks.solids import check_closed_forms, check_solids
+from cad.checks.walls import check_overhang, check_walls
+
+__all__ = [
+    "Result",
+    "check_clearances",
+    "check_closed_forms",
+    "check_fasteners",
+    "check_insertion",
+    "check_interference",
+    "check_mold",
+    "check_overhang",
+    "check_sight",
+    "check_solids",
+    "check_tolerance",
+    "check_walls",
+]

@@ -1,0 +1,48 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The mold's cavity against the surface that the gel is meant to have."""
+
+import math
+
+import numpy as np
+import trimesh
+
+from cad.checks.result import Result
+from sensor.design import Gel, Wedge
+
+
+def check_mold(design: Wedge, curved: trimesh.Trimesh, flat: trimesh.Trimesh) -> list[Result]:
+    """Largest distance of the cavity's mesh from the ellipsoid, and from the plane."""
+    gel = design.gel
+    results = []
+    for subject, mesh, surface in (
+        ("curved cavity", curved, _ellipsoid_z),
+        ("flat cavity", flat, lambda gel, x, y: np.full_like(x, -gel.thickness_mm)),
+    ):
+        floor = _cavity_points(gel, mesh)
+        deviation = np.abs(floor[:, 2] - surface(gel, floor[:, 0], floor[:, 1]))
+        worst = float(deviation.max()) if len(floor) else math.nan
+        results.append(
+            Result("mold", subject, worst, "mm", 0.01, "at most", f"{len(floor)} points")
+        )
+    return results
+
+
+def _cavity_points(gel: Gel, mesh: trimesh.Trimesh) -> np.ndarray:
+    """Corners and middles of the facets of the cavity's floor."""
+    triangles = np.asarray(mesh.triangles)
+    middle = triangles.mean(axis=1)
+    inside = (np.abs(middle[:, 0]) < gel.pad_length_mm / 2) & (
+        np.abs(middle[:, 1]) < gel.pad_width_mm / 2
+    )
+    normals = np.asarray(mesh.face_normals)
+    deep = middle[:, 2] < -min(gel.corner_thickness_mm, gel.thickness_mm) * 0.5
+    floor = inside & deep & (normals[:, 2] > 0.5)
+    corners = triangles[floor]
+    edges = (corners + np.roll(corners, 1, axis=1)) / 2
+    return np.concatenate([corners.reshape(-1, 3), edges.reshape(-1, 3), middle[floor]])
+
+
+def _ellipsoid_z(gel: Gel, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    root = np.sqrt(1 - (x / gel.semi_axis_along_mm) ** 2 - (y / gel.semi_axis_across_mm) ** 2)
+    return np.asarray(gel.semi_axis_normal_mm * (1 - root) - gel.thickness_mm)

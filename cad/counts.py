@@ -1,0 +1,37 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What one sensor takes: bodies of the assembly, components of the boards, and what both imply."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from cad.electronics.boards import Board
+
+WIRE_M = 0.12
+"""From an array to the resistor board, or from there to the adapter."""
+
+
+def bill_counts(
+    bodies: Mapping[str, int], boards: Sequence[Board], parts: Sequence[Mapping[str, Any]]
+) -> dict[str, float]:
+    """Quantities by id of all that is bought.
+
+    Args:
+        bodies: How many of each part the assembly holds.
+        boards: The boards, whose components are soldered on.
+        parts: The manifest's parts; printed ones become grams of filament.
+    """
+    printed = {part["id"] for part in parts if "print" in part}
+    counts: Counter[str] = Counter({k: n for k, n in bodies.items() if k not in printed})
+    for board in boards:
+        counts.update(component.part for component in board.components)
+        if board.name not in bodies:
+            counts[board.name] += 1
+    arrays = sum(board.name.startswith("led_array") for board in boards)
+    made = [part for part in parts if "print" in part]
+    grams = sum(part["mass_g"] * part["quantity"] for part in made)
+    balls = sum(part["quantity"] for part in made if part["id"] == "ball_jig")
+    per_gel = {name: counts["gel"] for name in ("gel_paint", "gel_glue", "cover_tape")}
+    implied = {"wire": round((2 * arrays + 2) * WIRE_M, 3), "pla": round(grams, 1), "ball": balls}
+    return {**counts, **per_gel, **implied}

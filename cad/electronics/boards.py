@@ -1,0 +1,190 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Boards as rectangles of copper, so that what touches what is exact. Lengths in mm."""
+
+import math
+from dataclasses import dataclass
+
+from cad.electronics.resistors import Ballast, ballasts
+from cad.layout import FLEX, Layout, LightRow
+from sensor.design import Wedge
+from sensor.errors import WedgeError
+
+TRACK, GAP, EDGE = 0.3, 0.2, 0.2
+"""Width of tracks, smallest distance of copper to copper, and to the board's edge."""
+HOLE, HOLE_PAD, HOLE_PITCH = 1.0, 1.7, 2.54
+"""Pin header: drill, square pad and pitch."""
+
+
+@dataclass(frozen=True)
+class Rectangle:
+    """Copper of one layer."""
+
+    x: tuple[float, float]
+    y: tuple[float, float]
+
+    def touches(self, other: "Rectangle") -> bool:
+        """Whether the two are one piece of copper."""
+        return self.distance(other) <= 1e-9
+
+    def distance(self, other: "Rectangle") -> float:
+        """Gap between the two."""
+        dx = max(other.x[0] - self.x[1], self.x[0] - other.x[1], 0.0)
+        dy = max(other.y[0] - self.y[1], self.y[0] - other.y[1], 0.0)
+        return math.hypot(dx, dy)
+
+    @property
+    def middle(self) -> tuple[float, float]:
+        """Its centre."""
+        return (self.x[0] + self.x[1]) / 2, (self.y[0] + self.y[1]) / 2
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Its sides."""
+        return self.x[1] - self.x[0], self.y[1] - self.y[0]
+
+    def grown(self, by: float) -> "Rectangle":
+        """The rectangle with ``by`` added on every side."""
+        return Rectangle((self.x[0] - by, self.x[1] + by), (self.y[0] - by, self.y[1] + by))
+
+
+@dataclass(frozen=True)
+class Pad:
+    """One pin of one component; with a hole it goes through the board."""
+
+    component: str
+    pin: str
+    copper: Rectangle
+    drill: float | None = None
+
+
+@dataclass(frozen=True)
+class Component:
+    """What is soldered on, and where its middle is."""
+
+    reference: str
+    part: str
+    """Id of the part in the bill."""
+    value: str
+    package: str
+    middle: tuple[float, float]
+    rotation_deg: float
+
+
+@dataclass(frozen=True)
+class Board:
+    """A board of one copper layer, the nets that it must connect, and what is soldered on."""
+
+    name: str
+    size: tuple[float, float]
+    thickness: float
+    material: str
+    pads: tuple[Pad, ...]
+    tracks: tuple[Rectangle, ...]
+    components: tuple[Component, ...]
+    nets: dict[str, tuple[tuple[str, str], ...]]
+    """Pins, as (component, pin), that each net joins."""
+
+
+def boards(design: Wedge) -> list[Board]:
+    """The resistor board and one array for each colour."""
+    place = Layout(design)
+    arrays = [_array(design, row, place) for row in place.light_rows()]
+    return [_resistor_board(ballasts(design)), *arrays]
+
+
+def _array(design: Wedge, row: LightRow, place: Layout) -> Board:
+    """LEDs in parallel between two tracks, with pads for the wires at the tail."""
+    lights = design.lights
+    start, end = row.board
+    length, height = end - start, place.flex_z[1] - place.flex_z[0]
+    pad_height = min(0.8 * lights.led_width_mm, height - 2 * (EDGE + TRACK + GAP))
+    last = row.centres[-1] + lights.led_length_mm / 2 - start
+    if pad_height < 0.6 or length - last < 1.0:
+        raise WedgeError(
+            f"acrylic.thickness_mm = {design.acrylic.thickness_mm:g} leaves {height:.2f} mm for the"
+            f" flexible circuit and {length - last:.2f} mm for its tail: at least 2 and 1 are"
+            " needed."
+        )
+    middle, half_gap = height / 2, 0.215 * lights.led_length_mm
+    rails = {"A": (height - EDGE - TRACK, height - EDGE), "K": (EDGE, EDGE + TRACK)}
+    tail = (length - min(1.6, length - last - 0.3), length - EDGE)
+    tracks = [Rectangle((EDGE, length - EDGE), rails[pin]) for pin in ("A", "K")]
+    pads = [
+        Pad("J1", "A", Rectangle(tail, (middle + GAP, height - EDGE))),
+        Pad("J1", "K", Rectangle(tail, (EDGE, middle - GAP))),
+    ]
+    components = []
+    nets: dict[str, list[tuple[str, str]]] = {"A": [("J1", "A")], "K": [("J1", "K")]}
+    for index, centre in enumerate(row.centres):
+        name, u = f"D{index + 1}", centre - start
+        y = (middle - pad_height / 2, middle + pad_height / 2)
+        anode = (u - lights.led_length_mm / 2, u - half_gap)
+        cathode = (u + half_gap, u + lights.led_length_mm / 2)
+        pads += [Pad(name, "A", Rectangle(anode, y)), Pad(name, "K", Rectangle(cathode, y))]
+        tracks += [
+            Rectangle(_narrow(anode), (middle, height - EDGE)),
+            Rectangle(_narrow(cathode), (EDGE, middle)),
+        ]
+        part = f"led_{row.colour}"
+        components.append(Component(name, part, row.colour, "3528", (u, middle), 0.0))
+        nets["A"].append((name, "A"))
+        nets["K"].append((name, "K"))
+    return Board(
+        f"led_array_{row.colour}", (length, height), FLEX, "flexible, polyimide", tuple(pads),
+        tuple(tracks), tuple(components), {net: tuple(pins) for net, pins in nets.items()},
+    )  # fmt: skip
+
+
+def _narrow(span: tuple[float, float]) -> tuple[float, float]:
+    middle = (span[0] + span[1]) / 2
+    return middle - TRACK / 2, middle + TRACK / 2
+
+
+def _resistor_board(found: list[Ballast]) -> Board:
+    """Supply in at J1; at J2 each array's anode, behind its resistor, and its cathode."""
+    x0, low, high, rail = 3.0, 4.4, 7.6, 3.0
+    pins_y, ground_y = 11.0, 13.4
+    x_supply = x0 + 2 * len(found) * HOLE_PITCH + 2.3
+    pads = [_hole("J1", "1", (x_supply, rail)), _hole("J1", "2", (x_supply, rail + HOLE_PITCH))]
+    nets: dict[str, list[tuple[str, str]]] = {"3V3": [("J1", "1")], "GND": [("J1", "2")]}
+    tracks = [
+        Rectangle((x0, x_supply), (rail - TRACK, rail + TRACK)),
+        Rectangle((x0 + HOLE_PITCH, x_supply + TRACK), (ground_y - TRACK, ground_y + TRACK)),
+        Rectangle((x_supply - TRACK, x_supply + TRACK), (rail + HOLE_PITCH, ground_y)),
+    ]
+    count = str(2 * len(found))
+    components = [
+        Component("J1", "header_2", "2 pins", "2.54 mm", (x_supply, rail + HOLE_PITCH / 2), 90.0),
+        Component("J2", f"header_{count}", f"{count} pins", "2.54 mm",
+                  (x0 + (len(found) - 0.5) * HOLE_PITCH, pins_y), 0.0),
+    ]  # fmt: skip
+    for index, ballast in enumerate(found):
+        name, x = f"R{index + 1}", x0 + 2 * index * HOLE_PITCH
+        anode, cathode = str(2 * index + 1), str(2 * index + 2)
+        pads += [
+            Pad(name, "1", Rectangle((x - 0.9, x + 0.9), (low - 0.6, low + 0.6))),
+            Pad(name, "2", Rectangle((x - 0.9, x + 0.9), (high - 0.6, high + 0.6))),
+            _hole("J2", anode, (x, pins_y)),
+            _hole("J2", cathode, (x + HOLE_PITCH, pins_y)),
+        ]
+        tracks += [
+            Rectangle((x - TRACK, x + TRACK), (rail, low)),
+            Rectangle((x - TRACK, x + TRACK), (high, pins_y)),
+            Rectangle((x + HOLE_PITCH - TRACK, x + HOLE_PITCH + TRACK), (pins_y, ground_y)),
+        ]
+        part = f"resistor_{ballast.label}"
+        components.append(Component(name, part, ballast.label, "1206", (x, (low + high) / 2), 90.0))
+        nets["3V3"].append((name, "1"))
+        nets["GND"].append(("J2", cathode))
+        nets[f"{ballast.colour}_A"] = [(name, "2"), ("J2", anode)]
+    return Board(
+        "resistor_board", (x_supply + 3.0, 15.0), 1.6, "FR-4", tuple(pads), tuple(tracks),
+        tuple(components), {net: tuple(pins) for net, pins in nets.items()},
+    )  # fmt: skip
+
+
+def _hole(component: str, pin: str, place: tuple[float, float]) -> Pad:
+    x, y = place
+    half = HOLE_PAD / 2
+    return Pad(component, pin, Rectangle((x - half, x + half), (y - half, y + half)), HOLE)

@@ -1,0 +1,104 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""One resistor for each LED array, from supply, forward voltage and current.
+
+The LEDs of an array are in parallel: the supply of the camera's cable, 3.3 V, leaves no room for
+two in series. They share the current evenly only if they come from one reel.
+"""
+
+import math
+from dataclasses import dataclass
+
+from cad.layout import Layout
+from sensor.design import Wedge
+
+E24 = (
+    10,
+    11,
+    12,
+    13,
+    15,
+    16,
+    18,
+    20,
+    22,
+    24,
+    27,
+    30,
+    33,
+    36,
+    39,
+    43,
+    47,
+    51,
+    56,
+    62,
+    68,
+    75,
+    82,
+    91,
+)
+FORWARD_SPREAD_V = 0.1
+"""Between reels; it makes the spread of the current."""
+RATED_W = 0.25
+"""Of a resistor in a 1206 package."""
+
+
+@dataclass(frozen=True)
+class Ballast:
+    """The resistor of one array and the current that follows from it."""
+
+    colour: str
+    leds: int
+    forward_v: float
+    exact_ohm: float
+    ohm: float
+    """The next larger value of the E24 series."""
+    supply_v: float
+
+    def led_current_ma(self, forward_v: float | None = None) -> float:
+        """Current of each LED, at the typical forward voltage by default."""
+        drop = self.supply_v - (self.forward_v if forward_v is None else forward_v)
+        return max(drop, 0.0) / self.ohm / self.leds * 1000
+
+    @property
+    def total_current_ma(self) -> float:
+        """Current of the array."""
+        return self.led_current_ma() * self.leds
+
+    @property
+    def power_w(self) -> float:
+        """Heat in the resistor."""
+        return self.ohm * (self.total_current_ma / 1000) ** 2
+
+    @property
+    def label(self) -> str:
+        """The value as it is written on boards and bills: 12R, 4R7."""
+        if self.ohm < 10:
+            whole, tenth = divmod(round(self.ohm * 10), 10)
+            return f"{whole}R{tenth}"
+        return f"{self.ohm:g}R"
+
+
+def ballasts(design: Wedge) -> list[Ballast]:
+    """The resistor of every array that has LEDs."""
+    wiring = design.wiring
+    found = []
+    for row in Layout(design).light_rows():
+        forward = float(getattr(wiring, f"{row.colour}_forward_v"))
+        current = wiring.led_current_ma * len(row.centres) / 1000
+        exact = (wiring.supply_v - forward) / current
+        found.append(
+            Ballast(row.colour, len(row.centres), forward, exact, next_e24(exact), wiring.supply_v)
+        )
+    return found
+
+
+def next_e24(ohm: float) -> float:
+    """The smallest value of the E24 series that is no smaller than ``ohm``."""
+    decade = 10.0 ** (math.floor(math.log10(ohm)) - 1)
+    for scale in (decade, 10 * decade):
+        for value in E24:
+            if value * scale >= ohm * (1 - 1e-9):
+                return round(value * scale, 6)
+    raise AssertionError(ohm)

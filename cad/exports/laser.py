@@ -1,0 +1,228 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Sheets for the laser cutter: closed outlines on CUT, labels on ENGRAVE and NOTE, in mm.
+
+Each sheet comes twice: nominal, for a cutter that makes up for its kerf itself, and grown by
+half the kerf of the design's ``laser`` table.
+"""
+
+import io
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from ezdxf import units
+from ezdxf._options import options
+from ezdxf.document import Drawing
+from ezdxf.filemanagement import new
+from ezdxf.layouts.layout import Modelspace
+
+from cad.layout import Layout
+from sensor.design import Wedge
+
+Vertex = tuple[float, float, float]
+"""x, y and the bulge of the edge that follows: tan(angle / 4) of its arc, 0 for a line."""
+
+_GAP = 4.0
+_SHEET_WIDTH = 120.0
+_COMB_TOOTH, _COMB_TEETH = 10.0, 10
+
+
+@dataclass(frozen=True)
+class Piece:
+    """One outline and how many the sensor needs, around its own middle."""
+
+    id: str
+    length: float
+    width: float
+    quantity: int
+    notches: tuple[float, float, float] | None = None
+    """Of the acrylic: place from the tip end, from the side edge outward, and radius."""
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """All pieces that one material is cut into."""
+
+    material: str
+    thickness_mm: float
+    kerf_mm: float
+    pieces: tuple[Piece, ...]
+
+    @property
+    def name(self) -> str:
+        """Material, thickness and number of pieces, as in the file's name and engraved."""
+        count = sum(piece.quantity for piece in self.pieces)
+        return f"{self.material}_{self.thickness_mm:g}mm_x{count}"
+
+
+def sheets(design: Wedge) -> list[Sheet]:
+    """The sheets of a design."""
+    place, laser = Layout(design), design.laser
+    acrylic, mirror = design.acrylic, design.mirror
+    (pin_x, pin_y), _ = place.pin_places
+    notch = (pin_x - place.acrylic_x0, -pin_y - place.acrylic_half, place.pin_hole_radius)
+    block = Piece("acrylic", acrylic.length_mm, acrylic.width_mm, 1, notch)
+    glass = Piece("mirror", mirror.length_mm, mirror.width_mm, 1)
+    made = [
+        Sheet("acrylic", acrylic.thickness_mm, laser.acrylic_kerf_mm, (block,)),
+        Sheet("mirror", mirror.thickness_mm, laser.mirror_kerf_mm, (glass,)),
+    ]
+    colours = [row.colour for row in place.light_rows()]
+    sides = sum(colour != "green" for colour in colours)
+    for film, thickness in place.films.items():
+        side, base = place.film_ranges["side"], place.film_ranges["base"]
+        pieces = [Piece(f"{film}_side", side[1] - side[0], acrylic.thickness_mm, sides)]
+        pieces.append(
+            Piece(
+                f"{film}_base",
+                base[1] - base[0],
+                acrylic.thickness_mm,
+                1 if "green" in colours else 0,
+            )
+        )
+        made.append(
+            Sheet(
+                film,
+                round(thickness, 3),
+                laser.film_kerf_mm,
+                tuple(p for p in pieces if p.quantity),
+            )
+        )
+    return made
+
+
+def outline(piece: Piece, grow: float = 0.0) -> list[Vertex]:
+    """The piece's closed outline, anticlockwise, moved outward by ``grow``."""
+    x, y = piece.length / 2 + grow, piece.width / 2 + grow
+    if piece.notches is None:
+        return [(-x, -y, 0.0), (x, -y, 0.0), (x, y, 0.0), (-x, y, 0.0)]
+    along, outward, radius = piece.notches
+    middle = (-piece.length / 2 + along, piece.width / 2 + outward)
+    radius -= grow
+    reach = math.sqrt(radius**2 - (middle[1] - y) ** 2)
+    end = (middle[0] + reach, y)
+    if radius > middle[0] + x:  # the notch cuts off the corner
+        start = (-x, middle[1] - math.sqrt(radius**2 - (middle[0] + x) ** 2))
+        corner = []
+    else:  # once grown, a sliver of the tip's edge remains beside it
+        start = (middle[0] - reach, y)
+        corner = [(-x, y, 0.0)]
+    turn = _angle(middle, end) - _angle(middle, start)
+    bulge = math.tan((turn % (2 * math.pi)) / 4)
+    return [
+        *[(px, -py, 0.0) for px, py, _ in corner],
+        (start[0], -start[1], -bulge),
+        (end[0], -y, 0.0),
+        (x, -y, 0.0),
+        (x, y, 0.0),
+        (end[0], y, -bulge),
+        (start[0], start[1], 0.0),
+        *corner,
+    ]
+
+
+def _angle(middle: tuple[float, float], point: tuple[float, float]) -> float:
+    return math.atan2(point[1] - middle[1], point[0] - middle[0])
+
+
+def area_mm2(points: Sequence[Vertex]) -> float:
+    """Area inside a closed outline with bulges."""
+    total = 0.0
+    for (x0, y0, bulge), (x1, y1, _) in zip(points, [*points[1:], points[0]], strict=True):
+        total += (x0 * y1 - x1 * y0) / 2
+        if bulge:
+            angle = 4 * math.atan(bulge)
+            radius = math.hypot(x1 - x0, y1 - y0) / (2 * math.sin(abs(angle) / 2))
+            total += radius**2 / 2 * (angle - math.sin(angle))
+    return total
+
+
+def laser_files(design: Wedge) -> Iterator[tuple[str, bytes]]:
+    """(name, DXF) of every sheet, nominal and with its kerf, and a comb for each material."""
+    for sheet in sheets(design):
+        yield f"{sheet.name}_nominal.dxf", sheet_dxf(sheet, 0.0)
+        if sheet.kerf_mm:
+            name = f"{sheet.name}_kerf{sheet.kerf_mm:g}.dxf"
+            yield name, sheet_dxf(sheet, sheet.kerf_mm)
+        comb = f"kerf_comb_{sheet.material}_{sheet.thickness_mm:g}mm"
+        yield f"{comb}.dxf", comb_dxf(sheet)
+
+
+def sheet_dxf(sheet: Sheet, kerf_mm: float) -> bytes:
+    """One sheet with its pieces side by side in rows."""
+    document, space = _new_document()
+    cut = f"kerf {kerf_mm:g} mm added" if kerf_mm else "nominal: the cutter must add its kerf"
+    _text(space, "NOTE", f"{sheet.name}, {cut}, unit mm", (0, -8), 3.0)
+    x = y = row = 0.0
+    for piece in sheet.pieces:
+        for _ in range(piece.quantity):
+            points = outline(piece, kerf_mm / 2)
+            wide, deep = piece.length + kerf_mm, piece.width + kerf_mm
+            if x and x + wide > _SHEET_WIDTH:
+                x, y, row = 0.0, y + row + _GAP, 0.0
+            middle = (x + wide / 2, y + deep / 2)
+            moved = [(px + middle[0], py + middle[1], bulge) for px, py, bulge in points]
+            space.add_lwpolyline(moved, format="xyb", close=True, dxfattribs={"layer": "CUT"})
+            height = min(1.5, piece.width / 4)
+            label = f"{sheet.thickness_mm:g} x{piece.quantity}"
+            _text(
+                space,
+                "ENGRAVE",
+                label,
+                (
+                    middle[0] + piece.length / 2 - 7 * height,
+                    middle[1] + piece.width / 2 - 1.6 * height,
+                ),
+                height,
+            )
+            x, row = x + wide + _GAP, max(row, deep)
+    return _bytes(document)
+
+
+def comb_dxf(sheet: Sheet) -> bytes:
+    """Ten squares of 10 mm: cut, push together, measure; kerf = (100 mm - length) / 10."""
+    document, space = _new_document()
+    note = f"push the {_COMB_TEETH} squares together: kerf = (100 - length in mm) / {_COMB_TEETH}"
+    _text(space, "NOTE", f"{sheet.material} {sheet.thickness_mm:g} mm, {note}", (0, -8), 3.0)
+    for tooth in range(_COMB_TEETH):
+        x = tooth * (_COMB_TOOTH + _GAP)
+        square = [(x, 0), (x + _COMB_TOOTH, 0), (x + _COMB_TOOTH, _COMB_TOOTH), (x, _COMB_TOOTH)]
+        space.add_lwpolyline(square, close=True, dxfattribs={"layer": "CUT"})
+    return _bytes(document)
+
+
+def _new_document() -> tuple[Drawing, Modelspace]:
+    options.write_fixed_meta_data_for_testing = True  # else each file holds its own date
+    document = new("R2010", units=units.MM)
+    for layer, colour in {"CUT": 1, "ENGRAVE": 5, "NOTE": 8}.items():
+        document.layers.add(layer, color=colour)
+    return document, document.modelspace()
+
+
+def _text(
+    space: Modelspace, layer: str, text: str, place: tuple[float, float], height: float
+) -> None:
+    space.add_text(text, height=height, dxfattribs={"layer": layer}).set_placement(place)
+
+
+def _bytes(document: Drawing) -> bytes:
+    stream = io.StringIO()
+    document.write(stream)
+    return _CLASSES.sub(_sorted_classes, stream.getvalue()).encode("utf-8")
+
+
+_CLASSES = re.compile(r"(  2\nCLASSES\n)(.*?)(  0\nENDSEC)", re.DOTALL)
+
+
+def _sorted_classes(section: re.Match[str]) -> str:
+    """The section's records in order; ezdxf writes them in that of a set."""
+    head, body, end = section.groups()
+    records = sorted(f"  0\nCLASS{record}" for record in body.split("  0\nCLASS")[1:])
+    return head + "".join(records) + end
+
+
+def pieces_by_id(design: Wedge) -> Mapping[str, Piece]:
+    """Every piece of every sheet."""
+    return {piece.id: piece for sheet in sheets(design) for piece in sheet.pieces}

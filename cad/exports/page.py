@@ -1,0 +1,98 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""One page that works offline: the sensor to turn around, pictures, files, checks."""
+
+import base64
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from html import escape
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+import trimesh
+
+from cad.assembly import Assembly
+from cad.exports.views import colour_of, pulled_apart
+from sensor.design import Wedge
+
+
+def page_html(
+    design: Wedge,
+    assembly: Assembly,
+    meshes: Mapping[str, trimesh.Trimesh],
+    manifest: Mapping[str, Any],
+    paths: Sequence[str],
+) -> str:
+    """The page; ``paths`` are the files of the folder that it shows and links."""
+    template = files("cad").joinpath("data", "page.html").read_text(encoding="utf-8")
+    shift = pulled_apart(assembly)
+    bodies = [
+        {
+            "name": name,
+            "colour": colour_of(assembly.bodies[name].part),
+            "apart": [round(float(value), 3) for value in shift[name]],
+            "points": _base64(np.asarray(mesh.vertices, "<f4")),
+            "corners": _base64(np.asarray(mesh.faces, "<u4")),
+        }
+        for name, mesh in meshes.items()
+    ]
+    shown = [path for path in paths if path.endswith((".png", ".svg"))]
+    linked = [
+        path for path in paths if path not in shown and not path.startswith(("print", "step"))
+    ]
+    values = {
+        "NAME": escape(design.name),
+        "HASH": design.sha256[:8],
+        "WIDTH": f"{design.outer_width_mm:g}",
+        "PICTURES": "".join(_figure(path) for path in shown),
+        "LINKS": " · ".join(_link(path) for path in linked),
+        "PARTS": _parts(manifest["parts"]),
+        "CHECKS": _checks(manifest["checks"]),
+        "DATA": json.dumps(bodies),
+    }
+    for key, value in values.items():
+        template = template.replace(f"@{key}@", value)
+    return template
+
+
+def _base64(values: np.ndarray) -> str:
+    return base64.b64encode(np.ascontiguousarray(values).tobytes()).decode("ascii")
+
+
+def _figure(path: str) -> str:
+    name = escape(path.rpartition("/")[2].rpartition(".")[0].replace("_", " "))
+    return (
+        f'<figure><a href="{escape(path)}"><img loading="lazy" src="{escape(path)}" alt="{name}">'
+        f"</a><figcaption>{name}</figcaption></figure>"
+    )
+
+
+def _link(path: str) -> str:
+    return f'<a href="{escape(path)}">{escape(path)}</a>'
+
+
+def _parts(parts: Iterable[Mapping[str, Any]]) -> str:
+    rows = ["<tr><th>part<th>quantity<th>material<th>mm<th>g<th>files</tr>"]
+    for part in parts:
+        key = part["id"]
+        names = [f"print/{key}.stl", f"print/{key}.3mf", f"step/{key}.step"]
+        links = " ".join(_link(path) for path in names) if "print" in part else ""
+        size = " x ".join(f"{value:g}" for value in part["bounding_box_mm"])
+        rows.append(
+            f"<tr><td>{escape(part.get('title', key))}<td>{part['quantity']}"
+            f"<td>{escape(part['material'])}<td>{size}<td>{part['mass_g']:g}<td>{links}</tr>"
+        )
+    return "".join(rows)
+
+
+def _checks(checks: Iterable[Mapping[str, Any]]) -> str:
+    rows = ["<tr><th>check<th>of<th>figure<th>bound<th>detail</tr>"]
+    for check in checks:
+        mark = "" if check["passed"] else ' class="bad"'
+        rows.append(
+            f"<tr{mark}><td>{escape(check['check'])}<td>{escape(check['subject'])}"
+            f"<td>{check['value']:.4g} {escape(check['unit'])}<td>{escape(check['bound'])}"
+            f"<td>{escape(check['detail'])}</tr>"
+        )
+    return "".join(rows)

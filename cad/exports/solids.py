@@ -1,0 +1,126 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""STEP, STL, 3MF and GLB, the same bytes for the same solid on every run."""
+
+import io
+import re
+import struct
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import cadquery as cq
+import numpy as np
+import trimesh
+from OCP.Interface import Interface_Static
+from OCP.STEPControl import STEPControl_AsIs, STEPControl_Writer
+
+Colour = tuple[float, float, float]
+
+_TIME = "2021-06-21T00:00:00"
+"""In place of the moment of writing, which would make every file differ."""
+
+
+def step_of(solid: cq.Solid, name: str) -> bytes:
+    """One solid as STEP AP214."""
+    writer = STEPControl_Writer()
+    Interface_Static.SetIVal_s("write.surfacecurve.mode", 1)
+    writer.Transfer(solid.wrapped, STEPControl_AsIs)
+    return _written(lambda path: writer.Write(str(path)), name)
+
+
+def step_of_assembly(solids: Mapping[str, cq.Solid], name: str) -> bytes:
+    """Named solids in their places. Without colours: OCCT writes those in no fixed order."""
+    assembly = cq.Assembly(name=name)
+    for key, solid in solids.items():
+        assembly.add(solid, name=key)
+    return _written(lambda path: assembly.export(str(path), exportType="STEP"), name)
+
+
+def _written(write: object, name: str) -> bytes:
+    assert callable(write)
+    with TemporaryDirectory() as folder:
+        path = Path(folder, "part.step")
+        write(path)
+        text = path.read_text(encoding="ascii")
+    text = re.sub(r"FILE_NAME\('[^']*',\s*'[^']*'", f"FILE_NAME('{name}','{_TIME}'", text, count=1)
+    return re.sub(r"Open CASCADE STEP translator [\d.\s]*\d", name, text).encode("ascii")
+
+
+def stl_of(mesh: trimesh.Trimesh) -> bytes:
+    """Binary STL in mm."""
+    count = len(mesh.faces)
+    rows = np.zeros(
+        count, dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")]
+    )
+    rows["normal"] = mesh.face_normals
+    rows["corners"] = mesh.triangles
+    return b"GelSight Wedge, millimetres".ljust(80) + struct.pack("<I", count) + rows.tobytes()
+
+
+def threemf_of(meshes: Mapping[str, trimesh.Trimesh]) -> bytes:
+    """3MF core specification 1.3: one object a mesh, in mm, with fixed dates."""
+    objects, items = [], []
+    for number, (name, mesh) in enumerate(meshes.items(), start=1):
+        vertices = "".join(
+            f'<vertex x="{x:.6f}" y="{y:.6f}" z="{z:.6f}"/>' for x, y, z in mesh.vertices + 0.0
+        )
+        triangles = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in mesh.faces)
+        objects.append(
+            f'<object id="{number}" type="model" name="{name}"><mesh><vertices>{vertices}'
+            f"</vertices><triangles>{triangles}</triangles></mesh></object>"
+        )
+        items.append(f'<item objectid="{number}"/>')
+    model = (
+        '<?xml version="1.0" encoding="UTF-8"?>\n<model unit="millimeter" xml:lang="en-US"'
+        ' xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02">'
+        f"<resources>{''.join(objects)}</resources><build>{''.join(items)}</build></model>"
+    )
+    return _zipped(
+        {"[Content_Types].xml": _TYPES, "_rels/.rels": _RELATIONS, "3D/3dmodel.model": model}
+    )
+
+
+_TYPES = (
+    '<?xml version="1.0" encoding="UTF-8"?>\n'
+    '<Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">'
+    '<Default Extension="rels"'
+    ' ContentType="application/vnd.openxmlformats-package.relationships+xml"/>'
+    '<Default Extension="model"'
+    ' ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/>'
+    "</Types>"
+)
+_RELATIONS = (
+    '<?xml version="1.0" encoding="UTF-8"?>\n'
+    '<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">'
+    '<Relationship Target="/3D/3dmodel.model" Id="rel0"'
+    ' Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>'
+)
+
+
+def _zipped(files: Mapping[str, str]) -> bytes:
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive:
+        for name, text in files.items():
+            entry = zipfile.ZipInfo(name, date_time=(1980, 1, 1, 0, 0, 0))
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.external_attr = 0o644 << 16
+            archive.writestr(entry, text)
+    return stream.getvalue()
+
+
+def glb_of(meshes: Mapping[str, tuple[trimesh.Trimesh, Colour]]) -> bytes:
+    """All bodies in their places with their colours, for viewers."""
+    scene = trimesh.Scene()
+    for name, (mesh, colour) in meshes.items():
+        painted = mesh.copy()
+        painted.visual = trimesh.visual.TextureVisuals(
+            material=trimesh.visual.material.PBRMaterial(
+                name=name, baseColorFactor=[*colour, 1.0], metallicFactor=0.0, roughnessFactor=0.7
+            )
+        )
+        scene.add_geometry(painted, node_name=name, geom_name=name)
+    content = scene.export(file_type="glb")
+    assert isinstance(content, bytes)
+    return content

@@ -1,0 +1,92 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The manifest: every part with its figures and every file with its hash."""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import cadquery as cq
+
+from cad.catalogue import BACK_DOWN, INFILL_PERCENT, PRINTED, UPSIDE_DOWN
+from cad.checks.result import Result
+from cad.tables import density_g_cm3
+from sensor.design import Wedge
+
+REVISION = 1
+"""Of the parts' shapes: raised by whoever changes one."""
+_TURNS = {BACK_DOWN: "back face on the bed", UPSIDE_DOWN: "top face on the bed"}
+
+
+def part_entries(
+    design: Wedge,
+    printed: Mapping[str, cq.Solid],
+    bought: Mapping[str, tuple[cq.Solid, str]],
+    counts: Mapping[str, int],
+) -> list[dict[str, Any]]:
+    """One entry a part: printed ones first, then those of the assembly that are bought or cut."""
+    entries = []
+    for part in PRINTED:
+        entry = _figures(part.id, printed[part.id], part.material)
+        entry["title"], entry["use"] = part.title, part.use
+        entry["quantity"] = counts.get(part.id, 0 if part.use == "alternative" else 1)
+        entry["print"] = {
+            "orientation": _TURNS.get(part.turn, "as modelled"),
+            "layer_mm": float(design.printing.layer_mm),
+            "infill_percent": INFILL_PERCENT,
+            "supports": "none",
+            "note": part.note,
+        }
+        entries.append(entry)
+    for part_id, (solid, material) in bought.items():
+        entry = _figures(part_id, solid, material)
+        entries.append({**entry, "use": "assembly", "quantity": counts[part_id]})
+    return entries
+
+
+def _figures(part_id: str, solid: cq.Solid, material: str) -> dict[str, Any]:
+    volume = solid.Volume()
+    box = cq.Shape.cast(solid.wrapped).BoundingBox(tolerance=1e-4)
+    return {
+        "id": part_id,
+        "revision": REVISION,
+        "material": material,
+        "volume_mm3": round(volume, 3),
+        "mass_g": round(volume * density_g_cm3(material) / 1000, 3),
+        "bounding_box_mm": [round(size, 2) for size in (box.xlen, box.ylen, box.zlen)],
+    }
+
+
+def check_entries(results: list[Result]) -> list[dict[str, Any]]:
+    """The checks as data, in the order they ran."""
+    return [
+        {
+            "check": result.check,
+            "subject": result.subject,
+            "value": round(result.value, 6) + 0.0,
+            "unit": result.unit,
+            "bound": f"{result.sense} {result.bound:g}"
+            if result.sense != "for information"
+            else result.sense,
+            "passed": result.passed,
+            "detail": result.detail,
+        }
+        for result in results
+    ]
+
+
+def with_hashes(content: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """The manifest with the sha256 of every file that lies in the folder."""
+    files = sorted(path for path in folder.rglob("*") if path.is_file())
+    hashes = {
+        path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in files
+    }
+    return {**content, "files": hashes}
+
+
+def as_text(content: Mapping[str, Any]) -> str:
+    """JSON as it lies on disk."""
+    return json.dumps(content, indent=1, ensure_ascii=False) + "\n"

@@ -1,0 +1,159 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Bought and laser-cut parts as bodies of the assembly: the room they take, in their place."""
+
+import cadquery as cq
+
+from cad.electronics.boards import boards
+from cad.features import Vector, box, cylinder, one_solid, turned, union_of
+from cad.layout import FLEX, Layout
+from cad.optics import pad_centre_x_mm
+from cad.parts.electronics_cover import POST_HEIGHT, POSTS, WALL, board_z, cover_middle_x
+from cad.parts.mold import gel_pad
+from cad.tables import fastener
+from sensor.design import Wedge
+
+BOARD = (24.0, 29.0, 1.6)
+"""The CSI-to-HDMI adapter, x, y, z: no drawing of it was found, measure yours."""
+RESISTOR_BOARD_HEIGHT = 3.0
+"""With its resistors, wires soldered straight into the holes."""
+TAPE = 0.3
+PLUG_LENGTH = 10.0
+PLUG = (15.0, 5.6)
+"""Width and height of its HDMI connector, which reaches to the back of the cover."""
+
+
+def acrylic(design: Wedge) -> cq.Solid:
+    """The clear block, with the pins' notches."""
+    place = Layout(design)
+    half = place.acrylic_half
+    block = box((place.acrylic_x0, place.acrylic_x1), (-half, half), (place.bottom, 0))
+    notches = union_of(
+        cylinder((x, y, place.bottom - 1), (0, 0, 1), place.pin_hole_radius, 2 - place.bottom)
+        for x, y in place.pin_places
+    )
+    return one_solid(block.cut(notches), "the acrylic")
+
+
+def mirror(design: Wedge) -> cq.Solid:
+    """The mirror on its seat."""
+    shape = design.mirror
+    foot = (shape.foot_x_mm, 0.0, shape.foot_height_mm)
+    x, half = shape.foot_x_mm, shape.width_mm / 2
+    z = shape.foot_height_mm
+    slab = box((x, x + shape.length_mm), (-half, half), (z, z + shape.thickness_mm))
+    return one_solid(turned(slab, -shape.angle_deg, foot), "the mirror")
+
+
+def gel(design: Wedge) -> cq.Solid:
+    """The gel under the acrylic."""
+    place = (pad_centre_x_mm(design), 0, -design.acrylic.thickness_mm)
+    return one_solid(cq.Workplane(gel_pad(design.gel)).translate(place), "the gel")
+
+
+def film(design: Wedge, name: str, side: str) -> cq.Solid:
+    """A gray filter or a diffuser on one side (``red``, ``blue``, ``green``) of the acrylic."""
+    place = Layout(design)
+    names = list(place.films)
+    inner = sum(place.films[before] for before in names[: names.index(name)])
+    z = (place.bottom, 0.0)
+    if side == "green":
+        x = place.acrylic_x1 + inner
+        strip = box((x, x + place.films[name]), place.film_ranges["base"], z)
+    else:
+        y = place.acrylic_half + inner
+        strip = box(place.film_ranges["side"], (y, y + place.films[name]), z)
+        strip = strip if side == "red" else strip.mirror("XZ")
+    return one_solid(strip, f"the {name}")
+
+
+def led_array(design: Wedge, colour: str) -> cq.Solid:
+    """LEDs on their flexible circuit, which lies on the pocket's outer wall."""
+    place, lights = Layout(design), design.lights
+    row = next(row for row in place.light_rows() if row.colour == colour)
+    middle = (place.bottom) / 2
+    z = (middle - lights.led_width_mm / 2, middle + lights.led_width_mm / 2)
+    back = (place.acrylic_x1 if colour == "green" else place.acrylic_half) + place.light_depth
+    depth = (back - FLEX - lights.led_height_mm, back - FLEX + 1e-3)
+    bodies = [((back - FLEX, back), row.board, place.flex_z)]
+    bodies += [
+        (depth, (u - lights.led_length_mm / 2, u + lights.led_length_mm / 2), z)
+        for u in row.centres
+    ]
+    if colour == "green":
+        array = union_of(box(out, along, z) for out, along, z in bodies)
+    else:
+        array = union_of(box(along, out, z) for out, along, z in bodies)
+        array = array if colour == "red" else array.mirror("XZ")
+    return one_solid(array, f"the {colour} LED array")
+
+
+def pin(design: Wedge, index: int) -> cq.Solid:
+    """A piece of wire in the notch between acrylic and case."""
+    place = Layout(design)
+    x, y = place.pin_places[index]
+    radius = design.fastening.pin_diameter_mm / 2
+    length = pin_length_mm(design)
+    return one_solid(cylinder((x, y, place.bottom), (0, 0, 1), radius, length), "a pin")
+
+
+def pin_length_mm(design: Wedge) -> float:
+    """A little shorter than its hole."""
+    return design.acrylic.thickness_mm - 0.5
+
+
+def camera(design: Wedge) -> cq.Solid:
+    """The camera's head and lens barrel."""
+    lens = design.camera
+    x, z, half = lens.pupil_x_mm, lens.pupil_z_mm, lens.head_size_mm / 2
+    head = box((x, x + lens.head_depth_mm), (-half, half), (z - half, z + half))
+    barrel = cylinder(
+        (x + 0.1, 0, z), (-1, 0, 0), lens.barrel_diameter_mm / 2, lens.barrel_length_mm + 0.1
+    )
+    return one_solid(turned(head.union(barrel), lens.pitch_deg, (x, 0.0, z)), "the camera")
+
+
+def screw(size: str, under_head: Vector, direction: Vector, length: float) -> cq.Solid:
+    """A screw whose shank points in ``direction``; its thread is drawn at the core's diameter."""
+    row = fastener(size)
+    back = (-direction[0], -direction[1], -direction[2])
+    head = cylinder(under_head, back, row.head_diameter_mm / 2, row.head_height_mm)
+    shank = cylinder(under_head, direction, row.core_mm / 2, length)
+    return one_solid(head.union(shank), "a screw")
+
+
+def resistor_board(design: Wedge) -> cq.Solid:
+    """The resistor board over the screws of the CSI-to-HDMI board, in front of its plug."""
+    place = Layout(design)
+    length, width = boards(design)[0].size
+    x0 = cover_middle_x(place) + BOARD[0] / 2 - 2.5 - length
+    z = board_z(place) + BOARD[2] + place.screw.head_height_mm + TAPE
+    return one_solid(
+        box((x0, x0 + length), (-width / 2, width / 2), (z, z + RESISTOR_BOARD_HEIGHT)),
+        "the resistor board",
+    )
+
+
+def compartment_height_mm(place: Layout) -> float:
+    """Least height of the compartment over all that lies in it."""
+    pile = max(PLUG[1], place.screw.head_height_mm + TAPE + RESISTOR_BOARD_HEIGHT)
+    return WALL + POST_HEIGHT + BOARD[2] + pile + TAPE
+
+
+def csi_hdmi_board(design: Wedge) -> cq.Solid:
+    """The CSI-to-HDMI adapter with its plug."""
+    place = Layout(design)
+    x, z = cover_middle_x(place), board_z(place)
+    length, width, thickness = BOARD
+    board = box((x - length / 2, x + length / 2), (-width / 2, width / 2), (z, z + thickness))
+    end = place.plate_x1 - 0.5
+    plug = box(
+        (min(end - PLUG_LENGTH, x + length / 2 - 2), end),
+        (-PLUG[0] / 2, PLUG[0] / 2),
+        (z + thickness - 0.01, z + thickness + PLUG[1]),
+    )
+    holes = union_of(
+        cylinder((x + along, across, z - 1), (0, 0, 1), place.screw.clearance_mm / 2, 2 + thickness)
+        for along, across in POSTS
+    )
+    return one_solid(board.cut(holes).union(plug), "the CSI-to-HDMI board")

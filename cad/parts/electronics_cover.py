@@ -1,0 +1,72 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The box behind the sensor for the CSI-to-HDMI adapter; the gripper adapter is its lid."""
+
+import cadquery as cq
+
+from cad.features import box, cylinder, one_solid, union_of
+from cad.layout import Layout
+from cad.parts.gripper_adapter import HEAD_GAP, cover_corner_half, cover_screw_places
+from sensor.design import Wedge
+
+WALL = 1.2
+UNDER_HEAD = 3.0
+POST_HEIGHT, POST_DIAMETER = 4.0, 5.0
+POSTS = ((-10.0, -13.0), (-10.0, 13.0), (10.0, -10.5), (10.0, 10.5))
+"""(x, y) from the cover's middle: posts 26 and 21 mm apart in rows 20 mm apart, as in the lab's
+own compartment. Measure your adapter's holes."""
+CABLE = 12.0
+PLUG = 17.0
+"""Widths of the openings for the camera's ribbon and for the HDMI plug."""
+
+
+def board_z(place: Layout) -> float:
+    """Height (z) of the adapter board's underside."""
+    design = place.design
+    return design.housing.roof_z_mm - design.compartment.height_mm + WALL + POST_HEIGHT
+
+
+def cover_middle_x(place: Layout) -> float:
+    """Place (x) of the cover's middle."""
+    return (place.cover_x0 + place.plate_x1) / 2
+
+
+def electronics_cover(design: Wedge) -> cq.Solid:
+    """The printed cover, in its place under the gripper adapter."""
+    place = Layout(design)
+    x, top = (place.cover_x0, place.plate_x1), design.housing.roof_z_mm
+    half, bottom = design.compartment.width_mm / 2, top - design.compartment.height_mm
+    body = box(x, (-half, half), (bottom, top)).cut(
+        box((x[0] + WALL, x[1] - WALL), (WALL - half, half - WALL), (bottom + WALL, top + 1))
+    )
+    corner = cover_corner_half(place)
+    corners = union_of(
+        box((cx - corner, cx + corner), (cy - corner, cy + corner), (bottom, top))
+        for cx, cy in cover_screw_places(place)
+    ).intersect(box(x, (-half, half), (bottom, top)))
+    cable = box((x[0] - 1, x[0] + WALL + 1), (-CABLE / 2, CABLE / 2), (bottom + WALL, top + 1))
+    plug = box((x[1] - WALL - 1, x[1] + 1), (-PLUG / 2, PLUG / 2), (board_z(place) - 1, top + 1))
+    body = body.union(corners).union(_posts(place)).cut(cable).cut(plug)
+    return one_solid(body.cut(_screw_ways(place)), "the electronics cover")
+
+
+def _posts(place: Layout) -> cq.Workplane:
+    middle, z = cover_middle_x(place), board_z(place)
+    posts = []
+    for along, across in POSTS:
+        foot = (middle + along, across, z - POST_HEIGHT - 0.5)
+        post = cylinder(foot, (0, 0, 1), POST_DIAMETER / 2, POST_HEIGHT + 0.5)
+        hole = cylinder((middle + along, across, z), (0, 0, -1), place.screw.tap_mm / 2, 3.5)
+        posts.append(post.cut(hole))
+    return union_of(posts)
+
+
+def _screw_ways(place: Layout) -> cq.Workplane:
+    """Holes in the corners, and wide ways from below down which screw and driver go."""
+    top = place.design.housing.roof_z_mm
+    ways = []
+    for x, y in cover_screw_places(place):
+        ways.append(cylinder((x, y, top + 1), (0, 0, -1), place.screw.clearance_mm / 2, 60))
+        sink = place.screw.head_diameter_mm / 2 + HEAD_GAP
+        ways.append(cylinder((x, y, top - UNDER_HEAD), (0, 0, -1), sink, 60))
+    return union_of(ways)

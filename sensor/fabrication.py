@@ -1,0 +1,99 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a workshop adds to the design: its printer's fit, its laser's kerf, screws, LED currents."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from sensor.errors import WedgeError
+from sensor.marked import Bounded, bounded, chosen, datasheet, measured, paper
+
+SCREWS = ("M2", "M2.5")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Printing(Bounded):
+    """Gaps between printed parts, per side, and the settings a part is printed with."""
+
+    sliding_clearance_mm: float = bounded(0.05, 0.5)
+    """Between parts that slide past each other."""
+    press_clearance_mm: float = bounded(0.0, 0.2)
+    """Between parts that hold each other; printed holes shrink, so a small gap presses."""
+    layer_mm: float = bounded(0.05, 0.3)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Laser(Bounded):
+    """Width of the laser's cut in each material; measure yours with the kerf comb."""
+
+    acrylic_kerf_mm: float = bounded(0, 0.6)
+    mirror_kerf_mm: float = bounded(0, 0.6)
+    film_kerf_mm: float = bounded(0, 0.6)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fastening(Bounded):
+    """Screws and pins."""
+
+    screw: Literal["M2", "M2.5"]
+    boss_pitch_mm: float = bounded(8, 100)
+    """Between the two rows of screws, left and right of the camera."""
+    pin_diameter_mm: float = bounded(0.6, 2)
+
+    def __post_init__(self) -> None:
+        """Check the screw's name."""
+        super().__post_init__()
+        if self.screw not in SCREWS:
+            raise WedgeError(
+                f"fastening.screw = {self.screw!r} must be one of {', '.join(SCREWS)}."
+            )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wiring(Bounded):
+    """The LEDs' supply, and what sets the resistors."""
+
+    supply_v: float = bounded(3, 12)
+    led_current_ma: float = bounded(0.5, 30)
+    red_forward_v: float = bounded(1.5, 4)
+    green_forward_v: float = bounded(1.5, 4)
+    blue_forward_v: float = bounded(1.5, 4)
+    led_pitch_mm: float = bounded(1, 15)
+    """Between the centres of two neighbours in an array."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Compartment(Bounded):
+    """The box behind the sensor that covers the CSI-to-HDMI adapter."""
+
+    length_mm: float = bounded(34, 80)
+    width_mm: float = bounded(34, 80)
+    height_mm: float = bounded(10, 40)
+
+
+DESKTOP_PRINTER = Printing(
+    sliding_clearance_mm=chosen(0.15),
+    press_clearance_mm=chosen(0.05),
+    layer_mm=chosen(0.12),
+)
+CO2_LASER = Laser(
+    acrylic_kerf_mm=chosen(0.18), mirror_kerf_mm=chosen(0.18), film_kerf_mm=chosen(0.10)
+)
+CSI_SUPPLY = Wiring(
+    supply_v=paper(3.3),
+    led_current_ma=chosen(5.0),
+    red_forward_v=chosen(1.9),  # typical of the colour at this current: measure your reel
+    green_forward_v=chosen(2.8),
+    blue_forward_v=chosen(2.8),
+    led_pitch_mm=chosen(3.8),
+)
+LAB_COMPARTMENT = Compartment(
+    length_mm=measured(42.0), width_mm=measured(34.0), height_mm=measured(14.5)
+)
+
+
+def m2_fastening(boss_pitch_mm: float) -> Fastening:
+    """M2 screws in two rows, and pins of 1 mm wire."""
+    return Fastening(
+        screw="M2", boss_pitch_mm=chosen(boss_pitch_mm), pin_diameter_mm=datasheet(1.0)
+    )

@@ -1,0 +1,58 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Models that several tests measure, built once, and a folder written twice by the command."""
+
+import fcntl
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from cad.build import Model, model
+from sensor.design import FINGER, STANDARD
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope="session")
+def finger() -> Model:
+    return model(FINGER)
+
+
+@pytest.fixture(scope="session")
+def standard() -> Model:
+    return model(STANDARD)
+
+
+@pytest.fixture(scope="session")
+def fabricated(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """The finger's folder from two processes that hash text differently.
+
+    Test processes that run beside each other share it: the first one makes it.
+    """
+    root = tmp_path_factory.getbasetemp()
+    root = root.parent if "PYTEST_XDIST_WORKER" in os.environ else root
+    folders = (root / "fabricated" / "first", root / "fabricated" / "second")
+    with (root / "fabricated.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not all(folder.exists() for folder in folders):
+            _fabricate(folders)
+    return folders
+
+
+def _fabricate(folders: tuple[Path, Path]) -> None:
+    runs = [
+        subprocess.Popen(
+            [sys.executable, "-P", "-m", "app", "fabricate", "--design", "finger", "--out", folder],
+            cwd=ROOT,
+            env={**os.environ, "PYTHONHASHSEED": str(seed), "PYTHONPATH": str(ROOT)},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+        for seed, folder in enumerate(folders, start=1)
+    ]
+    said = [run.communicate()[0] for run in runs]
+    assert [run.returncode for run in runs] == [0, 0], "\n".join(said)

@@ -1,0 +1,119 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A design is refused with field, value and bound, or it passes every check."""
+
+import re
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from cad.build import model, run_checks
+from cad.refusals import refuse_unbuildable
+from sensor.design import FINGER, STANDARD, Wedge
+from sensor.errors import WedgeError
+
+
+def changed(design: Wedge, group: str, **values: Any) -> Wedge:
+    return replace(design, **{group: replace(getattr(design, group), **values)})
+
+
+IMPOSSIBLE = {
+    "pupil over the pad": ("camera.pupil_x_mm", "camera", {"pupil_x_mm": 39.0}),
+    "camera through the floor": ("camera.pupil_z_mm", "camera", {"pupil_z_mm": 2.0}),
+    "narrow lens": ("camera.diagonal_view_deg", "camera", {"diagonal_view_deg": 70.0}),
+    "short mirror": ("mirror.length_mm", "mirror", {"length_mm": 25.0}),
+    "mirror longer than its window": ("mirror.length_mm", "mirror", {"length_mm": 37.0}),
+    "mirror as wide as the acrylic": ("mirror.width_mm", "mirror", {"width_mm": 26.5}),
+    "mirror's foot in the tip": ("mirror.foot_x_mm", "mirror", {"foot_x_mm": 2.2}),
+    "low roof": ("housing.roof_z_mm", "housing", {"roof_z_mm": 18.5}),
+    "short case": ("housing.case_length_mm", "housing", {"case_length_mm": 45.0}),
+    "thin tip": ("acrylic.tip_offset_mm", "acrylic", {"tip_offset_mm": 0.7}),
+    "too many LEDs": ("lights.red_side_leds", "lights", {"red_side_leds": 9}),
+    "LEDs on top of each other": ("wiring.led_pitch_mm", "wiring", {"led_pitch_mm": 3.5}),
+    "no volt for a resistor": ("wiring.blue_forward_v", "wiring", {"blue_forward_v": 3.3}),
+    "screws in the tunnel": ("fastening.boss_pitch_mm", "fastening", {"boss_pitch_mm": 12.0}),
+    "screws in the air": ("fastening.boss_pitch_mm", "fastening", {"boss_pitch_mm": 33.0}),
+    "flat compartment": ("compartment.height_mm", "compartment", {"height_mm": 11.0}),
+    "pad to the acrylic's edge": ("gel.pad_width_mm", "gel", {"pad_width_mm": 27.0}),
+}
+
+
+@pytest.mark.parametrize(("field", "group", "values"), IMPOSSIBLE.values(), ids=IMPOSSIBLE)
+def test_an_impossible_design_is_refused_with_field_value_and_bound(
+    field: str, group: str, values: dict[str, Any]
+) -> None:
+    (value,) = values.values()
+    with pytest.raises(WedgeError) as refusal:
+        refuse_unbuildable(changed(STANDARD, group, **values))
+    text = str(refusal.value)
+    if field not in ("housing.roof_z_mm", "mirror.length_mm"):
+        assert text.startswith(f"{field} = {value:g} ")
+    assert re.match(r"\w+\.\w+ = [\d.]+ ", text)
+    assert re.search(r"must be at (least|most) [\d.]+", text)
+
+
+def test_a_design_just_inside_a_named_bound_is_taken() -> None:
+    with pytest.raises(WedgeError) as refusal:
+        refuse_unbuildable(changed(STANDARD, "mirror", length_mm=25.0))
+    (bound,) = re.findall(r"at least ([\d.]+)", str(refusal.value))
+    refuse_unbuildable(changed(STANDARD, "mirror", length_mm=float(bound)))
+
+
+BARE = {"film_thickness_mm": 0.0, "gray_filter_transmission": 1.0, "diffuser": False}
+VARIANTS = {
+    "flat gel, red and green only": changed(
+        changed(FINGER, "gel", curved=False), "lights", blue_side_leds=0
+    ),
+    "thick acrylic, no films, larger screws": changed(
+        changed(changed(STANDARD, "acrylic", thickness_mm=6.0), "fastening", screw="M2.5"),
+        "lights",
+        **BARE,
+    ),
+}
+
+
+@pytest.mark.parametrize("design", VARIANTS.values(), ids=VARIANTS)
+def test_variants_pass_every_check(design: Wedge) -> None:
+    results = run_checks(model(design))
+    assert [f"{r.check} {r.subject} {r.value:g}" for r in results if not r.passed] == []
+
+
+@st.composite
+def designs(draw: st.DrawFn) -> Wedge:
+    """One of the known designs with a few numbers moved by up to a seventh."""
+    design = draw(st.sampled_from([STANDARD, FINGER]))
+    moved = {
+        "gel": ("pad_length_mm", "pad_width_mm", "thickness_mm"),
+        "acrylic": ("thickness_mm", "tip_offset_mm"),
+        "mirror": ("foot_x_mm", "foot_height_mm", "angle_deg", "length_mm"),
+        "camera": ("pupil_x_mm", "pupil_z_mm", "head_depth_mm", "diagonal_view_deg"),
+        "lights": ("led_height_mm", "film_thickness_mm", "backing_thickness_mm"),
+        "housing": ("case_length_mm", "roof_z_mm", "wall_mm"),
+        "printing": ("sliding_clearance_mm", "press_clearance_mm"),
+    }
+    for group in draw(
+        st.lists(st.sampled_from(sorted(moved)), min_size=1, max_size=3, unique=True)
+    ):
+        name = draw(st.sampled_from(moved[group]))
+        factor = draw(st.floats(0.95, 1.14))
+        try:
+            value = round(getattr(getattr(design, group), name) * factor, 3)
+            design = changed(design, group, **{name: value})
+        except WedgeError:
+            continue
+    return design
+
+
+@settings(max_examples=4, suppress_health_check=list(HealthCheck))
+@given(designs())
+def test_random_designs_are_refused_or_pass_every_check(design: Wedge) -> None:
+    try:
+        built = model(design)
+    except WedgeError as refusal:
+        assert re.match(r"[\w.]+ = [\d.]+ .*must be at (least|most) [\d.]+", str(refusal))
+        return
+    results = run_checks(built)
+    assert [f"{r.check} {r.subject} {r.value:g} {r.detail}" for r in results if not r.passed] == []

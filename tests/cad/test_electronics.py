@@ -1,0 +1,110 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Resistors by Ohm's law, copper by its geometry, board files by another reader."""
+
+import math
+import warnings
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cad.electronics.boards import Board, Rectangle, boards
+from cad.electronics.files import board_files
+from cad.electronics.netlist import islands, net_faults, smallest_gap
+from cad.electronics.resistors import E24, ballasts, next_e24
+from cad.electronics.wiring import wiring_svg
+from sensor.design import FINGER, STANDARD, Wedge
+
+BOTH = pytest.mark.parametrize("design", [STANDARD, FINGER], ids=lambda design: design.name)
+
+
+@given(st.floats(0.5, 1e5))
+def test_e24_is_the_next_larger_of_the_series(ohm: float) -> None:
+    value = next_e24(ohm)
+    assert ohm * (1 - 1e-8) <= value <= ohm * 1.13
+    mantissa = value / 10 ** (math.floor(math.log10(value) + 1e-9) - 1)
+    assert min(abs(mantissa - e) for e in E24) < 1e-6
+
+
+@BOTH
+def test_currents_obey_ohm_and_stay_below_what_was_asked(design: Wedge) -> None:
+    for ballast in ballasts(design):
+        drop = design.wiring.supply_v - ballast.forward_v
+        assert ballast.total_current_ma * ballast.ohm / 1000 == pytest.approx(drop)
+        assert 0.88 <= ballast.led_current_ma() / design.wiring.led_current_ma <= 1 + 1e-9
+        assert ballast.power_w == pytest.approx(drop**2 / ballast.ohm)
+        assert ballast.led_current_ma(ballast.supply_v + 0.2) == 0
+
+
+@BOTH
+def test_copper_joins_each_net_and_nothing_else(design: Wedge) -> None:
+    for board in boards(design):
+        assert net_faults(board) == []
+        assert len(islands(board)) == len(board.nets)
+        assert smallest_gap(board) >= 0.15
+        for copper in [pad.copper for pad in board.pads] + list(board.tracks):
+            assert 0 < copper.x[0] < copper.x[1] < board.size[0]
+            assert 0 < copper.y[0] < copper.y[1] < board.size[1]
+
+
+def faults_with(board: Board, tracks: tuple[Rectangle, ...]) -> str:
+    return "; ".join(net_faults(replace(board, tracks=tracks)))
+
+
+def test_a_cut_track_and_a_bridge_are_found() -> None:
+    board = boards(STANDARD)[0]
+    for index in range(len(board.tracks)):
+        left = board.tracks[:index] + board.tracks[index + 1 :]
+        assert "pieces" in faults_with(board, left) or "joins nothing" in faults_with(board, left)
+    whole = Rectangle((1.0, board.size[0] - 1), (6.9, 7.1))
+    assert "copper joins" in faults_with(board, (*board.tracks, whole))
+
+
+def test_the_array_fits_beside_the_acrylic() -> None:
+    for design in (STANDARD, FINGER):
+        for board in boards(design)[1:]:
+            assert board.size[1] < design.acrylic.thickness_mm
+            pitches = {
+                round(b.middle[0] - a.middle[0], 6)
+                for a, b in zip(board.components, board.components[1:], strict=False)
+            }
+            assert pitches == {design.wiring.led_pitch_mm}
+
+
+@BOTH
+def test_another_reader_finds_the_same_copper_and_holes(design: Wedge, tmp_path: Path) -> None:
+    gerbonara = pytest.importorskip("gerbonara")
+    for board in boards(design):
+        for name, content in board_files(board):
+            (tmp_path / name).write_bytes(content)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            copper = gerbonara.GerberFile.open(tmp_path / f"{board.name}-F_Cu.gtl")
+            edge = gerbonara.GerberFile.open(tmp_path / f"{board.name}-Edge_Cuts.gm1")
+        found = np.array([(o.x, o.y, o.aperture.w, o.aperture.h) for o in copper.objects])
+        drawn = [pad.copper for pad in board.pads] + list(board.tracks)
+        wanted = np.array([(*copper.middle, *copper.size) for copper in drawn])
+        nearest = np.abs(found[:, None] - wanted[None]).max(axis=-1)
+        assert found.shape == wanted.shape
+        assert nearest.min(axis=0).max() < 2e-6
+        assert nearest.min(axis=1).max() < 2e-6
+        (x0, y0), (x1, y1) = edge.bounding_box()
+        assert (x1 - x0 - 0.1, y1 - y0 - 0.1) == pytest.approx(board.size, abs=1e-5)
+        holes = [pad for pad in board.pads if pad.drill]
+        if holes:
+            with warnings.catch_warnings():
+                warnings.simplefilter("error")
+                drill = gerbonara.ExcellonFile.open(tmp_path / f"{board.name}-PTH.drl")
+            places = sorted((round(o.x, 3), round(o.y, 3)) for o in drill.objects)
+            assert places == sorted(
+                (round(p.copper.middle[0], 3), round(p.copper.middle[1], 3)) for p in holes
+            )
+
+
+def test_the_wiring_picture_names_every_resistor() -> None:
+    text = wiring_svg(STANDARD).decode()
+    assert all(f" {ballast.label}<" in text for ballast in ballasts(STANDARD))

@@ -1,0 +1,183 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The files, opened by readers that others wrote, and the same bytes from two processes."""
+
+import filecmp
+import hashlib
+import json
+import re
+from pathlib import Path
+
+import cadquery as cq
+import ezdxf
+import numpy as np
+import pytest
+import trimesh
+from ezdxf import path as dxf_path
+
+from cad.build import Model
+from cad.catalogue import PRINTED
+from cad.exports.laser import area_mm2, outline, pieces_by_id, sheets
+from cad.golden import differences, golden_of, read_golden
+from cad.manifest import with_hashes
+from cad.mesh import DEFLECTION_MM
+
+Folders = tuple[Path, Path]
+
+
+def listed(folder: Path) -> list[str]:
+    return sorted(p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file())
+
+
+def test_two_processes_write_the_same_bytes(fabricated: Folders) -> None:
+    first, second = fabricated
+    names = listed(first)
+    assert names == listed(second)
+    assert filecmp.cmpfiles(first, second, names, shallow=False) == (names, [], [])
+    kinds = {name.rpartition(".")[2] for name in names}
+    assert kinds >= {"stl", "step", "3mf", "dxf", "glb", "png", "svg", "json", "csv", "md", "html"}
+
+
+def test_the_manifest_names_every_file_by_its_hash(fabricated: Folders) -> None:
+    folder, _ = fabricated
+    manifest = json.loads((folder / "manifest.json").read_text())
+    names = [name for name in listed(folder) if name != "manifest.json"]
+    assert sorted(manifest["files"]) == names
+    for name, digest in manifest["files"].items():
+        assert hashlib.sha256((folder / name).read_bytes()).hexdigest() == digest
+    assert with_hashes({}, folder / "print")["files"].keys() == {
+        name.removeprefix("print/") for name in names if name.startswith("print/")
+    }
+
+
+@pytest.mark.parametrize("part", [part.id for part in PRINTED])
+def test_stl_and_3mf_are_the_part(part: str, finger: Model, fabricated: Folders) -> None:
+    folder, _ = fabricated
+    volume = finger.printed[part].Volume()
+    mesh = trimesh.load_mesh(folder / "print" / f"{part}.stl")
+    assert mesh.is_watertight and mesh.is_winding_consistent
+    assert mesh.body_count == 1
+    assert mesh.volume == pytest.approx(volume, rel=2e-3)
+    assert mesh.bounds[0] == pytest.approx([0, 0, 0], abs=DEFLECTION_MM)
+
+    lib3mf = pytest.importorskip("lib3mf", reason="has no wheel for Linux on ARM")
+    model = lib3mf.get_wrapper().CreateModel()
+    reader = model.QueryReader("3mf")
+    reader.ReadFromFile(str(folder / "print" / f"{part}.3mf"))
+    assert reader.GetWarningCount() == 0
+    assert model.GetUnit() == lib3mf.ModelUnit.MilliMeter
+    objects = model.GetMeshObjects()
+    assert objects.MoveNext()
+    body = objects.GetCurrentMeshObject()
+    assert body.IsManifoldAndOriented()
+    assert body.GetTriangleCount() == len(mesh.faces)
+    assert not objects.MoveNext()
+
+
+def test_step_files_hold_the_solids(finger: Model, fabricated: Folders) -> None:
+    folder, _ = fabricated
+    for part in ("case", "mold_curved"):
+        solid = cq.importers.importStep(str(folder / "step" / f"{part}.step"))
+        assert solid.solids().size() == 1
+        assert solid.val().Volume() == pytest.approx(finger.printed[part].Volume(), rel=1e-6)
+    whole = cq.importers.importStep(str(folder / "step" / "assembly.step"))
+    assert whole.solids().size() == len(finger.bodies)
+    total = sum(solid.Volume() for solid in finger.bodies.values())
+    assert sum(solid.Volume() for solid in whole.solids().vals()) == pytest.approx(total, rel=1e-6)
+
+
+def test_the_glb_holds_every_body(finger: Model, fabricated: Folders) -> None:
+    scene = trimesh.load_scene(fabricated[0] / "view" / "assembly.glb")
+    assert set(scene.geometry) == set(finger.bodies)
+
+
+def outline_area(entity: ezdxf.entities.LWPolyline) -> float:
+    """Area by the shoelace formula over a fine flattening: not by our own formula."""
+    points = np.array([(p.x, p.y) for p in dxf_path.make_path(entity).flattening(1e-5)])
+    x, y = points.T
+    return float(abs(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1))) / 2)
+
+
+def test_laser_sheets_hold_the_parts_outlines(finger: Model, fabricated: Folders) -> None:
+    pieces = pieces_by_id(finger.design)
+    for sheet in sheets(finger.design):
+        for kerf, suffix in ((0.0, "nominal"), (sheet.kerf_mm, f"kerf{sheet.kerf_mm:g}")):
+            document = ezdxf.readfile(fabricated[0] / "laser" / f"{sheet.name}_{suffix}.dxf")
+            assert not document.audit().errors
+            assert document.units == ezdxf.units.MM
+            cuts = list(document.modelspace().query('LWPOLYLINE[layer=="CUT"]'))
+            assert all(cut.closed for cut in cuts)
+            assert {e.dxf.layer for e in document.modelspace()} == {"CUT", "ENGRAVE", "NOTE"}
+            wanted = [
+                area_mm2(outline(pieces[piece.id], kerf / 2))
+                for piece in sheet.pieces
+                for _ in range(piece.quantity)
+            ]
+            assert [outline_area(cut) for cut in cuts] == pytest.approx(wanted, rel=1e-6)
+            assert f"_x{len(cuts)}" in sheet.name
+
+
+def test_the_acrylics_outline_is_its_solids(finger: Model, standard: Model) -> None:
+    for built in (finger, standard):
+        volume = built.bodies["acrylic"].Volume()
+        piece = pieces_by_id(built.design)["acrylic"]
+        thickness = built.design.acrylic.thickness_mm
+        assert area_mm2(outline(piece)) * thickness == pytest.approx(volume, rel=1e-9)
+
+
+@pytest.mark.parametrize("grow", [0.02, 0.09, 0.2])
+def test_a_grown_outline_is_the_kerf_wider_everywhere(finger: Model, grow: float) -> None:
+    piece = pieces_by_id(finger.design)["acrylic"]
+    points = np.array([(x, y) for x, y, _ in outline(piece, grow)])
+    assert np.ptp(points, axis=0) == pytest.approx(
+        [piece.length + 2 * grow, piece.width + 2 * grow]
+    )
+    # Steiner: a band of width grow along the outline, but for corners and arcs of that order.
+    more = area_mm2(outline(piece, grow)) - area_mm2(outline(piece))
+    assert more == pytest.approx(2 * (piece.length + piece.width) * grow, rel=0.1)
+
+
+def test_pictures_show_something(fabricated: Folders) -> None:
+    from PIL import Image
+
+    for path in (fabricated[0] / "pictures").glob("*.png"):
+        pixels = np.asarray(Image.open(path).convert("RGB"))
+        inked = (pixels != 255).any(axis=-1)
+        assert 0.02 < inked.mean() < 0.9, path.name
+        edge = np.concatenate([inked[0], inked[-1], inked[:, 0], inked[:, -1]])
+        assert not edge.any(), f"{path.name} is cut off"
+
+
+def test_pages_point_at_files_that_exist(fabricated: Folders) -> None:
+    folder, _ = fabricated
+    page = (folder / "index.html").read_text(encoding="utf-8")
+    guide = (folder / "guide.md").read_text(encoding="utf-8")
+    links = re.findall(r'(?:src|href)="([^"]+)"', page) + re.findall(r"\]\(([^)]+)\)", guide)
+    assert len(links) > 60
+    assert [link for link in links if not (folder / link).is_file()] == []
+    assert "http" not in re.sub(r"http://www\.w3\.org\S*", "", page)
+
+
+@pytest.mark.parametrize("name", ["finger"])
+def test_the_design_measures_what_was_kept(name: str, fabricated: Folders) -> None:
+    manifest = json.loads((fabricated[0] / "manifest.json").read_text())
+    kept = read_golden(name)
+    assert kept is not None
+    assert differences(golden_of(manifest), kept) == []
+
+
+def test_a_change_is_told_in_words() -> None:
+    kept = read_golden("standard")
+    assert kept is not None
+    now = json.loads(json.dumps(kept))
+    case = next(part for part in now["parts"] if part["id"] == "case")
+    case["volume_mm3"] *= 1.031
+    case["bounding_box_mm"][0] += 1
+    now["parts"] = [part for part in now["parts"] if part["id"] != "mirror"]
+    now["bill"]["led_red"] += 1
+    said = differences(now, kept)
+    assert "case volume +3.1 %" in said
+    assert "mirror is gone" in said
+    assert any(text.startswith("case now measures ") for text in said)
+    assert any(text.startswith("bill: led_red ") for text in said)
+    assert differences(kept, kept) == []

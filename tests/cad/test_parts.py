@@ -1,0 +1,134 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Volumes that formulas give, and shapes that must follow the design."""
+
+import math
+from dataclasses import replace
+
+import cadquery as cq
+import numpy as np
+import pytest
+
+from cad.build import Model
+from cad.features import SEGMENTS, digits, one_solid
+from cad.layout import Layout
+from cad.mesh import DEFLECTION_MM, mesh_of
+from cad.parts import bought
+from cad.parts.case import case
+from cad.parts.jigs import ball_jig, ball_jig_volume_mm3
+from cad.parts.mold import gel_pad, mold_curved, mold_flat
+from cad.tables import fastener
+from sensor.design import FINGER, STANDARD, Gel
+from sensor.errors import WedgeError
+
+GELS = {
+    "standard": STANDARD.gel,
+    "finger": FINGER.gel,
+    "three axes": replace(STANDARD.gel, semi_axis_across_mm=70.0, semi_axis_normal_mm=55.0),
+    "nearly flat": replace(FINGER.gel, semi_axis_along_mm=900.0, semi_axis_across_mm=800.0),
+}
+
+
+def gel_volume(gel: Gel) -> float:
+    """Integral of the ellipsoid's height over the pad, by Gauss and Legendre."""
+    nodes, weights = np.polynomial.legendre.leggauss(24)
+    x, y = nodes * gel.pad_length_mm / 2, nodes * gel.pad_width_mm / 2
+    heights = np.array([[gel.thickness_at_mm(a, b) for b in y] for a in x])
+    return float(weights @ heights @ weights) * gel.pad_length_mm * gel.pad_width_mm / 4
+
+
+@pytest.mark.parametrize("gel", GELS.values(), ids=GELS)
+def test_the_gel_has_the_volume_of_its_integral(gel: Gel) -> None:
+    assert gel_pad(gel).Volume() == pytest.approx(gel_volume(gel), rel=1e-6)
+
+
+@pytest.mark.parametrize("gel", GELS.values(), ids=GELS)
+def test_the_gel_fills_its_pad_and_reaches_its_apex(gel: Gel) -> None:
+    low, high = mesh_of(gel_pad(gel)).bounds
+    assert high - low == pytest.approx(
+        [gel.pad_length_mm, gel.pad_width_mm, gel.thickness_mm], abs=DEFLECTION_MM
+    )
+    assert high[2] == pytest.approx(0, abs=1e-9)
+
+
+def test_the_two_molds_differ_by_the_gels_they_cast() -> None:
+    gel = STANDARD.gel
+    flat = gel.pad_length_mm * gel.pad_width_mm * gel.thickness_mm
+    more = mold_curved(STANDARD).Volume() - mold_flat(STANDARD).Volume()
+    # The overflow's notches reach into neither cavity, as both are deeper at the pad's edge.
+    assert more == pytest.approx(flat - gel_volume(gel), rel=1e-4)
+
+
+def test_the_ball_jig_is_its_cylinders_less_a_part_of_a_sphere() -> None:
+    assert ball_jig(FINGER).Volume() == pytest.approx(ball_jig_volume_mm3(FINGER), rel=1e-9)
+
+
+def test_cut_parts_have_the_volume_of_their_boxes() -> None:
+    mirror = STANDARD.mirror
+    expected = mirror.length_mm * mirror.width_mm * mirror.thickness_mm
+    assert bought.mirror(STANDARD).Volume() == pytest.approx(expected)
+    film = Layout(STANDARD).film_ranges["base"]
+    sheet = bought.film(STANDARD, "diffuser", "green").Volume()
+    thickness = Layout(STANDARD).films["diffuser"]
+    assert sheet == pytest.approx((film[1] - film[0]) * STANDARD.acrylic.thickness_mm * thickness)
+
+
+def test_the_case_is_as_large_as_the_design_says(standard: Model, finger: Model) -> None:
+    for built in (standard, finger):
+        design, box = built.design, built.printed["case"].BoundingBox(tolerance=1e-4)
+        assert box.xlen == pytest.approx(design.housing.case_length_mm, abs=1e-3)
+        assert box.ylen == pytest.approx(design.outer_width_mm, abs=1e-3)
+        height = design.housing.roof_z_mm + design.acrylic.thickness_mm
+        assert box.zlen == pytest.approx(height, abs=1e-3)
+
+
+def test_the_mirror_lies_at_its_angle_on_its_foot() -> None:
+    for design in (STANDARD, FINGER):
+        faces = bought.mirror(design).Faces()
+        normals = [face.normalAt() for face in faces if face.Area() > 100]
+        tilts = {round(math.degrees(math.acos(abs(normal.z))), 6) for normal in normals}
+        assert tilts == {design.mirror.angle_deg}
+        assert bought.mirror(design).BoundingBox(tolerance=1e-4).zmin == pytest.approx(
+            design.mirror.foot_height_mm, abs=1e-3
+        )
+
+
+def test_no_light_pocket_at_the_tip(finger: Model) -> None:
+    place = Layout(FINGER)
+    # A box between tip face and first LED, beside the acrylic, must be all case but for the pins.
+    x, y = (0.0, place.acrylic_x0 + 1.7), (place.acrylic_half + 0.7, place.outer_half)
+    probe = cq.Workplane().box(x[1], y[1] - y[0], 4.0, centered=False)
+    probe = probe.translate((0, y[0], -4.2))
+    common = finger.printed["case"].intersect(probe.val()).Volume()
+    assert common == pytest.approx(probe.val().Volume(), rel=1e-6)
+
+
+def test_the_mark_is_the_designs_hash(finger: Model) -> None:
+    other = replace(FINGER, printing=replace(FINGER.printing, layer_mm=0.2))
+    assert other.sha256 != FINGER.sha256
+    assert case(other).Volume() != pytest.approx(finger.printed["case"].Volume(), abs=1e-3)
+    assert case(replace(FINGER, name="other name")).Volume() == pytest.approx(
+        finger.printed["case"].Volume()
+    )
+
+
+def test_every_hexadecimal_digit_is_drawn_differently() -> None:
+    drawn = {tuple(digits(digit, 3.0, 0.4)) for digit in "0123456789abcdef"}
+    assert len(drawn) == len(SEGMENTS) == 16
+
+
+def test_an_empty_boolean_is_caught() -> None:
+    nothing = (
+        cq.Workplane().box(1, 1, 1).intersect(cq.Workplane().box(1, 1, 1).translate((5, 0, 0)))
+    )
+    with pytest.raises(WedgeError, match="the probe came out as 0 bodies"):
+        one_solid(nothing, "the probe")
+
+
+@pytest.mark.parametrize("size", ["M2", "M2.5", "M3", "M4"])
+def test_fasteners_are_consistent(size: str) -> None:
+    row = fastener(size)
+    assert row.thread_mm == float(size[1:])
+    # ISO 68-1: the core of a thread is its diameter less 1.2269 pitches.
+    assert row.core_mm == pytest.approx(row.thread_mm - 1.2269 * row.pitch_mm, abs=2e-3)
+    assert row.core_mm < row.tap_mm < row.thread_mm < row.clearance_mm < row.head_diameter_mm
