@@ -10,7 +10,7 @@ their gradient is zero; 5 % of them are drawn with a seed. (The error table's de
 from dataclasses import dataclass, fields
 
 import numpy as np
-from jaxtyping import Bool, Float32, Int
+from jaxtyping import Bool, Float32, Int32
 
 from recon.arrays import Difference
 from recon.ball import offsets_mm
@@ -56,9 +56,9 @@ class Pixels:
     """Along x and y, -1 to 1 across the frame."""
     gradient: Float32[np.ndarray, "n 2"]
     contact: Bool[np.ndarray, " n"]
-    press: Int[np.ndarray, " n"]
+    press: Int32[np.ndarray, " n"]
     """Index of the press that each pixel comes from."""
-    place: Int[np.ndarray, " n"]
+    place: Int32[np.ndarray, " n"]
     """Where in that press's frame, counted along the rows."""
 
     def __len__(self) -> int:
@@ -95,8 +95,8 @@ def label_pixels(press: BallPress, index: int, seed: int) -> Pixels:
         position=positions(press.size_px).reshape(-1, 2)[taken],
         gradient=np.where(is_contact[:, None], slope, 0).astype(np.float32),
         contact=is_contact,
-        press=np.full(len(taken), index),
-        place=taken,
+        press=np.full(len(taken), index, np.int32),
+        place=taken.astype(np.int32),
     )
 
 

@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """A dataset folder to ball presses that are ready to learn from."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from recon.arrays import Frame
+from recon.arrays import Frame, Unwarped
 from recon.images import read_frame
 from recon.lens import Lens, read_lens
 from recon.pixels import RIM_PX, BallPress
@@ -39,6 +39,59 @@ class PressSet:
     left_out: tuple[LeftOut, ...]
 
 
+@dataclass(frozen=True, kw_only=True)
+class PressReader:
+    """Reads presses of one dataset, one at a time: few of a large set need be in memory."""
+
+    dataset: Dataset
+    background: Frame
+    lens: Lens | None
+    unwarp: Unwarp
+    blank: Unwarped
+    """The background, unwarped."""
+
+    def read(self, label: BallLabel) -> BallPress:
+        """Read and unwarp one labelled frame.
+
+        Raises:
+            WedgeError: the frame is missing, damaged or of another size, or the label lies
+                outside it. The sentence names the file.
+        """
+        _check_inside(self.dataset, label, self.unwarp.size_px)
+        frame = read_frame(self.dataset.folder, label.file)
+        try:
+            difference = self.unwarp(frame) - self.blank
+        except WedgeError as error:
+            raise WedgeError(f"{self.dataset.folder / label.file}: {error}") from error
+        return BallPress(
+            file=label.file,
+            difference=difference,
+            center_px=(label.center_x_px, label.center_y_px),
+            contact_radius_px=label.contact_radius_px,
+            ball_radius_mm=self.dataset.ball_radius_mm(label),
+            mm_per_px=self.dataset.card.mm_per_px,
+        )
+
+
+def press_reader(dataset: Dataset) -> PressReader:
+    """Prepare the background and the unwarp of a dataset.
+
+    Raises:
+        WedgeError: a background is missing, damaged or of another size, or the corners or the
+            lens do not fit it.
+    """
+    background = read_background(dataset)
+    lens = read_dataset_lens(dataset)
+    unwarp = dataset_unwarp(dataset, background, lens)
+    return PressReader(
+        dataset=dataset,
+        background=background,
+        lens=lens,
+        unwarp=unwarp,
+        blank=unwarp(background),
+    )
+
+
 def read_presses(dataset: Dataset, progress: Callable[[float], None] = lambda _: None) -> PressSet:
     """Read and unwarp every labelled frame of a dataset.
 
@@ -46,46 +99,50 @@ def read_presses(dataset: Dataset, progress: Callable[[float], None] = lambda _:
         WedgeError: a frame is missing, damaged or of another size; a label lies outside the
             frame; no press can be used. The sentence names the file.
     """
-    background = read_background(dataset)
-    lens = read_dataset_lens(dataset)
-    unwarp = dataset_unwarp(dataset, background, lens)
-    blank = unwarp(background)
+    reader = press_reader(dataset)
     presses: list[BallPress] = []
     left_out: list[LeftOut] = []
     for index, label in enumerate(dataset.labels):
-        _check_inside(dataset, label, unwarp.size_px)
-        frame = read_frame(dataset.folder, label.file)
-        try:
-            difference = unwarp(frame) - blank
-        except WedgeError as error:
-            raise WedgeError(f"{dataset.folder / label.file}: {error}") from error
-        press = BallPress(
-            file=label.file,
-            difference=difference,
-            center_px=(label.center_x_px, label.center_y_px),
-            contact_radius_px=label.contact_radius_px,
-            ball_radius_mm=dataset.ball_radius_mm(label),
-            mm_per_px=dataset.card.mm_per_px,
-        )
-        reason = _unusable(press)
-        if reason:
+        press = reader.read(label)
+        if reason := unusable(press):
             left_out.append(LeftOut(file=label.file, reason=reason))
         else:
             presses.append(press)
         progress((index + 1) / len(dataset.labels))
-    if not presses:
-        why = f"; the first: {left_out[0].file}: {left_out[0].reason}" if left_out else ""
-        raise WedgeError(
-            f"{dataset.folder / 'labels.csv'} names no press that can be used"
-            f" ({len(dataset.labels)} labelled{why})."
-        )
+    refuse_no_press(dataset, len(presses), left_out)
     return PressSet(
-        background=background,
-        lens=lens,
-        unwarp=unwarp,
+        background=reader.background,
+        lens=reader.lens,
+        unwarp=reader.unwarp,
         presses=tuple(presses),
         left_out=tuple(left_out),
     )
+
+
+def unusable(press: BallPress) -> str | None:
+    """Why a press cannot be used; ``None`` where it can."""
+    if press.contact_radius_px < LEAST_RADIUS_PX:
+        return f"the contact circle is smaller than {LEAST_RADIUS_PX:g} pixels"
+    rows, columns = np.indices(press.difference.shape[:2])
+    center_x, center_y = press.center_px
+    inside = np.hypot(columns - center_x, rows - center_y) < press.contact_radius_px - RIM_PX
+    if np.abs(press.difference[inside]).max(-1).mean() < LEAST_CHANGE:
+        return "no contact is visible inside the labelled circle"
+    return None
+
+
+def refuse_no_press(dataset: Dataset, usable: int, left_out: Sequence[LeftOut]) -> None:
+    """Refuse a dataset without a press that can be used.
+
+    Raises:
+        WedgeError: says how many were labelled and why the first is of no use.
+    """
+    if not usable:
+        why = f"; the first: {left_out[0].file}: {left_out[0].reason}" if left_out else ""
+        raise WedgeError(
+            f"{dataset.folder / 'labels.csv'} names no press that can be used"
+            f" ({len(dataset.labels)} labelled{why}): press the ball and label the frames."
+        )
 
 
 def read_background(dataset: Dataset) -> Frame:
@@ -132,17 +189,6 @@ def _check_inside(dataset: Dataset, label: BallLabel, size_px: tuple[int, int]) 
             f"{dataset.folder / 'labels.csv'}: the centre of {label.file} ({x_px:g}, {y_px:g}) "
             f"lies outside the {width}x{height} frame."
         )
-
-
-def _unusable(press: BallPress) -> str | None:
-    if press.contact_radius_px < LEAST_RADIUS_PX:
-        return f"the contact circle is smaller than {LEAST_RADIUS_PX:g} pixels"
-    rows, columns = np.indices(press.difference.shape[:2])
-    center_x, center_y = press.center_px
-    inside = np.hypot(columns - center_x, rows - center_y) < press.contact_radius_px - RIM_PX
-    if np.abs(press.difference[inside]).max(-1).mean() < LEAST_CHANGE:
-        return "no contact is visible inside the labelled circle"
-    return None
 
 
 def _size(frame: Frame) -> str:

@@ -20,8 +20,8 @@ from recon.estimators import GradientEstimator, fit_estimator
 from recon.lights import sits_like_wedge, unseen_axis
 from recon.pipeline import reconstruct
 from recon.pixels import BallPress, Pixels, join, label_pixels
-from recon.presses import PressSet, read_presses
-from sensor.dataset import read_dataset
+from recon.presses import LeftOut, PressReader, press_reader, refuse_no_press, unusable
+from sensor.dataset import BallLabel, read_dataset
 from sensor.unit import MissingAxis
 from validation.depth import DepthErrors, depth_errors
 from validation.metrics import PIXEL_SETS, Errors, PixelSet, PressErrors, mean_errors, press_errors
@@ -112,8 +112,8 @@ def error_table(
         WedgeError: the dataset cannot be used.
     """
     dataset = read_dataset(folder)
-    presses = _presses(folder)
-    parts = splits(len(presses.presses), folds, seed)
+    survey = executor.submit(_survey, folder, seed).result()
+    parts = splits(survey.usable, folds, seed)
     tasks = [
         Task(
             folder=folder,
@@ -156,7 +156,7 @@ def error_table(
             )
             for estimator in estimators
         },
-        left_out=tuple((press.file, press.reason) for press in presses.left_out),
+        left_out=tuple((press.file, press.reason) for press in survey.left_out),
     )
 
 
@@ -172,27 +172,22 @@ def configurations(
 def run_task(task: Task) -> TaskResult:
     """Fit on the train presses of a task and measure its test presses."""
     lights_deg = read_dataset(task.folder).card.lights_deg
-    pixels = _pixels(task.folder, task.seed)
-    train = join([pixels[index] for index in task.split.train])
+    labelled = _labelled(task.folder, task.seed)
+    train = join([labelled.pixels[index] for index in task.split.train])
     estimator = fit_estimator(task.estimator, train, task.channels, task.seed)
-    presses = _presses(task.folder).presses
-    measured: dict[tuple[MissingAxis, PixelSet], tuple[PressErrors, ...]] = {}
-    for missing in task.missing_axes:
-        per_press = [
-            measure_press(
-                estimator, presses[i], _pixels(task.folder, task.seed)[i], missing, lights_deg
-            )
-            for i in task.split.test
-        ]
-        for column, name in enumerate(PIXEL_SETS):
-            measured[missing, name] = tuple(row[column] for row in per_press)
+    del train
+    measured: dict[tuple[MissingAxis, PixelSet], list[PressErrors]] = {}
+    depth: list[DepthErrors] = []
+    for index in task.split.test:
+        press = labelled.reader.read(labelled.labels[index])
+        for missing in task.missing_axes:
+            errors = measure_press(estimator, press, labelled.pixels[index], missing, lights_deg)
+            for name, error in zip(PIXEL_SETS, errors, strict=True):
+                measured.setdefault((missing, name), []).append(error)
+        if task.channels == "RGB":
+            depth.append(depth_errors(_full_light_depth(estimator, press), press, task.folder))
     return TaskResult(
-        presses=measured,
-        depth=tuple(
-            depth_errors(_full_light_depth(estimator, presses[i]), presses[i], task.folder)
-            for i in task.split.test
-            if task.channels == "RGB"
-        ),
+        presses={key: tuple(errors) for key, errors in measured.items()}, depth=tuple(depth)
     )
 
 
@@ -251,13 +246,45 @@ def _rows(results: Mapping[Task, TaskResult], seed: int) -> tuple[Row, ...]:
     )
 
 
-@lru_cache(maxsize=1)
-def _presses(folder: Path) -> PressSet:
-    """Kept per process: every task of a table needs the same presses."""
-    return read_presses(read_dataset(folder))
+@dataclass(frozen=True, kw_only=True)
+class _Survey:
+    """What the splits need to know of a dataset."""
+
+    usable: int
+    left_out: tuple[LeftOut, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Labelled:
+    """The usable presses of a dataset, without their frames."""
+
+    reader: PressReader
+    labels: tuple[BallLabel, ...]
+    pixels: tuple[Pixels, ...]
+    left_out: tuple[LeftOut, ...]
+
+
+def _survey(folder: Path, seed: int) -> _Survey:
+    labelled = _labelled(folder, seed)
+    return _Survey(usable=len(labelled.labels), left_out=labelled.left_out)
 
 
 @lru_cache(maxsize=1)
-def _pixels(folder: Path, seed: int) -> tuple[Pixels, ...]:
-    presses = _presses(folder).presses
-    return tuple(label_pixels(press, index, seed) for index, press in enumerate(presses))
+def _labelled(folder: Path, seed: int) -> _Labelled:
+    """Kept per process: every task of a table needs the same pixels."""
+    dataset = read_dataset(folder)
+    reader = press_reader(dataset)
+    labels: list[BallLabel] = []
+    pixels: list[Pixels] = []
+    left_out: list[LeftOut] = []
+    for label in dataset.labels:
+        press = reader.read(label)
+        if reason := unusable(press):
+            left_out.append(LeftOut(file=label.file, reason=reason))
+        else:
+            pixels.append(label_pixels(press, len(labels), seed))
+            labels.append(label)
+    refuse_no_press(dataset, len(labels), left_out)
+    return _Labelled(
+        reader=reader, labels=tuple(labels), pixels=tuple(pixels), left_out=tuple(left_out)
+    )
