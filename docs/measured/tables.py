@@ -3,10 +3,12 @@
 """Writes the measured tables of the pages from what ``wedge reproduce`` measured; none by hand.
 
 What lies between ``<!-- table: DATASET [LIGHTS] -->`` and ``<!-- end of table -->`` of a page is
-replaced, by all rows or by those of one configuration. After a new measurement:
+replaced, by all rows or by those of one configuration; likewise ``<!-- bench -->``. After a new
+measurement:
 
     wedge reproduce
     cp build/error_table.json docs/measured/
+    wedge bench --json docs/measured/bench.json
     python docs/measured/tables.py
 """
 
@@ -16,8 +18,9 @@ from pathlib import Path
 from typing import Any
 
 HERE = Path(__file__).resolve().parent
-PAGES = (HERE.parents[1] / "README.md", HERE / "index.md")
+PAGES = (HERE.parents[1] / "README.md", HERE / "index.md", HERE / "performance.md")
 BLOCK = re.compile(r"(<!-- table: ([\w-]+)(?: (\w+))? -->\n).*?(<!-- end of table -->)", re.DOTALL)
+BENCH = re.compile(r"(<!-- bench -->\n).*?(<!-- end of bench -->)", re.DOTALL)
 METRICS = {"gx_mae": ("Gx", 3), "gy_mae": ("Gy", 3), "theta_x_deg": ("θx [°]", 2)}
 METRICS |= {"theta_y_deg": ("θy [°]", 2)}
 STAND_INS = {"none": "", "zero": " (w/o network)", "network": " + network"}
@@ -25,7 +28,18 @@ STAND_INS = {"none": "", "zero": " (w/o network)", "network": " + network"}
 
 def filled(page: str) -> str:
     """The text of a page with its tables as the JSON files have them."""
-    return BLOCK.sub(lambda found: f"{found[1]}\n{_table(found[2], found[3])}\n{found[4]}", page)
+    page = BLOCK.sub(lambda found: f"{found[1]}\n{_table(found[2], found[3])}\n{found[4]}", page)
+    return BENCH.sub(lambda found: f"{found[1]}\n{_bench()}\n{found[2]}", page)
+
+
+def _bench() -> str:
+    figures = json.loads((HERE / "bench.json").read_text())["figures"]
+    lines = ["| figure | measured | bar | unit |", "|---|--:|--:|---|"]
+    for figure in figures:
+        bar = "" if figure["bar"] is None else f"≤ {figure['bar']:.3g}"
+        name = figure["name"].replace("|", "\\|")
+        lines.append(f"| {name} | {figure['value']:.3g} | {bar} | {figure['unit']} |")
+    return "\n".join(lines) + "\n"
 
 
 def _table(dataset: str, lights: str | None) -> str:
