@@ -9,12 +9,19 @@ from typing import TYPE_CHECKING, Any
 from app._output import print_table, write_json
 from app._progress import progress
 from app._workers import process_pool
+from sensor.design import Wedge
 from sensor.design_file import load_design
 from sensor.errors import WedgeError
 from sensor.files import new_folder
 
 if TYPE_CHECKING:
     from cad.build import Model
+
+MANIFEST = "manifest.json"
+
+
+class MissingExtraError(WedgeError):
+    """The packages that make solids are not installed."""
 
 
 def main(design: str = "standard", out: Path | None = None, json: Path | None = None) -> int:
@@ -33,12 +40,36 @@ def main(design: str = "standard", out: Path | None = None, json: Path | None = 
     """
     wanted = load_design(design)
     folder = out or Path("build", "fabrication", wanted.name)
-    with progress(f"fabrication of {wanted.name}") as show, new_folder(folder) as draft:
+    manifest = fabricate(wanted, folder)
+    print_table(("check", "of", "figure", "bound", "", "detail"), map(_row, manifest["checks"]))
+    write_json(json, {key: manifest[key] for key in ("design", "design_sha256", "checks")})
+    failed = [check for check in manifest["checks"] if not check["passed"]]
+    for change in _changes(manifest):
+        print(f"changed since it was last kept: {change}")
+    print(f"{len(manifest['checks'])} checks, {len(failed)} failed. Files: {folder}")
+    return 1 if failed else 0
+
+
+def fabricate(wanted: Wedge, folder: Path, *, again: bool = False) -> dict[str, Any]:
+    """Write a design's folder, whole or not at all, and return its manifest without the hashes.
+
+    Args:
+        wanted: the design.
+        folder: a new or empty folder.
+        again: replace a folder that an earlier run has written.
+
+    Raises:
+        MissingExtraError: a package of the extra cad is not installed.
+        WedgeError: the design cannot be built, or the folder cannot be written.
+    """
+    title = f"fabrication of {wanted.name}"
+    over = MANIFEST if again else None
+    with progress(title) as show, new_folder(folder, over=over) as draft:
         show(0.0, "loading the solid modeller")
         try:
             from cad.build import manifest_of, model, run_checks, write_files, write_pictures
         except ModuleNotFoundError as error:
-            raise WedgeError(
+            raise MissingExtraError(
                 f"fabricate needs {error.name}: pip install 'gelsight-wedge[cad]'."
             ) from error
 
@@ -54,13 +85,7 @@ def main(design: str = "standard", out: Path | None = None, json: Path | None = 
             finish_pictures()
         show(0.95, "writing bill, guide and manifest")
         _write_papers(built, manifest, draft)
-    print_table(("check", "of", "figure", "bound", "", "detail"), map(_row, manifest["checks"]))
-    write_json(json, {key: manifest[key] for key in ("design", "design_sha256", "checks")})
-    failed = [check for check in manifest["checks"] if not check["passed"]]
-    for change in _changes(manifest):
-        print(f"changed since it was last kept: {change}")
-    print(f"{len(manifest['checks'])} checks, {len(failed)} failed. Files: {folder}")
-    return 1 if failed else 0
+    return manifest
 
 
 def _write_papers(built: "Model", manifest: dict[str, Any], folder: Path) -> None:
@@ -89,7 +114,7 @@ def _write_papers(built: "Model", manifest: dict[str, Any], folder: Path) -> Non
     page = page_html(built.design, built.assembly, built.body_meshes, manifest, paths)
     (folder / "index.html").write_text(page, encoding="utf-8", newline="\n")
     text = as_text(with_hashes(manifest, folder))
-    (folder / "manifest.json").write_text(text, encoding="utf-8", newline="\n")
+    (folder / MANIFEST).write_text(text, encoding="utf-8", newline="\n")
 
 
 def _changes(manifest: dict[str, Any]) -> list[str]:

@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING
 from app._output import print_table, write_json
 from app._progress import progress
 from app._workers import process_pool
+from app.fabricate import MANIFEST, MissingExtraError, fabricate
+from sensor.design_file import load_design
 from sensor.errors import WedgeError
 
 if TYPE_CHECKING:
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
     from validation.report.results import DatasetResults
 
 NAMES = ("taxim-gelsight", "wedge-lab", "known-depth")
+DESIGNS = ("standard", "finger")
 KNOWN_DEPTH = {"known-depth": "known-depth-spheres"}
 """Presses of known depth, by the set that their unit learns from."""
 ESTIMATORS = ("mlp", "table")
@@ -32,14 +35,16 @@ SAMPLES = (15, 30, 60, 120, 240)
 PACKAGES = ("gelsight-wedge", "numpy", "scipy", "torch", "opencv-contrib-python-headless")
 
 
-def main(out: Path = Path("build"), folds: int = 5, seed: int = 0) -> None:
-    """Calibrate on real ball presses, tabulate the errors and write a page that shows it all.
+def main(out: Path = Path("build"), folds: int = 5, seed: int = 0) -> int:
+    """Make the files of both sensors, calibrate on real presses, and write a page that shows it.
 
-    Uses every known set that this machine has: the bench GelSight always, and sets that may not be
-    redistributed where they lie (`wedge data list` says where). Of each it measures the error
-    table per light configuration, calibrates one unit, and reconstructs presses that the
-    estimator has not seen. OUT receives index.html, error_table.json and units/NAME; the page is
-    written last, whole or not at all. Takes a few minutes on two cores.
+    First come the files to build both designs, with their checks; they need the extra cad and are
+    left out without it. Then every known set that this machine has: the bench GelSight always, and
+    sets that may not be redistributed where they lie (`wedge data list` says where). Of each it
+    measures the error table per light configuration, calibrates one unit, and reconstructs presses
+    that the estimator has not seen. OUT receives index.html, error_table.json, fabrication/NAME
+    and units/NAME; the page is written last, whole or not at all. Takes some minutes on two cores
+    and ends with status 1 where a check of the files fails.
 
     Example: wedge reproduce --out build
 
@@ -65,6 +70,7 @@ def main(out: Path = Path("build"), folds: int = 5, seed: int = 0) -> None:
     if not present:
         raise WedgeError(f"no dataset is on this machine: {absent[NAMES[0]]}.")
     _check_output(out, [dataset.name for dataset in present])
+    files, sound = _fabrication(out)
     results: list[DatasetResults] = []
     extra: list[Section] = []
     with process_pool() as executor:
@@ -75,7 +81,7 @@ def main(out: Path = Path("build"), folds: int = 5, seed: int = 0) -> None:
             if dataset.name in KNOWN_DEPTH:
                 extra.append(_known_depth(KNOWN_DEPTH[dataset.name], unit))
     with progress("figures and page") as show:
-        sections = [headline_section(results)]
+        sections = [headline_section(results), files]
         for done, item in enumerate(results, start=1):
             sections.append(dataset_section(item))
             show(0.9 * done / len(results), item.dataset.card.name)
@@ -103,11 +109,12 @@ def main(out: Path = Path("build"), folds: int = 5, seed: int = 0) -> None:
     for name, sought in absent.items():
         print(f"left out {name}: {sought}", file=sys.stderr)
     print(f"Open {page}")
+    return 0 if sound else 1
 
 
 def _check_output(out: Path, units: list[str]) -> None:
     """Refuse now what could not be written minutes later."""
-    from sensor.files import write_atomic
+    from sensor.files import refuse_kept_folder, write_atomic
     from sensor.unit import GRADIENTS_FILE
 
     probe = out / ".probe"
@@ -116,6 +123,25 @@ def _check_output(out: Path, units: list[str]) -> None:
     for folder in (out / "units" / name for name in units):
         if folder.exists() and not (folder / GRADIENTS_FILE).is_file():
             raise WedgeError(f"{folder} is not a unit folder: name another --out.")
+    for name in DESIGNS:
+        refuse_kept_folder(out / "fabrication" / name, over=MANIFEST)
+
+
+def _fabrication(out: Path) -> "tuple[Section, bool]":
+    """The files of both designs, as a section, and whether every check of them passed."""
+    from validation.report.fabrication import fabrication_section, no_fabrication_section
+
+    folders = [out / "fabrication" / name for name in DESIGNS]
+    try:
+        manifests = [
+            fabricate(load_design(name), folder, again=True)
+            for name, folder in zip(DESIGNS, folders, strict=True)
+        ]
+    except MissingExtraError as error:
+        print(f"left out fabrication: {error}", file=sys.stderr)
+        return no_fabrication_section(str(error)), True
+    sound = all(check["passed"] for manifest in manifests for check in manifest["checks"])
+    return fabrication_section(folders, out), sound
 
 
 def _measure(

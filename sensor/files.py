@@ -35,27 +35,42 @@ def write_atomic(path: Path, content: bytes) -> None:
 
 
 @contextmanager
-def new_folder(folder: Path) -> Iterator[Path]:
+def new_folder(folder: Path, *, over: str | None = None) -> Iterator[Path]:
     """Yield an empty temporary folder that becomes ``folder`` when the block succeeds.
 
-    Nothing is left behind when the block fails. An existing empty ``folder`` is replaced.
+    Nothing is left behind when the block fails. An existing empty ``folder`` is replaced, and with
+    ``over`` one that holds a file of this name, as only an earlier run would have made.
 
     Raises:
-        WedgeError: ``folder`` exists and is not empty, or cannot be written.
+        WedgeError: ``folder`` exists and is not to be replaced, or cannot be written.
     """
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise WedgeError(f"{folder} already exists and is not empty: name a new folder.")
-    temporary = _hidden_sibling(folder)
+    refuse_kept_folder(folder, over=over)
+    temporary, before = _hidden_sibling(folder), _hidden_sibling(folder)
     try:
         temporary.mkdir(parents=True)
         yield temporary
-        if folder.exists():
+        if folder.exists() and any(folder.iterdir()):
+            folder.replace(before)
+        elif folder.exists():
             folder.rmdir()
         temporary.replace(folder)
     except OSError as error:
         raise WedgeError(f"{folder} cannot be written: {error.strerror}.") from error
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
+        shutil.rmtree(before, ignore_errors=True)
+
+
+def refuse_kept_folder(folder: Path, *, over: str | None = None) -> None:
+    """Refuse what ``new_folder`` would not replace.
+
+    Raises:
+        WedgeError: ``folder`` is a file, or holds files but none of the name ``over``.
+    """
+    if not folder.exists() or (over and (folder / over).is_file()):
+        return
+    if not folder.is_dir() or any(folder.iterdir()):
+        raise WedgeError(f"{folder} already exists and is not empty: name a new folder.")
 
 
 def sha256_of_files(paths: Mapping[str, Path]) -> str:

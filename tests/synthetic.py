@@ -10,8 +10,10 @@ A small dataset folder in one line, of any shape that the format allows::
     dataset = make_dataset(tmp_path / "set", lights_deg={"R": 90.0, "B": -90.0})  # x is unseen
 """
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -164,3 +166,20 @@ def true_depth_mm(label: BallLabel) -> np.ndarray:
     center = (label.center_x_px, label.center_y_px)
     radius_mm = label.contact_radius_px * MM_PER_PX[0]
     return ball_cap(SIZE_PX, center, radius_mm, BALL_RADIUS_MM, MM_PER_PX).depth_mm
+
+
+def make_fabrication(folder: Path, design: str, *, failed: int) -> dict[str, Any]:
+    """What the page shows of a fabrication folder: three checks, a camera in the bill, pictures."""
+    (folder / "pictures").mkdir()
+    (folder / "bill").mkdir()
+    for name in ("index.html", "guide.md", "bill/bill.md"):
+        (folder / name).write_text(design)
+    for name in ("assembled_below", "section"):
+        write_image(folder / "pictures" / f"{name}.png", np.zeros((4, 6, 3), np.uint8))
+    checks = [
+        {"check": "wall", "subject": f"part {number}", "passed": number > failed}
+        for number in (1, 2, 3)
+    ]
+    manifest = {"design": design, "bill": {"camera": 1}, "checks": checks, "files": {}}
+    (folder / "manifest.json").write_text(json.dumps(manifest))
+    return manifest

@@ -3,6 +3,7 @@
 """`wedge fabricate` says no with the right status, and leaves a whole folder or none."""
 
 import json
+import sys
 from pathlib import Path
 
 import pytest
@@ -10,7 +11,7 @@ import pytest
 pytest.importorskip("cadquery", reason="needs the extra cad")
 
 import cad.build
-from app.fabricate import main
+from app.fabricate import MissingExtraError, main
 from cad.checks import Result
 from sensor.errors import WedgeError
 
@@ -28,6 +29,17 @@ def test_a_folder_that_is_not_empty_is_kept(tmp_path: Path) -> None:
     with pytest.raises(WedgeError, match="not empty"):
         main(design="finger", out=tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
+
+
+def test_without_the_solid_modeller_the_extra_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "cadquery", None)
+    for module in [name for name in sys.modules if name.split(".")[0] == "cad"]:
+        monkeypatch.delitem(sys.modules, module)
+    with pytest.raises(MissingExtraError, match=r"needs cadquery: .*\[cad\]"):
+        main(design="finger", out=tmp_path / "out")
+    assert not any(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(("value", "status"), [(0.9, 0), (0.7, 1)])

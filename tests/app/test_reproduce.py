@@ -5,19 +5,29 @@
 import json
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from app import reproduce
+from app.fabricate import MissingExtraError
 from recon.pipeline import Reconstructor
+from sensor.design import Wedge
 from sensor.errors import WedgeError
 from sensor.files import new_folder
-from tests.synthetic import make_dataset
+from tests.synthetic import make_dataset, make_fabrication
 from validation import datasets
 
 
 def import_synthetic(source: Path, folder: Path) -> None:
     make_dataset(folder, presses=6)
+
+
+def fabricate_quickly(wanted: Wedge, folder: Path, *, again: bool) -> dict[str, Any]:
+    """Stands for the command, whose own tests are elsewhere: the least that the page shows."""
+    assert again
+    with new_folder(folder, over="manifest.json") as draft:
+        return make_fabrication(draft, wanted.name, failed=0)
 
 
 @pytest.fixture
@@ -44,6 +54,7 @@ def known(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(datasets, "DATASETS", sets)
     monkeypatch.setattr(reproduce, "NAMES", ("here", "elsewhere"))
     monkeypatch.setattr(reproduce, "ESTIMATORS", ("table",))
+    monkeypatch.setattr(reproduce, "fabricate", fabricate_quickly)
     monkeypatch.setattr(reproduce, "process_pool", lambda: ThreadPoolExecutor(1))
     monkeypatch.setenv("WEDGE_CACHE", str(tmp_path / "cache"))
     return tmp_path / "build"
@@ -52,7 +63,7 @@ def known(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_writes_page_table_and_unit_and_again(
     known: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    reproduce.main(known, folds=2)
+    assert reproduce.main(known, folds=2) == 0
     table = (known / "error_table.json").read_bytes()
     (document,) = json.loads(table)["tables"]
     assert {row["estimator"] for row in document["rows"]} == {"table"}
@@ -67,7 +78,45 @@ def test_writes_page_table_and_unit_and_again(
     reproduce.main(known, folds=2)
     assert (known / "error_table.json").read_bytes() == table
     assert (known / "index.html").read_bytes() == page
-    assert {path.name for path in known.iterdir()} == {"index.html", "error_table.json", "units"}
+    names = {"index.html", "error_table.json", "units", "fabrication"}
+    assert {path.name for path in known.iterdir()} == names
+    assert {path.name for path in (known / "fabrication").iterdir()} == {"standard", "finger"}
+    for design in ("standard", "finger"):
+        assert f'href="fabrication/{design}/index.html"' in page.decode()
+
+
+def test_without_the_solid_modeller_the_page_says_so(
+    known: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise MissingExtraError("fabricate needs cadquery: install the extra cad.")
+
+    monkeypatch.setattr(reproduce, "fabricate", fail)
+    assert reproduce.main(known, folds=2) == 0
+    sentence = "fabricate needs cadquery: install the extra cad."
+    assert sentence in (known / "index.html").read_text(encoding="utf-8")
+    assert sentence in capsys.readouterr().err
+
+
+def test_a_failed_check_of_the_files_fails_the_command(
+    known: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fabricate(wanted: Wedge, folder: Path, *, again: bool) -> dict[str, Any]:
+        with new_folder(folder) as draft:
+            return make_fabrication(draft, wanted.name, failed=1)
+
+    monkeypatch.setattr(reproduce, "fabricate", fabricate)
+    assert reproduce.main(known, folds=2) == 1
+    assert "standard, wall of part 1" in (known / "index.html").read_text(encoding="utf-8")
+
+
+def test_a_folder_that_is_no_fabrication_is_not_replaced(known: Path) -> None:
+    with new_folder(known / "fabrication" / "finger") as folder:
+        (folder / "thesis.tex").write_text("years")
+    with pytest.raises(WedgeError, match="not empty"):
+        reproduce.main(known, folds=2)
+    assert not (known / "fabrication" / "standard").exists()
+    assert (known / "fabrication" / "finger" / "thesis.tex").read_text() == "years"
 
 
 def test_a_failure_leaves_the_page_of_before(known: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -21,6 +21,7 @@ from cad.exports.laser import area_mm2, outline, pieces_by_id, sheets
 from cad.golden import differences, golden_of, read_golden
 from cad.manifest import with_hashes
 from cad.mesh import DEFLECTION_MM
+from validation.report.fabrication import fabrication_section
 
 Folders = tuple[Path, Path]
 
@@ -181,3 +182,12 @@ def test_a_change_is_told_in_words() -> None:
     assert any(text.startswith("case now measures ") for text in said)
     assert any(text.startswith("bill: led_red ") for text in said)
     assert differences(kept, kept) == []
+
+
+def test_the_report_shows_a_whole_folder(fabricated: tuple[Path, Path]) -> None:
+    folder, _ = fabricated
+    section = fabrication_section([folder], folder.parent)
+    assert len(re.findall("data:image/png;base64,", section.html)) == 2
+    assert len(section.html) < 500_000
+    for address in re.findall(r'href="([^"]+)"', section.html):
+        assert (folder.parent / address).is_file()

@@ -156,6 +156,20 @@ def test_a_folder_with_content_and_a_file_are_not_replaced(tmp_path):
     assert (tmp_path / "unit" / "kept").read_bytes() == (tmp_path / "file").read_bytes() == OLD
 
 
+def test_a_folder_of_an_earlier_run_is_replaced_once_the_new_one_is_whole(tmp_path):
+    folder = tmp_path / "unit"
+    for content in (OLD, NEW):
+        with new_folder(folder, over="card") as temporary:
+            (temporary / "card").write_bytes(content)
+    assert (folder / "card").read_bytes() == NEW
+    with pytest.raises(WedgeError), new_folder(folder, over="card"):
+        raise WedgeError("the second half is missing.")
+    assert (folder / "card").read_bytes() == NEW
+    with pytest.raises(WedgeError, match="not empty"), new_folder(folder, over="other"):
+        pytest.fail("the block must not run")
+    assert list(tmp_path.iterdir()) == [folder]
+
+
 named_contents = st.dictionaries(
     st.text("abc./", min_size=1, max_size=4).filter(lambda n: set(n) - set("./")),
     st.binary(max_size=20),

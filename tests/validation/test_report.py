@@ -17,11 +17,12 @@ from recon.estimators import GradientEstimator, fit_estimator
 from recon.pixels import Pixels
 from recon.poisson import integrate
 from sensor.errors import WedgeError
-from tests.synthetic import make_dataset
+from tests.synthetic import make_dataset, make_fabrication
 from validation import examples
 from validation.error_table import error_table
 from validation.examples import held_out, label_shift_deg
 from validation.paper import PAPER_TABLE
+from validation.report.fabrication import fabrication_section, no_fabrication_section
 from validation.report.integrators import integrator_section
 from validation.report.page import Picture, Section, figure_html, table_html, write_report
 from validation.report.remarks import reproduction_section, weakness_section
@@ -168,6 +169,28 @@ def test_presses_left_out_are_named(results: DatasetResults) -> None:
     table = replace(results.table, left_out=(("press07.png", "no contact is visible"),))
     words = weakness_section([replace(results, table=table)]).html
     assert "Left out 1 of 6 presses: press07.png: no contact is visible." in words
+
+
+def test_files_to_build_are_counted_shown_and_linked(tmp_path: Path) -> None:
+    folders = [tmp_path / "fabrication" / name for name in ("standard", "finger")]
+    for failed, folder in enumerate(folders):
+        folder.mkdir(parents=True)
+        make_fabrication(folder, folder.name, failed=failed)
+    section = fabrication_section(folders, tmp_path)
+    page = Page(section.html)
+    pattern = r'<th scope="row">(\w+)</th><td>\d+</td><td>(\d)</td><td>(\d)<'
+    row = re.findall(pattern, section.html)
+    assert row == [("standard", "3", "0"), ("finger", "2", "1")]
+    assert "Failed: finger, wall of part 1." in page.words
+    assert re.search(r"\d+\.\d\d USD, \d+\.\d\d each; 0.00 of it estimated<", section.html)
+    for picture in page.all("img"):
+        content = base64.b64decode(picture["src"].partition(",")[2], validate=True)
+        assert content.startswith(b"\x89PNG")
+    assert len(page.all("img")) == 4
+    links = [link["href"] for link in page.all("a")]
+    assert len(links) == 8
+    assert all((tmp_path / link).is_file() for link in links)
+    assert "no solids here" in no_fabrication_section("no solids here").html
 
 
 def test_page_is_whole_or_absent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -107,6 +107,15 @@ def bullets(items: Iterable[str]) -> str:
     return f"<ul>{''.join(f'<li>{html.escape(item)}</li>' for item in items)}</ul>\n"
 
 
+def links_html(links: Iterable[tuple[str, str]]) -> str:
+    """Words and addresses, relative to the page, as a list."""
+    items = (
+        f'<li><a href="{html.escape(address)}">{html.escape(words)}</a></li>'
+        for words, address in links
+    )
+    return f"<ul>{''.join(items)}</ul>\n"
+
+
 def code(text: str) -> str:
     """A command to copy."""
     return f'<pre tabindex="0"><code>{html.escape(text)}</code></pre>\n'
