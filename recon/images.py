@@ -3,6 +3,7 @@
 """Frames in and out of files: decoded strictly, RGB from the moment they are decoded."""
 
 import io
+import tokenize
 import warnings
 import zipfile
 import zlib
@@ -11,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.lib.npyio import NpzFile
-from PIL import Image
+from PIL import Image, UnidentifiedImageError
 
 from recon.arrays import Frame
 from sensor.errors import WedgeError
@@ -32,6 +33,8 @@ UNREADABLE_ARCHIVE = (
     ValueError,
     EOFError,
     RuntimeError,
+    MemoryError,  # a header may claim any size
+    tokenize.TokenError,
     zipfile.BadZipFile,
     zlib.error,
 )
@@ -57,6 +60,8 @@ def read_image(path: Path) -> Frame:
                         "three colours are needed."
                     )
                 return np.asarray(image.convert("RGB"))
+    except UnidentifiedImageError as error:  # its own words name a buffer's address
+        raise WedgeError(f"{path} is neither a PNG nor a JPEG image.") from error
     except UNREADABLE_IMAGE as error:
         raise WedgeError(f"{path} cannot be decoded, it may be truncated: {error}.") from error
 

@@ -17,6 +17,8 @@ from typing import Any
 from sensor.errors import WedgeError
 from sensor.files import sha256_of_files, write_atomic
 from sensor.toml import (
+    LEAST,
+    MOST,
     Pair,
     finite,
     located,
@@ -119,7 +121,13 @@ def read_dataset(folder: Path) -> Dataset:
     except WedgeError as error:
         raise located(path, error) from error
     dataset = Dataset(folder=folder, card=card, labels=_read_labels(folder / "labels.csv"))
+    seen: set[str] = set()
     for label in dataset.labels:
+        if label.file in seen:  # it would teach in one row and judge in the other
+            raise WedgeError(
+                f"{folder / 'labels.csv'} labels {label.file} twice: keep one circle a frame."
+            )
+        seen.add(label.file)
         radius_mm = label.contact_radius_px * math.sqrt(math.prod(card.mm_per_px))
         if radius_mm >= dataset.ball_radius_mm(label):
             raise WedgeError(
@@ -192,6 +200,10 @@ def _read_labels(path: Path) -> tuple[BallLabel, ...]:
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise WedgeError(f"{path} cannot be read as a table: {error}.") from error
     header = [cell.strip() for cell in rows[0]] if rows else []
+    if len(header) == 1 and ";" in header[0]:
+        raise WedgeError(f"{path} has semicolons between its columns: separate them by commas.")
+    if "" in header[1:]:
+        raise WedgeError(f"{path} has a column without a name: is a comma too many in the header?")
     for column in REQUIRED_COLUMNS:
         if column not in header:
             raise WedgeError(f"{path} has no column {column}.")
@@ -224,9 +236,13 @@ def _label(cells: dict[str, str]) -> BallLabel:
             numbers[key] = float(text)
         except ValueError as error:
             raise WedgeError(f"{key} = {text!r} ({cells['file']}) is not a number.") from error
-        positive = key in ("contact_radius_px", "ball_radius_mm")
-        if not math.isfinite(numbers[key]) or (positive and numbers[key] <= 0):
-            wanted = "a positive number" if positive else "a finite number"
+        if key in ("contact_radius_px", "ball_radius_mm"):
+            within, wanted = LEAST <= numbers[key] <= MOST, "a positive number"
+        elif key == "quality":
+            within, wanted = 0 <= numbers[key] <= 1, "from 0 to 1"
+        else:
+            within, wanted = math.isfinite(numbers[key]), "a finite number"
+        if not within:
             raise WedgeError(f"{key} = {text} ({cells['file']}) must be {wanted}.")
     return BallLabel(file=cells["file"], **numbers)
 

@@ -14,6 +14,9 @@ from sensor.errors import WedgeError
 
 Pair = tuple[float, float]
 
+LEAST, MOST = 1e-6, 1e6
+"""Sizes beyond these are slips; their squares would leave what a float32 can hold."""
+
 
 def read_toml(path: Path) -> dict[str, Any]:
     """The document of a TOML file.
@@ -75,10 +78,12 @@ def finite(value: object, key: str) -> float:
 
 
 def positive(value: object, key: str) -> float:
-    """A value that must be a positive number."""
+    """A value that must be a positive number of sensible size."""
     number = finite(value, key)
     if number <= 0:
         raise WedgeError(f"{key} must be a positive number, not {value!r}.")
+    if not LEAST <= number <= MOST:
+        raise WedgeError(f"{key} = {number:g} must lie between {LEAST:g} and {MOST:g}.")
     return number
 
 

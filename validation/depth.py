@@ -97,19 +97,25 @@ def cap_of(press: BallPress) -> BallCap:
 def read_truth(folder: Path, press: BallPress) -> DepthMap | None:
     """Depth that the dataset knows, where it does: ``truth/NAME.npy``, NAME as in the label.
 
+    The truth of ``frames.npz#17`` is ``truth/frames-17.npy``.
+
     Raises:
         WedgeError: the file cannot be read, or is not a depth map of the frame's size.
     """
-    path = folder / "truth" / f"{Path(press.file.replace('#', '-')).with_suffix('')}.npy"
+    file, _, index = press.file.partition("#")
+    stem = str(Path(file).with_suffix(""))
+    path = folder / "truth" / (f"{stem}-{index}.npy" if index else f"{stem}.npy")
     if not path.is_file():
         return None
     try:
         truth = np.load(path, allow_pickle=False)
-    except (OSError, ValueError, EOFError) as error:
+    except (OSError, ValueError, EOFError, MemoryError) as error:
         raise WedgeError(f"{path} cannot be read, it may be truncated: {error}.") from error
     if truth.shape != press.difference.shape[:2] or truth.dtype.kind != "f":
         width, height = press.size_px
         raise WedgeError(f"{path} must hold {height} rows of {width} depths in mm.")
+    if not np.isfinite(truth).all() or not (truth > 0).any():
+        raise WedgeError(f"{path} must hold finite depths in mm, some of them above zero.")
     return truth
 
 

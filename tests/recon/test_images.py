@@ -218,6 +218,29 @@ def test_an_npz_that_holds_something_else_is_refused(tmp_path, content):
         read_frame(tmp_path, "frames.npz#0")
 
 
+@pytest.mark.parametrize(
+    "header",
+    [
+        "{'descr': '|u1', 'fortran_order': False, 'shape': (10**6, 10**6, 10**6, 3)}",
+        "{'descr': '|u1', 'fortran_order': False, 'shape': (1000000000, 2000, 2000, 3)}",
+        "{'descr': '|u1', 'shape': (1, (''' ",
+    ],
+)
+def test_an_npz_whose_header_lies_is_refused(tmp_path, header):
+    text = header.ljust(117).encode() + b"\n"
+    with zipfile.ZipFile(tmp_path / "frames.npz", "w") as archive:
+        archive.writestr("frames.npy", b"\x93NUMPY\x01\0" + struct.pack("<H", 118) + text + b"abc")
+    with pytest.raises(WedgeError, match=r"frames\.npz cannot be read"):
+        read_frame(tmp_path, "frames.npz#0")
+
+
+@pytest.mark.parametrize("content", [b"", b"text", b"PK\3\4"])
+def test_what_is_no_picture_is_refused_in_the_same_words_each_time(tmp_path, content):
+    (tmp_path / "a.png").write_bytes(content)
+    with pytest.raises(WedgeError, match=r"a\.png is neither a PNG nor a JPEG image\.$"):
+        read_image(tmp_path / "a.png")
+
+
 class Mine:
     """Would leave a mark if anything unpickled it."""
 

@@ -89,7 +89,7 @@ cards = st.builds(
 )
 
 
-@given(cards, st.lists(labels, max_size=4), st.booleans())
+@given(cards, st.lists(labels, max_size=4, unique_by=lambda label: label.file), st.booleans())
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_card_and_labels_come_back_as_written(tmp_path, card, presses, keystone):
     if keystone:
@@ -133,6 +133,8 @@ KEYSTONE = "corners_px = [[20, 10], [150, 18], [138, 108], [32, 100]]\n"
         (changed("mm_per_px", "mm_per_px = [0.1, 0]"), "mm_per_px must be a positive number"),
         (changed("mm_per_px", "mm_per_px = [0.1, nan]"), "mm_per_px must be a finite number"),
         (changed("ball_radius_mm", "ball_radius_mm = -4"), "ball_radius_mm must be a positive"),
+        (changed("ball_radius_mm", "ball_radius_mm = 1e308"), "must lie between 1e-06 and 1e"),
+        (changed("mm_per_px", "mm_per_px = [1e-300, 0.1]"), "must lie between 1e-06 and 1e"),
         (changed("ball_radius_mm", "ball_radius_mm = '4'"), "ball_radius_mm must be a finite"),
         (changed("background", "background = []"), "background must be a list of file names"),
         (changed("background", 'background = "b.png"'), "background must be a list"),
@@ -164,7 +166,7 @@ KEYSTONE = "corners_px = [[20, 10], [150, 18], [138, 108], [32, 100]]\n"
             "corners_px must be a finite number",
         ),
         (CARD + KEYSTONE + "pad_size_mm = [12, 0.01]", "pixels; 1 to 8192 a side are possible"),
-        (CARD + KEYSTONE + "pad_size_mm = [1e9, 9]", "pixels; 1 to 8192 a side are possible"),
+        (CARD + KEYSTONE + "pad_size_mm = [1e5, 9]", "pixels; 1 to 8192 a side are possible"),
         (CARD + "lights_deg = {}", "lights_deg must be a table such as"),
         (CARD + "lights_deg = {red = 90.0}", "lights_deg must be a table such as"),
         (CARD + "lights_deg = [90.0]", "lights_deg must be a table such as"),
@@ -210,6 +212,12 @@ HEADER = "file,center_x_px,center_y_px,contact_radius_px\n"
             r"quality = 'good' \(a\.png\) is not a number",
         ),
         (HEADER + 'a.png,1,2,"3', "line 2|cannot be read as a table"),
+        (HEADER.replace(",", ";"), "has semicolons between its columns"),
+        (HEADER.replace("\n", ",\n") + "a.png,1,2,3,\n", "has a column without a name"),
+        (HEADER + "a.png,1,2,3\nb.png,1,2,3\na.png,9,9,3\n", r"labels a\.png twice"),
+        (HEADER.replace("\n", ",quality\n") + "a.png,1,2,3,1.5\n", "quality = 1.5 .* from 0 to 1"),
+        (HEADER.replace("\n", ",quality\n") + "a.png,1,2,3,nan\n", "quality = nan .* from 0 to 1"),
+        (HEADER + "a.png,1,2,1e-300\n", "contact_radius_px = 1e-300 .* must be a positive"),
         (HEADER + "a.png,1,2,40\n", r"contact circle of a\.png, 4\.00 mm .* ball of 4 mm"),
         (HEADER + "a.png,1,2,3\nb.png,1,2,55\n", r"contact circle of b\.png, 5\.50 mm"),
         (

@@ -64,8 +64,29 @@ def test_a_truth_file_goes_before_the_ball(dataset):
     assert errors.bias_mm == pytest.approx(-1.0, abs=0.02)
 
 
+def test_each_frame_of_an_archive_has_a_truth_of_its_own(tmp_path):
+    dataset = make_dataset(tmp_path, presses=3, in_npz=True)
+    (tmp_path / "truth").mkdir()
+    presses = read_presses(dataset).presses
+    for index in (0, 2):
+        truth = np.full(SIZE_PX[::-1], 1.0 + index, np.float32)
+        np.save(tmp_path / "truth" / f"frames-{index}.npy", truth)
+    found = [read_truth(tmp_path, press) for press in presses]
+    assert found[0].max() == 1.0
+    assert found[1] is None
+    assert found[2].max() == 3.0
+
+
 @pytest.mark.parametrize(
-    "content", [b"", b"\x93NUMPY", np.zeros((3, 4), np.float32), np.zeros(SIZE_PX[::-1], int)]
+    "content",
+    [
+        b"",
+        b"\x93NUMPY",
+        np.zeros((3, 4), np.float32),
+        np.zeros(SIZE_PX[::-1], int),
+        np.zeros(SIZE_PX[::-1], np.float32),
+        np.full(SIZE_PX[::-1], np.nan, np.float32),
+    ],
 )
 def test_a_damaged_truth_file_is_refused_by_name(dataset, content):
     path = dataset.folder / "truth" / "press00.npy"
