@@ -4,16 +4,28 @@
 
 import multiprocessing
 import os
+from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import contextmanager
 
 MOST_WORKERS = 2
 """Each keeps the presses of one dataset, about 400 MB for 48 frames of 640x480."""
 
 
-def process_pool() -> Executor:
-    """Fresh processes, numerics on one thread each."""
+@contextmanager
+def process_pool() -> Iterator[Executor]:
+    """Fresh processes, numerics on one thread each; ended at once when the block fails."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    return ProcessPoolExecutor(
+    others = set(multiprocessing.active_children())
+    pool = ProcessPoolExecutor(
         max_workers=min(MOST_WORKERS, os.cpu_count() or 1),
         mp_context=multiprocessing.get_context("spawn"),
     )
+    try:
+        yield pool
+    except BaseException:  # what is queued would otherwise be computed to its end
+        for worker in set(multiprocessing.active_children()) - others:
+            worker.terminate()
+        pool.shutdown(cancel_futures=True)
+        raise
+    pool.shutdown()
