@@ -10,7 +10,7 @@ import numpy as np
 import trimesh
 import vtkmodules.vtkRenderingOpenGL2  # noqa: F401  (the renderer behind vtkRenderWindow)
 from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
-from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonCore import vtkLogger, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkFeatureEdges
 from vtkmodules.vtkIOImage import vtkPNGWriter
@@ -47,6 +47,7 @@ class Painter:
     """One window, kept for all pictures: opening it is what takes long."""
 
     def __init__(self) -> None:
+        vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_ERROR)  # it needs no X server, yet warns
         self._window = vtkRenderWindow()
         self._window.SetOffScreenRendering(1)
         self._window.SetSize(*_SIZE_PX)
