@@ -3,6 +3,7 @@
 """What the subcommands share at their output: tables on the terminal, JSON in files."""
 
 import json
+import os
 import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
+from sensor.errors import WedgeError
 from sensor.files import write_atomic
 
 OutputFile = Annotated[Path | None, tyro.conf.arg(metavar="FILE")]
@@ -18,6 +20,22 @@ OutputFile = Annotated[Path | None, tyro.conf.arg(metavar="FILE")]
 if TYPE_CHECKING:
     from recon.presses import LeftOut
     from validation.error_table import ErrorTable
+
+
+def check_outputs(*files: Path | None) -> None:
+    """Refuse what could not be written, before minutes are spent on what it would hold.
+
+    Raises:
+        WedgeError: names the file, and the folder that is in its way.
+    """
+    for file in files:
+        if file is None:
+            continue
+        if file.is_dir():
+            raise WedgeError(f"{file} cannot be written: it is a folder; name a file.")
+        folder = next(parent for parent in file.absolute().parents if parent.exists())
+        if not folder.is_dir() or not os.access(folder, os.W_OK):
+            raise WedgeError(f"{file} cannot be written: {folder} is no folder that takes files.")
 
 
 def write_json(path: Path | None, document: dict[str, Any]) -> None:

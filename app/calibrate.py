@@ -8,8 +8,9 @@ from typing import Annotated
 
 import tyro
 
-from app._output import OutputFile, print_error_table, write_json
+from app._output import OutputFile, check_outputs, print_error_table, write_json
 from app._progress import progress
+from app._seed import Seed
 from sensor.errors import WedgeError
 
 
@@ -18,7 +19,7 @@ def main(
     out: Path,
     estimator: str = "mlp",
     design: str = "standard",
-    seed: int = 0,
+    seed: Seed = 0,
     json: OutputFile = None,
 ) -> None:
     """Calibrate one sensor from ball presses and write its unit folder.
@@ -41,12 +42,15 @@ def main(
     from recon.presses import read_presses
     from sensor.dataset import read_dataset
     from sensor.design_file import load_design
+    from sensor.files import refuse_kept_folder
     from validation.datasets import dataset_folder
     from validation.evaluation import held_out_metrics, hold_out
     from validation.table_text import table_document
 
-    if out.exists() and any(out.iterdir() if out.is_dir() else [out]):
-        raise WedgeError(f"{out} already exists and is not empty: name a new folder.")
+    if out.name in ("", ".."):
+        raise WedgeError(f"--out {out} has no name to call the unit by: name a new folder.")
+    refuse_kept_folder(out)
+    check_outputs(out / "unit.toml", json)
     built_from = load_design(design)
     source = read_dataset(dataset_folder(dataset))
     with progress(f"calibration on {dataset}") as show:

@@ -8,14 +8,15 @@ from typing import Annotated
 
 import tyro
 
-from app._output import OutputFile, print_error_table, write_json
+from app._output import OutputFile, check_outputs, print_error_table, write_json
 from app._progress import progress
+from app._seed import Seed
 
 
 def main(
     unit: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="UNIT")],
     dataset: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="DATASET")],
-    seed: int = 0,
+    seed: Seed = 0,
     json: OutputFile = None,
 ) -> None:
     """Measure the gradient and depth errors of a calibrated unit on the presses of a dataset.
@@ -37,6 +38,7 @@ def main(
     from validation.evaluation import evaluate_unit
     from validation.table_text import table_document
 
+    check_outputs(json)
     calibration = load_calibration(unit)
     source = read_dataset(dataset_folder(dataset))
     with progress(f"evaluation on {dataset}") as show:

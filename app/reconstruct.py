@@ -8,7 +8,7 @@ from typing import Annotated
 
 import tyro
 
-from app._output import OutputFile, print_table, write_json
+from app._output import OutputFile, check_outputs, print_table, write_json
 from app._progress import progress
 from sensor.errors import WedgeError
 from sensor.files import write_atomic
@@ -57,6 +57,7 @@ def main(
     blank = None if background is None else read(background)
     reconstruct = Reconstructor(calibration, blank)
     names = output_names(image)
+    check_outputs(*(out / f"{name}.npy" for name in names), json)
     with progress("reconstruction") as show:
         for done, name in enumerate(image, start=1):
             read(name)

@@ -6,8 +6,9 @@ from typing import Annotated
 
 import tyro
 
-from app._output import OutputFile, print_error_table, write_json
+from app._output import OutputFile, check_outputs, print_error_table, write_json
 from app._progress import progress
+from app._seed import Seed
 from app._workers import process_pool
 from sensor.files import write_atomic
 
@@ -16,7 +17,7 @@ def main(
     dataset: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="DATASET")],
     folds: int = 1,
     estimator: str = "mlp,table",
-    seed: int = 0,
+    seed: Seed = 0,
     json: OutputFile = None,
     markdown: OutputFile = None,
     html: OutputFile = None,
@@ -44,11 +45,12 @@ def main(
     from validation.error_table import error_table
     from validation.table_text import table_document, table_html, table_markdown
 
+    check_outputs(json, markdown, html)
     folder = dataset_folder(dataset)
     with process_pool() as executor, progress(f"error table of {dataset}") as show:
         measured = error_table(
             folder,
-            [name.strip() for name in estimator.split(",")],
+            list(dict.fromkeys(name.strip() for name in estimator.split(","))),
             folds=folds,
             seed=seed,
             executor=executor,

@@ -3,16 +3,16 @@
 import multiprocessing
 import os
 import select
+from pathlib import Path
 
 import pytest
 
 from app._workers import process_pool
 
 
-def never_ends(signal_file: str) -> None:
+def never_ends(signal_file: Path) -> None:
     """Say that it runs, then wait for what never comes."""
-    with open(signal_file, "w") as signal:
-        signal.write("running")
+    signal_file.write_text("running")
     select.select([], [], [])
 
 
@@ -21,7 +21,7 @@ def test_when_the_block_fails_no_worker_computes_on(tmp_path, fault):
     os.mkfifo(tmp_path / "signal")
     with pytest.raises(fault), process_pool() as pool:
         for _ in range(9):
-            pool.submit(never_ends, str(tmp_path / "signal"))
+            pool.submit(never_ends, tmp_path / "signal")
         assert (tmp_path / "signal").read_text().startswith("running")
         raise fault
     assert multiprocessing.active_children() == []
