@@ -91,20 +91,20 @@ def fabricate(wanted: Wedge, folder: Path, *, again: bool = False) -> dict[str, 
 def _write_papers(built: "Model", manifest: dict[str, Any], folder: Path) -> None:
     """The bill, the guide, the page, and last the manifest with the hash of every file."""
     from bom.bill import bill_csv, bill_markdown, distributor_csv, make_bill, read_parts
-    from cad.exports.page import page_html
+    from cad.exports.page import guide_html, page_html
     from cad.guide import guide_text
     from cad.manifest import as_text, with_hashes
 
     lines = make_bill(manifest["bill"], read_parts())
     names = {line.part.id: line.part.name for line in lines}
     title = f"GelSight Wedge, {built.design.name}"
+    guide = guide_text(built.design, built.assembly, built.boards, manifest["parts"], names)
     texts = {
         "bill/bill.csv": bill_csv(lines),
         "bill/bill.md": bill_markdown(lines, title),
         "bill/distributor.csv": distributor_csv(lines),
-        "guide.md": guide_text(
-            built.design, built.assembly, built.boards, manifest["parts"], names
-        ),
+        "guide.md": guide,
+        "guide.html": guide_html(guide),
     }
     for name, text in texts.items():
         target = folder / name

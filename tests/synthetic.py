@@ -172,7 +172,7 @@ def make_fabrication(folder: Path, design: str, *, failed: int) -> dict[str, Any
     """What the page shows of a fabrication folder: three checks, a camera in the bill, pictures."""
     (folder / "pictures").mkdir()
     (folder / "bill").mkdir()
-    for name in ("index.html", "guide.md", "bill/bill.md"):
+    for name in ("index.html", "guide.html", "bill/bill.md"):
         (folder / name).write_text(design)
     for name in ("assembled_below", "section"):
         write_image(folder / "pictures" / f"{name}.png", np.zeros((4, 6, 3), np.uint8))

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""One page that works offline: the sensor to turn around, pictures, files, checks."""
+"""Pages that work offline: the sensor to turn around with files and checks, and the guide."""
 
 import base64
 import json
@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import trimesh
+from markdown_it import MarkdownIt
 
 from cad.assembly import Assembly
 from cad.exports.views import colour_of, pulled_apart
@@ -54,6 +55,14 @@ def page_html(
     for key, value in values.items():
         template = template.replace(f"@{key}@", value)
     return template
+
+
+def guide_html(guide: str) -> str:
+    """The guide's Markdown as a page to read or print, its pictures beside it."""
+    template = files("cad").joinpath("data", "guide.html").read_text(encoding="utf-8")
+    title = escape(guide.partition("\n")[0].removeprefix("# "))
+    body = MarkdownIt("commonmark", {"html": False}).enable("table").render(guide)
+    return template.replace("@TITLE@", title).replace("@BODY@", body)
 
 
 def _base64(values: np.ndarray) -> str:

@@ -155,6 +155,10 @@ def test_pages_point_at_files_that_exist(fabricated: Folders) -> None:
     guide = (folder / "guide.md").read_text(encoding="utf-8")
     links = re.findall(r'(?:src|href)="([^"]+)"', page) + re.findall(r"\]\(([^)]+)\)", guide)
     assert len(links) > 60
+    shown = (folder / "guide.html").read_text(encoding="utf-8")
+    links_shown = re.findall(r'(?:src|href)="([^"]+)"', shown)
+    assert set(links_shown) == {"index.html", *re.findall(r"\]\(([^)]+)\)", guide)}
+    assert shown.count("<table>") == len(re.findall(r"^\|-", guide, re.MULTILINE))
     assert [link for link in links if not (folder / link).is_file()] == []
     assert "http" not in re.sub(r"http://www\.w3\.org\S*", "", page)
 

@@ -22,7 +22,7 @@ from validation.report.page import (
 TITLE = "Files to build the sensor"
 LINKS = {
     "index.html": "page with the view to turn, drawings, downloads and checks",
-    "guide.md": "guide",
+    "guide.html": "guide",
     "bill/bill.md": "bill",
     "manifest.json": "manifest",
 }
