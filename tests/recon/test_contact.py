@@ -47,6 +47,17 @@ def test_a_disc_is_found_with_its_outline(radius, x, y, seed):
     assert overlap(disturbed_mask(pressed(touched, seed=seed)), touched) >= 0.9
 
 
+@pytest.mark.parametrize("radius", [60, 75, 90])
+def test_a_ball_that_covers_most_of_the_pad_is_found(radius):
+    """Its slopes differ everywhere, so that most of the pad has another colour than the median."""
+    cap = ball_cap((WIDTH, HEIGHT), (80.0, 60.0), radius / 10, 15.0, (0.1, 0.1))
+    change = 0.5 * cap.gradient @ np.array([[0.0, -1.0, 0.0], [1.0, 0.0, -1.0]])
+    noise = 0.004 * np.random.default_rng(0).standard_normal(change.shape)
+    found = disturbed_mask((change + noise).astype(np.float32))
+    assert overlap(found, cap.contact) >= 0.75
+    assert boundary_of(found) == "neumann"
+
+
 def test_a_ball_is_found_where_it_touches():
     place = (70.0, 45.0, 30.0)
     difference = (shaded(gradient_of(place)) - shaded(gradient_of(None))).astype(np.float32)
