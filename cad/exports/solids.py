@@ -3,6 +3,7 @@
 """STEP, STL, 3MF and GLB, the same bytes for the same solid on every run."""
 
 import io
+import itertools
 import re
 import struct
 import zipfile
@@ -44,8 +45,23 @@ def _written(write: object, name: str) -> bytes:
         path = Path(folder, "part.step")
         write(path)
         text = path.read_text(encoding="ascii")
+    text = _renumbered(text)
     text = re.sub(r"FILE_NAME\('[^']*',\s*'[^']*'", f"FILE_NAME('{name}','{_TIME}'", text, count=1)
     return re.sub(r"Open CASCADE STEP translator [\d.\s]*\d", name, text).encode("ascii")
+
+
+def _renumbered(text: str) -> str:
+    """Occurrences in an assembly counted from 1: OCCT counts on from file to file of a process.
+
+    Each goes on a line of its own, as the length of its number decides where OCCT breaks it.
+    """
+    numbers = itertools.count(1)
+
+    def occurrence(match: re.Match[str]) -> str:
+        rest = re.sub(r"\s*\n\s*", "", match[2])
+        return f"{match[1]}'{next(numbers)}'{rest}"
+
+    return re.sub(r"(NEXT_ASSEMBLY_USAGE_OCCURRENCE\()'\d+'([^;]*;)", occurrence, text)
 
 
 def stl_of(mesh: trimesh.Trimesh) -> bytes:

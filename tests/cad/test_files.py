@@ -18,6 +18,7 @@ from ezdxf import path as dxf_path
 from cad.build import Model
 from cad.catalogue import PRINTED
 from cad.exports.laser import area_mm2, outline, pieces_by_id, sheets
+from cad.exports.solids import step_of_assembly
 from cad.golden import differences, golden_of, read_golden
 from cad.manifest import with_hashes
 from cad.mesh import DEFLECTION_MM
@@ -37,6 +38,13 @@ def test_two_processes_write_the_same_bytes(fabricated: Folders) -> None:
     assert filecmp.cmpfiles(first, second, names, shallow=False) == (names, [], [])
     kinds = {name.rpartition(".")[2] for name in names}
     assert kinds >= {"stl", "step", "3mf", "dxf", "glb", "png", "svg", "json", "csv", "md", "html"}
+
+
+def test_a_second_file_of_a_process_is_the_first(finger: Model) -> None:
+    first, second = (step_of_assembly(finger.bodies, "wedge") for _ in range(2))
+    assert first == second
+    numbers = re.findall(rb"OCCURRENCE\('(\d+)'", first)
+    assert [int(number) for number in numbers] == list(range(1, len(finger.bodies) + 1))
 
 
 def test_the_manifest_names_every_file_by_its_hash(fabricated: Folders) -> None:
