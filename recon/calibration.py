@@ -58,7 +58,9 @@ class Calibration:
         with new_folder(folder) as unit:
             write_unit_card(unit, self.card)
             write_image(unit / BACKGROUND_FILE, self.background)
-            content = save(self.estimator.tensors(), {"estimator": self.estimator.name})
+            # One entry: safetensors writes several in any order, and bytes must repeat.
+            learnt = {"fitted": f"{self.estimator.name} on {self.card.dataset_sha256}"}
+            content = save(self.estimator.tensors(), learnt)
             write_atomic(unit / GRADIENTS_FILE, content)
             if self.lens:
                 write_lens(unit / LENS_FILE, self.lens)
@@ -75,14 +77,20 @@ def load_calibration(folder: Path) -> Calibration:
     path = folder / GRADIENTS_FILE
     try:
         with safe_open(path, framework="numpy") as stored:
-            fitted = (stored.metadata() or {}).get("estimator")
+            learnt = (stored.metadata() or {}).get("fitted", "")
             tensors = {name: stored.get_tensor(name) for name in stored.keys()}
     except (OSError, SafetensorError) as error:
         raise WedgeError(f"{path} cannot be read: {error}; calibrate the unit again.") from error
-    if fitted != card.estimator:
+    estimator_name, _, dataset_sha256 = learnt.partition(" on ")
+    if estimator_name != card.estimator:
         raise WedgeError(
-            f"{path} holds the estimator {fitted}, but unit.toml names {card.estimator}: "
-            "calibrate the unit again."
+            f"{path} holds {estimator_name or 'no'} estimator, but unit.toml names "
+            f"{card.estimator}: calibrate the unit again."
+        )
+    if dataset_sha256 != card.dataset_sha256:
+        raise WedgeError(
+            f"{path} was learnt from other presses than unit.toml names, as another unit's file "
+            "would be: calibrate the unit again."
         )
     try:
         estimator = restore_estimator(card.estimator, tensors, card.channels)
@@ -91,11 +99,17 @@ def load_calibration(folder: Path) -> Calibration:
     lens = read_lens(folder / LENS_FILE) if (folder / LENS_FILE).is_file() else None
     calibration = Calibration(card=card, background=background, estimator=estimator, lens=lens)
     try:
-        calibration.unwarp.check(background)
+        unwarp = calibration.unwarp
+        unwarp.check(background)
     except WedgeError as error:
         raise WedgeError(
             f"{folder}: unit.toml does not fit {BACKGROUND_FILE} or {LENS_FILE}: {error}"
         ) from error
+    if unwarp.size_px != card.size_px:
+        width, height = unwarp.size_px
+        raise WedgeError(
+            f"{folder / 'unit.toml'}: size_px must be [{width}, {height}] without corners_px."
+        )
     return calibration
 
 

@@ -109,6 +109,8 @@ def _card(document: dict[str, Any]) -> UnitCard:
         raise WedgeError(f'channels = "{channels}" must be some of R, G and B in that order.')
     if document["missing_axis"] not in get_args(MissingAxis):
         raise WedgeError(f"missing_axis must be one of {', '.join(get_args(MissingAxis))}.")
+    if ("corners_px" in document) != ("pad_size_mm" in document):
+        raise WedgeError("corners_px and pad_size_mm must be given together.")
     pad_size = document.get("pad_size_mm")
     return UnitCard(
         **{key: text_line(document[key], key) for key in texts},

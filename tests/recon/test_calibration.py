@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
 import re
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -93,10 +94,14 @@ def test_the_lens_goes_with_the_unit(unit, calibration):
 
 def test_the_same_seed_writes_the_same_bytes(tmp_path, few_epochs):
     dataset = make_dataset(tmp_path / "set", presses=2)
+    made = calibrated(dataset, "mlp")
     for name in ("one", "two"):
         calibrated(dataset, "mlp").save(tmp_path / name)
+    for index in range(20):  # what a writer keeps in a hash map differs now and then only
+        made.save(tmp_path / f"again {index}")
     for path in (tmp_path / "one").iterdir():
-        assert path.read_bytes() == (tmp_path / "two" / path.name).read_bytes()
+        for folder in ("two", *(f"again {index}" for index in range(20))):
+            assert path.read_bytes() == (tmp_path / folder / path.name).read_bytes()
 
 
 @pytest.fixture
@@ -190,15 +195,15 @@ def test_any_damage_to_the_arrays_header_is_a_sentence_or_nothing(unit):
 
 def test_arrays_of_another_estimator_or_with_a_hole_are_refused(unit):
     path = unit / "gradients.safetensors"
-    tensors = load_file(path)
-    save_file(tensors, path, {"estimator": "mlp"})
-    with pytest.raises(WedgeError, match=r"holds the estimator mlp, but unit\.toml names table"):
+    tensors, dataset_sha256 = load_file(path), load_calibration(unit).card.dataset_sha256
+    save_file(tensors, path, {"fitted": f"mlp on {dataset_sha256}"})
+    with pytest.raises(WedgeError, match=r"holds mlp estimator, but unit\.toml names table"):
         load_calibration(unit)
     save_file(tensors, path)
-    with pytest.raises(WedgeError, match="holds the estimator None"):
+    with pytest.raises(WedgeError, match="holds no estimator"):
         load_calibration(unit)
     tensors["bins"].flat[3] = np.inf
-    save_file(tensors, path, {"estimator": "table"})
+    save_file(tensors, path, {"fitted": f"table on {dataset_sha256}"})
     with pytest.raises(WedgeError, match=r"gradients\.safetensors.* bins .* finite"):
         load_calibration(unit)
 
@@ -208,8 +213,24 @@ def test_an_unknown_estimator_is_refused(unit, calibration):
     with pytest.raises(WedgeError, match=r"unit\.toml names cnn"):
         load_calibration(unit)
     tensors = load_file(unit / "gradients.safetensors")
-    save_file(tensors, unit / "gradients.safetensors", {"estimator": "cnn"})
+    learnt = {"fitted": f"cnn on {calibration.card.dataset_sha256}"}
+    save_file(tensors, unit / "gradients.safetensors", learnt)
     with pytest.raises(WedgeError, match="no estimator is called 'cnn'"):
+        load_calibration(unit)
+
+
+def test_another_units_gradients_are_refused(unit, tmp_path):
+    other = calibrated(make_dataset(tmp_path / "other", presses=2, seed=5))
+    other.save(tmp_path / "other unit")
+    shutil.copy(tmp_path / "other unit" / "gradients.safetensors", unit)
+    with pytest.raises(WedgeError, match=r"gradients\.safetensors was learnt from other presses"):
+        load_calibration(unit)
+
+
+def test_a_unit_without_corners_has_the_size_of_its_frames(unit, calibration):
+    card = replace(calibration.card, corners_px=None, pad_size_mm=None, size_px=(7, 5))
+    write_unit_card(unit, card)
+    with pytest.raises(WedgeError, match=r"unit\.toml: size_px must be \[160, 120\]"):
         load_calibration(unit)
 
 

@@ -47,13 +47,16 @@ pairs = st.tuples(st.floats(1e-6, 1e6), st.floats(1e-6, 1e6))
         frame_size_px=st.tuples(sides, sides),
         size_px=st.tuples(sides, sides),
         metrics=st.dictionaries(st.text(max_size=8), st.floats(-1e9, 1e9), max_size=4),
-        corners_px=st.none() | st.just(KEYSTONE_PX),
-        pad_size_mm=st.none() | pairs,
+        corners_px=st.just(KEYSTONE_PX),
+        pad_size_mm=pairs,
         lights_deg=st.none() | st.just({"G": 180.0}),
-    )
+    ),
+    st.booleans(),
 )
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
-def test_a_card_comes_back_as_written(tmp_path, card):
+def test_a_card_comes_back_as_written(tmp_path, card, keystone):
+    if not keystone:
+        card = replace(card, corners_px=None, pad_size_mm=None)
     write_unit_card(tmp_path, card)
     assert read_unit_card(tmp_path) == card
 
@@ -88,6 +91,7 @@ def test_numbers_of_numpy_are_numbers(tmp_path):
         ("{theta_x_deg = 3.25}", "{theta_x_deg = nan}", r"metrics\.theta_x_deg must be a finite"),
         ("{theta_x_deg = 3.25}", "3.25", "metrics must be a table of numbers"),
         ("[20.0, 10.0]", "[20.0]", "corners_px must be four"),
+        ("pad_size_mm = [12.0, 9.0]", "", "corners_px and pad_size_mm must be given together"),
         ("[20.0, 10.0]", "[200.0, 200.0]", "convex pad"),
         ("R = 90.0", "X = 90.0", "lights_deg must be a table"),
         ("serial = ", "serial == ", "is not valid TOML"),
