@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 from app._output import print_table, write_json
 from app._progress import progress
+from app._seed import Seed
 from app._workers import process_pool
 from app.fabricate import MANIFEST, MissingExtraError, fabricate
 from sensor.design_file import load_design
@@ -35,7 +36,7 @@ SAMPLES = (15, 30, 60, 120, 240)
 PACKAGES = ("gelsight-wedge", "numpy", "scipy", "torch", "opencv-contrib-python-headless")
 
 
-def main(out: Path = Path("build"), folds: int = 5, seed: int = 0) -> int:
+def main(out: Path = Path("build"), folds: int = 5, seed: Seed = 0) -> int:
     """Make the files of both sensors, calibrate on real presses, and write a page that shows it.
 
     First come the files to build both designs, with their checks; they need the extra cad and are
