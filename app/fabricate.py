@@ -72,6 +72,11 @@ def fabricate(wanted: Wedge, folder: Path, *, again: bool = False) -> dict[str, 
             raise MissingExtraError(
                 f"fabricate needs {error.name}: pip install 'gelsight-wedge[cad]'."
             ) from error
+        except ImportError as error:  # a library of the system, such as libGL.so.1
+            raise WedgeError(
+                f"fabricate cannot load the solid modeller ({error}); on Debian, install it with "
+                "`apt-get install libegl1 libgl1`."
+            ) from error
 
         show(0.1, "building parts")
         built = model(wanted)
