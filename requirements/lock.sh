@@ -7,5 +7,6 @@ set -eu
 cd "$(dirname "$0")/.."
 exec uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
   --only-binary :all: --no-annotate --custom-compile-command requirements/lock.sh \
-  --extra cad --extra test --extra docs pyproject.toml requirements/torch-needs.in \
+  --extra cad --extra simulation --extra cluster --extra live --extra track --extra test \
+  --extra docs pyproject.toml requirements/torch-needs.in \
   --output-file requirements/lock.txt "$@"
