@@ -1,0 +1,88 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""`gelsight-wedge` on the Pi, `python -m firmware_pi` elsewhere."""
+
+import argparse
+import os
+import re
+import shlex
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from firmware_pi.mjpg_streamer import mjpg_streamer_command
+from firmware_pi.settings import Settings, read_settings, write_settings
+from sensor.errors import WedgeError
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a subcommand; return the exit status: 0 well, 2 bad input."""
+    parser = argparse.ArgumentParser(prog="gelsight-wedge", description=__doc__)
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    serve = commands.add_parser("serve", help="stream the camera until stopped")
+    check = commands.add_parser("check", help="say whether a settings file is right")
+    apply = commands.add_parser("apply", help="put a settings file in the place of another")
+    default = commands.add_parser("default", help="write a settings file where there is none")
+    paper = commands.add_parser("mjpg-streamer", help="print the command of the paper's server")
+    for command in (serve, check, apply, default, paper):
+        command.add_argument("settings", type=Path, help="settings file (TOML)")
+    apply.add_argument("place", type=Path, help="the file that the service reads")
+    default.add_argument("--address", default=Settings.address, help="where it will listen")
+    default.add_argument("--camera", type=int, default=0, help="which camera, from 0")
+    default.add_argument("--port", type=int, default=Settings.port, help="its TCP port")
+    for command in (serve, paper):
+        command.add_argument("--credentials", type=Path, help="file that holds user:password")
+    given = parser.parse_args(arguments)
+    try:
+        return _run(given)
+    except WedgeError as error:
+        print(f"gelsight-wedge: {error}", file=sys.stderr)
+        return 2
+
+
+def _run(given: argparse.Namespace) -> int:
+    match given.command:
+        case "default":
+            settings = Settings(camera=given.camera, address=given.address, port=given.port)
+            if not given.settings.exists():
+                write_settings(given.settings, settings)
+            return 0
+        case "serve":
+            from firmware_pi.service import Service
+
+            Service(given.settings, read_credentials(given.credentials)).run()
+        case "check":
+            read_settings(given.settings)
+        case "apply":
+            write_settings(given.place, read_settings(given.settings))
+        case "mjpg-streamer":
+            credentials = read_credentials(given.credentials)
+            words = mjpg_streamer_command(read_settings(given.settings), credentials)
+            print(shlex.join(words))
+    return 0
+
+
+def read_credentials(file: Path | None) -> str | None:
+    """The line user:password that clients must bring: of a file, or of systemd's credential.
+
+    Raises:
+        WedgeError: the file cannot be read or holds something else.
+    """
+    if file is None:
+        folder = os.environ.get("CREDENTIALS_DIRECTORY")
+        file = Path(folder) / "login" if folder else None
+        if file is None or not file.exists():
+            return None
+    try:
+        line = file.read_text(encoding="utf-8").strip()
+    except (OSError, UnicodeError) as error:
+        raise WedgeError(f"{file} cannot be read: {error}.") from error
+    if not line:
+        return None
+    if not re.fullmatch(r"[^\s:]+:\S+", line):
+        raise WedgeError(f"{file} must hold one line user:password without blanks.")
+    return line
+
+
+if __name__ == "__main__":
+    sys.exit(main())
