@@ -57,8 +57,8 @@ class Settings:
     max_clients: int = _key(4, "streams served at once", 1, 16)
 
     def __post_init__(self) -> None:
-        for key in fields(self):
-            _check(key.name, getattr(self, key.name), type(key.default), key.metadata)
+        for known in fields(self):
+            _check(known.name, getattr(self, known.name), type(known.default), known.metadata)
         if (self.width_px, self.height_px) not in SIZES_PX:
             raise WedgeError(
                 f"width_px and height_px = {self.width_px} x {self.height_px} must be 640 x 480 "
@@ -69,11 +69,8 @@ class Settings:
                 f"exposure_us = {self.exposure_us} is longer than a frame at rate_hz = "
                 f"{self.rate_hz:g}: at most {US_PER_S / self.rate_hz:.0f}."
             )
-        for key, names in {"noise_reduction": NOISE_REDUCTIONS, "sync": SYNCS}.items():
-            if getattr(self, key) not in names:
-                raise WedgeError(
-                    f"{key} = {getattr(self, key)!r} must be one of {', '.join(names)}."
-                )
+        _check_name("noise_reduction", self.noise_reduction, NOISE_REDUCTIONS)
+        _check_name("sync", self.sync, SYNCS)
         _check_address(self.address)
 
     @property
