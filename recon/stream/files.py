@@ -1,0 +1,161 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Frames that lie on a disk, and a camera on USB: images, archives, videos, datasets."""
+
+import re
+import threading
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import cv2
+
+from recon.arrays import Frame
+from recon.images import read_frame
+from recon.stream.frame import Counts, TimedFrame
+from sensor.dataset import read_dataset
+from sensor.errors import WedgeError
+
+IMAGES = (".png", ".jpg", ".jpeg")
+FOLDER_FPS = 30.0
+"""Images of a folder bear no times: they follow each other so quickly."""
+
+
+class _Pixels(ABC):
+    """A source whose frames come decoded."""
+
+    live = False
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.counts = Counts(connections=1)
+        self._closed = threading.Event()
+
+    def __enter__(self) -> "_Pixels":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the iteration, from whichever thread."""
+        self._closed.set()
+
+    @abstractmethod
+    def _images(self) -> Iterator[tuple[int, Frame]]:
+        """Times since the first frame, in ns, and frames."""
+
+    def __iter__(self) -> Iterator[TimedFrame]:
+        """Give each frame in turn."""
+        for time_ns, pixels in self._images():
+            if self._closed.is_set():
+                return
+            arrived_ns = time.time_ns()
+            index, self.counts.received = self.counts.received, self.counts.received + 1
+            yield TimedFrame(
+                index=index,
+                time_ns=arrived_ns if self.live else time_ns,
+                arrived_ns=arrived_ns,
+                pixels=pixels,
+            )
+
+
+class FolderSource(_Pixels):
+    """Images by name, numbers in their order: 2.png comes before 10.png."""
+
+    def __init__(self, folder: Path, names: Sequence[str] = ()) -> None:
+        """List the images.
+
+        Args:
+            folder: where they lie.
+            names: files in it, or ``frames.npz#17``; by default all images.
+
+        Raises:
+            WedgeError: the folder holds none.
+        """
+        super().__init__(str(folder))
+        found = [p.name for p in folder.iterdir() if p.suffix.lower() in IMAGES]
+        self._names = names or sorted(found, key=_natural)
+        self._folder = folder
+        if not self._names:
+            raise WedgeError(f"{folder} holds no PNG or JPEG images.")
+
+    def _images(self) -> Iterator[tuple[int, Frame]]:
+        for index, name in enumerate(self._names):
+            yield round(index * 1e9 / FOLDER_FPS), read_frame(self._folder, name)
+
+
+class VideoSource(_Pixels):
+    """A video file, at the rate that it names."""
+
+    def __init__(self, path: Path) -> None:
+        """Open the file.
+
+        Raises:
+            WedgeError: it is no video that OpenCV reads.
+        """
+        super().__init__(str(path))
+        self._path = path
+        capture = cv2.VideoCapture(str(path))
+        opened = capture.isOpened()
+        self.frames = int(capture.get(cv2.CAP_PROP_FRAME_COUNT))
+        fps = capture.get(cv2.CAP_PROP_FPS)
+        self._fps = fps if 0 < fps < 1000 else FOLDER_FPS
+        capture.release()
+        if not opened:
+            raise WedgeError(f"{path} is no video that can be read.")
+
+    def _images(self) -> Iterator[tuple[int, Frame]]:
+        capture = cv2.VideoCapture(str(self._path))
+        try:
+            index = 0
+            while (read := capture.read())[0]:
+                yield round(index * 1e9 / self._fps), cv2.cvtColor(read[1], cv2.COLOR_BGR2RGB)
+                index += 1
+        finally:
+            capture.release()
+
+
+class UsbSource(_Pixels):
+    """A USB camera, by its number."""
+
+    live = True
+
+    def __init__(self, number: int) -> None:
+        """Open the camera.
+
+        Raises:
+            WedgeError: there is none of that number.
+        """
+        super().__init__(f"usb:{number}")
+        self._capture = cv2.VideoCapture(number)
+        if not self._capture.isOpened():
+            self._capture.release()
+            raise WedgeError(f"usb:{number}: there is no camera of that number; try usb:0.")
+        self._capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)
+
+    def _images(self) -> Iterator[tuple[int, Frame]]:
+        try:
+            while not self._closed.is_set():
+                read, image = self._capture.read()
+                if not read:
+                    raise WedgeError(f"{self.name} gives no frames any more: was it unplugged?")
+                yield 0, cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
+        finally:
+            self._capture.release()
+
+
+def dataset_source(folder: Path) -> FolderSource:
+    """The blank frames of a dataset, then its presses.
+
+    Raises:
+        WedgeError: the folder is no dataset folder.
+    """
+    dataset = read_dataset(folder)
+    names = [*dataset.card.background, *(label.file for label in dataset.labels)]
+    return FolderSource(folder, names)
+
+
+def _natural(name: str) -> list[tuple[int, str]]:
+    return [(int(x), "") if x.isdecimal() else (-1, x) for x in re.split(r"(\d+)", name)]

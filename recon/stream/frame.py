@@ -1,0 +1,80 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""One frame with its times, and what gives frames: the contract of every source."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal, Protocol, runtime_checkable
+
+from recon.arrays import Frame
+from recon.stream.jpeg import decode_jpeg
+
+Clock = Literal["sensor", "mapped", "arrival"]
+"""Whose clock ``time_ns`` comes from: the sender's; the sender's uptime, laid so that the quickest
+frame took no time; or this machine's, as the frame arrived."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class TimedFrame:
+    """A camera frame as it came: a JPEG, or pixels where it never was one."""
+
+    index: int
+    """Of this source, from 0; a step above 1 is frames that were lost on the way."""
+    time_ns: int
+    """When it was taken, since the Unix epoch; in a file without times, since its first frame."""
+    arrived_ns: int
+    """When it was here, by this machine's clock, since the Unix epoch."""
+    clock: Clock = "arrival"
+    jpeg: bytes | None = None
+    pixels: Frame | None = None
+
+    def image(self) -> Frame:
+        """The frame, (h, w, 3) uint8 RGB.
+
+        Raises:
+            WedgeError: the JPEG is damaged.
+        """
+        if self.pixels is not None:
+            return self.pixels
+        assert self.jpeg is not None
+        return decode_jpeg(self.jpeg)
+
+    @property
+    def latency_ms(self) -> float | None:
+        """From sensor to here; ``None`` where the sender's clock says nothing about that."""
+        return (self.arrived_ns - self.time_ns) / 1e6 if self.clock == "sensor" else None
+
+
+@dataclass(kw_only=True, slots=True)
+class Counts:
+    """What a source met so far."""
+
+    received: int = 0
+    """Whole frames."""
+    dropped: int = 0
+    """Frames that the sender took but did not send, as its numbering tells."""
+    corrupt: int = 0
+    """Damaged parts of the stream; none is handed over."""
+    connections: int = 0
+    remark: str = ""
+    """What a person should know: that the connection is lost, that a clock is not set."""
+
+
+@runtime_checkable
+class FrameSource(Protocol):
+    """Gives every frame it has, in order; the iteration ends where a file does."""
+
+    name: str
+    """For people: an address without its password, or a file."""
+    live: bool
+    """Whether frames come by themselves, so that who is slow must skip some."""
+    counts: Counts
+
+    def __iter__(self) -> Iterator[TimedFrame]: ...
+
+    def close(self) -> None:
+        """Release the camera or the connection; the iteration ends."""
+
+    def __enter__(self) -> "FrameSource": ...
+
+    def __exit__(self, *_: object) -> None: ...

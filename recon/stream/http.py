@@ -1,0 +1,213 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Frames of a camera server over HTTP, for hours: what breaks is connected again."""
+
+import base64
+import http.client
+import re
+import socket
+import threading
+import time
+import urllib.parse
+from collections.abc import Iterator
+from contextlib import suppress
+
+from recon.stream.clock import SenderClock, clock_remark
+from recon.stream.frame import Counts, TimedFrame
+from recon.stream.multipart import MultipartReader
+from sensor.errors import WedgeError
+from sensor.wire import STREAM_PATH, read_stamp
+
+STALL_S = 1.5
+"""Without a whole frame for so long the connection is taken for dead."""
+BACK_OFF_S = (0.05, 0.1, 0.2, 0.4)
+"""Pauses between attempts; the last one repeats, so that a frame comes soon after the server."""
+_BOUNDARY = re.compile(r'boundary="?([^";\s]+)', re.IGNORECASE)
+_LOST = (OSError, http.client.HTTPException, EOFError, ValueError)
+
+
+class HttpSource:
+    """A multipart stream of JPEGs, such as ``http://10.55.0.1:8080/stream.mjpg``.
+
+    The first connection must succeed; later ones are tried again until ``close``.
+    """
+
+    live = True
+
+    def __init__(self, url: str, stall_s: float = STALL_S) -> None:
+        """Connect.
+
+        Args:
+            url: address, with ``user:password@`` where the server asks; without a path, the
+                path of this project's server.
+            stall_s: silence after which the connection is taken for dead.
+
+        Raises:
+            WedgeError: no such host, nothing listens, a wrong password, or no stream of JPEGs.
+        """
+        self._url = _checked(url)
+        self.name = f"{self._url.scheme}://{self._url.netloc.rpartition('@')[2]}{self._url.path}"
+        self.counts = Counts()
+        self._stall_s = stall_s
+        self._closed = threading.Event()
+        self._socket: socket.socket | None = None
+        self._answer: http.client.HTTPResponse | None = None
+        self._deadline = 0.0
+        self._clock = SenderClock()
+        self._first = self._connect()
+
+    def __enter__(self) -> "HttpSource":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the stream, from whichever thread."""
+        self._closed.set()
+        self._hang_up()
+
+    def __iter__(self) -> Iterator[TimedFrame]:
+        """Give each whole frame as it comes, over as many connections as it takes."""
+        stream: MultipartReader | None = self._first
+        attempt = 0
+        while not self._closed.is_set():
+            if stream is not None:
+                for frame in self._frames(stream):
+                    attempt = 0
+                    yield frame
+            if self._closed.wait(BACK_OFF_S[min(attempt, len(BACK_OFF_S) - 1)]):
+                return
+            attempt += 1
+            try:
+                stream = self._connect()
+            except WedgeError as error:
+                stream = None
+                self.counts.remark = f"lost: {error}"
+
+    def _frames(self, stream: MultipartReader) -> Iterator[TimedFrame]:
+        last_index: int | None = None
+        before = self.counts.corrupt
+        parts = iter(stream)
+        while True:
+            self._deadline = time.monotonic() + self._stall_s
+            try:
+                part = next(parts, None)
+            except _LOST:
+                part = None
+            arrived_ns = time.time_ns()
+            self.counts.corrupt = before + stream.corrupt
+            if part is None:
+                self._hang_up()
+                return
+            jpeg, head = part
+            stamp = read_stamp(head)
+            time_ns, clock = self._clock.time_ns(stamp, arrived_ns)
+            if stamp.index is not None:
+                if last_index is not None and stamp.index > last_index:
+                    self.counts.dropped += stamp.index - last_index - 1
+                last_index = stamp.index
+            frame = TimedFrame(
+                index=self.counts.received + self.counts.dropped,
+                time_ns=time_ns,
+                arrived_ns=arrived_ns,
+                clock=clock,
+                jpeg=jpeg,
+            )
+            self.counts.received += 1
+            self.counts.remark = clock_remark(self.name, stamp, clock)
+            yield frame
+
+    def _connect(self) -> MultipartReader:
+        url = self._url
+        secure = url.scheme == "https"
+        kind = http.client.HTTPSConnection if secure else http.client.HTTPConnection
+        connection = kind(url.hostname or "", url.port, timeout=self._stall_s)
+        try:
+            connection.connect()
+            self._socket = connection.sock
+            connection.request("GET", _target(url), headers=_credentials(url))
+            self._answer = answer = connection.getresponse()
+            boundary = self._boundary(answer)
+        except _LOST as error:
+            self._hang_up()
+            raise WedgeError(f"{self.name} gives no stream: {_reason(error)}.") from error
+        except WedgeError:
+            self._hang_up()
+            raise
+        self.counts.connections += 1
+
+        def read(most: int) -> bytes:
+            if time.monotonic() > self._deadline:  # bytes may trickle in and never be a frame
+                raise TimeoutError
+            return answer.read1(most)
+
+        return MultipartReader(read, boundary)
+
+    def _boundary(self, answer: http.client.HTTPResponse) -> str:
+        """The boundary that an answer names.
+
+        Raises:
+            WedgeError: it is no stream of JPEGs.
+        """
+        if answer.status == http.HTTPStatus.UNAUTHORIZED:
+            raise WedgeError(
+                f"{self.name} refuses the name and password: give them as "
+                f"{self._url.scheme}://NAME:PASSWORD@{self._url.netloc.rpartition('@')[2]}."
+            )
+        if answer.status != http.HTTPStatus.OK:
+            raise WedgeError(f"{self.name} answers {answer.status} {answer.reason}, not a stream.")
+        kind = answer.getheader("Content-Type", "")
+        found = _BOUNDARY.search(kind)
+        if not kind.lower().startswith("multipart/") or not found:
+            raise WedgeError(
+                f"{self.name} sends {kind.partition(';')[0] or 'something unnamed'}, not a stream "
+                f"of JPEGs: is the path right? This project's server has it at {STREAM_PATH}."
+            )
+        return found[1]
+
+    def _hang_up(self) -> None:
+        """Let go of the connection, from whichever thread."""
+        answer, self._answer = self._answer, None
+        connected, self._socket = self._socket, None
+        if connected is not None:
+            with suppress(OSError):  # wakes a thread that waits for bytes
+                connected.shutdown(socket.SHUT_RDWR)
+            connected.close()
+        if answer is not None:
+            answer.close()
+
+
+def _checked(url: str) -> urllib.parse.SplitResult:
+    try:
+        parts = urllib.parse.urlsplit(url)
+        if parts.scheme not in ("http", "https") or not parts.hostname or parts.port == 0:
+            raise ValueError
+    except ValueError as error:
+        raise WedgeError(
+            f"{url!r} is no address of a stream, such as http://10.55.0.1:8080{STREAM_PATH}."
+        ) from error
+    return parts if parts.path not in ("", "/") or parts.query else parts._replace(path=STREAM_PATH)
+
+
+def _target(url: urllib.parse.SplitResult) -> str:
+    return urllib.parse.quote(url.path or "/", safe="/%") + (f"?{url.query}" if url.query else "")
+
+
+def _credentials(url: urllib.parse.SplitResult) -> dict[str, str]:
+    if url.username is None:
+        return {}
+    pair = f"{urllib.parse.unquote(url.username)}:{urllib.parse.unquote(url.password or '')}"
+    return {"Authorization": "Basic " + base64.b64encode(pair.encode()).decode()}
+
+
+def _reason(error: Exception) -> str:
+    if isinstance(error, TimeoutError):
+        return "nothing answers in time; is it switched on, and is this the right network"
+    if isinstance(error, ConnectionRefusedError):
+        return "nothing listens at that port; is the camera server running"
+    if isinstance(error, socket.gaierror):
+        return "no machine of that name is known"
+    if isinstance(error, http.client.HTTPException | ValueError):
+        return "what answers does not speak HTTP"
+    return str(getattr(error, "strerror", None) or error or type(error).__name__)

@@ -1,0 +1,252 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""An MCAP file that is complete after every write, so that a kill costs a second of frames at most.
+
+The index of an MCAP file stands at its end, and a file without it does not open. Here each chunk
+is written together with the index of all chunks so far, in one call, over the previous index.
+See https://mcap.dev/spec.
+"""
+
+import os
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from sensor.errors import WedgeError
+
+MAGIC = b"\x89MCAP0\r\n"
+CHUNK_BYTES = 4 << 20
+CHUNK_NS = 10**9
+"""What a kill may cost: as much of a recording as one chunk holds."""
+
+
+def mcap_records() -> ModuleType:
+    """The package that knows the records.
+
+    Raises:
+        WedgeError: it is not installed.
+    """
+    try:
+        import mcap.records
+    except ModuleNotFoundError as error:
+        raise WedgeError(
+            "recordings need mcap: install the extra, `pip install gelsight-wedge[live]`."
+        ) from error
+    return mcap.records
+
+
+@dataclass
+class _Chunk:
+    """Messages that are not on the disk yet."""
+
+    content: bytearray = field(default_factory=bytearray)
+    places: dict[int, list[tuple[int, int]]] = field(default_factory=dict)
+    """Log time and offset of the messages, by channel."""
+    first_ns: int = 0
+    last_ns: int = 0
+
+
+class McapFile:
+    """One schema, some channels, attachments, and messages in chunks."""
+
+    def __init__(self, path: Path, schema: tuple[str, str, str], attachments: Mapping[str, bytes]):
+        """Begin a file.
+
+        Args:
+            path: must not exist yet.
+            schema: name, encoding, and text.
+            attachments: contents by name.
+
+        Raises:
+            WedgeError: the file exists, cannot be written, or mcap is not installed.
+        """
+        self._records = records = mcap_records()
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644)
+        except FileExistsError as error:
+            raise WedgeError(f"{path} exists: name a new file.") from error
+        except OSError as error:
+            raise WedgeError(f"{path} cannot be written: {error.strerror}.") from error
+        self._path = path
+        self._schema = records.Schema(
+            id=1, name=schema[0], encoding=schema[1], data=schema[2].encode()
+        )
+        self._channels: list[bytes] = []
+        self._chunk = _Chunk()
+        self._chunk_indexes = bytearray()
+        self._chunks = 0
+        self._messages: dict[int, int] = {}
+        self._times_ns = (0, 0)
+        head = MAGIC + _bytes(records.Header(profile="ros2", library="gelsight-wedge"))
+        self._attachment_indexes = bytearray()
+        self._attachments = len(attachments)
+        for name, data in attachments.items():
+            record = _bytes(
+                records.Attachment(
+                    create_time=0,
+                    log_time=0,
+                    name=name,
+                    media_type="application/octet-stream",
+                    data=data,
+                )
+            )
+            self._attachment_indexes += _bytes(
+                records.AttachmentIndex(
+                    offset=len(head),
+                    length=len(record),
+                    log_time=0,
+                    create_time=0,
+                    data_size=len(data),
+                    name=name,
+                    media_type="application/octet-stream",
+                )
+            )
+            head += record
+        self._end = 0
+        self._write(head)
+
+    def add_channel(self, topic: str) -> int:
+        """A new channel of CDR messages; its number."""
+        number = len(self._channels) + 1
+        channel = _bytes(
+            self._records.Channel(
+                id=number,
+                topic=topic,
+                message_encoding="cdr",
+                metadata={"offered_qos_profiles": ""},
+                schema_id=1,
+            )
+        )
+        self._channels.append(channel)
+        if number == 1:
+            self._chunk.content += _bytes(self._schema)
+        self._chunk.content += channel
+        self._messages[number] = 0
+        return number
+
+    def add_message(self, channel: int, data: bytes, log_ns: int, publish_ns: int) -> None:
+        """Append a message; it is on the disk when its chunk is full or a second old."""
+        chunk = self._chunk
+        if chunk.places and (
+            len(chunk.content) > CHUNK_BYTES or abs(log_ns - chunk.first_ns) > CHUNK_NS
+        ):
+            self.flush()
+            chunk = self._chunk
+        if not chunk.places:
+            chunk.first_ns = chunk.last_ns = log_ns
+        chunk.first_ns, chunk.last_ns = min(chunk.first_ns, log_ns), max(chunk.last_ns, log_ns)
+        chunk.places.setdefault(channel, []).append((log_ns, len(chunk.content)))
+        chunk.content += _bytes(
+            self._records.Message(
+                channel_id=channel,
+                log_time=log_ns,
+                data=data,
+                publish_time=publish_ns,
+                sequence=self._messages[channel] & 0xFFFFFFFF,
+            )
+        )
+        self._messages[channel] += 1
+
+    def flush(self) -> None:
+        """Bring what was added to the disk."""
+        chunk, records = self._chunk, self._records
+        if not chunk.content:
+            return
+        content = bytes(chunk.content)
+        written = _bytes(
+            records.Chunk(
+                compression="",
+                data=content,
+                message_start_time=chunk.first_ns,
+                message_end_time=chunk.last_ns,
+                uncompressed_crc=zlib.crc32(content),
+                uncompressed_size=len(content),
+            )
+        )
+        length, offsets = len(written), {}
+        for channel, places in chunk.places.items():
+            offsets[channel] = self._end + len(written)
+            written += _bytes(records.MessageIndex(channel_id=channel, records=places))
+        self._chunk_indexes += _bytes(
+            records.ChunkIndex(
+                chunk_length=length,
+                chunk_start_offset=self._end,
+                compression="",
+                compressed_size=len(content),
+                message_end_time=chunk.last_ns,
+                message_start_time=chunk.first_ns,
+                message_index_length=len(written) - length,
+                message_index_offsets=offsets,
+                uncompressed_size=len(content),
+            )
+        )
+        if chunk.places:
+            first_ns, last_ns = self._times_ns if self._chunks else (chunk.first_ns, chunk.last_ns)
+            self._times_ns = min(first_ns, chunk.first_ns), max(last_ns, chunk.last_ns)
+        self._chunks += 1
+        self._chunk = _Chunk()
+        self._write(written)
+
+    def close(self) -> None:
+        """Bring everything to the disk and let go of the file."""
+        if self._file >= 0:
+            try:
+                self.flush()
+                os.fsync(self._file)
+            finally:
+                os.close(self._file)
+                self._file = -1
+
+    def _write(self, written: bytes) -> None:
+        """Put data over the previous index, with the new index behind it."""
+        end = self._end + len(written)
+        whole = memoryview(written + self._index(end))
+        try:
+            at = self._end
+            while whole:
+                done = os.pwrite(self._file, whole, at)
+                at, whole = at + done, whole[done:]
+        except OSError as error:
+            raise WedgeError(f"{self._path} cannot be written: {error.strerror}.") from error
+        self._end = end
+
+    def _index(self, end: int) -> bytes:
+        """All that stands behind the data, which ends there."""
+        records = self._records
+        data_end = _bytes(records.DataEnd(data_section_crc=0))
+        start = end + len(data_end)
+        statistics = records.Statistics(
+            attachment_count=self._attachments,
+            channel_count=len(self._channels),
+            channel_message_counts=self._messages,
+            chunk_count=self._chunks,
+            message_count=sum(self._messages.values()),
+            message_start_time=self._times_ns[0],
+            message_end_time=self._times_ns[1],
+            metadata_count=0,
+            schema_count=1,
+        )
+        summary = b"".join(
+            (
+                _bytes(self._schema),
+                *self._channels,
+                _bytes(statistics),
+                self._chunk_indexes,
+                self._attachment_indexes,
+            )
+        )
+        footer = _bytes(records.Footer(summary_start=start, summary_offset_start=0, summary_crc=0))
+        return data_end + summary + footer + MAGIC
+
+
+def _bytes(record: Any) -> bytes:
+    from mcap.data_stream import RecordBuilder
+
+    builder = RecordBuilder()
+    record.write(builder)
+    content: bytes = builder.end()  # type: ignore[no-untyped-call]
+    return content

@@ -1,0 +1,82 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The newest frame of a live source: who is slow skips frames and is never behind."""
+
+import threading
+from collections.abc import Iterator
+
+from recon.stream.frame import FrameSource, TimedFrame
+from sensor.errors import WedgeError
+
+
+class Newest:
+    """Reads a source in a thread of its own and keeps the newest frame alone.
+
+        with Newest(open_source("http://10.55.0.1:8080")) as frames:
+            for frame in frames:
+                ...  # may take as long as it likes
+
+    The source is closed with it.
+    """
+
+    def __init__(self, source: FrameSource) -> None:
+        self.source = source
+        self.skipped = 0
+        """Frames that a newer one replaced before anybody asked."""
+        self._changed = threading.Condition()
+        self._frame: TimedFrame | None = None
+        self._ended = False
+        self._error: WedgeError | None = None
+        self._thread = threading.Thread(target=self._read, name=source.name, daemon=True)
+        self._thread.start()
+
+    def __enter__(self) -> "Newest":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __iter__(self) -> Iterator[TimedFrame]:
+        """Wait for the next frame, again and again, until the source ends."""
+        while (frame := self.take()) is not None:
+            yield frame
+
+    def take(self, timeout_s: float | None = None) -> TimedFrame | None:
+        """The newest frame that was not taken yet; waits for it.
+
+        Returns:
+            ``None`` where the source has ended or the time is over.
+
+        Raises:
+            WedgeError: the source has failed.
+        """
+        with self._changed:
+            self._changed.wait_for(lambda: self._frame is not None or self._ended, timeout_s)
+            frame, self._frame = self._frame, None
+            if frame is None and self._error is not None:
+                raise self._error
+            return frame
+
+    @property
+    def ended(self) -> bool:
+        """Whether the source gives nothing more."""
+        return self._ended and self._frame is None
+
+    def close(self) -> None:
+        """Close the source and wait for the thread."""
+        self.source.close()
+        self._thread.join()
+
+    def _read(self) -> None:
+        try:
+            for frame in self.source:
+                with self._changed:
+                    self.skipped += self._frame is not None
+                    self._frame = frame
+                    self._changed.notify_all()
+        except WedgeError as error:
+            self._error = error
+        finally:
+            with self._changed:
+                self._ended = True
+                self._changed.notify_all()

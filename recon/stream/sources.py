@@ -1,0 +1,92 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A source by the words that a person types."""
+
+import re
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from threading import Event
+
+from recon.stream.files import FolderSource, UsbSource, VideoSource, dataset_source
+from recon.stream.frame import FrameSource, TimedFrame
+from recon.stream.http import HttpSource
+from recon.stream.recording import McapSource
+from sensor.errors import WedgeError
+
+VIDEOS = (".avi", ".mp4", ".mkv", ".mov", ".mjpeg", ".mjpg", ".webm")
+KINDS = (
+    "an address such as http://10.55.0.1:8080, usb:0, a folder of images, a dataset folder, a "
+    f"video ({', '.join(VIDEOS)}) or a recording (.mcap)"
+)
+
+
+def open_source(where: str | Path) -> FrameSource:
+    """The source that an address or a path names.
+
+    Args:
+        where: ``http://HOST:PORT/PATH``, ``usb:0``, a folder of images, a dataset folder, a video,
+            or an MCAP file.
+
+    Raises:
+        WedgeError: it is none of these, or cannot be opened.
+    """
+    text = str(where)
+    if text.startswith(("http://", "https://")):
+        return HttpSource(text)
+    if match := re.fullmatch(r"usb:(\d{1,3})", text):
+        return UsbSource(int(match[1]))
+    path = Path(where)
+    if (path / "dataset.toml").is_file():
+        return dataset_source(path)
+    if path.is_dir():
+        return FolderSource(path)
+    if not path.is_file():
+        raise WedgeError(f"{text} is not there: name {KINDS}.")
+    if path.suffix.lower() == ".mcap":
+        return McapSource(path)
+    if path.suffix.lower() in VIDEOS:
+        return VideoSource(path)
+    raise WedgeError(f"{text} is no stream: name {KINDS}.")
+
+
+class Paced:
+    """A file's frames at the pace at which they were taken, as if its sensor were here."""
+
+    live = True
+
+    def __init__(self, source: FrameSource, *, speed: float = 1.0, repeat: bool = False) -> None:
+        """Wrap a source.
+
+        Args:
+            source: of a file.
+            speed: 2 plays twice as fast.
+            repeat: begin again at the end.
+        """
+        self.source, self.speed, self.repeat = source, speed, repeat
+        self.name, self.counts = source.name, source.counts
+        self._closed = Event()
+
+    def __enter__(self) -> "Paced":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the iteration, from whichever thread."""
+        self._closed.set()
+        self.source.close()
+
+    def __iter__(self) -> Iterator[TimedFrame]:
+        """Give each frame when its time has come."""
+        while True:
+            begun_ns, first_ns = time.monotonic_ns(), None
+            for frame in self.source:
+                first_ns = frame.time_ns if first_ns is None else first_ns
+                due_ns = begun_ns + (frame.time_ns - first_ns) / self.speed
+                if self._closed.wait(max(0.0, (due_ns - time.monotonic_ns()) / 1e9)):
+                    return
+                yield frame
+            if first_ns is None or not self.repeat or self._closed.is_set():
+                return
