@@ -22,7 +22,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     serve = commands.add_parser("serve", help="stream the camera until stopped")
     check = commands.add_parser("check", help="say whether a settings file is right")
     apply = commands.add_parser("apply", help="put a settings file in the place of another")
-    default = commands.add_parser("default", help="write a settings file where there is none")
+    default = commands.add_parser("default", help="write a settings file, or check the one there")
     paper = commands.add_parser("mjpg-streamer", help="print the command of the paper's server")
     for command in (serve, check, apply, default, paper):
         command.add_argument("settings", type=Path, help="settings file (TOML)")
@@ -44,9 +44,10 @@ def _run(given: argparse.Namespace) -> int:
     match given.command:
         case "default":
             settings = Settings(camera=given.camera, address=given.address, port=given.port)
-            if not given.settings.exists():
+            if given.settings.exists():
+                read_settings(given.settings)
+            else:
                 write_settings(given.settings, settings)
-            return 0
         case "serve":
             from firmware_pi.service import Service
 

@@ -150,6 +150,7 @@ class Handler(BaseHTTPRequestHandler):
 
     server: StreamServer
     protocol_version = "HTTP/1.1"
+    default_request_version = "HTTP/1.0"  # else nonsense is answered without a status line
     server_version = "gelsight-wedge"
     sys_version = ""
     timeout = REQUEST_WITHIN_S

@@ -1,0 +1,172 @@
+#!/bin/sh
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+# Installs the camera server on a Raspberry Pi. Run again after an update or with other options:
+# what is there already stays, settings above all. uninstall.sh takes everything away again.
+set -eu
+
+usage() {
+  cat <<'END'
+usage: sudo firmware_pi/install.sh --address IP [--camera N] [--port PORT] [--usb-gadget]
+
+  --address IP   the one address of this Pi at which the stream is served
+  --camera N     which camera, from 0 (default 0); run once for each camera of a Pi 5
+  --port PORT    TCP port (default 8080); two cameras of one Pi need two
+  --usb-gadget   make the Pi's USB socket a network cable to the computer, with that address
+END
+}
+
+say() { echo "install.sh: $*" >&2; }
+fail() {
+  say "$*"
+  exit 2
+}
+
+address='' camera=0 port=8080 gadget=no
+while [ $# -gt 0 ]; do
+  case $1 in
+    --address | --camera | --port)
+      [ $# -gt 1 ] || fail "$1 needs a value."
+      case $1 in
+        --address) address=$2 ;;
+        --camera) camera=$2 ;;
+        --port) port=$2 ;;
+      esac
+      shift 2
+      ;;
+    --usb-gadget)
+      gadget=yes
+      shift
+      ;;
+    -h | --help)
+      usage
+      exit 0
+      ;;
+    *) fail "there is no option $1; --help lists them." ;;
+  esac
+done
+
+to=${DESTDIR-} # a folder in the place of /, for tests
+here=$(cd "$(dirname "$0")" && pwd)
+lib=$to/usr/local/lib/gelsight-wedge
+settings=$to/etc/gelsight-wedge/$camera.toml
+changed=no
+
+[ -n "$to" ] || [ "$(id -u)" = 0 ] || fail "only root may install: put sudo before it."
+[ -f "$here/../sensor/wire.py" ] || fail "the folder sensor is missing beside firmware_pi: copy both."
+[ -n "$address" ] || fail "name the address to serve at with --address, one of: $(hostname -I)"
+python3 -c 'import sys; sys.exit(sys.version_info < (3, 11))' ||
+  fail "Python 3.11 is needed, as in Raspberry Pi OS 12 and later; docs/howto/pi.md says what an older one can do."
+
+# put SOURCE TARGET MODE: copy a file unless it is there already.
+put() {
+  if [ -f "$2" ] && cmp -s "$1" "$2"; then return; fi
+  install -D -m "$3" "$1" "$2.new"
+  mv "$2.new" "$2"
+  changed=yes
+}
+
+# write TARGET MODE: the same with what comes on standard input.
+write() {
+  written=$(mktemp)
+  cat >"$written"
+  put "$written" "$1" "$2"
+  rm "$written"
+}
+
+install_packages() {
+  missing=''
+  for package in python3-picamera2 libcamera-ipa; do
+    dpkg-query -W -f '${Status}' "$package" 2>/dev/null | grep -q 'ok installed' ||
+      missing="$missing $package"
+  done
+  [ -n "$missing" ] || return 0
+  say "installing$missing"
+  apt-get update -q
+  # shellcheck disable=SC2086 # several words
+  DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends $missing
+}
+
+install_server() {
+  for package in firmware_pi sensor; do
+    for file in "$here/../$package"/*.py; do
+      put "$file" "$lib/$package/${file##*/}" 644
+    done
+    for file in "$lib/$package"/*.py; do # what an older version left
+      [ -f "$here/../$package/${file##*/}" ] || {
+        rm "$file"
+        changed=yes
+      }
+    done
+  done
+  put "$here/README.md" "$lib/firmware_pi/README.md" 644
+  put "$here/uninstall.sh" "$lib/uninstall.sh" 755
+  write "$to/usr/local/bin/gelsight-wedge" 755 <<'END'
+#!/bin/sh
+PYTHONPATH=/usr/local/lib/gelsight-wedge PYTHONSAFEPATH=1 PYTHONDONTWRITEBYTECODE=1 \
+  exec python3 -m firmware_pi "$@"
+END
+  put "$here/gelsight-wedge@.service" "$to/etc/systemd/system/gelsight-wedge@.service" 644
+}
+
+install_settings() {
+  [ ! -e "$settings" ] ||
+    say "$settings stays as it is; --address and --port hold only where there is none"
+  PYTHONPATH=$lib PYTHONSAFEPATH=1 PYTHONDONTWRITEBYTECODE=1 python3 -m firmware_pi default \
+    "$settings" --address "$address" --camera "$camera" --port "$port"
+  chmod 644 "$settings"
+  login=$to/etc/gelsight-wedge/login
+  if [ ! -e "$login" ]; then # empty: no password is asked for
+    : >"$login"
+    chmod 600 "$login"
+  fi
+}
+
+install_gadget() {
+  config=$to/boot/firmware/config.txt
+  [ -f "$config" ] || config=$to/boot/config.txt
+  [ -f "$config" ] || fail "there is no config.txt below $to/boot: is this a Raspberry Pi?"
+  if ! grep -q '^# gelsight-wedge begin$' "$config"; then
+    {
+      cat "$config"
+      printf '%s\n' '# gelsight-wedge begin' '[all]' 'dtoverlay=dwc2,dr_mode=peripheral' \
+        '# gelsight-wedge end'
+    } >"$config.new"
+    mv "$config.new" "$config"
+    say "restart the Pi once, so that its USB socket becomes a network cable"
+  fi
+  printf 'dwc2\ng_ether\n' | write "$to/etc/modules-load.d/gelsight-wedge.conf" 644
+  # Fixed hardware addresses: else the computer sees a new cable at every start.
+  unique=$(sha256sum "$to/etc/machine-id" | cut -c 1-10 | sed 's/../:&/g')
+  echo "options g_ether dev_addr=02$unique host_addr=06$unique" |
+    write "$to/etc/modprobe.d/gelsight-wedge.conf" 644
+  write "$to/etc/NetworkManager/system-connections/gelsight-wedge.nmconnection" 600 <<END
+[connection]
+id=gelsight-wedge
+type=ethernet
+interface-name=usb0
+
+[ipv4]
+method=manual
+address1=$address/24
+never-default=true
+
+[ipv6]
+method=link-local
+END
+}
+
+install_packages
+install_server
+install_settings
+[ "$gadget" = no ] || install_gadget
+
+unit=gelsight-wedge@$camera.service
+systemctl daemon-reload
+systemctl enable "$unit"
+if [ "$changed" = yes ]; then
+  systemctl restart "$unit"
+else
+  systemctl start "$unit"
+fi
+say "settings: $settings; what happens: journalctl -u $unit"

@@ -1,0 +1,126 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Stands in for picamera2 0.3: as strict about names as libcamera, and quicker than any camera.
+
+``FAKE_PI`` says what stands where: words of zero, five, none, busy, hd, silent, stalls.
+"""
+
+import copy
+import io
+import os
+import threading
+import time
+
+from libcamera import NAMES
+from PIL import Image
+
+from picamera2.encoders import JpegEncoder
+
+RATE_HZ = 200.0
+
+
+def words() -> list[str]:
+    return os.environ.get("FAKE_PI", "zero").split()
+
+
+class Request:
+    def __init__(self, metadata: dict) -> None:
+        self._metadata = metadata
+
+    def get_metadata(self) -> dict:
+        return self._metadata
+
+
+class Picamera2:
+    """One camera; ``opened`` holds every one that was made."""
+
+    opened: list = []  # noqa: RUF012
+    TUNING = {  # noqa: RUF012
+        "version": 2.0,
+        "algorithms": [
+            {"rpi.black_level": {"black_level": 1024}},
+            {"rpi.alsc": {"n_iter": 100, "luminance_strength": 0.5}},
+            {"rpi.contrast": {"ce_enable": 1, "gamma_curve": [0, 0, 65535, 65535]}},
+        ],
+    }
+
+    @staticmethod
+    def global_camera_info() -> list[dict]:
+        return [] if "none" in words() else [{"Model": "ov5647", "Num": 0}]
+
+    @staticmethod
+    def load_tuning_file(name: str) -> dict:
+        assert name == "ov5647.json"
+        return copy.deepcopy(Picamera2.TUNING)
+
+    def __init__(self, camera_num: int = 0, tuning: dict | None = None) -> None:
+        if "busy" in words():
+            raise RuntimeError("Failed to acquire camera: Device or resource busy")
+        self.tuning = tuning
+        self.post_callback = None
+        self.closed = False
+        self.encoder = None
+        self._done = threading.Event()
+        Picamera2.opened.append(self)
+
+    def create_video_configuration(self, main, sensor, buffer_count, controls) -> dict:
+        unknown = set(controls) - set(NAMES["controls"]) - set(NAMES["draft"]) - {"SyncMode"}
+        if unknown:
+            raise RuntimeError(f"Control {unknown} is not advertised by libcamera")
+        assert set(main) <= {"size", "format", "preserve_ar"}
+        assert set(sensor) <= {"output_size", "bit_depth"}
+        return {"main": main, "sensor": sensor, "controls": controls, "buffer_count": buffer_count}
+
+    def configure(self, configuration: dict) -> None:
+        self._configuration = copy.deepcopy(configuration)
+        if "hd" in words():
+            self._configuration["sensor"]["output_size"] = (1920, 1080)
+
+    def camera_configuration(self) -> dict:
+        return self._configuration
+
+    def start_recording(self, encoder, output) -> None:
+        self.encoder = encoder
+        self._thread = threading.Thread(target=self._run, args=(output,), daemon=True)
+        if "silent" not in words():
+            self._thread.start()
+
+    def _run(self, output) -> None:
+        controls = self._configuration["controls"]
+        size = self._configuration["main"]["size"]
+        jpegs = []
+        for level in (80, 120):
+            file = io.BytesIO()
+            Image.new("RGB", size, (level, level, level)).save(file, "JPEG")
+            jpegs.append(file.getvalue())
+        count = 0
+        while not self._done.wait(1 / RATE_HZ):
+            if "stalls" in words() and count == 5:
+                return
+            now_us = time.clock_gettime_ns(time.CLOCK_BOOTTIME) // 1000
+            if self.encoder.firsttimestamp is None:
+                self.encoder.firsttimestamp = now_us
+            metadata = {
+                "SensorTimestamp": now_us * 1000,
+                "ExposureTime": controls["ExposureTime"] - 3,
+                "AnalogueGain": controls["AnalogueGain"],
+                "ColourGains": controls["ColourGains"],
+                "FrameDuration": controls["FrameDurationLimits"][0],
+            }
+            if self.post_callback:
+                self.post_callback(Request(metadata))
+            output.outputframe(
+                jpegs[count % 2], True, now_us - self.encoder.firsttimestamp, None, False
+            )
+            count += 1
+
+    def stop_recording(self) -> None:
+        self._done.set()
+        if self._thread.is_alive():
+            self._thread.join()
+
+    def close(self) -> None:
+        self.closed = True
+
+
+__all__ = ["JpegEncoder", "Picamera2"]

@@ -1,0 +1,149 @@
+#!/usr/bin/env bats
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+# The installer on an empty folder in the place of /, with apt and systemd replaced by recorders.
+
+setup() {
+  firmware=$BATS_TEST_DIRNAME/../../firmware_pi
+  stubs=$BATS_TEST_TMPDIR/bin
+  export DESTDIR=$BATS_TEST_TMPDIR/root CALLS=$BATS_TEST_TMPDIR/calls
+  export PATH=$stubs:$PATH
+  : >"$CALLS"
+  mkdir -p "$stubs" "$DESTDIR/boot/firmware" "$DESTDIR/usr/local/lib" "$DESTDIR/usr/local/bin"
+  mkdir -p "$DESTDIR"/etc/{systemd/system,modules-load.d,modprobe.d,NetworkManager/system-connections}
+  printf 'dtparam=audio=on\n[cm5]\ndtoverlay=dwc2,dr_mode=host\n' >"$DESTDIR/boot/firmware/config.txt"
+  echo 0123456789abcdef0123456789abcdef >"$DESTDIR/etc/machine-id"
+  cat >"$stubs/systemctl" <<'END'
+#!/bin/sh
+echo "systemctl $*" >>"$CALLS"
+END
+  cat >"$stubs/apt-get" <<'END'
+#!/bin/sh
+echo "apt-get $*" >>"$CALLS"
+END
+  cat >"$stubs/dpkg-query" <<'END'
+#!/bin/sh
+for package; do :; done
+if grep -q "^apt-get install.* $package" "$CALLS"; then echo "install ok installed"; else exit 1; fi
+END
+  chmod +x "$stubs"/*
+}
+
+tree() { (cd "$DESTDIR" && find . -printf '%p %m %y\n' | sort && find . -type f -exec sha256sum {} + | sort); }
+moments() { (cd "$DESTDIR" && find . -type f -printf '%p %i %T@\n' | sort); }
+
+@test "a first run installs, enables and starts" {
+  "$firmware/install.sh" --address 10.55.0.1
+  grep -q '^apt-get install .*python3-picamera2' "$CALLS"
+  grep -qx 'systemctl enable gelsight-wedge@0.service' "$CALLS"
+  grep -qx 'systemctl restart gelsight-wedge@0.service' "$CALLS"
+  grep -q '^address = "10.55.0.1"' "$DESTDIR/etc/gelsight-wedge/0.toml"
+  [ "$(stat -c %a "$DESTDIR/etc/gelsight-wedge/login")" = 600 ]
+}
+
+@test "what is installed runs without the rest of the repository" {
+  "$firmware/install.sh" --address 10.55.0.1
+  cd "$BATS_TEST_TMPDIR"
+  run env -i PATH=/usr/bin:/bin PYTHONSAFEPATH=1 PYTHONPATH="$DESTDIR/usr/local/lib/gelsight-wedge" \
+    python3 -m firmware_pi serve "$DESTDIR/etc/gelsight-wedge/0.toml"
+  [ "$status" = 2 ]
+  [[ $output == *"cannot be listened at"* || $output == *"libcamera"* || $output == *"picamera2"* ]]
+  [[ $output != *Traceback* ]]
+}
+
+@test "a second run changes nothing and interrupts nothing" {
+  "$firmware/install.sh" --address 10.55.0.1 --usb-gadget
+  before=$(tree; moments)
+  cp "$CALLS" "$CALLS.first"
+  "$firmware/install.sh" --address 10.55.0.1 --usb-gadget
+  [ "$(tree; moments)" = "$before" ]
+  second=$(tail -n "+$(($(wc -l <"$CALLS.first") + 1))" "$CALLS")
+  [[ $second != *apt-get* ]]
+  [[ $second != *restart* ]]
+  [[ $second == *"systemctl start gelsight-wedge@0.service"* ]]
+}
+
+@test "an update replaces what changed, removes what is gone and restarts" {
+  "$firmware/install.sh" --address 10.55.0.1
+  echo '# older' >>"$DESTDIR/usr/local/lib/gelsight-wedge/firmware_pi/server.py"
+  echo '# gone' >"$DESTDIR/usr/local/lib/gelsight-wedge/firmware_pi/gone.py"
+  "$firmware/install.sh" --address 10.55.0.1
+  [ ! -e "$DESTDIR/usr/local/lib/gelsight-wedge/firmware_pi/gone.py" ]
+  cmp "$firmware/server.py" "$DESTDIR/usr/local/lib/gelsight-wedge/firmware_pi/server.py"
+  [ "$(grep -c 'systemctl restart' "$CALLS")" = 2 ]
+}
+
+@test "settings are kept, and a misspelt one is refused by name" {
+  "$firmware/install.sh" --address 10.55.0.1
+  echo 'red_gain = 1.1' >"$DESTDIR/etc/gelsight-wedge/0.toml"
+  "$firmware/install.sh" --address 10.55.0.9
+  [ "$(cat "$DESTDIR/etc/gelsight-wedge/0.toml")" = 'red_gain = 1.1' ]
+  echo 'red_gian = 1.1' >"$DESTDIR/etc/gelsight-wedge/0.toml"
+  run "$firmware/install.sh" --address 10.55.0.9
+  [ "$status" = 2 ]
+  [[ $output == *red_gian*red_gain* ]]
+}
+
+@test "two cameras of one Pi have an instance and a port each" {
+  "$firmware/install.sh" --address 10.0.0.2
+  "$firmware/install.sh" --address 10.0.0.2 --camera 1 --port 8081
+  grep -qx 'systemctl enable gelsight-wedge@1.service' "$CALLS"
+  grep -q '^port = 8081' "$DESTDIR/etc/gelsight-wedge/1.toml"
+  grep -q '^camera = 1' "$DESTDIR/etc/gelsight-wedge/1.toml"
+  "$firmware/uninstall.sh"
+  grep -qx 'systemctl disable --now gelsight-wedge@0.service' "$CALLS"
+  grep -qx 'systemctl disable --now gelsight-wedge@1.service' "$CALLS"
+}
+
+@test "uninstalling takes away everything, byte for byte" {
+  before=$(tree)
+  "$firmware/install.sh" --address 10.55.0.1 --usb-gadget
+  [ "$(tree)" != "$before" ]
+  "$firmware/uninstall.sh" --purge
+  [ "$(tree)" = "$before" ]
+}
+
+@test "uninstalling keeps the settings unless it is told not to" {
+  "$firmware/install.sh" --address 10.55.0.1
+  "$firmware/uninstall.sh"
+  [ -f "$DESTDIR/etc/gelsight-wedge/0.toml" ]
+  [ ! -e "$DESTDIR/usr/local/lib/gelsight-wedge" ]
+  "$firmware/uninstall.sh" --purge
+  [ ! -e "$DESTDIR/etc/gelsight-wedge" ]
+}
+
+@test "uninstalling twice, or where nothing is, is no fault" {
+  "$firmware/uninstall.sh" --purge
+  "$firmware/uninstall.sh" --purge
+}
+
+@test "the cable's network has the address, and nobody else may read its file" {
+  "$firmware/install.sh" --address 10.55.3.1 --usb-gadget
+  file=$DESTDIR/etc/NetworkManager/system-connections/gelsight-wedge.nmconnection
+  grep -qx 'address1=10.55.3.1/24' "$file"
+  [ "$(stat -c %a "$file")" = 600 ]
+  grep -Eqx 'options g_ether dev_addr=02(:[0-9a-f]{2}){5} host_addr=06(:[0-9a-f]{2}){5}' \
+    "$DESTDIR/etc/modprobe.d/gelsight-wedge.conf"
+  [ "$(grep -c 'dtoverlay=dwc2,dr_mode=peripheral' "$DESTDIR/boot/firmware/config.txt")" = 1 ]
+}
+
+@test "bad options are one sentence and nothing is done" {
+  before=$(tree)
+  for words in '' '--adress 1' '--address' '--address 0.0.0.0' '--address nonsense' \
+    '--address 10.0.0.1 --port 99999' '--address 10.0.0.1 --camera 7'; do
+    # shellcheck disable=SC2086 # several words
+    run "$firmware/install.sh" $words
+    [ "$status" = 2 ]
+    [[ $output == *install.sh:* || $output == *gelsight-wedge:* ]]
+    [ ! -e "$DESTDIR/etc/gelsight-wedge/0.toml" ]
+  done
+  ! grep -q systemctl "$CALLS"
+}
+
+@test "an older system is told what it can do" {
+  printf '#!/bin/sh\nexit 1\n' >"$stubs/python3"
+  chmod +x "$stubs/python3"
+  run "$firmware/install.sh" --address 10.55.0.1
+  [ "$status" = 2 ]
+  [[ $output == *"Python 3.11"* ]]
+}

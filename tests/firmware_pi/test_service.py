@@ -1,0 +1,181 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The service as systemd runs it: a process that says it is ready, reloads, and stops."""
+
+import http.client
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from firmware_pi.settings import Settings, write_settings
+from tests.firmware_pi.conftest import FAKE_PI
+
+ROOT = Path(__file__).parents[2]
+WITHIN_S = 30
+
+
+class Process:
+    """`gelsight-wedge serve` with a stand-in camera, and what it tells systemd."""
+
+    def __init__(self, folder: Path, fake_pi: str = "zero", watchdog_us: int = 300_000) -> None:
+        self.file = folder / "0.toml"
+        if not self.file.exists():
+            with socket.create_server(("127.0.0.1", 0)) as free:
+                port = free.getsockname()[1]
+            write_settings(self.file, Settings(port=port, rate_hz=50))
+        self._port = int(self.file.read_text().partition("port = ")[2].split()[0])
+        self._told = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        self._told.settimeout(WITHIN_S)
+        self._told.bind(str(folder / "notify"))
+        self.child = subprocess.Popen(
+            [sys.executable, "-m", "firmware_pi", "serve", str(self.file)],
+            cwd=ROOT,
+            env={
+                **os.environ,
+                "PYTHONPATH": str(FAKE_PI),
+                "FAKE_PI": fake_pi,
+                "NOTIFY_SOCKET": str(folder / "notify"),
+                "WATCHDOG_USEC": str(watchdog_us),
+            },
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+
+    def until_told(self, state: str) -> list[str]:
+        """Wait until systemd is told a state; gives what it was told until then."""
+        told: list[str] = []
+        while not any(line.startswith(state) for line in told):
+            told += self._told.recv(4096).decode().splitlines()
+        return told
+
+    def get(self, path: str) -> Any:
+        connection = http.client.HTTPConnection("127.0.0.1", self._port, timeout=WITHIN_S)
+        connection.request("GET", path)
+        answer = connection.getresponse().read()
+        connection.close()
+        return json.loads(answer)
+
+    def end(self) -> str:
+        """Wait for the end; gives what was said."""
+        _, said = self.child.communicate(timeout=WITHIN_S)
+        return said
+
+    def close(self) -> None:
+        self.child.kill()
+        self.child.communicate()
+        self._told.close()
+
+
+@pytest.fixture
+def start(tmp_path: Path) -> Iterator[Any]:
+    made = []
+
+    def start(**more: Any) -> Process:
+        made.append(Process(tmp_path, **more))
+        return made[-1]
+
+    yield start
+    for process in made:
+        process.close()
+
+
+def test_it_is_ready_with_the_first_frame_and_stops_when_told(start: Any) -> None:
+    process = start()
+    assert "WATCHDOG=1" not in process.until_told("READY=1")
+    process.until_told("WATCHDOG=1")
+    document = process.get("/settings")
+    assert document["asked"]["exposure_us"] == Settings().exposure_us
+    assert document["used"]["model"] == "ov5647"
+    assert process.get("/health")["fresh"]
+    process.child.send_signal(signal.SIGTERM)
+    process.until_told("STOPPING=1")
+    assert process.end() == ""
+    assert process.child.returncode == 0
+
+
+def test_a_camera_that_stops_is_no_longer_vouched_for(start: Any) -> None:
+    process = start(fake_pi="zero stalls")
+    process.until_told("READY=1")
+    process.until_told("STATUS=no frame")
+    assert "WATCHDOG=1" not in process.until_told("STATUS=no frame")
+    assert not process.get("/health")["fresh"]
+
+
+def test_new_settings_are_taken_and_wrong_ones_refused_by_name(start: Any) -> None:
+    process = start()
+    process.until_told("READY=1")
+    right = process.file.read_text()
+
+    def reload(text: str) -> Any:
+        process.file.write_text(text)
+        process.child.send_signal(signal.SIGHUP)
+        process.until_told("RELOADING=1")
+        process.until_told("READY=1")
+        return process.get("/settings")["asked"]
+
+    exposure = f"exposure_us = {Settings().exposure_us}"
+    assert reload(right.replace(exposure, "exposure_us = 4000"))["exposure_us"] == 4000
+    for wrong in ("exposure_su = 1", "exposure_us = ", "camera = 2", "rate_hz = 1000"):
+        assert reload(wrong)["exposure_us"] == 4000
+    frames = process.get("/health")["frames"]
+    while process.get("/health")["frames"] <= frames:  # the camera goes on
+        pass
+    process.child.send_signal(signal.SIGTERM)
+    said = process.end().splitlines()
+    assert [next(key for key in KEYS if key in line) for line in said] == KEYS
+    assert all(line.endswith("The settings from before stay.") for line in said)
+
+
+KEYS = ["exposure_su", "not valid TOML", "camera = 2", "rate_hz"]
+
+
+@pytest.mark.parametrize(
+    ("fake_pi", "text", "says"),
+    [
+        ("none", "", "sees 0"),
+        ("busy", "", "resource busy"),
+        ("zero", "red_gian = 1.0", "red_gain"),
+    ],
+)
+def test_what_is_wrong_is_one_sentence_and_status_2(
+    start: Any, tmp_path: Path, fake_pi: str, text: str, says: str
+) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    (tmp_path / "0.toml").write_text(f"port = {port}\n{text}")
+    process = start(fake_pi=fake_pi)
+    said = process.end()
+    assert process.child.returncode == 2
+    assert said.startswith("gelsight-wedge: ")
+    assert says in said
+    assert said.count("\n") == 1
+
+
+def test_a_port_in_use_is_one_sentence_and_status_2(start: Any, tmp_path: Path) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        write_settings(tmp_path / "0.toml", Settings(port=taken.getsockname()[1]))
+        process = start()
+        said = process.end()
+    assert process.child.returncode == 2
+    assert "another program has it" in said
+    assert said.count("\n") == 1
+
+
+def test_killed_at_once_it_leaves_the_port_to_the_next(start: Any, tmp_path: Path) -> None:
+    process = start()
+    process.until_told("READY=1")
+    with socket.create_connection(("127.0.0.1", process._port)) as client:
+        client.sendall(b"GET /stream.mjpg HTTP/1.1\r\n\r\n")
+        assert client.recv(15) == b"HTTP/1.1 200 OK"
+        process.child.kill()
+        process.child.wait()
+        (tmp_path / "notify").unlink()
+        start().until_told("READY=1")
