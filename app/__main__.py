@@ -23,6 +23,7 @@ SUBCOMMANDS = {
     "evaluate": "measure one unit's errors on another dataset",
     "table": "print the error table per light configuration, cross-validated by press",
     "reconstruct": "turn images into depth in millimetres with a calibrated unit",
+    "tune": "find the camera's gains and exposure from frames of the blank gel",
     "bench": "measure every figure of the performance page",
 }
 

@@ -1,0 +1,163 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""`wedge tune`: frames of the blank gel to the camera's gains and exposure."""
+
+import http.client
+import json as json_text
+from collections.abc import Iterator
+from dataclasses import asdict, fields
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+from urllib.parse import unquote, urlsplit
+
+import tyro
+
+from app._output import OutputFile, check_outputs, print_table, write_json
+from app._progress import Report, progress
+from sensor.errors import WedgeError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from firmware_pi.settings import Settings
+    from firmware_pi.tuning import Blank, Mask, Tuned
+    from recon.stream import FrameSource
+
+_ANSWER_WITHIN_S = 3.0
+_LARGEST_ANSWER = 65_536
+
+
+def main(
+    source: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="SOURCE")],
+    settings: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None,
+    unit: Annotated[Path | None, tyro.conf.arg(metavar="UNIT")] = None,
+    frames: int = 120,
+    json: OutputFile = None,
+) -> None:
+    """Find white-balance gains and exposure from frames of the blank gel.
+
+    Nothing may touch the gel. The gains make its mean grey; the exposure puts its brightest
+    thousandth at 45 % of full scale in linear light, as a press makes it up to twice as bright.
+    Flicker, moving bands, drift and saturation are measured beside.
+
+    The new settings are written to FILE, whole or not at all; `gelsight-wedge apply` on the Pi
+    takes them. Run again with the new settings until it says that they are settled: two or three
+    runs.
+
+    Example: wedge tune http://10.55.0.1:8080 --settings wedge.toml
+
+    Args:
+        source: The Pi's stream (http://...), or a folder of frames that it gave.
+        settings: The Pi's settings file, to read and to write; without it, nothing is written. A
+            stream tells itself which settings it has.
+        unit: Look only at the pad, where this unit folder says it is.
+        frames: How many frames to look at.
+        json: Write measures and settings here as JSON.
+    """
+    from firmware_pi.settings import Settings, read_settings, write_settings
+    from firmware_pi.tuning import measure_blank, tune
+    from recon.stream import open_source
+
+    if frames < 1:
+        raise WedgeError(f"--frames {frames} is none: give 1 or more.")
+    check_outputs(settings, json)
+    pad = _pad(unit)
+    kept = read_settings(settings) if settings is not None and settings.exists() else None
+    with open_source(source) as opened, progress("frames of the blank gel") as show:
+        blank = measure_blank(_images(opened, frames, show), pad)
+    # What the stream says it has made the frames; the file may have been edited since.
+    known = _settings_of_stream(source) or kept
+    if known is None:
+        print("What settings the frames were taken with is not known: taken for the defaults.")
+    before = known or Settings()
+    tuned = tune(before, blank)
+    _print(blank, before, tuned)
+    if settings is not None:
+        write_settings(settings, tuned.settings)
+        print(f"Settings: {settings}")
+    document = {
+        "blank": asdict(blank),
+        "before": asdict(before),
+        "settings": asdict(tuned.settings),
+    }
+    write_json(json, document | {"remarks": tuned.remarks, "settled": tuned.settled})
+
+
+def _pad(unit: Path | None) -> "Mask | None":
+    """Where the pad is in the unit's raw frames; None for everywhere."""
+    from firmware_pi.tuning import pad_mask
+    from sensor.unit import read_unit_card
+
+    if unit is None:
+        return None
+    card = read_unit_card(unit)
+    width, height = card.frame_size_px
+    return None if card.corners_px is None else pad_mask(card.corners_px, height, width)
+
+
+def _images(source: "FrameSource", count: int, show: Report) -> "Iterator[NDArray[np.uint8]]":
+    """The first frames of a source."""
+    for number, frame in enumerate(islice(source, count), start=1):
+        yield frame.image()
+        show(number / count, f"{number} frames")
+
+
+def _settings_of_stream(source: str) -> "Settings | None":
+    """The settings that a stream of this project's server was made with; None of any other."""
+    from firmware_pi.settings import settings_of
+
+    address = urlsplit(source)
+    if address.scheme != "http" or address.hostname is None:
+        return None
+    try:
+        answer = _get_json(address.hostname, address.port or 80, address.username, address.password)
+        return settings_of(answer["asked"])
+    except (OSError, http.client.HTTPException, ValueError, KeyError, TypeError, RecursionError):
+        return None
+
+
+def _get_json(host: str, port: int, user: str | None, password: str | None) -> Any:
+    from base64 import b64encode
+
+    from sensor.wire import SETTINGS_PATH
+
+    headers = {}
+    if user is not None:
+        login = f"{unquote(user)}:{unquote(password or '')}"
+        headers["Authorization"] = "Basic " + b64encode(login.encode()).decode()
+    connection = http.client.HTTPConnection(host, port, timeout=_ANSWER_WITHIN_S)
+    try:
+        connection.request("GET", SETTINGS_PATH, headers=headers)
+        answer = connection.getresponse()
+        if answer.status != http.client.OK:
+            return None
+        return json_text.loads(answer.read(_LARGEST_ANSWER))
+    finally:
+        connection.close()
+
+
+def _print(blank: "Blank", before: "Settings", tuned: "Tuned") -> None:
+    rows = zip(("red", "green", "blue"), blank.mean, blank.brightest, blank.saturated, strict=True)
+    print_table(
+        ["colour", "mean light", "brightest 0.1 %", "saturated"],
+        [[name, *(f"{share:.1%}" for share in shares)] for name, *shares in rows],
+    )
+    if blank.flicker is not None and blank.banding is not None and blank.drift is not None:
+        print(
+            f"Flicker {blank.flicker:.2%}, moving bands {blank.banding:.2%}, drift "
+            f"{blank.drift:.2%} of the light, over {blank.frames} frames."
+        )
+    else:
+        print(f"Flicker is measured from 3 frames on; here are {blank.frames}.")
+    changed = [
+        [key.name, f"{getattr(before, key.name)}", f"{getattr(tuned.settings, key.name)}"]
+        for key in fields(before)
+        if getattr(before, key.name) != getattr(tuned.settings, key.name)
+    ]
+    if changed:
+        print_table(["setting", "before", "now"], changed)
+    for remark in tuned.remarks:
+        print(f"- {remark}")
+    print("Settled." if tuned.settled else "Not settled: apply these settings and run again.")

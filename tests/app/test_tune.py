@@ -1,0 +1,175 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""`wedge tune` from a folder and from a stream, to the Pi's settings file."""
+
+import io
+import json
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import app.__main__
+from firmware_pi.newest import Newest
+from firmware_pi.server import StreamServer
+from firmware_pi.settings import Settings, read_settings, write_settings
+from sensor.unit import UnitCard, write_unit_card
+
+RGB = (90, 120, 100)
+
+
+def frames(folder: Path, *levels: int) -> Path:
+    folder.mkdir()
+    for number, level in enumerate(levels):
+        rgb = tuple(channel + level for channel in RGB)
+        Image.new("RGB", (64, 48), rgb).save(folder / f"{number:03}.png")
+    return folder
+
+
+@contextmanager
+def stream(settings: Settings, credentials: str | None = None) -> Iterator[str]:
+    file = io.BytesIO()
+    Image.new("RGB", (64, 48), RGB).save(file, "JPEG", quality=95)
+    newest, done = Newest(), threading.Event()
+    server = StreamServer(
+        "127.0.0.1", 0, newest, lambda: {"asked": asdict(settings)}, credentials=credentials
+    )
+
+    def run() -> None:
+        while not done.wait(0.002):
+            newest.put(file.getvalue(), time.clock_gettime_ns(time.CLOCK_BOOTTIME))
+
+    threads = [
+        threading.Thread(target=server.serve_forever, args=(0.01,)),
+        threading.Thread(target=run),
+    ]
+    for thread in threads:
+        thread.start()
+    try:
+        login = f"{credentials}@" if credentials else ""
+        yield f"http://{login}127.0.0.1:{server.server_address[1]}/stream.mjpg"
+    finally:
+        done.set()
+        server.stop()
+        for thread in threads:
+            thread.join()
+
+
+def run(*words: str | Path) -> int:
+    with pytest.raises(SystemExit) as left:
+        app.__main__.main(["tune", *map(str, words)])
+    assert isinstance(left.value.code, int)
+    return left.value.code
+
+
+def test_a_folder_of_frames_becomes_settings(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder, file = frames(tmp_path / "blank", 0, 0, 0, 0), tmp_path / "wedge.toml"
+    before = Settings(red_gain=1.3, blue_gain=2.0, address="10.55.0.1")
+    write_settings(file, before)
+    assert run(folder, "--settings", file, "--json", tmp_path / "tune.json") == 0
+    after = read_settings(file)
+    assert after.red_gain > before.red_gain
+    assert after.blue_gain > before.blue_gain
+    assert after.address == "10.55.0.1"
+    document = json.loads((tmp_path / "tune.json").read_text())
+    assert document["before"] == asdict(before)
+    assert document["settings"] == asdict(after)
+    assert document["blank"]["frames"] == 4
+    assert document["settled"] is False
+    said = capsys.readouterr().out
+    assert "run again" in said
+    assert "red_gain" in said
+
+
+def test_flicker_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(frames(tmp_path / "blank", 0, 9, 9, 0)) == 0
+    assert "the light flickers" in capsys.readouterr().out
+    assert [path.name for path in tmp_path.iterdir()] == ["blank"]  # nothing was written
+
+
+@pytest.mark.parametrize("credentials", [None, "wedge:secret"])
+def test_a_stream_says_itself_what_it_was_made_with(
+    tmp_path: Path, credentials: str | None
+) -> None:
+    file = tmp_path / "wedge.toml"
+    write_settings(file, Settings(red_gain=7.0))
+    made_with = Settings(red_gain=1.1, blue_gain=1.2, exposure_us=5000)
+    with stream(made_with, credentials) as url:
+        assert run(url, "--settings", file, "--frames", "5", "--json", tmp_path / "t.json") == 0
+    document = json.loads((tmp_path / "t.json").read_text())
+    assert document["before"] == asdict(made_with)
+    tuned = read_settings(file)
+    unchanged = ("red_gain", "blue_gain", "exposure_us", "analogue_gain")
+    assert replace(tuned, **{key: getattr(made_with, key) for key in unchanged}) == made_with
+
+
+def test_a_misspelt_settings_file_is_refused_by_name_and_stays(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder, file = frames(tmp_path / "blank", 0), tmp_path / "wedge.toml"
+    file.write_text("red_gian = 1.0\n")
+    assert run(folder, "--settings", file) == 2
+    assert "did you mean red_gain" in capsys.readouterr().err
+    assert file.read_text() == "red_gian = 1.0\n"
+
+
+def test_a_unit_says_where_the_pad_is(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    unit = UnitCard(
+        serial="wedge-001",
+        created="2026-01-01",
+        design_sha256="0",
+        dataset="balls",
+        dataset_sha256="0",
+        estimator="table",
+        channels="RGB",
+        missing_axis="none",
+        mm_per_px=(0.1, 0.1),
+        frame_size_px=(64, 48),
+        size_px=(64, 48),
+        metrics={},
+        corners_px=((8, 8), (55, 8), (55, 39), (8, 39)),
+        pad_size_mm=(30, 20),
+    )
+    write_unit_card(tmp_path / "unit", unit)
+    image = np.full((48, 64, 3), 255, np.uint8)
+    image[8:40, 8:56] = RGB
+    (tmp_path / "blank").mkdir()
+    Image.fromarray(image).save(tmp_path / "blank" / "0.png")
+    report = tmp_path / "tune.json"
+    assert run(tmp_path / "blank", "--json", report) == 0
+    assert min(json.loads(report.read_text())["blank"]["saturated"]) > 0.4
+    assert run(tmp_path / "blank", "--unit", tmp_path / "unit", "--json", report) == 0
+    assert json.loads(report.read_text())["blank"]["saturated"] == [0, 0, 0]
+    assert run(tmp_path / "blank", "--unit", tmp_path / "none") == 2
+    assert "not a unit folder" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("words", [["nowhere"], ["blank", "--frames", "0"], ["empty"]])
+def test_bad_input_is_one_sentence(
+    tmp_path: Path,
+    words: list[str],
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    frames(tmp_path / "blank", 0)
+    (tmp_path / "empty").mkdir()
+    assert run(*words) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_the_mean_is_grey_in_the_end(tmp_path: Path) -> None:
+    file = tmp_path / "wedge.toml"
+    assert run(frames(tmp_path / "blank", 0, 0, 0), "--settings", file) == 0
+    linear = ((np.array(RGB) / 255 + 0.055) / 1.055) ** 2.4
+    after = read_settings(file)
+    gains = np.array([after.red_gain / 1.5, 1, after.blue_gain / 1.5])
+    assert linear * gains == pytest.approx(np.full(3, linear[1]), rel=1e-3)
