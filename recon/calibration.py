@@ -163,6 +163,7 @@ def calibrate(
         corners_px=dataset.card.corners_px,
         pad_size_mm=dataset.card.pad_size_mm,
         lights_deg=dataset.card.lights_deg,
+        markers=None if presses.dots is None else presses.dots.markers.card(dataset.card.mm_per_px),
     )
     return Calibration(
         card=card,

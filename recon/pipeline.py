@@ -3,7 +3,7 @@
 """A frame through a calibrated unit: difference, gradients, depth, contact."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +14,8 @@ from recon.calibration import Calibration, load_calibration
 from recon.contact import boundary_of, contact_mask, disturbed_mask
 from recon.estimators import GradientEstimator, gradient_field
 from recon.lights import Axis, unseen_axis
+from recon.markers.filling import FillMethod, fill_gradients
+from recon.markers.tracking import MarkerTracker, Tracked, marker_tracker
 from recon.missing_axis import infer_missing_axis
 from recon.poisson import Boundary, integrate
 from sensor.toml import Pair
@@ -33,6 +35,10 @@ class Reconstruction:
     contact: ContactMask
     boundary: Boundary
     mm_per_px: Pair
+    dots: Tracked | None = None
+    """Of a marker gel: where each dot is now."""
+    markers: str = "none"
+    """A word on the dots: "none", "tracked", "jumped", "lost", or what does not fit the unit."""
 
 
 class Reconstructor:
@@ -57,6 +63,8 @@ class Reconstructor:
         self.calibration = calibration
         self.unwarp = calibration.unwarp
         self._blank = self.unwarp(calibration.background if background is None else background)
+        self._tracker = marker_tracker(self._blank)
+        self._misfit = _misfit(calibration.card.markers, self._tracker)
 
     @classmethod
     def load(cls, folder: str | Path, background: Frame | None = None) -> "Reconstructor":
@@ -74,13 +82,22 @@ class Reconstructor:
             WedgeError: the frame has another size than the unit's frames.
         """
         card = self.calibration.card
-        return reconstruct(
-            self.unwarp(frame) - self._blank,
+        image = self.unwarp(frame)
+        difference, dots, hidden = image - self._blank, None, None
+        if self._tracker is not None:
+            dots = self._tracker.track(image)
+            hidden = self._tracker.hidden(dots)
+            difference = fill_gradients(difference, hidden, "biharmonic")
+        found = reconstruct(
+            difference,
             self.calibration.estimator,
             missing=card.missing_axis,
             lights_deg=card.lights_deg,
             mm_per_px=card.mm_per_px,
+            hidden=hidden,
         )
+        word = self._misfit or ("none" if dots is None else dots.word)
+        return replace(found, dots=dots, markers=word)
 
 
 def reconstruct(
@@ -90,6 +107,7 @@ def reconstruct(
     missing: MissingAxis,
     lights_deg: Mapping[str, float] | None,
     mm_per_px: Pair,
+    hidden: ContactMask | None = None,
 ) -> Reconstruction:
     """A difference image to gradients, depth and contact.
 
@@ -99,16 +117,18 @@ def reconstruct(
         missing: what stands in for a gradient that those channels' lights cannot see.
         lights_deg: where the lights sit; ``None`` where nobody said.
         mm_per_px: pixel pitch along x and y.
+        hidden: where dots hid the colour; the difference is filled there, and slopes are filled
+            anew from slopes around them.
     """
     lit = np.array([channel in estimator.channels for channel in "RGB"], np.float32)
     disturbed = disturbed_mask(difference * lit)
-    gradient = complete_gradient(
-        gradient_field(estimator, difference),
-        disturbed,
-        missing,
-        unseen_axis(lights_deg, estimator.channels),
-        mm_per_px,
-    )
+    unseen = unseen_axis(lights_deg, estimator.channels)
+    gradient = gradient_field(estimator, difference)
+    if hidden is not None:
+        # Slopes of which one is not seen are not yet those of one surface.
+        method: FillMethod = "surface" if unseen is None else "biharmonic"
+        gradient = fill_gradients(gradient, hidden, method, mm_per_px)
+    gradient = complete_gradient(gradient, disturbed, missing, unseen, mm_per_px)
     boundary = boundary_of(disturbed)
     depth = integrate(gradient, mm_per_px, boundary)
     if boundary == "neumann" and not disturbed.all():
@@ -121,6 +141,15 @@ def reconstruct(
         boundary=boundary,
         mm_per_px=mm_per_px,
     )
+
+
+def _misfit(recorded: Mapping[str, float] | None, found: MarkerTracker | None) -> str:
+    """What is wrong where the unit's record and the blank gel disagree about dots; else empty."""
+    if recorded is not None and found is None:
+        return f"none, but the unit has {recorded['count']:g}: is this its gel, in focus?"
+    if recorded is None and found is not None:
+        return f"{len(found.markers)} dots, but the unit was calibrated without: calibrate it anew"
+    return ""
 
 
 def complete_gradient(

@@ -12,7 +12,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from jaxtyping import Bool, Float32, Int32
 
-from recon.arrays import Difference
+from recon.arrays import ContactMask, Difference
 from recon.ball import offsets_mm
 from sensor.toml import Pair
 
@@ -33,6 +33,8 @@ class BallPress:
     contact_radius_px: float
     ball_radius_mm: float
     mm_per_px: Pair
+    hidden: ContactMask | None = None
+    """Where dots hid the colour and it was filled in from around them; ``None`` on clear gel."""
 
     @property
     def size_px(self) -> tuple[int, int]:
@@ -60,6 +62,8 @@ class Pixels:
     """Index of the press that each pixel comes from."""
     place: Int32[np.ndarray, " n"]
     """Where in that press's frame, counted along the rows."""
+    hidden: Bool[np.ndarray, " n"]
+    """Under a dot: judged by, but not learnt from."""
 
     def __len__(self) -> int:
         """Number of pixels."""
@@ -97,6 +101,7 @@ def label_pixels(press: BallPress, index: int, seed: int) -> Pixels:
         contact=is_contact,
         press=np.full(len(taken), index, np.int32),
         place=taken.astype(np.int32),
+        hidden=np.zeros(len(taken), bool) if press.hidden is None else press.hidden.ravel()[taken],
     )
 
 

@@ -10,6 +10,8 @@ import numpy as np
 from recon.arrays import Frame, Unwarped
 from recon.images import read_frame
 from recon.lens import Lens, read_lens
+from recon.markers.filling import fill_gradients
+from recon.markers.tracking import MarkerTracker, marker_tracker
 from recon.pixels import RIM_PX, BallPress
 from recon.unwarp import Unwarp, prepare_unwarp
 from sensor.dataset import LENS_FILE, BallLabel, Dataset
@@ -35,6 +37,8 @@ class PressSet:
     background: Frame
     lens: Lens | None
     unwarp: Unwarp
+    dots: MarkerTracker | None
+    """Of a marker gel."""
     presses: tuple[BallPress, ...]
     left_out: tuple[LeftOut, ...]
 
@@ -49,9 +53,11 @@ class PressReader:
     unwarp: Unwarp
     blank: Unwarped
     """The background, unwarped."""
+    dots: MarkerTracker | None
+    """Of a marker gel."""
 
     def read(self, label: BallLabel) -> BallPress:
-        """Read and unwarp one labelled frame.
+        """Read and unwarp one labelled frame; what dots hide is filled in from around them.
 
         Raises:
             WedgeError: the frame is missing, damaged or of another size, or the label lies
@@ -60,9 +66,13 @@ class PressReader:
         _check_inside(self.dataset, label, self.unwarp.size_px)
         frame = read_frame(self.dataset.folder, label.file)
         try:
-            difference = self.unwarp(frame) - self.blank
+            image = self.unwarp(frame)
         except WedgeError as error:
             raise WedgeError(f"{self.dataset.folder / label.file}: {error}") from error
+        difference, hidden = image - self.blank, None
+        if self.dots is not None:
+            hidden = self.dots.hidden(self.dots.track(image))
+            difference = fill_gradients(difference, hidden, "biharmonic")
         return BallPress(
             file=label.file,
             difference=difference,
@@ -70,6 +80,7 @@ class PressReader:
             contact_radius_px=label.contact_radius_px,
             ball_radius_mm=self.dataset.ball_radius_mm(label),
             mm_per_px=self.dataset.card.mm_per_px,
+            hidden=hidden,
         )
 
 
@@ -83,12 +94,14 @@ def press_reader(dataset: Dataset) -> PressReader:
     background = read_background(dataset)
     lens = read_dataset_lens(dataset)
     unwarp = dataset_unwarp(dataset, background, lens)
+    blank = unwarp(background)
     return PressReader(
         dataset=dataset,
         background=background,
         lens=lens,
         unwarp=unwarp,
-        blank=unwarp(background),
+        blank=blank,
+        dots=marker_tracker(blank),
     )
 
 
@@ -114,6 +127,7 @@ def read_presses(dataset: Dataset, progress: Callable[[float], None] = lambda _:
         background=reader.background,
         lens=reader.lens,
         unwarp=reader.unwarp,
+        dots=reader.dots,
         presses=tuple(presses),
         left_out=tuple(left_out),
     )

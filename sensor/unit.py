@@ -46,7 +46,8 @@ REQUIRED_KEYS = (
     "size_px",
     "metrics",
 )
-OPTIONAL_KEYS = ("corners_px", "pad_size_mm", "lights_deg")
+OPTIONAL_KEYS = ("corners_px", "pad_size_mm", "lights_deg", "markers")
+MARKER_KEYS = ("count", "spacing_mm", "diameter_mm")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,6 +74,8 @@ class UnitCard:
     corners_px: tuple[Pair, Pair, Pair, Pair] | None = None
     pad_size_mm: Pair | None = None
     lights_deg: Mapping[str, float] | None = None
+    markers: Mapping[str, int | float] | None = None
+    """Dots of the blank gel: ``count``, ``spacing_mm``, ``diameter_mm``; ``None``: it has none."""
 
 
 def read_unit_card(folder: Path) -> UnitCard:
@@ -123,6 +126,7 @@ def _card(document: dict[str, Any]) -> UnitCard:
         corners_px=corners(document["corners_px"]) if "corners_px" in document else None,
         pad_size_mm=None if pad_size is None else positive_pair(pad_size, "pad_size_mm"),
         lights_deg=lights(document["lights_deg"]) if "lights_deg" in document else None,
+        markers=_markers(document["markers"]) if "markers" in document else None,
     )
 
 
@@ -130,6 +134,15 @@ def _metrics(value: object) -> dict[str, float]:
     if not isinstance(value, dict):
         raise WedgeError("metrics must be a table of numbers.")
     return {key: finite(number, f"metrics.{key}") for key, number in value.items()}
+
+
+def _markers(value: object) -> dict[str, float]:
+    if not isinstance(value, dict) or sorted(value) != sorted(MARKER_KEYS):
+        raise WedgeError(f"markers must be a table of {', '.join(MARKER_KEYS)}.")
+    numbers = {key: finite(value[key], f"markers.{key}") for key in MARKER_KEYS}
+    if min(numbers.values()) <= 0:
+        raise WedgeError("markers: every number must be above zero.")
+    return numbers
 
 
 def _size(value: object, key: str) -> tuple[int, int]:

@@ -50,12 +50,12 @@ ESTIMATORS: Mapping[str, tuple[Fit, Restore]] = {
 def fit_estimator(
     name: str, pixels: Pixels, channels: str, seed: int, progress: Progress = lambda _: None
 ) -> GradientEstimator:
-    """Fit the estimator of that name.
+    """Fit the estimator of that name, to all pixels but those under dots.
 
     Raises:
         WedgeError: no estimator has that name.
     """
-    return _known(name)[0](pixels, channels, seed, progress)
+    return _known(name)[0](pixels[~pixels.hidden], channels, seed, progress)
 
 
 def restore_estimator(

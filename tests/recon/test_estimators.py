@@ -240,6 +240,7 @@ def test_a_bin_holds_the_mean_of_its_pixels_and_an_empty_one_its_neighbours():
         contact=np.ones(4, bool),
         press=np.zeros(4, np.int32),
         place=np.arange(4, dtype=np.int32),
+        hidden=np.zeros(4, bool),
     )
     table = fit_lookup_table(made, "R", 0, lambda _: None)
     probe = np.zeros((2, 3), np.float32)

@@ -1,0 +1,93 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+from scipy.spatial import KDTree
+
+from recon.markers.detection import find_markers
+from tests.dotted import HEIGHT, WIDTH, dotted, grid_px, pad
+from validation.dots import COUNTED_FRAMES, hand_counted, score_detection
+
+
+def matched(markers, places, within_px):
+    """For each true place the index of the dot found there, -1 for none."""
+    away, found = KDTree(markers.position_px).query(places)
+    return np.where(away < within_px, found, -1)
+
+
+@pytest.mark.parametrize("spacing_px", [13.0, 20.0, 31.0])
+@pytest.mark.parametrize("share", [0.13, 0.2])
+def test_every_dot_is_found_and_none_invented_whatever_size_and_spacing(spacing_px, share):
+    places = grid_px(spacing_px)
+    markers = find_markers(dotted(places, share * spacing_px))
+    found = matched(markers, places, 1.0)
+    assert (found >= 0).all() and len(markers) == len(places)
+    assert markers.spacing_px == pytest.approx(spacing_px, rel=0.02)
+    assert markers.diameter_px == pytest.approx(2 * share * spacing_px, rel=0.2)
+    error = markers.position_px[found] - places
+    assert np.sqrt((error**2).mean()) < 0.1
+
+
+@pytest.mark.parametrize("turn_deg", [0.0, 12.0, 30.0, 45.0])
+@pytest.mark.parametrize("bend", [-0.15, 0.0, 0.15])
+def test_neighbours_have_neighbouring_cells_on_turned_and_bent_grids(turn_deg, bend):
+    places = grid_px(20.0, turn_deg, bend)
+    markers = find_markers(dotted(places))
+    assert len(markers) == len(places)
+    cells = {tuple(cell): i for i, cell in enumerate(markers.cell.tolist())}
+    assert len(cells) == len(markers)
+    steps = [
+        np.linalg.norm(markers.position_px[cells[row, column + 1]] - markers.position_px[i])
+        for (row, column), i in cells.items()
+        if (row, column + 1) in cells
+    ]
+    assert len(steps) > 0.7 * len(markers)
+    assert 14 < min(steps) and max(steps) < 27
+
+
+def test_missing_dots_leave_holes_and_specks_off_the_grid_are_not_dots():
+    places = grid_px(20.0)
+    rng = np.random.default_rng(1)
+    kept = places[rng.random(len(places)) > 0.12]
+    specks = places[rng.choice(len(places), 4, replace=False)] + [9.0, 10.0]
+    markers = find_markers(dotted(np.concatenate([kept, specks])))
+    assert (matched(markers, kept, 1.0) >= 0).all()
+    assert len(markers) == len(kept)
+
+
+def test_dots_that_a_smear_joins_are_two():
+    places = grid_px(20.0)
+    image = dotted(places)
+    (x, y), (x_next, _) = places[20], places[21]
+    assert x_next - x == pytest.approx(20.0)
+    image[round(y), round(x) : round(x_next)] *= 0.4
+    markers = find_markers(image)
+    assert (matched(markers, places, 2.5) >= 0).all() and len(markers) == len(places)
+
+
+def test_dots_in_dark_corners_are_found():
+    places = grid_px(20.0)
+    markers = find_markers(dotted(places, image=pad(vignette=0.9), noise=0.002))
+    assert (matched(markers, places, 1.0) >= 0).all() and len(markers) == len(places)
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("specks", [0, 40])
+def test_a_gel_without_a_grid_of_dots_has_no_markers(seed, specks):
+    dirt = np.random.default_rng(seed).uniform(5, [WIDTH - 5, HEIGHT - 5], (specks, 2))
+    assert find_markers(dotted(dirt, seed=seed)) is None
+
+
+def test_frames_too_small_for_a_grid_have_none():
+    assert find_markers(np.full((5, 7, 3), 0.4, np.float32)) is None
+    assert find_markers(np.zeros((60, 80, 3), np.float32)) is None
+
+
+@pytest.mark.parametrize("name", COUNTED_FRAMES)
+def test_on_real_gels_the_dots_counted_by_eye_are_found(name):
+    counted = hand_counted(name)
+    if counted is None:
+        pytest.skip(f"{name} is not on this machine")
+    score = score_detection(*counted)
+    assert score.found >= 0.98 * score.whole
+    assert score.false <= 0.01 * score.whole
