@@ -18,6 +18,7 @@ SUBCOMMANDS = {
     "reproduce": "calibrate on real ball presses, tabulate the errors, write build/index.html",
     "test": "run every check of the project: style, types, floors, docs, tests",
     "fabricate": "write every file to build a sensor, checked: print, laser, boards, bill, guide",
+    "simulate": "render a design's frames, path-traced, as a dataset with ground truth",
     "data": "list the datasets known by name, with folder and licence",
     "calibrate": "make a unit folder for one sensor from its ball presses",
     "evaluate": "measure one unit's errors on another dataset",

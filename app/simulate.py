@@ -1,0 +1,130 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""`wedge simulate`: a design's frames, path-traced, as a dataset with ground truth."""
+
+import shlex
+import sys
+from pathlib import Path
+from typing import Literal
+
+from app._progress import progress
+from app._seed import Seed
+from app._workers import process_pool
+from sensor.design import Wedge
+from sensor.design_file import load_design
+from sensor.errors import WedgeError
+from sensor.files import new_folder
+
+
+def main(
+    out: Path,
+    design: str = "standard",
+    scene: str = "balls",
+    presses: int = 40,
+    samples: int = 256,
+    width_px: int = 320,
+    ball_radius_mm: float = 2.4,
+    depth_mm: float | None = None,
+    paint: Literal["gray", "silver"] = "gray",
+    markers: bool = False,
+    truth: Literal["all", "shapes"] = "all",
+    seed: Seed = 0,
+) -> None:
+    """Render what the camera of a sensor will see, before anybody builds it.
+
+    Light is traced from the LEDs through film, acrylic and gel to the painted skin, which follows
+    what is pressed in; a camera model makes JPEG frames of it. OUT becomes a dataset folder like
+    any other: `wedge table OUT` tells the gradient error to expect. truth/ holds the depth of the
+    skin. With libLLVM 16 or later on the machine it is several times faster.
+
+    Example: wedge simulate --design finger --scene balls --out build/finger-balls
+
+    Args:
+        out: The folder to make; new or empty.
+        design: standard, finger, or a TOML file that changes numbers of one of them.
+        scene: balls (labelled presses of the calibration ball), shapes (each showcase object
+            once), set (both), or one shape: ball_array, lego, screw_cap, m2_screw, tyre,
+            cube_corner, prism, threads.
+        presses: Ball presses, spread over the pad.
+        samples: Light paths a pixel; twice as many take twice as long and leave less grain.
+        width_px: Pixels along the pad.
+        ball_radius_mm: Of the calibration ball.
+        depth_mm: Press everything this deep, instead of each ball at random and each shape at its
+            own depth.
+        paint: gray is matt, silver semi-specular.
+        markers: Print a lattice of dots on the skin.
+        truth: all keeps the depth of every frame; shapes leaves that of balls out.
+        seed: Seed of places, depths, light paths and camera noise.
+    """
+    wanted = load_design(design)
+    refuse_unbuildable(wanted)
+    if not 16 <= width_px <= 4096:
+        raise WedgeError(f"--width-px {width_px} must be from 16 to 4096.")
+    if not 1 <= samples <= 65536:
+        raise WedgeError(f"--samples {samples} must be from 1 to 65536.")
+    from simulation.dataset import Recipe, presses_of, write_set
+    from simulation.engine import best_engine
+
+    planned = presses_of(
+        wanted, scene, count=presses, seed=seed, ball_radius_mm=ball_radius_mm, depth_mm=depth_mm
+    )
+    recipe = Recipe(
+        engine=best_engine(),
+        design=wanted,
+        width_px=width_px,
+        samples=samples,
+        seed=seed,
+        paint=paint,
+        markers=markers,
+    )
+    with (
+        new_folder(out) as folder,
+        process_pool() as executor,
+        progress(f"twin of {wanted.name}") as show,
+    ):
+        show(0.0, "the untouched gel")
+        write_set(
+            folder,
+            recipe,
+            planned,
+            source=_source(design),
+            executor=executor,
+            truth=truth,
+            threads=1,
+            progress=show,
+        )
+    balls = sum(press.indenter.round_mm > 0 for press in planned)
+    print(
+        f"{balls} labelled presses, {len(planned) - balls} shapes with their truth: {out}\n"
+        f"{recipe.engine.variant}, {samples} samples a pixel, design {wanted.name}."
+        + (f" Next: wedge table {out}" if balls > 1 else "")
+    )
+
+
+def refuse_unbuildable(design: Wedge) -> None:
+    """Refuse a design that could not be cut, where the solid modeller is there to tell.
+
+    Raises:
+        WedgeError: names the field, its value and the bound it breaks.
+    """
+    try:
+        from cad.refusals import refuse_unbuildable as refuse
+    except ImportError as error:
+        print(f"the design is not checked for building: no {error.name}", file=sys.stderr)
+        return
+    refuse(design)
+
+
+def _source(design: str) -> str:
+    """The command that makes the set again; a design file goes by its name."""
+    words = [word for word in sys.argv[1:] if word]
+    kept, skip = [], False
+    for word in words:
+        if skip or word.startswith("--out="):
+            skip = False
+            continue
+        if word == "--out":
+            skip = True
+            continue
+        kept.append(Path(word).name if word == design and word.endswith(".toml") else word)
+    return "wedge " + shlex.join(kept) if kept[:1] == ["simulate"] else f"design {design}"

@@ -1,0 +1,270 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Presses of a design, rendered and photographed into a dataset folder."""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor, as_completed
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Final, Literal
+
+import numpy as np
+from jaxtyping import Float32
+from scipy import ndimage
+
+from sensor.dataset import BallLabel, DatasetCard, write_card, write_labels
+from sensor.design import Wedge
+from sensor.errors import WedgeError
+from simulation.camera import expose, photograph
+from simulation.engine import Engine
+from simulation.indenters import CALIBRATION_BALL_MM, calibration_ball, shapes
+from simulation.presses import Press, ball_presses, contact_circle_px, marker_ink, skin_under
+from simulation.render import Radiance, render, smoothed
+from simulation.scene import Paint, Window
+from simulation.skin import Map, View, gel_view
+
+Truth = Literal["all", "shapes"]
+Progress = Callable[[float, str], None]
+BACKGROUNDS: Final = 4
+BANDS: Final = 4
+REACH_MM: Final = 4.0
+"""How far beside a dent its shadows and reflections reach."""
+LICENCE: Final = "CC-BY-4.0"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recipe:
+    """What every frame of a set shares."""
+
+    engine: Engine
+    design: Wedge
+    width_px: int = 320
+    samples: int = 256
+    seed: int = 0
+    paint: Paint = "gray"
+    markers: bool = False
+    cover_mm: float = 0.0
+    """Thickness of a glove over the paint."""
+
+    @property
+    def view(self) -> View:
+        """The pixels."""
+        return gel_view(self.design, self.width_px)
+
+    @property
+    def ink(self) -> Map | None:
+        """The markers, where there are any."""
+        return marker_ink(self.view) if self.markers else None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shot:
+    """One press as rendered."""
+
+    traced: Radiance
+    """Of the window alone."""
+    window: Window
+    depth_mm: Float32[np.ndarray, "h w"]
+    circle_px: tuple[float, float, float] | None
+    """Centre and radius of a round contact."""
+
+
+def shoot(recipe: Recipe, press: Press, threads: int | None = None) -> Shot:
+    """Render the part of the picture that a press changes: a unit of parallel work.
+
+    Farther than ``REACH_MM`` from the dent the light is that of the untouched gel.
+    """
+    view = recipe.view
+    skin = skin_under(recipe.design, view, press, cover_mm=recipe.cover_mm)
+    window = _around(view, skin.depth_mm)
+    is_round = press.indenter.round_mm > 0
+    return Shot(
+        traced=trace_part(recipe, skin.depth_mm, window, threads),
+        window=window,
+        depth_mm=skin.depth_mm.astype(np.float32),
+        circle_px=contact_circle_px(skin) if is_round else None,
+    )
+
+
+def trace_part(recipe: Recipe, depth_mm: Map, window: Window, threads: int | None) -> Radiance:
+    """A part of the picture, as traced."""
+    return render(
+        recipe.engine,
+        recipe.design,
+        recipe.view,
+        depth_mm,
+        samples=recipe.samples,
+        seed=recipe.seed,
+        window=window,
+        paint=recipe.paint,
+        ink=recipe.ink,
+        threads=threads,
+    )
+
+
+def developed_over(blank: Radiance, recipe: Recipe, shot: Shot) -> Radiance:
+    """A shot set into the untouched gel as traced, both smoothed; they blend at the window's edge.
+
+    Farther than ``REACH_MM`` from the dent, the untouched gel remains.
+    """
+    columns, rows = shot.window
+    pitch = recipe.view.mm_per_px[0]
+    whole = blank.copy()
+    whole[rows, columns] = shot.traced
+    away_mm = pitch * ndimage.distance_transform_edt(shot.depth_mm == 0)
+    share = np.clip(2 - 2 * away_mm / REACH_MM, 0, 1)[..., None].astype(np.float32)
+    pressed = smoothed(whole, pitch, shot.depth_mm, recipe.ink)
+    rest = smoothed(blank, pitch, np.zeros_like(shot.depth_mm), recipe.ink)
+    return share * pressed + (1 - share) * rest
+
+
+def bands(view: View) -> list[Window]:
+    """The picture in horizontal bands, for rendering side by side."""
+    width, height = view.size_px
+    edges = np.linspace(0, height, BANDS + 1).round().astype(int).tolist()
+    return [(slice(0, width), slice(low, high)) for low, high in pairwise(edges)]
+
+
+def _around(view: View, depth_mm: Map) -> Window:
+    """The window that a dent changes."""
+    reach = round(REACH_MM / view.mm_per_px[0])
+    rows, columns = np.nonzero(depth_mm > 0)
+    (width, height) = view.size_px
+    return (
+        slice(max(0, int(columns.min()) - reach), min(width, int(columns.max()) + reach + 1)),
+        slice(max(0, int(rows.min()) - reach), min(height, int(rows.max()) + reach + 1)),
+    )
+
+
+def presses_of(
+    design: Wedge,
+    scene: str,
+    *,
+    count: int,
+    seed: int,
+    ball_radius_mm: float = CALIBRATION_BALL_MM,
+    depth_mm: float | None = None,
+) -> list[Press]:
+    """The presses of a scene.
+
+    Args:
+        design: the sensor.
+        scene: "balls", "shapes", "set" (both), or the name of one shape.
+        count: of ball presses.
+        seed: of their places and depths.
+        ball_radius_mm: of the calibration ball.
+        depth_mm: of every press, instead of the ball's random and the shapes' own depths.
+
+    Raises:
+        WedgeError: the scene is unknown, or a press cannot be.
+    """
+    known = shapes(design.pad_size_mm)
+    if scene not in ("balls", "shapes", "set", *known):
+        raise WedgeError(
+            f"there is no scene {scene!r}: take balls, shapes, set (both), or {', '.join(known)}."
+        )
+    presses: list[Press] = []
+    if scene in ("balls", "set"):
+        presses += ball_presses(design, calibration_ball(ball_radius_mm), count, seed)
+    names = known if scene in ("shapes", "set") else [scene] if scene in known else []
+    presses += [
+        Press(name=name, indenter=known[name], centre_mm=(0.0, 0.0), depth_mm=known[name].depth_mm)
+        for name in names
+    ]
+    if depth_mm is not None:
+        presses = [
+            Press(name=item.name, indenter=item.indenter, centre_mm=item.centre_mm,
+                  depth_mm=depth_mm)
+            for item in presses
+        ]  # fmt: skip
+    view = gel_view(design, 64)
+    for press in presses:
+        skin_under(design, view, press)  # refuses now what could not be pressed in minutes
+    return presses
+
+
+def write_set(
+    folder: Path,
+    recipe: Recipe,
+    presses: Sequence[Press],
+    *,
+    source: str,
+    executor: Executor,
+    truth: Truth = "all",
+    threads: int | None = None,
+    progress: Progress = lambda _share, _what: None,
+) -> None:
+    """Render presses into an empty folder.
+
+    Args:
+        folder: exists and is empty.
+        recipe: design, size, samples and seed.
+        presses: balls are labelled, other shapes are frames with a truth.
+        source: one line for the card: how the set came about.
+        executor: renders the frames; the set does not depend on which.
+        truth: depth maps of all frames, or of the shapes alone, whose form is not closed.
+        threads: of one render.
+        progress: called after every frame.
+
+    Raises:
+        WedgeError: a press cannot be, or a file cannot be written.
+    """
+    rest = np.zeros(recipe.view.size_px[::-1])
+    parts = [
+        executor.submit(trace_part, recipe, rest, window, threads) for window in bands(recipe.view)
+    ]
+    shots = {
+        executor.submit(shoot, recipe, press, threads): (index, press.name)
+        for index, press in enumerate(presses)
+    }
+    labels = []
+    try:
+        blank = np.concatenate([part.result() for part in parts])
+        untouched = smoothed(blank, recipe.view.mm_per_px[0], rest, recipe.ink)
+        camera = expose(untouched)
+        for index in range(BACKGROUNDS):
+            content = photograph(untouched, camera, _noise_seed(recipe, -1 - index))
+            (folder / f"background_{index}.jpg").write_bytes(content)
+        for done, future in enumerate(as_completed(shots), start=1):
+            index, name = shots[future]
+            shot = future.result()
+            radiance = developed_over(blank, recipe, shot)
+            content = photograph(radiance, camera, _noise_seed(recipe, index))
+            (folder / f"{name}.jpg").write_bytes(content)
+            if truth == "all" or shot.circle_px is None:
+                (folder / "truth").mkdir(exist_ok=True)
+                np.save(folder / "truth" / f"{name}.npy", shot.depth_mm)
+            if shot.circle_px is not None:
+                labels.append(_label(f"{name}.jpg", shot.circle_px))
+            progress(done / len(shots), name)
+    except BaseException:
+        for part in parts:
+            part.cancel()
+        for future in shots:
+            future.cancel()
+        raise
+    balls = [press.indenter.round_mm for press in presses if press.indenter.round_mm]
+    write_labels(folder / "labels.csv", sorted(labels, key=lambda label: label.file))
+    write_card(
+        folder / "dataset.toml",
+        DatasetCard(
+            name=f"twin-{recipe.design.name}",
+            source=source,
+            licence=LICENCE,
+            mm_per_px=recipe.view.mm_per_px,
+            ball_radius_mm=balls[0] if balls else CALIBRATION_BALL_MM,
+            background=tuple(f"background_{index}.jpg" for index in range(BACKGROUNDS)),
+            lights_deg={str(k): v for k, v in recipe.design.lights.azimuths_deg.items()},
+        ),
+    )
+
+
+def _label(file: str, circle_px: tuple[float, float, float]) -> BallLabel:
+    x_px, y_px, radius_px = (round(value, 3) for value in circle_px)
+    return BallLabel(file=file, center_x_px=x_px, center_y_px=y_px, contact_radius_px=radius_px)
+
+
+def _noise_seed(recipe: Recipe, index: int) -> int:
+    """A seed for each frame's own noise."""
+    return int(np.random.SeedSequence([recipe.seed, index + BACKGROUNDS]).generate_state(1)[0])

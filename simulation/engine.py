@@ -1,0 +1,110 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Which Mitsuba renders: the plain one that always works, or the compiled one where it does.
+
+``llvm_ad_rgb`` is several times faster, but needs libLLVM 16 or later, and an older one ends the
+process without a word. So a candidate is tried in a child process first.
+"""
+
+import os
+import re
+import subprocess
+import sys
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Literal
+
+from sensor.errors import WedgeError
+
+Variant = Literal["scalar_rgb", "llvm_ad_rgb"]
+OLDEST_LLVM = 16
+LIBRARY_VARIABLE = "DRJIT_LIBLLVM_PATH"
+SEARCHED = ("/usr/lib", "/usr/lib64", "/usr/local/lib", "/opt/homebrew/opt", "/usr/local/opt")
+TRIAL_S = 60
+_TRIAL = (
+    "import mitsuba as mi; mi.set_variant('llvm_ad_rgb'); scene = mi.cornell_box(); "
+    "scene['sensor']['film']['width'] = scene['sensor']['film']['height'] = 8; "
+    "assert float(mi.render(mi.load_dict(scene), spp=4).array[0]) >= 0"
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Engine:
+    """A variant of Mitsuba, and the library that it needs; small enough to send to a worker."""
+
+    variant: Variant
+    library: str | None = None
+
+    def load(self, threads: int | None = None) -> Any:
+        """Mitsuba, set to this variant.
+
+        Args:
+            threads: that a render may use; all cores by default.
+
+        Raises:
+            WedgeError: Mitsuba is not installed.
+        """
+        if self.library:
+            os.environ[LIBRARY_VARIABLE] = self.library
+        try:
+            import mitsuba as mi
+        except ModuleNotFoundError as error:
+            raise WedgeError(
+                "the twin renders with Mitsuba: pip install 'gelsight-wedge[simulation]'."
+            ) from error
+        mi.set_variant(self.variant)
+        if threads:
+            import drjit
+
+            drjit.set_thread_count(threads)
+        return mi
+
+
+SCALAR = Engine(variant="scalar_rgb")
+
+
+@lru_cache
+def best_engine() -> Engine:
+    """The compiled engine where a trial render with it succeeds, else the plain one.
+
+    Raises:
+        WedgeError: Mitsuba is not installed.
+    """
+    SCALAR.load()
+    for library in llvm_libraries():
+        if compiles(library):
+            return Engine(variant="llvm_ad_rgb", library=library)
+    return SCALAR
+
+
+def llvm_libraries() -> list[str]:
+    """Paths of libLLVM that are new enough, the newest first."""
+    if own := os.environ.get(LIBRARY_VARIABLE):
+        return [own]
+    found: dict[int, str] = {}
+    for folder in SEARCHED:
+        for pattern in ("libLLVM*.so*", "*/libLLVM*.so*", "*/lib/libLLVM*", "*/*/libLLVM*.dylib"):
+            for path in sorted(Path(folder).glob(pattern)):
+                version = llvm_version(path.resolve().name) or llvm_version(path.name)
+                if version >= OLDEST_LLVM:
+                    found.setdefault(version, str(path))
+    return [found[version] for version in sorted(found, reverse=True)]
+
+
+def llvm_version(name: str) -> int:
+    """Major version that a library's file name tells; 0 where it tells none."""
+    match = re.search(r"libLLVM(?:-|\.so\.)(\d+)", name)
+    return int(match[1]) if match else 0
+
+
+def compiles(library: str) -> bool:
+    """Whether a render with this libLLVM comes back, tried where a crash does no harm."""
+    environment = {**os.environ, LIBRARY_VARIABLE: library}
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", _TRIAL], env=environment, capture_output=True, timeout=TRIAL_S
+        )
+    except (OSError, subprocess.TimeoutExpired):
+        return False
+    return done.returncode == 0

@@ -1,0 +1,127 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Where and how deep things are pressed, and the skin that results."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from sensor.design import Wedge
+from sensor.errors import WedgeError
+from simulation.indenters import Indenter, refuse_unfit
+from simulation.skin import Map, Skin, View, pressed, rest_height_mm
+
+BALL_DEPTHS: Final = (0.2, 0.42)
+"""Shallowest and deepest press of a ball, of its radius."""
+DEEPEST: Final = 0.4
+"""Share of the gel's thickness that a press may take."""
+MARGIN_MM: Final = 0.5
+"""Between a contact and the pad's edge."""
+PAINT_MM: Final = 0.03
+"""Thickness of the paint, below which detail is lost."""
+DOT_RADIUS, DOT_PITCH, DOT_INK = 0.2, 1.5, 0.1
+"""Markers: radius and pitch in mm, and the share of light they leave."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Press:
+    """One object pressed at one place."""
+
+    name: str
+    indenter: Indenter
+    centre_mm: tuple[float, float]
+    """On the skin, from the pad's centre."""
+    depth_mm: float
+
+
+def ball_presses(design: Wedge, ball: Indenter, count: int, seed: int) -> list[Press]:
+    """Presses of a ball spread evenly over the pad, at random depths.
+
+    Places follow the R2 sequence (additive recurrence by the plastic number), shifted at random.
+
+    Raises:
+        WedgeError: no presses are asked for, or the ball does not suit the pad.
+    """
+    if count < 1:
+        raise WedgeError(f"--presses {count} must be at least 1.")
+    refuse_unfit(ball, design.pad_size_mm, ball.depth_mm)
+    rng = np.random.default_rng(seed)
+    radius = ball.size_mm[0] / 2
+    shallow, deep = (share * radius for share in BALL_DEPTHS)
+    reach = np.sqrt(2 * radius * deep - deep**2) + MARGIN_MM
+    room = [size / 2 - reach for size in design.pad_size_mm]
+    if min(room) <= 0:
+        raise WedgeError(
+            f"a ball of {radius:g} mm in radius leaves no room on the pad of "
+            f"{design.pad_size_mm[0]:g} x {design.pad_size_mm[1]:g} mm: take a smaller ball."
+        )
+    plastic = 1.32471795724474602596
+    steps = np.arange(1, count + 1)[:, None] * np.array([1 / plastic, 1 / plastic**2])
+    places = (2 * ((rng.random(2) + steps) % 1) - 1) * room
+    presses = []
+    for index, (x, y) in enumerate(places):
+        deepest = min(deep, DEEPEST * design.gel.thickness_at_mm(x, y))
+        depth = rng.uniform(min(shallow, deepest / 2), deepest)
+        presses.append(
+            Press(name=f"ball_{index:02d}", indenter=ball, centre_mm=(float(x), float(y)),
+                  depth_mm=float(depth))
+        )  # fmt: skip
+    return presses
+
+
+def skin_under(design: Wedge, view: View, press: Press, *, cover_mm: float = 0.0) -> Skin:
+    """The skin under a press; the object stands upright above the normal of its place.
+
+    Args:
+        design: the sensor.
+        view: the pixels.
+        press: object, place and depth.
+        cover_mm: thickness of a glove over the paint.
+
+    Raises:
+        WedgeError: the object is larger than the pad, or the depth is not positive.
+    """
+    refuse_unfit(press.indenter, design.pad_size_mm, press.depth_mm)
+    x, y = view.grid_mm
+    rest = rest_height_mm(design.gel, x, y)
+    object_x, object_y, lowest = _placed(design, press)
+    reach = rest - lowest - press.indenter.profile(x - object_x, y - object_y)
+    return pressed(view, design.gel, reach, PAINT_MM + cover_mm)
+
+
+def _placed(design: Wedge, press: Press) -> tuple[float, float, float]:
+    """Centre of the object in x and y, and z of its lowest point.
+
+    An object with a round underside of radius R touches first where its normal is the skin's: its
+    centre stands R - depth above the touched point, along the skin's normal.
+    """
+    x, y = press.centre_mm
+    gel, hair = design.gel, 1e-4
+    heights = rest_height_mm(
+        gel, np.array([x, x + hair, x]), np.array([y, y, y + hair])
+    )  # fmt: skip
+    slope = (heights[1:] - heights[0]) / hair
+    normal = np.array([-slope[0], -slope[1], 1]) / np.sqrt(1 + slope @ slope)
+    radius = press.indenter.round_mm
+    arm = max(radius - press.depth_mm, 0.0)
+    centre = np.array([x, y, heights[0]]) + normal * arm
+    lowest = centre[2] - radius if radius else heights[0] - press.depth_mm
+    return float(centre[0]), float(centre[1]), float(lowest)
+
+
+def contact_circle_px(skin: Skin) -> tuple[float, float, float]:
+    """Centre and radius of the circle that fits a round contact: what a careful eye would label."""
+    rows, columns = np.nonzero(skin.contact)
+    return (
+        float(columns.mean()), float(rows.mean()), float(np.sqrt(len(rows) / np.pi))
+    )  # fmt: skip
+
+
+def marker_ink(view: View) -> Map:
+    """Dots on a square lattice, as the share of light that the skin still reflects."""
+    x, y = view.grid_mm
+    from_dot = np.hypot(*((along + DOT_PITCH / 2) % DOT_PITCH - DOT_PITCH / 2 for along in (x, y)))
+    edge = view.mm_per_px[0] / 2
+    covered = np.clip((DOT_RADIUS + edge - from_dot) / (2 * edge), 0, 1)
+    return 1 - (1 - DOT_INK) * covered

@@ -1,0 +1,81 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Path-traced radiance of the skin, linear, before any camera."""
+
+from typing import Final
+
+import cv2
+import numpy as np
+from jaxtyping import Float32
+
+from sensor.design import Wedge
+from sensor.errors import WedgeError
+from simulation.engine import Engine
+from simulation.scene import Paint, Window, gel_scene
+from simulation.skin import Map, View
+
+Radiance = Float32[np.ndarray, "h w 3"]
+
+NARROW_MM: Final = 0.4
+"""Half a side of the window in which radiance is taken as linear in the skin's slopes..."""
+WIDE_MM: Final = 0.8
+"""...and where nothing touches."""
+FAINT_MM: Final = 0.02
+"""Indentation from which the narrow window holds."""
+STEADY_SLOPE: Final = 0.01
+"""Slopes that vary less than this in a window do not shape it."""
+
+
+def render(
+    engine: Engine,
+    design: Wedge,
+    view: View,
+    depth_mm: Map,
+    *,
+    samples: int,
+    seed: int,
+    window: Window | None = None,
+    paint: Paint = "gray",
+    ink: Map | None = None,
+    threads: int | None = None,
+) -> Radiance:
+    """What the skin sends toward the camera, per pixel of the gel plane, as traced.
+
+    Args:
+        engine: which Mitsuba.
+        design: the sensor.
+        view: the pixels.
+        depth_mm: indentation of the skin.
+        samples: paths a pixel, rounded up by the sampler.
+        seed: of the paths; the same seed gives the same picture.
+        window: the part of the picture to render; all of it by default.
+        paint: on the skin.
+        ink: share of light that markers leave.
+        threads: that the render may use; all cores by default.
+
+    Raises:
+        WedgeError: no samples, or Mitsuba is not installed.
+    """
+    if samples < 1:
+        raise WedgeError(f"--samples {samples} must be at least 1.")
+    mi = engine.load(threads)
+    scene = mi.load_dict(gel_scene(mi, design, view, depth_mm, window=window, paint=paint, ink=ink))
+    return np.array(mi.render(scene, spp=samples, seed=seed % 2**32), np.float32)
+
+
+def smoothed(radiance: Radiance, pitch_mm: float, depth_mm: Map, ink: Map | None) -> Radiance:
+    """The radiance with most of the tracing's noise removed.
+
+    In a small window, what a matt skin sends is close to linear in its two slopes and its depth;
+    a linear fit in overlapping windows keeps that and drops the rest (guided filter: He, Sun and
+    Tang, IEEE TPAMI 35, 2013). The markers' ink is taken off before and put back after.
+    """
+    slope_y, slope_x = np.gradient(depth_mm, pitch_mm)
+    guide = np.ascontiguousarray(np.stack([slope_x, slope_y, depth_mm], -1), np.float32)
+    share = np.float32(1) if ink is None else ink[..., None].astype(np.float32)
+    narrow, wide = (
+        cv2.ximgproc.guidedFilter(guide, radiance / share, round(half / pitch_mm), STEADY_SLOPE**2)
+        for half in (NARROW_MM, WIDE_MM)
+    )
+    touched = np.clip(depth_mm / FAINT_MM, 0, 1)[..., None].astype(np.float32)
+    return (touched * narrow + (1 - touched) * wide) * share
