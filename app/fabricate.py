@@ -108,6 +108,7 @@ def _write_papers(built: "Model", manifest: dict[str, Any], folder: Path) -> Non
         "bill/bill.csv": bill_csv(lines),
         "bill/bill.md": bill_markdown(lines, title),
         "bill/distributor.csv": distributor_csv(lines),
+        "bill/distributor_for_10.csv": distributor_csv(lines, 10),
         "guide.md": guide,
         "guide.html": guide_html(guide),
     }

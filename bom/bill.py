@@ -12,15 +12,17 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from datetime import datetime
 from importlib.resources import files
 from typing import Any
 
 from sensor.errors import WedgeError
 
 COLUMNS = (
-    "id", "name", "brand", "number", "supplier", "unit", "pack_size", "price_usd", "basis", "date",
-    "alternative",
+    "id", "name", "brand", "number", "supplier", "distributor_brand", "distributor_number", "unit",
+    "pack_size", "price_usd", "basis", "date", "alternative",
 )  # fmt: skip
+_DATE = "%Y-%m"
 
 
 @dataclass(frozen=True)
@@ -32,13 +34,23 @@ class BoughtPart:
     brand: str
     number: str
     supplier: str
+    distributor_brand: str
+    distributor_number: str
+    """What electronics distributors sell for it; empty where they sell nothing of the kind."""
     unit: str
     pack_size: float
     price_usd: float
     basis: str
     """Where the price comes from: ``paper`` or ``estimate``."""
     date: str
+    """Year and month of the price, or of the guess, as 2026-11."""
     alternative: str
+
+    @property
+    def price_words(self) -> str:
+        """The price with its source: ``16.00 for 1 (paper, June 2021)``."""
+        month = datetime.strptime(self.date, _DATE).strftime("%B %Y")
+        return f"{self.price_usd:.2f} for {self.pack_size:g} ({self.basis}, {month})"
 
 
 @dataclass(frozen=True)
@@ -52,6 +64,12 @@ class Line:
         """Packs to buy for a number of sensors."""
         return math.ceil(self.quantity * sensors / self.part.pack_size - 1e-9)
 
+    def distributor_quantity(self, sensors: int) -> int:
+        """What a distributor counts: pieces, or reels of what is sold by the metre."""
+        if self.part.unit == "m":
+            return self.packs(sensors)
+        return math.ceil(self.quantity * sensors - 1e-9)
+
     def cost_usd(self, sensors: int) -> float:
         """Price of those packs."""
         return self.packs(sensors) * self.part.price_usd
@@ -61,11 +79,12 @@ def read_parts() -> list[BoughtPart]:
     """The table of bought parts.
 
     Raises:
-        WedgeError: a column is missing or unknown, an id comes twice, or a price has no basis.
+        WedgeError: a column is missing or unknown, an id comes twice, a field is empty, or a price
+            has no basis or no date.
     """
     text = files("bom").joinpath("data", "parts.csv").read_text(encoding="utf-8")
     rows = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
-    parts = [_part(row) for row in rows]
+    parts = [read_part(row) for row in rows]
     ids = [part.id for part in parts]
     twice = sorted({part for part in ids if ids.count(part) > 1})
     if twice:
@@ -73,11 +92,25 @@ def read_parts() -> list[BoughtPart]:
     return parts
 
 
-def _part(row: Mapping[str, str]) -> BoughtPart:
+def read_part(row: Mapping[str, str]) -> BoughtPart:
+    """One row of the table.
+
+    Raises:
+        WedgeError: as ``read_parts``.
+    """
     if tuple(row) != COLUMNS:
         raise WedgeError(f"bom/data/parts.csv must have the columns {', '.join(COLUMNS)}.")
     if row["basis"] not in ("paper", "estimate"):
         raise WedgeError(f"bom/data/parts.csv: the basis of {row['id']} must be paper or estimate.")
+    empty = [key for key in COLUMNS if not row[key] and not key.startswith("distributor_")]
+    if empty or not re.fullmatch(r"20\d\d-(0[1-9]|1[0-2])", row["date"]):
+        raise WedgeError(
+            f"bom/data/parts.csv: {row['id']} must have {', '.join(empty) or 'a date as 2026-11'}."
+        )
+    if bool(row["distributor_brand"]) != bool(row["distributor_number"]):
+        raise WedgeError(
+            f"bom/data/parts.csv: {row['id']} must have both distributor columns or neither."
+        )
     values: dict[str, Any] = dict(row)
     for key in ("pack_size", "price_usd"):
         values[key] = float(row[key])
@@ -120,6 +153,7 @@ def _named(part: BoughtPart, part_id: str) -> BoughtPart:
         "id": part_id,
         "name": part.name.replace("*", size),
         "number": part.number.replace("*", size),
+        "distributor_number": part.distributor_number.replace("*", size),
     }
     return BoughtPart(**values)
 
@@ -129,7 +163,7 @@ def bill_csv(lines: Sequence[Line]) -> str:
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(
-        ["id", "quantity", "unit", *COLUMNS[1:5], "pack_size", "price_usd", "price_basis",
+        ["id", "quantity", "unit", *COLUMNS[1:7], "pack_size", "price_usd", "price_basis",
          "price_date", "packs_for_1", "cost_for_1_usd", "packs_for_10", "cost_for_10_usd",
          "alternative"]
     )  # fmt: skip
@@ -137,7 +171,8 @@ def bill_csv(lines: Sequence[Line]) -> str:
         part = line.part
         writer.writerow(
             [part.id, f"{line.quantity:g}", part.unit, part.name, part.brand, part.number,
-             part.supplier, f"{part.pack_size:g}", f"{part.price_usd:.2f}", part.basis, part.date,
+             part.supplier, part.distributor_brand, part.distributor_number,
+             f"{part.pack_size:g}", f"{part.price_usd:.2f}", part.basis, part.date,
              line.packs(1), f"{line.cost_usd(1):.2f}", line.packs(10), f"{line.cost_usd(10):.2f}",
              part.alternative]
         )  # fmt: skip
@@ -149,18 +184,21 @@ def bill_markdown(lines: Sequence[Line], title: str) -> str:
     rows = [
         f"# Bill of materials, {title}",
         "",
-        "Quantities are counted from the assembly and its boards. Prices marked *estimate* were"
-        " looked up nowhere: check them before you order.",
+        "Quantities are counted from the assembly and its boards. Prices marked *estimate* are"
+        " guesses of that month, looked up nowhere: check them before you order. Brands and numbers"
+        " are the paper's where it names them; the last but one column is what `distributor.csv`"
+        " orders in their place.",
         "",
-        "| part | quantity | brand and number | supplier | price of a pack, USD | instead |",
-        "|---|---|---|---|---|---|",
+        "| part | quantity | brand and number | supplier | price of a pack, USD |"
+        " distributor's part | instead |",
+        "|---|---|---|---|---|---|---|",
     ]
     for line in lines:
         part = line.part
-        pack = f"{part.price_usd:.2f} for {part.pack_size:g}, {part.basis}"
+        other = f"{part.distributor_brand} {part.distributor_number}".strip() or "-"
         rows.append(
             f"| {part.name} | {line.quantity:g} {part.unit} | {part.brand} {part.number} |"
-            f" {part.supplier} | {pack} | {part.alternative} |"
+            f" {part.supplier} | {part.price_words} | {other} | {part.alternative} |"
         )
     rows += ["", *(totals_text(lines, sensors) for sensors in (1, 10)), ""]
     return "\n".join(rows)
@@ -178,12 +216,13 @@ def totals_text(lines: Sequence[Line], sensors: int) -> str:
 
 
 def distributor_csv(lines: Sequence[Line], sensors: int = 1) -> str:
-    """Quantity, manufacturer's number and reference, as distributors' order pages take them."""
+    """Quantity, manufacturer and its number, reference, as distributors' order pages take them."""
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(["Quantity", "Manufacturer Part Number", "Customer Reference"])
+    writer.writerow(["Quantity", "Manufacturer Part Number", "Manufacturer", "Customer Reference"])
     for line in lines:
-        if line.part.supplier == "electronics distributor" and line.part.brand != "any":
-            count = math.ceil(line.quantity * sensors)
-            writer.writerow([count, line.part.number, line.part.id])
+        part = line.part
+        if part.distributor_number:
+            count = line.distributor_quantity(sensors)
+            writer.writerow([count, part.distributor_number, part.distributor_brand, part.id])
     return stream.getvalue()

@@ -17,6 +17,7 @@ import cadquery as cq
 from cad.catalogue import PRINTED
 from cad.features import Vector
 from cad.layout import FLANGE, PLATE_UNDER_HEAD, REAR_SCREW_LENGTH, ROOF_SCREW_LENGTH, Layout
+from cad.motions import Shift, Turn, Way
 from cad.parts import bought
 from cad.parts.electronics_cover import POSTS, UNDER_HEAD, board_z, cover_middle_x
 from cad.parts.gripper_adapter import cover_screw_places
@@ -27,17 +28,19 @@ Placed = tuple["Body", cq.Solid]
 BOARD_SCREW_LENGTH = 4.0
 COVER_SCREW_LENGTH = 6.0
 _DOWN, _UP, _BACK = (0.0, 0.0, -1.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
+MIRROR_SWING_DEG = 10.0
+"""The mirror goes in top first, this much steeper than its seat, and its foot swings up."""
 
 
 @dataclass(frozen=True)
 class Body:
-    """One body in its place. ``way`` is the path in mm by which it is pulled out again."""
+    """One body in its place, and the way by which it is taken out again."""
 
     name: str
     part: str
     """Id of the part in the bill."""
     material: str
-    way: Vector
+    way: Way
 
 
 @dataclass(frozen=True)
@@ -79,7 +82,7 @@ class Assembly:
                 names += self.moving(earlier)
         return tuple(names)
 
-    def way(self, step: Step, name: str) -> Vector:
+    def way(self, step: Step, name: str) -> Way:
         """The way of a body in a step; a group moves along the way of its first body."""
         return self.bodies[self.moving(step)[0] if step.brings else name].way
 
@@ -128,18 +131,20 @@ def _names(stem: str, count: int) -> tuple[str, ...]:
     return tuple(f"{stem}_{index + 1}" for index in range(count))
 
 
-def _scaled(direction: Vector, length: float) -> Vector:
+def _straight(direction: Vector, length: float) -> Way:
     x, y, z = direction
-    return x * length, y * length, z * length
+    return (Shift((x * length, y * length, z * length)),)
 
 
 def _optics(design: Wedge) -> list[Placed]:
     """Mirror, lights and the window, all of which go in from below."""
     place = Layout(design)
-    down = partial(_scaled, _DOWN)
+    down = partial(_straight, _DOWN)
     far = design.housing.roof_z_mm + design.acrylic.thickness_mm + 5
+    swing = Turn((place.mirror_x1, 0.0, place.mirror_top), -MIRROR_SWING_DEG)
+    glass = Body("mirror", "mirror", "PMMA front-surface mirror", (swing, *down(far)))
     bodies = [
-        (Body("mirror", "mirror", "PMMA front-surface mirror", down(far)), bought.mirror(design)),
+        (glass, bought.mirror(design)),
         (Body("acrylic", "acrylic", "PMMA clear", down(far)), bought.acrylic(design)),
         (Body("gel", "gel", "silicone clear", down(far / 2)), bought.gel(design)),
     ]
@@ -151,11 +156,12 @@ def _optics(design: Wedge) -> list[Placed]:
         bodies.append((body, array))
         side = "base" if colour == "green" else "side"
         for order, film in enumerate(place.films):
-            away = _scaled(outward[colour], 1 + 0.5 * order)
+            away = _straight(outward[colour], 1 + 0.5 * order)
             solid = bought.film(design, film, colour)
             bodies.append((Body(f"{colour}_{film}", f"{film}_{side}", "film", away), solid))
+    wire = f"pin_{design.fastening.pin_diameter_mm:g}"
     bodies += [
-        (Body(f"pin_{index + 1}", "pin", "brass", down(10)), bought.pin(design, index))
+        (Body(f"pin_{index + 1}", wire, "brass", down(10)), bought.pin(design, index))
         for index in range(2)
     ]
     return bodies
@@ -165,24 +171,24 @@ def _mechanics(design: Wedge) -> list[Placed]:
     """The printed parts of the assembly, the camera and the board."""
     place = Layout(design)
     length = design.housing.case_length_mm
-    ways: dict[str, Vector] = {
-        "case": (0.0, 0.0, 0.0),
-        "camera_holder": _scaled(_BACK, length),
-        "adapter_wsg50": _scaled(_UP, 20),
-        "electronics_cover": _scaled(_DOWN, 30),
+    ways: dict[str, Way] = {
+        "case": (),
+        "camera_holder": _straight(_BACK, length),
+        "adapter_wsg50": _straight(_UP, 20),
+        "electronics_cover": _straight(_DOWN, 30),
     }
     bodies = [
         (Body(part.id, part.id, part.material, ways[part.id]), part.make(design))
         for part in PRINTED
         if part.use == "assembly"
     ]
-    back = (math.cos(place.pitch) * 25, 0.0, -math.sin(place.pitch) * 25)
+    back = _straight((math.cos(place.pitch), 0.0, -math.sin(place.pitch)), 25)
     board = bought.csi_hdmi_board(design)
     bodies += [
         (Body("camera", "camera", "electronics", back), bought.camera(design)),
-        (Body("csi_hdmi_board", "csi_hdmi_board", "electronics", _scaled(_UP, 20)), board),
+        (Body("csi_hdmi_board", "csi_hdmi_board", "electronics", _straight(_UP, 20)), board),
         (
-            Body("resistor_board", "resistor_board", "electronics", _scaled(_UP, 20)),
+            Body("resistor_board", "resistor_board", "electronics", _straight(_UP, 20)),
             bought.resistor_board(design),
         ),
     ]
@@ -229,8 +235,7 @@ def _screws(design: Wedge) -> list[Placed]:
     for stem, places, direction, length in rows:
         for index, head in enumerate(places):
             solid = bought.screw(size, head, direction, length)
-            x, y, z = direction
             part = f"screw_{size.lower()}x{length:g}"
-            back = (-20 * x, -20 * y, -20 * z)
+            back = _straight(direction, -20)
             bodies.append((Body(f"{stem}_{index + 1}", part, "steel", back), solid))
     return bodies

@@ -90,6 +90,7 @@ def run_checks(built: Model) -> list[checks.Result]:
     results += checks.check_interference(built.assembly, bodies)
     results += checks.check_clearances(design, bodies)
     results += checks.check_insertion(built.assembly, bodies)
+    results += checks.check_wires(design, built.boards)
     results += checks.check_sight(design, meshes)
     results += checks.check_tolerance(design)
     results += check_electronics(design, built.boards)

@@ -20,8 +20,9 @@ _HOW = {
     "case": "Clear the screw holes, and blow out the light pockets and the wire channels. Thread a"
     " screw once into each of the six holes.",
     "mirror": "Take off the film. Put three small drops of epoxy on the seat, never at its edges."
-    " Hold the mirror by its sides, coated face toward you, and lift it straight in through the"
-    " window until its back lies flat. Check by eye that nothing lies behind it: one degree of"
+    " Hold the mirror by its sides, coated face toward you, some ten degrees steeper than its"
+    " seat. Lift it through the window, top first, until the top is in its corner; then swing the"
+    " foot up until the back lies flat. Check by eye that nothing lies behind it: one degree of"
     " tilt moves the picture by several pixels.",
     "lights": "Solder two wires to each array's tail first. Red goes to the right seen from the"
     " tip with the gel down, blue to the left, green to the base; none goes to the tip. Tape each"

@@ -108,6 +108,11 @@ class Layout:
         return self.acrylic_x0 + TIP_POST, self.acrylic_x1 - BASE_POST
 
     @property
+    def rib_out(self) -> float:
+        """How far the ribs at the acrylic's corners stand out from its edge."""
+        return self.press + RIB
+
+    @property
     def base_lights_half(self) -> float:
         """Half the y range along which light enters from the base."""
         return self.acrylic_half - BASE_POST
@@ -240,7 +245,7 @@ class Layout:
     @property
     def tunnel_x0(self) -> float:
         """Front of the tunnel, behind the wall of the base lights."""
-        return self.acrylic_x1 + self.light_depth + max(self.wall, MIN_WALL)
+        return self.acrylic_x1 + self.light_depth + MIN_WALL
 
     @property
     def socket_half(self) -> float:
@@ -250,7 +255,7 @@ class Layout:
     @property
     def plug_half(self) -> float:
         """Half the holder's width inside the tunnel."""
-        return self.socket_half + max(self.wall, MIN_WALL)
+        return self.socket_half + MIN_WALL
 
     @property
     def tunnel_half(self) -> float:
@@ -263,20 +268,19 @@ class Layout:
         camera = self.design.camera
         fall = (self.rear + FLANGE - camera.pupil_x_mm) * math.tan(self.pitch)
         half = self.socket_half / math.cos(self.pitch)
-        wall = max(self.wall, MIN_WALL)
-        low = camera.pupil_z_mm - half - max(fall, 0) - wall
-        return low, camera.pupil_z_mm + half + max(-fall, 0) + wall
+        low = camera.pupil_z_mm - half - max(fall, 0) - MIN_WALL
+        return low, camera.pupil_z_mm + half + max(-fall, 0) + MIN_WALL
 
     @property
     def tunnel_z(self) -> tuple[float, float]:
-        """Bottom and top of the tunnel."""
+        """Bottom and top of the tunnel: the holder lies on its floor, all play is above."""
         low, high = self.plug_z
-        return low - self.slide, high + self.slide
+        return low, high + 2 * self.slide
 
     @property
     def channel_y(self) -> tuple[float, float]:
         """Range of |y| of the wire channels."""
-        outer = self.outer_half - max(self.wall, MIN_WALL)
+        outer = self.outer_half - self.wall
         inner = max(self.tunnel_half + MIN_WALL, self.acrylic_half + self.press + RIB)
         return max(inner, outer - CHANNEL), outer
 

@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 
-from cad.layout import FLEX, MIN_WALL, RIB, Layout
+from cad.layout import FLEX, MIN_WALL, Layout
 from cad.optics import Paths, faulty_pictures, keystone, pad_grid, pixel_margin, trace
 from cad.parts.bought import compartment_height_mm
+from cad.wires import by_side, ribbon_bend_mm, rooms, thickest_wire_mm
 from sensor.design import Wedge
 from sensor.errors import WedgeError
 
@@ -16,6 +17,8 @@ PIXEL_MARGIN = 10.0
 """Every point of the pad must lie this far inside the picture, in px."""
 KEYSTONE = 0.3
 """The tip edge of the pad must be seen at least this wide, relative to its base edge."""
+BEND_THICKNESSES = 10.0
+"""Least radius of the ribbon's bend: a common rule for a flexible circuit that is bent once."""
 MIRROR_MARGIN = 0.2
 """Light must strike the mirror this far from its edges, in mm."""
 _LIGHT_MARGIN = 0.1
@@ -35,6 +38,7 @@ def refuse_unbuildable(design: Wedge) -> None:
     _refuse_camera(place)
     _refuse_screws(place)
     _refuse_compartment(place)
+    _refuse_wires(place)
     _refuse_view(place)
 
 
@@ -120,7 +124,7 @@ def _refuse_lights(place: Layout) -> None:
     _at_least(
         "lights.led_height_mm",
         lights.led_height_mm,
-        place.press + RIB + 0.6 - other,
+        place.rib_out + 0.6 - other,
         "wires must pass behind the ribs at the acrylic's corners",
     )
     _at_least(
@@ -265,6 +269,30 @@ def _refuse_compartment(place: Layout) -> None:
         place.design.compartment.height_mm,
         compartment_height_mm(place),
         "the boards and the plug lie in it on top of each other",
+    )
+
+
+def _refuse_wires(place: Layout) -> None:
+    wiring = place.design.wiring
+    for count in by_side({row.colour: 2 for row in place.light_rows()}).values():
+        for name, room in rooms(place).items():
+            _at_most(
+                "wiring.wire_diameter_mm",
+                wiring.wire_diameter_mm,
+                thickest_wire_mm(room, count),
+                f"{count} wires pass through the {name}",
+            )
+    _at_most(
+        "wiring.ribbon_width_mm",
+        wiring.ribbon_width_mm,
+        2 * place.socket_half,
+        "the ribbon leaves through the camera's socket",
+    )
+    _at_most(
+        "wiring.ribbon_thickness_mm",
+        wiring.ribbon_thickness_mm,
+        ribbon_bend_mm(place) / BEND_THICKNESSES,
+        "its bend between camera holder and cover would be too tight",
     )
 
 

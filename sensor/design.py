@@ -311,7 +311,7 @@ STANDARD = Wedge(
     housing=Housing(wall_mm=chosen(1.0), case_length_mm=chosen(52.0), roof_z_mm=chosen(19.4)),
     printing=DESKTOP_PRINTER,
     laser=CO2_LASER,
-    fastening=m2_fastening(23.0),
+    fastening=m2_fastening(23.0, 1.0),
     wiring=CSI_SUPPLY,
     compartment=LAB_COMPARTMENT,
 )
@@ -370,10 +370,10 @@ FINGER = Wedge(
         gray_filter_transmission=paper(0.25),
         diffuser=True,
     ),
-    housing=Housing(wall_mm=chosen(0.8), case_length_mm=chosen(30.5), roof_z_mm=chosen(9.4)),
+    housing=Housing(wall_mm=chosen(0.9), case_length_mm=chosen(30.5), roof_z_mm=chosen(9.4)),
     printing=DESKTOP_PRINTER,
     laser=CO2_LASER,
-    fastening=m2_fastening(13.8),
+    fastening=m2_fastening(14.0, 0.8),
     wiring=CSI_SUPPLY,
     compartment=LAB_COMPARTMENT,
 )

@@ -51,7 +51,7 @@ class Fastening(Bounded):
 
 @dataclass(frozen=True, kw_only=True)
 class Wiring(Bounded):
-    """The LEDs' supply, and what sets the resistors."""
+    """The LEDs' supply, what sets the resistors, and what runs to the camera and the LEDs."""
 
     supply_v: float = bounded(3, 12)
     led_current_ma: float = bounded(0.5, 30)
@@ -60,6 +60,11 @@ class Wiring(Bounded):
     blue_forward_v: float = bounded(1.5, 4)
     led_pitch_mm: float = bounded(1, 15)
     """Between the centres of two neighbours in an array."""
+    wire_diameter_mm: float = bounded(0.1, 1.5)
+    """Over the insulation."""
+    ribbon_width_mm: float = bounded(2, 20)
+    """Of the camera's ribbon, between head and plug."""
+    ribbon_thickness_mm: float = bounded(0.05, 0.5)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,7 +78,7 @@ class Compartment(Bounded):
 
 DESKTOP_PRINTER = Printing(
     sliding_clearance_mm=chosen(0.15),
-    press_clearance_mm=chosen(0.05),
+    press_clearance_mm=chosen(0.10),
     layer_mm=chosen(0.12),
 )
 CO2_LASER = Laser(
@@ -86,14 +91,19 @@ CSI_SUPPLY = Wiring(
     green_forward_v=chosen(2.8),
     blue_forward_v=chosen(2.8),
     led_pitch_mm=chosen(3.8),
+    wire_diameter_mm=datasheet(0.5),  # wrapping wire, AWG 30
+    ribbon_width_mm=chosen(8.0),  # no drawing found: measure yours
+    ribbon_thickness_mm=chosen(0.2),
 )
 LAB_COMPARTMENT = Compartment(
     length_mm=measured(42.0), width_mm=measured(34.0), height_mm=measured(14.5)
 )
 
 
-def m2_fastening(boss_pitch_mm: float) -> Fastening:
-    """M2 screws in two rows, and pins of 1 mm wire."""
+def m2_fastening(boss_pitch_mm: float, pin_diameter_mm: float) -> Fastening:
+    """M2 screws in two rows, and pins of drawn wire."""
     return Fastening(
-        screw="M2", boss_pitch_mm=chosen(boss_pitch_mm), pin_diameter_mm=datasheet(1.0)
+        screw="M2",
+        boss_pitch_mm=chosen(boss_pitch_mm),
+        pin_diameter_mm=datasheet(pin_diameter_mm),
     )

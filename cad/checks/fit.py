@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""No two bodies share space, parts that slide have their gap, and each can be put in.
+"""No two bodies share space, and parts that slide have their gap.
 
 Bodies are intersected as meshes, which lie within 0.005 mm of the solids.
 """
@@ -11,24 +11,22 @@ from itertools import combinations
 import manifold3d
 import numpy as np
 
-from cad.assembly import Assembly, Step
+from cad.assembly import Assembly
 from cad.checks.result import Result
 from sensor.design import Wedge
 
 TOLERANCE_MM3 = 0.005
 """Faces that touch overlap by rounding; a real clash is hundreds of times larger."""
-STEP_MM = 0.4
-
 Bodies = Mapping[str, manifold3d.Manifold]
 
 
 def common_mm3(first: manifold3d.Manifold, second: manifold3d.Manifold) -> float:
     """Volume that two bodies share."""
     a, b = np.array(first.bounding_box()), np.array(second.bounding_box())
-    return float((first ^ second).volume()) if _boxes_meet(a, b) else 0.0
+    return float((first ^ second).volume()) if boxes_meet(a, b) else 0.0
 
 
-def _boxes_meet(a: np.ndarray, b: np.ndarray) -> bool:
+def boxes_meet(a: np.ndarray, b: np.ndarray) -> bool:
     """Whether two boxes, each as its lowest and highest corner, share space."""
     return bool((a[:3] < b[3:]).all() and (b[:3] < a[3:]).all())
 
@@ -43,38 +41,6 @@ def check_interference(assembly: Assembly, bodies: Bodies) -> list[Result]:
     pairs = len(assembly.bodies) * (len(assembly.bodies) - 1) // 2
     detail = where if worst > TOLERANCE_MM3 else f"{pairs} pairs"
     return [Result("interference", "assembly", worst, "mm³", TOLERANCE_MM3, "at most", detail)]
-
-
-def check_insertion(assembly: Assembly, bodies: Bodies) -> list[Result]:
-    """Largest volume that a step's bodies cut from what stands there, along their way in."""
-    results = []
-    for step in assembly.steps:
-        standing = assembly.standing(step)
-        if not standing:
-            continue
-        worst, where = _worst_on_the_way(assembly, step, bodies)
-        results.append(Result("insertion", step.id, worst, "mm³", TOLERANCE_MM3, "at most", where))
-    return results
-
-
-def _worst_on_the_way(assembly: Assembly, step: Step, bodies: Bodies) -> tuple[float, str]:
-    worst, where = 0.0, ""
-    for name in assembly.moving(step):
-        way = np.array(assembly.way(step, name))
-        length = float(np.linalg.norm(way))
-        stops = np.linspace(0, 1, max(2, int(np.ceil(length / STEP_MM))) + 1)
-        box = np.array(bodies[name].bounding_box())
-        for other in assembly.standing(step):
-            other_box = np.array(bodies[other].bounding_box())
-            for stop in stops:
-                if not _boxes_meet(box + np.tile(stop * way, 2), other_box):
-                    continue
-                moved = bodies[name].translate(tuple(stop * way))
-                volume = float((moved ^ bodies[other]).volume())
-                if volume > worst:
-                    worst = volume
-                    where = f"{name} meets {other} {stop * length:.1f} mm before its place"
-    return (worst, where) if worst > TOLERANCE_MM3 else (worst, "")
 
 
 def check_clearances(design: Wedge, bodies: Bodies) -> list[Result]:

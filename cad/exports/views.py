@@ -21,6 +21,7 @@ from cad.exports.pictures import (
     tube,
 )
 from cad.mesh import manifold_of, mesh_of_manifold
+from cad.motions import straight, turned_out
 from cad.optics import pad_centre_x_mm, trace
 from sensor.design import Wedge
 
@@ -44,8 +45,8 @@ _COLOURS: dict[str, Vector] = {
     "gray_filter_base": (0.35, 0.35, 0.38),
     "diffuser_side": (0.96, 0.96, 0.90),
     "diffuser_base": (0.96, 0.96, 0.90),
-    "pin": (0.85, 0.70, 0.30),
 }
+_BRASS: Vector = (0.85, 0.70, 0.30)
 _STEEL: Vector = (0.70, 0.71, 0.73)
 _PRINT: Vector = (0.62, 0.68, 0.76)
 _FADED: Vector = (0.82, 0.83, 0.85)
@@ -54,7 +55,7 @@ _LIGHT: Vector = (0.98, 0.62, 0.08)
 
 def colour_of(part: str) -> Vector:
     """The colour a part has in every picture and in the three-dimensional view."""
-    return _COLOURS.get(part, _STEEL)
+    return _COLOURS.get(part, _BRASS if part.startswith("pin_") else _STEEL)
 
 
 @dataclass(frozen=True)
@@ -109,7 +110,7 @@ def pulled_apart(assembly: Assembly) -> dict[str, np.ndarray]:
     shift = {name: np.zeros(3) for name in assembly.bodies}
     for step in assembly.steps:
         for name in assembly.moving(step):
-            way = np.array(assembly.way(step, name))
+            way = straight(assembly.way(step, name))
             length = float(np.linalg.norm(way))
             if length and assembly.standing(step):
                 shift[name] += way / length * _apart(step)
@@ -174,9 +175,10 @@ def _step(assembly: Assembly, bodies: Meshes, step: Step) -> tuple[list[Item], V
     items = list(_items(assembly, bodies, standing, faded=True))
     whole_way = np.zeros(3)
     for name in assembly.moving(step):
-        mesh, way = bodies[name].copy(), np.array(assembly.way(step, name))
+        mesh, way = bodies[name].copy(), straight(assembly.way(step, name))
         length = float(np.linalg.norm(way))
         if standing and length:
+            mesh.apply_transform(turned_out(assembly.way(step, name)))
             mesh.apply_translation(way / length * min(12.0, length))
         whole_way += way
         items.append(Item(mesh, colour_of(assembly.bodies[name].part)))

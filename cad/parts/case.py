@@ -17,7 +17,7 @@ from cad.features import (
     prism_xz,
     union_of,
 )
-from cad.layout import BASE_POST, FLANGE, RIB, TIP_POST, Layout
+from cad.layout import BASE_POST, FLANGE, TIP_POST, Layout
 from sensor.design import Wedge
 
 MARK_DEPTH = 0.3
@@ -92,7 +92,7 @@ def _light_pockets(place: Layout) -> cq.Workplane:
 
 def _corner_ribs(place: Layout) -> cq.Workplane:
     """Ribs that grip the acrylic's corners at the base; wires pass behind them."""
-    outer = place.press + RIB
+    outer = place.rib_out
     rib = box(
         (place.acrylic_x1 - BASE_POST, place.acrylic_x1 + outer),
         (place.acrylic_half - BASE_POST, place.acrylic_half + outer),

@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The box behind the sensor for the CSI-to-HDMI adapter; the gripper adapter is its lid."""
 
+import math
+
 import cadquery as cq
 
 from cad.features import box, cylinder, one_solid, union_of
-from cad.layout import Layout
+from cad.layout import FLANGE, Layout
 from cad.parts.gripper_adapter import HEAD_GAP, cover_corner_half, cover_screw_places
 from sensor.design import Wedge
 
@@ -15,15 +17,24 @@ POST_HEIGHT, POST_DIAMETER = 4.0, 5.0
 POSTS = ((-10.0, -13.0), (-10.0, 13.0), (10.0, -10.5), (10.0, 10.5))
 """(x, y) from the cover's middle: posts 26 and 21 mm apart in rows 20 mm apart, as in the lab's
 own compartment. Measure your adapter's holes."""
-CABLE = 12.0
+RIBBON_GAP = 2.0
+"""On either side of the camera's ribbon, in the opening that its wires share."""
 PLUG = 17.0
-"""Widths of the openings for the camera's ribbon and for the HDMI plug."""
+"""Width of the opening for the HDMI plug."""
 
 
 def board_z(place: Layout) -> float:
     """Height (z) of the adapter board's underside."""
     design = place.design
     return design.housing.roof_z_mm - design.compartment.height_mm + WALL + POST_HEIGHT
+
+
+def ribbon_rise_mm(place: Layout) -> float:
+    """How far the ribbon must rise from where it leaves the holder to the cover's opening."""
+    camera, wiring = place.design.camera, place.design.wiring
+    leaves = camera.pupil_z_mm - (place.rear + FLANGE - camera.pupil_x_mm) * math.tan(place.pitch)
+    sill = place.design.housing.roof_z_mm - place.design.compartment.height_mm + WALL
+    return max(0.0, sill + wiring.ribbon_thickness_mm - leaves)
 
 
 def cover_middle_x(place: Layout) -> float:
@@ -44,7 +55,8 @@ def electronics_cover(design: Wedge) -> cq.Solid:
         box((cx - corner, cx + corner), (cy - corner, cy + corner), (bottom, top))
         for cx, cy in cover_screw_places(place)
     ).intersect(box(x, (-half, half), (bottom, top)))
-    cable = box((x[0] - 1, x[0] + WALL + 1), (-CABLE / 2, CABLE / 2), (bottom + WALL, top + 1))
+    opening = design.wiring.ribbon_width_mm / 2 + RIBBON_GAP
+    cable = box((x[0] - 1, x[0] + WALL + 1), (-opening, opening), (bottom + WALL, top + 1))
     plug = box((x[1] - WALL - 1, x[1] + 1), (-PLUG / 2, PLUG / 2), (board_z(place) - 1, top + 1))
     body = body.union(corners).union(_posts(place)).cut(cable).cut(plug)
     return one_solid(body.cut(_screw_ways(place)), "the electronics cover")

@@ -4,18 +4,20 @@
 
 import csv
 import io
-import math
+import re
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from bom.bill import (
+    COLUMNS,
     BoughtPart,
     bill_csv,
     bill_markdown,
     distributor_csv,
     make_bill,
+    read_part,
     read_parts,
     totals_text,
 )
@@ -26,10 +28,28 @@ COUNTS = {"camera": 1, "led_red": 7, "screw_m2x6": 6, "screw_m2x8": 4, "resistor
           "header_6": 1, "pla": 52.5}  # fmt: skip
 
 
-def test_every_price_says_where_it_comes_from() -> None:
+def test_every_price_says_where_and_when_it_comes_from() -> None:
     assert {part.basis for part in PARTS} <= {"paper", "estimate"}
     (camera,) = [part for part in PARTS if part.basis == "paper"]
     assert (camera.id, camera.price_usd) == ("camera", 16.0)
+    assert camera.price_words == "16.00 for 1 (paper, June 2021)"
+    for part in PARTS:
+        assert re.search(r"\((paper|estimate), [A-Z][a-z]+ 20\d\d\)$", part.price_words)
+        assert part.supplier and part.alternative
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "said"),
+    [("date", "", "must have date"), ("date", "2026", "a date as 2026-11"),
+     ("alternative", "", "must have alternative"), ("supplier", "", "must have supplier"),
+     ("basis", "hearsay", "must be paper or estimate"),
+     ("distributor_brand", "", "both distributor columns or neither")],
+)  # fmt: skip
+def test_a_row_without_its_sources_is_refused(column: str, value: str, said: str) -> None:
+    (led,) = [part for part in PARTS if part.id == "led_red"]
+    row = {key: str(getattr(led, key)) for key in COLUMNS}
+    with pytest.raises(WedgeError, match=said):
+        read_part({**row, column: value})
 
 
 def test_the_paper_s_products_are_named() -> None:
@@ -55,7 +75,7 @@ def test_a_part_without_a_row_is_refused() -> None:
 
 @given(st.integers(1, 60), st.integers(1, 40), st.integers(1, 100))
 def test_packs_are_whole_and_enough_and_no_more(need: int, sensors: int, pack: int) -> None:
-    part = BoughtPart("x", "", "", "", "", "", pack, 2.5, "estimate", "", "")
+    part = BoughtPart("x", "", "", "", "", "", "", "", pack, 2.5, "estimate", "2026-11", "")
     (line,) = make_bill({"x": need}, [part])
     packs = line.packs(sensors)
     assert (packs - 1) * pack < need * sensors <= packs * pack
@@ -76,11 +96,13 @@ def test_totals_are_the_sums_of_the_lines() -> None:
 
 
 def test_a_distributor_gets_quantities_of_numbered_parts_only() -> None:
-    rows = list(csv.DictReader(io.StringIO(distributor_csv(make_bill(COUNTS, PARTS), 10))))
-    assert rows == [
-        {
-            "Quantity": str(math.ceil(20)),
-            "Manufacturer Part Number": "RC1206FR-074R7L",
-            "Customer Reference": "resistor_4R7",
-        }
-    ]
+    lines = make_bill({**COUNTS, "wire": 4.0}, PARTS)
+    rows = list(csv.DictReader(io.StringIO(distributor_csv(lines, 10))))
+    asked = {row["Customer Reference"]: row for row in rows}
+    assert set(asked) == {"camera", "led_red", "resistor_4R7", "header_6", "wire"}
+    assert asked["resistor_4R7"]["Manufacturer Part Number"] == "RC1206FR-074R7L"
+    assert asked["header_6"]["Manufacturer Part Number"] == "61300611121"
+    counts = {name: int(row["Quantity"]) for name, row in asked.items()}
+    # 40 m of wire are two reels of 100 feet.
+    assert counts == {"camera": 10, "led_red": 70, "resistor_4R7": 20, "header_6": 10, "wire": 2}
+    assert all(row["Manufacturer"] for row in rows)

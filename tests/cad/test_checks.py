@@ -14,6 +14,8 @@ from cad.build import Model, run_checks
 from cad.features import box
 from cad.layout import Layout
 from cad.mesh import manifold_of, mesh_of
+from cad.motions import Shift, Turn, moved, poses
+from cad.optics import faulty_pictures
 from cad.parts.case import case
 from cad.parts.mold import mold_curved
 from sensor.design import FINGER
@@ -43,6 +45,12 @@ def test_a_thin_wall_is_found_and_a_thick_one_is_measured() -> None:
     assert not result.passed
 
 
+@pytest.mark.parametrize(("thick", "passes"), [(0.8, True), (0.7999, False)])
+def test_the_least_wall_is_meant_to_the_micrometre(thick: float, passes: bool) -> None:
+    hollow = box((0, 20), (0, 20), (0, 20)).cut(box((thick, 17), (3, 17), (3, 30)))
+    assert checks.check_walls("box", mesh_of(hollow.val())).passed is passes
+
+
 def test_a_knife_edge_is_no_wall() -> None:
     wedge = cq.Workplane("XZ").polyline([(0, 0), (20, 0), (0, 10)]).close().extrude(10)
     assert checks.check_walls("wedge", mesh_of(wedge.val())).passed
@@ -52,6 +60,37 @@ def test_overhang_is_the_area_of_the_roof_between_two_legs() -> None:
     table = box((0, 30), (0, 10), (0, 10)).cut(box((5, 25), (-1, 11), (-1, 8)))
     result = checks.check_overhang("table", mesh_of(table.val()))
     assert result.value == pytest.approx(100 * 200 / table.val().Area(), rel=1e-6)
+
+
+def test_a_part_that_would_need_support_is_found() -> None:
+    mushroom = box((4, 6), (4, 6), (0, 10)).union(box((0, 10), (0, 10), (10, 12)))
+    result = checks.check_overhang("mushroom", mesh_of(mushroom.val()))
+    assert result.value == pytest.approx(100 * 96 / mushroom.val().Area(), rel=1e-6)
+    assert not result.passed
+
+
+def test_a_part_of_another_volume_than_its_formula_is_found(finger: Model) -> None:
+    whole = finger.printed
+    assert not failed(checks.check_closed_forms(FINGER, whole))
+    for name in ("ball_jig", "mold_flat", "mold_lid"):
+        x = whole[name].BoundingBox().xmin
+        scratched = cq.Workplane(whole[name]).cut(box((x, x + 0.1), (-0.5, 0.5), (-1, 1))).val()
+        found = failed(checks.check_closed_forms(FINGER, {**whole, name: scratched}))
+        assert [text.split(":")[0] for text in found] == [f"closed form {name}"]
+
+
+def test_a_lens_too_narrow_for_a_fault_is_found() -> None:
+    """The pad fits the picture as designed, and leaves it when the mirror is a degree off."""
+    wide = FINGER.camera.diagonal_view_deg
+    for view in np.arange(wide, 60, -0.5):
+        tight = replace(FINGER, camera=replace(FINGER.camera, diagonal_view_deg=float(view)))
+        worst = min(fault.margin_px for fault in faulty_pictures(tight))
+        if worst < 0:
+            break
+    results = checks.check_tolerance(tight)
+    assert failed(results)
+    assert not failed(checks.check_tolerance(FINGER))
+    assert {r.subject for r in results} == {r.subject for r in checks.check_tolerance(FINGER)}
 
 
 def test_an_open_mesh_is_found(finger: Model) -> None:
@@ -87,9 +126,9 @@ def test_a_body_that_meets_another_is_found(finger: Model) -> None:
 def test_a_mirror_behind_a_lip_cannot_be_put_in(finger: Model) -> None:
     place = Layout(FINGER)
     lip = box(
-        (place.window_x0 - 0.5, FINGER.mirror.foot_x_mm - 0.05),
+        (place.mirror_x1 - 0.5, place.window_x1 + 0.1),
         (-place.cavity_half - 0.5, place.cavity_half + 0.5),
-        (0.0, FINGER.mirror.foot_height_mm - 0.1),
+        (0.1, 0.4),
     )
     closed = cq.Workplane(finger.bodies["case"]).union(lip).val()
     bodies = {name: manifold_of(mesh) for name, mesh in finger.body_meshes.items()}
@@ -99,6 +138,34 @@ def test_a_mirror_behind_a_lip_cannot_be_put_in(finger: Model) -> None:
     found = failed(checks.check_insertion(finger.assembly, bodies))
     assert len(found) == 1
     assert found[0].startswith("insertion mirror")
+
+
+def test_a_thorn_that_only_the_turn_meets_is_found(finger: Model) -> None:
+    """Under the swinging foot: out of the way of the mirror in its place."""
+    mirror = FINGER.mirror
+    x, z = mirror.foot_x_mm + 0.9, mirror.foot_height_mm
+    # Under the reflecting face near the foot, which passes there while it turns.
+    thorn = box((x, x + 0.3), (-0.15, 0.15), (z - 0.25, z + 0.3))
+    bodies = {name: manifold_of(mesh) for name, mesh in finger.body_meshes.items()}
+    bodies["case"] = bodies["case"] + manifold_of(mesh_of(thorn.val()))
+    (still,) = checks.check_interference(finger.assembly, bodies)
+    assert still.passed
+    assert [text.split(":")[0] for text in failed(checks.check_insertion(finger.assembly, bodies))]
+
+
+def test_no_point_moves_farther_than_a_step() -> None:
+    way = (Turn((3.0, 0.0, -2.0), -25.0), Shift((0.0, 4.0, -9.0)), Turn((0.0, 0.0, 8.0), 40.0))
+    box_ = np.array([[-2.0, -1.0, 0.0], [11.0, 5.0, 4.0]])
+    points = np.random.default_rng(0).uniform(*box_, (200, 3))
+    before, last = points, 0.0
+    for travelled, pose in poses(way, box_, 0.3):
+        now = moved(points, pose)
+        assert np.linalg.norm(now - before, axis=1).max() <= 0.3 + 1e-9
+        assert np.linalg.norm(now - before, axis=1).max() <= travelled - last + 1e-9
+        assert np.linalg.norm(pose[:3, :3] @ pose[:3, :3].T - np.eye(3)) < 1e-12
+        before, last = now, travelled
+    turned = moved(moved(points, way[0].part(1.0)), way[1].part(1.0))
+    assert before == pytest.approx(moved(turned, way[2].part(1.0)))
 
 
 def test_a_tight_fit_is_found(finger: Model) -> None:

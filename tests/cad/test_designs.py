@@ -62,10 +62,22 @@ def test_a_design_just_inside_a_named_bound_is_taken() -> None:
     refuse_unbuildable(changed(STANDARD, "mirror", length_mm=float(bound)))
 
 
+@pytest.mark.parametrize("design", [STANDARD, FINGER], ids=lambda design: design.name)
+@pytest.mark.parametrize("press", [0.05, 0.1, 0.15])
+@pytest.mark.parametrize("slide", [0.1, 0.15])
+def test_both_designs_take_every_fit_of_the_coupons(
+    design: Wedge, press: float, slide: float
+) -> None:
+    fit = {"press_clearance_mm": press, "sliding_clearance_mm": slide}
+    refuse_unbuildable(changed(design, "printing", **fit))
+
+
 BARE = {"film_thickness_mm": 0.0, "gray_filter_transmission": 1.0, "diffuser": False}
 VARIANTS = {
-    "flat gel, red and green only": changed(
-        changed(FINGER, "gel", curved=False), "lights", blue_side_leds=0
+    "flat gel, red and green only, loosest fit": changed(
+        changed(changed(FINGER, "gel", curved=False), "lights", blue_side_leds=0),
+        "printing",
+        press_clearance_mm=0.15,
     ),
     "thick acrylic, no films, larger screws": changed(
         changed(changed(STANDARD, "acrylic", thickness_mm=6.0), "fastening", screw="M2.5"),
