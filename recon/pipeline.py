@@ -14,7 +14,7 @@ from recon.calibration import Calibration, load_calibration
 from recon.contact import boundary_of, contact_mask, disturbed_mask
 from recon.estimators import GradientEstimator, gradient_field
 from recon.lights import Axis, unseen_axis
-from recon.markers.filling import FillMethod, fill_gradients
+from recon.markers.filling import fill_gradients
 from recon.markers.tracking import MarkerTracker, Tracked, marker_tracker
 from recon.missing_axis import infer_missing_axis
 from recon.poisson import Boundary, integrate
@@ -126,7 +126,7 @@ def reconstruct(
     gradient = gradient_field(estimator, difference)
     if hidden is not None:
         # Slopes of which one is not seen are not yet those of one surface.
-        method: FillMethod = "surface" if unseen is None else "biharmonic"
+        method = "surface" if unseen is None else "biharmonic"
         gradient = fill_gradients(gradient, hidden, method, mm_per_px)
     gradient = complete_gradient(gradient, disturbed, missing, unseen, mm_per_px)
     boundary = boundary_of(disturbed)

@@ -14,7 +14,6 @@ dots stand still.
 
 from collections.abc import Callable, Mapping
 from functools import lru_cache
-from typing import Literal, get_args
 
 import numpy as np
 from jaxtyping import Float, Float32, Float64, Int64
@@ -27,8 +26,7 @@ from recon.arrays import ContactMask
 from sensor.errors import WedgeError
 from sensor.toml import Pair
 
-FillMethod = Literal["zero", "nearest", "linear", "cubic", "harmonic", "biharmonic", "surface"]
-METHODS: tuple[FillMethod, ...] = get_args(FillMethod)
+METHODS = ("zero", "nearest", "linear", "cubic", "harmonic", "biharmonic", "surface")
 Field = Float[np.ndarray, "h w c"]
 Fill = Callable[[Field], Field]
 """Takes a field with anything in the hidden pixels and returns it with them filled."""
@@ -50,7 +48,7 @@ Block = tuple[Int64[np.ndarray, "k n"], Int64[np.ndarray, "k m"], Float32[np.nda
 def fill_gradients(
     gradient: Field,
     hidden: ContactMask,
-    method: FillMethod = "surface",
+    method: str = "surface",
     mm_per_px: Pair = (1.0, 1.0),
 ) -> Field:
     """A field with its hidden pixels filled from around them.
@@ -72,7 +70,7 @@ def fill_gradients(
 
 
 def prepare_fill(
-    hidden: ContactMask, method: FillMethod = "surface", mm_per_px: Pair = (1.0, 1.0)
+    hidden: ContactMask, method: str = "surface", mm_per_px: Pair = (1.0, 1.0)
 ) -> Fill:
     """All that depends only on where the dots are, done once; arguments as above.
 
@@ -92,7 +90,7 @@ def prepare_fill(
 
 
 @lru_cache(maxsize=4)
-def _prepared(hidden: bytes, shape: tuple[int, int], method: FillMethod, aspect: float) -> Fill:
+def _prepared(hidden: bytes, shape: tuple[int, int], method: str, aspect: float) -> Fill:
     return prepare_fill(np.frombuffer(hidden, bool).reshape(shape), method, (1.0, aspect))
 
 
