@@ -10,10 +10,11 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+from sensor.design import FINGER, STANDARD
 from sensor.errors import WedgeError
 from sensor.files import new_folder, sha256_of_files
 from sensor.toml import Pair
-from validation.importers import known_depth, marker_balls, taxim, wedge_lab, wedge_mit
+from validation.importers import known_depth, marker_balls, taxim, twin, wedge_lab, wedge_mit
 
 CARD = "dataset.toml"
 
@@ -128,6 +129,21 @@ DATASETS = (
         find=taxim.find_taxim,
         sought="pip install taxim==1.4.1",
         importer=taxim.import_taxim,
+    ),
+    *(
+        KnownDataset(
+            name=f"twin-{design.name}",
+            summary=f"digital twin of the {design.name} Wedge, clear gel, rendered",
+            presses=40,
+            ball_radius_mm=twin.BALL_RADIUS_MM,
+            mm_per_px=twin.mm_per_px(design),
+            licence=twin.LICENCE,
+            origin=twin.SOURCE,
+            find=partial(twin.find_twin, design),
+            sought=f"wedge simulate --design {design.name} --scene set renders one like it",
+            importer=twin.import_twin,
+        )
+        for design in (STANDARD, FINGER)
     ),
     KnownDataset(
         name="wedge-lab",

@@ -1,0 +1,140 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The skin under an object obeys the foundation's equation, and its contact grows with the press."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+from scipy.special import k0, k1
+
+from sensor.design import FINGER, STANDARD
+from sensor.errors import WedgeError
+from simulation.indenters import calibration_ball, shapes
+from simulation.presses import Press, ball_presses, contact_circle_px, marker_ink, skin_under
+from simulation.skin import View, collar_mm, gel_view, pressed, rest_height_mm
+
+FLAT = replace(STANDARD.gel, curved=False)
+VIEW = View(size_px=(160, 120), mm_per_px=(0.05, 0.05))
+BALL = calibration_ball()
+
+
+def reach(depth_mm: float) -> np.ndarray:
+    return depth_mm - BALL.profile(*VIEW.grid_mm)
+
+
+@pytest.mark.parametrize("depth_mm", [0.3, 0.6, 1.0])
+def test_a_ball_leaves_a_flat_skin_along_a_tangent(depth_mm: float) -> None:
+    # Outside the contact w = c K0(r / s); where it leaves the ball, value and slope agree.
+    s, R = collar_mm(FLAT), BALL.round_mm
+
+    def mismatch(a: float) -> float:
+        slope = a / np.sqrt(R**2 - a**2)
+        depth = depth_mm - (R - np.sqrt(R**2 - a**2))
+        return slope * s * k0(a / s) / k1(a / s) - depth
+
+    skin = pressed(VIEW, FLAT, reach(depth_mm))
+    x, y, radius_px = contact_circle_px(skin)
+    assert radius_px * 0.05 == pytest.approx(brentq(mismatch, 1e-3, 2.3), abs=0.04)
+    assert (x, y) == pytest.approx((79.5, 59.5))
+
+
+def test_the_skin_lies_on_the_object_or_obeys_the_foundation() -> None:
+    floor = reach(0.7)
+    skin = pressed(VIEW, FLAT, floor)
+    w, s = skin.depth_mm, collar_mm(FLAT)
+    assert (w >= floor - 1e-6).all()
+    inner = w[1:-1, 1:-1]
+    bend = w[:-2, 1:-1] + w[2:, 1:-1] + w[1:-1, :-2] + w[1:-1, 2:] - 4 * inner
+    pull = inner - s**2 * bend / 0.05**2
+    free = ~skin.contact[1:-1, 1:-1] & (inner > 0.01)
+    assert np.abs(pull[free]).max() < 0.02 * w.max()
+    assert pull[skin.contact[1:-1, 1:-1]].min() > -0.02 * w.max()  # an object only pushes
+
+
+def test_a_deeper_press_touches_more_and_a_thicker_gel_follows_farther() -> None:
+    areas = [pressed(VIEW, FLAT, reach(depth)).contact.sum() for depth in (0.2, 0.4, 0.8)]
+    assert areas == sorted(set(areas))
+    thin = replace(FLAT, thickness_mm=1.0)
+    assert (
+        pressed(VIEW, thin, reach(0.5)).depth_mm.sum()
+        < pressed(VIEW, FLAT, reach(0.5)).depth_mm.sum()
+    )
+
+
+def test_a_thicker_glove_hides_more() -> None:
+    threads = shapes(STANDARD.pad_size_mm)["threads"]
+    floor = 0.3 - threads.profile(*VIEW.grid_mm)
+    relief = [
+        np.ptp(pressed(VIEW, FLAT, floor, glove).depth_mm[60, 60:100]) for glove in (0.03, 0.1, 0.3)
+    ]
+    assert relief == sorted(relief, reverse=True)
+    assert relief[2] < 0.1 * relief[0]
+
+
+def test_what_does_not_reach_the_skin_is_refused() -> None:
+    with pytest.raises(WedgeError, match="does not reach"):
+        pressed(VIEW, FLAT, reach(-0.1))
+
+
+@pytest.mark.parametrize("design", [STANDARD, FINGER])
+def test_the_untouched_skin_is_the_designs(design) -> None:
+    view = gel_view(design, 40)
+    rest = rest_height_mm(design.gel, *view.grid_mm)
+    for row, column in ((0, 0), (5, 30), (20, 3)):
+        thickness = design.gel.thickness_at_mm(view.x_mm[column], view.y_mm[row])
+        assert rest[row, column] == pytest.approx(thickness - design.gel.thickness_mm)
+
+
+@pytest.mark.parametrize("design", [STANDARD, FINGER])
+def test_balls_touch_where_they_were_sent_inside_the_pad(design) -> None:
+    view = gel_view(design, 160)
+    presses = ball_presses(design, BALL, 6, seed=3)
+    for press in presses:
+        skin = skin_under(design, view, press)
+        x, y, radius = contact_circle_px(skin)
+        assert np.hypot(*np.subtract((x, y), view.pixel(*press.centre_mm))) < 1.0
+        width, height = view.size_px
+        assert radius < x < width - radius and radius < y < height - radius
+        assert skin.depth_mm.max() == pytest.approx(press.depth_mm, rel=0.1)
+    assert presses == ball_presses(design, BALL, 6, seed=3)
+    assert presses != ball_presses(design, BALL, 6, seed=4)
+
+
+@pytest.mark.parametrize("design", [STANDARD, FINGER])
+def test_every_shape_fits_the_pad_and_stands_on_its_lowest_point(design) -> None:
+    view = gel_view(design, 320)
+    x, y = np.meshgrid(np.linspace(-9, 9, 601), np.linspace(-9, 9, 601))
+    for name, shape in shapes(design.pad_size_mm).items():
+        height = shape.profile(x, y)
+        assert 0 <= height.min() < 0.03, name
+        inside = (np.abs(x) <= shape.size_mm[0] / 2 + 0.01) & (
+            np.abs(y) <= shape.size_mm[1] / 2 + 0.01
+        )
+        low = height < shape.depth_mm
+        assert inside[low].all(), name
+        press = Press(name=name, indenter=shape, centre_mm=(0, 0), depth_mm=shape.depth_mm)
+        assert skin_under(design, view, press).contact.any(), name
+
+
+@pytest.mark.parametrize(
+    ("depth_mm", "design", "words"),
+    [
+        (-0.1, STANDARD, "deeper than zero"),
+        (0.0, STANDARD, "deeper than zero"),
+        (0.5, FINGER, "larger than the pad"),
+    ],
+)
+def test_a_press_that_cannot_be_is_refused(depth_mm, design, words) -> None:
+    view = gel_view(design, 32)
+    big = calibration_ball(5.0)
+    with pytest.raises(WedgeError, match=words):
+        skin_under(design, view, Press(name="b", indenter=big, centre_mm=(0, 0), depth_mm=depth_mm))
+
+
+def test_markers_cover_their_dots_alone() -> None:
+    ink = marker_ink(gel_view(STANDARD, 320))
+    share_of_dots = np.pi * 0.2**2 / 1.5**2
+    assert ink.min() == pytest.approx(0.1)
+    assert (1 - ink).mean() / 0.9 == pytest.approx(share_of_dots, rel=0.1)
