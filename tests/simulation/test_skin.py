@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The skin under an object obeys the foundation's equation, and its contact grows with the press."""
+"""The skin under an object obeys its equation, and its contact grows with the press."""
 
 from dataclasses import replace
 
