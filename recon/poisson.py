@@ -45,7 +45,7 @@ def integrate(gradient: GradientField, mm_per_px: Pair, boundary: Boundary) -> D
     """
     if boundary == "neumann":
         return solve_neumann(*midpoint_slopes(gradient), mm_per_px)
-    (above, below), (left, right) = (_margins_px(n) for n in gradient.shape[:2])
+    (above, below), (left, right) = (margins_px(n) for n in gradient.shape[:2])
     flat = np.pad(gradient, ((above, below), (left, right), (0, 0)))
     slopes_x, slopes_y = midpoint_slopes(flat)
     depth = solve_dirichlet(slopes_x[1:-1], slopes_y[:, 1:-1], mm_per_px)
@@ -112,7 +112,7 @@ def _eigenvalues(
 
 
 @lru_cache(maxsize=32)
-def _margins_px(count: int) -> tuple[int, int]:
+def margins_px(count: int) -> tuple[int, int]:
     """Rows of flat gel before and after ``count`` samples, the zero ring included.
 
     A type-I sine transform of n samples is an FFT of length 2 (n + 1): a few more samples of

@@ -55,7 +55,7 @@ def scan_start(data: bytes | bytearray) -> int | None:
     raise NotJpegError
 
 
-def decode_jpeg(jpeg: bytes, out: Frame | None = None) -> Frame:
+def decode_jpeg(jpeg: bytes, out: np.ndarray | None = None) -> Frame:
     """The pixels of a JPEG, (h, w, 3) uint8 RGB; damaged ones are refused, not repaired.
 
     Args:

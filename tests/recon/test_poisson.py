@@ -8,7 +8,7 @@ from scipy import fft
 
 from recon.ball import ball_cap, offsets_mm
 from recon.poisson import (
-    _margins_px,
+    margins_px,
     integrate,
     midpoint_slopes,
     solve_dirichlet,
@@ -229,7 +229,7 @@ def test_midpoint_slopes_are_the_means_of_neighbours():
 
 @given(st.integers(1, 5000))
 def test_flat_margins_make_the_nearest_quick_transform(count):
-    before, after = _margins_px(count)
+    before, after = margins_px(count)
     solved = count + (before - 1) + (after - 1)  # the ring itself is not solved for
     assert min(before, after) >= 1 and abs(before - after) <= 1
     assert solved + 1 == fft.next_fast_len(count + 1, real=True)

@@ -1,0 +1,100 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Where the gel is disturbed, at a quarter of the frame's resolution: enough to choose a border.
+
+The thresholds are those of ``recon.contact``; averages over 4 x 4 pixels stand in for most of its
+smoothing, and every second of them for its medians.
+"""
+
+import math
+from typing import Any
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Float32
+from scipy import ndimage
+
+from recon.contact import (
+    DEVIATION,
+    LEAST_AREA,
+    LEAST_CHANGE,
+    NOISE_FACTOR,
+    SMOOTHING_PX,
+    WIDEST_STAINS,
+)
+from recon.fast.kernels import compiled
+from recon.poisson import Boundary
+
+SIDE_PX = 4
+QuarterMask = Bool[np.ndarray, "qh qw"]
+_LEFT_PX = math.sqrt(SMOOTHING_PX**2 - (SIDE_PX**2 - 1) / 12) / SIDE_PX
+"""Variances add: what the averages have not smoothed yet, in averages."""
+
+
+class FrameDisturbance:
+    """Finds disturbed gel in difference images of one size."""
+
+    def __init__(self, size_px: tuple[int, int], channels: str) -> None:
+        """Prepare for frames of (width, height), lit in these channels."""
+        width, height = size_px
+        self._quarter = np.zeros((-(-height // SIDE_PX), -(-width // SIDE_PX), 3), np.float32)
+        self._smooth = np.zeros_like(self._quarter)
+        self._changed = np.zeros(self._quarter.shape[:2], np.uint8)
+        self._lit = np.array([channel in channels for channel in "RGB"], np.float32)
+
+    def __call__(self, difference: Float32[np.ndarray, "3 h w"]) -> QuarterMask:
+        """The mask, one element for 4 x 4 pixels."""
+        smooth = self._smooth
+        _average(difference, self._lit, self._quarter)
+        cv2.GaussianBlur(self._quarter, (0, 0), _LEFT_PX, dst=smooth)
+        some = smooth[::2, ::2].reshape(-1, 3).T.copy()  # medians of rows are the quicker ones
+        spread = DEVIATION * float(np.median(np.abs(some - np.median(some, axis=1, keepdims=True))))
+        noise = spread
+        if NOISE_FACTOR * spread >= WIDEST_STAINS:
+            pairs = difference[:, ::16, :-1:4] - difference[:, ::16, 1::4]
+            grain = DEVIATION * float(np.median(np.abs(pairs * self._lit[:, None, None])))
+            noise = grain / math.sqrt(2) / (2 * math.sqrt(math.pi) * SMOOTHING_PX)
+        _exceeding(smooth, max(LEAST_CHANGE, NOISE_FACTOR * noise), self._changed)
+        _, patches, sizes, _ = cv2.connectedComponentsWithStats(self._changed, connectivity=4)
+        large = sizes[:, cv2.CC_STAT_AREA] >= LEAST_AREA * self._changed.size
+        large[0] = False
+        mask: QuarterMask = large[patches]
+        return mask
+
+
+def border_of(disturbed: QuarterMask) -> Boundary:
+    """The border that suits a frame: free where the disturbance reaches the edge, else zero."""
+    inner = disturbed[1:-1, 1:-1]
+    return "neumann" if disturbed.sum() > inner.sum() else "dirichlet"
+
+
+def in_pixels(disturbed: QuarterMask, size_px: tuple[int, int]) -> Bool[np.ndarray, "h w"]:
+    """The mask at the resolution of frames of (width, height), holes filled."""
+    width, height = size_px
+    filled = ndimage.binary_fill_holes(disturbed)
+    large = filled.repeat(SIDE_PX, 0).repeat(SIDE_PX, 1)
+    return large[:height, :width]
+
+
+def _take_average(difference: Any, lit: Any, out: Any) -> None:
+    _, height, width = difference.shape
+    for k in range(3):
+        for row in range(out.shape[0]):
+            rows = min(SIDE_PX, height - row * SIDE_PX)
+            for column in range(out.shape[1]):
+                columns = min(SIDE_PX, width - column * SIDE_PX)
+                total = np.float32(0)
+                for r in range(rows):
+                    for c in range(columns):
+                        total += difference[k, row * SIDE_PX + r, column * SIDE_PX + c]
+                out[row, column, k] = lit[k] * total / np.float32(rows * columns)
+
+
+def _take_exceeding(smooth: Any, most: float, out: Any) -> None:
+    for row in range(out.shape[0]):
+        for column in range(out.shape[1]):
+            here = smooth[row, column]
+            out[row, column] = max(abs(here[0]), abs(here[1]), abs(here[2])) > most
+
+
+_average, _exceeding = compiled(_take_average), compiled(_take_exceeding)

@@ -1,0 +1,179 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The quick way says what the slow way says: part by part, and from JPEG to depth."""
+
+import tracemalloc
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from recon.contact import boundary_of, disturbed_mask
+from recon.estimators import gradient_field
+from recon.estimators.lookup_table import BINS, LookupTable
+from recon.fast import FastReconstructor
+from recon.fast.disturbance import FrameDisturbance, border_of, in_pixels
+from recon.fast.network import FrameMlp
+from recon.fast.poisson import FrameIntegrator
+from recon.fast.unwarping import FrameDifference
+from recon.pipeline import Reconstructor
+from recon.poisson import integrate
+from recon.stream.frame import TimedFrame
+from recon.stream.jpeg import decode_jpeg, encode_jpeg
+from sensor.errors import WedgeError
+from tests.recon.fast.units import blank_frame, make_unit, pressed, random_mlp
+
+CORNERS_PX = ((12.0, 6.0), (150.0, 10.0), (140.0, 112.0), (20.0, 108.0))
+SLOPE = 1e-3
+"""What the quick way may differ by, in slope."""
+
+
+def planes(image: np.ndarray) -> np.ndarray:
+    return np.ascontiguousarray(np.moveaxis(image, -1, 0))
+
+
+@given(
+    seed=st.integers(0, 99),
+    channels=st.sampled_from(["RGB", "RB", "G"]),
+    width=st.integers(1, 90),
+    spread=st.sampled_from([0.01, 0.1, 1.0]),
+)
+def test_the_compiled_network_is_the_network(
+    seed: int, channels: str, width: int, spread: float
+) -> None:
+    network = random_mlp(seed, channels)
+    difference = np.random.default_rng(seed).normal(0, spread, (3, width, 3)).astype(np.float32)
+    out = np.full((2, 3, width), np.nan, np.float32)
+    FrameMlp(network, (width, 3))(planes(difference), out)
+    error = np.moveaxis(out, 0, -1) - gradient_field(network, difference)
+    assert np.abs(error).max() < SLOPE / 5
+
+
+def test_rows_can_be_shared_out() -> None:
+    network = FrameMlp(random_mlp(), (50, 11))
+    difference = np.random.default_rng(0).normal(0, 0.1, (3, 11, 50)).astype(np.float32)
+    whole, shared = np.zeros((2, 2, 11, 50), np.float32)
+    network(difference, whole)
+    for rows in (slice(0, 3), slice(3, 4), slice(4, 11)):
+        network(difference, shared, rows)
+    np.testing.assert_allclose(shared, whole, atol=1e-6)
+
+
+@pytest.mark.parametrize("corners_px", [None, CORNERS_PX])
+def test_the_difference_image_is_the_reference_s(corners_px: tuple | None) -> None:
+    unwarp = make_unit(corners_px=corners_px).unwarp
+    blank, frame = unwarp(blank_frame((160, 120))), blank_frame((160, 120), seed=3)
+    out = np.zeros((3, 120, 160), np.float32)
+    FrameDifference(unwarp, blank)(frame, out)
+    np.testing.assert_allclose(np.moveaxis(out, 0, -1), unwarp(frame) - blank, atol=1e-6)
+
+
+@pytest.mark.parametrize("boundary", ["dirichlet", "neumann"])
+@pytest.mark.parametrize("size_px", [(96, 64), (31, 53), (5, 4)])
+def test_the_integrator_solves_the_same_equations(size_px: tuple, boundary: str) -> None:
+    width, height = size_px
+    gradient = np.random.default_rng(0).normal(size=(height, width, 2))
+    pitch_mm = (0.05, 0.08)
+    found = FrameIntegrator(size_px, pitch_mm, boundary)
+    truth = integrate(gradient, pitch_mm, boundary)
+    for _ in range(2):  # what a call leaves behind must not reach the next
+        depth = found(planes(gradient.astype(np.float32)))
+        assert np.abs(depth - truth).max() < 2e-6 * np.ptp(truth) + 1e-7
+
+
+def test_disturbed_gel_is_found_where_the_reference_finds_it() -> None:
+    background = blank_frame((320, 240))
+    find = FrameDisturbance((320, 240), "RGB")
+    for center_px in [(160, 120), (90, 150), (20, 120), (300, 230)]:
+        frame = pressed(background, center_px)
+        difference = ((frame - background.astype(float)) / 255).astype(np.float32)
+        quarter, truth = find(planes(difference)), disturbed_mask(difference)
+        mask = in_pixels(quarter, (320, 240))
+        assert (mask & truth).sum() > 0.85 * (mask | truth).sum()
+        assert border_of(quarter) == boundary_of(truth)
+    assert not find(np.zeros((3, 240, 320), np.float32)).any()
+
+
+@pytest.mark.parametrize("corners_px", [None, CORNERS_PX])
+@pytest.mark.parametrize("center_px", [(80, 60), (10, 60)])
+def test_a_jpeg_gives_the_depth_of_the_reference(
+    corners_px: tuple | None, center_px: tuple
+) -> None:
+    unit = make_unit(corners_px=corners_px)
+    jpeg = encode_jpeg(pressed(unit.background, center_px), 95)
+    touch = FastReconstructor(unit)(jpeg)
+    truth = Reconstructor(unit)(decode_jpeg(jpeg))
+    assert touch.boundary == truth.boundary
+    assert np.abs(touch.gradient - truth.gradient).max() < SLOPE
+    error = touch.depth_mm - truth.depth_mm
+    assert np.ptp(error) < 1e-4 * np.ptp(truth.depth_mm)
+    assert np.abs(error).max() < 1e-2 * np.ptp(truth.depth_mm)  # where untouched gel lies
+    assert touch.contact.shape == truth.contact.shape
+
+
+def test_every_kind_of_frame_gives_the_same() -> None:
+    unit = make_unit()
+    jpeg = encode_jpeg(pressed(unit.background, (80, 60)), 95)
+    timed = TimedFrame(index=0, time_ns=0, arrived_ns=0, jpeg=jpeg)
+    pixels = TimedFrame(index=0, time_ns=0, arrived_ns=0, pixels=decode_jpeg(jpeg))
+    depths = [
+        FastReconstructor(unit, threads=threads)(frame).depth_mm.copy()
+        for threads in (1, 2)
+        for frame in (jpeg, decode_jpeg(jpeg), timed, pixels)
+    ]
+    for depth in depths[1:]:
+        np.testing.assert_allclose(depth, depths[0], atol=1e-6)
+
+
+def test_any_estimator_goes() -> None:
+    rng = np.random.default_rng(0)
+    bins = rng.normal(size=(BINS, BINS, BINS, 2)).astype(np.float32)
+    ends = np.full(3, -0.3, np.float32), np.full(3, 0.3, np.float32)
+    table = LookupTable(channels="RGB", low=ends[0], high=ends[1], bins=bins)
+    unit = make_unit(estimator=table)
+    frame = pressed(unit.background, (80, 60))
+    touch, truth = FastReconstructor(unit)(frame), Reconstructor(unit)(frame)
+    assert (np.abs(touch.gradient - truth.gradient).max(-1) > SLOPE).mean() < 0.01  # bins' edges
+
+
+def test_an_axis_without_light_goes_the_reference_s_way() -> None:
+    unit = make_unit(
+        (80, 60), channels="RB", missing_axis="network", lights_deg={"R": 90.0, "B": -90.0}
+    )
+    frame = pressed(unit.background, (40, 30))
+    touch, truth = FastReconstructor(unit)(encode_jpeg(frame, 95)), Reconstructor(unit)
+    np.testing.assert_array_equal(
+        touch.depth_mm, truth(decode_jpeg(encode_jpeg(frame, 95))).depth_mm
+    )
+
+
+def test_blank_gel_is_flat_and_untouched() -> None:
+    unit = make_unit()
+    touch = FastReconstructor(unit)(unit.background)
+    assert (touch.contact_mm2, touch.deepest_mm, touch.boundary) == (0, 0, "dirichlet")
+
+
+def test_a_frame_of_another_size_is_refused() -> None:
+    reconstruct = FastReconstructor(make_unit())
+    for frame in (np.zeros((60, 80, 3), np.uint8), encode_jpeg(np.zeros((60, 80, 3), np.uint8))):
+        with pytest.raises(WedgeError, match="80x60 pixels, not 160x120"):
+            reconstruct(frame)
+
+
+def test_a_frame_leaves_no_memory_behind_and_takes_little() -> None:
+    unit = make_unit((320, 240))
+    reconstruct = FastReconstructor(unit)
+    jpegs = [encode_jpeg(pressed(unit.background, (x, 120), x), 90) for x in (20, 160, 200)]
+    for jpeg in jpegs:
+        reconstruct(jpeg)
+    tracemalloc.start()
+    reconstruct(jpegs[0])
+    before = tracemalloc.get_traced_memory()[0]
+    for jpeg in jpegs * 5:
+        reconstruct(jpeg)
+    after, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    plane = 4 * 320 * 240
+    assert after - before < plane / 10
+    assert peak - before < plane
