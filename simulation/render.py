@@ -59,7 +59,8 @@ def render(
     if samples < 1:
         raise WedgeError(f"--samples {samples} must be at least 1.")
     mi = engine.load(threads)
-    scene = mi.load_dict(gel_scene(mi, design, view, depth_mm, window=window, paint=paint, ink=ink))
+    parts = gel_scene(mi, design, view, depth_mm, window=window, paint=paint, ink=ink)
+    scene = mi.load_dict(parts, optimize=False)  # merged parts would come in a random order
     return np.array(mi.render(scene, spp=samples, seed=seed % 2**32), np.float32)
 
 

@@ -191,7 +191,7 @@ def _body(mi: Any, design: Wedge) -> dict[str, Any]:
     index, through = float(acrylic.refractive_index), float(lights.gray_filter_transmission)
     bare = {"type": "dielectric", "int_ior": 1.0, "ext_ior": index}
     if lights.diffuser:
-        film = _matt(BACKING_REFLECTANCE * through**2)
+        film = _matt(_film_reflectance(design))
     else:  # the film's own outer face, passed once by what leaves and twice by what stays
         film = {**bare, "specular_transmittance": _gray(through),
                 "specular_reflectance": _gray(through**2)}  # fmt: skip
@@ -250,7 +250,12 @@ def _lights(mi: Any, design: Wedge) -> dict[str, Any]:
             tall = min(lights.led_width_mm + 2 * lights.film_thickness_mm, acrylic.thickness_mm)
             radiance = lights.gray_filter_transmission * DIFFUSER_TRANSMISSION * colour
             scene[f"light_{side.colour}"] = _lamp(
-                mi, place + HAIR_MM * inward, side, (long, tall), radiance
+                mi,
+                place + HAIR_MM * inward,
+                side,
+                (long, tall),
+                radiance,
+                _film_reflectance(design),
             )
             continue
         for index in range(side.leds):  # bare LEDs in the air behind the film
@@ -258,19 +263,29 @@ def _lights(mi: Any, design: Wedge) -> dict[str, Any]:
             behind = lights.film_thickness_mm + HAIR_MM
             scene[f"light_{side.colour}{index}"] = _lamp(
                 mi, place + step * along - behind * inward, side,
-                (lights.led_length_mm, lights.led_width_mm), colour,
+                (lights.led_length_mm, lights.led_width_mm), colour, BACKING_REFLECTANCE,
             )  # fmt: skip
     return scene
 
 
+def _film_reflectance(design: Wedge) -> float:
+    """Of the diffuser behind the gray filter, which light passes on its way there and back."""
+    return BACKING_REFLECTANCE * float(design.lights.gray_filter_transmission) ** 2
+
+
 def _lamp(
-    mi: Any, place: np.ndarray, side: Side, size_mm: tuple[float, float], radiance: np.ndarray
+    mi: Any,
+    place: np.ndarray,
+    side: Side,
+    size_mm: tuple[float, float],
+    radiance: np.ndarray,
+    reflectance: float,
 ) -> dict[str, Any]:
     """A matt source that shines inward."""
     half = (size_mm[0] / 2, size_mm[1] / 2)
     shine = {"type": "rgb", "value": [float(value) for value in radiance]}
     return {
-        **_wall(mi, place, (*side.inward, 0), half, _matt(BACKING_REFLECTANCE)),
+        **_wall(mi, place, (*side.inward, 0), half, _matt(reflectance)),
         "emitter": {"type": "area", "radiance": shine},
     }
 

@@ -1,0 +1,136 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A rendered set is a dataset like any other, and the same whoever renders it."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from recon.images import read_image
+from recon.presses import read_presses
+from sensor.dataset import read_dataset
+from sensor.design import FINGER, STANDARD
+from sensor.errors import WedgeError
+from simulation.camera import amplified, expose
+from simulation.dataset import Recipe, presses_of, shoot, trace_part, write_set
+from simulation.engine import SCALAR
+from simulation.presses import skin_under
+from tests.simulation.conftest import InLine
+from validation.importers.lights import measure_lights_deg
+
+KEPT = Path(__file__).resolve().parents[2] / "simulation" / "sets"
+
+RECIPE = Recipe(engine=SCALAR, design=FINGER, width_px=32, samples=16)
+PRESSES = presses_of(FINGER, "balls", count=2, seed=0) + presses_of(
+    FINGER, "prism", count=1, seed=0
+)
+
+
+@pytest.fixture(scope="module")
+def folder(mitsuba, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("set")
+    write_set(made, RECIPE, PRESSES, source="a test", executor=InLine(), threads=1)
+    return made
+
+
+def test_it_is_read_as_presses_with_lights_and_truth(folder: Path) -> None:
+    dataset = read_dataset(folder)
+    presses = read_presses(dataset).presses
+    assert [press.file for press in presses] == ["ball_00.jpg", "ball_01.jpg"]
+    assert dataset.card.lights_deg == {"R": 90.0, "G": 180.0, "B": -90.0}
+    assert dataset.card.mm_per_px == (13 / 32, 13 / 32)
+    for press in PRESSES:
+        truth = np.load(folder / "truth" / f"{press.name}.npy")
+        assert truth.dtype == np.float32
+        np.testing.assert_array_equal(
+            truth, skin_under(FINGER, RECIPE.view, press).depth_mm.astype(np.float32)
+        )
+        assert read_image(folder / f"{press.name}.jpg").shape[:2] == truth.shape
+
+
+def test_labels_are_the_contact(folder: Path) -> None:
+    for label in read_dataset(folder).labels:
+        truth = np.load(folder / "truth" / label.file.replace("jpg", "npy"))
+        deepest = np.unravel_index(truth.argmax(), truth.shape)
+        assert np.hypot(deepest[1] - label.center_x_px, deepest[0] - label.center_y_px) < 1.5
+        assert 0.5 * (truth > 0.02).sum() < np.pi * label.contact_radius_px**2 < (truth > 0).sum()
+
+
+def test_another_executor_writes_the_same_set(folder: Path, tmp_path: Path) -> None:
+    with ThreadPoolExecutor(2) as executor:
+        write_set(
+            tmp_path, RECIPE, PRESSES[:1], source="a test", executor=executor, threads=1,
+            truth="shapes",
+        )  # fmt: skip
+    for name in ("background_0.jpg", "ball_00.jpg"):
+        assert (tmp_path / name).read_bytes() == (folder / name).read_bytes()
+    assert not (tmp_path / "truth").exists()
+
+
+def test_a_press_changes_the_picture_near_it_alone(mitsuba) -> None:
+    shot = shoot(Recipe(engine=SCALAR, design=STANDARD, width_px=64, samples=4), PRESSES[0])
+    columns, rows = shot.window
+    assert shot.traced.shape == (rows.stop - rows.start, columns.stop - columns.start, 3)
+    outside = np.ones_like(shot.depth_mm, bool)
+    outside[rows, columns] = False
+    assert outside.any() and (shot.depth_mm[outside] == 0).all()
+
+
+@pytest.mark.parametrize(
+    ("scene", "options", "words"),
+    [
+        ("cat", {}, "no scene 'cat'"),
+        ("balls", {"count": 0}, "at least 1"),
+        ("balls", {"ball_radius_mm": 40.0}, "larger than the pad"),
+        ("shapes", {"depth_mm": -0.1}, "deeper than zero"),
+    ],
+)
+def test_scenes_that_cannot_be_are_refused(scene, options, words) -> None:
+    with pytest.raises(WedgeError, match=words):
+        presses_of(FINGER, scene, **{"count": 2, "seed": 0, **options})
+
+
+def test_a_ball_that_fits_a_pad_once_only_is_refused() -> None:
+    narrow = replace(FINGER, gel=replace(FINGER.gel, pad_width_mm=4.0))
+    with pytest.raises(WedgeError, match="no room"):
+        presses_of(narrow, "balls", count=2, seed=0, ball_radius_mm=1.9)
+
+
+def test_the_lights_are_seen_where_the_card_says() -> None:
+    dataset = read_dataset(KEPT / "finger")
+    measured = measure_lights_deg(read_presses(dataset).presses[::4])
+    for colour, azimuth in dataset.card.lights_deg.items():
+        assert abs((measured[colour] - azimuth + 180) % 360 - 180) < 20, colour
+
+
+@pytest.mark.parametrize("design", [STANDARD, FINGER])
+def test_the_set_that_is_kept_is_what_its_command_renders(design, mitsuba) -> None:
+    kept = KEPT / design.name
+    dataset = read_dataset(kept)
+    words = dataset.card.source.split()
+    assert words[:4] == ["wedge", "simulate", "--design", design.name]
+    presses = {
+        press.name: press
+        for press in presses_of(
+            design, "set", count=int(words[words.index("--presses") + 1]),
+            seed=int(words[words.index("--seed") + 1]),
+        )
+    }  # fmt: skip
+    assert {f"{name}.jpg" for name in presses} | set(dataset.card.background) == {
+        path.name for path in kept.glob("*.jpg")
+    }
+    view = Recipe(engine=SCALAR, design=design).view
+    assert dataset.card.mm_per_px == view.mm_per_px
+    truth = np.load(kept / "truth" / "lego.npy")
+    np.testing.assert_allclose(skin_under(design, view, presses["lego"]).depth_mm, truth, atol=1e-5)
+    # A coarse render of the untouched gel is the kept background, within its grain.
+    small = Recipe(engine=SCALAR, design=design, width_px=32, samples=64)
+    size = small.view.size_px
+    coarse = trace_part(small, np.zeros(size[::-1]), (slice(0, size[0]), slice(0, size[1])), None)
+    linear = (read_image(kept / dataset.card.background[0]) / 255.0) ** 2.2
+    blocks = linear[: size[1] * 10, : size[0] * 10].reshape(size[1], 10, size[0], 10, 3)
+    error = amplified(coarse, expose(coarse)) / blocks.mean((1, 3)) - 1
+    assert np.abs(np.median(error[2:-2, 2:-2], axis=(0, 1))).max() < 0.05

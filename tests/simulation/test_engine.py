@@ -1,0 +1,69 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The compiled engine is used where it works; where it crashes, nobody notices."""
+
+import sys
+
+import numpy as np
+import pytest
+
+from sensor.design import FINGER
+from sensor.errors import WedgeError
+from simulation import engine
+from simulation.engine import SCALAR, best_engine, compiles, llvm_libraries, llvm_version
+from simulation.render import render
+from simulation.skin import gel_view
+
+
+@pytest.fixture
+def fresh(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("mitsuba")
+    monkeypatch.setattr(engine, "best_engine", best_engine.__wrapped__)
+
+
+@pytest.mark.parametrize(
+    ("name", "version"),
+    [
+        ("libLLVM.so.19.1", 19),
+        ("libLLVM-15.so.1", 15),
+        ("libLLVM-19.so", 19),
+        ("libLLVM.so", 0),
+        ("libc.so.6", 0),
+    ],
+)
+def test_a_librarys_version_is_in_its_name(name: str, version: int) -> None:
+    assert llvm_version(name) == version
+
+
+def test_old_libraries_are_not_tried(tmp_path, monkeypatch) -> None:
+    for name in ("libLLVM-15.so.1", "libLLVM.so.18.1", "libLLVM-21.so"):
+        (tmp_path / name).touch()
+    monkeypatch.delenv(engine.LIBRARY_VARIABLE, raising=False)
+    monkeypatch.setattr(engine, "SEARCHED", (str(tmp_path),))
+    assert llvm_libraries() == [str(tmp_path / "libLLVM-21.so"), str(tmp_path / "libLLVM.so.18.1")]
+
+
+def test_a_library_that_crashes_costs_a_child_only(tmp_path, fresh, monkeypatch) -> None:
+    crash = "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)"
+    monkeypatch.setattr(engine, "_TRIAL", crash)
+    monkeypatch.setattr(engine, "llvm_libraries", lambda: ["libLLVM-99.so"])
+    assert not compiles("libLLVM-99.so")
+    assert engine.best_engine() == SCALAR
+
+
+def test_without_mitsuba_the_extra_is_named(monkeypatch) -> None:
+    monkeypatch.setitem(sys.modules, "mitsuba", None)
+    with pytest.raises(WedgeError, match=r"gelsight-wedge\[simulation\]"):
+        SCALAR.load()
+
+
+def test_both_engines_see_the_same_gel(mitsuba) -> None:
+    best = best_engine()
+    if best == SCALAR:
+        pytest.skip("no libLLVM 16 or later works on this machine")
+    view = gel_view(FINGER, 16)
+    pictures = [
+        render(item, FINGER, view, np.zeros(view.size_px[::-1]), samples=256, seed=0)
+        for item in (best, SCALAR)
+    ]
+    np.testing.assert_allclose(*(p.mean((0, 1)) for p in pictures), rtol=0.03)

@@ -1,0 +1,161 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Traced light obeys the design: where it comes from, what filters take, what symmetry demands."""
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from cad.layout import BASE_POST, TIP_POST, Layout
+from cad.optics import pad_centre_x_mm
+from sensor.design import FINGER, STANDARD, Wedge
+from sensor.errors import WedgeError
+from simulation.engine import SCALAR
+from simulation.indenters import calibration_ball
+from simulation.presses import Press, marker_ink, skin_under
+from simulation.render import render, smoothed
+from simulation.scene import SIDE_END_MM, SIDE_START_MM, sides
+from simulation.skin import gel_view
+
+pytestmark = pytest.mark.usefixtures("mitsuba")
+WIDTH_PX, SAMPLES = 24, 144
+
+
+def lights(design: Wedge, **changes: object) -> Wedge:
+    return replace(design, lights=replace(design.lights, **changes))
+
+
+@lru_cache
+def blank(design: Wedge, samples: int = SAMPLES, seed: int = 0) -> np.ndarray:
+    view = gel_view(design, WIDTH_PX)
+    rest = np.zeros(view.size_px[::-1])
+    return render(SCALAR, design, view, rest, samples=samples, seed=seed)
+
+
+@pytest.mark.parametrize("design", [STANDARD, FINGER])
+def test_lights_sit_where_the_solids_have_them(design: Wedge) -> None:
+    layout = Layout(design)
+    assert (SIDE_START_MM, SIDE_END_MM) == (TIP_POST, BASE_POST)
+    rows = {row.colour[0].upper(): row for row in layout.light_rows()}
+    for side in sides(design):
+        row = rows[side.colour]
+        middle = (row.centres[0] + row.centres[-1]) / 2
+        assert len(row.centres) == side.leds
+        if side.colour == "G":  # y across, and the base lies at gel x < 0
+            assert middle == pytest.approx(side.row_centre_mm[1])
+            assert layout.acrylic_x1 - pad_centre_x_mm(design) == pytest.approx(-side.centre_mm[0])
+        else:  # the body's x runs against the gel's
+            assert pad_centre_x_mm(design) - middle == pytest.approx(side.row_centre_mm[0])
+            assert abs(side.centre_mm[1]) == layout.acrylic_half
+        assert design.lights.azimuths_deg[side.colour] % 360 == pytest.approx(
+            np.degrees(np.arctan2(-side.inward[1], -side.inward[0])) % 360
+        )
+
+
+def test_each_colour_is_brightest_on_its_own_half() -> None:
+    picture = blank(STANDARD)
+    half_x, half_y = picture.shape[1] // 2, picture.shape[0] // 2
+    red, green, blue = np.moveaxis(picture, -1, 0)
+    assert red[half_y:].mean() > 1.2 * red[:half_y].mean()
+    assert blue[:half_y].mean() > 1.2 * blue[half_y:].mean()
+    assert green[:, :half_x].mean() > 1.5 * green[:, half_x:].mean()
+
+
+def test_red_and_blue_are_each_others_mirror_image() -> None:
+    only = [
+        blank(lights(STANDARD, **{f"{side}_leds": 0, "green_base_leds": 0}))
+        for side in ("blue_side", "red_side")
+    ]
+    red, blue = only[0][..., 0], only[1][::-1, :, 2]
+    bands = red.reshape(6, -1).mean(1) / blue.reshape(6, -1).mean(1)
+    np.testing.assert_allclose(bands, 1, atol=0.12)
+    assert red.mean() == pytest.approx(blue.mean(), rel=0.03)
+
+
+def test_light_adds_up() -> None:
+    dark = {"red_side_leds": 0, "green_base_leds": 0, "blue_side_leds": 0}
+    alone = [blank(lights(STANDARD, **{key: 0 for key in dark if key != lit})) for lit in dark]
+    np.testing.assert_allclose(sum(alone).mean((0, 1)), blank(STANDARD).mean((0, 1)), rtol=0.04)
+
+
+def test_the_gray_filter_takes_a_quarter_once_and_more_of_what_reflects() -> None:
+    clear = blank(lights(STANDARD, gray_filter_transmission=1.0))
+    share = (blank(STANDARD) / clear.mean((0, 1))).mean((0, 1))
+    assert (share < 0.25).all()  # one pass takes three quarters; reflections pass twice
+    assert (share > 0.15).all()
+
+
+def test_without_a_diffuser_a_side_lies_in_its_own_lights_shadow() -> None:
+    def own_edge(design: Wedge) -> float:
+        blue = blank(design, 400)[..., 2]
+        return blue[1:3].mean() / blue.mean()
+
+    bare = lights(STANDARD, diffuser=False)
+    assert own_edge(bare) < 0.5 * own_edge(STANDARD)
+
+
+def test_more_paths_leave_less_grain_about_the_same_mean() -> None:
+    def grain(samples: int) -> float:
+        return float((blank(STANDARD, samples, 1) - blank(STANDARD, samples, 2)).std())
+
+    assert 3.5 < grain(16) / grain(256) < 7  # stratified paths do better than the square root
+    assert blank(STANDARD, 64, 1).mean() == pytest.approx(blank(STANDARD, 256, 2).mean(), rel=0.04)
+
+
+def test_one_seed_one_picture() -> None:
+    again = blank.__wrapped__(STANDARD, 16, 1)
+    np.testing.assert_array_equal(again, blank(STANDARD, 16, 1))
+
+
+def test_a_dent_brightens_toward_the_light_it_faces() -> None:
+    design, view = STANDARD, gel_view(STANDARD, 64)
+    press = Press(name="b", indenter=calibration_ball(4.0), centre_mm=(0, 0), depth_mm=1.4)
+    depth = skin_under(design, view, press).depth_mm
+    window = (slice(24, 40), slice(16, 32))
+    around = dict(samples=256, seed=0, window=window)
+    dented = render(SCALAR, design, view, depth, **around)
+    change = dented - render(SCALAR, design, view, np.zeros_like(depth), **around)
+    assert change.shape == (16, 16, 3)
+    # A dent stands out toward the camera: its flank at y > 0 faces the red light there.
+    assert change[9:, :, 0].mean() > 0 > change[:7, :, 0].mean()
+    assert change[:7, :, 2].mean() > 0 > change[9:, :, 2].mean()
+    assert change[:, :7, 1].mean() > 0 > change[:, 9:, 1].mean()
+
+
+def test_markers_darken_their_dots() -> None:
+    view = gel_view(STANDARD, 320)
+    ink, rest = marker_ink(view), np.zeros(view.size_px[::-1])
+    window = (slice(140, 180), slice(100, 140))
+    dotted, clear = (
+        render(SCALAR, STANDARD, view, rest, samples=36, seed=0, ink=dots, window=window)
+        for dots in (ink, None)
+    )
+    dots = ink[window[1], window[0]] < 0.15
+    assert dotted[dots].mean() < 0.4 * clear[dots].mean()
+
+
+def test_smoothing_keeps_what_is_linear_in_the_slopes() -> None:
+    view = gel_view(STANDARD, 160)
+    press = Press(name="b", indenter=calibration_ball(), centre_mm=(0, 0), depth_mm=0.8)
+    depth = skin_under(STANDARD, view, press).depth_mm
+    slope_y, slope_x = np.gradient(depth, view.mm_per_px[0])
+    truth = (1 + 0.5 * slope_x[..., None] * [1, 0, -1] + 0.3 * slope_y[..., None]).astype(
+        np.float32
+    )
+    noise = 0.1 * np.random.default_rng(0).standard_normal(truth.shape).astype(np.float32)
+    kept = smoothed(truth, view.mm_per_px[0], depth, None)
+    assert np.abs(kept - truth).mean() < 0.002
+    assert (
+        smoothed(truth + noise, view.mm_per_px[0], depth, None)[5:-5, 5:-5].std()
+        < truth.std() + 0.02
+    )
+    left = smoothed(truth + noise, view.mm_per_px[0], depth, None) - kept
+    assert left.std() < 0.3 * noise.std()
+
+
+def test_no_samples_are_refused() -> None:
+    view = gel_view(STANDARD, 16)
+    with pytest.raises(WedgeError, match="samples"):
+        render(SCALAR, STANDARD, view, np.zeros(view.size_px[::-1]), samples=0, seed=0)
