@@ -20,9 +20,10 @@ def main(json: OutputFile = None) -> int:
     """Measure every figure of the performance page and print it beside its bar.
 
     Integrators on exact slopes, the network on the real bench presses (5-fold by press), the time
-    of a calibration from 40 presses, of the error table and of `wedge --help`, and the largest
-    memory of a process. Times on a shared machine are noisy: two things that are compared are
-    measured in turn, and the figure is the ratio of medians. Takes about three minutes.
+    of a calibration from 40 presses, of the error table, of the twin's frames and of
+    `wedge --help`, and the largest memory of a process. Times on a shared machine are noisy: two
+    things that are compared are measured in turn, and the figure is the ratio of medians. Takes
+    about four minutes.
 
     Exit status 1 where a figure misses its bar.
 
@@ -61,7 +62,7 @@ def main(json: OutputFile = None) -> int:
 
 def _all() -> "Iterator[tuple[float, Measurement]]":
     """Each figure, with the share of the run that is done when it is known."""
-    from benchmarks import calibration, estimators, integrators
+    from benchmarks import calibration, estimators, integrators, twin
     from benchmarks.measurement import Measurement, interleaved_ms
     from validation.datasets import dataset_folder
 
@@ -74,6 +75,9 @@ def _all() -> "Iterator[tuple[float, Measurement]]":
         yield 0.2, item
     for item in estimators.measure_time(unit, difference):
         yield 0.25, item
+    with process_pool() as executor:
+        for item in twin.measure(executor):
+            yield 0.35, item
     start = time.perf_counter()
     with process_pool() as executor:
         for item in estimators.measure_errors(folder, executor):
