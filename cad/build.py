@@ -22,6 +22,7 @@ from cad.electronics.netlist import check_electronics
 from cad.electronics.wiring import wiring_svg
 from cad.exports import laser, solids
 from cad.exports.drawing import drawing_of
+from cad.exports.page import view_files
 from cad.exports.views import Subject, colour_of, draw
 from cad.manifest import check_entries, part_entries
 from cad.mesh import manifold_of, mesh_of
@@ -111,12 +112,13 @@ def _files(built: Model) -> Iterator[tuple[str, bytes]]:
         yield f"print/{name}.stl", solids.stl_of(mesh)
         yield f"print/{name}.3mf", solids.threemf_of({name: mesh})
         yield f"step/{name}.step", solids.step_of(built.printed[name], name)
-    yield "step/assembly.step", solids.step_of_assembly(built.bodies, f"wedge_{design.name}")
-    painted = {
-        name: (mesh, colour_of(built.assembly.bodies[name].part))
-        for name, mesh in built.body_meshes.items()
-    }
+    colours = {name: colour_of(body.part) for name, body in built.assembly.bodies.items()}
+    whole = solids.step_of_assembly(built.bodies, f"wedge_{design.name}", colours)
+    yield "step/assembly.step", whole
+    painted = {name: (mesh, colours[name]) for name, mesh in built.body_meshes.items()}
     yield "view/assembly.glb", solids.glb_of(painted)
+    for name, content in view_files(design, built.assembly, built.body_meshes):
+        yield f"view/{name}", content
     for name, content in laser.laser_files(design):
         yield f"laser/{name}", content
     for board in built.boards:

@@ -6,23 +6,33 @@ from cad.electronics.resistors import ballasts
 from sensor.design import Wedge
 
 _INK = {"red": "#d33", "green": "#2a2", "blue": "#36d"}
+BOARD_WORDS = (
+    "Resistor board, parts toward you, J1 at the lower right: J1.1 is its lower hole; J2 runs along"
+    " the top, J2.1 at the left."
+)
+ARRAY_WORDS = (
+    "LED array, LEDs toward you, tail to the right: the upper pad is the anode, the lower one the"
+    " cathode."
+)
 
 
 def wiring_svg(design: Wedge) -> bytes:
     """A diagram of who is wired to whom, not to scale."""
     found = ballasts(design)
-    height = 90 + 84 * len(found)
+    height = 146 + 84 * len(found)
+    ground = height - 62
     drawn = [
         '<?xml version="1.0" encoding="UTF-8"?>',
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 820 {height}"'
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="820" height="{height}"'
+        f' viewBox="0 0 820 {height}"'
         ' font-family="sans-serif" font-size="13">',
         f'<rect width="820" height="{height}" fill="#fff"/>',
         f'<text x="20" y="26" font-size="16">Wiring, {design.name}: {design.wiring.supply_v:g} V'
         " from the CSI-to-HDMI adapter</text>",
-        _box(20, 60, 130, height - 90, "#eee", "adapter"),
-        _box(240, 60, 190, height - 90, "#e3efe3", "resistor board"),
+        _box(20, 60, 130, height - 106, "#eee", "adapter"),
+        _box(240, 60, 190, height - 106, "#e3efe3", "resistor board"),
         *_wire(150, 90, 240, 90, "#c00", f"{design.wiring.supply_v:g} V to J1.1"),
-        *_wire(150, height - 50, 240, height - 50, "#222", "GND to J1.2"),
+        *_wire(150, ground, 240, ground, "#222", "GND to J1.2"),
     ]
     for index, ballast in enumerate(found):
         y = 110 + 84 * index
@@ -31,7 +41,10 @@ def wiring_svg(design: Wedge) -> bytes:
         drawn += [
             f'<rect x="290" y="{y - 9}" width="58" height="18" fill="#fff" stroke="#555"/>',
             f'<text x="319" y="{y + 5}" text-anchor="middle">R{index + 1} {ballast.label}</text>',
-            f'<path d="M256,{y}H290M348,{y}H430" stroke="#555" fill="none"/>',
+            f'<path d="M256,{y}H290M348,{y}H430" stroke="#c00" stroke-width="1.5" fill="none"/>',
+            f'<path d="M410,{y + 34}H430" stroke="#222" stroke-width="1.5" fill="none"/>',
+            f'<circle cx="256" cy="{y}" r="3.5" fill="#c00"/>',
+            f'<circle cx="410" cy="{y + 34}" r="3.5" fill="#222"/>',
             *_wire(430, y, 560, y, ink, f"J2.{2 * index + 1}  anode"),
             *_wire(430, y + 34, 560, y + 34, "#222", f"J2.{2 * index + 2}  cathode"),
             _box(560, y - 20, 235, 70, "#f6f6f6", ""),
@@ -43,7 +56,13 @@ def wiring_svg(design: Wedge) -> bytes:
                 for led in range(min(ballast.leds, 15))
             ),
         ]
-    drawn.append(f'<path d="M256,90V{110 + 84 * (len(found) - 1)}" stroke="#c00" fill="none"/>')
+    last = 110 + 84 * (len(found) - 1)
+    drawn += [
+        f'<path d="M240,90H256V{last}" stroke="#c00" stroke-width="1.5" fill="none"/>',
+        f'<path d="M240,{ground}H410V144" stroke="#222" stroke-width="1.5" fill="none"/>',
+        f'<text x="20" y="{height - 26}">{BOARD_WORDS}</text>',
+        f'<text x="20" y="{height - 8}">{ARRAY_WORDS}</text>',
+    ]
     return ("\n".join([*drawn, "</svg>"]) + "\n").encode()
 
 

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A dimensioned drawing of what must be right: section and view of the face, as SVG in mm."""
 
+import math
 from collections.abc import Mapping
 
 import manifold3d
@@ -21,6 +22,8 @@ _SHOWN = {
     "gel": "#e3ddd6",
     "camera": "#cfe6d5",
 }
+_LETTER = 0.72
+"""Size of the letters over the distance of two lines of text."""
 
 
 def drawing_of(design: Wedge, meshes: Mapping[str, trimesh.Trimesh]) -> bytes:
@@ -45,7 +48,7 @@ def drawing_of(design: Wedge, meshes: Mapping[str, trimesh.Trimesh]) -> bytes:
         '<?xml version="1.0" encoding="UTF-8"?>',
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{3 * width:.1f}mm"'
         f' height="{3 * height:.1f}mm" viewBox="0 0 {width:.2f} {height:.2f}"'
-        f' font-family="sans-serif" font-size="{page.line * 0.72:.2f}">',
+        f' font-family="sans-serif" font-size="{page.line * _LETTER:.2f}">',
         f'<rect width="{width:.2f}" height="{height:.2f}" fill="#fff"/>',
         *(
             f'<text x="{page.line:.2f}" y="{(index + 1.5) * page.line:.2f}">{note}</text>'
@@ -107,6 +110,8 @@ class _Page:
         far = place.rear + FLANGE
         return [
             self._across(0, place.rear, -high - line, f"case {place.rear:g}"),
+            self._angle(design.mirror.foot_x_mm, -design.mirror.foot_height_mm,
+                        design.mirror.angle_deg, 0.3 * design.mirror.length_mm),
             self._across(place.acrylic_x0, place.acrylic_x1, 2 * line - low,
                          f"acrylic {design.acrylic.length_mm:g}, {place.acrylic_x0:g} from tip"),
             self._across(0, camera.pupil_x_mm, -low + 4 * line, f"pupil {camera.pupil_x_mm:g}"),
@@ -143,19 +148,43 @@ class _Page:
         tick = 0.4 * self.line
         path = f"M{x0:.3f},{y:.3f}H{x1:.3f}M{x0:.3f},{y - tick:.3f}v{2 * tick:.3f}"
         path += f"M{x1:.3f},{y - tick:.3f}v{2 * tick:.3f}"
-        return self._drawn(path) + self._text((x0 + x1) / 2, y - 0.3 * self.line, text, 0)
+        if self._width(text) < x1 - x0:
+            return self._drawn(path) + self._text((x0 + x1) / 2, y - 0.3 * self.line, text)
+        return self._drawn(path) + self._text(
+            x1 + 0.5 * self.line, y + _LETTER * 0.35 * self.line, text, anchor="start"
+        )
 
     def _upright(self, x: float, y0: float, y1: float, text: str) -> str:
         tick = 0.4 * self.line
         path = f"M{x:.3f},{y0:.3f}V{y1:.3f}M{x - tick:.3f},{y0:.3f}h{2 * tick:.3f}"
         path += f"M{x - tick:.3f},{y1:.3f}h{2 * tick:.3f}"
-        return self._drawn(path) + self._text(x - 0.3 * self.line, (y0 + y1) / 2, text, -90)
+        if self._width(text) < abs(y1 - y0):
+            return self._drawn(path) + self._text(x - 0.3 * self.line, (y0 + y1) / 2, text, -90)
+        start = min(y0, y1) - 0.7 * self.line
+        return self._drawn(path) + self._text(
+            x + _LETTER * 0.35 * self.line, start, text, -90, "start"
+        )
+
+    def _angle(self, x: float, y: float, degrees: float, radius: float) -> str:
+        """An arc that opens from the horizontal upward, its figure beyond the middle."""
+        end, half = math.radians(degrees), math.radians(degrees / 2)
+        path = f"M{x:.3f},{y:.3f}H{x + 1.15 * radius:.3f}M{x + radius:.3f},{y:.3f}"
+        path += f"A{radius:.3f},{radius:.3f} 0 0 0"
+        path += f" {x + radius * math.cos(end):.3f},{y - radius * math.sin(end):.3f}"
+        beyond = radius + 0.4 * self.line
+        place = x + beyond * math.cos(half), y - beyond * math.sin(half) + 0.25 * self.line
+        return self._drawn(path) + self._text(*place, f"{degrees:g}°", anchor="start")
+
+    def _width(self, text: str) -> float:
+        """Room that a text takes, judged generously."""
+        return (0.62 * len(text) + 0.8) * _LETTER * self.line
 
     def _drawn(self, path: str) -> str:
         return f'<path d="{path}" stroke="#06c" stroke-width="{0.05 * self.line:.3f}" fill="none"/>'
 
-    def _text(self, x: float, y: float, text: str, turn: float) -> str:
+    def _text(self, x: float, y: float, text: str, turn: float = 0, anchor: str = "middle") -> str:
         turned = f' transform="rotate({turn:g} {x:.2f} {y:.2f})"' if turn else ""
         return (
-            f'<text x="{x:.2f}" y="{y:.2f}" text-anchor="middle" fill="#06c"{turned}>{text}</text>'
+            f'<text x="{x:.2f}" y="{y:.2f}" text-anchor="{anchor}" fill="#06c"{turned}>'
+            f"{text}</text>"
         )

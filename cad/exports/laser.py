@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Sheets for the laser cutter: closed outlines on CUT, labels on ENGRAVE and NOTE, in mm.
+"""Sheets for the laser cutter: closed outlines on CUT, stroked labels on ENGRAVE and NOTE, in mm.
 
 Each sheet comes twice: nominal, for a cutter that makes up for its kerf itself, and grown by
 half the kerf of the design's ``laser`` table.
@@ -18,6 +18,7 @@ from ezdxf.document import Drawing
 from ezdxf.filemanagement import new
 from ezdxf.layouts.layout import Modelspace
 
+from cad.exports.strokes import strokes
 from cad.layout import Layout
 from sensor.design import Wedge
 
@@ -25,6 +26,8 @@ Vertex = tuple[float, float, float]
 """x, y and the bulge of the edge that follows: tan(angle / 4) of its arc, 0 for a line."""
 
 _GAP = 4.0
+_LETTER = 2.0
+"""Height of what is written."""
 _SHEET_WIDTH = 120.0
 _COMB_TOOTH, _COMB_TEETH = 10.0, 10
 
@@ -151,33 +154,28 @@ def laser_files(design: Wedge) -> Iterator[tuple[str, bytes]]:
 
 
 def sheet_dxf(sheet: Sheet, kerf_mm: float) -> bytes:
-    """One sheet with its pieces side by side in rows."""
+    """One sheet: each kind of piece in rows of its own, with thickness and quantity below them."""
     document, space = _new_document()
     cut = f"kerf {kerf_mm:g} mm added" if kerf_mm else "nominal: the cutter must add its kerf"
-    _text(space, "NOTE", f"{sheet.name}, {cut}, unit mm", (0, -8), 3.0)
-    x = y = row = 0.0
+    _write(space, "NOTE", f"{sheet.name}, {cut}, unit mm", (0, -8))
+    y = 0.0
     for piece in sheet.pieces:
+        # On the sheet, not on the piece: the camera looks through every face of the acrylic.
+        label = f"{piece.id} {sheet.thickness_mm:g} mm x{piece.quantity}"
+        _write(space, "ENGRAVE", label, (0, y))
+        x, y = 0.0, y + _LETTER + _GAP
+        wide, deep = piece.length + kerf_mm, piece.width + kerf_mm
         for _ in range(piece.quantity):
-            points = outline(piece, kerf_mm / 2)
-            wide, deep = piece.length + kerf_mm, piece.width + kerf_mm
             if x and x + wide > _SHEET_WIDTH:
-                x, y, row = 0.0, y + row + _GAP, 0.0
+                x, y = 0.0, y + deep + _GAP
             middle = (x + wide / 2, y + deep / 2)
-            moved = [(px + middle[0], py + middle[1], bulge) for px, py, bulge in points]
+            moved = [
+                (px + middle[0], py + middle[1], bulge)
+                for px, py, bulge in outline(piece, kerf_mm / 2)
+            ]
             space.add_lwpolyline(moved, format="xyb", close=True, dxfattribs={"layer": "CUT"})
-            height = min(1.5, piece.width / 4)
-            label = f"{sheet.thickness_mm:g} x{piece.quantity}"
-            _text(
-                space,
-                "ENGRAVE",
-                label,
-                (
-                    middle[0] + piece.length / 2 - 7 * height,
-                    middle[1] + piece.width / 2 - 1.6 * height,
-                ),
-                height,
-            )
-            x, row = x + wide + _GAP, max(row, deep)
+            x += wide + _GAP
+        y += deep + _GAP
     return _bytes(document)
 
 
@@ -185,7 +183,7 @@ def comb_dxf(sheet: Sheet) -> bytes:
     """Ten squares of 10 mm: cut, push together, measure; kerf = (100 mm - length) / 10."""
     document, space = _new_document()
     note = f"push the {_COMB_TEETH} squares together: kerf = (100 - length in mm) / {_COMB_TEETH}"
-    _text(space, "NOTE", f"{sheet.material} {sheet.thickness_mm:g} mm, {note}", (0, -8), 3.0)
+    _write(space, "NOTE", f"{sheet.material} {sheet.thickness_mm:g} mm, {note}", (0, -8))
     for tooth in range(_COMB_TEETH):
         x = tooth * (_COMB_TOOTH + _GAP)
         square = [(x, 0), (x + _COMB_TOOTH, 0), (x + _COMB_TOOTH, _COMB_TOOTH), (x, _COMB_TOOTH)]
@@ -201,10 +199,10 @@ def _new_document() -> tuple[Drawing, Modelspace]:
     return document, document.modelspace()
 
 
-def _text(
-    space: Modelspace, layer: str, text: str, place: tuple[float, float], height: float
-) -> None:
-    space.add_text(text, height=height, dxfattribs={"layer": layer}).set_placement(place)
+def _write(space: Modelspace, layer: str, text: str, place: tuple[float, float]) -> None:
+    """A text as open lines, since a laser's software may know no font."""
+    for line in strokes(text, place, _LETTER):
+        space.add_lwpolyline(line, dxfattribs={"layer": layer})
 
 
 def _bytes(document: Drawing) -> bytes:

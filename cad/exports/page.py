@@ -4,7 +4,7 @@
 
 import base64
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html import escape
 from importlib.resources import files
 from typing import Any
@@ -17,31 +17,51 @@ from cad.assembly import Assembly
 from cad.exports.views import colour_of, pulled_apart
 from sensor.design import Wedge
 
+_STEPS = 65_000
+"""Steps that the sensor's longest side is divided into: some micrometres each."""
 
-def page_html(
-    design: Wedge,
-    assembly: Assembly,
-    meshes: Mapping[str, trimesh.Trimesh],
-    manifest: Mapping[str, Any],
-    paths: Sequence[str],
-) -> str:
-    """The page; ``paths`` are the files of the folder that it shows and links."""
-    template = files("cad").joinpath("data", "page.html").read_text(encoding="utf-8")
+
+def view_files(
+    design: Wedge, assembly: Assembly, meshes: Mapping[str, trimesh.Trimesh]
+) -> Iterator[tuple[str, bytes]]:
+    """(name, content) of the view to turn: the model, and the script that shows it.
+
+    Both are scripts, which a page may take from the disk, where it may not fetch data.
+    """
+    corners = np.array([mesh.bounds for mesh in meshes.values()])
+    low, high = corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)
+    step = float((high - low).max()) / _STEPS
     shift = pulled_apart(assembly)
     bodies = [
         {
             "name": name,
             "colour": colour_of(assembly.bodies[name].part),
             "apart": [round(float(value), 3) for value in shift[name]],
-            "points": _base64(np.asarray(mesh.vertices, "<f4")),
-            "corners": _base64(np.asarray(mesh.faces, "<u4")),
+            "points": _base64(np.round((mesh.vertices - low) / step).astype("<u2")),
+            "corners": _base64(_corners(mesh)),
         }
         for name, mesh in meshes.items()
     ]
+    model = {"low": low.tolist(), "high": high.tolist(), "step": step, "bodies": bodies}
+    name = json.dumps(design.name)
+    text = f"(window.wedgeModels = window.wedgeModels || {{}})[{name}] = {json.dumps(model)};\n"
+    yield "model.js", text.encode("ascii")
+    yield "viewer.js", files("cad").joinpath("data", "viewer.js").read_bytes()
+
+
+def _corners(mesh: trimesh.Trimesh) -> np.ndarray:
+    assert len(mesh.vertices) <= 65_536, "a body of the assembly has too many points to be shown"
+    return np.asarray(mesh.faces, "<u2")
+
+
+def page_html(design: Wedge, manifest: Mapping[str, Any], paths: Sequence[str]) -> str:
+    """The page; ``paths`` are the files of the folder that it shows and links."""
+    template = files("cad").joinpath("data", "page.html").read_text(encoding="utf-8")
     shown = [path for path in paths if path.endswith((".png", ".svg"))]
     linked = [
         path for path in paths if path not in shown and not path.startswith(("print", "step"))
     ]
+    linked.insert(0, "step/assembly.step")
     values = {
         "NAME": escape(design.name),
         "HASH": design.sha256[:8],
@@ -50,7 +70,6 @@ def page_html(
         "LINKS": " · ".join(_link(path) for path in linked),
         "PARTS": _parts(manifest["parts"]),
         "CHECKS": _checks(manifest["checks"]),
-        "DATA": json.dumps(bodies),
     }
     for key, value in values.items():
         template = template.replace(f"@{key}@", value)

@@ -17,7 +17,7 @@ import trimesh
 from OCP.Interface import Interface_Static
 from OCP.STEPControl import STEPControl_AsIs, STEPControl_Writer
 
-Colour = tuple[float, float, float]
+from cad.exports.step_colours import Colour, with_colours
 
 _TIME = "2021-06-21T00:00:00"
 """In place of the moment of writing, which would make every file differ."""
@@ -31,12 +31,15 @@ def step_of(solid: cq.Solid, name: str) -> bytes:
     return _written(lambda path: writer.Write(str(path)), name)
 
 
-def step_of_assembly(solids: Mapping[str, cq.Solid], name: str) -> bytes:
-    """Named solids in their places. Without colours: OCCT writes those in no fixed order."""
+def step_of_assembly(
+    solids: Mapping[str, cq.Solid], name: str, colours: Mapping[str, Colour]
+) -> bytes:
+    """Named solids in their places and colours."""
     assembly = cq.Assembly(name=name)
     for key, solid in solids.items():
         assembly.add(solid, name=key)
-    return _written(lambda path: assembly.export(str(path), exportType="STEP"), name)
+    content = _written(lambda path: assembly.export(str(path), exportType="STEP"), name)
+    return with_colours(content.decode("ascii"), colours.__getitem__).encode("ascii")
 
 
 def _written(write: object, name: str) -> bytes:

@@ -105,6 +105,20 @@ def test_another_reader_finds_the_same_copper_and_holes(design: Wedge, tmp_path:
             )
 
 
+@BOTH
+def test_the_words_of_the_wiring_picture_hold_on_the_boards(design: Wedge) -> None:
+    resistors, *arrays = boards(design)
+    middle = {(pad.component, pad.pin): pad.copper.middle for pad in resistors.pads}
+    assert middle["J1", "1"][1] < middle["J1", "2"][1] < resistors.size[1] / 2
+    assert middle["J1", "1"][0] > max(x for (part, _), (x, _) in middle.items() if part == "J2")
+    assert middle["J2", "1"] == min(place for (part, _), place in middle.items() if part == "J2")
+    assert middle["J2", "1"][1] > max(y for (part, _), (_, y) in middle.items() if part != "J2")
+    for board in arrays:
+        tail = {pad.pin: pad.copper.middle for pad in board.pads if pad.component == "J1"}
+        assert tail["A"][1] > tail["K"][1]
+        assert min(x for x, _ in tail.values()) > max(c.middle[0] for c in board.components)
+
+
 def test_the_wiring_picture_names_every_resistor() -> None:
     text = wiring_svg(STANDARD).decode()
     assert all(f" {ballast.label}<" in text for ballast in ballasts(STANDARD))

@@ -4,6 +4,7 @@
 
 import filecmp
 import hashlib
+import io
 import json
 import re
 from pathlib import Path
@@ -14,11 +15,15 @@ import numpy as np
 import pytest
 import trimesh
 from ezdxf import path as dxf_path
+from ezdxf.document import Drawing
 
 from cad.build import Model
 from cad.catalogue import PRINTED
-from cad.exports.laser import area_mm2, outline, pieces_by_id, sheets
+from cad.exports.laser import area_mm2, outline, pieces_by_id, sheet_dxf, sheets
 from cad.exports.solids import step_of_assembly
+from cad.exports.step_colours import with_colours
+from cad.exports.strokes import strokes, width_of
+from cad.exports.views import colour_of
 from cad.golden import differences, golden_of, read_golden
 from cad.manifest import with_hashes
 from cad.mesh import DEFLECTION_MM
@@ -41,7 +46,8 @@ def test_two_processes_write_the_same_bytes(fabricated: Folders) -> None:
 
 
 def test_a_second_file_of_a_process_is_the_first(finger: Model) -> None:
-    first, second = (step_of_assembly(finger.bodies, "wedge") for _ in range(2))
+    colours = {name: colour_of(body.part) for name, body in finger.assembly.bodies.items()}
+    first, second = (step_of_assembly(finger.bodies, "wedge", colours) for _ in range(2))
     assert first == second
     numbers = re.findall(rb"OCCURRENCE\('(\d+)'", first)
     assert [int(number) for number in numbers] == list(range(1, len(finger.bodies) + 1))
@@ -95,6 +101,22 @@ def test_step_files_hold_the_solids(finger: Model, fabricated: Folders) -> None:
     assert sum(solid.Volume() for solid in whole.solids().vals()) == pytest.approx(total, rel=1e-6)
 
 
+def test_the_step_assembly_names_and_paints_its_bodies(finger: Model, fabricated: Folders) -> None:
+    whole = cq.Assembly.importStep(str(fabricated[0] / "step" / "assembly.step"))
+    painted = {
+        child.name: child.color.toTuple()[:3] for child in whole.objects.values() if child.color
+    }
+    wanted = {name: colour_of(body.part) for name, body in finger.assembly.bodies.items()}
+    assert set(painted) == set(wanted)
+    for name, colour in wanted.items():
+        assert painted[name] == pytest.approx(colour, abs=2e-3), name
+
+
+def test_a_file_without_solids_takes_no_colours() -> None:
+    with pytest.raises(ValueError, match="no solid"):
+        with_colours("DATA;\n#1=PRODUCT('a','a','',());\nENDSEC;\n", lambda name: (0, 0, 0))
+
+
 def test_the_glb_holds_every_body(finger: Model, fabricated: Folders) -> None:
     scene = trimesh.load_scene(fabricated[0] / "view" / "assembly.glb")
     assert set(scene.geometry) == set(finger.bodies)
@@ -107,6 +129,37 @@ def outline_area(entity: ezdxf.entities.LWPolyline) -> float:
     return float(abs(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1))) / 2)
 
 
+def marks_on_pieces(document: Drawing) -> int:
+    """Engraved or noted points inside, or within half a millimetre of, the box of an outline."""
+    space = document.modelspace()
+    boxes = [
+        (np.min(points, axis=0) - 0.5, np.max(points, axis=0) + 0.5)
+        for cut in space.query('LWPOLYLINE[layer=="CUT"]')
+        for points in [np.array([(x, y) for x, y, *_ in cut])]
+    ]
+    marks = [(x, y) for e in space.query('*[layer!="CUT"]') for x, y, *_ in e]
+    return sum(bool(((low < m) & (m < high)).all()) for m in np.array(marks) for low, high in boxes)
+
+
+def test_a_mark_on_a_piece_is_found(finger: Model) -> None:
+    sheet = sheets(finger.design)[0]
+    document = ezdxf.read(io.StringIO(sheet_dxf(sheet, 0.0).decode()))
+    assert marks_on_pieces(document) == 0
+    first = document.modelspace().query('LWPOLYLINE[layer=="CUT"]')[0]
+    x, y = np.mean([(x, y) for x, y, *_ in first], axis=0)
+    document.modelspace().add_lwpolyline([(x, y), (x + 1, y)], dxfattribs={"layer": "ENGRAVE"})
+    assert marks_on_pieces(document) == 2
+
+
+def test_letters_are_drawn_differently_and_as_wide_as_they_say() -> None:
+    letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789.,-_=+/:()"
+    drawn = [str(strokes(letter, (0, 0), 6.0)) for letter in letters]
+    assert len(set(drawn)) == len(letters)
+    points = np.concatenate([np.array(line) for line in strokes("H8H", (1.0, 2.0), 3.0)])
+    assert np.ptp(points, axis=0) == pytest.approx([width_of("H8H", 3.0), 3.0])
+    assert points.min(axis=0) == pytest.approx([1.0, 2.0])
+
+
 def test_laser_sheets_hold_the_parts_outlines(finger: Model, fabricated: Folders) -> None:
     pieces = pieces_by_id(finger.design)
     for sheet in sheets(finger.design):
@@ -117,6 +170,12 @@ def test_laser_sheets_hold_the_parts_outlines(finger: Model, fabricated: Folders
             cuts = list(document.modelspace().query('LWPOLYLINE[layer=="CUT"]'))
             assert all(cut.closed for cut in cuts)
             assert {e.dxf.layer for e in document.modelspace()} == {"CUT", "ENGRAVE", "NOTE"}
+            assert {e.dxftype() for e in document.modelspace()} == {"LWPOLYLINE"}
+            assert not marks_on_pieces(document)
+            # What is engraved is what the font writes of every piece, and nothing else.
+            labels = [f"{p.id} {sheet.thickness_mm:g} mm x{p.quantity}" for p in sheet.pieces]
+            lines = sum(len(strokes(label, (0, 0), 2.0)) for label in labels)
+            assert len(document.modelspace().query('*[layer=="ENGRAVE"]')) == lines
             wanted = [
                 area_mm2(outline(pieces[piece.id], kerf / 2))
                 for piece in sheet.pieces
@@ -200,6 +259,9 @@ def test_the_report_shows_a_whole_folder(fabricated: tuple[Path, Path]) -> None:
     folder, _ = fabricated
     section = fabrication_section([folder], folder.parent)
     assert len(re.findall("data:image/png;base64,", section.html)) == 2
+    assert len(re.findall("data:image/svg", section.html)) == 1
     assert len(section.html) < 500_000
-    for address in re.findall(r'href="([^"]+)"', section.html):
+    addresses = re.findall(r'(?:href|data-model|script src)="([^"]+)"', section.html)
+    assert {address.rpartition("/")[2] for address in addresses} >= {"model.js", "viewer.js"}
+    for address in addresses:
         assert (folder.parent / address).is_file()

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The files to build the sensor, as a section of the page."""
 
+import base64
 import html
 import json
 from collections.abc import Sequence
@@ -21,9 +22,13 @@ from validation.report.page import (
 
 TITLE = "Files to build the sensor"
 LINKS = {
-    "index.html": "page with the view to turn, drawings, downloads and checks",
-    "guide.html": "guide",
+    "index.html": "page with every picture, drawing, download and check",
+    "guide.html": "guide, step by step",
+    "drawing.svg": "drawing of the dimensions that matter",
+    "step/assembly.step": "assembly as STEP",
+    "electronics/wiring.svg": "wiring",
     "bill/bill.md": "bill",
+    "bill/distributor.csv": "what an electronics distributor delivers",
     "manifest.json": "manifest",
 }
 
@@ -61,13 +66,38 @@ def fabrication_section(folders: Sequence[Path], page_folder: Path) -> Section:
         address = folder.relative_to(page_folder).as_posix()
         parts += [
             f"<h3>{html.escape(manifest['design'])}</h3>\n",
+            _view(manifest["design"], address),
             gallery_html(_pictures(manifest["design"], folder)),
+            _drawing(manifest["design"], folder),
             links_html((words, f"{address}/{name}") for name, words in LINKS.items()),
         ]
+    if folders:
+        viewer = f"{folders[0].relative_to(page_folder).as_posix()}/view/viewer.js"
+        parts.append(f'<script src="{html.escape(viewer)}"></script>\n')
     parts.append(
         code("\n".join(f"wedge fabricate --design {each['design']}" for each in manifests))
     )
     return Section(title=TITLE, html="".join(parts))
+
+
+def _view(design: str, address: str) -> str:
+    """Where the view to turn is set up, once it is scrolled to; its model lies in the folder."""
+    return (
+        f'<div class="wedge-view" data-name="{html.escape(design)}"'
+        f' data-model="{html.escape(address)}/view/model.js">'
+        "<p>The view to turn needs JavaScript.</p></div>\n"
+        "<p>Drag to turn, wheel to zoom, untick to hide; the slider pulls the sensor apart.</p>\n"
+    )
+
+
+def _drawing(design: str, folder: Path) -> str:
+    """The drawing, inside the page."""
+    content = base64.b64encode((folder / "drawing.svg").read_bytes()).decode()
+    return (
+        f'<figure><img alt="Drawing of the {html.escape(design)} sensor: section and face with the '
+        f'dimensions that matter, in millimetres" src="data:image/svg+xml;base64,{content}">'
+        "<figcaption>The dimensions that matter, in millimetres.</figcaption></figure>\n"
+    )
 
 
 def no_fabrication_section(reason: str) -> Section:

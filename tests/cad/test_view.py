@@ -1,0 +1,99 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The view to turn, in a real browser, from the disk: both in the report and in its own folder."""
+
+import io
+import json
+import re
+import shutil
+from base64 import b64decode
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cad.build import Model
+from cad.exports.page import view_files
+from validation.report.fabrication import fabrication_section
+from validation.report.page import write_report
+
+CHROMIUM = shutil.which("chromium")
+
+
+def test_the_model_holds_the_bodies_to_a_few_micrometres(finger: Model) -> None:
+    files = dict(view_files(finger.design, finger.assembly, finger.body_meshes))
+    text = files["model.js"].decode()
+    model = json.loads(re.fullmatch(r".*?\[\"finger\"\] = (.*);\n", text, re.DOTALL)[1])
+    assert {body["name"] for body in model["bodies"]} == set(finger.bodies)
+    for body in model["bodies"]:
+        mesh = finger.body_meshes[body["name"]]
+        points = np.frombuffer(b64decode(body["points"]), "<u2").reshape(-1, 3)
+        places = np.array(model["low"]) + model["step"] * points
+        assert np.abs(places - mesh.vertices).max() < 0.002
+        corners = np.frombuffer(b64decode(body["corners"]), "<u2").reshape(-1, 3)
+        assert (corners == mesh.faces).all()
+
+
+@pytest.fixture(scope="module")
+def page() -> Iterator[object]:
+    if CHROMIUM is None:
+        pytest.skip("chromium is not installed")
+    sync_api = pytest.importorskip("playwright.sync_api")
+    with sync_api.sync_playwright() as driver:
+        browser = driver.chromium.launch(
+            executable_path=CHROMIUM, args=["--no-sandbox", "--enable-unsafe-swiftshader"]
+        )
+        yield browser.new_page(viewport={"width": 900, "height": 700})
+        browser.close()
+
+
+def picture(page: object) -> np.ndarray:
+    from PIL import Image
+
+    content = page.locator(".wedge-view canvas").screenshot()  # type: ignore[attr-defined]
+    return np.asarray(Image.open(io.BytesIO(content)).convert("RGB"), np.int16)
+
+
+def changed(before: np.ndarray, after: np.ndarray) -> float:
+    return float((np.abs(after - before).max(axis=-1) > 16).mean())
+
+
+@pytest.mark.parametrize("place", ["report", "folder"])
+def test_the_view_turns_and_hides_parts_from_the_disk(
+    place: str, page: object, fabricated: tuple[Path, Path], tmp_path: Path
+) -> None:
+    folder = fabricated[0]
+    target = folder / "index.html"
+    if place == "report":
+        (tmp_path / "finger").symlink_to(folder)
+        sections = [fabrication_section([tmp_path / "finger"], tmp_path)]
+        target = write_report(tmp_path, title="A page", lead="Of files.", sections=sections)
+    page.goto(target.as_uri())  # type: ignore[attr-defined]
+    view = page.locator(".wedge-view")  # type: ignore[attr-defined]
+    view.scroll_into_view_if_needed()
+    page.wait_for_selector(".wedge-view[data-ready]", timeout=60_000)  # type: ignore[attr-defined]
+    first = picture(page)
+    assert 0.02 < (first != 255).any(axis=-1).mean() < 0.9
+    view.locator("canvas").press("ArrowLeft")
+    turned = picture(page)
+    assert changed(first, turned) > 0.01
+    for box in view.locator("input[type=checkbox]").all():
+        box.uncheck()
+    assert (picture(page)[20:-20, 20:-20] == 255).all()
+    view.locator("input[name=gel]").check()
+    gel = picture(page)
+    assert 0 < (gel[20:-20, 20:-20] != 255).any(axis=-1).mean() < 0.1
+
+
+def test_a_page_without_its_model_says_so(page: object, tmp_path: Path) -> None:
+    script = Path(__file__).parents[2] / "cad" / "data" / "viewer.js"
+    (tmp_path / "viewer.js").write_bytes(script.read_bytes())
+    (tmp_path / "alone.html").write_text(
+        '<div class="wedge-view" data-name="x" data-model="gone.js"></div>'
+        '<script src="viewer.js"></script>'
+    )
+    page.goto((tmp_path / "alone.html").as_uri())  # type: ignore[attr-defined]
+    words = page.locator(".wedge-view p")  # type: ignore[attr-defined]
+    words.wait_for(timeout=30_000)
+    assert "gone.js is not beside this page" in words.inner_text()
