@@ -1,0 +1,129 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The LeRobot camera against a stand-in for LeRobot: its naming rules, and what each read gives."""
+
+import importlib
+import re
+import sys
+import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from recon.stream import FolderSource, open_source
+from tests.plugins.streams import Stream
+
+STUBS = Path(__file__).parent / "stubs"
+DISTRIBUTION = Path(__file__).parents[2] / "plugins" / "lerobot_camera_gelsight_wedge"
+
+
+@pytest.fixture
+def plugin(monkeypatch: pytest.MonkeyPatch) -> Iterator[ModuleType]:
+    monkeypatch.syspath_prepend(STUBS)
+    monkeypatch.syspath_prepend(DISTRIBUTION)
+    yield importlib.import_module(DISTRIBUTION.name)
+    for name in [n for n in sys.modules if n.startswith("lerobot")]:
+        del sys.modules[name]
+
+
+def test_lerobot_finds_it_by_its_name(plugin: ModuleType) -> None:
+    project = tomllib.loads((DISTRIBUTION / "pyproject.toml").read_text())["project"]
+    assert project["name"].startswith("lerobot_camera_")
+    assert (DISTRIBUTION / project["name"] / "__init__.py").is_file()  # LeRobot imports that name
+    from lerobot.cameras.configs import CameraConfig
+
+    config_class = CameraConfig.KNOWN["gelsight_wedge"]
+    device = re.sub("Config$", "", config_class.__name__)
+    assert config_class is getattr(plugin, config_class.__name__)
+    parent = importlib.import_module(config_class.__module__.rpartition(".")[0])
+    assert getattr(parent, device) is getattr(plugin, device)  # where LeRobot looks for it
+
+
+def test_its_requirements_are_those_of_the_repository() -> None:
+    ours = tomllib.loads((DISTRIBUTION.parents[1] / "pyproject.toml").read_text())["project"]
+    project = tomllib.loads((DISTRIBUTION / "pyproject.toml").read_text())["project"]
+    assert project["version"] == ours["version"]
+    assert any(r.startswith(f"{ours['name']}[live]") for r in project["dependencies"])
+    assert "live" in ours["optional-dependencies"]
+
+
+@contextmanager
+def connected(plugin: ModuleType, source: str | Path, **more: Any) -> Iterator[Any]:
+    camera = plugin.GelSightWedgeCamera(
+        plugin.GelSightWedgeCameraConfig(source=str(source), **more)
+    )
+    camera.connect()
+    try:
+        yield camera
+    finally:
+        camera.disconnect_if_connected()
+
+
+def test_each_read_gives_the_newest_frame(plugin: ModuleType) -> None:
+    with Stream() as stream:
+        stream.put(10)
+        with connected(plugin, stream.url) as camera:
+            assert camera.is_connected
+            assert (camera.width, camera.height) == (64, 48)
+            for level in (50, 90):
+                stream.put(level)
+                assert camera.async_read(5000).mean() == pytest.approx(level, abs=2)
+            stream.put(130)
+            assert camera.read().mean() == pytest.approx(130, abs=2)
+            assert camera.read_latest(60_000).mean() == pytest.approx(130, abs=2)
+            with pytest.raises(TimeoutError):
+                camera.async_read(1)  # the same frame is not given twice
+            with pytest.raises(TimeoutError):
+                camera.read_latest(0)
+        assert not camera.is_connected
+
+
+def test_channels_come_in_the_order_that_was_asked_for(plugin: ModuleType, tmp_path: Path) -> None:
+    from lerobot.cameras.configs import ColorMode
+
+    with Stream() as stream:
+        stream.put((200, 100, 20))
+        with connected(plugin, stream.url) as camera:
+            assert list(map(float, camera.read_latest(60_000)[0, 0])) == pytest.approx(
+                [200, 100, 20], abs=3
+            )
+        with connected(plugin, stream.url, color_mode=ColorMode.BGR) as camera:
+            assert list(map(float, camera.read_latest(60_000)[0, 0])) == pytest.approx(
+                [20, 100, 200], abs=3
+            )
+
+
+def test_it_is_connected_once_and_closed_once(plugin: ModuleType) -> None:
+    from lerobot.utils.errors import DeviceAlreadyConnectedError, DeviceNotConnectedError
+
+    with Stream() as stream:
+        stream.put(10)
+        with connected(plugin, stream.url) as camera:
+            with pytest.raises(DeviceAlreadyConnectedError):
+                camera.connect()
+            camera.disconnect()
+            for call in (camera.disconnect, camera.read, camera.async_read, camera.read_latest):
+                with pytest.raises(DeviceNotConnectedError):
+                    call()
+            camera.connect()
+            assert camera.is_connected
+
+
+@pytest.mark.parametrize(
+    ("more", "says"), [({"width": 640, "height": 480}, "64 x 48, not 640 x 480"), ({}, "")]
+)
+def test_what_is_not_there_or_of_another_size_is_refused(
+    plugin: ModuleType, tmp_path: Path, more: dict[str, int], says: str
+) -> None:
+    Image.fromarray(np.zeros((48, 64, 3), np.uint8)).save(tmp_path / "0.png")
+    source = tmp_path if more else "nowhere"
+    with pytest.raises(ConnectionError, match=says or "nowhere"), connected(plugin, source, **more):
+        pass
+    with open_source(tmp_path) as opened:
+        assert isinstance(opened, FolderSource)

@@ -1,0 +1,117 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The ROS 2 node against a stand-in for ROS: what it publishes, and what it says of bad input."""
+
+import importlib.util
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from recon.calibration import calibrate
+from recon.fast import FastReconstructor
+from recon.images import read_image
+from recon.presses import read_presses
+from recon.stream import TimedFrame, open_source
+from recon.stream.jpeg import decode_jpeg
+from recon.stream.ros import FORMAT
+from tests.synthetic import make_dataset
+
+STUBS = Path(__file__).parent / "stubs"
+FILE = Path(__file__).parents[2] / "plugins" / "ros2" / "gelsight_wedge_node.py"
+
+
+@pytest.fixture
+def node(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    monkeypatch.syspath_prepend(STUBS)
+    spec = importlib.util.spec_from_file_location("gelsight_wedge_node", FILE)
+    assert spec and spec.loader
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module")
+def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A unit, and a folder of one JPEG of a press."""
+    folder = tmp_path_factory.mktemp("desk")
+    dataset = make_dataset(folder / "balls")
+    unit = calibrate(
+        dataset,
+        read_presses(dataset),
+        estimator="table",
+        serial="wedge-001",
+        created="2026-01-01",
+        metrics={},
+        seed=0,
+    )
+    unit.save(folder / "unit")
+    (folder / "frames").mkdir()
+    press = Image.fromarray(read_image(folder / "balls" / "press00.png"))
+    press.save(folder / "frames" / "0.jpg", quality=95)
+    return folder
+
+
+def run(node: ModuleType, **parameters: Any) -> tuple[int, Any]:
+    import rclpy
+
+    rclpy.ASKED.clear()
+    rclpy.ASKED.update(parameters)
+    return node.main([]), rclpy
+
+
+def test_a_frame_is_published_as_it_came_and_as_depth(node: ModuleType, desk: Path) -> None:
+    with open_source(desk / "frames") as source:
+        (frame,) = source
+    status, ros = run(
+        node, source=str(desk / "frames"), unit=str(desk / "unit"), frame_id="left_finger"
+    )
+    assert (status, ros.LOGGED) == (0, [])
+    (picture,) = ros.PUBLISHED["~/image_raw/compressed"]
+    shown = decode_jpeg(picture.data.tobytes()).astype(float)
+    assert np.abs(shown - frame.image()).mean() < 1
+    assert picture.format == FORMAT
+    assert picture.header.frame_id == "left_finger"
+    (depth,) = ros.PUBLISHED["~/depth"]
+    assert (depth.encoding, depth.step) == ("32FC1", 4 * depth.width)
+    metres = np.frombuffer(depth.data.tobytes(), "<f4").reshape(depth.height, depth.width)
+    depth_mm = FastReconstructor.load(desk / "unit")(frame).depth_mm
+    assert metres == pytest.approx(depth_mm / 1000, rel=1e-6)
+    assert metres.max() > 1e-4
+    stamp = depth.header.stamp
+    assert stamp.sec * 10**9 + stamp.nanosec == frame.time_ns
+
+
+def test_a_jpeg_is_passed_on_unchanged(node: ModuleType) -> None:
+    from sensor_msgs.msg import CompressedImage
+
+    frame = TimedFrame(index=0, time_ns=1_800_000_000_250_000_001, arrived_ns=0, jpeg=b"\xff\xd8..")
+    message = node.compressed_message(CompressedImage(), frame, "left")
+    assert message.data.tobytes() == frame.jpeg
+    assert (message.header.stamp.sec, message.header.stamp.nanosec) == (1_800_000_000, 250_000_001)
+
+
+def test_without_a_unit_there_is_no_depth(node: ModuleType, desk: Path) -> None:
+    status, ros = run(node, source=str(desk / "frames"))
+    assert status == 0
+    assert list(ros.PUBLISHED) == ["~/image_raw/compressed"]
+
+
+def test_bad_input_is_one_logged_sentence(node: ModuleType, desk: Path) -> None:
+    for parameters in ({"source": "nowhere"}, {"source": str(desk / "frames"), "unit": "nowhere"}):
+        status, ros = run(node, **parameters)
+        assert status == 2
+        assert len(ros.LOGGED) == 1
+        assert "nowhere" in ros.LOGGED[0]
+
+
+def test_without_ros_it_says_what_to_source() -> None:
+    done = subprocess.run([sys.executable, FILE], capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "setup.bash" in done.stderr
+    assert done.stderr.count("\n") == 1
