@@ -175,6 +175,6 @@ class FastReconstructor:
         )
 
 
-def _cut(mask: QuarterMask, like: DepthMap) -> QuarterMask:
+def _cut(mask: QuarterMask, like: DepthMap) -> ContactMask:
     """The part of a quarter's mask that a strided view of the frame has."""
     return mask[: like.shape[0], : like.shape[1]]

@@ -53,6 +53,7 @@ class HttpSource:
         self._socket: socket.socket | None = None
         self._answer: http.client.HTTPResponse | None = None
         self._deadline = 0.0
+        self._iterated = False
         self._clock = SenderClock()
         self._first = self._connect()
 
@@ -65,10 +66,23 @@ class HttpSource:
     def close(self) -> None:
         """End the stream, from whichever thread."""
         self._closed.set()
-        self._hang_up()
+        connected = self._socket
+        if connected is not None:
+            with suppress(OSError):  # wakes a thread that waits for bytes and then hangs up
+                connected.shutdown(socket.SHUT_RDWR)
+        if not self._iterated:
+            self._hang_up()
 
     def __iter__(self) -> Iterator[TimedFrame]:
         """Give each whole frame as it comes, over as many connections as it takes."""
+        self._iterated = True
+        try:
+            yield from self._forever()
+        finally:
+            self._iterated = False
+            self._hang_up()
+
+    def _forever(self) -> Iterator[TimedFrame]:
         stream: MultipartReader | None = self._first
         attempt = 0
         while not self._closed.is_set():
@@ -167,12 +181,10 @@ class HttpSource:
         return found[1]
 
     def _hang_up(self) -> None:
-        """Let go of the connection, from whichever thread."""
+        """Let go of the connection."""
         answer, self._answer = self._answer, None
         connected, self._socket = self._socket, None
         if connected is not None:
-            with suppress(OSError):  # wakes a thread that waits for bytes
-                connected.shutdown(socket.SHUT_RDWR)
             connected.close()
         if answer is not None:
             answer.close()
