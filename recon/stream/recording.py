@@ -117,8 +117,8 @@ class McapSource:
             if self._topic:
                 break
         if self._topic is None:
-            wanted = f"the topic {topic(sensor)}" if sensor else "a topic with compressed images"
-            raise WedgeError(f"{path} has no {wanted.removeprefix('a ')}.")
+            wanted = f"topic {topic(sensor)}" if sensor else "topic with compressed images"
+            raise WedgeError(f"{path} has no {wanted}.")
         owner = self._topic.split("/")[1]
         self.unit = {
             name: attached[f"{owner}/{name}"]

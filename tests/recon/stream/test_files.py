@@ -1,0 +1,112 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Whatever frames lie in, they come out alike: in order, with times, and no more than there are."""
+
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from recon.images import write_image
+from recon.stream import Newest, Paced, Recorder, TimedFrame, open_source
+from recon.stream.frame import FrameSource
+from sensor.errors import WedgeError
+from tests.recon.stream.servers import write_clip
+from tests.synthetic import make_dataset
+
+
+def images(count: int) -> list[np.ndarray]:
+    return [np.full((24, 32, 3), 20 * i, np.uint8) for i in range(count)]
+
+
+def folder_of_images(folder: Path, count: int) -> Path:
+    for i, image in enumerate(images(count)):
+        write_image(folder / f"frame{i + 1}.png", image)
+    return folder
+
+
+def recording(path: Path, count: int) -> Path:
+    with Recorder(path, {"wedge": None}) as recorder:
+        for i, image in enumerate(images(count)):
+            times = {"time_ns": i * 33_000_000, "arrived_ns": i * 33_000_000}
+            recorder.add("wedge", TimedFrame(index=i, pixels=image, **times))
+    return path
+
+
+KINDS = {
+    "folder": lambda tmp: folder_of_images(tmp / "images", 12),
+    "video": lambda tmp: write_clip(tmp / "clip.avi", 12),
+    "recording": lambda tmp: recording(tmp / "touch.mcap", 12),
+    "dataset": lambda tmp: make_dataset(tmp / "set", presses=11).folder,
+}
+
+
+@pytest.mark.parametrize("make", KINDS.values(), ids=KINDS)
+def test_every_source_keeps_the_contract(make: object, tmp_path: Path) -> None:
+    with open_source(make(tmp_path)) as source:
+        assert isinstance(source, FrameSource)
+        assert not source.live
+        frames = list(source)
+        assert source.counts.received == len(frames) == 12
+    assert [frame.index for frame in frames] == list(range(12))
+    assert np.all(np.diff([frame.time_ns for frame in frames]) > 0)
+    assert {frame.image().dtype for frame in frames} == {np.dtype(np.uint8)}
+    assert len({frame.image().shape for frame in frames}) == 1
+    assert all(frame.latency_ms is None for frame in frames)
+
+
+def test_images_are_taken_in_the_order_of_their_numbers(tmp_path: Path) -> None:
+    with open_source(folder_of_images(tmp_path / "images", 12)) as source:
+        assert [int(frame.image()[0, 0, 0]) for frame in source] == [20 * i for i in range(12)]
+
+
+def test_a_file_plays_at_its_pace_and_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    now_ns = [0]
+    monkeypatch.setattr(time, "monotonic_ns", lambda: now_ns[0])
+    paced = Paced(open_source(recording(tmp_path / "touch.mcap", 3)), speed=2.0, repeat=True)
+    waits: list[float] = []
+
+    class Clockwork:
+        def wait(self, seconds: float) -> bool:
+            now_ns[0] += round(seconds * 1e9)
+            waits.append(now_ns[0] / 1e6)
+            return len(waits) > 6
+
+        def is_set(self) -> bool:
+            return False
+
+    monkeypatch.setattr(paced, "_closed", Clockwork())
+    assert sum(1 for _ in paced) == 6
+    assert waits[:6] == [0.0, 16.5, 33.0, 33.0, 49.5, 66.0]
+
+
+def test_a_file_can_be_watched_like_a_camera(tmp_path: Path) -> None:
+    with Newest(Paced(open_source(recording(tmp_path / "touch.mcap", 5)), speed=1e6)) as newest:
+        indices = [frame.index for frame in newest]
+    assert indices == sorted(set(indices))
+    assert indices[-1] == 4
+
+
+@pytest.mark.parametrize(
+    ("where", "sentence"),
+    [
+        ("nowhere", "is not there: name an address"),
+        ("empty", "holds no PNG or JPEG images"),
+        ("notes.txt", "is no stream"),
+        ("bad.avi", "is no video"),
+        ("bad.mcap", "is no MCAP file"),
+        ("usb:97", "no camera of that number"),
+    ],
+)
+def test_what_is_no_source_is_a_sentence(
+    where: str, sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("empty").mkdir()
+    for name in ("notes.txt", "bad.avi", "bad.mcap"):
+        Path(name).write_text("some words")
+    with pytest.raises(WedgeError, match=sentence):
+        list(open_source(where))

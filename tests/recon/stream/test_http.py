@@ -1,0 +1,219 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A stream goes on through whatever happens to it, and says in a sentence what cannot be helped."""
+
+import base64
+import itertools
+import shutil
+import socket
+import threading
+import time
+
+import pytest
+
+from recon.stream import http
+from recon.stream.clock import SenderClock
+from recon.stream.http import BACK_OFF_S, STALL_S, HttpSource
+from recon.stream.sources import open_source
+from sensor.errors import WedgeError
+from sensor.wire import CONTENT_TYPE, DELIMITER, Stamp, part
+from tests.recon.stream.servers import (
+    FRAMES,
+    HEAD,
+    ScriptedServer,
+    chunked,
+    debian_server,
+    free_port,
+    reset,
+    stream,
+)
+
+SECOND_NS = 10**9
+
+
+@pytest.fixture(autouse=True)
+def no_pause(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(http, "BACK_OFF_S", (0.001,))
+
+
+def jpegs(source: HttpSource, count: int) -> list[bytes]:
+    return [frame.jpeg for frame in itertools.islice(source, count)]
+
+
+def test_it_is_back_within_two_seconds() -> None:
+    # A server that comes back to life just after an attempt, or falls silent on a connection.
+    assert max(STALL_S, 0.2) + max(BACK_OFF_S) <= 2
+
+
+def test_frames_bear_the_sensor_s_time_and_gaps_are_counted() -> None:
+    sent_ns = time.time_ns() - 5_000_000
+    stamps = [Stamp(sent_ns + i, 77 + i, index) for i, index in enumerate((0, 1, 5, 6))]
+    with ScriptedServer(stream(*FRAMES[:4], stamps=stamps)) as server:
+        with HttpSource(server.url) as source:
+            frames = list(itertools.islice(source, 4))
+            counts = source.counts
+    assert [frame.jpeg for frame in frames] == FRAMES[:4]
+    assert [frame.time_ns for frame in frames] == [sent_ns + i for i in range(4)]
+    assert [frame.index for frame in frames] == [0, 1, 5, 6]
+    assert all(frame.clock == "sensor" and frame.latency_ms >= 5 for frame in frames)
+    assert (counts.received, counts.dropped, counts.corrupt, counts.remark) == (4, 3, 0, "")
+
+
+PAGE = b"HTTP/1.1 200 OK\r\nContent-Type: text/html\r\n\r\n<p>"
+BROKEN = {
+    "ends": stream(*FRAMES[:3]),
+    "ends in a frame": stream(*FRAMES[:4])[: -len(FRAMES[3]) // 2],
+    "ends in a head": stream(*FRAMES[:3]) + b"Content-Ty",
+    "reset": lambda connection: (connection.sendall(stream(*FRAMES[:3])), reset(connection)),
+    "chunks of no size": HEAD.replace(b"\r\n\r\n", b"\r\nTransfer-Encoding: chunked\r\n\r\n")
+    + chunked(DELIMITER + b"".join(part(x, Stamp()) for x in FRAMES[:3]), 99)
+    + b"zzz\r\n",
+}
+
+
+@pytest.mark.parametrize("broken", BROKEN.values(), ids=BROKEN)
+def test_a_broken_connection_is_made_anew(broken: object) -> None:
+    with ScriptedServer(broken, stream(*FRAMES[4:])) as server, HttpSource(server.url) as source:
+        assert jpegs(source, 7) == FRAMES[:3] + FRAMES[4:]
+        assert source.counts.connections == 2
+
+
+def test_a_silent_or_trickling_server_is_left() -> None:
+    def silent(connection: socket.socket) -> None:
+        connection.sendall(stream(*FRAMES[:1]))
+        server.over.wait()
+
+    def trickle(connection: socket.socket) -> None:
+        connection.sendall(HEAD + DELIMITER)
+        while not server.over.wait(0.01):
+            connection.sendall(b"X")
+
+    with (
+        ScriptedServer(silent, trickle, stream(*FRAMES[1:])) as server,
+        HttpSource(server.url, stall_s=0.15) as source,
+    ):
+        assert jpegs(source, 8) == FRAMES
+        assert source.counts.connections == 3
+
+
+def test_a_server_may_be_gone_for_a_while() -> None:
+    first = ScriptedServer(stream(*FRAMES[:2]))
+    with HttpSource(first.url) as source:
+        frames = iter(source)
+        assert [next(frames).jpeg for _ in range(2)] == FRAMES[:2]
+        first.__exit__()
+        found: list[bytes] = []
+        reader = threading.Thread(target=lambda: found.append(next(frames).jpeg))
+        reader.start()
+        while "lost: " not in source.counts.remark:
+            reader.join(0.001)
+        with ScriptedServer(stream(FRAMES[2]), port=first.port):
+            reader.join()
+        assert found == FRAMES[2:3]
+
+
+@pytest.mark.parametrize("size", [1, 7, 5000])
+def test_chunks_do_not_matter(size: int) -> None:
+    head = f"HTTP/1.1 200 OK\r\ncontent-type: {CONTENT_TYPE}\r\ntransfer-encoding: chunked\r\n\r\n"
+    body = DELIMITER + b"".join(part(jpeg, Stamp()) for jpeg in FRAMES)
+    with ScriptedServer(head.encode() + chunked(body, size)) as server:
+        with HttpSource(server.url) as source:
+            assert jpegs(source, 8) == FRAMES
+
+
+@pytest.mark.parametrize(
+    ("answer", "sentence"),
+    {
+        "wrong password": (b"HTTP/1.1 401 Unauthorized\r\n\r\n", "refuses the name and password"),
+        "wrong path": (b"HTTP/1.1 404 Not Found\r\n\r\n", "answers 404 Not Found"),
+        "a page": (
+            b"HTTP/1.1 200 OK\r\nContent-Type: text/html\r\n\r\n<p>",
+            "sends text/html, not",
+        ),
+        "no boundary": (
+            b"HTTP/1.1 200 OK\r\nContent-Type: multipart/x-mixed-replace\r\n\r\n",
+            "not a stream of JPEGs",
+        ),
+        "no HTTP": (b"SSH-2.0-OpenSSH\r\n", "does not speak HTTP"),
+        "an endless head": (b"HTTP/1.1 200 OK\r\nX: " + b"x" * 200_000, "does not speak HTTP"),
+        "nothing": (b"", "does not speak HTTP"),
+    }.values(),
+)
+def test_what_is_no_stream_is_refused_in_a_sentence(answer: bytes, sentence: str) -> None:
+    with ScriptedServer(answer) as server:
+        address = server.url.replace("127", "me:secret@127")
+        with pytest.raises(WedgeError, match=sentence) as refused:
+            HttpSource(address)
+    assert "secret" not in str(refused.value)
+
+
+def test_no_camera_at_the_other_end_is_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(WedgeError, match="nothing listens at that port"):
+        open_source(f"http://127.0.0.1:{free_port()}")
+
+    def unknown(*_: object, **__: object) -> None:
+        raise socket.gaierror(-2, "Name or service not known")
+
+    monkeypatch.setattr(socket, "getaddrinfo", unknown)
+    with pytest.raises(WedgeError, match="no machine of that name"):
+        open_source("http://wedge-pi.local:8080")
+    for address in ("http://", "http://:8080/", "http://pi:notaport/", "http://pi:0/"):
+        with pytest.raises(WedgeError, match="no address of a stream"):
+            open_source(address)
+
+
+def test_name_and_password_reach_the_server_alone() -> None:
+    with ScriptedServer(stream(*FRAMES)) as server:
+        with HttpSource(server.url.replace("127", "me:s%3Acret@127")) as source:
+            assert "cret" not in source.name
+            assert jpegs(source, 8) == FRAMES
+        (request,) = server.requests[:1]
+    assert b"Basic " + base64.b64encode(b"me:s:cret") in request
+
+
+def test_closing_wakes_who_waits() -> None:
+    with ScriptedServer(
+        lambda connection: (connection.sendall(HEAD), server.over.wait())
+    ) as server:
+        source = HttpSource(server.url, stall_s=60.0)
+        reader = threading.Thread(target=lambda: list(source))
+        reader.start()
+        source.close()
+        reader.join()
+
+
+def test_a_clock_that_is_not_set_is_said() -> None:
+    stamps = [Stamp(3600 * SECOND_NS + i, 50 + i, i) for i in range(2)]
+    with ScriptedServer(stream(*FRAMES[:2], stamps=stamps)) as server:
+        with HttpSource(server.url) as source:
+            frames = list(itertools.islice(source, 2))
+            assert "is not set" in source.counts.remark
+    assert all(frame.clock == "mapped" and frame.latency_ms is None for frame in frames)
+
+
+def test_the_quickest_frame_lays_the_sender_s_uptime_over_our_clock() -> None:
+    clock, uptime_ns = SenderClock(), 10**9
+    delays_ns = [9, 4, 7, 2, 30]
+    for i, delay_ns in enumerate(delays_ns):
+        taken_ns = 1000 + 16 * i
+        found_ns, kind = clock.time_ns(Stamp(None, uptime_ns + taken_ns, i), taken_ns + delay_ns)
+        assert (found_ns - taken_ns, kind) == (min(delays_ns[: i + 1]), "mapped")
+
+
+@pytest.mark.parametrize("name", ["ffmpeg", "ustreamer", "motion", "cvlc"])
+def test_other_projects_servers_are_read(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    if shutil.which(name) is None:
+        pytest.skip(f"{name} is not installed: see requirements/debian.txt")
+    monkeypatch.setattr(http, "BACK_OFF_S", (0.02,))
+    with debian_server(name) as url:
+        for _ in range(1000):
+            try:
+                source = open_source(url)
+                break
+            except WedgeError:
+                threading.Event().wait(0.02)
+        with source:
+            frames = list(itertools.islice(source, 3 if name == "ustreamer" else 12))
+            counts = source.counts
+    assert all(frame.image().shape[2] == 3 for frame in frames)
+    assert (counts.corrupt, counts.connections) == (0, 1)

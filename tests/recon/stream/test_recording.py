@@ -1,0 +1,179 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Recordings open in the tools that others use, whenever the recorder was killed."""
+
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from mcap.reader import make_reader
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_typestore
+
+from recon.stream import McapSource, Recorder, TimedFrame
+from recon.stream.ros import FORMAT, CompressedImage
+from sensor.errors import WedgeError
+from tests.recon.stream.servers import FRAMES
+from tests.synthetic import make_dataset
+
+STEP_NS = 16_666_667
+START_NS = 1_700_000_000_123_456_789
+ROOT = Path(__file__).resolve().parents[3]
+
+
+def frame(index: int) -> TimedFrame:
+    time_ns = START_NS + index * STEP_NS
+    jpeg = FRAMES[index % len(FRAMES)]
+    return TimedFrame(index=index, time_ns=time_ns, arrived_ns=time_ns + 5_000_000, jpeg=jpeg)
+
+
+def record(path: Path, count: int, units: dict | None = None) -> Path:
+    units = units or {"wedge": None}
+    with Recorder(path, units) as recorder:
+        for index in range(count):
+            for sensor in units:
+                recorder.add(sensor, frame(index))
+    return path
+
+
+def read_with_mcap(path: Path) -> list[tuple[str, int, bytes]]:
+    with path.open("rb") as stream:
+        messages = make_reader(stream, validate_crcs=True).iter_messages()
+        return [(channel.topic, m.publish_time, m.data) for _, channel, m in messages]
+
+
+def read_with_rosbags(path: Path) -> list:
+    types = get_typestore(Stores.ROS2_HUMBLE)
+    with AnyReader([path], default_typestore=types) as reader:
+        return [reader.deserialize(raw, c.msgtype) for c, _, raw in reader.messages()]
+
+
+def test_other_tools_read_every_frame(tmp_path: Path) -> None:
+    path = record(tmp_path / "touch.mcap", 150, {"left": None, "right": None})
+    messages = read_with_mcap(path)
+    assert len(messages) == 300
+    assert {topic for topic, *_ in messages} == {
+        "/left/image_raw/compressed",
+        "/right/image_raw/compressed",
+    }
+    images = read_with_rosbags(path)
+    assert len(images) == 300
+    for index, image in enumerate(images[::2]):
+        stamp = image.header.stamp
+        assert stamp.sec * 10**9 + stamp.nanosec == START_NS + index * STEP_NS
+        assert bytes(image.data) == FRAMES[index % len(FRAMES)]
+        assert image.format == "bgr8; jpeg compressed bgr8"
+        assert image.header.frame_id in ("left_optical_frame", "right_optical_frame")
+
+
+def test_a_recording_comes_back_as_it_went_in(tmp_path: Path) -> None:
+    path = record(tmp_path / "touch.mcap", 70, {"left": None, "right": None})
+    for source in (McapSource(path), McapSource(path, "right")):
+        frames = list(source)
+        assert [f.jpeg for f in frames] == [frame(i).jpeg for i in range(70)]
+        assert [f.time_ns for f in frames] == [frame(i).time_ns for i in range(70)]
+    with pytest.raises(WedgeError, match="no topic"):
+        McapSource(path, "middle")
+
+
+def test_the_unit_travels_inside(tmp_path: Path) -> None:
+    unit = make_dataset(tmp_path / "unit").folder  # any files will do
+    (unit / "unit.toml").write_text("serial = 7")
+    (unit / "gradients.safetensors").write_bytes(bytes(range(256)))
+    path = record(tmp_path / "touch.mcap", 3, {"wedge": unit})
+    source = McapSource(path)
+    assert sorted(source.unit) == ["background.png", "gradients.safetensors", "unit.toml"]
+    (tmp_path / "again").mkdir()
+    again = source.save_unit(tmp_path / "again")
+    assert all((again / name).read_bytes() == (unit / name).read_bytes() for name in source.unit)
+    assert McapSource(record(tmp_path / "bare.mcap", 1)).save_unit(tmp_path) is None
+
+
+RECORD_FOREVER = """
+import sys
+from pathlib import Path
+from recon.stream import Recorder
+from tests.recon.stream.test_recording import frame
+with Recorder(Path(sys.argv[1]), {"wedge": None}) as recorder:
+    print("begun", flush=True)
+    index = 0
+    while True:
+        recorder.add("wedge", frame(index))
+        index += 1
+"""
+
+
+def test_a_kill_at_any_moment_leaves_a_file_that_opens(tmp_path: Path) -> None:
+    for attempt, wait in enumerate((0.0, 0.07, 0.2)):
+        path = tmp_path / f"{attempt}.mcap"
+        command = [sys.executable, "-c", RECORD_FOREVER, str(path)]
+        with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE) as process:
+            assert process.stdout.readline() == b"begun\n"
+            try:
+                process.wait(wait)
+            except subprocess.TimeoutExpired:
+                process.send_signal(signal.SIGKILL)
+        messages = read_with_mcap(path)
+        assert [t for _, t, _ in messages] == [frame(i).time_ns for i in range(len(messages))]
+        assert len(read_with_rosbags(path)) == len(messages)
+        if messages:
+            assert len(list(McapSource(path))) == len(messages)
+
+
+def test_at_every_length_that_a_write_can_leave_what_is_whole_is_read(tmp_path: Path) -> None:
+    whole = record(tmp_path / "touch.mcap", 200).read_bytes()
+    cut = tmp_path / "cut.mcap"
+    counts = []
+    for length in range(2000, len(whole), 40_007):
+        cut.write_bytes(whole[:length])
+        try:
+            source = McapSource(cut)
+        except WedgeError as error:
+            assert "has no topic" in str(error)
+            continue
+        times = [f.time_ns for f in source]
+        assert times == [frame(i).time_ns for i in range(len(times))]
+        assert "broke off" in source.counts.remark
+        counts.append(len(times))
+    assert counts == sorted(counts)
+    assert counts[-1] >= 120
+
+
+def test_no_recording_is_written_over(tmp_path: Path) -> None:
+    path = record(tmp_path / "touch.mcap", 3)
+    before = path.read_bytes()
+    with pytest.raises(WedgeError, match="exists: name a new file"):
+        Recorder(path, {"wedge": None})
+    assert path.read_bytes() == before
+    with pytest.raises(WedgeError, match="cannot name a sensor"):
+        Recorder(tmp_path / "other.mcap", {"a/b": None})
+    with pytest.raises(WedgeError, match="not a unit folder"):
+        Recorder(tmp_path / "other.mcap", {"wedge": tmp_path})
+    assert not (tmp_path / "other.mcap").exists()
+
+
+@given(
+    time_ns=st.integers(0, (2**31 - 1) * 10**9),
+    frame_id=st.text(st.characters(codec="utf-8", exclude_characters="\0"), max_size=9),
+    data=st.binary(max_size=50),
+)
+def test_messages_survive_their_coding(time_ns: int, frame_id: str, data: bytes) -> None:
+    image = CompressedImage(time_ns=time_ns, frame_id=frame_id, format=FORMAT, data=data)
+    assert CompressedImage.from_cdr(image.to_cdr()) == image
+    types = get_typestore(Stores.ROS2_HUMBLE)
+    theirs = types.deserialize_cdr(image.to_cdr(), "sensor_msgs/msg/CompressedImage")
+    assert (theirs.header.frame_id, bytes(theirs.data)) == (frame_id, data)
+    assert bytes(types.serialize_cdr(theirs, "sensor_msgs/msg/CompressedImage")) == image.to_cdr()
+
+
+@given(st.binary(max_size=99))
+def test_bytes_that_are_no_message_are_refused(data: bytes) -> None:
+    for message in (data, CompressedImage(time_ns=1, frame_id="a", format="b", data=data).to_cdr()):
+        try:
+            CompressedImage.from_cdr(message[: len(message) // 2])
+        except ValueError:
+            continue
