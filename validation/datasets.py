@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+from recon import circles
 from sensor.design import FINGER, STANDARD
 from sensor.errors import WedgeError
 from sensor.files import new_folder, sha256_of_files
@@ -46,7 +47,7 @@ class KnownDataset:
             WedgeError: the source cannot be read.
         """
         files = [source] if source.is_file() else [p for p in source.rglob("*") if p.is_file()]
-        code = Path(taxim.__file__).parent.glob("*.py")
+        code = [*Path(taxim.__file__).parent.glob("*.py"), Path(circles.__file__)]
         try:
             frames = sha256_of_files({str(p.relative_to(source.parent)): p for p in files})
             importers = sha256_of_files({p.name: p for p in code})

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
+from recon.circles import refit_circle
 from recon.pixels import BallPress
 from recon.presses import read_presses
 from sensor.dataset import BallLabel, DatasetCard, read_dataset, write_card, write_labels
 from sensor.errors import WedgeError
 from sensor.files import write_atomic
-from validation.importers.circles import refit_circle
 from validation.importers.lights import measure_lights_deg
 
 PRESSES_FOR_LIGHTS = 12

@@ -13,7 +13,7 @@ from recon.images import read_frame, read_image, write_image
 from recon.presses import read_presses
 from sensor.dataset import read_dataset
 from sensor.errors import WedgeError
-from tests.validation.importers.shading import AZIMUTHS_DEG, as_frame, pressed
+from tests.shading import AZIMUTHS_DEG, as_frame, pressed
 from validation.importers import known_depth, taxim, wedge_lab
 
 TAXIM_BALL_PX = taxim.BALL_RADIUS_MM / taxim.MM_PER_PX[0]

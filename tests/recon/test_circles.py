@@ -1,14 +1,12 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Circles drawn by hand are mended, and lights found, on shading of known truth."""
+"""Circles drawn by hand are mended, on shading of known truth."""
 
 import numpy as np
 import pytest
 
-from recon.pixels import BallPress
-from tests.validation.importers.shading import AZIMUTHS_DEG, pressed
-from validation.importers.circles import refit_circle
-from validation.importers.lights import measure_lights_deg
+from recon.circles import refit_circle
+from tests.shading import pressed
 
 SIZE_PX = (160, 120)
 BALL_PX = 30.0
@@ -53,20 +51,3 @@ def test_a_second_contact_lowers_the_quality() -> None:
 def test_noise_alone_has_no_quality() -> None:
     noise = np.random.default_rng(0).normal(0, 0.02, (120, 160, 3)).astype(np.float32)
     assert refit_circle(noise, (80.0, 60.0), 20.0, BALL_PX).quality < 0.1
-
-
-def test_lights_are_found_where_they_are() -> None:
-    places = [(40.0, 40.0), (110.0, 50.0), (80.0, 80.0)]
-    presses = [
-        BallPress(
-            file=f"{seed}.png",
-            difference=pressed(SIZE_PX, place, 18.0, BALL_PX, seed=seed),
-            center_px=place,
-            contact_radius_px=18.0,
-            ball_radius_mm=3.0,
-            mm_per_px=(0.1, 0.1),
-        )
-        for seed, place in enumerate(places)
-    ]
-    for color, azimuth in measure_lights_deg(presses).items():
-        assert abs((azimuth - AZIMUTHS_DEG[color] + 180) % 360 - 180) <= 1

@@ -37,7 +37,11 @@ class Circle:
 
 
 def refit_circle(
-    difference: Difference, center_px: Pair, radius_px: float, ball_radius_px: float
+    difference: Difference,
+    center_px: Pair,
+    radius_px: float,
+    ball_radius_px: float,
+    reach: float = 2.0,
 ) -> Circle:
     """Move and resize a circle until a ball of known radius explains the shading best.
 
@@ -52,12 +56,13 @@ def refit_circle(
         center_px: of the circle that was drawn.
         radius_px: of the circle that was drawn, good to a third.
         ball_radius_px: of the ball.
+        reach: pixels up to this many drawn radii from the drawn centre are looked at.
     """
-    x, y, color = _pixels_near(difference, center_px, 2 * radius_px)
-    reach = FARTHEST_SHIFT * radius_px
-    lowest = np.array([center_px[0] - reach, center_px[1] - reach, 0.4 * radius_px, np.log(0.5)])
+    x, y, color = _pixels_near(difference, center_px, reach * radius_px)
+    shift = FARTHEST_SHIFT * radius_px
+    lowest = np.array([center_px[0] - shift, center_px[1] - shift, 0.4 * radius_px, np.log(0.5)])
     largest = min(1.8 * radius_px, LARGEST * ball_radius_px)
-    highest = np.array([center_px[0] + reach, center_px[1] + reach, largest, np.log(radius_px)])
+    highest = np.array([center_px[0] + shift, center_px[1] + shift, largest, np.log(radius_px)])
     start = np.array([*center_px, START * radius_px, np.log(radius_px / 4)])
     parameters = np.clip(start, lowest + 1e-6, highest - 1e-6)
     weight = np.ones(len(x))
@@ -76,8 +81,9 @@ def refit_circle(
         scale = max(1.4826 * float(np.median(error)), 1e-9)
         weight = 1 / np.sqrt(1 + (error / (2 * scale)) ** 2)
     center_x, center_y, radius, _ = parameters
-    unexplained = float((np.minimum(error, 4 * scale) ** 2).mean())
-    signal = max(float((color**2).sum(1).mean()), 1e-12)
+    # Weighted alike, so that neither printed dots nor another object's outline pass as explained.
+    unexplained = float(((weight * error) ** 2).mean())
+    signal = max(float((weight**2 * (color**2).sum(1)).mean()), 1e-12)
     center = (float(center_x), float(center_y))
     near = _share_near(difference, center, 2.2 * radius)
     return Circle(
