@@ -103,7 +103,8 @@ def _write_papers(built: "Model", manifest: dict[str, Any], folder: Path) -> Non
     lines = make_bill(manifest["bill"], read_parts())
     names = {line.part.id: line.part.name for line in lines}
     title = f"GelSight Wedge, {built.design.name}"
-    guide = guide_text(built.design, built.assembly, built.boards, manifest["parts"], names)
+    order = [(line.part.name, line.quantity_words) for line in lines]
+    guide = guide_text(built.design, built.assembly, built.boards, manifest["parts"], names, order)
     texts = {
         "bill/bill.csv": bill_csv(lines),
         "bill/bill.md": bill_markdown(lines, title),

@@ -60,6 +60,11 @@ class Line:
     part: BoughtPart
     quantity: float
 
+    @property
+    def quantity_words(self) -> str:
+        """How much one sensor takes: ``7 piece``, ``0.96 m``."""
+        return f"{self.quantity:g} {self.part.unit}"
+
     def packs(self, sensors: int) -> int:
         """Packs to buy for a number of sensors."""
         return math.ceil(self.quantity * sensors / self.part.pack_size - 1e-9)
@@ -197,7 +202,7 @@ def bill_markdown(lines: Sequence[Line], title: str) -> str:
         part = line.part
         other = f"{part.distributor_brand} {part.distributor_number}".strip() or "-"
         rows.append(
-            f"| {part.name} | {line.quantity:g} {part.unit} | {part.brand} {part.number} |"
+            f"| {part.name} | {line.quantity_words} | {part.brand} {part.number} |"
             f" {part.supplier} | {part.price_words} | {other} | {part.alternative} |"
         )
     rows += ["", *(totals_text(lines, sensors) for sensors in (1, 10)), ""]

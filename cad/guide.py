@@ -12,6 +12,7 @@ from cad.catalogue import INFILL_PERCENT
 from cad.electronics.boards import Board
 from cad.electronics.files import board_note
 from cad.electronics.resistors import ballasts
+from cad.electronics.wiring import ARRAY_WORDS, BOARD_WORDS
 from cad.exports.laser import sheets
 from cad.optics import keystone, pad_grid, pixel_margin, trace
 from sensor.design import Wedge
@@ -64,6 +65,7 @@ def guide_text(
     boards: Sequence[Board],
     parts: Sequence[Mapping[str, Any]],
     names: Mapping[str, str],
+    order: Sequence[tuple[str, str]],
 ) -> str:
     """The guide as Markdown.
 
@@ -73,6 +75,7 @@ def guide_text(
         boards: Its boards.
         parts: The manifest's parts.
         names: What the bill calls each part, by id.
+        order: The bill's lines: name, and quantity with its unit.
     """
     pixels = (paths := trace(design, pad_grid(design, 21))).pixels
     titles = {part["id"]: part.get("title", "") for part in parts}
@@ -83,6 +86,10 @@ def guide_text(
         hash=design.sha256[:8],
         width=f"{design.outer_width_mm:g}",
         infill=f"{INFILL_PERCENT:g}",
+        order_table="\n".join(f"| {part} | {quantity} |" for part, quantity in order),
+        board_words=BOARD_WORDS,
+        array_words=ARRAY_WORDS,
+        wire=f"{design.wiring.wire_diameter_mm:g}",
         print_table=_print_table(parts),
         laser_table=_laser_table(design),
         boards="\n".join(f"- {board_note(board)}" for board in boards),

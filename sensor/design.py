@@ -377,4 +377,4 @@ FINGER = Wedge(
     wiring=CSI_SUPPLY,
     compartment=LAB_COMPARTMENT,
 )
-"""The sensor of the size of a human finger, 17 mm wide."""
+"""The sensor of the size of a human finger, 17.2 mm wide."""

@@ -43,7 +43,9 @@ def test_the_guide_tells_every_step_and_counts_every_body(finger: Model) -> None
     manifest = manifest_of(finger, [])
     names = {part["id"]: part["id"] for part in manifest["parts"]}
     parts = [{**part, "title": part["id"]} for part in manifest["parts"]]
-    text = guide_text(finger.design, finger.assembly, finger.boards, parts, names)
+    text = guide_text(
+        finger.design, finger.assembly, finger.boards, parts, names, [("a ball", "1 piece")]
+    )
     taken: Counter[str] = Counter()
     for line in text.splitlines():
         if re.match(r"Take \d", line):
@@ -51,5 +53,6 @@ def test_the_guide_tells_every_step_and_counts_every_body(finger: Model) -> None
                 count, part = item.split(" × ")
                 taken[part] += int(count)
     assert taken == Counter(finger.assembly.counts())
+    assert "| a ball | 1 piece |" in text
     assert text.count("\n### Step ") == len(finger.assembly.steps)
     assert finger.design.sha256[:8] in text

@@ -4,6 +4,7 @@
 
 import re
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -13,7 +14,10 @@ from hypothesis import strategies as st
 from cad.build import model, run_checks
 from cad.refusals import refuse_unbuildable
 from sensor.design import FINGER, STANDARD, Wedge
+from sensor.design_file import load_design
 from sensor.errors import WedgeError
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def changed(design: Wedge, group: str, **values: Any) -> Wedge:
@@ -70,6 +74,17 @@ def test_both_designs_take_every_fit_of_the_coupons(
 ) -> None:
     fit = {"press_clearance_mm": press, "sliding_clearance_mm": slide}
     refuse_unbuildable(changed(design, "printing", **fit))
+
+
+@pytest.mark.parametrize("page", ["build", "design"])
+def test_the_designs_of_the_documentation_can_be_built(page: str, tmp_path: Path) -> None:
+    text = (ROOT / "docs" / "howto" / f"{page}.md").read_text(encoding="utf-8")
+    files = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)
+    assert files
+    for number, content in enumerate(files):
+        path = tmp_path / f"{number}.toml"
+        path.write_text(content, encoding="utf-8")
+        refuse_unbuildable(load_design(str(path)))
 
 
 BARE = {"film_thickness_mm": 0.0, "gray_filter_transmission": 1.0, "diffuser": False}

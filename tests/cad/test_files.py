@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The files, opened by readers that others wrote, and the same bytes from two processes."""
 
+import csv
 import filecmp
 import hashlib
 import io
@@ -228,6 +229,29 @@ def test_pages_point_at_files_that_exist(fabricated: Folders) -> None:
     assert shown.count("<table>") == len(re.findall(r"^\|-", guide, re.MULTILINE))
     assert [link for link in links if not (folder / link).is_file()] == []
     assert "http" not in re.sub(r"http://www\.w3\.org\S*", "", page)
+
+
+def test_guide_and_bill_ask_for_the_same(fabricated: Folders) -> None:
+    folder = fabricated[0]
+    with (folder / "bill" / "bill.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    guide = (folder / "guide.md").read_text(encoding="utf-8")
+    table = guide.partition("## What to order")[2].partition("## 1.")[0]
+    ordered = [
+        tuple(cell.strip() for cell in line.strip("|").split("|"))
+        for line in table.splitlines()
+        if line.startswith("| ") and not line.startswith("| part")
+    ]
+    assert ordered == [(row["name"], f"{row['quantity']} {row['unit']}") for row in rows]
+    with (folder / "bill" / "distributor.csv").open(encoding="utf-8", newline="") as file:
+        sold = {row["Customer Reference"]: row for row in csv.DictReader(file)}
+    electronic = {"camera", "csi_hdmi_board", "hdmi_cable", "raspberry_pi", "wire"}
+    electronic |= {
+        row["id"] for row in rows if re.match(r"led_[a-z]+$|resistor_\d|header_", row["id"])
+    }
+    assert set(sold) == electronic
+    pieces = {row["id"]: row["quantity"] for row in rows if row["unit"] != "m"}
+    assert all(row["Quantity"] == pieces.get(key, "1") for key, row in sold.items())
 
 
 @pytest.mark.parametrize("name", ["finger"])
