@@ -1,0 +1,171 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A triangle mesh pressed into ideal gel: the depth and the slopes of its underside."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from recon.arrays import ContactMask, DepthMap, GradientField
+from recon.pose.registration import pixel_grid_mm
+from recon.pose.rigid import Points, Transform, applied
+from sensor.errors import WedgeError
+from sensor.toml import Pair
+
+SMALLEST_MM = 1.0
+"""Smaller things are most likely given in metres."""
+LARGEST_MM = 2000.0
+MOST_TRIANGLES = 500_000
+MOST_PAIRS = 20_000_000
+"""Of triangles and pixels in one picture."""
+CONTACT_DEPTH_MM = 0.04
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mesh:
+    """Triangles of an object, in mm, in the object's frame."""
+
+    vertices_mm: Float[np.ndarray, "v 3"]
+    triangles: Int[np.ndarray, "t 3"]
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be an object in mm.
+
+        Raises:
+            WedgeError: no triangle, a number that is none, or a size beyond sense.
+        """
+        if not len(self.triangles) or len(self.triangles) > MOST_TRIANGLES:
+            raise WedgeError(
+                f"the mesh has {len(self.triangles)} triangles: give one of 1 to {MOST_TRIANGLES}."
+            )
+        if not np.isfinite(self.vertices_mm).all():
+            raise WedgeError("the mesh has corners that are not finite: export it anew.")
+        size_mm = float(np.ptp(self.vertices_mm, axis=0).max())
+        if size_mm < SMALLEST_MM:
+            raise WedgeError(
+                f"the mesh is only {size_mm:.3g} mm across: it seems to be in metres; "
+                "scale it by 1000."
+            )
+        if size_mm > LARGEST_MM:
+            raise WedgeError(f"the mesh is {size_mm:.3g} mm across: its unit is not mm; scale it.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeshTouch:
+    """What the gel would show of a mesh."""
+
+    gradient: GradientField
+    depth_mm: DepthMap
+    contact: ContactMask
+    mm_per_px: Pair
+
+
+def read_mesh(path: Path) -> Mesh:
+    """A mesh from an STL, PLY or OBJ file in mm.
+
+    Raises:
+        WedgeError: the file is missing or damaged, holds no triangles or is not in mm, or trimesh
+            is not installed.
+    """
+    try:
+        import trimesh
+    except ImportError as error:
+        raise WedgeError('meshes need trimesh: pip install "gelsight-wedge[track]".') from error
+    kind = path.suffix.lower().lstrip(".")
+    if kind not in ("stl", "ply", "obj"):
+        raise WedgeError(f"{path} is no STL, PLY or OBJ file.")
+    try:
+        with path.open("rb") as stream:
+            loaded = trimesh.load_mesh(stream, file_type=kind, process=False)
+        vertices, faces = np.asarray(loaded.vertices, float), np.asarray(loaded.faces, np.int64)
+    except OSError as error:
+        raise WedgeError(f"{path} cannot be read: {error.strerror or error}.") from error
+    except Exception as error:  # the readers raise whatever a damaged file leads them to
+        raise WedgeError(f"{path} cannot be read as {kind.upper()}: export it anew.") from error
+    try:
+        return Mesh(vertices_mm=vertices.reshape(-1, 3), triangles=faces.reshape(-1, 3))
+    except WedgeError as error:
+        raise WedgeError(f"{path}: {error}") from error
+
+
+def render(
+    mesh: Mesh, T_sensor_object: Transform, size_px: tuple[int, int], mm_per_px: Pair
+) -> MeshTouch:
+    """The mesh seen from inside the gel: at every pixel its lowest point.
+
+    Args:
+        mesh: the object.
+        T_sensor_object: its pose.
+        size_px: width and height.
+        mm_per_px: pixel pitch.
+    """
+    width, height = size_px
+    x_mm, y_mm = pixel_grid_mm(size_px, mm_per_px)
+    corners = applied(T_sensor_object, mesh.vertices_mm)[mesh.triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    pressed = (corners[..., 2].min(1) < 0) & (np.abs(normals[:, 2]) > 1e-12)
+    corners, normals = corners[pressed], normals[pressed]
+    slopes = -normals[:, :2] / normals[:, 2:]  # of z along x and y
+    first = np.stack(
+        [
+            np.ceil((corners[..., axis].min(1) - start) / pitch)
+            for axis, start, pitch in ((0, x_mm[0], mm_per_px[0]), (1, y_mm[0], mm_per_px[1]))
+        ]
+    )
+    last = np.stack(
+        [
+            np.floor((corners[..., axis].max(1) - start) / pitch)
+            for axis, start, pitch in ((0, x_mm[0], mm_per_px[0]), (1, y_mm[0], mm_per_px[1]))
+        ]
+    )
+    first = np.clip(first, 0, np.array([[width], [height]])).astype(np.int64)
+    last = np.clip(last, -1, np.array([[width - 1], [height - 1]])).astype(np.int64)
+    counts = np.maximum(last - first + 1, 0)
+    pairs = counts[0] * counts[1]
+    if pairs.sum() > MOST_PAIRS:
+        raise WedgeError("the mesh has too many large triangles above each other: simplify it.")
+    triangle = np.repeat(np.arange(len(pairs)), pairs)
+    order = np.arange(len(triangle)) - np.repeat(np.cumsum(pairs) - pairs, pairs)
+    column = first[0][triangle] + order % np.maximum(counts[0][triangle], 1)
+    row = first[1][triangle] + order // np.maximum(counts[0][triangle], 1)
+    place = np.stack([x_mm[column], y_mm[row]], -1)
+    inside = _inside(corners, triangle, place)
+    triangle, column, row, place = triangle[inside], column[inside], row[inside], place[inside]
+    z_mm = corners[triangle, 0, 2] + (slopes[triangle] * (place - corners[triangle, 0, :2])).sum(1)
+    lowest = np.lexsort((z_mm, row * width + column))
+    pixel = (row * width + column)[lowest]
+    front = lowest[np.r_[True, pixel[1:] != pixel[:-1]]] if len(pixel) else lowest
+    depth = np.zeros((height, width), np.float32)
+    gradient = np.zeros((height, width, 2), np.float32)
+    touched = front[z_mm[front] < 0]
+    depth[row[touched], column[touched]] = -z_mm[touched]
+    gradient[row[touched], column[touched]] = -slopes[triangle[touched]]
+    return MeshTouch(
+        gradient=gradient, depth_mm=depth, contact=depth > CONTACT_DEPTH_MM, mm_per_px=mm_per_px
+    )
+
+
+def under_side(
+    points_mm: Points, triangles: Int[np.ndarray, "t 3"], z_mm: float
+) -> Float[np.ndarray, "2"]:
+    """The middle, in x and y, of what lies below the gel's surface after a lift by ``z_mm``."""
+    middles = points_mm[triangles].reshape(-1, 3)
+    below = middles[middles[:, 2] + z_mm < 0]
+    middle: Float[np.ndarray, 2] = below[:, :2].mean(0)
+    return middle
+
+
+def _inside(
+    corners: Float[np.ndarray, "t 3 3"], triangle: np.ndarray, place: Float[np.ndarray, "n 2"]
+) -> np.ndarray:
+    """Whether a place lies in its triangle, seen from below; borders count as inside."""
+    signs = []
+    for one, other in ((0, 1), (1, 2), (2, 0)):
+        start, along = corners[:, one, :2], corners[:, other, :2] - corners[:, one, :2]
+        to_place = place - start[triangle]
+        side = along[triangle, 0] * to_place[:, 1] - along[triangle, 1] * to_place[:, 0]
+        signs.append(side)
+    turns = np.stack(signs)
+    return np.logical_or((turns >= -1e-12).all(0), (turns <= 1e-12).all(0))

@@ -1,0 +1,188 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What an object looks like from a pose: earlier touches of it, or its mesh."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import cv2
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from recon.arrays import DepthMap
+from recon.pose.mesh import Mesh, render, under_side
+from recon.pose.pyramid import Pyramid
+from recon.pose.registration import Registration, Touch, contact_points
+from recon.pose.rigid import Covariance, Transform, angle_deg, inverse, rigid
+from sensor.toml import Pair
+
+REACH_DEG, REACH_MM = 12.0, 1.2
+"""A touch is compared with those that differ by less."""
+RENDER_DEG, RENDER_MM = 4.0, 0.4
+"""A mesh is rendered anew where the object has moved by more."""
+YAWS = 12
+DIRECTIONS = 100
+MOST_GUESSES = 24
+THUMBNAIL_PX = 8
+"""Pixels to one of the pictures by which a mesh's orientations are sifted."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Keyframe:
+    """A touch whose pose is known."""
+
+    T_sensor_object: Transform
+    covariance: Covariance
+    """Of a twist x in ``T_sensor_object @ motion(x)``."""
+    pyramid: Pyramid
+    prepared: Any
+    """What the registration made of it."""
+
+
+def keyframe(
+    touch: Touch, T_sensor_object: Transform, covariance: Covariance, registration: Registration
+) -> Keyframe:
+    """A touch, prepared for comparisons."""
+    pyramid = Pyramid(touch)
+    return Keyframe(
+        T_sensor_object=T_sensor_object,
+        covariance=covariance,
+        pyramid=pyramid,
+        prepared=registration.prepare(touch),
+    )
+
+
+class ObjectModel(Protocol):
+    """What is known of an object."""
+
+    def near(self, T_sensor_object: Transform, like: Touch) -> Keyframe | None:
+        """The keyframe to compare a touch with at a pose; ``None`` where nothing is known."""
+
+    def learn(self, seen: Keyframe) -> None:
+        """Take in a touch whose pose was found."""
+
+    def guesses(self, touch: Touch) -> Iterator[tuple[Keyframe, Transform]]:
+        """Keyframes, and poses at which a touch might be theirs, when no pose is known."""
+
+
+@dataclass(kw_only=True)
+class TouchModel:
+    """Earlier touches; without any, the first touch becomes the object."""
+
+    keyframes: list[Keyframe] = field(default_factory=list)
+
+    def near(self, T_sensor_object: Transform, like: Touch) -> Keyframe | None:
+        """The touch whose pose was nearest, if it is in reach."""
+        if not self.keyframes:
+            return None
+        best = min(self.keyframes, key=lambda item: remoteness(item, T_sensor_object))
+        return best if remoteness(best, T_sensor_object) < 1 else None
+
+    def learn(self, seen: Keyframe) -> None:
+        """Keep it."""
+        self.keyframes.append(seen)
+
+    def guesses(self, touch: Touch) -> Iterator[tuple[Keyframe, Transform]]:
+        """Each touch as it was, and turned about the gel's normal, moved to the contact."""
+        center = contact_points(touch).mean(0)
+        for item in self.keyframes:
+            yield item, item.T_sensor_object
+            middle = contact_points(item.pyramid.touch).mean(0)
+            for yaw in np.arange(YAWS) * 2 * np.pi / YAWS:
+                turn = Rotation.from_rotvec([0, 0, yaw]).as_matrix()
+                yield item, rigid(turn, center - turn @ middle) @ item.T_sensor_object
+
+
+@dataclass(kw_only=True)
+class MeshModel:
+    """A mesh in mm, rendered where it is needed."""
+
+    mesh: Mesh
+    registration: Registration
+    _last: Keyframe | None = field(default=None, init=False)
+
+    def near(self, T_sensor_object: Transform, like: Touch) -> Keyframe | None:
+        """The mesh as it presses at a pose; ``None`` where it would not touch."""
+        if self._last is not None:
+            between = T_sensor_object @ inverse(self._last.T_sensor_object)
+            if angle_deg(between) < RENDER_DEG and moved_mm(self._last, between) < RENDER_MM:
+                return self._last
+        self._last = self._rendered(T_sensor_object, like)
+        return self._last
+
+    def learn(self, seen: Keyframe) -> None:
+        """A mesh is known already."""
+
+    def guesses(self, touch: Touch) -> Iterator[tuple[Keyframe, Transform]]:
+        """The mesh pressed from directions all over, those first that look most alike."""
+        deepest_mm = float(np.percentile(touch.depth_mm[touch.contact], 99.5))
+        center = contact_points(touch).mean(0)
+        seen = _thumbnail(touch)
+        found: list[tuple[float, int, Transform]] = []
+        for rotation in _orientations(DIRECTIONS, YAWS):
+            points = self.mesh.vertices_mm @ rotation.T
+            z_mm = -deepest_mm - points[:, 2].min()
+            middle = under_side(points, self.mesh.triangles, z_mm)
+            pose = rigid(rotation, np.array([*(center[:2] - middle), z_mm]))
+            small = render(self.mesh, pose, seen.shape[1::-1], _coarse(touch.mm_per_px))
+            if small.contact.any():
+                pose[:2, 3] += center[:2] - contact_points(small).mean(0)[:2]
+                small = render(self.mesh, pose, seen.shape[1::-1], _coarse(touch.mm_per_px))
+                unlike = float(np.abs(small.depth_mm - seen).mean())
+                found.append((unlike, len(found), pose))
+        for _, _, pose in sorted(found)[:MOST_GUESSES]:
+            rendered = self._rendered(pose, touch)
+            if rendered is not None:
+                yield rendered, pose
+
+    def _rendered(self, T_sensor_object: Transform, like: Touch) -> Keyframe | None:
+        height, width = like.depth_mm.shape
+        touch = render(self.mesh, T_sensor_object, (width, height), like.mm_per_px)
+        if not touch.contact.any():
+            return None
+        return keyframe(touch, T_sensor_object, np.zeros((6, 6)), self.registration)
+
+
+def remoteness(item: Keyframe, T_sensor_object: Transform) -> float:
+    """How far a pose is from that of a keyframe, in reaches."""
+    between = T_sensor_object @ inverse(item.T_sensor_object)
+    return max(angle_deg(between) / REACH_DEG, moved_mm(item, between) / REACH_MM)
+
+
+def moved_mm(item: Keyframe, between: Transform) -> float:
+    """How far a motion in the gel frame moves the middle of a keyframe's contact."""
+    middle = np.append(contact_points(item.pyramid.touch).mean(0), 1.0)
+    return float(np.linalg.norm((between @ middle - middle)[:3]))
+
+
+def touches(seen: Iterable[tuple[Touch, Transform]], registration: Registration) -> TouchModel:
+    """A model of touches with known poses."""
+    return TouchModel(
+        keyframes=[keyframe(touch, pose, np.zeros((6, 6)), registration) for touch, pose in seen]
+    )
+
+
+def _coarse(mm_per_px: Pair) -> Pair:
+    return mm_per_px[0] * THUMBNAIL_PX, mm_per_px[1] * THUMBNAIL_PX
+
+
+def _thumbnail(touch: Touch) -> DepthMap:
+    """Depth of the contact at every eighth pixel."""
+    height, width = touch.depth_mm.shape
+    depth = np.where(touch.contact, touch.depth_mm, 0).astype(np.float32)
+    size = max(width // THUMBNAIL_PX, 1), max(height // THUMBNAIL_PX, 1)
+    small: DepthMap = cv2.resize(depth, size, interpolation=cv2.INTER_AREA)
+    return small
+
+
+def _orientations(directions: int, yaws: int) -> Iterator[np.ndarray]:
+    """Rotations that bring points all over a sphere (Fibonacci's lattice) to the gel."""
+    golden = np.pi * (3 - np.sqrt(5))
+    for index in range(directions):
+        down = 1 - 2 * (index + 0.5) / directions
+        around = np.sqrt(1 - down**2)
+        way = np.array([around * np.cos(golden * index), around * np.sin(golden * index), down])
+        turned = Rotation.align_vectors([[0.0, 0.0, -1.0]], [way])[0]
+        for yaw in np.arange(yaws) * 2 * np.pi / yaws:
+            yield (Rotation.from_rotvec([0, 0, yaw]) * turned).as_matrix()

@@ -1,0 +1,228 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""One touch at several resolutions: as what is looked at, and as a reference with derivatives.
+
+A rigid motion with twist (w, v) moves the point p = (x, y, -d) of the skin by u = w x p + v. With
+m = (Gx, Gy, 1), the depth seen at a fixed pixel then changes by ``-u . m``, and the slopes seen
+there by the derivatives of that along x and y::
+
+    depth    -[p x m, m] . (w, v)
+    slope x  -[p_x x m + p x m_x, m_x] . (w, v)      p_x = (1, 0, -Gx), m_x = dm/dx
+    slope y  -[p_y x m + p x m_y, m_y] . (w, v)      p_y = (0, 1, -Gy), m_y = dm/dy
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Float, Float32
+
+from recon.pose.registration import Touch, pixel_grid_mm
+from recon.pose.rigid import Covariance, Points, Transform
+from sensor.toml import Pair
+
+LEVELS = 3
+FULL_RESOLUTION_PX = 4000
+"""Contacts of fewer pixels are read at full resolution, larger ones at half."""
+LEAST_PX = 40
+"""Of a level that takes part."""
+MOST_PX = 6000
+SMOOTHING_PX = 0.7
+"""Before reading between pixels at full resolution, where an edge would be a jump."""
+CONTINUATION_SIGMA_PX = 1.0
+STENCIL = np.array([[1, -8, 0, 8, -1]], np.float32) / 12
+
+
+@dataclass(frozen=True, kw_only=True)
+class Level:
+    """Slopes and depth at one resolution."""
+
+    values: Float32[np.ndarray, "h w 4"]
+    """Slopes, depth in mm, and 1 inside the contact."""
+    x_mm: Float[np.ndarray, " w"]
+    y_mm: Float[np.ndarray, " h"]
+    halvings: int
+
+    @property
+    def pitch_mm(self) -> Pair:
+        """Between neighbours along x and y."""
+        return float(self.x_mm[1] - self.x_mm[0]), float(self.y_mm[1] - self.y_mm[0])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Template:
+    """Pixels of a reference at one level, and how motions change what is seen there."""
+
+    points: Float32[np.ndarray, "n 3"]
+    slopes: Float32[np.ndarray, "n 2"]
+    change: Float32[np.ndarray, "3 n 6"]
+    """Of slope x, slope y and depth, per twist."""
+    steepness: Float32[np.ndarray, " n"]
+    """|(Gx, Gy, 1)|."""
+    noise_change: Covariance
+    """What white slope noise of unit variance adds to ``change.T @ change`` of the slopes."""
+    depth_weight: float
+
+
+class Pyramid:
+    """One touch at all resolutions; as a reference, with its templates."""
+
+    def __init__(self, touch: Touch) -> None:
+        self.touch = touch
+        self.levels = _levels(touch)
+        contact_px = int(np.count_nonzero(touch.contact))
+        self.finest = 0 if contact_px < FULL_RESOLUTION_PX else 1
+
+    @cached_property
+    def templates(self) -> dict[int, Template]:
+        """By level, those of too few pixels left out, the coarsest first."""
+        made = {
+            index: _template(self.levels[index], self.touch)
+            for index in range(LEVELS - 1, self.finest - 1, -1)
+        }
+        return {index: item for index, item in made.items() if len(item.points) >= LEAST_PX}
+
+
+def residuals(
+    template: Template, level: Level, guess: Transform
+) -> tuple[Float32[np.ndarray, "3 n"], Bool[np.ndarray, " n"]]:
+    """What is seen less what the guess predicts, in the reference's frame, and where both touch."""
+    rotation = guess[:3, :3].astype(np.float32)
+    moved = template.points @ rotation.T + guess[:3, 3].astype(np.float32)
+    found = _looked_up(level, moved)
+    normal = np.concatenate([found[:, :2], np.ones_like(found[:, :1])], 1)
+    back = normal @ rotation
+    upright = back[:, 2] > 0.1
+    slopes = back[:, :2] / np.where(upright, back[:, 2], 1.0)[:, None]
+    gap = -found[:, 2] - moved[:, 2]
+    depth = -gap * template.steepness / np.linalg.norm(normal, axis=1)
+    residual = np.stack([*(slopes - template.slopes).T, depth])
+    return residual, (found[:, 3] > 0.99) & upright
+
+
+def _looked_up(level: Level, points: Points) -> Float32[np.ndarray, "n 4"]:
+    """A level's values at points, between pixels bilinear; zero outside the frame.
+
+    OpenCV's remap rounds places to a 32nd of a pixel, for a shift all of them alike.
+    """
+    height, width = level.values.shape[:2]
+    pitch_x, pitch_y = level.pitch_mm
+    x = (points[:, 0] - np.float32(level.x_mm[0])) * np.float32(1 / pitch_x)
+    y = (points[:, 1] - np.float32(level.y_mm[0])) * np.float32(1 / pitch_y)
+    inside = (x >= 0) & (y >= 0) & (x < width - 1) & (y < height - 1)
+    x, y = np.where(inside, x, 0), np.where(inside, y, 0)
+    left, top = x.astype(np.intp), y.astype(np.intp)
+    right_share, lower_share = (x - left)[:, None], (y - top)[:, None]
+    flat = level.values.reshape(-1, 4)
+    place = top * width + left
+    upper = flat[place] + right_share * (flat[place + 1] - flat[place])
+    place = place + width
+    lower = flat[place] + right_share * (flat[place + 1] - flat[place])
+    found: Float32[np.ndarray, "n 4"] = (upper + lower_share * (lower - upper)) * inside[:, None]
+    return found
+
+
+def _levels(touch: Touch) -> list[Level]:
+    """Halved again and again, from pixels of the contact alone: beside it the gel only follows."""
+    mask = touch.contact.astype(np.float32)
+    values = np.dstack([touch.gradient, touch.depth_mm]).astype(np.float32)
+    height, width = mask.shape
+    x_mm, y_mm = pixel_grid_mm((width, height), touch.mm_per_px)
+    smooth = _blurred(values, mask, SMOOTHING_PX)
+    levels = [Level(values=np.dstack([smooth, mask]), x_mm=x_mm, y_mm=y_mm, halvings=0)]
+    for halvings in range(1, LEVELS):
+        share = cv2.pyrDown(mask)
+        total = cv2.pyrDown(values * mask[..., None])
+        values = (total / np.maximum(share, 1e-3)[..., None]).astype(np.float32)
+        mask = (share > 0.5).astype(np.float32)
+        x_mm, y_mm = x_mm[::2], y_mm[::2]
+        levels.append(
+            Level(values=np.dstack([values, mask]), x_mm=x_mm, y_mm=y_mm, halvings=halvings)
+        )
+    return levels
+
+
+def _template(level: Level, touch: Touch) -> Template:
+    mask = level.values[..., 3]
+    rows, columns = np.nonzero(mask)
+    keep = slice(None, None, max(1, -(-len(rows) // MOST_PX)))
+    rows, columns = rows[keep], columns[keep]
+    second = [_derivatives(level.values[..., axis], mask, level.pitch_mm) for axis in (0, 1)]
+    xx, yy = second[0][0][rows, columns], second[1][1][rows, columns]
+    xy = (second[0][1][rows, columns] + second[1][0][rows, columns]) / 2
+    slope_x, slope_y, depth, _ = level.values[rows, columns].T
+    zero, one = np.zeros_like(depth), np.ones_like(depth)
+    points = np.stack([level.x_mm[columns], level.y_mm[rows], -depth], -1).astype(np.float32)
+    upright = np.stack([slope_x, slope_y, one], -1)
+
+    def change(along: np.ndarray, bend: np.ndarray) -> np.ndarray:
+        turn = np.cross(along, upright) + np.cross(points, bend)
+        return -np.concatenate([turn, bend], -1)
+
+    seen = np.stack(
+        [
+            change(np.stack([one, zero, -slope_x], -1), np.stack([xx, xy, zero], -1)),
+            change(np.stack([zero, one, -slope_y], -1), np.stack([xy, yy, zero], -1)),
+            -np.concatenate([np.cross(points, upright), upright], -1),
+        ]
+    ).astype(np.float32)
+    return Template(
+        points=points,
+        slopes=upright[:, :2],
+        change=seen,
+        steepness=np.linalg.norm(upright, axis=1),
+        noise_change=_noise_change(points, level.pitch_mm),
+        depth_weight=_depth_weight(touch),
+    )
+
+
+def _derivatives(
+    values: Float32[np.ndarray, "h w"], mask: Float32[np.ndarray, "h w"], pitch_mm: Pair
+) -> tuple[Float32[np.ndarray, "h w"], Float32[np.ndarray, "h w"]]:
+    """Along x and y, of fourth order: a smoother one would see less of a thread's motion.
+
+    What lies outside the mask is continued from inside.
+    """
+    continued = _blurred(values[..., None], mask, CONTINUATION_SIGMA_PX)[..., 0]
+    whole = np.where(mask > 0, values, continued)
+    along_x, along_y = (cv2.filter2D(whole, -1, kernel) for kernel in (STENCIL, STENCIL.T))
+    return along_x / np.float32(pitch_mm[0]), along_y / np.float32(pitch_mm[1])
+
+
+def _noise_change(points: Points, pitch_mm: Pair) -> Covariance:
+    impulse = np.zeros((21, 21), np.float32)
+    impulse[10, 10] = 1
+    along_x, along_y = _derivatives(impulse, np.ones_like(impulse), pitch_mm)
+    total = np.zeros((6, 6))
+    for axis, energy in ((0, (along_x**2).sum()), (1, (along_y**2).sum())):
+        unit = np.zeros(3)
+        unit[axis] = 1
+        rows = np.concatenate([np.cross(points, unit), np.broadcast_to(unit, points.shape)], -1)
+        total += 2 * float(energy) * rows.T @ rows
+    return total
+
+
+def _depth_weight(touch: Touch) -> float:
+    """Weight of a depth residual (1/mm^2) beside slope residuals of weight 1.
+
+    The mean depth over a disc of radius a in a zero ring of radius b, integrated from white slope
+    noise s at a pitch h, has the variance ``h^2 s^2 (ln(b/a) + 1/4) / (2 pi)``: the potential of a
+    charged disc, averaged over the disc.
+    """
+    height, width = touch.contact.shape
+    contact_px = np.count_nonzero(touch.contact) + 1
+    pitch_x, pitch_y = touch.mm_per_px
+    ratio = max(np.sqrt(height * width / contact_px), 1.0)
+    spread = (np.log(ratio) + 0.25) / (2 * np.pi)
+    return float(1 / (contact_px * pitch_x * pitch_y * spread))
+
+
+def _blurred(
+    values: Float32[np.ndarray, "h w c"], mask: Float32[np.ndarray, "h w"], sigma_px: float
+) -> Float32[np.ndarray, "h w c"]:
+    """A Gaussian mean over the pixels inside the mask."""
+    share = np.maximum(cv2.GaussianBlur(mask, (0, 0), sigma_px), np.float32(1e-3))
+    total = cv2.GaussianBlur(values * mask[..., None], (0, 0), sigma_px)
+    blurred: Float32[np.ndarray, "h w c"] = total.reshape(values.shape) / share[..., None]
+    return blurred

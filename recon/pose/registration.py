@@ -1,0 +1,73 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Two touches of one object to the motion between them: what every method offers."""
+
+from dataclasses import dataclass
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+from jaxtyping import Float
+
+from recon.arrays import ContactMask, DepthMap, GradientField
+from recon.pose.rigid import Covariance, Points, Transform
+from sensor.toml import Pair
+
+
+@runtime_checkable
+class Touch(Protocol):
+    """What tracking needs of a frame; a ``Reconstruction`` is one."""
+
+    @property
+    def gradient(self) -> GradientField:
+        """Slopes."""
+
+    @property
+    def depth_mm(self) -> DepthMap:
+        """Depth."""
+
+    @property
+    def contact(self) -> ContactMask:
+        """Where the object touches."""
+
+    @property
+    def mm_per_px(self) -> Pair:
+        """Pixel pitch."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Alignment:
+    """How an object has moved from one touch to another."""
+
+    T_current_reference: Transform
+    """Where the object's points went, in the gel frame."""
+    covariance: Covariance
+    """Of a twist x in ``T_current_reference @ motion(x)``, (rad, mm)."""
+
+
+class Registration(Protocol):
+    """A way to find the motion between two touches."""
+
+    def prepare(self, touch: Touch) -> Any:
+        """What one touch gives to any number of alignments."""
+
+    def align(self, reference: Any, current: Any, T_current_reference: Transform) -> Alignment:
+        """Refine a first guess of the motion between two prepared touches."""
+
+
+def pixel_grid_mm(
+    size_px: tuple[int, int], mm_per_px: Pair
+) -> tuple[Float[np.ndarray, " w"], Float[np.ndarray, " h"]]:
+    """Coordinates in the gel frame, whose origin is the frame's centre, of columns and of rows."""
+    x_mm, y_mm = (
+        (np.arange(count) - (count - 1) / 2) * pitch
+        for count, pitch in zip(size_px, mm_per_px, strict=True)
+    )
+    return x_mm, y_mm
+
+
+def contact_points(touch: Touch) -> Points:
+    """Points (n, 3) of the touched skin in mm, gel frame."""
+    height, width = touch.depth_mm.shape
+    x_mm, y_mm = pixel_grid_mm((width, height), touch.mm_per_px)
+    rows, columns = np.nonzero(touch.contact)
+    return np.stack([x_mm[columns], y_mm[rows], -touch.depth_mm[rows, columns]], -1).astype(float)

@@ -1,0 +1,97 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Rigid transforms as 4 x 4 matrices: ``T_a_b`` maps coordinates of b to those of a.
+
+A twist is (rotation vector in rad, translation in mm). Formulas: Lynch and Park, Modern Robotics,
+2017, chapter 3.
+"""
+
+import numpy as np
+from jaxtyping import Float
+from scipy.spatial.transform import Rotation
+
+Transform = Float[np.ndarray, "4 4"]
+Twist = Float[np.ndarray, "6"]
+Covariance = Float[np.ndarray, "6 6"]
+"""Of a twist."""
+Points = Float[np.ndarray, "*n 3"]
+
+
+def rigid(rotation: Float[np.ndarray, "3 3"], translation_mm: Float[np.ndarray, "3"]) -> Transform:
+    """The transform that rotates, then shifts."""
+    transform = np.eye(4)
+    transform[:3, :3] = rotation
+    transform[:3, 3] = translation_mm
+    return transform
+
+
+def motion(twist: Twist) -> Transform:
+    """The rigid motion along a twist for one unit of time (the exponential)."""
+    turn = twist[:3]
+    angle = float(np.linalg.norm(turn))
+    cross = skew(turn)
+    if angle < 1e-6:
+        along = np.eye(3) + cross / 2
+    else:
+        along = (
+            np.eye(3)
+            + (1 - np.cos(angle)) / angle**2 * cross
+            + (angle - np.sin(angle)) / angle**3 * cross @ cross
+        )
+    return rigid(Rotation.from_rotvec(turn).as_matrix(), along @ twist[3:])
+
+
+def inverse(transform: Transform) -> Transform:
+    """``T_b_a`` of ``T_a_b``."""
+    back = transform[:3, :3].T
+    return rigid(back, -back @ transform[:3, 3])
+
+
+def applied(transform: Transform, points: Points) -> Points:
+    """Points of b in coordinates of a."""
+    moved: Points = points @ transform[:3, :3].T + transform[:3, 3]
+    return moved
+
+
+def adjoint(transform: Transform) -> Covariance:
+    """Maps twists of b to twists of a: ``T motion(x) inverse(T) = motion(adjoint(T) @ x)``."""
+    rotation = transform[:3, :3]
+    matrix = np.zeros((6, 6))
+    matrix[:3, :3] = matrix[3:, 3:] = rotation
+    matrix[3:, :3] = skew(transform[:3, 3]) @ rotation
+    return matrix
+
+
+def skew(vector: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3 3"]:
+    """The matrix of ``vector x``."""
+    x, y, z = vector
+    return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]], float)
+
+
+def angle_deg(transform: Transform) -> float:
+    """How far a transform turns."""
+    # From the sine and the cosine: either alone loses digits somewhere.
+    rotation = transform[:3, :3]
+    sine = np.linalg.norm(rotation - rotation.T) / np.sqrt(8)
+    return float(np.degrees(np.arctan2(sine, (np.trace(rotation) - 1) / 2)))
+
+
+def shift_mm(transform: Transform) -> float:
+    """How far a transform moves the origin."""
+    return float(np.linalg.norm(transform[:3, 3]))
+
+
+def straightened(transform: Transform) -> Transform:
+    """The rigid transform nearest to one with rounding errors; in long products they would grow."""
+    return rigid(Rotation.from_matrix(transform[:3, :3]).as_matrix(), transform[:3, 3])
+
+
+def is_rigid(transform: np.ndarray) -> bool:
+    """Whether a matrix is a rotation and a shift, and finite."""
+    if transform.shape != (4, 4) or not np.isfinite(transform).all():
+        return False
+    rotation = transform[:3, :3]
+    straight = np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6)
+    return bool(
+        straight and np.linalg.det(rotation) > 0 and np.allclose(transform[3], [0, 0, 0, 1])
+    )

@@ -1,0 +1,304 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Touch after touch to the object's pose, or to a plain word why it is not known.
+
+    track = Tracker()  # the first touch becomes the object, its pose the identity
+    for frame in frames:
+        found = track(reconstruct(frame))
+        if found.state == "tracking":
+            found.T_sensor_object
+
+Every touch is compared with a keyframe, not with the touch before: errors add up per keyframe and
+not per frame, and an object that comes back meets its first keyframe again. A result is believed
+only if it explains the slopes that are seen.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from recon.pose.icp import Icp
+from recon.pose.joint import Joint
+from recon.pose.models import (
+    Keyframe,
+    ObjectModel,
+    TouchModel,
+    keyframe,
+    moved_mm,
+    remoteness,
+)
+from recon.pose.pyramid import Pyramid, residuals
+from recon.pose.registration import Registration, Touch
+from recon.pose.rigid import (
+    Covariance,
+    Transform,
+    adjoint,
+    angle_deg,
+    inverse,
+    is_rigid,
+    straightened,
+)
+from sensor.errors import WedgeError
+
+State = Literal["tracking", "weak", "frozen", "lost"]
+"""``weak``: a pose with a warning; ``frozen``: the stream stands still; ``lost``: no pose."""
+
+REGISTRATIONS: Mapping[str, Registration] = {
+    "joint": Joint(),
+    "gicp": Icp(kind="GICP"),
+    "plane": Icp(kind="PLANE_ICP"),
+}
+"""Ways to compare touches, by name; the first is ours."""
+
+LEAST_CONTACT_PX = 120
+LEAST_OVERLAP = 0.35
+"""Of the smaller contact."""
+LEAST_EXPLAINED = 0.5
+"""Of the slopes' energy; a wrong pose explains less than nothing."""
+FOUND_AGAIN = 0.7
+"""To believe a pose after a loss, when no motion from the last one vouches for it."""
+KEYFRAME_OVERLAP = 0.75
+SWITCH = 0.7
+"""Of a keyframe's reach: beyond it another is looked for, or made."""
+LONGEST_STEP_DEG, LONGEST_STEP_MM = 12.0, 1.2
+"""From one touch to the next; a longer way is a jump."""
+WEAK_DEG, WEAK_MM = 1.5, 0.15
+"""Standard deviations that deserve a warning."""
+ALIKE = 0.03
+"""Poses whose explained shares differ by less cannot be told apart."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PoseEstimate:
+    """What one touch says of the object's pose."""
+
+    state: State
+    reason: str = ""
+    """Why the state is not ``tracking``, in plain words."""
+    T_sensor_object: Transform | None = None
+    """``None`` where lost."""
+    covariance: Covariance | None = None
+    """Of a twist x (rad, mm) in ``T_sensor_object @ motion(x)``, since the start."""
+    overlap: float = 0.0
+    """Share of the smaller contact that both touches show."""
+    explained: float = 0.0
+    """Share of the energy of the slopes there that the pose explains."""
+
+    @property
+    def rotation_std_deg(self) -> float:
+        """Of the rotation vector's length; infinite without a pose."""
+        if self.covariance is None:
+            return np.inf
+        return float(np.degrees(np.sqrt(np.trace(self.covariance[:3, :3]))))
+
+    @property
+    def translation_std_mm(self) -> float:
+        """Of the object's origin; infinite without a pose."""
+        return (
+            np.inf if self.covariance is None else float(np.sqrt(np.trace(self.covariance[3:, 3:])))
+        )
+
+
+class Tracker:
+    """Poses of one object, touch after touch."""
+
+    def __init__(
+        self,
+        registration: str = "joint",
+        model: ObjectModel | None = None,
+        T_sensor_object: Transform | None = None,
+    ) -> None:
+        """Start without having seen anything.
+
+        Args:
+            registration: one of ``REGISTRATIONS``.
+            model: what is known of the object; by default its first touch.
+            T_sensor_object: its pose at the first touch; by default the identity where the first
+                touch is the model, and searched where there is a model.
+
+        Raises:
+            WedgeError: the registration is unknown, or the pose is not a rigid transform.
+        """
+        if registration not in REGISTRATIONS:
+            raise WedgeError(
+                f"there is no tracker {registration!r}: choose one of {', '.join(REGISTRATIONS)}."
+            )
+        if T_sensor_object is not None and not is_rigid(T_sensor_object):
+            raise WedgeError("T_sensor_object is no rigid transform: give a 4 x 4 [R t; 0 0 0 1].")
+        self.registration = REGISTRATIONS[registration]
+        self.model: ObjectModel = TouchModel() if model is None else model
+        self._knows_nothing = model is None
+        self._start = T_sensor_object
+        self._last: Transform | None = T_sensor_object
+        self._before: Touch | None = None
+        self._estimate = PoseEstimate(state="lost", reason="nothing touches")
+        self._keyframe: Keyframe | None = None
+        self._recent: Keyframe | None = None
+
+    def __call__(self, touch: Touch) -> PoseEstimate:
+        """Take in the next touch."""
+        before, self._before = self._before, touch
+        if np.count_nonzero(touch.contact) < LEAST_CONTACT_PX:
+            self._estimate = PoseEstimate(state="lost", reason="nothing touches")
+        elif not np.isfinite(touch.gradient).all():
+            self._estimate = PoseEstimate(state="lost", reason="slopes are not finite")
+        elif before is not None and np.array_equal(before.gradient, touch.gradient):
+            if self._estimate.state != "lost":
+                return replace(self._estimate, state="frozen", reason="the stream stands still")
+        elif self._knows_nothing:
+            self._estimate = self._first(touch)
+        elif self._last is None:
+            self._estimate = self._searched(touch)
+        else:
+            self._estimate = self._followed(touch, self._last)
+        if self._estimate.T_sensor_object is not None:
+            self._last = self._estimate.T_sensor_object
+        return self._estimate
+
+    def _first(self, touch: Touch) -> PoseEstimate:
+        """The first touch becomes the object."""
+        pose = np.eye(4) if self._start is None else self._start
+        self._knows_nothing = False
+        self._keyframe = keyframe(touch, pose, np.zeros((6, 6)), self.registration)
+        self.model.learn(self._keyframe)
+        return PoseEstimate(
+            state="tracking",
+            T_sensor_object=pose,
+            covariance=np.zeros((6, 6)),
+            overlap=1.0,
+            explained=1.0,
+        )
+
+    def _followed(self, touch: Touch, last: Transform) -> PoseEstimate:
+        """From the last known pose."""
+        seen = self._seen(touch)
+        known = self._keyframe or self.model.near(last, touch)
+        if known is None:
+            return PoseEstimate(state="lost", reason="the object should not touch here")
+        found = self._compared(known, seen, last)
+        for other in (self._recent, self.model.near(last, touch)):
+            if found.state == "lost" and other is not None and other is not known:
+                known, found = other, self._compared(other, seen, last)
+        if found.T_sensor_object is None:
+            self._keyframe = None
+            return found
+        step = found.T_sensor_object @ inverse(last)
+        if angle_deg(step) > LONGEST_STEP_DEG or moved_mm(known, step) > LONGEST_STEP_MM:
+            return PoseEstimate(
+                state="lost",
+                reason="the object jumped",
+                overlap=found.overlap,
+                explained=found.explained,
+            )
+        if self._estimate.state == "lost" and found.explained < FOUND_AGAIN:
+            return PoseEstimate(
+                state="lost",
+                reason="not sure that it is the same object again",
+                overlap=found.overlap,
+                explained=found.explained,
+            )
+        self._keyframe = known
+        assert found.covariance is not None
+        self._recent = replace(
+            seen, T_sensor_object=found.T_sensor_object, covariance=found.covariance
+        )
+        if found.overlap < KEYFRAME_OVERLAP or remoteness(known, found.T_sensor_object) > SWITCH:
+            found = self._switched(seen, touch, found)
+        return found
+
+    def _switched(self, seen: Keyframe, touch: Touch, found: PoseEstimate) -> PoseEstimate:
+        """Go over to a nearer keyframe: an old one that agrees, else this touch."""
+        assert found.T_sensor_object is not None and self._recent is not None
+        near = self.model.near(found.T_sensor_object, touch)
+        if near is not None and near is not self._keyframe:
+            again = self._compared(near, seen, found.T_sensor_object)
+            closer = remoteness(near, found.T_sensor_object) < SWITCH
+            if closer and again.state == "tracking" and again.overlap > KEYFRAME_OVERLAP:
+                self._keyframe = near
+                return again
+        self._keyframe = self._recent
+        self.model.learn(self._recent)
+        return found
+
+    def _searched(self, touch: Touch) -> PoseEstimate:
+        """Without a pose to start from: every guess of the model."""
+        seen = self._seen(touch)
+        results = [
+            (result, known)
+            for known, guess in self.model.guesses(touch)
+            if (result := self._compared(known, seen, guess)).T_sensor_object is not None
+        ]
+        results.sort(key=lambda item: -item[0].explained * item[0].overlap)
+        if not results or results[0][0].explained < FOUND_AGAIN:
+            return PoseEstimate(state="lost", reason="no pose of the object fits this touch")
+        best, self._keyframe = results[0]
+        assert best.T_sensor_object is not None
+        for other, known in results[1:]:
+            assert other.T_sensor_object is not None
+            between = other.T_sensor_object @ inverse(best.T_sensor_object)
+            alike = best.explained * best.overlap - other.explained * other.overlap < ALIKE
+            if alike and (angle_deg(between) > 5 or moved_mm(known, between) > 0.5):
+                return replace(best, state="weak", reason="several poses fit this touch")
+        return best
+
+    def _seen(self, touch: Touch) -> Keyframe:
+        """The touch prepared; its pose is not known yet."""
+        return keyframe(touch, np.eye(4), np.zeros((6, 6)), self.registration)
+
+    def _compared(self, known: Keyframe, seen: Keyframe, guess: Transform) -> PoseEstimate:
+        """The pose by one keyframe, judged."""
+        start = guess @ inverse(known.T_sensor_object)
+        found = self.registration.align(known.prepared, seen.prepared, start)
+        if not is_rigid(found.T_current_reference):
+            return PoseEstimate(state="lost", reason="does not match what was seen before")
+        overlap, explained = agreement(known.pyramid, seen.pyramid, found.T_current_reference)
+        if overlap < LEAST_OVERLAP:
+            return PoseEstimate(
+                state="lost",
+                reason="too little in common with what was seen before",
+                overlap=overlap,
+                explained=explained,
+            )
+        if explained < LEAST_EXPLAINED:
+            return PoseEstimate(
+                state="lost",
+                reason="does not match what was seen before",
+                overlap=overlap,
+                explained=explained,
+            )
+        to_object = adjoint(inverse(known.T_sensor_object))
+        estimate = PoseEstimate(
+            state="tracking",
+            T_sensor_object=straightened(found.T_current_reference @ known.T_sensor_object),
+            covariance=known.covariance + to_object @ found.covariance @ to_object.T,
+            overlap=overlap,
+            explained=explained,
+        )
+        spread = found.covariance
+        turn = np.degrees(np.sqrt(max(np.linalg.eigvalsh(spread[:3, :3])[-1], 0)))
+        if not turn < WEAK_DEG:
+            return replace(estimate, state="weak", reason="a rotation is not seen by this touch")
+        if not np.sqrt(max(np.linalg.eigvalsh(spread[3:, 3:])[-1], 0)) < WEAK_MM:
+            return replace(estimate, state="weak", reason="a shift is not seen by this touch")
+        return estimate
+
+
+def agreement(
+    reference: Pyramid, current: Pyramid, T_current_reference: Transform
+) -> tuple[float, float]:
+    """Share of the smaller contact in common, and share of its slopes' energy that is explained."""
+    index = max(reference.finest, 1) if 1 in reference.templates else reference.finest
+    if index not in reference.templates:
+        return 0.0, 0.0
+    template, level = reference.templates[index], current.levels[index]
+    residual, seen = residuals(template, level, T_current_reference.astype(float))
+    inside_reference = int(np.count_nonzero(reference.levels[index].values[..., 3]))
+    inside_current = int(np.count_nonzero(level.values[..., 3]))
+    sampled = len(template.points) / max(inside_reference, 1)
+    common = int(np.count_nonzero(seen)) / max(sampled, 1e-9)
+    energy = float((template.slopes[seen] ** 2).sum())
+    left = float((residual[:2, seen] ** 2).sum())
+    overlap = common / max(min(inside_reference, inside_current), 1)
+    return min(overlap, 1.0), 1 - left / max(energy, 1e-9)
