@@ -24,6 +24,9 @@ SUBCOMMANDS = {
     "evaluate": "measure one unit's errors on another dataset",
     "table": "print the error table per light configuration, cross-validated by press",
     "reconstruct": "turn images into depth in millimetres with a calibrated unit",
+    "stream": "watch a sensor's stream: rates, latency, losses, depth",
+    "record": "record streams to an MCAP file that ROS 2's tools open",
+    "replay": "send a recording over HTTP as if its sensor were here",
     "tune": "find the camera's gains and exposure from frames of the blank gel",
     "bench": "measure every figure of the performance page",
 }

@@ -111,6 +111,7 @@ class FastReconstructor:
             slice(height * i // threads, height * (i + 1) // threads) for i in range(threads)
         ]
         self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
+        self(calibration.background)  # what must be compiled is, before the first frame comes
 
     @classmethod
     def load(

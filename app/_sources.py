@@ -1,0 +1,87 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the commands share that take frames from somewhere: sources by name, rates, units."""
+
+import time
+from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
+
+from sensor.errors import WedgeError
+
+if TYPE_CHECKING:
+    from recon.stream import FrameSource
+
+RATE_OVER_S = 2.0
+
+
+def open_where(where: str) -> "FrameSource":
+    """A source by what a person types; beside addresses and files, datasets known by name.
+
+    Raises:
+        WedgeError: it is none, or cannot be opened.
+    """
+    from recon.stream import open_source
+    from validation.datasets import DATASETS, dataset_folder
+
+    if where in {dataset.name for dataset in DATASETS}:
+        return open_source(dataset_folder(where))
+    return open_source(where)
+
+
+def open_live(where: str, *, repeat: bool = False) -> "FrameSource":
+    """A source that gives frames at their pace, files too.
+
+    Raises:
+        WedgeError: it is none, or cannot be opened.
+    """
+    from recon.stream import Paced
+
+    source = open_where(where)
+    return source if source.live else Paced(source, repeat=repeat)
+
+
+@contextmanager
+def unit_of(where: str, unit: Path | None) -> Iterator[Path | None]:
+    """The unit folder that was named, or else the one inside a recording."""
+    if unit is not None or not where.endswith(".mcap"):
+        yield unit
+        return
+    from recon.stream import McapSource
+
+    with TemporaryDirectory() as folder:
+        yield McapSource(Path(where)).save_unit(Path(folder))
+
+
+def refuse_few(name: str, value: float | None) -> None:
+    """Refuse a number of seconds or a speed that is not above zero.
+
+    Raises:
+        WedgeError: names the option.
+    """
+    if value is not None and not 0 < value < 1e9:
+        raise WedgeError(f"--{name} {value:g} must be above zero.")
+
+
+class Rate:
+    """Events a second over the last two seconds."""
+
+    def __init__(self) -> None:
+        self._times_s: deque[float] = deque(maxlen=1000)
+
+    def tick(self) -> None:
+        """Count one event."""
+        self._times_s.append(time.monotonic())
+
+    @property
+    def hz(self) -> float:
+        """How many a second lately."""
+        since_s = time.monotonic() - RATE_OVER_S
+        while self._times_s and self._times_s[0] < since_s:
+            self._times_s.popleft()
+        if len(self._times_s) < 2:
+            return 0.0
+        return (len(self._times_s) - 1) / max(self._times_s[-1] - self._times_s[0], 1e-9)

@@ -1,0 +1,110 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""`wedge record`: streams to an MCAP file that other tools open."""
+
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+from app._output import OutputFile, check_outputs, write_json
+from app._sources import open_live, open_where, refuse_few
+from sensor.errors import WedgeError
+
+if TYPE_CHECKING:
+    from recon.stream import FrameSource, Recorder
+
+
+def main(
+    where: Annotated[tyro.conf.Positional[tuple[str, ...]], tyro.conf.arg(metavar="WHERE...")],
+    out: Annotated[Path, tyro.conf.arg(metavar="FILE.mcap")],
+    unit: Annotated[tuple[Path, ...], tyro.conf.arg(metavar="UNIT...")] = (),
+    seconds: float | None = None,
+    json: OutputFile = None,
+) -> None:
+    """Record one stream or several to an MCAP file, as ROS 2 images with the units inside.
+
+    Frames are kept as they came, as sensor_msgs/CompressedImage on /wedge/image_raw/compressed
+    (/wedge0, /wedge1, ... for several), stamped with the time of their exposure. Foxglove, ROS 2's
+    tools and `wedge replay` open the file, even where the recorder was killed: a second of frames
+    is lost at most. Every frame is kept, none is skipped.
+
+    Ends with the stream, after --seconds, or at Ctrl-C.
+
+    Example: wedge record http://10.55.0.1:8080 --unit units/wedge-001 --out touch.mcap
+
+    Args:
+        where: http://HOST:PORT/PATH, usb:0, a video, a folder or a dataset; one or several.
+        out: The file to write; must not exist.
+        unit: The unit folder of each stream, in their order; none for frames alone.
+        seconds: Stop after so long.
+        json: Write the numbers of frames here as JSON.
+    """
+    from recon.stream import Recorder
+
+    if not where:
+        raise WedgeError("no stream was named: wedge record WHERE... --out FILE.mcap.")
+    if unit and len(unit) != len(where):
+        raise WedgeError(f"{len(where)} streams but {len(unit)} units: name one for each, or none.")
+    check_outputs(out, json)
+    refuse_few("seconds", seconds)
+    sensors = ["wedge"] if len(where) == 1 else [f"wedge{i}" for i in range(len(where))]
+    sources: list[FrameSource] = []
+    try:
+        for place in where:
+            sources.append(open_where(place) if len(where) == 1 else open_live(place))
+        units = dict(zip(sensors, unit or [None] * len(where), strict=True))
+        with Recorder(out, units) as recorder:
+            _record(dict(zip(sensors, sources, strict=True)), recorder, seconds)
+    finally:
+        for source in sources:
+            source.close()
+    counts = {sensor: s.counts for sensor, s in zip(sensors, sources, strict=True)}
+    for sensor, count in counts.items():
+        lost = f"dropped {count.dropped}, corrupt {count.corrupt}"
+        print(f"{sensor}: {count.received} frames, {lost}")
+    print(f"Recording: {out}")
+    document = {
+        sensor: {"received": c.received, "dropped": c.dropped, "corrupt": c.corrupt}
+        for sensor, c in counts.items()
+    }
+    write_json(json, {"file": str(out), "sensors": document})
+
+
+def _record(sources: "dict[str, FrameSource]", recorder: "Recorder", seconds: float | None) -> None:
+    """Pass frames on, a thread for each source, until all end or time is up."""
+    errors: list[WedgeError] = []
+
+    def pass_on(sensor: str) -> None:
+        try:
+            for frame in sources[sensor]:
+                recorder.add(sensor, frame)
+        except WedgeError as error:
+            errors.append(error)
+
+    threads = [threading.Thread(target=pass_on, args=(name,), daemon=True) for name in sources]
+    for thread in threads:
+        thread.start()
+    begun = time.monotonic()
+    try:
+        while any(thread.is_alive() for thread in threads):
+            if errors or (seconds is not None and time.monotonic() - begun >= seconds):
+                break
+            threads[0].join(0.2) if threads[0].is_alive() else time.sleep(0.2)
+            if sys.stderr.isatty():
+                took_s = time.monotonic() - begun
+                print(f"\r{took_s:6.1f} s  {recorder.frames} frames ", end="", file=sys.stderr)
+    except KeyboardInterrupt:
+        pass  # the way to end a recording
+    finally:
+        for source in sources.values():
+            source.close()
+        for thread in threads:
+            thread.join()
+        if sys.stderr.isatty():
+            print(file=sys.stderr)
+    if errors:
+        raise errors[0]

@@ -1,0 +1,86 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""`wedge replay`: a recording or a clip as if its sensor were here."""
+
+import sys
+import threading
+import time
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+from app._sources import open_where, refuse_few
+from sensor.errors import WedgeError
+from sensor.wire import STREAM_PATH
+
+if TYPE_CHECKING:
+    from recon.stream import FrameSource
+
+CLIP_QUALITY = 90
+
+
+def main(
+    where: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="FILE")],
+    sensor: str | None = None,
+    speed: float = 1.0,
+    repeat: bool = False,
+    address: str = "127.0.0.1",
+    port: int = 8081,
+) -> None:
+    """Send a recording, a clip or a dataset over HTTP, at its pace, as a sensor's Pi would.
+
+    Whatever reads the sensor then reads the file: `wedge live`, the ROS 2 node, a robot's program.
+    Frames bear the time at which they are sent. Ends with the file, or at Ctrl-C.
+
+    Example: wedge replay touch.mcap --repeat
+
+    Args:
+        where: An MCAP file, a video, a folder of images or a dataset.
+        sensor: Whose frames of a recording of several, such as wedge1.
+        speed: 2 plays twice as fast.
+        repeat: Begin again at the end.
+        address: The one address to listen at.
+        port: Where to listen; 0 takes a free one.
+    """
+    from pathlib import Path
+
+    from recon.stream import McapSource, Paced
+
+    refuse_few("speed", speed)
+    if not 0 <= port < 65536:
+        raise WedgeError(f"--port {port} must lie between 0 and 65535.")
+    source = McapSource(Path(where), sensor) if sensor else open_where(where)
+    with source:
+        if source.live:
+            raise WedgeError(f"{where} is a camera, not a file: `wedge live` shows it.")
+        paced = Paced(source, speed=speed, repeat=repeat)
+        sent = _serve(paced, address, port)
+    if not sent:
+        raise WedgeError(f"{where} holds no frame.")
+
+
+def _serve(source: "FrameSource", address: str, port: int) -> int:
+    """Send the frames to whoever asks; how many there were."""
+    from firmware_pi.newest import Newest
+    from firmware_pi.server import StreamServer
+    from recon.stream.jpeg import encode_jpeg
+
+    newest, sent = Newest(), 0
+    try:
+        server = StreamServer(address, port, newest, lambda: {"replay": source.name})
+    except (ValueError, OverflowError) as error:
+        raise WedgeError(f"--address {address} is no address: {error}.") from error
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    shown = f"[{address}]" if ":" in address else address
+    print(f"http://{shown}:{server.server_address[1]}{STREAM_PATH} (Ctrl-C ends)", flush=True)
+    try:
+        for frame in source:
+            jpeg = frame.jpeg or encode_jpeg(frame.image(), CLIP_QUALITY)
+            newest.put(jpeg, time.clock_gettime_ns(time.CLOCK_BOOTTIME))
+            sent += 1
+    except KeyboardInterrupt:
+        print(file=sys.stderr)
+    finally:
+        source.close()
+        server.stop()
+    return sent

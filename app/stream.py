@@ -1,0 +1,131 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""`wedge stream`: what comes from a sensor, a line a second."""
+
+import sys
+import time
+from pathlib import Path
+from statistics import median
+from typing import TYPE_CHECKING, Annotated, Any
+
+import tyro
+
+from app._output import OutputFile, check_outputs, write_json
+from app._sources import Rate, open_live, refuse_few, unit_of
+from sensor.errors import WedgeError
+
+if TYPE_CHECKING:
+    from recon.fast import FastReconstructor, Touch
+    from recon.stream import Newest
+
+LINE_S = 1.0
+
+
+def main(
+    where: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="WHERE")],
+    unit: Annotated[Path | None, tyro.conf.arg(metavar="UNIT")] = None,
+    seconds: float | None = None,
+    json: OutputFile = None,
+) -> None:
+    """Watch a stream: frames a second, latency, what is lost or damaged, and with a unit the touch.
+
+    A line a second, until the stream ends or Ctrl-C. Only the newest frame is looked at: "skipped"
+    counts those that came while the one before was worked on, "dropped" those that the sensor took
+    but did not send, "corrupt" those that came damaged. Latency is from the sensor's first row to
+    the whole frame here, where the Pi's clock and this machine's agree.
+
+    Example: wedge stream http://10.55.0.1:8080 --unit units/wedge-001
+
+    Args:
+        where: http://HOST:PORT/PATH, usb:0, a video, a folder, a dataset, or an MCAP file.
+        unit: A unit folder: depth is reconstructed from each frame. A recording brings its own.
+        seconds: Stop after so long.
+        json: Write the last line's numbers here as JSON.
+    """
+    from recon.stream import Newest
+
+    check_outputs(json)
+    refuse_few("seconds", seconds)
+    with unit_of(where, unit) as folder:
+        reconstruct = None
+        if folder is not None:
+            from recon.fast import FastReconstructor
+
+            reconstruct = FastReconstructor.load(folder)
+        with Newest(open_live(where)) as newest:
+            print(f"{newest.source.name} (Ctrl-C ends)", file=sys.stderr)
+            last = _watch(newest, reconstruct, seconds)
+    write_json(json, last)
+
+
+def _watch(
+    newest: "Newest", reconstruct: "FastReconstructor | None", seconds: float | None
+) -> dict[str, Any]:
+    """Print a line a second; the numbers of the last one."""
+    begun = line = time.monotonic()
+    rate, latencies_ms, busy_ms = Rate(), [], []
+    touch: Touch | None = None
+    numbers: dict[str, Any] = {}
+    while seconds is None or time.monotonic() - begun < seconds:
+        frame = newest.take(timeout_s=0.2)
+        if frame is not None:
+            start = time.perf_counter()
+            if reconstruct is None:
+                frame.image()
+            else:
+                touch = reconstruct(frame)
+            busy_ms.append(1e3 * (time.perf_counter() - start))
+            rate.tick()
+            if frame.latency_ms is not None:
+                latencies_ms.append(frame.latency_ms)
+        if newest.ended or time.monotonic() - line >= LINE_S:
+            numbers = _numbers(newest, rate, latencies_ms, busy_ms, touch)
+            print(_text(numbers), flush=True)
+            latencies_ms.clear()
+            busy_ms.clear()
+            line = time.monotonic()
+        if newest.ended:
+            break
+    if newest.source.counts.received == 0:
+        raise WedgeError(f"{newest.source.name} gave no frame.")
+    return numbers
+
+
+def _numbers(
+    newest: "Newest",
+    rate: Rate,
+    latencies_ms: list[float],
+    busy_ms: list[float],
+    touch: "Touch | None",
+) -> dict[str, Any]:
+    counts = newest.source.counts
+    return {
+        "received": counts.received,
+        "rate_hz": rate.hz,
+        "latency_ms": median(latencies_ms) if latencies_ms else None,
+        "work_ms": median(busy_ms) if busy_ms else None,
+        "skipped": newest.skipped,
+        "dropped": counts.dropped,
+        "corrupt": counts.corrupt,
+        "connections": counts.connections,
+        "remark": counts.remark,
+        "deepest_mm": None if touch is None else touch.deepest_mm,
+        "contact_mm2": None if touch is None else touch.contact_mm2,
+    }
+
+
+def _text(numbers: dict[str, Any]) -> str:
+    latency = numbers["latency_ms"]
+    words = [
+        f"{numbers['rate_hz']:5.1f} frames/s",
+        "latency unknown" if latency is None else f"latency {latency:5.1f} ms",
+        f"skipped {numbers['skipped']}",
+        f"dropped {numbers['dropped']}",
+        f"corrupt {numbers['corrupt']}",
+    ]
+    if numbers["deepest_mm"] is not None:
+        words += [
+            f"deepest {numbers['deepest_mm']:.2f} mm",
+            f"contact {numbers['contact_mm2']:.1f} mm²",
+        ]
+    return "  ".join(words) + (f"  [{numbers['remark']}]" if numbers["remark"] else "")

@@ -1,0 +1,98 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Streams as a person handles them: watched, recorded, played again, each fault a sentence."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from app.__main__ import main
+from recon.stream import McapSource, open_source
+from sensor.wire import Stamp
+from tests.recon.fast.units import make_unit
+from tests.recon.stream.servers import FRAMES, ScriptedServer, free_port, stream, write_clip
+
+
+def run(*words: object) -> int:
+    with pytest.raises(SystemExit) as stop:
+        main([str(word) for word in words])
+    return stop.value.code
+
+
+def refused(capsys: pytest.CaptureFixture[str], *words: object) -> str:
+    capsys.readouterr()
+    assert run(*words) == 2
+    (sentence,) = capsys.readouterr().err.strip().splitlines()[-1:]
+    assert sentence.startswith("wedge: ")
+    return sentence
+
+
+@pytest.fixture
+def unit(tmp_path: Path) -> Path:
+    make_unit((160, 120)).save(tmp_path / "unit")
+    return tmp_path / "unit"
+
+
+def test_a_clip_is_recorded_with_its_unit_and_watched_again(
+    tmp_path: Path, unit: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    clip = write_clip(tmp_path / "clip.avi", 9)
+    numbers, out = tmp_path / "numbers.json", tmp_path / "touch.mcap"
+    assert run("record", clip, "--out", out, "--unit", unit, "--json", numbers) == 0
+    assert json.loads(numbers.read_text())["sensors"]["wedge"]["received"] == 9
+    assert len(list(McapSource(out))) == 9
+    capsys.readouterr()
+    assert run("stream", out, "--json", numbers) == 0  # the unit inside gives depth
+    watched = json.loads(numbers.read_text())
+    assert (watched["received"], watched["corrupt"]) == (9, 0)
+    assert watched["contact_mm2"] > 0
+    assert "deepest" in capsys.readouterr().out
+
+
+def test_a_damaged_stream_is_recorded_without_what_is_damaged(tmp_path: Path) -> None:
+    sent = stream(*FRAMES, stamps=[Stamp(index=i + i // 4) for i in range(8)])
+    sent = sent.replace(FRAMES[2], FRAMES[2][:-20])
+    numbers, out = tmp_path / "numbers.json", tmp_path / "touch.mcap"
+    with ScriptedServer(sent, b"") as server:
+        words = ["record", server.url, "--out", out, "--seconds", 0.5, "--json", numbers]
+        assert run(*words) == 0
+    counts = json.loads(numbers.read_text())["sensors"]["wedge"]
+    assert counts == {"received": 7, "dropped": 2, "corrupt": 1}
+    assert [f.jpeg for f in McapSource(out)] == FRAMES[:2] + FRAMES[3:]
+
+
+def test_a_recording_is_sent_as_a_sensor_would(tmp_path: Path) -> None:
+    clip = write_clip(tmp_path / "clip.avi", 6)
+    command = [sys.executable, "-m", "app", "replay", str(clip), "--repeat", "--port", "0"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            url = process.stdout.readline().split()[0]
+            with open_source(url) as source:
+                frames = [frame for frame, _ in zip(source, range(8), strict=False)]
+        finally:
+            process.kill()
+    assert all(frame.image().shape == (120, 160, 3) for frame in frames)
+    assert all(frame.clock == "sensor" for frame in frames)
+
+
+def test_what_cannot_be_streamed_is_a_sentence(
+    tmp_path: Path, unit: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    clip = write_clip(tmp_path / "clip.avi", 3)
+    small = tmp_path / "small"
+    make_unit((80, 60)).save(small)
+    nothing = f"http://127.0.0.1:{free_port()}"
+    assert "nothing listens" in refused(capsys, "stream", nothing)
+    assert "160x120 pixels, not 80x60" in refused(capsys, "stream", clip, "--unit", small)
+    assert "not a unit folder" in refused(capsys, "stream", clip, "--unit", tmp_path)
+    assert "name one for each" in refused(
+        capsys, "record", clip, clip, "--out", tmp_path / "a.mcap", "--unit", unit
+    )
+    assert "exists" in refused(capsys, "record", clip, "--out", clip)
+    assert "must be above zero" in refused(capsys, "replay", clip, "--speed", 0)
+    with ScriptedServer(b"") as taken:
+        assert "cannot be listened at" in refused(capsys, "replay", clip, "--port", taken.port)
+    assert not (tmp_path / "a.mcap").exists()
