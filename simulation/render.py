@@ -67,15 +67,16 @@ def render(
 def smoothed(radiance: Radiance, pitch_mm: float, depth_mm: Map, ink: Map | None) -> Radiance:
     """The radiance with most of the tracing's noise removed.
 
-    In a small window, what a matt skin sends is close to linear in its two slopes and its depth;
-    a linear fit in overlapping windows keeps that and drops the rest (guided filter: He, Sun and
-    Tang, IEEE TPAMI 35, 2013). The markers' ink is taken off before and put back after.
+    In a small window, what a matt skin sends is close to linear in its two slopes; a linear fit in
+    overlapping windows keeps that and drops the rest (guided filter: He, Sun and Tang, IEEE TPAMI
+    35, 2013). The markers' ink is taken off before and put back after.
     """
     slope_y, slope_x = np.gradient(depth_mm, pitch_mm)
-    guide = np.ascontiguousarray(np.stack([slope_x, slope_y, depth_mm], -1), np.float32)
+    # In units of the regularisation: OpenCV takes covariances below 1e-6 for singular.
+    guide = np.ascontiguousarray(np.stack([slope_x, slope_y], -1) / STEADY_SLOPE, np.float32)
     share = np.float32(1) if ink is None else ink[..., None].astype(np.float32)
     narrow, wide = (
-        cv2.ximgproc.guidedFilter(guide, radiance / share, round(half / pitch_mm), STEADY_SLOPE**2)
+        cv2.ximgproc.guidedFilter(guide, radiance / share, round(half / pitch_mm), 1.0)
         for half in (NARROW_MM, WIDE_MM)
     )
     touched = np.clip(depth_mm / FAINT_MM, 0, 1)[..., None].astype(np.float32)
