@@ -1,0 +1,98 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Shapes that are no balls: reconstructed by a unit that has seen balls alone, against their truth.
+
+The truth is the skin's own depth, ``truth/NAME.npy``, of a frame that no label names.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from recon.arrays import DepthMap, Difference, Unwarped
+from recon.calibration import Calibration
+from recon.images import read_frame
+from recon.pipeline import reconstruct
+from recon.presses import press_reader
+from sensor.dataset import read_dataset
+from sensor.errors import WedgeError
+from sensor.toml import Pair
+
+TOUCHED = 0.05
+"""Share of the deepest true depth from which the skin counts as pressed."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shape:
+    """One shape as reconstructed."""
+
+    name: str
+    frame: Unwarped
+    difference: Difference
+    depth_mm: DepthMap
+    truth_mm: DepthMap
+    mm_per_px: Pair
+
+    @property
+    def touched(self) -> np.ndarray:
+        """Where the skin is pressed, (h, w)."""
+        return self.truth_mm > TOUCHED * self.truth_mm.max()
+
+    @property
+    def rmse_mm(self) -> float:
+        """Root mean square error where the skin is pressed."""
+        return float(np.sqrt(np.mean((self.depth_mm - self.truth_mm)[self.touched] ** 2)))
+
+    @property
+    def bias_mm(self) -> float:
+        """Mean of reconstruction minus truth where the skin is pressed."""
+        return float(np.mean((self.depth_mm - self.truth_mm)[self.touched]))
+
+    @property
+    def peak_error_mm(self) -> float:
+        """Reconstruction minus truth at the deepest true pixel."""
+        deepest = np.unravel_index(self.truth_mm.argmax(), self.truth_mm.shape)
+        return float((self.depth_mm - self.truth_mm)[deepest])
+
+
+def measure_shapes(folder: Path, unit: Calibration) -> list[Shape]:
+    """Reconstruct every unlabelled frame of a dataset whose depth is known.
+
+    Args:
+        folder: of the dataset.
+        unit: calibrated on its ball presses.
+
+    Raises:
+        WedgeError: a frame or a truth file cannot be used.
+    """
+    dataset = read_dataset(folder)
+    reader = press_reader(dataset)
+    labelled = {Path(label.file).stem for label in dataset.labels}
+    shapes = []
+    for path in sorted((folder / "truth").glob("*.npy")):
+        if path.stem in labelled:
+            continue
+        frame = reader.unwarp(read_frame(folder, f"{path.stem}.jpg"))
+        truth = np.load(path, allow_pickle=False)
+        if truth.shape != frame.shape[:2]:
+            raise WedgeError(f"{path} has another size than its frame.")
+        difference = frame - reader.blank
+        found = reconstruct(
+            difference,
+            unit.estimator,
+            missing=unit.card.missing_axis,
+            lights_deg=unit.card.lights_deg,
+            mm_per_px=dataset.card.mm_per_px,
+        )
+        shapes.append(
+            Shape(
+                name=path.stem,
+                frame=frame,
+                difference=difference,
+                depth_mm=found.depth_mm,
+                truth_mm=truth,
+                mm_per_px=dataset.card.mm_per_px,
+            )
+        )
+    return shapes
