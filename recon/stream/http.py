@@ -101,6 +101,7 @@ class HttpSource:
 
     def _frames(self, stream: MultipartReader) -> Iterator[TimedFrame]:
         last_index: int | None = None
+        damaged = 0
         before = self.counts.corrupt
         parts = iter(stream)
         while True:
@@ -119,8 +120,9 @@ class HttpSource:
             time_ns, clock = self._clock.time_ns(stamp, arrived_ns)
             if stamp.index is not None:
                 if last_index is not None and stamp.index > last_index:
-                    self.counts.dropped += stamp.index - last_index - 1
-                last_index = stamp.index
+                    missing = stamp.index - last_index - 1
+                    self.counts.dropped += max(0, missing - (stream.corrupt - damaged))
+                last_index, damaged = stamp.index, stream.corrupt
             frame = TimedFrame(
                 index=self.counts.received + self.counts.dropped,
                 time_ns=time_ns,
