@@ -27,6 +27,7 @@ def main(
     depth_mm: float | None = None,
     paint: Literal["gray", "silver"] = "gray",
     markers: bool = False,
+    view: Literal["gel", "raw"] = "gel",
     truth: Literal["all", "shapes"] = "all",
     seed: Seed = 0,
 ) -> None:
@@ -53,6 +54,8 @@ def main(
             own depth.
         paint: gray is matt, silver semi-specular.
         markers: Print a lattice of dots on the skin.
+        view: gel shows the pad straight on; raw is the camera's own frame, over the mirror, which
+            the card's corners unwarp.
         truth: all keeps the depth of every frame; shapes leaves that of balls out.
         seed: Seed of places, depths, light paths and camera noise.
     """
@@ -76,6 +79,7 @@ def main(
         seed=seed,
         paint=paint,
         markers=markers,
+        raw=view == "raw",
     )
     with (
         new_folder(out) as folder,

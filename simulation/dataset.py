@@ -20,6 +20,7 @@ from simulation.camera import expose, photograph
 from simulation.engine import Engine
 from simulation.indenters import CALIBRATION_BALL_MM, calibration_ball, shapes
 from simulation.presses import Press, ball_presses, contact_circle_px, marker_ink, skin_under
+from simulation.raw_view import pad_corners_px, raw_frame, unwarped_px
 from simulation.render import Radiance, render, smoothed
 from simulation.scene import Paint, Window
 from simulation.skin import Map, View, gel_view
@@ -46,6 +47,8 @@ class Recipe:
     markers: bool = False
     cover_mm: float = 0.0
     """Thickness of a glove over the paint."""
+    raw: bool = False
+    """Frames as the camera has them, over the mirror, instead of the gel straight on."""
 
     @property
     def view(self) -> View:
@@ -224,19 +227,22 @@ def write_set(
         untouched = smoothed(blank, recipe.view.mm_per_px[0], rest, recipe.ink)
         camera = expose(untouched)
         for index in range(BACKGROUNDS):
-            content = photograph(untouched, camera, _noise_seed(recipe, -1 - index))
+            content = photograph(
+                seen_by_camera(recipe, untouched, rest), camera, _noise_seed(recipe, -1 - index)
+            )
             (folder / f"background_{index}.jpg").write_bytes(content)
         for done, future in enumerate(as_completed(shots), start=1):
             index, name = shots[future]
             shot = future.result()
             radiance = developed_over(blank, recipe, shot)
-            content = photograph(radiance, camera, _noise_seed(recipe, index))
+            frame = seen_by_camera(recipe, radiance, shot.depth_mm)
+            content = photograph(frame, camera, _noise_seed(recipe, index))
             (folder / f"{name}.jpg").write_bytes(content)
             if truth == "all" or shot.circle_px is None:
                 (folder / "truth").mkdir(exist_ok=True)
                 np.save(folder / "truth" / f"{name}.npy", shot.depth_mm)
             if shot.circle_px is not None:
-                labels.append(_label(f"{name}.jpg", shot.circle_px))
+                labels.append(_label(f"{name}.jpg", _as_seen(recipe, shot.circle_px)))
             progress(done / len(shots), name)
     except BaseException:
         for part in parts:
@@ -255,9 +261,33 @@ def write_set(
             mm_per_px=recipe.view.mm_per_px,
             ball_radius_mm=balls[0] if balls else CALIBRATION_BALL_MM,
             background=tuple(f"background_{index}.jpg" for index in range(BACKGROUNDS)),
+            corners_px=pad_corners_px(recipe.design) if recipe.raw else None,
+            pad_size_mm=_whole_pixels_mm(recipe.view) if recipe.raw else None,
             lights_deg={str(k): v for k, v in recipe.design.lights.azimuths_deg.items()},
         ),
     )
+
+
+def seen_by_camera(recipe: Recipe, radiance: Radiance, depth_mm: Map) -> Radiance:
+    """The radiance as the recipe's frames show it."""
+    return raw_frame(recipe.design, recipe.view, radiance, depth_mm) if recipe.raw else radiance
+
+
+def _as_seen(recipe: Recipe, circle_px: tuple[float, float, float]) -> tuple[float, float, float]:
+    """A circle of the straight view in the picture that unwarping makes of the raw frame."""
+    if not recipe.raw:
+        return circle_px
+    view, (x, y, radius) = recipe.view, circle_px
+    offsets = np.array([(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)]) * radius
+    middle = (np.array(view.size_px) - 1) / 2
+    points = (np.array([x, y]) + offsets - middle) * view.mm_per_px
+    centre, *rim = unwarped_px(recipe.design, view, points)
+    return float(centre[0]), float(centre[1]), float(np.linalg.norm(rim - centre, axis=1).mean())
+
+
+def _whole_pixels_mm(view: View) -> tuple[float, float]:
+    """The pad as far as whole pixels cover it."""
+    return view.size_px[0] * view.mm_per_px[0], view.size_px[1] * view.mm_per_px[1]
 
 
 def _label(file: str, circle_px: tuple[float, float, float]) -> BallLabel:

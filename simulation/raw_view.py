@@ -1,0 +1,241 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The frame as the camera has it: back from each pixel over mirror, acrylic and gel to the skin.
+
+Matt paint sends the same radiance everywhere, so what was traced straight on is looked up where
+the camera's ray meets the skin, and weakened by the faces on its way. Rays that miss the mirror
+may reach the acrylic directly: the unreflected view that fills a part of every Wedge's frame,
+unless a baffle hides it.
+
+Rays are followed in the body's frame (x from the tip face to the base, z to the mirror).
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Float, Float32
+from scipy import ndimage
+
+from sensor.design import Camera, Wedge
+from sensor.toml import Pair
+from simulation.skin import Map, View, rest_height_mm
+
+Points = Float[np.ndarray, "n 2"]
+Rays = Float[np.ndarray, "n 3"]
+
+MIRROR_REFLECTANCE: Final = 0.93
+"""Of a front-surface aluminium mirror."""
+MEETINGS: Final = 12
+"""Steps in which a ray finds the dented skin; each leaves a tenth to a third of the error."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Seen:
+    """What rays from the camera meet."""
+
+    point_mm: Points
+    """On the skin, gel frame; NaN where a ray meets none."""
+    share: Float[np.ndarray, " n"]
+    """Of the skin's radiance that arrives."""
+    direct: Bool[np.ndarray, " n"]
+    """Seen past the mirror."""
+
+
+def follow(design: Wedge, pixels: Points, view: View | None, depth_mm: Map | None) -> Seen:
+    """Follow the camera's rays to the skin.
+
+    Args:
+        design: the sensor.
+        pixels: (n, 2), along the finger and across it; pixel centres are integers.
+        view: pixels of the dented skin, with ``depth_mm``; the untouched skin by default.
+        depth_mm: its indentation.
+    """
+    origin, ray, reflected = _from_camera(design, pixels)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        entry = origin + ray * (-origin[:, 2] / ray[:, 2])[:, None]
+    downward = (ray[:, 2] < 0) & (origin[:, 2] > 0)
+    acrylic, gel = design.acrylic, design.gel
+    sine = np.hypot(ray[:, 0], ray[:, 1])
+    in_acrylic = _bent(ray, acrylic.refractive_index)
+    in_gel = _bent(ray, gel.refractive_index)
+    foot = entry[:, :2] + in_acrylic * acrylic.thickness_mm
+    centre_mm = acrylic.tip_offset_mm + acrylic.length_mm / 2
+    start = np.stack([centre_mm - foot[:, 0], foot[:, 1]], 1)  # gel x runs to the tip
+    step = np.stack([-in_gel[:, 0], in_gel[:, 1]], 1)
+    point = start + step * gel.thickness_mm
+    for _ in range(MEETINGS):
+        point = start + step * _thickness_mm(design, point, view, depth_mm)[:, None]
+    half = np.array([gel.pad_length_mm, gel.pad_width_mm]) / 2
+    inside = np.abs(entry[:, :2] - [centre_mm, 0]) <= np.array([acrylic.length_mm,
+                                                               acrylic.width_mm]) / 2  # fmt: skip
+    met = downward & inside.all(1) & (np.abs(point) <= half).all(1)
+    share = _through(sine, 1.0, acrylic.refractive_index)
+    share = share * _through(sine, acrylic.refractive_index, gel.refractive_index)
+    share = share * np.where(reflected, MIRROR_REFLECTANCE, 1.0)
+    return Seen(
+        point_mm=np.where(met[:, None], point, np.nan),
+        share=np.where(met, share, 0.0),
+        direct=met & ~reflected,
+    )
+
+
+def raw_frame(
+    design: Wedge,
+    view: View,
+    radiance: Float32[np.ndarray, "h w 3"],
+    depth_mm: Map,
+    *,
+    baffle: bool = True,
+) -> Float32[np.ndarray, "h w 3"]:
+    """The camera's frame, linear, from the radiance of the gel seen straight on.
+
+    Args:
+        design: the sensor.
+        view: the radiance's pixels.
+        radiance: what the skin sends.
+        depth_mm: its indentation.
+        baffle: hides the direct view, as the printed case does.
+    """
+    width, height = design.camera.width_px, design.camera.height_px
+    columns, rows = np.meshgrid(np.arange(width), np.arange(height))
+    pixels = np.stack([columns.ravel(), rows.ravel()], 1).astype(float)
+    seen = follow(design, pixels, view, depth_mm)
+    share = np.where(seen.direct, 0.0, seen.share) if baffle else seen.share
+    x, y = (
+        (seen.point_mm[:, axis] / view.mm_per_px[axis] + (view.size_px[axis] - 1) / 2)
+        .reshape(height, width)
+        .astype(np.float32)
+        for axis in (0, 1)
+    )
+    looked_up = cv2.remap(
+        radiance, np.nan_to_num(x), np.nan_to_num(y), cv2.INTER_LINEAR,
+        borderMode=cv2.BORDER_REPLICATE,
+    )  # fmt: skip
+    return looked_up * share.reshape(height, width, 1).astype(np.float32)
+
+
+def pad_corners_px(design: Wedge) -> tuple[Pair, Pair, Pair, Pair]:
+    """The pad's corners in the raw frame: top left, top right, bottom right, bottom left."""
+    half = np.array([design.gel.pad_length_mm, design.gel.pad_width_mm]) / 2
+    signs = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
+    # A hair inside, so that the search never steps off the pad.
+    found = pixels_of(design, signs * half * (1 - 1e-6))
+    first, second, third, fourth = ((float(x), float(y)) for x, y in found)
+    return first, second, third, fourth
+
+
+def pixels_of(design: Wedge, points_mm: Points) -> Points:
+    """Raw pixels that see points of the untouched skin over the mirror (n, 2), by Newton's method.
+
+    Raises:
+        ValueError: the camera sees a point nowhere.
+    """
+    width, height = design.camera.width_px, design.camera.height_px
+    coarse = np.stack(
+        [axis.ravel() for axis in np.meshgrid(np.arange(0, width, 4.0), np.arange(0, height, 4.0))],
+        1,
+    )
+    seen = follow(design, coarse, None, None)
+    over_mirror = np.isfinite(seen.point_mm[:, 0]) & ~seen.direct
+    if not over_mirror.any():
+        raise ValueError("the camera sees nothing of the pad")
+    coarse, known = coarse[over_mirror], seen.point_mm[over_mirror]
+    distance = np.linalg.norm(known[None] - points_mm[:, None], axis=-1)
+    nearest = np.argsort(distance, axis=1)[:, :12]
+    found = np.empty_like(points_mm)
+    for index, (point, near) in enumerate(zip(points_mm, nearest, strict=True)):
+        # The map is smooth: a plane through the neighbours, then steps along its inverse.
+        plane, *_ = np.linalg.lstsq(
+            np.column_stack([known[near], np.ones(len(near))]), coarse[near], rcond=None
+        )
+        pixel = np.append(point, 1) @ plane
+        for _ in range(8):
+            here = follow(design, pixel[None], None, None).point_mm[0]
+            if np.isnan(here).any():
+                break
+            pixel = pixel + (point - here) @ plane[:2]
+        found[index] = pixel
+    return found
+
+
+def unwarped_px(design: Wedge, view: View, points_mm: Points) -> Points:
+    """Where points of the untouched skin (n, 2) land once four corners have unwarped the frame.
+
+    Not quite where they lie: a homography knows neither refraction nor the gel's curve.
+    """
+    width, height = view.size_px
+    edges = np.array(
+        [(-0.5, -0.5), (width - 0.5, -0.5), (width - 0.5, height - 0.5), (-0.5, height - 0.5)]
+    )
+    corners = np.array(pad_corners_px(design))
+    homography = cv2.getPerspectiveTransform(corners.astype(np.float32), edges.astype(np.float32))
+    return cv2.perspectiveTransform(pixels_of(design, points_mm)[:, None], homography)[:, 0]
+
+
+def _from_camera(design: Wedge, pixels: Points) -> tuple[Rays, Rays, Bool[np.ndarray, " n"]]:
+    """Origins and directions of the rays once the mirror is behind them, and which it turned."""
+    camera, mirror = design.camera, design.mirror
+    ray = directions(camera, pixels)
+    pupil = np.array([camera.pupil_x_mm, 0.0, camera.pupil_z_mm])
+    tilt = np.radians(mirror.angle_deg)
+    normal = np.array([-np.sin(tilt), 0.0, np.cos(tilt)])
+    slope = np.array([np.cos(tilt), 0.0, np.sin(tilt)])
+    foot = np.array([mirror.foot_x_mm, 0.0, mirror.foot_height_mm])
+    with np.errstate(divide="ignore"):
+        away = ((foot - pupil) @ normal) / (ray @ normal)
+    hit = pupil + ray * away[:, None]
+    along = (hit - foot) @ slope
+    turned = (away > 0) & (along >= 0) & (along <= mirror.length_mm)
+    turned &= np.abs(hit[:, 1]) <= mirror.width_mm / 2
+    bounced = ray - 2 * (ray @ normal)[:, None] * normal
+    pick = turned[:, None]
+    return np.where(pick, hit, pupil), np.where(pick, bounced, ray), turned
+
+
+def directions(camera: Camera, pixels: Points) -> Rays:
+    """Unit vectors from the pupil through pixels, body frame."""
+    pitch = np.radians(camera.pitch_deg)
+    forward = np.array([-np.cos(pitch), 0.0, np.sin(pitch)])
+    up, across = np.array([np.sin(pitch), 0.0, np.cos(pitch)]), np.array([0.0, 1.0, 0.0])
+    offset = pixels + 0.5 - np.array([camera.width_px, camera.height_px]) / 2
+    radius = np.linalg.norm(offset, axis=1)
+    spread = radius / camera.focal_length_px
+    angle = spread if camera.projection == "equidistant" else np.arctan(spread)
+    azimuth = offset / np.maximum(radius, 1e-12)[:, None]
+    aside = azimuth[:, :1] * up + azimuth[:, 1:] * across
+    return np.cos(angle)[:, None] * forward + np.sin(angle)[:, None] * aside
+
+
+def _bent(ray: Rays, index: float) -> Points:
+    """How far a ray that comes from air goes aside in a flat layer of thickness 1."""
+    sideways = ray[:, :2] / index
+    return sideways / np.sqrt(1 - (sideways**2).sum(1))[:, None]
+
+
+def _thickness_mm(
+    design: Wedge, point: Points, view: View | None, depth_mm: Map | None
+) -> Float[np.ndarray, " n"]:
+    """Of the gel over points of the pad; beyond its edge, that at the edge."""
+    half = np.array([design.gel.pad_length_mm, design.gel.pad_width_mm]) / 2
+    x, y = np.clip(np.nan_to_num(point), -half, half).T
+    thickness = design.gel.thickness_mm + rest_height_mm(design.gel, x, y)
+    if view is None or depth_mm is None:
+        return thickness
+    column, row = view.pixel(x, y)
+    dent = ndimage.map_coordinates(depth_mm, [row, column], order=1, mode="nearest")
+    return thickness - dent
+
+
+def _through(sine: np.ndarray, before: float, after: float) -> np.ndarray:
+    """Share of unpolarised light that passes a face (Fresnel); ``sine`` is n sin(angle)."""
+    cosine_before = np.sqrt(np.maximum(1 - (sine / before) ** 2, 0))
+    cosine_after = np.sqrt(np.maximum(1 - (sine / after) ** 2, 0))
+    across = (before * cosine_before - after * cosine_after) / (
+        before * cosine_before + after * cosine_after
+    )
+    along = (after * cosine_before - before * cosine_after) / (
+        after * cosine_before + before * cosine_after
+    )
+    return 1 - (across**2 + along**2) / 2

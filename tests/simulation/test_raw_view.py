@@ -1,0 +1,103 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The raw frame follows the light path that the solids were laid out by, and unwarps to the gel."""
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+from cad import optics
+from recon.unwarp import prepare_unwarp
+from sensor.design import FINGER, STANDARD, Wedge
+from simulation.indenters import calibration_ball
+from simulation.presses import Press, skin_under
+from simulation.raw_view import (
+    MIRROR_REFLECTANCE,
+    follow,
+    pad_corners_px,
+    pixels_of,
+    raw_frame,
+    unwarped_px,
+)
+from simulation.skin import gel_view
+
+DESIGNS = pytest.mark.parametrize("design", [STANDARD, FINGER])
+
+
+def in_gel_frame(design: Wedge, body: np.ndarray) -> np.ndarray:
+    return np.stack([optics.pad_centre_x_mm(design) - body[:, 0], body[:, 1]], 1)
+
+
+@DESIGNS
+def test_rays_run_back_along_the_path_of_the_solids(design: Wedge) -> None:
+    body = optics.pad_grid(design, 9).reshape(9, 9, 2)[1:-1, 1:-1].reshape(-1, 2)
+    pixels = optics.trace(design, body).pixels - 0.5  # there the first pixel's edge is zero
+    seen = follow(design, pixels, None, None)
+    np.testing.assert_allclose(seen.point_mm, in_gel_frame(design, body), atol=1e-9)
+    assert not seen.direct.any()
+    assert (0.8 < seen.share).all() and (seen.share < MIRROR_REFLECTANCE).all()
+
+
+@DESIGNS
+def test_corners_and_pixels_are_found_from_points(design: Wedge) -> None:
+    body = optics.pad_grid(design, 5)
+    expected = optics.trace(design, body).pixels - 0.5
+    inside = in_gel_frame(design, body) * 0.999
+    np.testing.assert_allclose(pixels_of(design, inside), expected, atol=0.4)
+    corners = np.array(pad_corners_px(design))
+    base, tip = np.ptp(corners[[0, 3], 1]), np.ptp(corners[[1, 2], 1])
+    assert tip / base == pytest.approx(optics.keystone(expected, 5), abs=0.01)
+
+
+@DESIGNS
+def test_a_raw_frame_unwarps_to_the_gel(design: Wedge) -> None:
+    view = gel_view(design, 160)
+    x, y = view.grid_mm
+    pattern = 1 + 0.4 * np.sin(x / design.gel.pad_length_mm * 12) * np.cos(
+        y / design.gel.pad_width_mm * 9
+    )
+    radiance = np.repeat(pattern[..., None], 3, -1).astype(np.float32)
+    raw = raw_frame(design, view, radiance, np.zeros_like(pattern))
+    frame = np.round(np.clip(raw * 120, 0, 255)).astype(np.uint8)
+    corners = pad_corners_px(design)
+    unwarped = prepare_unwarp(frame.shape[1::-1], corners, view.size_px)(frame)
+    # Where a homography misplaces the curved gel is known; there the pattern must be.
+    points = np.stack([x[8:-8:6, 8:-8:6].ravel(), y[8:-8:6, 8:-8:6].ravel()], 1)
+    place = unwarped_px(design, view, points).astype(np.float32)
+    found = cv2.remap(unwarped, place[:, 0], place[:, 1], cv2.INTER_LINEAR)[:, 0, 0] * 255 / 120
+    share = follow(design, pixels_of(design, points), None, None).share
+    np.testing.assert_allclose(found / share, pattern[8:-8:6, 8:-8:6].ravel(), atol=0.03)
+
+
+def test_a_flat_gel_is_misplaced_less_than_a_curved_one() -> None:
+    def misplaced(design: Wedge) -> float:
+        view = gel_view(design, 320)
+        x, y = (axis[20:-20:20, 20:-20:20].ravel() for axis in view.grid_mm)
+        place = unwarped_px(design, view, np.stack([x, y], 1))
+        wanted = np.stack(view.pixel(x, y), 1)
+        return float(np.linalg.norm(place - wanted, axis=1).max())
+
+    pinhole = replace(STANDARD, camera=replace(STANDARD.camera, projection="pinhole"))
+    flat = replace(pinhole, gel=replace(pinhole.gel, curved=False))
+    assert misplaced(flat) < 0.5 * misplaced(pinhole)
+
+
+def test_a_baffle_hides_what_is_seen_past_the_mirror() -> None:
+    view = gel_view(STANDARD, 80)
+    radiance = np.ones((*view.size_px[::-1], 3), np.float32)
+    rest = np.zeros(view.size_px[::-1])
+    bare = raw_frame(STANDARD, view, radiance, rest, baffle=False) > 0
+    hidden = raw_frame(STANDARD, view, radiance, rest) > 0
+    assert (bare | ~hidden).all()
+    assert bare.mean() > 1.5 * hidden.mean()
+
+
+def test_a_dent_moves_what_is_seen_by_its_parallax() -> None:
+    view = gel_view(STANDARD, 160)
+    press = Press(name="b", indenter=calibration_ball(), centre_mm=(6, 8), depth_mm=0.8)
+    dent = skin_under(STANDARD, view, press).depth_mm
+    pixel = pixels_of(STANDARD, np.array([[6.0, 8.0]]))
+    below = follow(STANDARD, pixel, view, dent).point_mm[0]
+    assert 0.05 < np.hypot(*(below - [6, 8])) < 0.8  # 0.8 mm deep, seen aslant
