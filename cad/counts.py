@@ -34,5 +34,7 @@ def bill_counts(
     balls = sum(part["quantity"] for part in made if part["id"] == "ball_jig")
     per_gel = {name: counts["gel"] for name in ("gel_paint", "gel_glue", "cover_tape")}
     links = {name: counts["csi_hdmi_board"] for name in ("hdmi_cable", "raspberry_pi")}
+    per_gel |= {"black_tape": counts["gel"], "abrasive": counts["gel"]}
+    glued = {"epoxy": counts["mirror"], "double_tape": arrays}
     implied = {"wire": round((2 * arrays + 2) * WIRE_M, 3), "pla": round(grams, 1), "ball": balls}
-    return {**counts, **per_gel, **links, **implied}
+    return {**counts, **per_gel, **glued, **links, **implied}

@@ -26,9 +26,9 @@ _HOW = {
     " foot up until the back lies flat. Check by eye that nothing lies behind it: one degree of"
     " tilt moves the picture by several pixels.",
     "lights": "Solder two wires to each array's tail first. Red goes to the right seen from the"
-    " tip with the gel down, blue to the left, green to the base; none goes to the tip. Tape each"
-    " array to the outer wall of its pocket, LEDs toward the acrylic, and lead the wires behind"
-    " the ribs into the channels.",
+    " tip with the gel down, blue to the left, green to the base; none goes to the tip. Stick each"
+    " array with double-sided tape to the outer wall of its pocket, LEDs toward the acrylic, and"
+    " lead the wires behind the ribs into the channels.",
     "acrylic": "Peel off the film. From here on touch only the edges.",
     "gray_filter": "Stick each strip to its edge from one end to the other. There must be no"
     " bubble: the filter works only where it is optically coupled to the acrylic.",

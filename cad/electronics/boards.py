@@ -13,7 +13,7 @@ from sensor.errors import WedgeError
 TRACK, GAP, EDGE = 0.3, 0.2, 0.2
 """Width of tracks, smallest distance of copper to copper, and to the board's edge."""
 HOLE, HOLE_PAD, HOLE_PITCH = 1.0, 1.7, 2.54
-"""Pin header: drill, square pad and pitch."""
+"""Where a wire is soldered in: drill, square pad and pitch."""
 
 
 @dataclass(frozen=True)
@@ -142,7 +142,10 @@ def _narrow(span: tuple[float, float]) -> tuple[float, float]:
 
 
 def _resistor_board(found: list[Ballast]) -> Board:
-    """Supply in at J1; at J2 each array's anode, behind its resistor, and its cathode."""
+    """Supply in at J1; at J2 each array's anode, behind its resistor, and its cathode.
+
+    Wires go straight into the holes: under the cover there is no height for connectors.
+    """
     x0, low, high, rail = 3.0, 4.4, 7.6, 3.0
     pins_y, ground_y = 11.0, 13.4
     x_supply = x0 + 2 * len(found) * HOLE_PITCH + 2.3
@@ -153,12 +156,7 @@ def _resistor_board(found: list[Ballast]) -> Board:
         Rectangle((x0 + HOLE_PITCH, x_supply + TRACK), (ground_y - TRACK, ground_y + TRACK)),
         Rectangle((x_supply - TRACK, x_supply + TRACK), (rail + HOLE_PITCH, ground_y)),
     ]
-    count = str(2 * len(found))
-    components = [
-        Component("J1", "header_2", "2 pins", "2.54 mm", (x_supply, rail + HOLE_PITCH / 2), 90.0),
-        Component("J2", f"header_{count}", f"{count} pins", "2.54 mm",
-                  (x0 + (len(found) - 0.5) * HOLE_PITCH, pins_y), 0.0),
-    ]  # fmt: skip
+    components = []
     for index, ballast in enumerate(found):
         name, x = f"R{index + 1}", x0 + 2 * index * HOLE_PITCH
         anode, cathode = str(2 * index + 1), str(2 * index + 2)

@@ -25,7 +25,7 @@ from sensor.errors import WedgeError
 
 PARTS = read_parts()
 COUNTS = {"camera": 1, "led_red": 7, "screw_m2x6": 6, "screw_m2x8": 4, "resistor_4R7": 2,
-          "header_6": 1, "pla": 52.5}  # fmt: skip
+          "hdmi_cable": 1, "pla": 52.5}  # fmt: skip
 
 
 def test_every_price_says_where_and_when_it_comes_from() -> None:
@@ -99,10 +99,10 @@ def test_a_distributor_gets_quantities_of_numbered_parts_only() -> None:
     lines = make_bill({**COUNTS, "wire": 4.0}, PARTS)
     rows = list(csv.DictReader(io.StringIO(distributor_csv(lines, 10))))
     asked = {row["Customer Reference"]: row for row in rows}
-    assert set(asked) == {"camera", "led_red", "resistor_4R7", "header_6", "wire"}
+    assert set(asked) == {"camera", "led_red", "resistor_4R7", "hdmi_cable", "wire"}
     assert asked["resistor_4R7"]["Manufacturer Part Number"] == "RC1206FR-074R7L"
-    assert asked["header_6"]["Manufacturer Part Number"] == "61300611121"
+    assert asked["hdmi_cable"]["Manufacturer Part Number"] == "P568-006"
     counts = {name: int(row["Quantity"]) for name, row in asked.items()}
     # 40 m of wire are two reels of 100 feet.
-    assert counts == {"camera": 10, "led_red": 70, "resistor_4R7": 20, "header_6": 10, "wire": 2}
+    assert counts == {"camera": 10, "led_red": 70, "resistor_4R7": 20, "hdmi_cable": 10, "wire": 2}
     assert all(row["Manufacturer"] for row in rows)

@@ -231,6 +231,13 @@ def test_pages_point_at_files_that_exist(fabricated: Folders) -> None:
     assert "http" not in re.sub(r"http://www\.w3\.org\S*", "", page)
 
 
+CONSUMABLES = {
+    "epoxy": "epoxy", "double-sided tape": "double_tape", "black tape": "black_tape",
+    "2000 grit": "abrasive", "tegaderm": "cover_tape", "silicone adhesive": "gel_glue",
+    "print-on silicone ink": "gel_paint", "xp-565": "gel",
+}  # fmt: skip
+
+
 def test_guide_and_bill_ask_for_the_same(fabricated: Folders) -> None:
     folder = fabricated[0]
     with (folder / "bill" / "bill.csv").open(encoding="utf-8", newline="") as file:
@@ -246,10 +253,11 @@ def test_guide_and_bill_ask_for_the_same(fabricated: Folders) -> None:
     with (folder / "bill" / "distributor.csv").open(encoding="utf-8", newline="") as file:
         sold = {row["Customer Reference"]: row for row in csv.DictReader(file)}
     electronic = {"camera", "csi_hdmi_board", "hdmi_cable", "raspberry_pi", "wire"}
-    electronic |= {
-        row["id"] for row in rows if re.match(r"led_[a-z]+$|resistor_\d|header_", row["id"])
-    }
+    electronic |= {row["id"] for row in rows if re.match(r"led_[a-z]+$|resistor_\d", row["id"])}
     assert set(sold) == electronic
+    bought = {row["id"] for row in rows}
+    for word, part in CONSUMABLES.items():
+        assert word in guide.lower() and part in bought, word
     pieces = {row["id"]: row["quantity"] for row in rows if row["unit"] != "m"}
     assert all(row["Quantity"] == pieces.get(key, "1") for key, row in sold.items())
 
