@@ -134,6 +134,18 @@ def test_a_frame_is_stamped_with_the_time_it_was_taken(newest: Newest) -> None:
     assert abs(before_ns - frame.stamp.timestamp_ns - 5_000_000_000) < 1_000_000_000
 
 
+def test_a_frame_is_given_once_and_waited_for(newest: Newest) -> None:
+    assert newest.after(-1, 0) is None
+    put(newest, b"0")
+    assert newest.after(0, 0) is None
+    given: list[Any] = []
+    waits = threading.Thread(target=lambda: given.append(newest.after(0, WITHIN_S)))
+    waits.start()
+    put(newest, b"1")
+    waits.join()
+    assert [frame.jpeg for frame in given] == [b"1"]
+
+
 def test_a_client_that_reads_nothing_delays_nobody(newest: Newest, server: StreamServer) -> None:
     frames, size = 200, 150_000  # more than the buffers of a connection hold
     put(newest, bytes(size))
@@ -296,6 +308,23 @@ def test_half_a_request_is_waited_for_no_longer_than_is_fair(
             with connect(server) as connection:
                 connection.sendall(half)
                 assert connection.recv(1) == b""
+
+
+def test_a_request_in_drops_is_cut_off_too(newest: Newest, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(firmware_pi.server, "REQUEST_WITHIN_S", 0.2)
+    with serving(newest) as server, connect(server) as connection:
+        connection.setblocking(False)
+
+        def is_cut_off() -> bool:
+            try:
+                connection.send(b"a")
+                return connection.recv(1) == b""
+            except BlockingIOError:
+                return False
+            except ConnectionError:
+                return True
+
+        until(is_cut_off)
 
 
 def test_stopping_ends_every_stream_and_frees_the_port(newest: Newest) -> None:
