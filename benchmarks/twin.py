@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks.measurement import Measurement
 from sensor.design import STANDARD
-from simulation.dataset import Recipe, presses_of, shoot
+from simulation.dataset import Recipe, presses_of, trace_press
 from simulation.engine import SCALAR, Engine, best_engine
 from simulation.render import render
 from simulation.skin import gel_view
@@ -33,7 +33,7 @@ def measure(executor: Executor) -> Iterator[Measurement]:
     recipe = Recipe(engine=best, design=STANDARD)
     presses = presses_of(STANDARD, "balls", count=TIMED, seed=0)
     start = time.perf_counter()
-    for future in [executor.submit(shoot, recipe, press, 1) for press in presses]:
+    for future in [executor.submit(trace_press, recipe, press, 1) for press in presses]:
         future.result()
     yield Measurement(
         name=f"{PRESSES} ball presses at {recipe.samples} samples, {best.variant}, from {TIMED}",

@@ -5,6 +5,7 @@
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, as_completed
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Final, Literal
@@ -19,6 +20,7 @@ from sensor.errors import WedgeError
 from simulation.camera import expose, photograph
 from simulation.engine import Engine
 from simulation.indenters import CALIBRATION_BALL_MM, calibration_ball, shapes
+from simulation.kept import Kept
 from simulation.presses import Press, ball_presses, contact_circle_px, marker_ink, skin_under
 from simulation.raw_view import pad_corners_px, raw_frame, unwarped_px
 from simulation.render import Radiance, render, smoothed
@@ -62,32 +64,31 @@ class Recipe:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Shot:
-    """One press as rendered."""
+class Dent:
+    """What a press does to the skin, and the part of the picture that it changes."""
 
-    traced: Radiance
-    """Of the window alone."""
     window: Window
+    """Farther than ``REACH_MM`` from the dent the light is that of the untouched gel."""
     depth_mm: Float32[np.ndarray, "h w"]
     circle_px: tuple[float, float, float] | None
     """Centre and radius of a round contact."""
 
 
-def shoot(recipe: Recipe, press: Press, threads: int | None = None) -> Shot:
-    """Render the part of the picture that a press changes: a unit of parallel work.
-
-    Farther than ``REACH_MM`` from the dent the light is that of the untouched gel.
-    """
+def dent_of(recipe: Recipe, press: Press) -> Dent:
+    """The dent that a press leaves."""
     view = recipe.view
     skin = skin_under(recipe.design, view, press, cover_mm=recipe.cover_mm)
-    window = _around(view, skin.depth_mm)
-    is_round = press.indenter.round_mm > 0
-    return Shot(
-        traced=trace_part(recipe, skin.depth_mm, window, threads),
-        window=window,
+    return Dent(
+        window=_around(view, skin.depth_mm),
         depth_mm=skin.depth_mm.astype(np.float32),
-        circle_px=contact_circle_px(skin) if is_round else None,
+        circle_px=contact_circle_px(skin) if press.indenter.round_mm > 0 else None,
     )
+
+
+def trace_press(recipe: Recipe, press: Press, threads: int | None = None) -> Radiance:
+    """Render the part of the picture that a press changes: a unit of parallel work."""
+    dent = dent_of(recipe, press)
+    return trace_part(recipe, dent.depth_mm, dent.window, threads)
 
 
 def trace_part(recipe: Recipe, depth_mm: Map, window: Window, threads: int | None) -> Radiance:
@@ -106,19 +107,19 @@ def trace_part(recipe: Recipe, depth_mm: Map, window: Window, threads: int | Non
     )
 
 
-def developed_over(blank: Radiance, recipe: Recipe, shot: Shot) -> Radiance:
-    """A shot set into the untouched gel as traced, both smoothed; they blend at the window's edge.
+def set_in(blank: Radiance, recipe: Recipe, dent: Dent, traced: Radiance) -> Radiance:
+    """A traced window in the untouched gel as traced, both smoothed; they blend at its edge.
 
     Farther than ``REACH_MM`` from the dent, the untouched gel remains.
     """
-    columns, rows = shot.window
+    columns, rows = dent.window
     pitch = recipe.view.mm_per_px[0]
     whole = blank.copy()
-    whole[rows, columns] = shot.traced
-    away_mm = pitch * ndimage.distance_transform_edt(shot.depth_mm == 0)
+    whole[rows, columns] = traced
+    away_mm = pitch * ndimage.distance_transform_edt(dent.depth_mm == 0)
     share = np.clip(2 - 2 * away_mm / REACH_MM, 0, 1)[..., None].astype(np.float32)
-    pressed = smoothed(whole, pitch, shot.depth_mm, recipe.ink)
-    rest = smoothed(blank, pitch, np.zeros_like(shot.depth_mm), recipe.ink)
+    pressed = smoothed(whole, pitch, dent.depth_mm, recipe.ink)
+    rest = smoothed(blank, pitch, np.zeros_like(dent.depth_mm), recipe.ink)
     return share * pressed + (1 - share) * rest
 
 
@@ -196,6 +197,7 @@ def write_set(
     executor: Executor,
     truth: Truth = "all",
     threads: int | None = None,
+    keep: Path | None = None,
     progress: Progress = lambda _share, _what: None,
 ) -> None:
     """Render presses into an empty folder.
@@ -208,22 +210,26 @@ def write_set(
         executor: renders the frames; the set does not depend on which.
         truth: depth maps of all frames, or of the shapes alone, whose form is not closed.
         threads: of one render.
+        keep: a folder for traced parts; what an interrupted run left there is not traced again.
         progress: called after every frame.
 
     Raises:
         WedgeError: a press cannot be, or a file cannot be written.
     """
+    kept = Kept(keep)
     rest = np.zeros(recipe.view.size_px[::-1])
-    parts = [
-        executor.submit(trace_part, recipe, rest, window, threads) for window in bands(recipe.view)
-    ]
-    shots = {
-        executor.submit(shoot, recipe, press, threads): (index, press.name)
-        for index, press in enumerate(presses)
+    parts = {
+        f"background_{index}": partial(trace_part, recipe, rest, window, threads)
+        for index, window in enumerate(bands(recipe.view))
     }
+    shots = {press.name: partial(trace_press, recipe, press, threads) for press in presses}
+    started = {
+        name: kept.started(executor, name, task) for name, task in {**parts, **shots}.items()
+    }
+    names = {started[name]: (index, name) for index, name in enumerate(shots)}
     labels = []
     try:
-        blank = np.concatenate([part.result() for part in parts])
+        blank = np.concatenate([kept.result(name, started[name]) for name in parts])
         untouched = smoothed(blank, recipe.view.mm_per_px[0], rest, recipe.ink)
         camera = expose(untouched)
         for index in range(BACKGROUNDS):
@@ -231,23 +237,21 @@ def write_set(
                 seen_by_camera(recipe, untouched, rest), camera, _noise_seed(recipe, -1 - index)
             )
             (folder / f"background_{index}.jpg").write_bytes(content)
-        for done, future in enumerate(as_completed(shots), start=1):
-            index, name = shots[future]
-            shot = future.result()
-            radiance = developed_over(blank, recipe, shot)
-            frame = seen_by_camera(recipe, radiance, shot.depth_mm)
+        for done, future in enumerate(as_completed(names), start=1):
+            index, name = names[future]
+            dent = dent_of(recipe, presses[index])
+            radiance = set_in(blank, recipe, dent, kept.result(name, future))
+            frame = seen_by_camera(recipe, radiance, dent.depth_mm)
             content = photograph(frame, camera, _noise_seed(recipe, index))
             (folder / f"{name}.jpg").write_bytes(content)
-            if truth == "all" or shot.circle_px is None:
+            if truth == "all" or dent.circle_px is None:
                 (folder / "truth").mkdir(exist_ok=True)
-                np.save(folder / "truth" / f"{name}.npy", shot.depth_mm)
-            if shot.circle_px is not None:
-                labels.append(_label(f"{name}.jpg", _as_seen(recipe, shot.circle_px)))
-            progress(done / len(shots), name)
+                np.save(folder / "truth" / f"{name}.npy", dent.depth_mm)
+            if dent.circle_px is not None:
+                labels.append(_label(f"{name}.jpg", _as_seen(recipe, dent.circle_px)))
+            progress(done / len(names), name)
     except BaseException:
-        for part in parts:
-            part.cancel()
-        for future in shots:
+        for future in started.values():
             future.cancel()
         raise
     balls = [press.indenter.round_mm for press in presses if press.indenter.round_mm]

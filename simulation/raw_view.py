@@ -144,19 +144,20 @@ def pixels_of(design: Wedge, points_mm: Points) -> Points:
     coarse, known = coarse[over_mirror], seen.point_mm[over_mirror]
     distance = np.linalg.norm(known[None] - points_mm[:, None], axis=-1)
     nearest = np.argsort(distance, axis=1)[:, :12]
-    found = np.empty_like(points_mm)
-    for index, (point, near) in enumerate(zip(points_mm, nearest, strict=True)):
-        # The map is smooth: a plane through the neighbours, then steps along its inverse.
-        plane, *_ = np.linalg.lstsq(
-            np.column_stack([known[near], np.ones(len(near))]), coarse[near], rcond=None
-        )
-        pixel = np.append(point, 1) @ plane
-        for _ in range(8):
-            here = follow(design, pixel[None], None, None).point_mm[0]
-            if np.isnan(here).any():
-                break
-            pixel = pixel + (point - here) @ plane[:2]
-        found[index] = pixel
+    # The map is smooth: a plane through the neighbours, then steps along it.
+    planes = np.array(
+        [
+            np.linalg.lstsq(
+                np.column_stack([known[near], np.ones(len(near))]), coarse[near], rcond=None
+            )[0]
+            for near in nearest
+        ]
+    )
+    found = np.einsum("ni,nij->nj", points_mm, planes[:, :2]) + planes[:, 2]
+    for _ in range(8):
+        here = follow(design, found, None, None).point_mm
+        step = np.einsum("ni,nij->nj", points_mm - here, planes[:, :2])
+        found = found + np.nan_to_num(step)
     return found
 
 

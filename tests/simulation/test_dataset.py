@@ -15,7 +15,14 @@ from sensor.dataset import read_dataset
 from sensor.design import FINGER, STANDARD
 from sensor.errors import WedgeError
 from simulation.camera import amplified, expose
-from simulation.dataset import Recipe, presses_of, shoot, trace_part, write_set
+from simulation.dataset import (
+    Recipe,
+    dent_of,
+    presses_of,
+    trace_part,
+    trace_press,
+    write_set,
+)
 from simulation.engine import SCALAR
 from simulation.presses import skin_under
 from tests.simulation.conftest import InLine
@@ -71,12 +78,47 @@ def test_another_executor_writes_the_same_set(folder: Path, tmp_path: Path) -> N
 
 
 def test_a_press_changes_the_picture_near_it_alone(mitsuba) -> None:
-    shot = shoot(Recipe(engine=SCALAR, design=STANDARD, width_px=64, samples=4), PRESSES[0])
-    columns, rows = shot.window
-    assert shot.traced.shape == (rows.stop - rows.start, columns.stop - columns.start, 3)
-    outside = np.ones_like(shot.depth_mm, bool)
+    recipe = Recipe(engine=SCALAR, design=STANDARD, width_px=64, samples=4)
+    dent = dent_of(recipe, PRESSES[0])
+    columns, rows = dent.window
+    traced = trace_press(recipe, PRESSES[0])
+    assert traced.shape == (rows.stop - rows.start, columns.stop - columns.start, 3)
+    outside = np.ones_like(dent.depth_mm, bool)
     outside[rows, columns] = False
-    assert outside.any() and (shot.depth_mm[outside] == 0).all()
+    assert outside.any() and (dent.depth_mm[outside] == 0).all()
+
+
+def test_an_interrupted_set_goes_on_without_tracing_anything_twice(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Dies(InLine):
+        left = 6
+
+        def submit(self, fn, /, *args, **kwargs):
+            self.left -= 1
+            if self.left < 0:
+                raise KeyboardInterrupt
+            return super().submit(fn, *args, **kwargs)
+
+    def write(name: str, executor) -> None:
+        (tmp_path / name).mkdir()
+        write_set(
+            tmp_path / name, RECIPE, PRESSES, source="a test", executor=executor,
+            keep=tmp_path / "kept",
+        )  # fmt: skip
+
+    whole = InLine()
+    write("first", whole)
+    parts = sorted((tmp_path / "kept").iterdir())
+    assert len(parts) == 4 + len(PRESSES)
+    parts[0].write_bytes(parts[0].read_bytes()[:100])  # cut off
+    parts[-1].unlink()
+    second = Dies()
+    second.left = 2
+    write("second", second)
+    assert second.left == 0
+    for path in (tmp_path / "first").glob("*.jpg"):
+        assert (tmp_path / "second" / path.name).read_bytes() == path.read_bytes()
 
 
 @pytest.mark.parametrize(
