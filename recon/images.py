@@ -85,6 +85,15 @@ def read_frame(folder: Path, name: str) -> Frame:
     return frame
 
 
+def frame_count(archive: Path) -> int:
+    """How many frames an ``.npz`` holds.
+
+    Raises:
+        WedgeError: the file is damaged, or holds no frames.
+    """
+    return len(_npz_frames(archive, archive.stat().st_mtime_ns))
+
+
 def write_image(path: Path, frame: Frame) -> None:
     """Write a PNG atomically."""
     stream = io.BytesIO()

@@ -1,0 +1,99 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""`wedge label`: circles found automatically, then a page to mend the doubtful ones."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+from app._progress import progress
+from sensor.errors import WedgeError
+
+if TYPE_CHECKING:
+    from recon.labelling import LabelBook
+    from recon.presses import PressReader
+    from sensor.dataset import BallLabel
+
+Port = Annotated[int, tyro.conf.arg(metavar="PORT")]
+
+
+def main(
+    dataset: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="DATASET")],
+    again: bool = False,
+    page: bool = True,
+    port: Port = 8010,
+) -> None:
+    """Find the circle of every ball press, then open a page to mend the doubtful ones.
+
+    Each frame without a label gets the circle that explains its shading best, with a quality from
+    0 to 1 and a contact radius that leaves out the gel that only follows. Circles of high quality
+    need no look; the page shows the doubtful ones first. Every change there is written to
+    labels.csv at once.
+
+    Example: wedge label presses/2026-11-21
+
+    Args:
+        dataset: A dataset folder of your own: dataset.toml, a background and the frames.
+        again: Find the circles of labelled frames anew as well, those mended by hand excepted.
+        page: Open the page afterwards, on this computer only; end it with Ctrl-C.
+        port: Port of the page.
+    """
+    from recon.labelling import CERTAIN, DOUBTFUL, LabelBook, pressed_frames
+    from recon.presses import press_reader
+    from sensor.dataset import read_dataset, write_labels
+
+    if not (dataset / "dataset.toml").is_file():
+        raise WedgeError(f"{dataset} is not a dataset folder: it has no dataset.toml.")
+    if not 1 <= port <= 65535:
+        raise WedgeError(f"--port {port} must lie between 1 and 65535.")
+    if not (dataset / "labels.csv").exists():
+        write_labels(dataset / "labels.csv", [])
+    source = read_dataset(dataset)
+    reader = press_reader(source)
+    files = pressed_frames(dataset, source.card)
+    if not files:
+        raise WedgeError(f"{dataset} holds no frames but its background: press the ball first.")
+    book = LabelBook(source)
+
+    def is_wanted(file: str) -> bool:
+        label = book.label(file)
+        return label is None or (again and label.quality not in (None, CERTAIN))
+
+    wanted = [file for file in files if is_wanted(file)]
+    for label in _found(reader, wanted):
+        book.put(label)
+    doubtful = [x.file for x in book.labels if x.quality is not None and x.quality < DOUBTFUL]
+    missing = [file for file in files if book.label(file) is None]
+    print(f"{len(book.labels)} of {len(files)} frames have a circle; {len(doubtful)} are doubtful.")
+    if missing:
+        print(f"No ball was found in {', '.join(missing[:5])}{' ...' if len(missing) > 5 else ''}.")
+    if page:
+        _serve(reader, book, files, port)
+
+
+def _found(reader: "PressReader", files: list[str]) -> list["BallLabel"]:
+    """The circles of some frames, found in parallel."""
+    from functools import partial
+
+    from app._workers import process_pool
+    from recon.labelling import automatic_label
+
+    found = []
+    with progress("circles") as show, process_pool() as pool:
+        labels = pool.map(partial(automatic_label, reader), files, chunksize=2)
+        for done, label in enumerate(labels, start=1):
+            found.append(label)
+            show(done / len(files), files[done - 1])
+    return [label for label in found if label is not None]
+
+
+def _serve(reader: "PressReader", book: "LabelBook", files: list[str], port: int) -> None:
+    try:
+        from app.pages.label import serve
+    except ImportError as error:
+        raise WedgeError(
+            f"the page needs {error.name}: install the extra with pip install"
+            ' "gelsight-wedge[live]", or add --no-page.'
+        ) from error
+    serve(reader, book, files, port)

@@ -1,0 +1,242 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The browser page of `wedge live`: each sensor's pictures, its touch, and how its stream fares."""
+
+import time
+from collections.abc import Sequence
+from html import escape
+
+from nicegui import app, ui
+from nicegui.elements.scene.objects.texture import Texture
+
+from app.pages import pictures
+from app.pages.watching import STEEPNESS, VIEW_S, Watcher
+from sensor.errors import WedgeError
+
+SURFACE_EVERY = 2
+HISTORY_S = 20.0
+STYLE = """
+body { background: #10151c; color: #e6edf3; font-variant-numeric: tabular-nums; }
+.sensor { background: #18202a; border: 1px solid #2a3542; border-radius: 14px; }
+.picture { background: #0b0f14; border-radius: 8px; overflow: hidden; }
+.picture img { width: 100%; display: block; }
+.quiet { color: #9fb0c0; }
+.big { font-size: 2rem; line-height: 1.1; font-weight: 600; }
+.remark { color: #ffcf70; }
+.chip { border-radius: 999px; padding: 1px 10px; font-size: .75rem; font-weight: 600; }
+.on { background: #123b36; color: #6fe3d0; } .off { background: #47220f; color: #ffb38a; }
+"""
+
+
+def serve(watchers: Sequence[Watcher], address: str, port: int, *, show: bool) -> None:
+    """Serve the page until Ctrl-C."""
+
+    @ui.page("/")
+    def page() -> None:
+        ui.add_css(STYLE)
+        ui.dark_mode(True)
+        ui.query(".nicegui-content").classes("p-4 gap-4 max-w-[1800px] mx-auto")
+        with ui.row().classes("w-full items-baseline gap-3"):
+            ui.label("GelSight Wedge").classes("text-xl font-semibold")
+            ui.label("live").classes("text-xl quiet")
+        columns = "grid-cols-1 xl:grid-cols-2" if len(watchers) > 1 else "grid-cols-1"
+        with ui.element("div").classes(f"grid {columns} gap-4 w-full"):
+            for number, watcher in enumerate(watchers):
+                SensorCard(watcher, number, alone=len(watchers) == 1)
+
+    for watcher in watchers:
+        app.on_startup(watcher.start)
+        app.on_shutdown(watcher.close)
+    ui.run(
+        host=address,
+        port=port,
+        title="GelSight Wedge live",
+        favicon="👆",
+        show=show,
+        reload=False,
+        show_welcome_message=False,
+    )
+
+
+class SensorCard:
+    """One sensor on the page of one browser."""
+
+    def __init__(self, watcher: Watcher, number: int, *, alone: bool) -> None:
+        self.watcher = watcher
+        self.shown = -1
+        with ui.column().classes("sensor w-full p-4 gap-3").props(f"id=sensor-{number}"):
+            self._head()
+            with ui.element("div").classes("grid grid-cols-3 gap-3 w-full"):
+                self.raw = _picture("Raw", "as the camera sees it", "raw")
+                self.difference = _picture(
+                    "Difference",
+                    f"to the blank gel, ×{pictures.CONTRAST:g} about grey",
+                    "difference",
+                )
+                self.depth = _picture("Depth", "contact outlined, deepest point crossed", "depth")
+            if watcher.unit is None:
+                ui.label(
+                    "Depth needs the sensor's unit: wedge live WHERE --unit UNIT. "
+                    "`wedge calibrate` makes it from ball presses."
+                ).classes("quiet")
+            else:
+                layout = "grid-cols-[2fr_1fr]" if alone else "grid-cols-[3fr_2fr]"
+                with ui.element("div").classes(f"grid {layout} gap-3 w-full"):
+                    self._surface(alone)
+                    self._numbers()
+            self._stream()
+        ui.timer(VIEW_S, self.update)
+
+    def _head(self) -> None:
+        with ui.row().classes("w-full items-center gap-3"):
+            ui.label(self.watcher.title).classes("text-lg font-semibold")
+            ui.label(self.watcher.name).classes("quiet text-sm")
+            self.chip = ui.label("waiting").classes("chip off").mark("state")
+            ui.space()
+            ui.button("Take background", icon="filter_none", on_click=self.take_background).props(
+                "dense outline color=teal-3 no-caps"
+            ).tooltip(
+                "Nothing may touch the gel: the mean of the next frames becomes the blank one"
+            )
+            ui.button("Save frame", icon="photo_camera", on_click=self.save_frame).props(
+                "dense outline color=teal-3 no-caps"
+            ).tooltip(f"Write the newest frame to {self.watcher.captures}")
+        self.remark = ui.label().classes("remark text-sm").props("id=remark")
+
+    def _surface(self, alone: bool) -> None:
+        with ui.column().classes("gap-1 w-full"):
+            ui.label("Surface").classes("text-sm font-medium")
+            with ui.element("div").classes("picture w-full"):
+                size = (980, 420) if alone else (500, 320)
+                with ui.scene(*size, grid=False, background_color="#0b0f14") as self.scene:
+                    self.texture: Texture | None = None
+                self.scene.classes("w-full")
+                self.scene.move_camera(0, -5.4, 5.0, 0, -0.2, -0.4, 0, 0, 1, duration=0)
+            ui.label(f"drag to turn, wheel to zoom; depth drawn {STEEPNESS:g}× steeper").classes(
+                "quiet text-xs"
+            )
+
+    def _numbers(self) -> None:
+        with ui.column().classes("gap-2 w-full"):
+            self.deepest, self.deepest_line = _figure("Deepest point", "mm", "deepest")
+            self.area, self.area_line = _figure("Contact area", "mm²", "contact")
+            with ui.column().classes("gap-0 w-full"):
+                ui.label("Colours of depth").classes("text-sm font-medium")
+                bar = ui.element("div").classes("w-full h-3 rounded mt-1")
+                bar.style(f"background: {pictures.legend()}")
+                with ui.row().classes("w-full justify-between quiet text-xs"):
+                    ui.label("0 mm")
+                    self.scale = ui.label()
+
+    def _stream(self) -> None:
+        with ui.row().classes("w-full gap-6 items-baseline quiet text-sm").props("id=stream"):
+            self.facts = {
+                name: ui.label().props(f"id={name}")
+                for name in ("rate", "latency", "work", "lost", "connections")
+            }
+
+    def update(self) -> None:
+        """Show what is new."""
+        watcher = self.watcher
+        watcher.watched_s = time.monotonic()
+        if saved := watcher.saved():
+            ui.notify(saved, type="positive", position="bottom-right")
+        self.remark.set_text(watcher.remark)
+        self.remark.set_visibility(bool(watcher.remark))
+        self.chip.set_text("live" if watcher.live else "waiting")
+        self.chip.classes(
+            *(("on",) if watcher.live else ("off",)), remove="off" if watcher.live else "on"
+        )
+        self._update_facts()
+        glimpse = watcher.glimpse
+        if glimpse is None or glimpse.number == self.shown:
+            return
+        self.shown = glimpse.number
+        self.raw.set_source(glimpse.raw)
+        self.difference.set_source(glimpse.difference)
+        if glimpse.depth is None or glimpse.surface is None:
+            return
+        self.depth.set_source(glimpse.depth)
+        self.deepest.set_text(f"{glimpse.deepest_mm:.2f}")
+        self.area.set_text(f"{glimpse.contact_mm2:.1f}")
+        self.scale.set_text(f"{glimpse.scale_mm:.2f} mm")
+        if glimpse.number % SURFACE_EVERY == 0:
+            self._update_surface(*glimpse.surface)
+            history = [item for item in watcher.history if time.monotonic() - item[0] < HISTORY_S]
+            self.deepest_line.set_content(sparkline([(t, mm) for t, mm, _ in history]))
+            self.area_line.set_content(sparkline([(t, mm2) for t, _, mm2 in history]))
+
+    def _update_surface(self, url: str, grid: pictures.Grid) -> None:
+        if self.texture is None:
+            with self.scene:
+                self.texture = self.scene.texture(url, grid)
+            return
+        self.texture.set_coordinates(grid)
+        self.texture.set_url(url)
+
+    def _update_facts(self) -> None:
+        watcher, newest = self.watcher, self.watcher.newest
+        if newest is None:
+            return
+        counts, glimpse = newest.source.counts, watcher.glimpse
+        latency = watcher.latency_ms
+        self.facts["rate"].set_text(f"{watcher.rate_hz:.1f} frames/s")
+        self.facts["latency"].set_text(
+            "latency unknown" if latency is None else f"latency {latency:.1f} ms"
+        )
+        if glimpse is not None and glimpse.depth is not None:
+            self.facts["work"].set_text(f"depth in {glimpse.work_ms:.1f} ms")
+        self.facts["lost"].set_text(f"{counts.dropped} dropped, {counts.corrupt} corrupt")
+        self.facts["connections"].set_text(
+            f"{counts.connections} connection{'s' if counts.connections != 1 else ''}"
+        )
+
+    def take_background(self) -> None:
+        """Make the next frames the blank one."""
+        self.watcher.take_background()
+        ui.notify("Taking the background: nothing may touch the gel.", position="bottom-right")
+
+    def save_frame(self) -> None:
+        """Keep the newest frame."""
+        try:
+            ui.notify(self.watcher.save_frame(), type="positive", position="bottom-right")
+        except WedgeError as error:
+            ui.notify(str(error), type="negative", position="bottom-right")
+
+
+def sparkline(points: Sequence[tuple[float, float]]) -> str:
+    """The last seconds of a number as a small drawing, from zero to its largest."""
+    if len(points) < 2:
+        return ""
+    last_s = points[-1][0]
+    most = max(1e-6, *(value for _, value in points))
+    places = " ".join(
+        f"{100 * (1 - (last_s - t) / HISTORY_S):.2f},{29 - 27 * max(value, 0) / most:.2f}"
+        for t, value in points
+    )
+    return (
+        '<svg viewBox="0 0 100 30" preserveAspectRatio="none" width="100%" height="44">'
+        '<line x1="0" y1="29.5" x2="100" y2="29.5" stroke="#2a3542" stroke-width=".5"/>'
+        f'<polyline points="{places}" fill="none" stroke="#6fe3d0" stroke-width="1.6" '
+        'vector-effect="non-scaling-stroke"/></svg>'
+    )
+
+
+def _picture(title: str, caption: str, name: str) -> ui.interactive_image:
+    with ui.column().classes("gap-1 w-full"):
+        ui.label(title).classes("text-sm font-medium")
+        with ui.element("div").classes("picture w-full"):
+            image = ui.interactive_image().classes(f"w-full {name}")
+        ui.label(escape(caption)).classes("quiet text-xs")
+    return image
+
+
+def _figure(title: str, unit: str, name: str) -> tuple[ui.label, ui.html]:
+    with ui.column().classes("gap-0 w-full"):
+        ui.label(title).classes("text-sm font-medium")
+        with ui.row().classes("items-baseline gap-1"):
+            number = ui.label("–").classes(f"big {name}")
+            ui.label(unit).classes("quiet")
+        line = ui.html("", sanitize=False).classes("w-full")
+        ui.label(f"last {HISTORY_S:g} s").classes("quiet text-xs")
+    return number, line

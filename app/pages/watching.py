@@ -1,0 +1,203 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""One sensor that the page watches, in a thread of its own: what fails here disturbs no other."""
+
+import threading
+import time
+from collections import deque
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from statistics import median
+
+import numpy as np
+
+from app._sources import open_live
+from app.pages import pictures
+from recon.arrays import Frame
+from recon.calibration import Calibration
+from recon.fast import FastReconstructor
+from recon.images import write_image
+from recon.stream import Newest
+from sensor.errors import WedgeError
+from sensor.toml import Pair
+
+VIEW_S = 1 / 12
+"""Between two pictures."""
+AGAIN_S = 1.0
+"""Before a sensor that failed is tried again."""
+UNWATCHED_S = 3.0
+"""Without a browser for so long, no pictures are made."""
+BACKGROUND_FRAMES = 12
+LEAST_SCALE_MM = 0.3
+STEEPNESS = 3.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Glimpse:
+    """What the page shows of one moment; pictures as data URLs."""
+
+    raw: str
+    difference: str
+    depth: str | None = None
+    surface: tuple[str, pictures.Grid] | None = None
+    scale_mm: float = LEAST_SCALE_MM
+    deepest_mm: float = 0.0
+    contact_mm2: float = 0.0
+    work_ms: float = 0.0
+    number: int = 0
+
+
+class Watcher:
+    """Follows one sensor and keeps the newest glimpse of it."""
+
+    def __init__(self, where: str, unit: Calibration | None, captures: Path) -> None:
+        self.where, self.unit, self.captures = where, unit, captures
+        self.name = where.rpartition("@")[2] if "://" in where else Path(where).name
+        self.title = unit.card.serial if unit else self.name
+        self.glimpse: Glimpse | None = None
+        self.error = ""
+        self.rate_hz = 0.0
+        self.latency_ms: float | None = None
+        self.newest: Newest | None = None
+        self.history: deque[tuple[float, float, float]] = deque(maxlen=400)
+        """Time in seconds, deepest point and contact area."""
+        self.frame: Frame | None = None
+        self.watched_s = 0.0
+        self._background: Frame | None = None
+        self._taken: list[Frame] | None = None
+        self._saved = ""
+        self._closed = threading.Event()
+        self._thread = threading.Thread(target=self._run, daemon=True, name=where)
+
+    def start(self) -> None:
+        """Begin to follow the sensor."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """End the thread."""
+        self._closed.set()
+        self._thread.join()
+
+    @property
+    def remark(self) -> str:
+        """What is wrong, or what a person should know, in a sentence."""
+        newest = self.newest
+        return self.error or ("" if newest is None else newest.source.counts.remark)
+
+    @property
+    def live(self) -> bool:
+        """Whether frames come."""
+        return not self.error and "lost" not in self.remark and self.glimpse is not None
+
+    def take_background(self) -> None:
+        """Make the mean of the next frames the blank frame, and keep it."""
+        self._taken = []
+
+    def saved(self) -> str:
+        """A sentence on what was written since the last call, if anything."""
+        sentence, self._saved = self._saved, ""
+        return sentence
+
+    def save_frame(self) -> str:
+        """Keep the newest frame; a sentence on where.
+
+        Raises:
+            WedgeError: there is none yet, or the disk takes no more.
+        """
+        if self.frame is None:
+            raise WedgeError(f"{self.title} has given no frame yet.")
+        return self._write("press", self.frame)
+
+    def _write(self, kind: str, frame: Frame) -> str:
+        stamp = datetime.now().strftime("%Y%m%d-%H%M%S-%f")[:-3]
+        path = self.captures / f"{kind}-{stamp}.png"
+        write_image(path, frame)
+        return f"Saved {path}"
+
+    def _run(self) -> None:
+        while not self._closed.is_set():
+            try:
+                with Newest(open_live(self.where, repeat=True)) as newest:
+                    self.newest = newest
+                    self._follow(newest)
+                self.error = f"{self.name} has ended."
+            except WedgeError as error:
+                self.error = str(error)
+            self.newest = None
+            self._closed.wait(AGAIN_S)
+
+    def _follow(self, newest: Newest) -> None:
+        reconstruct: FastReconstructor | None = None
+        if self.unit is not None:
+            reconstruct = FastReconstructor(self.unit, self._background)
+        counted, since_s = newest.source.counts.received, time.monotonic()
+        latencies_ms: deque[float] = deque(maxlen=12)
+        while not self._closed.is_set():
+            begun_s = time.monotonic()
+            timed = newest.take(timeout_s=0.3)
+            if timed is None:
+                if newest.ended:
+                    return
+                continue
+            self.frame = frame = timed.image()
+            if timed.latency_ms is not None:
+                latencies_ms.append(timed.latency_ms)
+            if self._background is None and self.unit is None:
+                self._background = frame
+            if self._collected(frame) and self.unit is not None:
+                reconstruct = FastReconstructor(self.unit, self._background)
+            if begun_s - self.watched_s < UNWATCHED_S:
+                self.glimpse = self._look(reconstruct, frame)
+            self.error = ""
+            passed_s = time.monotonic() - since_s
+            if passed_s > 1:
+                received = newest.source.counts.received
+                self.rate_hz = (received - counted) / passed_s
+                counted, since_s = received, time.monotonic()
+                self.latency_ms = median(latencies_ms) if latencies_ms else None
+            self._closed.wait(max(0.0, VIEW_S - (time.monotonic() - begun_s)))
+
+    def _collected(self, frame: Frame) -> bool:
+        """Whether a new background is there now."""
+        if self._taken is None:
+            return False
+        self._taken.append(frame)
+        if len(self._taken) < BACKGROUND_FRAMES:
+            return False
+        background: Frame = np.mean(self._taken, axis=0).round().astype(np.uint8)
+        self._background, self._taken = background, None
+        self._saved = self._write("background", background)
+        self.history.clear()
+        return True
+
+    def _look(self, reconstruct: FastReconstructor | None, frame: Frame) -> Glimpse:
+        number = self.glimpse.number + 1 if self.glimpse else 0
+        raw = pictures.raw_picture(frame)
+        if reconstruct is None:
+            assert self._background is not None
+            if self._background.shape != frame.shape:
+                self._background = frame
+            change = (frame.astype(np.float32) - self._background) / np.float32(255)
+            shown = pictures.difference_picture(change, (1.0, 1.0))
+            return Glimpse(raw=raw, difference=shown, number=number)
+        start = time.perf_counter()
+        touch = reconstruct(frame)
+        work_ms = 1e3 * (time.perf_counter() - start)
+        pitch_mm: Pair = touch.mm_per_px
+        contact, deepest_mm = touch.contact, touch.deepest_mm
+        before_mm = self.glimpse.scale_mm if self.glimpse else LEAST_SCALE_MM
+        scale_mm = max(LEAST_SCALE_MM, 1.1 * deepest_mm, 0.985 * before_mm)
+        contact_mm2 = float(contact.sum() * pitch_mm[0] * pitch_mm[1])
+        self.history.append((time.monotonic(), deepest_mm, contact_mm2))
+        return Glimpse(
+            raw=raw,
+            difference=pictures.difference_picture(touch.difference, pitch_mm),
+            depth=pictures.depth_picture(touch.depth_mm, contact, scale_mm, pitch_mm),
+            surface=pictures.surface(touch.depth_mm, scale_mm, STEEPNESS, pitch_mm),
+            scale_mm=scale_mm,
+            deepest_mm=deepest_mm,
+            contact_mm2=contact_mm2,
+            work_ms=work_ms,
+            number=number,
+        )

@@ -1,0 +1,163 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Labels of ball presses: found automatically, mended by hand, every change kept at once."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from recon.find_circle import find_circle
+from recon.images import frame_count, read_frame
+from recon.presses import PressReader
+from sensor.dataset import BallLabel, Dataset, DatasetCard, write_labels
+from sensor.errors import WedgeError
+
+IMAGES = (".png", ".jpg", ".jpeg")
+LABELS_FILE = "labels.csv"
+CERTAIN = 1.0
+"""Quality of a label that somebody looked at."""
+DOUBTFUL = 0.7
+"""Below this quality somebody should look."""
+
+
+def pressed_frames(folder: Path, card: DatasetCard) -> list[str]:
+    """Names of the frames that may show a press: images beside the card, and ``frames.npz#i``.
+
+    Raises:
+        WedgeError: ``frames.npz`` is damaged.
+    """
+    names = sorted(
+        path.name
+        for path in folder.iterdir()
+        if path.suffix.lower() in IMAGES and path.name not in card.background
+    )
+    archive = folder / "frames.npz"
+    if archive.is_file():
+        names += [f"{archive.name}#{i}" for i in range(frame_count(archive))]
+        names = [name for name in names if name not in card.background]
+    return names
+
+
+def automatic_label(reader: PressReader, file: str) -> BallLabel | None:
+    """The label of one frame as found, ``None`` where no ball shows.
+
+    Raises:
+        WedgeError: the frame is missing, damaged or of another size.
+    """
+    card = reader.dataset.card
+    difference = reader.unwarp(read_frame(reader.dataset.folder, file)) - reader.blank
+    circle = find_circle(difference, card.ball_radius_mm, card.mm_per_px)
+    if circle is None:
+        return None
+    height, width = difference.shape[:2]
+    x_px = min(max(circle.center_px[0], 0.0), width - 1.0)
+    y_px = min(max(circle.center_px[1], 0.0), height - 1.0)
+    return BallLabel(
+        file=file,
+        center_x_px=round(x_px, 2),
+        center_y_px=round(y_px, 2),
+        contact_radius_px=round(circle.radius_px, 2),
+        quality=round(circle.quality, 3),
+    )
+
+
+@dataclass(frozen=True)
+class Change:
+    """What one edit replaced."""
+
+    file: str
+    before: BallLabel | None
+
+
+class LabelBook:
+    """The labels of one dataset folder, written after every change; edits can be undone."""
+
+    def __init__(self, dataset: Dataset) -> None:
+        """Take over the labels as they are on disk."""
+        self.folder = dataset.folder
+        self._labels = {label.file: label for label in dataset.labels}
+        self._history: list[Change] = []
+        self._written = self._on_disk()
+
+    @property
+    def labels(self) -> tuple[BallLabel, ...]:
+        """All labels, in the order of their frames' names."""
+        return tuple(self._labels[file] for file in sorted(self._labels, key=_by_number))
+
+    def label(self, file: str) -> BallLabel | None:
+        """The label of a frame, ``None`` where it has none."""
+        return self._labels.get(file)
+
+    def put(self, label: BallLabel) -> None:
+        """Add or replace the label of a frame.
+
+        Raises:
+            WedgeError: the file was changed meanwhile, or cannot be written; nothing changed then.
+        """
+        self._apply(label.file, label, remember=True)
+
+    def remove(self, file: str) -> None:
+        """Take a frame's label away: no ball touches there.
+
+        Raises:
+            WedgeError: the file was changed meanwhile, or cannot be written; nothing changed then.
+        """
+        self._apply(file, None, remember=True)
+
+    def undo(self) -> str | None:
+        """Take the last edit back; the frame it was made on, ``None`` where there is none left.
+
+        Raises:
+            WedgeError: the file was changed meanwhile, or cannot be written; nothing changed then.
+        """
+        if not self._history:
+            return None
+        last = self._history[-1]
+        self._apply(last.file, last.before, remember=False)
+        self._history.pop()
+        return last.file
+
+    def _apply(self, file: str, label: BallLabel | None, *, remember: bool) -> None:
+        path = self.folder / LABELS_FILE
+        if self._on_disk() != self._written:
+            raise WedgeError(
+                f"{path} was changed by another program meanwhile: start `wedge label` again."
+            )
+        before = self._labels.get(file)
+        after = {key: value for key, value in self._labels.items() if key != file}
+        if label is not None:
+            after[file] = label
+        write_labels(path, [after[key] for key in sorted(after, key=_by_number)])
+        self._labels = after
+        self._written = self._on_disk()
+        if remember:
+            self._history.append(Change(file, before))
+
+    def _on_disk(self) -> bytes:
+        path = self.folder / LABELS_FILE
+        return path.read_bytes() if path.is_file() else b""
+
+
+def doubtful_first(files: Sequence[str], book: LabelBook) -> list[str]:
+    """Frames in the order in which they deserve a look.
+
+    Found circles by their quality, worst first; then frames without a ball; then what somebody
+    has looked at already.
+    """
+
+    def doubt(file: str) -> tuple[int, float, tuple[str, int]]:
+        label = book.label(file)
+        if label is None:
+            return 1, 0.0, _by_number(file)
+        quality = CERTAIN if label.quality is None else label.quality
+        return (2 if quality >= CERTAIN else 0), quality, _by_number(file)
+
+    return sorted(files, key=doubt)
+
+
+def _by_number(file: str) -> tuple[str, int]:
+    """Sorts press2 before press10."""
+    stem = file.rsplit(".", 1)[0] if "#" not in file else file
+    digits = len(stem) - len(stem.rstrip("0123456789"))
+    number = stem[len(stem) - digits :] if digits else ""
+    return stem[: len(stem) - digits], int(number[:18] or -1)

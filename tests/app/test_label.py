@@ -1,0 +1,147 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""`wedge label`: the command, the book of labels, and the page in a real browser."""
+
+import os
+import shutil
+import socket
+import subprocess
+import sys
+import urllib.request
+from collections.abc import Iterator
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from recon.labelling import CERTAIN, LabelBook, doubtful_first, pressed_frames
+from sensor.dataset import read_dataset
+from sensor.errors import WedgeError
+from tests.synthetic import make_dataset
+
+CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def wedge(*words: str) -> list[str]:
+    return [sys.executable, "-P", "-m", "app", *words]
+
+
+def test_circles_are_found_without_a_label(tmp_path: Path) -> None:
+    truth = make_dataset(tmp_path / "set", presses=4, in_npz=True).labels
+    (tmp_path / "set" / "labels.csv").unlink()
+    command = wedge("label", str(tmp_path / "set"), "--no-page")
+    subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
+    found = {label.file: label for label in read_dataset(tmp_path / "set").labels}
+    assert found.keys() == {label.file for label in truth}
+    for label in truth:
+        circle = found[label.file]
+        off = (circle.center_x_px - label.center_x_px, circle.center_y_px - label.center_y_px)
+        assert np.hypot(*off) < 1.0
+        assert circle.contact_radius_px == pytest.approx(label.contact_radius_px, rel=0.15)
+
+
+def test_every_change_is_on_disk_at_once_and_can_be_undone(tmp_path: Path) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=3)
+    book = LabelBook(dataset)
+    before = (dataset.folder / "labels.csv").read_bytes()
+    first, second = dataset.labels[:2]
+    book.put(replace(first, center_x_px=first.center_x_px + 1, quality=CERTAIN))
+    moved = read_dataset(dataset.folder).labels
+    assert moved[0].center_x_px == first.center_x_px + 1
+    assert moved[1:] == dataset.labels[1:]
+    book.remove(second.file)
+    assert len(read_dataset(dataset.folder).labels) == 2
+    assert [book.undo(), book.undo(), book.undo()] == [second.file, first.file, None]
+    assert (dataset.folder / "labels.csv").read_bytes() == before
+
+
+def test_labels_changed_by_another_hand_are_not_overwritten(tmp_path: Path) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=3)
+    book = LabelBook(dataset)
+    path = dataset.folder / "labels.csv"
+    path.write_text("\n".join(path.read_text().splitlines()[:-1]) + "\n")
+    edited = path.read_bytes()
+    with pytest.raises(WedgeError, match="another program"):
+        book.remove(dataset.labels[0].file)
+    assert path.read_bytes() == edited
+    assert book.label(dataset.labels[0].file) is not None
+
+
+def test_the_doubtful_come_first_and_the_seen_last(tmp_path: Path) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=4)
+    files = pressed_frames(dataset.folder, dataset.card)
+    book = LabelBook(dataset)
+    for file, quality in zip(files, (0.9, CERTAIN, 0.4), strict=False):
+        label = book.label(file)
+        assert label is not None
+        book.put(replace(label, quality=quality))
+    book.remove(files[3])
+    assert doubtful_first(files, book) == [files[2], files[0], files[3], files[1]]
+
+
+@pytest.fixture
+def address(tmp_path: Path) -> Iterator[str]:
+    make_dataset(tmp_path / "set", presses=3)
+    with closing(socket.socket()) as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    command = wedge("label", str(tmp_path / "set"), "--port", str(port))
+    # NiceGUI serves otherwise where it sees pytest.
+    environment = {key: value for key, value in os.environ.items() if "PYTEST" not in key}
+    server = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, env=environment)
+    try:
+        assert server.stdout is not None
+        for line in server.stdout:
+            if line.startswith("Open "):
+                break
+        yield f"http://127.0.0.1:{port}"
+    finally:
+        server.terminate()
+        server.communicate(timeout=30)
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine: apt install chromium")
+def test_a_circle_is_dragged_resized_and_undone_in_a_browser(address: str, tmp_path: Path) -> None:
+    from playwright.sync_api import expect, sync_playwright
+
+    folder = tmp_path / "set"
+    before = {label.file: label for label in read_dataset(folder).labels}
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        page = browser.new_page(viewport={"width": 1400, "height": 800})
+        for _ in range(100):  # the server says where it will be just before it listens
+            try:
+                urllib.request.urlopen(address, timeout=5).close()
+                break
+            except OSError:
+                page.wait_for_timeout(100)
+        page.goto(address)
+        heading = page.locator("#heading")
+        expect(heading).to_contain_text("centre")
+        file = heading.inner_text().split(":")[0]
+        picture = page.locator("#picture img").first
+        box = picture.bounding_box()
+        assert box is not None
+        scale = box["width"] / 120
+        label = before[file]
+        x = box["x"] + (label.center_x_px + 0.5) * scale
+        y = box["y"] + (label.center_y_px + 0.5) * scale
+        page.mouse.move(x, y)
+        page.mouse.down()
+        page.mouse.move(x + 5 * scale, y, steps=3)
+        page.mouse.up()
+        expect(heading).to_contain_text("quality 1.00")
+        moved = {item.file: item for item in read_dataset(folder).labels}[file]
+        assert moved.center_x_px == pytest.approx(label.center_x_px + 5, abs=0.5)
+        assert moved.center_y_px == pytest.approx(label.center_y_px, abs=0.5)
+        page.keyboard.press("ArrowDown")
+        expect(heading).to_contain_text(f"{moved.center_y_px + 1:.2f})")
+        page.keyboard.press("Control+z")
+        page.keyboard.press("Control+z")
+        expect(heading).to_contain_text("not scored")
+        browser.close()
+    after = {item.file: item for item in read_dataset(folder).labels}
+    assert after[file] == label
