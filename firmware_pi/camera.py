@@ -36,7 +36,7 @@ class PiCamera:
 
     def __init__(self, settings: Settings, take: Take) -> None:
         try:
-            from libcamera import controls
+            from libcamera import ColorSpace, controls
             from picamera2 import Picamera2
             from picamera2.encoders import JpegEncoder, LibavMjpegEncoder, MJPEGEncoder
             from picamera2.outputs import Output
@@ -79,6 +79,8 @@ class PiCamera:
                 self._camera.create_video_configuration(
                     main={"size": (settings.width_px, settings.height_px), "format": "YUV420"},
                     sensor={"output_size": SENSOR_MODE_PX, "bit_depth": SENSOR_BITS},
+                    # What a JPEG is read as; a video's colours would begin at 16 and end at 235.
+                    colour_space=ColorSpace.Sycc(),
                     buffer_count=BUFFERS,
                     controls=camera_controls(settings, controls),
                 )

@@ -114,7 +114,6 @@ install_settings() {
     say "$settings stays as it is; --address and --port hold only where there is none"
   PYTHONPATH=$lib PYTHONSAFEPATH=1 PYTHONDONTWRITEBYTECODE=1 python3 -m firmware_pi default \
     "$settings" --address "$address" --camera "$camera" --port "$port"
-  chmod 644 "$settings"
   login=$to/etc/gelsight-wedge/login
   if [ ! -e "$login" ]; then # empty: no password is asked for
     : >"$login"

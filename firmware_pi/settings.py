@@ -116,12 +116,13 @@ def settings_text(settings: Settings) -> str:
 
 
 def write_settings(path: Path, settings: Settings) -> None:
-    """Write the settings file, whole or not at all.
+    """Write the settings file, whole or not at all, for the service's user to read.
 
     Raises:
         WedgeError: the file cannot be written.
     """
     write_atomic(path, settings_text(settings).encode())
+    path.chmod(0o644)
 
 
 def _check(key: str, value: object, kind: type, limits: Any) -> None:

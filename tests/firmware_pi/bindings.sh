@@ -53,7 +53,7 @@ from unittest.mock import MagicMock
 sys.modules["pykms"] = MagicMock()  # draws on a screen, of which there is none
 sys.path.insert(0, "/srv/wedge")
 
-from libcamera import controls
+from libcamera import ColorSpace, controls
 from picamera2 import Picamera2
 from picamera2.encoders import JpegEncoder, LibavMjpegEncoder, MJPEGEncoder
 from picamera2.outputs import Output
@@ -69,7 +69,8 @@ bind = {
     Picamera2.__init__: ((None, 0), {"tuning": {}}),
     Picamera2.create_video_configuration: (
         (None,),
-        {"main": {}, "sensor": {}, "buffer_count": 4, "controls": {}},
+        {"main": {}, "sensor": {}, "buffer_count": 4, "controls": {}}
+        | {"colour_space": ColorSpace.Sycc()},
     ),
     Picamera2.start_recording: ((None, None, None), {}),
     Output.outputframe: ((None, b"", True, 0, None, False), {}),

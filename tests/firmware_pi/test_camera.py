@@ -70,6 +70,12 @@ def test_a_small_picture_is_read_in_the_same_mode(fake_pi: FakePi) -> None:
     assert configuration["sensor"]["output_size"] == (640, 480)
 
 
+def test_colours_are_a_jpegs_not_a_videos(fake_pi: FakePi) -> None:
+    pi = fake_pi()
+    take(Settings())
+    assert pi.opened[0].camera_configuration()["colour_space"] == "sYCC"
+
+
 def test_a_pi_5_encodes_in_software_and_the_others_in_hardware(fake_pi: FakePi) -> None:
     pi = fake_pi("zero")
     _, report = take(Settings(megabits_per_s=10.0))

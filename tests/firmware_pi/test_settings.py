@@ -120,6 +120,7 @@ def test_applying_wrong_settings_leaves_the_old_ones(
     assert main(["apply", str(new), str(place)]) == 0
     assert read_settings(place) == Settings(red_gain=1.0)
     assert {path.name for path in tmp_path.iterdir()} == {"0.toml", "new.toml"}
+    assert place.stat().st_mode & 0o777 == 0o644  # the service's user must read what root wrote
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ from types import SimpleNamespace
 
 NAMES = tomllib.loads((Path(__file__).parent.parent / "libcamera.toml").read_text())
 
+ColorSpace = SimpleNamespace(Sycc=lambda: "sYCC", Smpte170m=lambda: "SMPTE170M")
 controls = SimpleNamespace(
     draft=SimpleNamespace(
         NoiseReductionModeEnum=enum.IntEnum(

@@ -63,13 +63,21 @@ class Picamera2:
         self._done = threading.Event()
         Picamera2.opened.append(self)
 
-    def create_video_configuration(self, main, sensor, buffer_count, controls) -> dict:
+    def create_video_configuration(
+        self, main, sensor, buffer_count, controls, colour_space="SMPTE170M"
+    ) -> dict:
         unknown = set(controls) - set(NAMES["controls"]) - set(NAMES["draft"]) - {"SyncMode"}
         if unknown:
             raise RuntimeError(f"Control {unknown} is not advertised by libcamera")
         assert set(main) <= {"size", "format", "preserve_ar"}
         assert set(sensor) <= {"output_size", "bit_depth"}
-        return {"main": main, "sensor": sensor, "controls": controls, "buffer_count": buffer_count}
+        return {
+            "main": main,
+            "sensor": sensor,
+            "controls": controls,
+            "buffer_count": buffer_count,
+            "colour_space": colour_space,
+        }
 
     def configure(self, configuration: dict) -> None:
         self._configuration = copy.deepcopy(configuration)
