@@ -2,12 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the gel is disturbed, where something touches it, and whether that reaches the border."""
 
+from functools import partial
+
 import cv2
 import numpy as np
 from scipy import ndimage
 
-from recon.arrays import ContactMask, DepthMap, Difference
+from recon.arrays import ContactMask, DepthMap, Difference, GradientField
 from recon.poisson import Boundary
+from sensor.toml import Pair
 
 SMOOTHING_PX = 2.0
 NOISE_FACTOR = 8.0
@@ -24,12 +27,14 @@ LEAST_AREA = 2e-4
 DEVIATION = 1.4826
 """Standard deviations in a median absolute deviation, of normal noise."""
 BORDER_PX = 3
-SHARE_OF_DEEPEST = 0.2
-"""Gel that lies less deep than this share of its patch's deepest point only follows.
-
-Against the labelled discs of 16 real ball presses: IoU 0.43 without it, 0.74, 0.83, 0.89 and 0.93
-at 0.15, 0.2, 0.25 and 0.3; but a cap without a collar loses as much, and 0.2 is what both bear.
-"""
+COLLAR_MM = 0.4
+"""Over this length gel that nothing holds springs back, in a bonded layer some mm thick."""
+SHALLOWEST = 0.1
+"""Of the deepest point: what lies shallower is gel that follows, or a drift of the slopes."""
+LEVELS = np.arange(0.1, 0.8125, 0.025)
+"""Of its patch's depth: the pressures at which a contact's edge is looked for."""
+LEVEL_SMOOTHING = 1.5
+"""In levels."""
 
 
 def disturbed_mask(difference: Difference) -> ContactMask:
@@ -59,13 +64,60 @@ def _median(values: np.ndarray) -> float:
     return float(np.median(values)) if values.size else 0.0
 
 
-def contact_mask(disturbed: ContactMask, depth: DepthMap) -> ContactMask:
-    """The part of the disturbed gel that something touches; the rest, the collar, only follows."""
-    patches, count = ndimage.label(disturbed)
-    deepest = np.maximum(ndimage.maximum(depth, patches, np.arange(count + 1)), 0)
-    deepest[0] = np.inf
-    contact: ContactMask = depth > SHARE_OF_DEEPEST * deepest[patches]
+def contact_mask(
+    disturbed: ContactMask, depth: DepthMap, gradient: GradientField, mm_per_px: Pair
+) -> ContactMask:
+    """Where something presses on the gel; the rest, the collar, only follows.
+
+    Each patch of dented gel ends where its pressure falls to a level, and the level is the one
+    along whose contour the skin is steepest on average: around a ball as at the edge of a flat
+    face, slopes are largest where the contact ends.
+
+    Args:
+        disturbed: where the colour changed; a dent counts where it holds some of it.
+        depth: (h, w), mm.
+        gradient: (h, w, 2), mm/mm.
+        mm_per_px: pixel pitch along x and y.
+    """
+    dented = depth > SHALLOWEST * max(float(depth.max(initial=0)), 0.0)
+    count, patches = cv2.connectedComponents(dented.astype(np.uint8), connectivity=8)
+    touched = np.zeros(count, bool)
+    touched[patches[disturbed & dented]] = True
+    touched[0] = False
+    if not touched.any():
+        return np.zeros_like(disturbed)
+    inside = touched[patches]
+    owner = patches[inside]
+    deepest = np.zeros(count)
+    np.maximum.at(deepest, owner, depth[inside])
+    share = pressure_mm(depth, gradient, mm_per_px)[inside] / deepest[owner]
+    steep = np.hypot(gradient[..., 0], gradient[..., 1])[inside]
+    bins = len(LEVELS) + 1
+    place = owner * bins + np.digitize(share, LEVELS)
+    pixels, slopes = (
+        np.bincount(place, weights, minlength=count * bins).reshape(count, bins)[:, 1:-1]
+        for weights in (None, steep)
+    )
+    along_levels = partial(ndimage.gaussian_filter1d, sigma=LEVEL_SMOOTHING, axis=1)
+    mean_slope = along_levels(slopes) / np.maximum(along_levels(pixels.astype(float)), 1e-9)
+    level = (LEVELS[:-1] + np.diff(LEVELS) / 2)[mean_slope.argmax(1)]
+    contact = np.zeros_like(disturbed)
+    contact[inside] = share > level[owner]
     return contact
+
+
+def pressure_mm(depth: DepthMap, gradient: GradientField, mm_per_px: Pair) -> DepthMap:
+    """Pressure on the gel, as the depth that it would hold down alone.
+
+    A thin bonded gel is springs that drag their neighbours along (Vlasov's foundation): the
+    pressure is ``k (w - s^2 laplace(w))``, and zero where the gel only follows.
+    """
+    along_x, along_y = (
+        cv2.GaussianBlur(np.ascontiguousarray(gradient[..., axis]), (0, 0), 1.0) for axis in (0, 1)
+    )
+    bend_x = cv2.Sobel(along_x, -1, 1, 0, ksize=1) / (2 * mm_per_px[0])
+    bend_y = cv2.Sobel(along_y, -1, 0, 1, ksize=1) / (2 * mm_per_px[1])
+    return np.asarray(depth - COLLAR_MM**2 * (bend_x + bend_y))
 
 
 def boundary_of(disturbed: ContactMask) -> Boundary:

@@ -137,7 +137,7 @@ def reconstruct(
         difference=difference,
         gradient=gradient,
         depth_mm=depth,
-        contact=contact_mask(disturbed, depth),
+        contact=contact_mask(disturbed, depth, gradient, mm_per_px),
         boundary=boundary,
         mm_per_px=mm_per_px,
     )

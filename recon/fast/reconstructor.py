@@ -52,7 +52,7 @@ class Touch:
         disturbed = self.disturbed
         if disturbed.shape != self.depth_mm.shape:
             disturbed = in_pixels(disturbed, (width, height))
-        return contact_mask(disturbed, self.depth_mm)
+        return contact_mask(disturbed, self.depth_mm, self.gradient, self.mm_per_px)
 
     @property
     def contact_mm2(self) -> float:

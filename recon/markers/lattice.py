@@ -102,7 +102,8 @@ def grid_steps(points: Points) -> Float64[np.ndarray, "2 2"] | None:
     away, others = KDTree(points).query(points, k=count + 1)
     nearest = float(np.median(away[:, 1]))
     steps = (points[others[:, 1:]] - points[:, None]).reshape(-1, 2)
-    steps = steps[np.linalg.norm(steps, axis=1) < LONGEST_STEP * nearest]
+    lengths = np.linalg.norm(steps, axis=1)
+    steps = steps[(lengths > SAME_STEP * nearest) & (lengths < LONGEST_STEP * nearest)]
     if len(steps) < 2:
         return None
     first = _shared_step(steps, nearest)
@@ -111,7 +112,7 @@ def grid_steps(points: Points) -> Float64[np.ndarray, "2 2"] | None:
     second = _shared_step(steps[_angles_deg(steps, first) > LEAST_ANGLE_DEG], nearest)
     if second is None:
         return None
-    along_x, along_y = sorted((first, second), key=lambda step: abs(step[1] / step[0]))
+    along_x, along_y = sorted((first, second), key=lambda step: abs(step[1]) - abs(step[0]))
     return np.stack([np.sign(along_x[0]) * along_x, np.sign(along_y[1]) * along_y])
 
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from recon.ball import ball_cap
-from recon.contact import BORDER_PX, boundary_of, contact_mask, disturbed_mask
+from recon.contact import BORDER_PX, boundary_of, contact_mask, disturbed_mask, pressure_mm
 from tests.synthetic import digitized, gradient_of, shaded
 
 seeds = st.integers(0, 2**32 - 1)
@@ -118,32 +118,85 @@ def test_frames_smaller_than_the_border_are_answered_too(shape):
     assert disturbed_mask(np.zeros((*shape, 3), np.float32)).shape == shape
 
 
-def test_the_collar_that_only_follows_is_not_contact():
-    """A ball's cap on a wide, shallow collar of gel."""
-    cap = ball_cap((WIDTH, HEIGHT), (80.0, 60.0), 2.5, 4.0, (0.1, 0.1))
+def slopes(depth, pitch_mm=0.1):
+    along_y, along_x = np.gradient(depth, pitch_mm)
+    return np.stack([along_x, along_y], -1)
+
+
+def skin_over(floor_mm, pitch_mm=0.1, collar_mm=0.4):
+    """Smallest skin above an object that springs back over the collar's length, by relaxation."""
+    skin = np.maximum(floor_mm, 0)
+    pull = (collar_mm / pitch_mm) ** 2
+    for _ in range(600):
+        ring = np.pad(skin, 1, mode="edge")
+        around = ring[:-2, 1:-1] + ring[2:, 1:-1] + ring[1:-1, :-2] + ring[1:-1, 2:]
+        skin = np.maximum(floor_mm, pull * around / (1 + 4 * pull))
+    return skin
+
+
+def object_mm(shape):
     rows, columns = np.indices((HEIGHT, WIDTH))
-    away = np.hypot(columns - 80, rows - 60)
-    collar = 0.15 * cap.depth_mm.max() * np.clip((50 - away) / 25, 0, 1)
-    disturbed = away < 50
-    found = contact_mask(disturbed, cap.depth_mm + collar)
-    assert overlap(disturbed, cap.contact) < 0.3
-    assert overlap(found, cap.contact) >= 0.9
+    x, y = (columns - 80.3) / 10, (rows - 59.6) / 10
+    if shape == "ball":
+        return 0.8 - (4 - np.sqrt(np.maximum(16 - x**2 - y**2, 0)))
+    if shape == "flat punch":
+        return np.where(np.hypot(x, y) < 2.5, 0.5, -1.0)
+    if shape == "tilted block":
+        return np.where((abs(x) < 3) & (abs(y) < 2), 0.5 + 0.06 * x, -1.0)
+    return np.where(abs(x) < 3.5, 0.5 - (1.5 - np.sqrt(np.maximum(1.5**2 - y**2, 0))), -1.0)
+
+
+@pytest.mark.parametrize(
+    ("shape", "least"),
+    [("ball", 0.9), ("flat punch", 0.9), ("tilted block", 0.9), ("cylinder", 0.85)],
+)
+@pytest.mark.parametrize("noise", [0.0, 0.03])
+def test_the_collar_that_only_follows_is_not_contact(shape, least, noise):
+    floor = object_mm(shape)
+    depth = skin_over(floor)
+    touched = (floor > 0) & (depth - floor < 1e-3)
+    gradient = slopes(depth) + noise * np.random.default_rng(0).normal(size=(HEIGHT, WIDTH, 2))
+    disturbed = np.hypot(*np.moveaxis(gradient, -1, 0)) > 0.1
+    found = contact_mask(disturbed, depth, gradient, (0.1, 0.1))
+    assert overlap(depth > 0.02, touched) < 0.75
+    assert overlap(found, touched) >= least
+
+
+def test_pressure_is_zero_where_gel_only_follows_and_not_where_it_is_held():
+    floor = object_mm("ball")
+    depth = skin_over(floor)
+    pressure = pressure_mm(depth, slopes(depth), (0.1, 0.1))
+    rows, columns = np.indices(depth.shape)
+    away_mm = np.hypot(columns - 80.3, rows - 59.6) / 10
+    touched = (floor > 0) & (depth - floor < 1e-3)
+    edge_mm = away_mm[touched].max()
+    assert (pressure[away_mm < edge_mm - 0.4] > 0.1).all()
+    assert np.abs(pressure[away_mm > edge_mm + 0.5]).max() < 0.02
 
 
 def test_a_shallow_contact_beside_a_deep_one_is_kept():
     deep, shallow = disc(45, 60, 30), disc(115, 60, 30)
-    found = contact_mask(deep | shallow, 1.0 * deep + 0.05 * shallow)
-    np.testing.assert_array_equal(found, deep | shallow)
+    depth = 1.0 * deep + 0.3 * shallow
+    found = contact_mask(deep | shallow, depth, slopes(depth), (0.1, 0.1))
+    assert overlap(found, deep | shallow) > 0.9
+
+
+def test_a_flat_face_is_contact_though_its_colour_does_not_change():
+    """Its slope is zero, as on blank gel: only the rim looks disturbed."""
+    depth = skin_over(object_mm("flat punch"))
+    rim = np.hypot(*np.moveaxis(slopes(depth), -1, 0)) > 0.1
+    middle = disc(80, 60, 15)
+    assert not (rim & middle).any()
+    assert contact_mask(rim, depth, slopes(depth), (0.1, 0.1))[middle].all()
 
 
 @given(seeds)
-def test_contact_lies_in_the_disturbed_gel_and_below_its_surface(seed):
+def test_every_patch_of_contact_is_deep_and_near_disturbed_gel(seed):
     rng = np.random.default_rng(seed)
-    disturbed = rng.random((12, 15)) < 0.6
+    disturbed = rng.random((12, 15)) < 0.2
     depth = rng.normal(size=disturbed.shape)
-    found = contact_mask(disturbed, depth)
-    assert not (found & ~disturbed).any()
+    found = contact_mask(disturbed, depth, slopes(depth), (0.1, 0.1))
     assert (depth[found] > 0).all()
-    assert not contact_mask(np.zeros_like(disturbed), depth).any()
-    if found.any():
-        assert found.ravel()[np.where(disturbed, depth, -np.inf).argmax()]
+    nothing = np.zeros_like(disturbed)
+    assert not contact_mask(nothing, depth, slopes(depth), (0.1, 0.1)).any()
+    assert not contact_mask(~nothing, -np.abs(depth), slopes(depth), (0.1, 0.1)).any()
