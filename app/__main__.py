@@ -19,6 +19,7 @@ SUBCOMMANDS = {
     "test": "run every check of the project: style, types, floors, docs, tests",
     "fabricate": "write every file to build a sensor, checked: print, laser, boards, bill, guide",
     "simulate": "render a design's frames, path-traced, as a dataset with ground truth",
+    "sweep": "vary a field of a design; predict gradient error and lit area",
     "data": "list the datasets known by name, with folder and licence",
     "label": "find the circles of ball presses, then mend the doubtful ones in the browser",
     "calibrate": "make a unit folder for one sensor from its ball presses",

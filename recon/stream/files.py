@@ -20,6 +20,8 @@ from sensor.errors import WedgeError
 IMAGES = (".png", ".jpg", ".jpeg")
 FOLDER_FPS = 30.0
 """Images of a folder bear no times: they follow each other so quickly."""
+PRESSES_FPS = 1.0
+"""Frames of a dataset have nothing to do with each other."""
 
 
 class _Pixels(ABC):
@@ -64,12 +66,13 @@ class _Pixels(ABC):
 class FolderSource(_Pixels):
     """Images by name, numbers in their order: 2.png comes before 10.png."""
 
-    def __init__(self, folder: Path, names: Sequence[str] = ()) -> None:
+    def __init__(self, folder: Path, names: Sequence[str] = (), fps: float = FOLDER_FPS) -> None:
         """List the images.
 
         Args:
             folder: where they lie.
             names: files in it, or ``frames.npz#17``; by default all images.
+            fps: how quickly they follow each other.
 
         Raises:
             WedgeError: the folder holds none.
@@ -77,13 +80,13 @@ class FolderSource(_Pixels):
         super().__init__(str(folder))
         found = [p.name for p in folder.iterdir() if p.suffix.lower() in IMAGES]
         self._names = names or sorted(found, key=_natural)
-        self._folder = folder
+        self._folder, self._fps = folder, fps
         if not self._names:
             raise WedgeError(f"{folder} holds no PNG or JPEG images.")
 
     def _images(self) -> Iterator[tuple[int, Frame]]:
         for index, name in enumerate(self._names):
-            yield round(index * 1e9 / FOLDER_FPS), read_frame(self._folder, name)
+            yield round(index * 1e9 / self._fps), read_frame(self._folder, name)
 
 
 class VideoSource(_Pixels):
@@ -154,7 +157,7 @@ def dataset_source(folder: Path) -> FolderSource:
     """
     dataset = read_dataset(folder)
     names = [*dataset.card.background, *(label.file for label in dataset.labels)]
-    return FolderSource(folder, names)
+    return FolderSource(folder, names, PRESSES_FPS)
 
 
 def _natural(name: str) -> list[tuple[int, str]]:

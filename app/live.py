@@ -1,0 +1,125 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""`wedge live`: sensors in the browser."""
+
+import socket
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+from sensor.errors import WedgeError
+
+if TYPE_CHECKING:
+    from recon.calibration import Calibration
+
+DEMO = "twin-standard"
+_PLACES = tyro.conf.arg(metavar="[WHERE...]")
+
+
+def main(
+    where: Annotated[
+        tyro.conf.Positional[tuple[str, ...]], tyro.conf.arg(metavar="[WHERE...]")
+    ] = (),
+    unit: Annotated[tuple[Path, ...], tyro.conf.arg(metavar="UNIT...")] = (),
+    captures: Annotated[Path, tyro.conf.arg(metavar="FOLDER")] = Path("captures"),
+    address: str = "127.0.0.1",
+    port: int = 8020,
+    show: bool = False,
+) -> None:
+    """Show one sensor or several in the browser.
+
+    Raw, difference and depth as pictures, depth also as a surface that turns, the deepest point,
+    the contact area, frames a second, latency and losses. A button takes a new background, another
+    keeps a frame: PNG files that a dataset can be made of. A sensor that fails says why and is
+    tried again; the others go on.
+
+    A video, a recording or a dataset plays again and again at its pace. Without WHERE, presses of
+    the rendered twin play, with a lookup table fitted to them.
+
+    Example: wedge live http://10.55.0.1:8080 --unit units/wedge-001
+
+    Args:
+        where: http://HOST:PORT, usb:0, a video, a folder, a dataset or an MCAP file; several for
+            several sensors.
+        unit: The unit folder of each, in their order; without, depth is not shown. A recording
+            brings its own.
+        captures: Where backgrounds and frames that are kept go.
+        address: The one address to listen at.
+        port: Port of the page.
+        show: Open a browser window too.
+    """
+    from recon.calibration import load_calibration
+
+    if unit and len(unit) != len(where):
+        raise WedgeError(f"{len(where)} sensors but {len(unit)} units: name one for each, or none.")
+    _refuse_taken(address, port)
+    try:
+        from app.pages.live import serve
+        from app.pages.watching import Watcher
+    except ModuleNotFoundError as error:
+        raise WedgeError(
+            f"the page needs {error.name}: install the extra, `pip install gelsight-wedge[live]`."
+        ) from error
+
+    units: list[Calibration | None]
+    if where:
+        units = [load_calibration(folder) for folder in unit] or [_inside(w) for w in where]
+    else:
+        where, units = (DEMO,), [_demo_unit()]
+    folders = [captures / (f"wedge{i}" if len(where) > 1 else "") for i in range(len(where))]
+    watchers = [Watcher(*given) for given in zip(where, units, folders, strict=True)]
+    shown = f"[{address}]" if ":" in address else address
+    print(f"Open http://{shown}:{port} and end with Ctrl-C.", flush=True)
+    serve(watchers, address, port, show=show)
+
+
+def _inside(where: str) -> "Calibration | None":
+    """The unit that a recording brings."""
+    from app._sources import unit_of
+    from recon.calibration import load_calibration
+
+    if not where.endswith(".mcap") or not Path(where).is_file():
+        return None
+    with unit_of(where, None) as folder:
+        return None if folder is None else load_calibration(folder)
+
+
+def _demo_unit() -> "Calibration":
+    """A unit of the rendered twin, by the estimator that needs no training."""
+    from app._progress import progress
+    from recon.calibration import calibrate
+    from recon.presses import read_presses
+    from sensor.dataset import read_dataset
+    from validation.datasets import dataset_folder
+
+    dataset = read_dataset(dataset_folder(DEMO))
+    with progress("a unit for the twin") as show:
+        return calibrate(
+            dataset,
+            read_presses(dataset),
+            estimator="table",
+            serial="rendered twin",
+            created="2026-01-01",
+            metrics={},
+            seed=0,
+            progress=show,
+        )
+
+
+def _refuse_taken(address: str, port: int) -> None:
+    """Refuse an address or a port that cannot be listened at.
+
+    Raises:
+        WedgeError: says which.
+    """
+    if not 0 < port < 65536:
+        raise WedgeError(f"--port {port} must lie between 1 and 65535.")
+    try:
+        family = socket.AF_INET6 if ":" in address else socket.AF_INET
+        socket.create_server((address, port), family=family).close()
+    except OSError as error:
+        raise WedgeError(
+            f"{address} port {port} cannot be listened at ({error.strerror}): another program may "
+            "have it; choose another with --port."
+        ) from error

@@ -1,0 +1,200 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The live page in a real browser, and what its pictures say."""
+
+import base64
+import contextlib
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from playwright.sync_api import Page, sync_playwright
+
+from app.__main__ import main
+from app.pages import pictures
+from app.pages.live import HISTORY_S, sparkline
+from recon.calibration import calibrate
+from recon.images import read_image, write_image
+from recon.presses import read_presses
+from recon.stream.jpeg import decode_jpeg
+from tests.recon.fast.units import make_unit, pressed
+from tests.recon.stream.servers import free_port
+from tests.synthetic import make_dataset
+
+CLIP = Path("wedge-mit") / "2023-12-16" / "golf_ball_t0.avi"
+CORNERS_PX = ((46.0, 87.0), (439.0, 121.0), (446.0, 368.0), (52.0, 425.0))
+PATIENCE_MS = 120_000
+NUMBER = "parseFloat(document.querySelector"
+
+
+def data_folder() -> Path:
+    beside = Path(__file__).resolve().parents[3] / "shared" / "data"
+    return Path(os.environ.get("WEDGE_DATA", beside))
+
+
+@contextlib.contextmanager
+def live(*words: object) -> Iterator[str]:
+    """The page served by the command; its address."""
+    port = free_port()
+    command = [sys.executable, "-m", "app", "live", *map(str, words), "--port", str(port)]
+    # Without the test's own variables, which turn NiceGUI into its testing mode.
+    env = {k: v for k, v in os.environ.items() if not k.startswith(("PYTEST", "NICEGUI"))}
+    with subprocess.Popen(command, stdout=subprocess.PIPE, env=env, text=True) as process:
+        try:
+            assert "Open http" in process.stdout.readline()
+            yield f"http://127.0.0.1:{port}"
+        finally:
+            process.terminate()
+
+
+@pytest.fixture(scope="module")
+def browser_page() -> Iterator[Page]:
+    chromium = shutil.which("chromium")
+    if chromium is None:
+        pytest.skip("chromium is not installed: see requirements/debian.txt")
+    options = ["--no-sandbox", "--use-gl=swiftshader", "--enable-webgl", "--ignore-gpu-blocklist"]
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium, args=options)
+        page = browser.new_page(viewport={"width": 1400, "height": 1000})
+        page.set_default_timeout(PATIENCE_MS)
+        yield page
+        browser.close()
+
+
+def open_page(page: Page, url: str) -> list[str]:
+    """Go there once it answers; a list that fills with the browser's complaints."""
+    complaints: list[str] = []
+    page.on("pageerror", lambda error: complaints.append(str(error)))
+    for _ in range(600):
+        with contextlib.suppress(Exception):
+            page.goto(url)
+            break
+        page.wait_for_timeout(50)
+    return complaints
+
+
+def test_two_sensors_one_of_them_away(tmp_path: Path, browser_page: Page) -> None:
+    unit = make_unit((160, 120))
+    unit.save(tmp_path / "unit")
+    for index in range(20):
+        frame = pressed(unit.background, (40 + 4 * index, 60), index)
+        write_image(tmp_path / "frames" / f"{index}.png", frame)
+    away, folder = f"http://127.0.0.1:{free_port()}", tmp_path / "unit"
+    words = [tmp_path / "frames", away, "--unit", folder, folder, "--captures", tmp_path / "kept"]
+    with live(*words) as url:
+        page = browser_page
+        complaints = open_page(page, url)
+        first, second = page.locator("#sensor-0"), page.locator("#sensor-1")
+        page.wait_for_function(
+            "parseFloat(document.querySelector('#sensor-0 .deepest').innerText) > 0"
+        )
+        assert float(first.locator(".contact").inner_text()) > 0
+        for name in ("raw", "difference", "depth"):
+            shown = first.locator(f".{name} img").get_attribute("src")
+            picture = decode_jpeg(base64.b64decode(shown.partition(",")[2]))
+            assert picture.shape[1] == pictures.WIDTH_PX
+            assert picture.std() > 1
+        assert "frames/s" in first.locator("#stream").inner_text()
+        assert "nothing listens" in second.locator("#remark").inner_text()
+
+        first.get_by_text("Take background").click()
+        page.get_by_text("background-").wait_for()
+        first.get_by_text("Save frame").click()
+        page.get_by_text("press-").wait_for()
+        kept = sorted(path.name for path in (tmp_path / "kept" / "wedge0").iterdir())
+        assert [name.partition("-")[0] for name in kept] == ["background", "press"]
+        assert read_image(tmp_path / "kept" / "wedge0" / kept[1]).shape == (120, 160, 3)
+        assert complaints == []
+
+
+def test_a_real_clip_shows_its_touch(tmp_path: Path, browser_page: Page) -> None:
+    clip = data_folder() / CLIP
+    if not clip.is_file():
+        pytest.skip(f"{CLIP} is not on this machine: name its folder by WEDGE_DATA")
+    capture = cv2.VideoCapture(str(clip))
+    background = cv2.cvtColor(capture.read()[1], cv2.COLOR_BGR2RGB)
+    capture.release()
+    # What colour means is learnt from an ideal sensor whose lights sit as the Wedge's do.
+    dataset = make_dataset(tmp_path / "set")
+    learnt = calibrate(
+        dataset,
+        read_presses(dataset),
+        estimator="table",
+        serial="MIT Wedge",
+        created="2026-01-01",
+        metrics={},
+        seed=0,
+    )
+    card = replace(
+        learnt.card,
+        frame_size_px=(640, 480),
+        size_px=(350, 255),
+        mm_per_px=(0.1, 0.1),
+        corners_px=CORNERS_PX,
+        pad_size_mm=(35.0, 25.5),
+    )
+    replace(learnt, card=card, background=background).save(tmp_path / "unit")
+    with live(clip, "--unit", tmp_path / "unit", "--captures", tmp_path / "kept") as url:
+        page = browser_page
+        complaints = open_page(page, url)
+        page.wait_for_selector("#sensor-0 canvas")
+        page.wait_for_function(f"{NUMBER}('.contact').innerText) > 20")
+        picture = tmp_path / "page.png"
+        page.screenshot(path=str(picture))
+        assert read_image(picture).std() > 10
+        assert complaints == []
+
+
+def test_depth_is_drawn_from_dark_to_light() -> None:
+    ramp = np.linspace(0, 2, 256, dtype=np.float32)[None]
+    colors = pictures.depth_colors(ramp, 1.0)[0].astype(float)
+    light = colors @ (0.299, 0.587, 0.114)
+    assert np.all(np.diff(light[:128]) >= -1)
+    assert light[127] - light[0] > 150
+    assert np.all(colors[128:] == colors[-1])  # beyond the scale
+
+
+def test_the_surface_lies_as_the_gel_frame_says() -> None:
+    depth = np.zeros((60, 80), np.float32)
+    depth[5:15, 60:75] = 1.0  # upper right
+    _, grid = pictures.surface(depth, 1.0, 1.0, (0.1, 0.1))
+    points = np.array(grid)
+    x, y, z = points[np.unravel_index(points[..., 2].argmin(), points.shape[:2])]
+    assert x > 0 and y > 0 and z < 0
+    unit = pictures.SURFACE_WIDTH / 8.0  # of the scene in a millimetre
+    assert z == pytest.approx(-unit, rel=0.05)
+
+
+def test_a_sparkline_spans_its_seconds() -> None:
+    points = [(100 + t, float(t)) for t in range(int(HISTORY_S) + 1)]
+    places = sparkline(points).partition('points="')[2].partition('"')[0].split()
+    assert places[0].startswith("0.00,") and places[-1].startswith("100.00,")
+    heights = [float(place.partition(",")[2]) for place in places]
+    assert heights == sorted(heights, reverse=True)
+    assert sparkline(points[:1]) == ""
+
+
+def test_bad_input_is_a_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    import socket
+
+    make_unit().save(tmp_path / "unit")
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        cases = {
+            ("usb:0", "--port", str(port)): "cannot be listened at",
+            ("usb:0", "usb:1", "--unit", str(tmp_path / "unit")): "name one for each",
+            ("usb:0", "--unit", str(tmp_path)): "not a unit folder",
+            ("usb:0", "--port", "99999"): "must lie between",
+        }
+        for words, sentence in cases.items():
+            with pytest.raises(SystemExit) as stop:
+                main(["live", *words])
+            assert stop.value.code == 2
+            assert sentence in capsys.readouterr().err
