@@ -39,6 +39,9 @@ CURL_STIFFNESS = 10.0
 """How firmly the two plates of ``surface`` are held to be slopes of one."""
 WIDEST_GROUP = 1.5
 """Dots whose matrices differ in size by less than this factor are filled in one product."""
+LARGEST_PX = 500
+TILE_PX = 16
+"""Hidden pixels that hang together are cut into tiles of this side where they are more."""
 EVERY_SIDE = np.ones((3, 3), bool)
 
 Block = tuple[Int64[np.ndarray, "k n"], Int64[np.ndarray, "k m"], Float32[np.ndarray, "k n m"]]
@@ -125,9 +128,16 @@ def _interpolated(hidden: ContactMask, around: ContactMask, method: str) -> Fill
 def _elastic(hidden: ContactMask, method: str, aspect: float) -> Fill:
     together = 2 if method == "surface" else 1
     blocks = _blocks(hidden, method, aspect, together)
+    reached = np.zeros(together * hidden.size + 1, bool)
+    for places, _, _ in blocks:
+        reached[places] = True
+    # In the midst of a wide hidden area nothing is known within the ring.
+    far = hidden & ~reached[:-1].reshape(*hidden.shape, together)[..., 0]
+    around = ndimage.binary_dilation(hidden, EVERY_SIDE) & ~hidden
+    rough = _nearest(far, around) if far.any() else None
 
     def fill(field: Field) -> Field:
-        values = field.reshape(hidden.size * together, -1)
+        values = (field if rough is None else rough(field)).reshape(hidden.size * together, -1)
         # Padding reads and writes one row beyond the field.
         flat = np.empty((len(values) + 1, values.shape[1]), field.dtype)
         flat[:-1] = values
@@ -143,9 +153,11 @@ def _blocks(hidden: ContactMask, method: str, aspect: float, together: int) -> l
     """The matrices of all dots, in groups of like size; ``together`` values a pixel in one."""
     ring_px = RING_PX[method]
     width = hidden.shape[1]
-    dots, _ = ndimage.label(hidden, EVERY_SIDE)
+    dots = _parts(hidden)
     found: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
     for number, place in enumerate(ndimage.find_objects(dots), start=1):
+        if place is None:
+            continue
         top, left = (max(side.start - ring_px, 0) for side in place)
         window = np.s_[top : place[0].stop + ring_px, left : place[1].stop + ring_px]
         dot = dots[window] == number
@@ -166,6 +178,17 @@ def _blocks(hidden: ContactMask, method: str, aspect: float, together: int) -> l
         else:
             groups.append([item])
     return [_block(group, together * hidden.size) for group in groups]
+
+
+def _parts(hidden: ContactMask) -> Int64[np.ndarray, "h w"]:
+    """Every dot under its number; many dots that touch, as along an edge, in tiles."""
+    dots, count = ndimage.label(hidden, EVERY_SIDE)
+    sizes = np.bincount(dots.ravel())
+    sizes[0] = 0
+    rows, columns = np.indices(hidden.shape) // TILE_PX
+    tile = rows * (columns.max() + 1) + columns
+    large = (sizes > LARGEST_PX)[dots]
+    return np.where(large, count + 1 + tile, dots).astype(np.int64)
 
 
 def _block(group: list[tuple[np.ndarray, np.ndarray, np.ndarray]], beyond: int) -> Block:

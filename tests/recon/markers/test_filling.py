@@ -126,6 +126,15 @@ def test_two_slopes_of_one_surface_help_each_other():
     assert error["surface"] < 0.8 * error["biharmonic"]
 
 
+@pytest.mark.parametrize("method", METHODS[1:2] + METHODS[4:])
+def test_a_wide_hidden_area_is_filled_from_its_edge_in_bounded_work(method):
+    hidden = np.zeros((200, 300), bool)
+    hidden[:40] = hidden[:, :8] = True
+    field = np.full((200, 300, 2), 0.3)
+    filled = fill_gradients(spoiled(field, hidden), hidden, method)
+    np.testing.assert_allclose(filled, field, atol=2e-3)
+
+
 def test_what_is_prepared_once_fills_every_field():
     fill = prepare_fill(HIDDEN)
     for seed in range(3):
