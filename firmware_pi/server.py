@@ -11,6 +11,7 @@ import json
 import select
 import socket
 import socketserver
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -119,7 +120,7 @@ class StreamServer(socketserver.ThreadingTCPServer):
 
     def server_bind(self) -> None:
         """Bind before the interface is up: a USB cable may be plugged in later."""
-        if self.address_family == socket.AF_INET and hasattr(socket, "SO_REUSEPORT"):
+        if self.address_family == socket.AF_INET and sys.platform == "linux":
             self.socket.setsockopt(socket.IPPROTO_IP, _IP_FREEBIND, 1)
         super().server_bind()
 
@@ -151,8 +152,6 @@ class Handler(BaseHTTPRequestHandler):
     server: StreamServer
     protocol_version = "HTTP/1.1"
     default_request_version = "HTTP/1.0"  # else nonsense is answered without a status line
-    server_version = "gelsight-wedge"
-    sys_version = ""
     timeout = REQUEST_WITHIN_S
 
     def handle(self) -> None:
@@ -255,6 +254,10 @@ class Handler(BaseHTTPRequestHandler):
             name, _, value = line.partition(": ")
             self.send_header(name, value)
         self.end_headers()
+
+    def version_string(self) -> str:
+        """Name the server and nothing of the Pi."""
+        return "gelsight-wedge"
 
     def log_message(self, format: str, *args: Any) -> None:
         """Keep no record of requests: the journal is for faults."""
