@@ -1,0 +1,39 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A Dask cluster as an executor like any other."""
+
+from collections.abc import Iterator
+from concurrent.futures import Executor
+from contextlib import contextmanager
+
+from sensor.errors import WedgeError
+
+PATIENCE_S = 10
+RETRIES = 3
+"""A task whose worker is lost goes to another this often."""
+
+
+@contextmanager
+def cluster_pool(address: str) -> Iterator[Executor]:
+    """The workers of a Dask cluster.
+
+    Raises:
+        WedgeError: Dask is not installed, nothing answers, or no worker is there.
+    """
+    try:
+        from distributed import Client
+    except ModuleNotFoundError as error:
+        raise WedgeError(
+            f"--cluster needs {error.name}: pip install 'gelsight-wedge[cluster]'."
+        ) from error
+    try:
+        client = Client(address, timeout=PATIENCE_S, set_as_default=False)  # type: ignore[no-untyped-call]
+    except (OSError, ValueError, TimeoutError) as error:
+        raise WedgeError(
+            f"no Dask scheduler answers at {address}: start one with `dask scheduler` and name "
+            "its address, such as tcp://127.0.0.1:8786."
+        ) from error
+    with client:
+        if not client.scheduler_info()["workers"]:
+            raise WedgeError(f"the Dask scheduler at {address} has no workers: start some.")
+        yield client.get_executor(retries=RETRIES)  # type: ignore[no-untyped-call]

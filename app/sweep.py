@@ -1,0 +1,160 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""`wedge sweep`: a field of the design against the errors that its twin predicts."""
+
+import sys
+from concurrent.futures import BrokenExecutor
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import tyro
+
+from app._cluster import cluster_pool
+from app._output import OutputFile, check_outputs, print_table, write_json
+from app._progress import progress
+from app._seed import Seed
+from app._workers import process_pool
+from app.simulate import refuse_unbuildable
+from sensor.design import Wedge
+from sensor.design_file import load_design
+from sensor.errors import WedgeError
+from sensor.files import write_atomic
+
+if TYPE_CHECKING:
+    from validation.sweep import SweepPoint
+
+
+def main(
+    field: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="FIELD")],
+    values: Annotated[tyro.conf.Positional[tuple[str, ...]], tyro.conf.arg(metavar="VALUES")],
+    design: str = "standard",
+    out: Path = Path("build", "sweep"),
+    presses: int = 20,
+    samples: int = 64,
+    width_px: int = 160,
+    seed: Seed = 0,
+    cluster: str | None = None,
+    json: OutputFile = None,
+) -> None:
+    """Vary one field of a design; predict the gradient error and the lit area of each value.
+
+    For every value the twin presses a ball many times, the paper's network learns from four
+    fifths of the presses, and the rest are judged. FIELD is a part of the design and its field,
+    such as mirror.angle_deg, acrylic.thickness_mm, gel.curved, gel.semi_axis_across_mm,
+    lights.red_side_leds, lights.gray_filter_transmission or lights.diffuser; lights.lit_sides
+    takes the colours that stay lit (RGB RG RB R). Fields of mirror and camera are seen over the
+    mirror, the others straight on. Values that could not be built are named and left out.
+
+    OUT keeps what is rendered: a sweep that was interrupted goes on where it stopped, and no value
+    is rendered twice. OUT/sweep.png shows the result.
+
+    Example: wedge sweep lights.lit_sides RGB RG RB R --json sweep.json
+
+    Args:
+        field: What to vary.
+        values: Its values.
+        design: standard, finger, or a TOML file that changes numbers of one of them.
+        out: Folder for the rendered sets and the picture.
+        presses: Ball presses for each value.
+        samples: Light paths a pixel.
+        width_px: Pixels along the pad.
+        seed: Seed of places, depths, light paths, noise, split and training.
+        cluster: Address of a Dask scheduler whose workers render, such as
+            tcp://127.0.0.1:8786; processes of this machine by default.
+        json: Write the numbers here as JSON.
+    """
+    check_outputs(json, out / "sweep.png")
+    base = load_design(design)
+    designs = _buildable(base, field, values)
+    from simulation.engine import best_engine
+    from validation.figures.png import png_bytes
+    from validation.figures.sweep import sweep_figure
+    from validation.sweep import SweepSize, sweep
+
+    size = SweepSize(presses=presses, samples=samples, width_px=width_px, seed=seed)
+    pool = cluster_pool(cluster) if cluster else process_pool()
+    try:
+        with pool as executor, progress(f"sweep of {field}") as show:
+            points = sweep(
+                designs,
+                field=field,
+                folder=out,
+                size=size,
+                engine=executor.submit(best_engine).result(),
+                executor=executor,
+                progress=show,
+            )
+    except BrokenExecutor as error:
+        raise WedgeError(
+            "a worker process ended, perhaps for want of memory: run the same command again; what "
+            "is rendered is kept."
+        ) from error
+    write_atomic(out / "sweep.png", png_bytes(sweep_figure(field, points)))
+    print_table(
+        [field, "Gx contact", "Gy contact", "Gx contact+5%", "Gy contact+5%", "mean |G|", "lit"],
+        map(_cells, points),
+    )
+    learnt, judged = points[0].presses
+    print(
+        f"Mean absolute gradient errors with 95 % intervals by press; {learnt} rendered presses to "
+        f"learn from, {judged} others judged, seed {seed}. Lit: share of the pad where every "
+        f"colour has half of its own mean. Picture: {out / 'sweep.png'}"
+    )
+    write_json(json, _document(design, field, size, points))
+
+
+def _buildable(base: Wedge, field: str, values: tuple[str, ...]) -> list[tuple[str, Wedge]]:
+    from validation.sweep import varied
+
+    designs, refusals = [], []
+    for value in dict.fromkeys(values):
+        try:
+            changed = varied(base, field, value)
+            refuse_unbuildable(changed)
+            designs.append((value, changed))
+        except WedgeError as error:
+            refusals.append(f"{field} = {value}: {error}")
+    if not designs:
+        raise WedgeError(refusals[0] if refusals else "give at least one value.")
+    for refusal in refusals:
+        print(f"left out {refusal}", file=sys.stderr)
+    return designs
+
+
+def _cells(point: "SweepPoint") -> list[str]:
+    def number(row: Any, metric: str) -> str:
+        low, high = row.errors.ci95[metric]
+        return f"{row.errors.values[metric]:.3f} [{low:.3f}, {high:.3f}]"
+
+    return [
+        point.value,
+        *(number(row, m) for row in (point.contact, point.row) for m in ("gx_mae", "gy_mae")),
+        f"{point.contact.errors.mean_abs_gradient:.3f}",
+        f"{100 * point.lit_area:.0f} %",
+    ]
+
+
+def _document(design: str, field: str, size: Any, points: "list[SweepPoint]") -> dict[str, Any]:
+    return {
+        "design": design,
+        "field": field,
+        "presses": {"train": points[0].presses[0], "test": points[0].presses[1]},
+        "samples": size.samples,
+        "width_px": size.width_px,
+        "seed": size.seed,
+        "points": [
+            {
+                "value": point.value,
+                "lit_area": point.lit_area,
+                **{
+                    name: {
+                        **row.errors.values,
+                        "ci95": {key: list(bounds) for key, bounds in row.errors.ci95.items()},
+                        "mean_abs_gradient": row.errors.mean_abs_gradient,
+                    }
+                    for name, row in (("contact", point.contact), ("contact+5%", point.row))
+                },
+            }
+            for point in points
+        ],
+    }

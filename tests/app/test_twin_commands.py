@@ -1,0 +1,151 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""`wedge simulate` and `wedge sweep` as typed: what they write, what they refuse, on a cluster."""
+
+import json
+import os
+from collections.abc import Iterator
+from concurrent.futures import BrokenExecutor
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+import simulation.engine
+from app import simulate, sweep
+from app.__main__ import main
+from app._cluster import cluster_pool
+from sensor.dataset import read_dataset
+from sensor.errors import WedgeError
+from simulation.engine import SCALAR
+from tests.simulation.conftest import InLine
+
+pytest.importorskip("mitsuba", reason="the twin renders with mitsuba")
+
+
+@pytest.fixture
+def here(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
+    """No processes, the plain engine, an empty folder."""
+
+    @contextmanager
+    def in_line():
+        yield InLine()
+
+    for module in (simulate, sweep):
+        monkeypatch.setattr(module, "process_pool", in_line)
+    monkeypatch.setattr(simulation.engine, "best_engine", lambda: SCALAR)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def typed(*words: str) -> int:
+    with pytest.raises(SystemExit) as ended:
+        main(list(words))
+    return int(ended.value.code or 0)
+
+
+SMALL = ("--design", "finger", "--samples", "4", "--width-px", "24")
+
+
+def test_simulate_writes_a_dataset_that_says_how_it_was_made(here, monkeypatch, capsys) -> None:
+    words = ["simulate", *SMALL, "--presses", "2", "--out", "d"]
+    monkeypatch.setattr("sys.argv", ["wedge", *words])
+    assert typed(*words) == 0
+    dataset = read_dataset(here / "d")
+    assert len(dataset.labels) == 2
+    assert (
+        dataset.card.source
+        == "wedge simulate --design finger --samples 4 --width-px 24 --presses 2"
+    )
+    assert "2 labelled presses" in capsys.readouterr().out
+    assert typed(*words) == 2  # the folder is not empty now
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--design", "thumb"], "neither a design"),
+        (["--scene", "cat"], "no scene"),
+        (["--samples", "0"], "--samples 0"),
+        (["--width-px", "2"], "--width-px 2"),
+        (["--presses", "0"], "--presses 0"),
+        (["--ball-radius-mm", "30"], "larger than the pad"),
+        (["--depth-mm", "-1"], "deeper than zero"),
+    ],
+)
+def test_simulate_refuses_in_a_sentence_and_leaves_nothing(here, words, said, capsys) -> None:
+    assert typed("simulate", *SMALL, *words, "--out", "d") == 2
+    assert said in capsys.readouterr().err
+    assert list(here.iterdir()) == []
+
+
+def test_a_design_that_cannot_be_cut_is_not_rendered(here, capsys) -> None:
+    pytest.importorskip("cadquery")
+    (here / "short.toml").write_text('base = "standard"\n[mirror]\nlength_mm = 25.0\n')
+    assert typed("simulate", "--design", "short.toml", "--out", "d") == 2
+    assert "mirror.length_mm = 25" in capsys.readouterr().err
+    assert typed("sweep", "mirror.length_mm", "25", "--out", "s") == 2
+    assert [path.name for path in here.iterdir()] == ["short.toml"]
+
+
+def test_a_failure_in_the_middle_leaves_no_dataset(here, monkeypatch) -> None:
+    def fails(*_: object) -> None:
+        raise WedgeError("no more light")
+
+    monkeypatch.setattr("simulation.dataset.trace_press", fails)
+    assert typed("simulate", *SMALL, "--presses", "2", "--out", "d") == 2
+    assert list(here.iterdir()) == []
+
+
+def test_a_lost_worker_is_a_sentence(here, monkeypatch, capsys) -> None:
+    class Lost(InLine):
+        def submit(self, fn, /, *args, **kwargs):
+            raise BrokenExecutor("a child died")
+
+    @contextmanager
+    def pool():
+        yield Lost()
+
+    monkeypatch.setattr(sweep, "process_pool", pool)
+    assert typed("sweep", "lights.lit_sides", "RGB", *SMALL, "--out", "s") == 2
+    assert "run the same command again" in capsys.readouterr().err
+
+
+@pytest.fixture(scope="module")
+def cluster() -> Iterator[str]:
+    """Address of a real Dask cluster of two processes."""
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
+    ) as running:
+        yield running.scheduler_address
+
+
+def test_a_cluster_gives_the_same_numbers(here: Path, cluster: str) -> None:
+    common = ("sweep", "lights.lit_sides", "RGB", "R", "--design", "finger", "--presses", "5",
+              "--samples", "16", "--width-px", "48")  # fmt: skip
+    assert typed(*common, "--out", "a", "--json", "a.json") == 0
+    assert typed(*common, "--out", "b", "--json", "b.json", "--cluster", cluster) == 0
+    assert json.loads((here / "a.json").read_text()) == json.loads((here / "b.json").read_text())
+
+
+def test_what_a_lost_worker_was_doing_is_done_by_another(tmp_path: Path, cluster: str) -> None:
+    died = str(tmp_path / "died")
+
+    def dies_once() -> int:
+        if not Path(died).exists():
+            Path(died).touch()
+            os._exit(1)
+        return 7
+
+    with cluster_pool(cluster) as executor:
+        assert executor.submit(dies_once).result(timeout=60) == 7
+
+
+def test_an_address_where_nothing_answers_is_a_sentence(here, monkeypatch, capsys) -> None:
+    pytest.importorskip("distributed")
+    monkeypatch.setattr("app._cluster.PATIENCE_S", 0.3)
+    arguments = ("sweep", "lights.lit_sides", "RGB", "--out", "s", "--cluster")
+    assert typed(*arguments, "tcp://127.0.0.1:9") == 2
+    assert "no Dask scheduler answers at tcp://127.0.0.1:9" in capsys.readouterr().err
+    assert typed(*arguments, "nonsense://x") == 2

@@ -1,0 +1,125 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A sweep varies what it says, renders nothing twice, and gives one answer wherever it runs."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sensor.design import FINGER, STANDARD
+from sensor.errors import WedgeError
+from simulation.dataset import Recipe
+from simulation.engine import SCALAR
+from tests.simulation.conftest import InLine
+from validation.figures.png import png_bytes
+from validation.figures.sweep import sweep_figure
+from validation.lighting import contrast, lit_area, unevenness
+from validation.sweep import SweepSize, key_of, sweep, varied
+
+SIZE = SweepSize(presses=5, samples=16, width_px=48)
+
+
+class Counting(InLine):
+    tasks = 0
+
+    def submit(self, fn, /, *args, **kwargs):
+        self.tasks += 1
+        return super().submit(fn, *args, **kwargs)
+
+
+def run(folder: Path, executor: InLine, values: tuple[str, ...] = ("RGB",)):
+    field = "lights.lit_sides"
+    return sweep(
+        [(value, varied(FINGER, field, value)) for value in values],
+        field=field,
+        folder=folder,
+        size=SIZE,
+        engine=SCALAR,
+        executor=executor,
+    )
+
+
+def test_nothing_is_rendered_twice(tmp_path: Path) -> None:
+    pytest.importorskip("mitsuba")
+    first, again = Counting(), Counting()
+    (point,) = run(tmp_path, first)
+    assert first.tasks == SIZE.presses + 4
+    same, other = run(tmp_path, again, ("RGB", "RG"))
+    assert again.tasks == first.tasks  # of the second value alone
+    assert same == point
+    assert (point.presses, same.row.configuration, other.row.configuration) == ((4, 1), "RGB", "RG")
+    assert not any((tmp_path / "parts").iterdir())
+    assert 0 < point.lit_area <= other.lit_area + 0.02 <= 1.02  # fewer colours to wait for
+    picture = png_bytes(sweep_figure("lights.lit_sides", [same, other]))
+    assert picture == png_bytes(sweep_figure("lights.lit_sides", [same, other]))
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "part", "name", "number"),
+    [
+        ("mirror.angle_deg", "31.5", "mirror", "angle_deg", 31.5),
+        ("lights.red_side_leds", "5", "lights", "red_side_leds", 5),
+        ("gel.curved", "false", "gel", "curved", False),
+        ("camera.projection", "pinhole", "camera", "projection", "pinhole"),
+        ("lights.lit_sides", "RB", "lights", "green_base_leds", 0),
+    ],
+)
+def test_one_number_is_varied(field, value, part, name, number) -> None:
+    changed = varied(STANDARD, field, value)
+    assert getattr(getattr(changed, part), name) == number
+    assert changed.sha256 != STANDARD.sha256
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "words"),
+    [
+        ("mirror", "1", "no field 'mirror'"),
+        ("mirror.angel_deg", "30", "no field"),
+        ("name", "30", "no field"),
+        ("mirror.__class__", "30", "no field"),
+        ("mirror.angle_deg", "steep", "must be a number"),
+        ("lights.red_side_leds", "2.5", "must be a whole number"),
+        ("gel.curved", "yes", "must be true or false"),
+        ("mirror.angle_deg", "80", "outside its bounds"),
+        ("lights.lit_sides", "RX", "letters R, G and B"),
+        ("lights.lit_sides", "", "letters R, G and B"),
+    ],
+)
+def test_what_cannot_be_varied_is_refused(field, value, words) -> None:
+    with pytest.raises(WedgeError, match=words):
+        varied(STANDARD, field, value)
+
+
+def test_a_sets_name_tells_everything_that_decides_it() -> None:
+    recipes = [
+        Recipe(engine=SCALAR, design=FINGER),
+        Recipe(engine=SCALAR, design=STANDARD),
+        Recipe(engine=SCALAR, design=FINGER, samples=4),
+        Recipe(engine=SCALAR, design=FINGER, seed=1),
+        Recipe(engine=SCALAR, design=FINGER, raw=True),
+        Recipe(engine=SCALAR, design=FINGER, width_px=64),
+    ]
+    names = [key_of(recipe, 5) for recipe in recipes] + [key_of(recipes[0], 6)]
+    assert len(set(names)) == len(names)
+    assert key_of(recipes[0], 5) == names[0]
+
+
+def test_lit_area_is_the_share_that_every_colour_reaches() -> None:
+    light = np.ones((10, 20, 3), np.float32) * 0.2
+    light[:, :5, 0] = 0.01  # red misses a quarter of the pad
+    light[5:, :, 2] = 0.01  # blue misses half
+    background = light ** np.float32(1 / 2.2)
+    assert lit_area(background, "G") == 1
+    assert lit_area(background, "R") == pytest.approx(0.75)
+    assert lit_area(background) == pytest.approx(0.375)
+    assert unevenness(background, "G") == pytest.approx(0, abs=1e-5)
+    assert unevenness(background, "B") > unevenness(background, "R") > 0.5
+
+
+def test_contrast_is_in_grey_levels_of_the_contact() -> None:
+    difference = np.zeros((4, 4, 3), np.float32)
+    difference[1] = 20 / 255
+    contact = np.zeros((4, 4), bool)
+    contact[1] = True
+    assert contrast(difference, contact) == pytest.approx(20, rel=1e-5)

@@ -1,0 +1,58 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A design's field against what its twin predicts."""
+
+from collections.abc import Sequence
+
+from matplotlib.figure import Figure
+
+from validation.figures.style import BLUE, FULL_IN, INK, ORANGE, card, styled
+from validation.sweep import SweepPoint
+
+AXES = {"gx_mae": ("Gx", "o", BLUE), "gy_mae": ("Gy", "s", ORANGE)}
+
+
+@styled
+def sweep_figure(field: str, points: Sequence[SweepPoint]) -> Figure:
+    """Gradient errors in the contact with intervals, and the lit share of the pad.
+
+    Values that are numbers stand at their place, others side by side.
+    """
+    figure = card(FULL_IN, 3.2)
+    errors, area = figure.subplots(1, 2)
+    places, names = _places([point.value for point in points])
+    for metric, (name, mark, colour) in AXES.items():
+        means = [point.contact.errors.values[metric] for point in points]
+        bounds = [point.contact.errors.ci95[metric] for point in points]
+        errors.errorbar(
+            places,
+            means,
+            yerr=(
+                [mean - low for mean, (low, _) in zip(means, bounds, strict=True)],
+                [high - mean for mean, (_, high) in zip(means, bounds, strict=True)],
+            ),
+            fmt=f"{mark}-" if names is None else mark,
+            color=colour,
+            markersize=5,
+            elinewidth=1.2,
+            label=name,
+        )
+    area.plot(places, [100 * point.lit_area for point in points],
+              "o-" if names is None else "o", color=INK, markersize=5)  # fmt: skip
+    errors.set(ylabel="error of the gradient [mm/mm]", xlabel=field)
+    errors.set_ylim(bottom=0)
+    area.set(ylabel="lit share of the pad [%]", xlabel=field, ylim=(0, 103))
+    errors.legend(loc="best")
+    for axes in (errors, area):
+        axes.grid(axis="y")
+        if names is not None:
+            axes.set_xticks(places, names)
+            axes.set_xlim(-0.5, len(names) - 0.5)
+    return figure
+
+
+def _places(values: Sequence[str]) -> tuple[list[float], list[str] | None]:
+    try:
+        return [float(value) for value in values], None
+    except ValueError:
+        return [float(index) for index in range(len(values))], list(values)

@@ -1,0 +1,33 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How well a gel is lit: the area that its lights reach, how evenly, and how a dent stands out."""
+
+import numpy as np
+
+from recon.arrays import ContactMask, Difference, Unwarped
+
+GAMMA = 2.2
+LIT = 0.5
+"""Share of a colour's own mean from which a pixel counts as lit by it."""
+
+
+def linear(image: Unwarped) -> np.ndarray:
+    """Light behind a frame in full scale, by the usual gamma."""
+    return np.asarray(image, np.float64) ** GAMMA
+
+
+def lit_area(background: Unwarped, channels: str = "RGB") -> float:
+    """Share of the untouched gel that every one of these colours reaches."""
+    light = linear(background)[..., ["RGB".index(channel) for channel in channels]]
+    return float((light >= LIT * light.mean((0, 1))).all(-1).mean())
+
+
+def unevenness(background: Unwarped, channels: str = "RGB") -> float:
+    """Standard deviation of the untouched gel's light over its mean, mean over the colours."""
+    light = linear(background)[..., ["RGB".index(channel) for channel in channels]]
+    return float((light.std((0, 1)) / light.mean((0, 1))).mean())
+
+
+def contrast(difference: Difference, contact: ContactMask) -> float:
+    """Root mean square of the difference in a contact, all colours, in grey levels of 255."""
+    return float(255 * np.sqrt(np.mean(difference[contact] ** 2)))

@@ -1,0 +1,204 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A design's field against the gradient error and the lit area that its twin predicts.
+
+Each value is a set of ball presses, rendered into a folder named by everything that decides it; so
+what an earlier sweep has rendered is used again, whole or in part.
+"""
+
+import hashlib
+import json
+import shutil
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, fields, is_dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import simulation
+from recon.calibration import lit_channels
+from recon.presses import read_presses
+from sensor.dataset import read_dataset
+from sensor.design import Wedge
+from sensor.errors import WedgeError
+from sensor.files import new_folder, sha256_of_files
+from simulation.dataset import Recipe, presses_of, write_set
+from simulation.engine import Engine
+from validation.datasets import CARD
+from validation.error_table import Row
+from validation.evaluation import hold_out
+from validation.lighting import lit_area
+
+LIT_SIDES = "lights.lit_sides"
+"""Not a field of the design: the colours that stay lit, such as RG."""
+SIDES = {"R": "red_side_leds", "G": "green_base_leds", "B": "blue_side_leds"}
+SEEN_OVER_THE_MIRROR = ("mirror", "camera")
+"""Parts that change the camera's own frame alone; sweeps over them render raw frames."""
+Progress = Callable[[float, str], None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SweepSize:
+    """How much is rendered for each value."""
+
+    presses: int = 20
+    samples: int = 64
+    width_px: int = 160
+    seed: int = 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class SweepPoint:
+    """What one value predicts."""
+
+    value: str
+    row: Row
+    """Held-out gradient errors, contact pixels with 5 % of the others."""
+    contact: Row
+    """The same, contact pixels alone."""
+    lit_area: float
+    presses: tuple[int, int]
+    """Learnt from, judged."""
+
+
+def varied(design: Wedge, field: str, value: str) -> Wedge:
+    """The design with one number changed.
+
+    Args:
+        design: the one to start from.
+        field: part and name, such as ``mirror.angle_deg``; ``lights.lit_sides`` takes colours.
+        value: as typed.
+
+    Raises:
+        WedgeError: there is no such field, or the value cannot work.
+    """
+    if field == LIT_SIDES:
+        if not value or set(value) - set(SIDES) or len(set(value)) < len(value):
+            raise WedgeError(f"{LIT_SIDES} = {value!r} must be some of the letters R, G and B.")
+        dark: dict[str, Any] = {name: 0 for colour, name in SIDES.items() if colour not in value}
+        return replace(design, lights=replace(design.lights, **dark))
+    name, _, key = field.partition(".")
+    part: Any = getattr(design, name, None)
+    known = [item.name for item in fields(part)] if is_dataclass(part) else []
+    if key not in known:
+        raise WedgeError(
+            f"there is no field {field!r} to vary: name a part and its field, such as "
+            f"mirror.angle_deg, or {LIT_SIDES}."
+        )
+    number = _parsed(field, value, getattr(part, key))
+    changed: Wedge = replace(design, **{name: replace(part, **{key: number})})
+    return changed
+
+
+def sweep(
+    designs: Sequence[tuple[str, Wedge]],
+    *,
+    field: str,
+    folder: Path,
+    size: SweepSize,
+    engine: Engine,
+    executor: Executor,
+    progress: Progress = lambda _share, _what: None,
+) -> list[SweepPoint]:
+    """Render and judge each design.
+
+    Args:
+        designs: values as typed, with the designs that they give.
+        field: that the values are of.
+        folder: for the rendered sets, which later sweeps use again.
+        size: of each set.
+        engine: that renders; one for all, so that numbers can be compared.
+        executor: renders the presses; the numbers do not depend on which.
+        progress: called after every press.
+
+    Raises:
+        WedgeError: a set cannot be rendered, written or judged.
+    """
+    points = []
+    for index, (value, design) in enumerate(designs):
+
+        def show(share: float, what: str, start: int = index, at: str = value) -> None:
+            progress((start + share) / len(designs), f"{field} = {at}: {what}")
+
+        recipe = Recipe(
+            engine=engine,
+            design=design,
+            width_px=size.width_px,
+            samples=size.samples,
+            seed=size.seed,
+            raw=field.partition(".")[0] in SEEN_OVER_THE_MIRROR,
+        )
+        rendered = _rendered(folder, recipe, size, executor, show)
+        points.append(_judged(rendered, value, size.seed))
+    return points
+
+
+def key_of(recipe: Recipe, presses: int) -> str:
+    """Hash of everything that decides a rendered set, the code that renders included."""
+    code = {path.name: path for path in Path(simulation.__file__).parent.glob("*.py")}
+    decides = {
+        "design": recipe.design.sha256,
+        "variant": recipe.engine.variant,
+        "width_px": recipe.width_px,
+        "samples": recipe.samples,
+        "seed": recipe.seed,
+        "raw": recipe.raw,
+        "presses": presses,
+        "code": sha256_of_files(code),
+    }
+    return hashlib.sha256(json.dumps(decides, sort_keys=True).encode()).hexdigest()[:16]
+
+
+def _parsed(field: str, text: str, current: object) -> object:
+    try:
+        if isinstance(current, bool):
+            return {"true": True, "false": False}[text.lower()]
+        if isinstance(current, int):
+            return int(text)
+        return float(text) if isinstance(current, float) else text
+    except (KeyError, ValueError) as error:
+        wanted = {bool: "true or false", int: "a whole number"}
+        kind = next((words for kind, words in wanted.items() if isinstance(current, kind)), "")
+        raise WedgeError(f"{field} = {text!r} must be {kind or 'a number'}.") from error
+
+
+def _rendered(
+    folder: Path, recipe: Recipe, size: SweepSize, executor: Executor, progress: Progress
+) -> Path:
+    key = key_of(recipe, size.presses)
+    made, keep = folder / "sets" / key, folder / "parts" / key
+    if (made / CARD).is_file():
+        return made
+    presses = presses_of(recipe.design, "balls", count=size.presses, seed=size.seed)
+    with new_folder(made) as draft:
+        write_set(
+            draft,
+            recipe,
+            presses,
+            source=f"wedge sweep, {size.presses} presses at {size.samples} samples",
+            executor=executor,
+            truth="shapes",
+            threads=1,
+            keep=keep,
+            progress=progress,
+        )
+    shutil.rmtree(keep, ignore_errors=True)
+    return made
+
+
+def _judged(folder: Path, value: str, seed: int) -> SweepPoint:
+    dataset = read_dataset(folder)
+    presses = read_presses(dataset)
+    table = hold_out(dataset, presses, "mlp", seed=seed)
+    channels, _ = lit_channels(dataset)
+    row, contact = (
+        next(row for row in table.rows if row.pixels == pixels)
+        for pixels in ("contact+5%", "contact")
+    )
+    return SweepPoint(
+        value=value,
+        row=row,
+        contact=contact,
+        lit_area=lit_area(presses.unwarp(presses.background), channels),
+        presses=(table.train, table.test),
+    )
