@@ -144,7 +144,7 @@ def _matches(pattern: str, part_id: str) -> bool:
     stem = pattern.removesuffix("*")
     if stem == pattern:
         return part_id == pattern
-    return part_id.startswith(stem) and bool(re.fullmatch(r"m?\d[\dRx.]*", part_id[len(stem) :]))
+    return part_id.startswith(stem) and bool(re.fullmatch(r"m?\d[\dKRx.]*", part_id[len(stem) :]))
 
 
 def _named(part: BoughtPart, part_id: str) -> BoughtPart:

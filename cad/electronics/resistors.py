@@ -73,11 +73,10 @@ class Ballast:
 
     @property
     def label(self) -> str:
-        """The value as it is written on boards and bills: 12R, 4R7."""
-        if self.ohm < 10:
-            whole, tenth = divmod(round(self.ohm * 10), 10)
-            return f"{whole}R{tenth}"
-        return f"{self.ohm:g}R"
+        """The value as it is written on boards and bills: 12R, 4R7, 2K4."""
+        kilo = self.ohm >= 1000
+        whole, dot, tenths = f"{self.ohm / 1000 if kilo else self.ohm:g}".partition(".")
+        return whole + ("K" if kilo else "R") + (tenths if dot else "0" if self.ohm < 10 else "")
 
 
 def ballasts(design: Wedge) -> list[Ballast]:

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bom.bill import make_bill, read_parts
 from cad.electronics.boards import Board, Rectangle, boards
 from cad.electronics.files import board_files
 from cad.electronics.netlist import islands, net_faults, smallest_gap
@@ -28,6 +29,17 @@ def test_e24_is_the_next_larger_of_the_series(ohm: float) -> None:
     assert ohm * (1 - 1e-8) <= value <= ohm * 1.13
     mantissa = value / 10 ** (math.floor(math.log10(value) + 1e-9) - 1)
     assert min(abs(mantissa - e) for e in E24) < 1e-6
+
+
+@given(st.floats(1.0, 9e4))
+def test_a_resistors_label_is_its_value_and_is_on_the_bill(ohm: float) -> None:
+    ballast = replace(ballasts(STANDARD)[0], ohm=next_e24(ohm))
+    unit = "K" if "K" in ballast.label else "R"
+    value = float(ballast.label.replace(unit, ".")) * (1000 if unit == "K" else 1)
+    assert value == pytest.approx(ballast.ohm)
+    assert len(ballast.label.rstrip("0")) <= 4
+    (line,) = make_bill({f"resistor_{ballast.label}": 1}, read_parts())
+    assert line.part.number == f"RC1206FR-07{ballast.label}L"
 
 
 @BOTH
