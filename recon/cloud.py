@@ -1,0 +1,163 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The skin as points and as a mesh, in mm in the gel frame: x right, y down, z out of the gel.
+
+A point is ``(x, y, rest - depth)``, where the skin at rest lies at z = 0 or on the design's curved
+gel. Its uncertainty is along z: what the noise of the slopes becomes when they are integrated.
+"""
+
+from dataclasses import dataclass, fields
+from functools import lru_cache
+
+import numpy as np
+from jaxtyping import Bool, Float32, Float64, Int32
+
+from recon.arrays import ContactMask, DepthMap, GradientField
+from recon.ball import normals
+from recon.pipeline import Reconstruction
+from recon.poisson import Boundary
+from sensor.design import Gel
+from sensor.errors import WedgeError
+from sensor.toml import Pair
+
+DEVIATION = 1.4826
+"""Standard deviations in a median absolute deviation, of normal noise."""
+LEAST_UNTOUCHED_PX = 100
+"""With less blank gel in the frame, the noise is taken from the whole frame, contact included."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PointCloud:
+    """Points of the skin in the gel frame, mm."""
+
+    points_mm: Float32[np.ndarray, "n 3"]
+    normals: Float32[np.ndarray, "n 3"]
+    """Unit length, out of the gel."""
+    sigma_mm: Float32[np.ndarray, " n"]
+    """Standard deviation along z from the noise of the slopes; calibration errors add to it."""
+    contact: Bool[np.ndarray, " n"]
+    """Where something touches."""
+
+    def __len__(self) -> int:
+        """Number of points."""
+        return len(self.points_mm)
+
+    def __getitem__(self, chosen: np.ndarray) -> "PointCloud":
+        """The chosen points."""
+        return PointCloud(**{item.name: getattr(self, item.name)[chosen] for item in fields(self)})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mesh:
+    """A cloud whose points are joined."""
+
+    cloud: PointCloud
+    triangles: Int32[np.ndarray, "m 3"]
+    """Corners counted so that they turn anticlockwise when seen from outside the gel."""
+
+
+def point_cloud(touch: Reconstruction, gel: Gel | None = None) -> PointCloud:
+    """Every pixel of a reconstruction as a point, row by row.
+
+    Args:
+        touch: one frame's.
+        gel: lays the skin at rest on this gel's curve; by default it is flat.
+
+    Raises:
+        WedgeError: the frame reaches beyond the gel's curve.
+    """
+    height, width = touch.depth_mm.shape
+    x_mm = (np.arange(width) - (width - 1) / 2) * touch.mm_per_px[0]
+    y_mm = (np.arange(height) - (height - 1) / 2) * touch.mm_per_px[1]
+    x, y = np.meshgrid(x_mm, y_mm)
+    rest, rest_slope = _rest(gel, x, y)
+    noise = slope_noise(touch.gradient, touch.contact)
+    sigma = noise * depth_noise((height, width), touch.mm_per_px, touch.boundary)
+    return PointCloud(
+        points_mm=np.stack([x, y, rest - touch.depth_mm], -1).reshape(-1, 3).astype(np.float32),
+        normals=normals(touch.gradient - rest_slope).reshape(-1, 3).astype(np.float32),
+        sigma_mm=sigma.ravel().astype(np.float32),
+        contact=touch.contact.ravel(),
+    )
+
+
+def skin_mesh(touch: Reconstruction, gel: Gel | None = None) -> Mesh:
+    """The whole skin as triangles, two to a square of pixels; arguments as above."""
+    height, width = touch.depth_mm.shape
+    number = np.arange(height * width, dtype=np.int32).reshape(height, width)
+    corners = (number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1])
+    top_left, top_right, bottom_right, bottom_left = (corner.ravel() for corner in corners)
+    # y points down, z toward the viewer's side of x right and y down: clockwise in the picture.
+    triangles = np.concatenate(
+        [
+            np.stack([top_left, top_right, bottom_right], 1),
+            np.stack([top_left, bottom_right, bottom_left], 1),
+        ]
+    )
+    return Mesh(cloud=point_cloud(touch, gel), triangles=triangles)
+
+
+def slope_noise(gradient: GradientField, contact: ContactMask) -> float:
+    """Standard deviation of the slopes of untouched gel in this frame, robust to what it holds."""
+    blank = (
+        gradient[~contact] if (~contact).sum() >= LEAST_UNTOUCHED_PX else gradient.reshape(-1, 2)
+    )
+    if not len(blank):
+        return 0.0
+    spread = np.median(np.abs(blank - np.median(blank, axis=0)), axis=0)
+    return float(DEVIATION * np.sqrt(np.mean(spread**2)))
+
+
+@lru_cache(maxsize=8)
+def depth_noise(
+    shape: tuple[int, int], mm_per_px: Pair, boundary: Boundary
+) -> Float64[np.ndarray, "h w"]:
+    """Standard deviation of depth, in mm, for slopes with independent noise of deviation 1.
+
+    Integration divides the divergence by the Laplacian's eigenvalues, so with orthonormal
+    transforms ``var z = sum_kl phi_k^2 phi_l^2 (sin^2 a_k / h_x^2 + sin^2 a_l / h_y^2) /
+    lambda_kl^2``: slopes at pixel centres are differenced over two pixels, hence sin a and not
+    2 sin(a / 2). With a free border depth is known up to a constant, which is not counted.
+    """
+    (powers_y, angles_y), (powers_x, angles_x) = (_modes(count, boundary) for count in shape)
+
+    def squares(angles: np.ndarray, pitch_mm: float) -> tuple[np.ndarray, np.ndarray]:
+        return (np.sin(angles) / pitch_mm) ** 2, (2 * np.sin(angles / 2) / pitch_mm) ** 2
+
+    slope_x, bend_x = squares(angles_x, mm_per_px[0])
+    slope_y, bend_y = squares(angles_y, mm_per_px[1])
+    bend = bend_y[:, None] + bend_x[None, :]
+    if boundary == "neumann":
+        bend[0, 0] = np.inf
+    spectrum = (slope_y[:, None] + slope_x[None, :]) / bend**2
+    return np.sqrt(powers_y @ spectrum @ powers_x.T)
+
+
+def _modes(count: int, boundary: Boundary) -> tuple[np.ndarray, np.ndarray]:
+    """Squares (place, mode) of the orthonormal modes along one side, and their angles."""
+    place = np.arange(count)[:, None]
+    if boundary == "dirichlet":
+        angles = np.pi * np.arange(1, count + 1) / (count + 1)
+        return 2 / (count + 1) * np.sin(angles * (place + 1)) ** 2, angles
+    angles = np.pi * np.arange(count) / count
+    powers = 2 / count * np.cos(angles * (place + 0.5)) ** 2
+    powers[:, 0] /= 2
+    return powers, angles
+
+
+def _rest(
+    gel: Gel | None, x_mm: DepthMap, y_mm: DepthMap
+) -> tuple[DepthMap, Float64[np.ndarray, "h w 2"]]:
+    """Height of the skin at rest, zero at the pad's centre, and its slopes."""
+    if gel is None or not gel.curved:
+        return np.zeros_like(x_mm), np.zeros((*x_mm.shape, 2))
+    along, across = gel.semi_axis_along_mm, gel.semi_axis_across_mm
+    left = 1 - (x_mm / along) ** 2 - (y_mm / across) ** 2
+    if left.min() <= 0:
+        raise WedgeError(
+            f"the frame is {np.ptp(x_mm):.1f} x {np.ptp(y_mm):.1f} mm and reaches beyond the "
+            "design's curved gel: name the design of this unit, or none for a flat gel."
+        )
+    root = np.sqrt(left)
+    slopes = -gel.semi_axis_normal_mm * np.stack([x_mm / along**2, y_mm / across**2], -1)
+    return gel.semi_axis_normal_mm * (root - 1), slopes / root[..., None]

@@ -1,0 +1,150 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+import io
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from recon.ball import ball_cap
+from recon.cloud import depth_noise, point_cloud, skin_mesh, slope_noise
+from recon.cloud_files import FIELDS, POINT, cloud_bytes
+from recon.pipeline import Reconstruction
+from recon.poisson import integrate
+from sensor.design import STANDARD
+from sensor.errors import WedgeError
+
+WIDTH, HEIGHT, PITCH = 40, 30, (0.1, 0.12)
+
+
+def touch(depth=None, gradient=None, boundary="dirichlet", pitch=PITCH):
+    cap = ball_cap((WIDTH, HEIGHT), (22.0, 14.0), 1.2, 2.0, pitch)
+    depth = cap.depth_mm if depth is None else depth
+    return Reconstruction(
+        difference=np.zeros((*depth.shape, 3), np.float32),
+        gradient=cap.gradient if gradient is None else gradient,
+        depth_mm=depth,
+        contact=cap.contact if depth.shape == cap.contact.shape else depth > 0.05,
+        boundary=boundary,
+        mm_per_px=pitch,
+    )
+
+
+def test_points_of_a_ball_lie_on_that_ball_and_normals_point_away_from_its_centre():
+    cloud = point_cloud(touch())
+    rim_mm = np.sqrt(2.0**2 - 1.2**2)
+    centre = np.array([(22 - 19.5) * 0.1, (14 - 14.5) * 0.12, rim_mm])
+    offset = (cloud.points_mm - centre)[cloud.contact]
+    np.testing.assert_allclose(np.linalg.norm(offset, axis=1), 2.0, atol=1e-5)
+    np.testing.assert_allclose(cloud.normals[cloud.contact], -offset / 2.0, atol=1e-5)
+    assert (cloud.points_mm[~cloud.contact, 2] == 0).all()
+
+
+def test_the_origin_is_the_middle_of_the_frame_and_y_runs_down():
+    points = point_cloud(touch()).points_mm.reshape(HEIGHT, WIDTH, 3)
+    np.testing.assert_allclose(points[..., :2].mean((0, 1)), 0, atol=1e-6)
+    np.testing.assert_allclose(np.diff(points[0, :, 0]), 0.1, atol=1e-6)
+    np.testing.assert_allclose(np.diff(points[:, 0, 1]), 0.12, atol=1e-6)
+
+
+def test_faces_of_the_mesh_have_the_points_normals_and_cover_the_pad():
+    mesh = skin_mesh(touch())
+    corners = mesh.cloud.points_mm[mesh.triangles].astype(float)
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    assert (cross[:, 2] > 0).all()
+    area = cross[:, 2].sum() / 2
+    assert area == pytest.approx((WIDTH - 1) * 0.1 * (HEIGHT - 1) * 0.12)
+    face = cross / np.linalg.norm(cross, axis=1, keepdims=True)
+    inside = mesh.cloud.contact[mesh.triangles].all(1)
+    agreement = (face * mesh.cloud.normals[mesh.triangles].mean(1)).sum(1)
+    assert agreement[inside].min() > 0.98
+
+
+@pytest.mark.parametrize("boundary", ["dirichlet", "neumann"])
+def test_the_uncertainty_is_what_noise_of_the_slopes_becomes(boundary):
+    rng = np.random.default_rng(0)
+    depths = np.stack(
+        [integrate(rng.normal(size=(HEIGHT, WIDTH, 2)), PITCH, boundary) for _ in range(400)]
+    )
+    expected = depth_noise((HEIGHT, WIDTH), PITCH, boundary)
+    assert np.median(depths.std(0) / expected) == pytest.approx(1, abs=0.03)
+    inner = np.s_[3:-3, 3:-3]
+    ratio = (depths.std(0) / expected)[inner]
+    assert 0.85 < ratio.min() and ratio.max() < 1.15
+
+
+def test_the_noise_is_read_off_the_untouched_gel():
+    quiet = touch()
+    noise = 0.03 * np.random.default_rng(1).normal(size=quiet.gradient.shape)
+    noisy = replace(quiet, gradient=quiet.gradient + noise)
+    assert slope_noise(quiet.gradient, quiet.contact) == 0
+    assert slope_noise(noisy.gradient, noisy.contact) == pytest.approx(0.03, rel=0.1)
+    ratio = point_cloud(noisy).sigma_mm / depth_noise((HEIGHT, WIDTH), PITCH, "dirichlet").ravel()
+    np.testing.assert_allclose(ratio, ratio[0], rtol=1e-5)
+
+
+def test_a_curved_gel_bends_the_untouched_skin_and_its_normals():
+    flat = np.zeros((HEIGHT, WIDTH))
+    cloud = point_cloud(touch(flat, np.zeros((HEIGHT, WIDTH, 2)), pitch=(0.7, 0.7)), STANDARD.gel)
+    gel = STANDARD.gel
+    x, y, z = cloud.points_mm.T.astype(float)
+    axes = (gel.semi_axis_along_mm, gel.semi_axis_across_mm, gel.semi_axis_normal_mm)
+    shell = (x / axes[0]) ** 2 + (y / axes[1]) ** 2 + (z / axes[2] + 1) ** 2
+    np.testing.assert_allclose(shell, 1, atol=1e-5)
+    outward = np.stack([x / axes[0] ** 2, y / axes[1] ** 2, (z + axes[2]) / axes[2] ** 2], 1)
+    outward /= np.linalg.norm(outward, axis=1, keepdims=True)
+    np.testing.assert_allclose(cloud.normals, outward, atol=1e-5)
+    with pytest.raises(WedgeError, match="beyond the design's curved gel"):
+        point_cloud(touch(flat, np.zeros((HEIGHT, WIDTH, 2)), pitch=(9.0, 9.0)), gel)
+
+
+def test_ply_is_read_by_trimesh_as_cloud_and_as_mesh(tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    mesh = skin_mesh(touch())
+    (tmp_path / "mesh.ply").write_bytes(cloud_bytes(mesh.cloud, "ply", mesh.triangles))
+    read = trimesh.load(tmp_path / "mesh.ply", process=False)
+    np.testing.assert_allclose(read.vertices, mesh.cloud.points_mm, atol=1e-6)
+    np.testing.assert_array_equal(read.faces, mesh.triangles)
+    np.testing.assert_allclose(read.vertex_normals, mesh.cloud.normals, atol=1e-5)
+    assert (read.face_normals[:, 2] > 0).all()
+    (tmp_path / "cloud.ply").write_bytes(cloud_bytes(mesh.cloud, "ply"))
+    points = trimesh.load(tmp_path / "cloud.ply", process=False)
+    np.testing.assert_allclose(points.vertices, mesh.cloud.points_mm, atol=1e-6)
+
+
+def test_ply_is_read_by_small_gicp(tmp_path):
+    small_gicp = pytest.importorskip("small_gicp")
+    cloud = point_cloud(touch())
+    (tmp_path / "cloud.ply").write_bytes(cloud_bytes(cloud, "ply"))
+    read = small_gicp.read_ply(str(tmp_path / "cloud.ply"))
+    np.testing.assert_allclose(read.points()[:, :3], cloud.points_mm, atol=1e-6)
+
+
+def test_pcd_says_what_it_holds():
+    cloud = point_cloud(touch())
+    header, content = cloud_bytes(cloud, "pcd").split(b"DATA binary\n")
+    words = dict(line.split(" ", 1) for line in header.decode().splitlines()[1:])
+    assert words["FIELDS"].split() == list(FIELDS)
+    sizes = [int(size) for size in words["SIZE"].split()]
+    assert sum(sizes) == POINT.itemsize and len(content) == int(words["POINTS"]) * sum(sizes)
+    assert int(words["WIDTH"]) * int(words["HEIGHT"]) == len(cloud)
+    records = np.frombuffer(content, POINT)
+    np.testing.assert_array_equal(records["z"], cloud.points_mm[:, 2])
+    np.testing.assert_array_equal(records["contact"], cloud.contact)
+
+
+def test_npz_keeps_every_array_and_holds_no_pickle():
+    mesh = skin_mesh(touch())
+    with np.load(io.BytesIO(cloud_bytes(mesh.cloud, "npz", mesh.triangles))) as read:
+        np.testing.assert_array_equal(read["points_mm"], mesh.cloud.points_mm)
+        np.testing.assert_array_equal(read["sigma_mm"], mesh.cloud.sigma_mm)
+        np.testing.assert_array_equal(read["triangles"], mesh.triangles)
+
+
+def test_a_chosen_part_and_an_empty_one_are_clouds_too():
+    cloud = point_cloud(touch())
+    assert len(cloud[cloud.contact]) == cloud.contact.sum()
+    nothing = cloud[np.zeros(len(cloud), bool)]
+    assert len(nothing) == 0
+    for form in ("ply", "pcd", "npz"):
+        assert cloud_bytes(nothing, form)
