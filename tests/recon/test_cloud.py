@@ -112,12 +112,18 @@ def test_ply_is_read_by_trimesh_as_cloud_and_as_mesh(tmp_path):
     np.testing.assert_allclose(points.vertices, mesh.cloud.points_mm, atol=1e-6)
 
 
-def test_ply_is_read_by_small_gicp(tmp_path):
-    small_gicp = pytest.importorskip("small_gicp")
-    cloud = point_cloud(touch())
-    (tmp_path / "cloud.ply").write_bytes(cloud_bytes(cloud, "ply"))
-    read = small_gicp.read_ply(str(tmp_path / "cloud.ply"))
-    np.testing.assert_allclose(read.points()[:, :3], cloud.points_mm, atol=1e-6)
+def test_ply_is_read_by_vtk(tmp_path):
+    vtk = pytest.importorskip("vtkmodules.vtkIOPLY")
+    support = pytest.importorskip("vtkmodules.util.numpy_support")
+    mesh = skin_mesh(touch())
+    (tmp_path / "mesh.ply").write_bytes(cloud_bytes(mesh.cloud, "ply", mesh.triangles))
+    reader = vtk.vtkPLYReader()
+    reader.SetFileName(str(tmp_path / "mesh.ply"))
+    reader.Update()
+    read = reader.GetOutput()
+    points = support.vtk_to_numpy(read.GetPoints().GetData())
+    np.testing.assert_allclose(points, mesh.cloud.points_mm, atol=1e-6)
+    assert read.GetNumberOfPolys() == len(mesh.triangles)
 
 
 def test_pcd_says_what_it_holds():
