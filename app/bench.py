@@ -62,8 +62,10 @@ def main(json: OutputFile = None) -> int:
 
 def _all() -> "Iterator[tuple[float, Measurement]]":
     """Each figure, with the share of the run that is done when it is known."""
-    from benchmarks import calibration, estimators, integrators, twin
+    from benchmarks import calibration, estimators, fast_path, integrators, stream, twin
     from benchmarks.measurement import Measurement, interleaved_ms
+    from recon.images import read_frame
+    from sensor.dataset import read_dataset
     from validation.datasets import dataset_folder
 
     for item in integrators.measure():
@@ -75,6 +77,11 @@ def _all() -> "Iterator[tuple[float, Measurement]]":
         yield 0.2, item
     for item in estimators.measure_time(unit, difference):
         yield 0.25, item
+    unseen = read_dataset(folder).labels[calibration.PRESSES :]
+    for item in fast_path.measure(unit, [read_frame(folder, label.file) for label in unseen]):
+        yield 0.28, item
+    for item in stream.measure():
+        yield 0.3, item
     with process_pool() as executor:
         for item in twin.measure(executor):
             yield 0.35, item
