@@ -6,6 +6,7 @@ import os
 import platform
 import shutil
 import sys
+from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
     from validation.shapes import Shape
 
 TWINS = ("twin-standard", "twin-finger")
+COMPARED = (*TWINS, "wedge-lab", "wedge-mit-sphere", "taxim-gelsight")
+"""Sets whose light is compared, rendered and real."""
 NAMES = ("taxim-gelsight", *TWINS, "wedge-lab", "known-depth")
 DESIGNS = ("standard", "finger")
 TWIN_FOLDS = 1
@@ -92,6 +95,7 @@ def main(out: Path = Path("build"), folds: int = 5, seed: Seed = 0) -> int:
             _replace_unit(out / "units" / dataset.name, unit)
             if dataset.name in KNOWN_DEPTH:
                 extra.append(_known_depth(KNOWN_DEPTH[dataset.name], unit))
+        likeness = _fidelity(known, executor) if shapes else []
     with progress("figures and page") as show:
         sections = [headline_section(results), files]
         for done, item in enumerate(results, start=1):
@@ -100,6 +104,7 @@ def main(out: Path = Path("build"), folds: int = 5, seed: Seed = 0) -> int:
         command = f"wedge reproduce --folds {folds} --seed {seed}"
         sections += [
             *([shapes_section(shapes)] if shapes else []),
+            *likeness,
             *extra,
             _integrators(),
             weakness_section(results),
@@ -246,6 +251,36 @@ def _known_depth(name: str, unit: "Calibration") -> "Section":
             show(done / len(presses.presses), press.file)
     learnt_from = f"the {card.metrics['fitted_presses']} presses of {card.dataset}"
     return known_depth_section(dataset, examples, card.estimator, learnt_from)
+
+
+def _fidelity(known: "Mapping[str, KnownDataset]", executor: Executor) -> "list[Section]":
+    """The rendered sets beside what real ones are here, and networks that cross over."""
+    from simulation.raw_view import pad_corners_px
+    from validation.datasets import dataset_folder
+    from validation.fidelity import likeness, transfer
+    from validation.report.fidelity import fidelity_section
+
+    with progress("twin beside sensors") as show:
+        folders = {
+            name: dataset_folder(name)
+            for name in COMPARED
+            if name in known and known[name].find() is not None
+        }
+        corners = {name: pad_corners_px(load_design(name.removeprefix("twin-"))) for name in TWINS}
+        sensors = [
+            executor.submit(likeness, folder, corners.get(name)) for name, folder in folders.items()
+        ]
+        crossing = [name for name in COMPARED[:3] if name in folders]
+        transfers = [
+            executor.submit(transfer, folders[learnt], folders[judged])
+            for learnt in crossing
+            for judged in crossing
+        ]
+        found = []
+        for done, future in enumerate(transfers, start=1):
+            found.append(future.result())
+            show(done / len(transfers), f"{found[-1].learnt} on {found[-1].judged}")
+        return [fidelity_section([future.result() for future in sensors], found)]
 
 
 def _integrators() -> "Section":

@@ -1,0 +1,84 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The twin beside real sensors, as a section of the page."""
+
+from collections.abc import Callable, Mapping, Sequence
+
+from validation.fidelity import Likeness, Transfer
+from validation.report.page import Section, paragraph, table_html
+
+NOTHING = "–"
+
+
+def fidelity_section(sensors: Sequence[Likeness], transfers: Sequence[Transfer]) -> Section:
+    """The same numbers of rendered and real sensors, and networks that cross over."""
+    return Section(
+        title="Is the twin true?",
+        html=paragraph(
+            "The rendered sets come from the design's numbers alone. Here they stand beside real "
+            "frames, measured in the same way. Light is linear light, by a gamma of 2.2. Other "
+            "sensors have other sizes, gels, balls and exposures, so equal numbers are not "
+            "expected; what differs by a factor is a fault of the twin or another design."
+        )
+        + table_html(
+            "Rendered and real sensors; a dash where a set cannot tell. Near/far: light on the "
+            "third of the pad next to a colour's own side over that on the farthest third. Lobe: "
+            "grey levels per unit of slope toward the light, least squares over contact pixels, "
+            "and the same across it.",
+            ["figure", *(sensor.name for sensor in sensors)],
+            [[name, *(cell(sensor) for sensor in sensors)] for name, cell in FIGURES.items()],
+        )
+        + paragraph(
+            "A network that learnt on one and is asked about another shows how far they are apart "
+            "as seen by a calibration. Each cell of the diagonal holds out a fifth of its own "
+            "presses. None of the others is good enough to use: calibrate every unit on itself."
+        )
+        + table_html(
+            "Mean absolute errors of Gx and Gy on contact pixels, all lights, the paper's "
+            "network; rows learnt, columns were judged. Sensors are turned so that red shines "
+            "from the same side.",
+            ["learnt on", *dict.fromkeys(item.judged for item in transfers)],
+            _crossed(transfers),
+        ),
+    )
+
+
+def _crossed(transfers: Sequence[Transfer]) -> list[list[str]]:
+    rows: dict[str, list[str]] = {}
+    for item in transfers:
+        values, ci = item.errors.values, item.errors.ci95
+        low_high = " ".join(f"[{ci[m][0]:.3f}, {ci[m][1]:.3f}]" for m in ("gx_mae", "gy_mae"))
+        cell = f"{values['gx_mae']:.3f} / {values['gy_mae']:.3f}\n{low_high}"
+        rows.setdefault(item.learnt, []).append(cell)
+    return [[learnt, *cells] for learnt, cells in rows.items()]
+
+
+def _number(name: str, form: str = "{:.2f}") -> Callable[[Likeness], str]:
+    def cell(sensor: Likeness) -> str:
+        value = getattr(sensor, name)
+        return NOTHING if value is None else form.format(value)
+
+    return cell
+
+
+def _colours(name: str, form: str) -> Callable[[Likeness], str]:
+    def cell(sensor: Likeness) -> str:
+        values: Mapping[str, float] | None = getattr(sensor, name)
+        if values is None:
+            return NOTHING
+        return " / ".join(form.format(values[colour]) for colour in "RGB" if colour in values)
+
+    return cell
+
+
+FIGURES: Mapping[str, Callable[[Likeness], str]] = {
+    "labelled presses": _number("presses", "{}"),
+    "keystone of the pad": _number("keystone"),
+    "unevenness of the blank gel (SD / mean)": _number("unevenness"),
+    "near/far, R / G / B": _colours("near_far", "{:.1f}"),
+    "lobe, R / G / B [grey levels per slope]": _colours("levels_per_slope", "{:.0f}"),
+    "across the lobe, R / G / B [share]": _colours("off_axis", "{:.2f}"),
+    "contrast of contacts [grey levels]": _number("contrast", "{:.0f}"),
+    "mean |G| of the same contacts": _number("mean_abs_gradient"),
+    "grain of the difference [grey levels]": _number("grain", "{:.1f}"),
+}
