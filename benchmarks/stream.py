@@ -22,7 +22,7 @@ from sensor.wire import CONTENT_TYPE, DELIMITER, Stamp, part
 HEAD = f"HTTP/1.1 200 OK\r\nContent-Type: {CONTENT_TYPE}\r\n\r\n".encode() + DELIMITER
 HOUR = 60 * 3600
 """Frames of an hour at 60 a second..."""
-PLAYED_HZ = 5000.0
+PLAYED_HZ = 2000.0
 """...played so quickly."""
 
 
