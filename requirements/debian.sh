@@ -6,8 +6,9 @@ set -eu
 list=$(dirname "$0")/debian.txt
 export DEBIAN_FRONTEND=noninteractive
 apt-get update -qq
+packages=$(sed 's/#.*//' "$list")
 missing=
-for package in $(sed 's/#.*//' "$list"); do
+for package in $packages; do
   dpkg -s "$package" >/dev/null 2>&1 || missing="$missing $package"
 done
 # One at a time: a package that a release lacks must not keep the others out.
