@@ -21,11 +21,12 @@ def sweep_figure(field: str, points: Sequence[SweepPoint]) -> Figure:
     figure = card(FULL_IN, 3.2)
     errors, area = figure.subplots(1, 2)
     places, names = _places([point.value for point in points])
-    for metric, (name, mark, colour) in AXES.items():
+    aside = 0.0 if names is None else 0.06
+    for sign, (metric, (name, mark, colour)) in zip((-1, 1), AXES.items(), strict=True):
         means = [point.contact.errors.values[metric] for point in points]
         bounds = [point.contact.errors.ci95[metric] for point in points]
         errors.errorbar(
-            places,
+            [place + sign * aside for place in places],
             means,
             yerr=(
                 [mean - low for mean, (low, _) in zip(means, bounds, strict=True)],
@@ -42,11 +43,11 @@ def sweep_figure(field: str, points: Sequence[SweepPoint]) -> Figure:
     errors.set(ylabel="error of the gradient [mm/mm]", xlabel=field)
     errors.set_ylim(bottom=0)
     area.set(ylabel="lit share of the pad [%]", xlabel=field, ylim=(0, 103))
-    errors.legend(loc="best")
+    errors.legend(loc="lower left", ncols=2)
     for axes in (errors, area):
         axes.grid(axis="y")
+        axes.set_xticks(places, names or [point.value for point in points])
         if names is not None:
-            axes.set_xticks(places, names)
             axes.set_xlim(-0.5, len(names) - 0.5)
     return figure
 
