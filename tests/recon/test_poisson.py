@@ -8,8 +8,8 @@ from scipy import fft
 
 from recon.ball import ball_cap, offsets_mm
 from recon.poisson import (
-    margins_px,
     integrate,
+    margins_px,
     midpoint_slopes,
     solve_dirichlet,
     solve_neumann,
