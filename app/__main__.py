@@ -27,6 +27,8 @@ SUBCOMMANDS = {
     "evaluate": "measure one unit's errors on another dataset",
     "table": "print the error table per light configuration, cross-validated by press",
     "reconstruct": "turn images into depth in millimetres with a calibrated unit",
+    "cloud": "turn frames into point clouds and meshes in millimetres",
+    "markers": "follow the dots of a marker gel and write how each has moved",
     "stream": "watch a sensor's stream: rates, latency, losses, depth",
     "live": "show sensors in the browser: raw, difference, depth, contact",
     "record": "record streams to an MCAP file that ROS 2's tools open",

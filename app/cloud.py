@@ -1,0 +1,118 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""`wedge cloud`: frames to point clouds and meshes in millimetres."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import tyro
+
+from app._frames import unit_frames
+from app._output import OutputFile, check_outputs, print_table, write_json
+from app._progress import progress
+from sensor.errors import WedgeError
+from sensor.files import write_atomic
+
+SHOWN_ROWS = 20
+
+
+def main(
+    unit: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="UNIT")],
+    where: Annotated[tyro.conf.Positional[tuple[str, ...]], tyro.conf.arg(metavar="WHERE...")],
+    out: Path,
+    form: Literal["ply", "pcd", "npz"] = "ply",
+    part: Literal["all", "contact"] = "all",
+    mesh: bool = False,
+    design: str | None = None,
+    background: Annotated[str | None, tyro.conf.arg(metavar="IMAGE")] = None,
+    frames: int | None = None,
+    json: OutputFile = None,
+) -> None:
+    """Turn frames of a calibrated unit into point clouds of the skin.
+
+    Points are in mm in the gel frame: the origin on the pad's centre, x right along the finger,
+    y down, z out of the gel, so a pressed point lies at z = -depth. Each has a normal, whether
+    something touches there, and sigma, the standard deviation of z that the noise of the slopes
+    causes (errors of the calibration add to it; `wedge evaluate` measures those). OUT receives
+    one file per frame: PLY for MeshLab, Blender or trimesh, PCD for PCL and ROS, NPZ for NumPy.
+
+    Examples:
+        wedge cloud units/wedge-001 press.png --out clouds --mesh
+        wedge cloud units/wedge-001 touch.mcap --out clouds --part contact --form pcd
+
+    Args:
+        unit: A unit folder, written by `wedge calibrate`.
+        where: Images, or one video, folder, dataset, recording (.mcap), usb:0 or http address.
+        out: The folder for the files; made where it is missing.
+        form: The kind of file.
+        part: All of the skin, or only where something touches.
+        mesh: Join the points by triangles, for viewing; PLY or NPZ, the whole skin.
+        design: Lay the skin on this design's curved gel (standard, finger, FILE.toml); else flat.
+        background: A blank frame of today; by default the unit's own.
+        frames: Stop after so many frames.
+        json: Write the numbers of points, depths and uncertainties here as JSON.
+    """
+    import numpy as np
+
+    from app._frames import read_checked
+    from recon.calibration import load_calibration
+    from recon.cloud import point_cloud, skin_mesh
+    from recon.cloud_files import cloud_bytes
+    from recon.pipeline import Reconstructor
+    from sensor.design_file import load_design
+
+    if mesh and (form == "pcd" or part == "contact"):
+        raise WedgeError("--mesh joins the whole skin and needs --form ply or npz, --part all.")
+    check_outputs(out / f"cloud.{form}", json)
+    calibration = load_calibration(unit)
+    gel = None if design is None else load_design(design).gel
+    blank = None if background is None else read_checked(background, calibration.unwarp)
+    reconstruct = Reconstructor(calibration, blank)
+    rows: list[dict[str, object]] = []
+    with progress("point clouds") as show:
+        for name, _, frame in unit_frames(where, calibration.unwarp, frames):
+            touch = reconstruct(frame)
+            cloud, triangles = point_cloud(touch, gel), None
+            if mesh:
+                triangles = skin_mesh(touch, gel).triangles
+            if part == "contact":
+                cloud = cloud[cloud.contact]
+            path = out / f"{_stem(name)}.{form}"
+            if any(row["file"] == str(path) for row in rows):
+                raise WedgeError(f"two frames would be written to {path}: rename one.")
+            write_atomic(path, cloud_bytes(cloud, form, triangles))
+            rows.append(
+                {
+                    "frame": name,
+                    "points": len(cloud),
+                    "touching": int(touch.contact.sum()),
+                    "deepest_mm": float(touch.depth_mm.max()),
+                    "sigma_mm": float(np.median(cloud.sigma_mm)) if len(cloud) else None,
+                    "markers": touch.markers,
+                    "file": str(path),
+                }
+            )
+            show(len(rows) / max(len(where), len(rows) + 1), name)
+    print_table(
+        ["frame", "points", "touching", "deepest [mm]", "sigma z [mm]", "markers", "file"],
+        [
+            [
+                str(row["frame"]),
+                str(row["points"]),
+                str(row["touching"]) if row["touching"] else "no contact",
+                f"{row['deepest_mm']:.3f}",
+                "–" if row["sigma_mm"] is None else f"{row['sigma_mm']:.4f}",
+                str(row["markers"]),
+                str(row["file"]),
+            ]
+            for row in rows[:SHOWN_ROWS]
+        ],
+    )
+    if len(rows) > SHOWN_ROWS:
+        print(f"and {len(rows) - SHOWN_ROWS} more frames")
+    write_json(json, {"unit": str(unit), "form": form, "clouds": rows})
+
+
+def _stem(name: str) -> str:
+    file, _, index = name.partition("#")
+    return f"{Path(file).stem}-{index}" if index else Path(file).stem

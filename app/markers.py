@@ -1,0 +1,142 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""`wedge markers`: the dots of a marker gel, found and followed."""
+
+import io
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+from app._frames import is_image, read_checked, unit_frames
+from app._output import OutputFile, check_outputs, print_table, write_json
+from app._progress import progress
+from sensor.errors import WedgeError
+from sensor.files import write_atomic
+
+if TYPE_CHECKING:
+    from recon.markers.tracking import Tracked
+
+SHOWN_ROWS = 20
+HEADINGS = "frame,time_ns,row,column,x_mm,y_mm,dx_mm,dy_mm,seen"
+
+
+def main(
+    unit: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="UNIT")],
+    where: Annotated[tyro.conf.Positional[tuple[str, ...]], tyro.conf.arg(metavar="WHERE...")],
+    out: Path,
+    background: Annotated[str | None, tyro.conf.arg(metavar="IMAGE")] = None,
+    frames: int | None = None,
+    json: OutputFile = None,
+) -> None:
+    """Follow the dots of a marker gel and write how each has moved.
+
+    The dots are found on the blank frame without being told their size or spacing. In a video or a
+    stream each frame is followed from the last; images are each sought from rest. OUT receives
+    markers.csv, a line for each dot of each frame: its row and column on the gel, its place at
+    rest and its displacement in mm in the gel frame, and whether it was seen or carried along by
+    its neighbours; and markers.png, the frame in which they moved most.
+
+    Examples:
+        wedge markers units/wedge-001 press.mp4 --out moved
+        wedge markers units/wedge-001 http://10.55.0.1:8080 --out moved --frames 300
+
+    Args:
+        unit: A unit folder, written by `wedge calibrate` for a gel with dots.
+        where: Images, or one video, folder, dataset, recording (.mcap), usb:0 or http address.
+        out: The folder to write; made where it is missing.
+        background: A blank frame of today; by default the unit's own.
+        frames: Stop after so many frames.
+        json: Write what each frame says here as JSON.
+    """
+    import numpy as np
+
+    from recon.calibration import load_calibration
+    from recon.markers.tracking import marker_tracker
+    from validation.figures.markers import displacement_figure
+    from validation.figures.png import png_bytes
+
+    check_outputs(out / "markers.csv", out / "markers.png", json)
+    calibration = load_calibration(unit)
+    unwarp, pitch = calibration.unwarp, calibration.card.mm_per_px
+    blank = calibration.background if background is None else read_checked(background, unwarp)
+    tracker = marker_tracker(unwarp(blank))
+    if tracker is None:
+        named = background or f"{unit}'s blank frame"
+        raise WedgeError(f"{named} shows no grid of dots: `wedge markers` needs a marker gel.")
+    markers = tracker.markers
+    print(
+        f"{len(markers)} dots, {markers.card(pitch)['spacing_mm']:.2f} mm apart, "
+        f"{markers.card(pitch)['diameter_mm']:.2f} mm wide"
+    )
+    apart = all(is_image(name) for name in where)
+    tracked: Tracked | None = None
+    farthest, picture = -1.0, None
+    rows: list[dict[str, object]] = []
+    table = io.StringIO()
+    table.write(HEADINGS + "\n")
+    with progress("markers") as show:
+        for name, time_ns, frame in unit_frames(where, unwarp, frames):
+            image = unwarp(frame)
+            tracked = tracker.track(image, None if apart else tracked)
+            moved_mm = np.hypot(*tracked.displacement_mm(pitch).T)
+            seen = moved_mm[tracked.seen]
+            _write_frame(table, name, time_ns, tracked, pitch, image.shape[:2])
+            most = float(seen.max(initial=0.0))
+            if most > farthest:
+                farthest, picture = most, (name, image, tracked)
+            rows.append(
+                {
+                    "frame": name,
+                    "time_ns": time_ns,
+                    "seen": int(tracked.seen.sum()),
+                    "mean_mm": float(seen.mean()) if len(seen) else None,
+                    "most_mm": most if len(seen) else None,
+                    "word": tracked.word,
+                }
+            )
+            show(len(rows) / max(len(where), len(rows) + 1), name)
+    write_atomic(out / "markers.csv", table.getvalue().encode())
+    assert picture is not None
+    name, image, shown = picture
+    figure = displacement_figure(image, shown, pitch, title=f"{Path(name).name}, displacement × 3")
+    write_atomic(out / "markers.png", png_bytes(figure))
+    print_table(
+        ["frame", "seen", "mean moved [mm]", "most moved [mm]", ""],
+        [
+            [
+                str(row["frame"]),
+                f"{row['seen']} of {len(markers)}",
+                "–" if row["mean_mm"] is None else f"{row['mean_mm']:.3f}",
+                "–" if row["most_mm"] is None else f"{row['most_mm']:.3f}",
+                str(row["word"]),
+            ]
+            for row in rows[:SHOWN_ROWS]
+        ],
+    )
+    if len(rows) > SHOWN_ROWS:
+        print(f"and {len(rows) - SHOWN_ROWS} more frames, in {out / 'markers.csv'}")
+    document = {"unit": str(unit), "markers": markers.card(pitch), "frames": rows}
+    write_json(json, document)
+
+
+def _write_frame(
+    table: io.StringIO,
+    name: str,
+    time_ns: int,
+    tracked: "Tracked",
+    mm_per_px: tuple[float, float],
+    shape: tuple[int, int],
+) -> None:
+    """A line for each dot."""
+    rest = tracked.markers.position_px
+    for cell, place, moved, seen in zip(
+        tracked.markers.cell, rest, tracked.displacement_mm(mm_per_px), tracked.seen, strict=True
+    ):
+        x_mm, y_mm = (
+            (place[axis] - (shape[1 - axis] - 1) / 2) * mm_per_px[axis] for axis in (0, 1)
+        )
+        table.write(
+            f'"{name}",{time_ns},{cell[0]},{cell[1]},{x_mm:.4f},{y_mm:.4f},'
+            f"{moved[0]:.4f},{moved[1]:.4f},{int(seen)}\n"
+        )

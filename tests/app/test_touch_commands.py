@@ -1,0 +1,156 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""`wedge markers` and `wedge cloud` on a marker gel and on a clear one, and what they refuse."""
+
+import csv
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import recon.estimators.mlp_training as mlp_training
+from recon.calibration import calibrate
+from recon.images import read_image, write_image
+from recon.presses import read_presses
+from sensor.dataset import read_dataset
+from tests.app.test_commands import refused, run
+from tests.dotted import dotted, grid_px
+from tests.synthetic import SIZE_PX, make_dataset
+
+SPACING_PX = 12.0
+PLACES = grid_px(SPACING_PX, size=SIZE_PX, margin_px=5.0)
+
+
+def with_dots(image, places=PLACES):
+    drawn = dotted(places, 2.0, image / 255, noise=0.0, darkness=0.85)
+    return np.rint(255 * drawn).astype(np.uint8)
+
+
+def make_unit(folder, dots):
+    dataset = make_dataset(folder / "set", presses=8)
+    if dots:
+        for path in (folder / "set").glob("*.png"):
+            write_image(path, with_dots(read_image(path)))
+        dataset = read_dataset(folder / "set")
+    made = calibrate(
+        dataset,
+        read_presses(dataset),
+        estimator="mlp",
+        serial="dotted" if dots else "clear",
+        created="2026-01-01",
+        metrics={"fitted_presses": 8},
+        seed=0,
+    )
+    made.save(folder / "unit")
+    return made
+
+
+@pytest.fixture(scope="module")
+def units(tmp_path_factory):
+    """Of a marker gel and of a clear one, in folders called so."""
+    folder = tmp_path_factory.mktemp("units")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(mlp_training, "PIXELS", 8000)
+        patch.setattr(mlp_training, "EPOCHS", 20)
+        patch.setattr(mlp_training, "BATCH", 128)
+        made = {name: make_unit(folder / name, name == "dotted") for name in ("dotted", "clear")}
+    return folder, made
+
+
+def test_a_units_card_says_whether_its_gel_has_dots(units):
+    _, made = units
+    assert made["clear"].card.markers is None
+    card = made["dotted"].card.markers
+    assert card["count"] == len(PLACES)
+    assert card["spacing_mm"] == pytest.approx(1.2, rel=0.02)
+
+
+def test_markers_follows_dots_through_a_folder_of_frames(units, tmp_path):
+    folder, _ = units
+    blank = read_image(folder / "clear" / "unit" / "background.png")
+    for step in range(5):
+        moved = PLACES + np.array([2.5 * step, 0.0])
+        write_image(tmp_path / "clip" / f"{step}.png", with_dots(blank, moved))
+    out = tmp_path / "out"
+    unit = folder / "dotted" / "unit"
+    command = ("markers", unit, tmp_path / "clip", "--out", out, "--json", tmp_path / "m.json")
+    assert run(*command) == 0
+    frames = json.loads((tmp_path / "m.json").read_text())["frames"]
+    assert [frame["word"] for frame in frames] == ["tracked"] * 5
+    assert frames[-1]["mean_mm"] == pytest.approx(1.0, abs=0.05)  # ten pixels, most of a spacing
+    rows = list(csv.DictReader((out / "markers.csv").read_text().splitlines()))
+    assert len(rows) == 5 * len(PLACES)
+    last = [row for row in rows if row["frame"] == rows[-1]["frame"] and row["seen"] == "1"]
+    np.testing.assert_allclose([float(row["dx_mm"]) for row in last], 1.0, atol=0.15)
+    assert read_image(out / "markers.png").ndim == 3
+
+
+def test_cloud_writes_what_was_asked_for(units, tmp_path):
+    folder, _ = units
+    press = folder / "dotted" / "set" / "press00.png"
+    out = tmp_path / "clouds"
+    command = ("cloud", folder / "dotted" / "unit", press, "--out", out)
+    assert run(*command, "--form", "npz", "--mesh", "--json", tmp_path / "c.json") == 0
+    (row,) = json.loads((tmp_path / "c.json").read_text())["clouds"]
+    assert row["markers"] == "tracked" and row["touching"] > 100
+    with np.load(out / "press00.npz") as read:
+        assert len(read["points_mm"]) == SIZE_PX[0] * SIZE_PX[1] == row["points"]
+        assert read["points_mm"][:, 2].min() == pytest.approx(-row["deepest_mm"], rel=1e-5)
+        touching = int(read["contact"].sum())
+    assert run(*command, "--form", "pcd", "--part", "contact") == 0
+    assert f"POINTS {touching}\n".encode() in (out / "press00.pcd").read_bytes()
+
+
+def test_a_blank_frame_is_a_cloud_that_says_no_contact(units, tmp_path, capsys):
+    folder, _ = units
+    blank = folder / "clear" / "set" / "background.png"
+    assert run("cloud", folder / "clear" / "unit", blank, "--out", tmp_path) == 0
+    assert "no contact" in capsys.readouterr().out
+
+
+def test_the_word_tells_when_unit_and_gel_disagree_about_dots(units, tmp_path, capsys):
+    folder, _ = units
+    dotted_blank = folder / "dotted" / "set" / "background.png"
+    clear_blank = folder / "clear" / "set" / "background.png"
+    run(
+        "cloud", folder / "clear" / "unit", dotted_blank, "--background", dotted_blank,
+        "--out", tmp_path, "--json", tmp_path / "c.json",
+    )  # fmt: skip
+    (row,) = json.loads((tmp_path / "c.json").read_text())["clouds"]
+    assert "calibrated without" in row["markers"]
+    run(
+        "cloud", folder / "dotted" / "unit", clear_blank, "--background", clear_blank,
+        "--out", tmp_path, "--json", tmp_path / "c.json",
+    )  # fmt: skip
+    (row,) = json.loads((tmp_path / "c.json").read_text())["clouds"]
+    assert "is this its gel" in row["markers"]
+
+
+def test_bad_input_is_one_sentence(units, tmp_path, capsys):
+    folder, _ = units
+    clear, dotted_unit = folder / "clear" / "unit", folder / "dotted" / "unit"
+    press = folder / "dotted" / "set" / "press00.png"
+    out = tmp_path / "out"
+    assert "shows no grid of dots" in refused(capsys, "markers", clear, press, "--out", out)
+    assert "no frames were named" in refused(capsys, "markers", dotted_unit, "--out", out)
+    assert "is not there" in refused(capsys, "cloud", clear, tmp_path / "no.mp4", "--out", out)
+    assert "--frames 0" in refused(capsys, "cloud", clear, press, "--out", out, "--frames", 0)
+    mesh = refused(capsys, "cloud", clear, press, "--out", out, "--mesh", "--form", "pcd")
+    assert "--mesh" in mesh
+    write_image(tmp_path / "small.png", np.zeros((8, 8, 3), np.uint8))
+    sentence = refused(capsys, "cloud", clear, tmp_path / "small.png", "--out", out)
+    assert "small.png" in sentence and "8x8" in sentence
+    twice = (press, folder / "clear" / "set" / "press00.png")
+    assert "would be written" in refused(capsys, "cloud", clear, *twice, "--out", out)
+
+
+def test_a_card_with_half_of_the_markers_is_refused(units, tmp_path):
+    from sensor.errors import WedgeError
+    from sensor.unit import read_unit_card, write_unit_card
+
+    _, made = units
+    card = replace(made["dotted"].card, markers={"count": 3})
+    write_unit_card(tmp_path, card)
+    with pytest.raises(WedgeError, match="markers must be a table"):
+        read_unit_card(tmp_path)
