@@ -4,7 +4,7 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import cv2
 import numpy as np
@@ -53,6 +53,7 @@ def keyframe(
     )
 
 
+@runtime_checkable
 class ObjectModel(Protocol):
     """What is known of an object."""
 

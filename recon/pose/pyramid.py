@@ -11,7 +11,7 @@ there by the derivatives of that along x and y::
     slope y  -[p_y x m + p x m_y, m_y] . (w, v)      p_y = (0, 1, -Gy), m_y = dm/dy
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import cv2
@@ -30,6 +30,7 @@ LEAST_PX = 40
 MOST_PX = 6000
 SMOOTHING_PX = 0.7
 """Before reading between pixels at full resolution, where an edge would be a jump."""
+DETAIL_PX = 2.0
 CONTINUATION_SIGMA_PX = 1.0
 STENCIL = np.array([[1, -8, 0, 8, -1]], np.float32) / 12
 
@@ -48,6 +49,15 @@ class Level:
     def pitch_mm(self) -> Pair:
         """Between neighbours along x and y."""
         return float(self.x_mm[1] - self.x_mm[0]), float(self.y_mm[1] - self.y_mm[0])
+
+    @cached_property
+    def detail(self) -> "Level":
+        """The same slopes less their mean around: texture and edges, without the large shape."""
+        mask = self.values[..., 3]
+        slopes = self.values[..., :2]
+        inner = (cv2.GaussianBlur(mask, (0, 0), DETAIL_PX) > 0.9) * mask  # a mean needs both sides
+        fine = (slopes - _blurred(slopes, mask, DETAIL_PX)) * inner[..., None]
+        return replace(self, values=np.dstack([fine, np.zeros_like(mask), mask]))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,7 +100,7 @@ def residuals(
     """What is seen less what the guess predicts, in the reference's frame, and where both touch."""
     rotation = guess[:3, :3].astype(np.float32)
     moved = template.points @ rotation.T + guess[:3, 3].astype(np.float32)
-    found = _looked_up(level, moved)
+    found = looked_up(level, moved)
     normal = np.concatenate([found[:, :2], np.ones_like(found[:, :1])], 1)
     back = normal @ rotation
     upright = back[:, 2] > 0.1
@@ -101,7 +111,7 @@ def residuals(
     return residual, (found[:, 3] > 0.99) & upright
 
 
-def _looked_up(level: Level, points: Points) -> Float32[np.ndarray, "n 4"]:
+def looked_up(level: Level, points: Points) -> Float32[np.ndarray, "n 4"]:
     """A level's values at points, between pixels bilinear; zero outside the frame.
 
     OpenCV's remap rounds places to a 32nd of a pixel, for a shift all of them alike.
@@ -111,9 +121,10 @@ def _looked_up(level: Level, points: Points) -> Float32[np.ndarray, "n 4"]:
     x = (points[:, 0] - np.float32(level.x_mm[0])) * np.float32(1 / pitch_x)
     y = (points[:, 1] - np.float32(level.y_mm[0])) * np.float32(1 / pitch_y)
     inside = (x >= 0) & (y >= 0) & (x < width - 1) & (y < height - 1)
-    x, y = np.where(inside, x, 0), np.where(inside, y, 0)
-    left, top = x.astype(np.intp), y.astype(np.intp)
-    right_share, lower_share = (x - left)[:, None], (y - top)[:, None]
+    x, y = x * inside, y * inside
+    left, top = x.astype(np.int32), y.astype(np.int32)
+    right_share = (x - left.astype(np.float32))[:, None]
+    lower_share = (y - top.astype(np.float32))[:, None]
     flat = level.values.reshape(-1, 4)
     place = top * width + left
     upper = flat[place] + right_share * (flat[place + 1] - flat[place])

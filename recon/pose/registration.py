@@ -44,6 +44,7 @@ class Alignment:
     """Of a twist x in ``T_current_reference @ motion(x)``, (rad, mm)."""
 
 
+@runtime_checkable
 class Registration(Protocol):
     """A way to find the motion between two touches."""
 

@@ -29,13 +29,14 @@ from recon.pose.models import (
     moved_mm,
     remoteness,
 )
-from recon.pose.pyramid import Pyramid, residuals
+from recon.pose.pyramid import Pyramid, looked_up, residuals
 from recon.pose.registration import Registration, Touch
 from recon.pose.rigid import (
     Covariance,
     Transform,
     adjoint,
     angle_deg,
+    applied,
     inverse,
     is_rigid,
     straightened,
@@ -59,6 +60,8 @@ LEAST_EXPLAINED = 0.5
 """Of the slopes' energy; a wrong pose explains less than nothing."""
 FOUND_AGAIN = 0.7
 """To believe a pose after a loss, when no motion from the last one vouches for it."""
+LEAST_ALIKE = 0.4
+"""Correlation of details; a shape without any, such as a smooth ball's, has none."""
 KEYFRAME_OVERLAP = 0.75
 SWITCH = 0.7
 """Of a keyframe's reach: beyond it another is looked for, or made."""
@@ -230,7 +233,7 @@ class Tracker:
             for known, guess in self.model.guesses(touch)
             if (result := self._compared(known, seen, guess)).T_sensor_object is not None
         ]
-        results.sort(key=lambda item: -item[0].explained * item[0].overlap)
+        results.sort(key=lambda item: -item[0].explained)
         if not results or results[0][0].explained < FOUND_AGAIN:
             return PoseEstimate(state="lost", reason="no pose of the object fits this touch")
         best, self._keyframe = results[0]
@@ -238,7 +241,7 @@ class Tracker:
         for other, known in results[1:]:
             assert other.T_sensor_object is not None
             between = other.T_sensor_object @ inverse(best.T_sensor_object)
-            alike = best.explained * best.overlap - other.explained * other.overlap < ALIKE
+            alike = best.explained - other.explained < ALIKE
             if alike and (angle_deg(between) > 5 or moved_mm(known, between) > 0.5):
                 return replace(best, state="weak", reason="several poses fit this touch")
         return best
@@ -253,7 +256,8 @@ class Tracker:
         found = self.registration.align(known.prepared, seen.prepared, start)
         if not is_rigid(found.T_current_reference):
             return PoseEstimate(state="lost", reason="does not match what was seen before")
-        overlap, explained = agreement(known.pyramid, seen.pyramid, found.T_current_reference)
+        judged = agreement(known.pyramid, seen.pyramid, found.T_current_reference)
+        overlap, explained = judged.overlap, judged.explained
         if overlap < LEAST_OVERLAP:
             return PoseEstimate(
                 state="lost",
@@ -276,6 +280,10 @@ class Tracker:
             overlap=overlap,
             explained=explained,
         )
+        if judged.alike < LEAST_ALIKE:
+            return replace(
+                estimate, state="weak", reason="its details do not match, or it has none"
+            )
         spread = found.covariance
         turn = np.degrees(np.sqrt(max(np.linalg.eigvalsh(spread[:3, :3])[-1], 0)))
         if not turn < WEAK_DEG:
@@ -285,20 +293,39 @@ class Tracker:
         return estimate
 
 
-def agreement(
-    reference: Pyramid, current: Pyramid, T_current_reference: Transform
-) -> tuple[float, float]:
-    """Share of the smaller contact in common, and share of its slopes' energy that is explained."""
-    index = max(reference.finest, 1) if 1 in reference.templates else reference.finest
+@dataclass(frozen=True, kw_only=True)
+class Agreement:
+    """How well a motion between two touches accounts for what both show."""
+
+    overlap: float = 0.0
+    """Share of the smaller contact in common."""
+    explained: float = 0.0
+    """Share of the energy of the slopes there."""
+    alike: float = 0.0
+    """Correlation of texture and edges there."""
+
+
+def agreement(reference: Pyramid, current: Pyramid, T_current_reference: Transform) -> Agreement:
+    """Judge a motion, at half resolution."""
+    index = 1 if 1 in reference.templates else reference.finest
     if index not in reference.templates:
-        return 0.0, 0.0
+        return Agreement()
     template, level = reference.templates[index], current.levels[index]
-    residual, seen = residuals(template, level, T_current_reference.astype(float))
-    inside_reference = int(np.count_nonzero(reference.levels[index].values[..., 3]))
-    inside_current = int(np.count_nonzero(level.values[..., 3]))
-    sampled = len(template.points) / max(inside_reference, 1)
-    common = int(np.count_nonzero(seen)) / max(sampled, 1e-9)
+    residual, seen = residuals(template, level, T_current_reference)
+    if not seen.any():
+        return Agreement()
+    contacts = [
+        int(np.count_nonzero(item.values[..., 3])) for item in (reference.levels[index], level)
+    ]
+    common = int(np.count_nonzero(seen)) * contacts[0] / len(template.points)
     energy = float((template.slopes[seen] ** 2).sum())
     left = float((residual[:2, seen] ** 2).sum())
-    overlap = common / max(min(inside_reference, inside_current), 1)
-    return min(overlap, 1.0), 1 - left / max(energy, 1e-9)
+    there = looked_up(reference.levels[index].detail, template.points[seen])[:, :2]
+    moved = applied(T_current_reference, template.points[seen]).astype(np.float32)
+    here = looked_up(level.detail, moved)[:, :2] @ T_current_reference[:2, :2]
+    product = float(np.linalg.norm(there) * np.linalg.norm(here))
+    return Agreement(
+        overlap=min(common / max(min(contacts), 1), 1.0),
+        explained=1 - left / max(energy, 1e-9),
+        alike=float((there * here).sum()) / max(product, 1e-9),
+    )

@@ -1,0 +1,44 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from recon.pose.rigid import adjoint, angle_deg, applied, inverse, is_rigid, motion, straightened
+
+twists = st.lists(st.floats(-3, 3), min_size=6, max_size=6).map(np.array)
+
+
+@given(twists)
+def test_a_motion_is_rigid_and_its_inverse_undoes_it(twist):
+    moved = motion(twist)
+    assert is_rigid(moved)
+    np.testing.assert_allclose(moved @ inverse(moved), np.eye(4), atol=1e-12)
+
+
+@given(twists, twists)
+def test_adjoint_carries_twists_from_one_frame_to_another(twist, place):
+    transform = motion(place)
+    there = transform @ motion(twist) @ inverse(transform)
+    np.testing.assert_allclose(there, motion(adjoint(transform) @ twist), atol=1e-9)
+
+
+@given(twists)
+def test_half_a_motion_twice_is_the_whole(twist):
+    np.testing.assert_allclose(motion(twist / 2) @ motion(twist / 2), motion(twist), atol=1e-9)
+
+
+def test_small_angles_keep_their_digits():
+    assert abs(angle_deg(motion(np.array([1e-7, 0, 0, 0, 0, 0]))) - np.degrees(1e-7)) < 1e-12
+    assert abs(angle_deg(motion(np.array([0, np.pi - 1e-7, 0, 0, 0, 0]))) - 180) < 1e-4
+
+
+def test_points_turn_about_the_axis():
+    quarter = motion(np.array([0, 0, np.pi / 2, 0, 0, 0]))
+    np.testing.assert_allclose(applied(quarter, np.array([[1.0, 0, 2]])), [[0, 1, 2]], atol=1e-12)
+
+
+def test_rounding_errors_are_taken_out():
+    bent = motion(np.array([0.3, -0.2, 0.5, 1, 2, 3]))
+    bent[0, 1] += 1e-4
+    assert not is_rigid(bent) and is_rigid(straightened(bent))

@@ -1,0 +1,176 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What every tracker owes: the pose, or a plain word."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from benchmarks.touches import bead
+from recon.pose.joint import Joint
+from recon.pose.models import touches
+from recon.pose.pyramid import Pyramid
+from recon.pose.rigid import angle_deg, inverse, motion, rigid, shift_mm
+from recon.pose.tracker import REGISTRATIONS, Tracker
+from sensor.errors import WedgeError
+from tests.recon.pose.touched import bead_pairs, blank, coarse_bead, corner, touch
+
+every_tracker = pytest.mark.parametrize("name", REGISTRATIONS)
+ACCURACY = {"joint": (0.5, 0.03), "gicp": (0.7, 0.04), "plane": (4.0, 0.4)}
+"""Degrees and mm of a step on a quarter of the pixels; the plane's normals are noise."""
+
+
+def rolled(angle: float) -> np.ndarray:
+    turn = Rotation.from_rotvec([0, np.radians(angle), 0]).as_matrix()
+    center = np.array([0, 0, 5.0 - 1.4])
+    return rigid(turn, center - turn @ center)
+
+
+@every_tracker
+def test_a_small_motion_is_found(name):
+    errors = []
+    for first, second, moved in bead_pairs()[:4]:
+        track = Tracker(name)
+        np.testing.assert_array_equal(track(first).T_sensor_object, np.eye(4))
+        found = track(second)
+        assert found.T_sensor_object is not None and found.reason in ("", found.reason)
+        left = inverse(moved) @ found.T_sensor_object
+        errors.append((angle_deg(left), shift_mm(left)))
+    worst_deg, worst_mm = np.max(errors, 0)
+    assert worst_deg < ACCURACY[name][0] and worst_mm < ACCURACY[name][1]
+
+
+@every_tracker
+def test_a_given_first_pose_carries_over(name):
+    first, second, _ = bead_pairs()[0]
+    start = motion(np.array([0.4, -1.0, 0.3, 5, 6, 7]))
+    plain, placed = Tracker(name), Tracker(name, T_sensor_object=start)
+    plain(first), placed(first)
+    expected = plain(second).T_sensor_object @ start
+    np.testing.assert_allclose(placed(second).T_sensor_object, expected, atol=1e-6)
+
+
+@every_tracker
+def test_nothing_touches(name):
+    track = Tracker(name)
+    assert track(blank()).reason == "nothing touches"
+    assert track(bead_pairs()[0][0]).state == "tracking"
+    gone = track(blank())
+    assert gone.state == "lost" and gone.T_sensor_object is None and gone.covariance is None
+
+
+@every_tracker
+def test_the_object_is_found_again_where_it_was(name):
+    first, second, moved = bead_pairs()[0]
+    track = Tracker(name)
+    track(first), track(blank())
+    found = track(second)
+    assert found.T_sensor_object is not None
+    assert angle_deg(inverse(moved) @ found.T_sensor_object) < ACCURACY[name][0]
+
+
+@every_tracker
+def test_a_frozen_stream_is_said(name):
+    first, second, _ = bead_pairs()[0]
+    track = Tracker(name)
+    track(first)
+    before = track(second)
+    found = track(replace(second))
+    assert found.state == "frozen"
+    np.testing.assert_array_equal(found.T_sensor_object, before.T_sensor_object)
+
+
+@every_tracker
+def test_another_object_is_no_pose(name):
+    track = Tracker(name)
+    track(bead_pairs()[0][0])
+    assert track(corner()).state == "lost"
+
+
+@every_tracker
+def test_a_jump_is_never_a_confident_wrong_pose(name):
+    first = bead_pairs()[0][0]
+    for angle in (35.0, 60.0, 90.0):
+        track = Tracker(name)
+        track(first)
+        found = track(touch(coarse_bead(), rolled(angle), 5))
+        right = found.T_sensor_object is not None and (
+            angle_deg(inverse(rolled(angle)) @ found.T_sensor_object) < 2
+        )
+        assert found.state != "tracking" or right
+
+
+@every_tracker
+def test_slopes_that_are_not_finite_are_said(name):
+    first = bead_pairs()[0][0]
+    track = Tracker(name)
+    track(first)
+    broken = first.gradient.copy()
+    broken[3, 4] = np.nan
+    assert track(replace(first, gradient=broken)).state == "lost"
+
+
+def test_what_a_smooth_ball_hides_is_said():
+    smooth = bead(press_mm=1.4, amplitude_mm=0.0)
+    track = Tracker()
+    track(touch(smooth, np.eye(4), 1))
+    found = track(touch(smooth, rolled(4.0), 2))
+    assert found.state == "weak" and found.reason
+    assert found.rotation_std_deg > 4
+
+
+def test_errors_are_as_large_as_the_covariance_says():
+    squares = []
+    for first, second, moved in bead_pairs():
+        found = Joint().align(Pyramid(first), Pyramid(second), np.eye(4))
+        left = inverse(moved) @ found.T_current_reference
+        error = np.concatenate([Rotation.from_matrix(left[:3, :3]).as_rotvec(), left[:3, 3]])
+        squares.append(error @ np.linalg.solve(found.covariance, error))
+    assert 1 < np.mean(squares) < 15  # six, of a perfect covariance
+
+
+def test_keyframes_bring_a_roll_back_to_where_it_began():
+    there = [5.0 * i for i in range(8)]
+    angles = [*there, *there[-2::-1]]
+    track = Tracker()
+    for index, angle in enumerate(angles):
+        found = track(touch(coarse_bead(), rolled(angle), 100 + index))
+        left = inverse(rolled(angle)) @ found.T_sensor_object
+        assert found.state == "tracking" and angle_deg(left) < 1.5
+    assert angle_deg(found.T_sensor_object) < 0.5
+    assert found.rotation_std_deg < 1
+
+
+def test_earlier_touches_are_a_model_to_search_in():
+    first, second, moved = bead_pairs()[0]
+    pose = motion(np.array([0.1, 0.2, 2.0, 1, 2, 3]))
+    track = Tracker("joint", touches([(first, pose)], Joint()))
+    found = track(second)
+    assert angle_deg(inverse(moved @ pose) @ found.T_sensor_object) < 0.5
+
+
+def test_derivatives_are_those_of_a_moved_object():
+    still = touch(coarse_bead(), np.eye(4), None)
+    pyramid = Pyramid(still)
+    template = pyramid.templates[pyramid.finest]
+    height, width = still.contact.shape
+    columns = np.round(template.points[:, 0] / 0.1268 + (width - 1) / 2).astype(int)
+    rows = np.round(template.points[:, 1] / 0.1268 + (height - 1) / 2).astype(int)
+    for axis in range(6):
+        twist = np.zeros(6)
+        twist[axis] = step = 0.002 if axis < 3 else 0.01
+        seen = [touch(coarse_bead(), motion(sign * twist), None) for sign in (1, -1)]
+        slopes = (seen[0].gradient - seen[1].gradient)[rows, columns] / (2 * step)
+        depth = (seen[0].depth_mm - seen[1].depth_mm)[rows, columns] / (2 * step)
+        for predicted, measured in zip(template.change[..., axis], (*slopes.T, depth), strict=True):
+            apart = float(np.median(np.abs(predicted - measured)))
+            assert apart < 0.4 * float(np.median(np.abs(measured))) + 0.02
+
+
+def test_bad_arguments_are_one_sentence():
+    with pytest.raises(WedgeError, match="no tracker"):
+        Tracker("magic")
+    with pytest.raises(WedgeError, match="rigid"):
+        Tracker(T_sensor_object=2 * np.eye(4))

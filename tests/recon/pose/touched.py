@@ -1,0 +1,41 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Touches of a quarter of a frame's pixels, made once for all tests."""
+
+from functools import cache
+
+import numpy as np
+
+from benchmarks.touches import SyntheticTouch, Thing, bead, cube_corner, motions, pressed
+
+SIZE_PX, MM_PER_PX = (160, 120), (0.1268, 0.1268)
+
+
+def touch(thing: Thing, pose: np.ndarray, seed: int | None) -> SyntheticTouch:
+    rng = None if seed is None else np.random.default_rng(seed)
+    return pressed(thing, pose, rng, size_px=SIZE_PX, mm_per_px=MM_PER_PX)
+
+
+def coarse_bead() -> Thing:
+    return bead(press_mm=1.4)
+
+
+@cache
+def bead_pairs() -> list[tuple[SyntheticTouch, SyntheticTouch, np.ndarray]]:
+    rng = np.random.default_rng(7)
+    return [
+        (touch(coarse_bead(), np.eye(4), 10 + i), touch(coarse_bead(), moved, 50 + i), moved)
+        for i, moved in enumerate(motions(rng, 8))
+    ]
+
+
+@cache
+def corner() -> SyntheticTouch:
+    return touch(cube_corner(2.0), np.eye(4), 3)
+
+
+def blank() -> SyntheticTouch:
+    rng = np.random.default_rng(1)
+    gradient = 0.05 * rng.standard_normal((*SIZE_PX[::-1], 2)).astype(np.float32)
+    empty = np.zeros(SIZE_PX[::-1], np.float32)
+    return SyntheticTouch(gradient=gradient, depth_mm=empty, contact=empty > 0, mm_per_px=MM_PER_PX)
