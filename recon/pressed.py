@@ -1,0 +1,93 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Depth that is pressed in and nowhere out, from one gradient axis or both: a convex problem.
+
+The depth fits the measured slopes best among those that are zero on the border and outside the
+disturbed gel and nowhere negative. Where one axis was not measured, its slope should be smooth.
+The quadratic part is diagonal in sines; the constraints come in by alternating directions (Boyd et
+al., Foundations and Trends in Machine Learning 3(1), 2011, section 5), of which a dozen do.
+"""
+
+from functools import lru_cache
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Float, Float32
+from scipy import fft
+
+Support = Bool[np.ndarray, "h w"]
+
+STEPS = 12
+PENALTY_PER_PX2 = 0.00125  # stiffness of a ripple 180 px long
+OVER_RELAXATION = 1.6
+SMOOTHNESS_PX = 1.0
+"""Weight of a change of the unmeasured slope by 1 over so many pixels."""
+
+
+def pressed_depth(
+    measured: Float32[np.ndarray, "h w 2"],
+    support: Support,
+    *,
+    both: bool,
+    coarseness: int = 1,
+    steps: int = STEPS,
+) -> Float32[np.ndarray, "h w"]:
+    """Depth in pixels, of square ones.
+
+    Args:
+        measured: gradient field, px/px.
+        support: where the gel may have moved.
+        both: whether the x gradient was measured too; else it is not looked at.
+        coarseness: pixels of the frame along a side of the solver's.
+        steps: of the alternation.
+    """
+    h, w = support.shape
+    rows, columns = max(1, round(h / coarseness)), max(1, round(w / coarseness))
+    stiffness = _stiffness(rows, columns, coarseness, both)
+    coarse = _shrunk(measured, rows, columns)
+    allowed = _shrunk(support.astype(np.float32), rows, columns) > 0
+    wanted = _pull(coarse[..., 1], axis=0)
+    if both:
+        wanted += _pull(coarse[..., 0], axis=1)
+    penalty = np.float32(PENALTY_PER_PX2 * coarseness**2)
+    inverse = 1 / (stiffness + penalty)
+    pressed = multiplier = np.zeros((rows, columns), np.float32)
+    for _ in range(steps):
+        spectrum = fft.dstn(wanted + penalty * (pressed - multiplier), type=1)
+        fitted = fft.idstn(spectrum * inverse, type=1, overwrite_x=True)
+        fitted = np.float32(OVER_RELAXATION) * (fitted - pressed) + pressed
+        pressed = np.maximum(fitted + multiplier, 0) * allowed
+        multiplier = multiplier + fitted - pressed
+    depth = pressed * np.float32(coarseness)
+    if (rows, columns) == (h, w):
+        return depth
+    return np.asarray(cv2.resize(depth, (w, h), interpolation=cv2.INTER_CUBIC), np.float32)
+
+
+def _pull(slopes: Float32[np.ndarray, "h w"], axis: int) -> Float32[np.ndarray, "h w"]:
+    """Minus the divergence of slopes halfway between neighbours, flat gel around."""
+    ringed = np.pad(slopes, [(1, 1) if axis == along else (0, 0) for along in (0, 1)])
+    if axis == 0:
+        return (ringed[:-2] - ringed[2:]) / 2
+    return (ringed[:, :-2] - ringed[:, 2:]) / 2
+
+
+@lru_cache(maxsize=8)
+def _stiffness(
+    rows: int, columns: int, coarseness: int, both: bool
+) -> Float32[np.ndarray, "rows columns"]:
+    """Eigenvalues of the fit and of the smoothness; zero border."""
+
+    def along(count: int) -> Float[np.ndarray, " n"]:
+        return (2 * np.sin(np.pi * np.arange(1, count + 1) / (2 * count + 2))) ** 2
+
+    x, y = along(columns)[None, :], along(rows)[:, None]
+    unmeasured = (SMOOTHNESS_PX / coarseness) ** 2 * x * (x + y)
+    return np.asarray(y + (x if both else unmeasured), np.float32)
+
+
+def _shrunk(maps: np.ndarray, rows: int, columns: int) -> np.ndarray:
+    """Averages over the solver's pixels."""
+    if maps.shape[:2] == (rows, columns):
+        return maps
+    return cv2.resize(np.ascontiguousarray(maps), (columns, rows), interpolation=cv2.INTER_AREA)
