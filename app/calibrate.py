@@ -17,7 +17,7 @@ from sensor.errors import WedgeError
 def main(
     dataset: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="DATASET")],
     out: Path,
-    estimator: str = "mlp",
+    estimator: str = "default",
     design: str = "standard",
     seed: Seed = 0,
     json: OutputFile = None,
@@ -33,7 +33,8 @@ def main(
     Args:
         dataset: A dataset folder, or a name that `wedge data list` knows.
         out: The unit folder to write; it must not exist, or be empty.
-        estimator: mlp (the paper's network) or table (the lookup table that it replaced).
+        estimator: default (ours), mlp (the paper's network) or table (the lookup table that it
+            replaced).
         design: The design the sensor was built from: standard, finger or a .toml file.
         seed: Seed of the split, drawn pixels and training.
         json: Write the errors on the held-out presses here as JSON.

@@ -16,7 +16,7 @@ from sensor.files import write_atomic
 def main(
     dataset: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="DATASET")],
     folds: int = 1,
-    estimator: str = "mlp,table",
+    estimator: str = "default,mlp,table",
     seed: Seed = 0,
     json: OutputFile = None,
     markdown: OutputFile = None,
@@ -34,8 +34,8 @@ def main(
     Args:
         dataset: A dataset folder, or a name that `wedge data list` knows.
         folds: 1 judges 8 of 40 presses (a fifth of smaller sets); 5 judges every press once.
-        estimator: Estimators to compare, separated by commas: mlp (the paper's network), table
-            (the lookup table that it replaced).
+        estimator: Estimators to compare, separated by commas: default (ours), mlp (the paper's
+            network), table (the lookup table that it replaced).
         seed: Seed of splits, drawn pixels, training and intervals.
         json: Write the numbers here as JSON.
         markdown: Write the table here as Markdown.

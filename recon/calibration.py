@@ -10,11 +10,16 @@ from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save
 
 from recon.arrays import Frame
-from recon.estimators import GradientEstimator, fit_estimator, restore_estimator
+from recon.estimators import (
+    GradientEstimator,
+    fit_estimator,
+    restore_estimator,
+    training_pixels,
+)
 from recon.images import read_image, write_image
 from recon.lens import Lens, read_lens, write_lens
 from recon.lights import unseen_axis
-from recon.pixels import join, label_pixels
+from recon.pixels import join
 from recon.presses import PressSet
 from recon.unwarp import Unwarp, prepare_unwarp
 from sensor.dataset import LENS_FILE, Dataset
@@ -145,7 +150,9 @@ def calibrate(
         design: the design that the unit was built from.
         progress: called with the share that is done.
     """
-    labelled = [label_pixels(press, i, seed) for i, press in enumerate(presses.presses)]
+    labelled = [
+        training_pixels(estimator, press, i, seed) for i, press in enumerate(presses.presses)
+    ]
     lit, missing = lit_channels(dataset)
     card = UnitCard(
         serial=serial,

@@ -10,9 +10,9 @@ their gradient is zero; 5 % of them are drawn with a seed. (The error table's de
 from dataclasses import dataclass, fields
 
 import numpy as np
-from jaxtyping import Bool, Float32, Int32
+from jaxtyping import Bool, Float32, Int, Int32
 
-from recon.arrays import ContactMask, Difference
+from recon.arrays import ContactMask, Difference, Unwarped
 from recon.ball import offsets_mm
 from sensor.toml import Pair
 
@@ -35,6 +35,8 @@ class BallPress:
     mm_per_px: Pair
     hidden: ContactMask | None = None
     """Where dots hid the colour and it was filled in from around them; ``None`` on clear gel."""
+    blank: Unwarped | None = None
+    """The blank gel, where it is known."""
 
     @property
     def size_px(self) -> tuple[int, int]:
@@ -64,6 +66,8 @@ class Pixels:
     """Where in that press's frame, counted along the rows."""
     hidden: Bool[np.ndarray, " n"]
     """Under a dot: judged by, but not learnt from."""
+    blank: Float32[np.ndarray, "n 3"]
+    """Colour of the blank gel there, RGB; grey where it is not known."""
 
     def __len__(self) -> int:
         """Number of pixels."""
@@ -102,7 +106,15 @@ def label_pixels(press: BallPress, index: int, seed: int) -> Pixels:
         press=np.full(len(taken), index, np.int32),
         place=taken.astype(np.int32),
         hidden=np.zeros(len(taken), bool) if press.hidden is None else press.hidden.ravel()[taken],
+        blank=blank_at(press, taken),
     )
+
+
+def blank_at(press: BallPress, places: Int[np.ndarray, " n"]) -> Float32[np.ndarray, "n 3"]:
+    """Colour of the blank gel at some places, counted along the rows."""
+    if press.blank is None:
+        return np.full((len(places), 3), 0.5, np.float32)
+    return press.blank.reshape(-1, 3)[places]
 
 
 def join(parts: list[Pixels]) -> Pixels:

@@ -81,6 +81,7 @@ class PressReader:
             ball_radius_mm=self.dataset.ball_radius_mm(label),
             mm_per_px=self.dataset.card.mm_per_px,
             hidden=hidden,
+            blank=self.blank,
         )
 
 

@@ -16,7 +16,12 @@ from pathlib import Path
 import numpy as np
 
 from recon.arrays import DepthMap
-from recon.estimators import GradientEstimator, fit_estimator
+from recon.estimators import (
+    GradientEstimator,
+    fit_estimator,
+    slopes_at,
+    training_pixels,
+)
 from recon.lights import sits_like_wedge, unseen_axis
 from recon.pipeline import reconstruct
 from recon.pixels import BallPress, Pixels, join, label_pixels
@@ -173,7 +178,8 @@ def run_task(task: Task) -> TaskResult:
     """Fit on the train presses of a task and measure its test presses."""
     lights_deg = read_dataset(task.folder).card.lights_deg
     labelled = _labelled(task.folder, task.seed)
-    train = join([labelled.pixels[index] for index in task.split.train])
+    lessons = _lessons(task.folder, task.seed, task.estimator)
+    train = join([lessons[index] for index in task.split.train])
     estimator = fit_estimator(task.estimator, train, task.channels, task.seed)
     del train
     measured: dict[tuple[MissingAxis, PixelSet], list[PressErrors]] = {}
@@ -217,7 +223,7 @@ def measure_press(
         )
         estimated = found.gradient.reshape(-1, 2)[pixels.place]
     else:
-        estimated = estimator.slopes(pixels.color, pixels.position)
+        estimated = slopes_at(estimator, press.difference, pixels)
         unseen = unseen_axis(lights_deg, estimator.channels)
         if missing == "zero" and unseen:
             estimated[:, "xy".index(unseen)] = 0
@@ -287,4 +293,14 @@ def _labelled(folder: Path, seed: int) -> _Labelled:
     refuse_no_press(dataset, len(labels), left_out)
     return _Labelled(
         reader=reader, labels=tuple(labels), pixels=tuple(pixels), left_out=tuple(left_out)
+    )
+
+
+@lru_cache(maxsize=1)
+def _lessons(folder: Path, seed: int, estimator: str) -> tuple[Pixels, ...]:
+    """What an estimator learns from each usable press, kept as long as its tasks follow."""
+    labelled = _labelled(folder, seed)
+    return tuple(
+        training_pixels(estimator, labelled.reader.read(label), index, seed)
+        for index, label in enumerate(labelled.labels)
     )

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from statistics import fmean
 
 from recon.calibration import Calibration, lit_channels
-from recon.estimators import GradientEstimator, fit_estimator
+from recon.estimators import GradientEstimator, fit_estimator, training_pixels
 from recon.pipeline import reconstruct
 from recon.pixels import join, label_pixels
 from recon.presses import PressSet, read_presses
@@ -69,7 +69,9 @@ def hold_out(
     """
     (split,) = splits(len(presses.presses), 1, seed)
     channels, missing = lit_channels(dataset)
-    train = join([label_pixels(presses.presses[index], index, seed) for index in split.train])
+    train = join(
+        [training_pixels(estimator, presses.presses[index], index, seed) for index in split.train]
+    )
     fitted = fit_estimator(estimator, train, channels, seed, lambda share: progress(share / 2))
     return _measure(
         fitted,

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float32
 
 from recon.calibration import lit_channels
-from recon.estimators import GradientEstimator, fit_estimator
+from recon.estimators import GradientEstimator, fit_estimator, slopes_at, training_pixels
 from recon.images import read_frame
 from recon.pipeline import reconstruct
 from recon.pixels import BallPress, Pixels, join, label_pixels
@@ -64,9 +64,10 @@ def held_out(folder: Path, estimator: str, *, folds: int, seed: int) -> HeldOut:
     presses = read_presses(dataset)
     split = splits(len(presses.presses), folds, seed)[0]
     channels, missing = lit_channels(dataset)
-    train = join([label_pixels(presses.presses[i], i, seed) for i in split.train])
+    train = join([training_pixels(estimator, presses.presses[i], i, seed) for i in split.train])
     fitted = fit_estimator(estimator, train, channels, seed)
-    pixels = join([label_pixels(presses.presses[i], i, seed) for i in split.test])
+    judged = [(presses.presses[i], label_pixels(presses.presses[i], i, seed)) for i in split.test]
+    estimated = [slopes_at(fitted, press.difference, pixels) for press, pixels in judged]
 
     def rmse_mm(index: int) -> float:
         press = presses.presses[index]
@@ -82,8 +83,8 @@ def held_out(folder: Path, estimator: str, *, folds: int, seed: int) -> HeldOut:
     ranked = sorted(split.test, key=rmse_mm)
     chosen = {ranked[round(RANKS[rank] * (len(ranked) - 1))]: rank for rank in RANKS}
     return HeldOut(
-        pixels=pixels,
-        estimated=fitted.slopes(pixels.color, pixels.position),
+        pixels=join([pixels for _, pixels in judged]),
+        estimated=np.concatenate(estimated),
         n_presses=len(split.test),
         examples=tuple(
             replace(

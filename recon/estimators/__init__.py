@@ -3,15 +3,18 @@
 """What turns colour into slope: one contract, and the estimators by name."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float32
 
 from recon.arrays import Difference, GradientField
+from recon.estimators.default import Default, fit_default
+from recon.estimators.lesson import lesson_pixels
 from recon.estimators.lookup_table import LookupTable, fit_lookup_table
 from recon.estimators.mlp import Mlp, fit_mlp
-from recon.pixels import Pixels, positions
+from recon.pixels import BallPress, Pixels, label_pixels, positions
 from sensor.errors import WedgeError
 
 Progress = Callable[[float], None]
@@ -28,23 +31,50 @@ class GradientEstimator(Protocol):
     def channels(self) -> str:
         """The colours it looks at, some of "RGB" in that order."""
 
+    def prepared(self, difference: Difference) -> Difference:
+        """A frame's difference as its ``slopes`` want it."""
+
     def slopes(
         self, color: Float32[np.ndarray, "n 3"], position: Float32[np.ndarray, "n 2"]
     ) -> Float32[np.ndarray, "n 2"]:
-        """Gradients (mm/mm) of pixels, from colours (full scale) and positions (-1 to 1)."""
+        """Gradients (mm/mm) of pixels, from prepared colours and positions (-1 to 1)."""
 
     def tensors(self) -> dict[str, np.ndarray]:
         """Everything it learnt, as arrays for ``gradients.safetensors``."""
 
 
+Teach = Callable[[BallPress, int, int], Pixels]
+"""The pixels of a press to learn from; the press' index and a seed draw them."""
 Fit = Callable[[Pixels, str, int, Progress], GradientEstimator]
 """Learn from labelled pixels, for some channels, with a seed."""
 Restore = Callable[[Mapping[str, np.ndarray], str], GradientEstimator]
 
-ESTIMATORS: Mapping[str, tuple[Fit, Restore]] = {
-    Mlp.name: (fit_mlp, Mlp.from_tensors),
-    LookupTable.name: (fit_lookup_table, LookupTable.from_tensors),
+
+@dataclass(frozen=True, kw_only=True)
+class Kind:
+    """How an estimator is taught, fitted, and restored from what it learnt."""
+
+    teach: Teach
+    fit: Fit
+    restore: Restore
+
+
+ESTIMATORS: Mapping[str, Kind] = {
+    Default.name: Kind(teach=lesson_pixels, fit=fit_default, restore=Default.from_tensors),
+    Mlp.name: Kind(teach=label_pixels, fit=fit_mlp, restore=Mlp.from_tensors),
+    LookupTable.name: Kind(
+        teach=label_pixels, fit=fit_lookup_table, restore=LookupTable.from_tensors
+    ),
 }
+
+
+def training_pixels(name: str, press: BallPress, index: int, seed: int) -> Pixels:
+    """The pixels of one press that the estimator of that name learns from.
+
+    Raises:
+        WedgeError: no estimator has that name.
+    """
+    return _known(name).teach(press, index, seed)
 
 
 def fit_estimator(
@@ -55,7 +85,7 @@ def fit_estimator(
     Raises:
         WedgeError: no estimator has that name.
     """
-    return _known(name)[0](pixels[~pixels.hidden], channels, seed, progress)
+    return _known(name).fit(pixels[~pixels.hidden], channels, seed, progress)
 
 
 def restore_estimator(
@@ -70,7 +100,7 @@ def restore_estimator(
         if values.dtype != np.float32 or not np.isfinite(values).all():
             raise WedgeError(f"the array {key} of the {name} estimator is not of finite float32.")
     try:
-        return _known(name)[1](tensors, channels)
+        return _known(name).restore(tensors, channels)
     except KeyError as error:
         raise WedgeError(f"the {name} estimator lacks the array {error}.") from error
     except ValueError as error:
@@ -81,10 +111,19 @@ def gradient_field(estimator: GradientEstimator, difference: Difference) -> Grad
     """Gradients of a whole difference image, (h, w, 2) float32."""
     height, width = difference.shape[:2]
     position = positions((width, height)).reshape(-1, 2)
-    return estimator.slopes(difference.reshape(-1, 3), position).reshape(height, width, 2)
+    seen = estimator.prepared(difference).reshape(-1, 3)
+    return estimator.slopes(seen, position).reshape(height, width, 2)
 
 
-def _known(name: str) -> tuple[Fit, Restore]:
+def slopes_at(
+    estimator: GradientEstimator, difference: Difference, pixels: Pixels
+) -> Float32[np.ndarray, "n 2"]:
+    """Gradients of some pixels of a difference image."""
+    seen = estimator.prepared(difference).reshape(-1, 3)[pixels.place]
+    return estimator.slopes(seen, pixels.position)
+
+
+def _known(name: str) -> Kind:
     if name not in ESTIMATORS:
         raise WedgeError(f"no estimator is called {name!r}: known are {', '.join(ESTIMATORS)}.")
     return ESTIMATORS[name]

@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Float32, Int
 from scipy import ndimage
 
+from recon.arrays import Difference
 from recon.estimators.mlp import channel_indices
 from recon.pixels import Pixels
 
@@ -34,6 +35,10 @@ class LookupTable:
     high: Float32[np.ndarray, " c"]
     """Colour differences at the table's ends."""
     bins: Float32[np.ndarray, "*bins 2"]
+
+    def prepared(self, difference: Difference) -> Difference:
+        """The difference as it is."""
+        return difference
 
     def slopes(
         self,

@@ -14,6 +14,7 @@ from typing import ClassVar
 import numpy as np
 from jaxtyping import Float32
 
+from recon.arrays import Difference
 from recon.pixels import Pixels
 from sensor.errors import WedgeError
 
@@ -33,6 +34,10 @@ class Mlp:
     color_scale: Float32[np.ndarray, " c"]
     """Each channel is divided by its spread among the pixels it was fitted on."""
     layers: tuple[Layer, ...]
+
+    def prepared(self, difference: Difference) -> Difference:
+        """The difference as it is."""
+        return difference
 
     def slopes(
         self, color: Float32[np.ndarray, "n 3"], position: Float32[np.ndarray, "n 2"]

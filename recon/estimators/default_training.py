@@ -1,0 +1,84 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Training of the default estimator: all its networks side by side, with torch on one thread."""
+
+from collections.abc import Callable
+from itertools import pairwise
+
+import numpy as np
+import torch
+from jaxtyping import Float32, Int
+
+from recon.estimators.default import HIDDEN, MEMBERS, Layer
+
+STEPS = 4000
+BATCH = 512
+PEAK_LEARNING_RATE = 1e-2
+"""Of a one-cycle schedule (Smith and Topin, 2018)."""
+REPORT_EVERY = 200
+
+
+def train(
+    inputs: Float32[np.ndarray, "n f"],
+    normal: Float32[np.ndarray, "n 2"],
+    fold: Int[np.ndarray, " n"],
+    seed: int,
+    progress: Callable[[float], None],
+) -> tuple[Layer, ...]:
+    """Fit each network by mean squared error to the pixels that are not in its fold.
+
+    The mean and not the median, as a median is biased where noise is skewed, and a bias of slopes
+    adds up to depth. The same seed gives the same layers.
+    """
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        random = torch.Generator().manual_seed(seed)
+        layers = _fit(inputs, normal, fold, random, progress)
+    finally:
+        torch.set_num_threads(threads)
+    return tuple((w.detach().numpy().copy(), b.detach().numpy()[:, 0].copy()) for w, b in layers)
+
+
+def _fit(
+    inputs: Float32[np.ndarray, "n f"],
+    normal: Float32[np.ndarray, "n 2"],
+    fold: Int[np.ndarray, " n"],
+    random: torch.Generator,
+    progress: Callable[[float], None],
+) -> list[tuple[torch.Tensor, torch.Tensor]]:
+    x, y = torch.from_numpy(inputs), torch.from_numpy(normal)
+    own = [torch.from_numpy(_taught(fold, member)) for member in range(MEMBERS)]
+    layers = [
+        (_uniform((MEMBERS, i, o), i, random), _uniform((MEMBERS, 1, o), i, random))
+        for i, o in pairwise((x.shape[1], *HIDDEN, 2))
+    ]
+    optimizer = torch.optim.Adam([part for layer in layers for part in layer])
+    schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, PEAK_LEARNING_RATE, total_steps=STEPS)
+    for step in range(STEPS):
+        rows = torch.stack(
+            [pixels[torch.randint(len(pixels), (BATCH,), generator=random)] for pixels in own]
+        )
+        values = x[rows]  # (member, batch, feature)
+        for weight, bias in layers[:-1]:
+            values = torch.relu(torch.baddbmm(bias, values, weight))
+        weight, bias = layers[-1]
+        optimizer.zero_grad()
+        ((torch.baddbmm(bias, values, weight) - y[rows]) ** 2).mean((1, 2)).sum().backward()
+        optimizer.step()
+        schedule.step()
+        if (step + 1) % REPORT_EVERY == 0:
+            progress((step + 1) / STEPS)
+    return layers
+
+
+def _taught(fold: Int[np.ndarray, " n"], member: int) -> Int[np.ndarray, " m"]:
+    """The pixels a member learns from; all, where its fold is all there is."""
+    others = np.flatnonzero(fold != member)
+    return others if len(others) else np.arange(len(fold))
+
+
+def _uniform(shape: tuple[int, ...], fan_in: int, random: torch.Generator) -> torch.Tensor:
+    """First weights within 1 / sqrt(fan in), as torch draws them for one layer."""
+    bound = fan_in**-0.5
+    return torch.empty(shape).uniform_(-bound, bound, generator=random).requires_grad_()

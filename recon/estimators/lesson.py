@@ -1,0 +1,127 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the default estimator learns from one press: the contact of an elastic gel, and zeros.
+
+Outside the contact circle, of radius a, an elastic half-space hangs free with the slope (Johnson,
+Contact Mechanics, 1985, section 4.2; r is the distance over a)
+
+    slope(r) = slope(1) (2 r / pi) (asin(1/r) - sqrt(1 - 1/r^2) / r),
+
+which falls steeply at first and then ever more slowly. A circle drawn round the visible disc takes
+that collar for contact; one that lets the slope fade at once is too small. Both bias every slope,
+so the circle's radius is fitted anew here, with that collar stretched to suit the gel.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Float
+from scipy.optimize import least_squares
+
+from recon.ball import offsets_mm
+from recon.estimators.default import settled
+from recon.pixels import STEEPEST, BallPress, Pixels, blank_at, positions
+
+CONTACT_PIXELS = 1500
+"""Of a press at most: neighbours say nearly the same."""
+FLAT_FROM = 4.0
+"""Contact radii from the centre, where the gel is as good as flat: 1 % of the rim's slope."""
+LOOKED_AT = 1500
+REACH = 2.5
+"""Contact radii round the centre in which the circle is fitted."""
+SMALLEST, LARGEST = 0.75, 1.35
+"""Of the labelled radius."""
+NEAREST_EQUATOR = 0.95
+"""Of the ball's radius: no gel follows a ball up to its equator."""
+
+
+def lesson_pixels(press: BallPress, index: int, seed: int) -> Pixels:
+    """The pixels of one press to learn from, their colours prepared as the estimator does."""
+    prepared = settled(press.difference)
+    radius_mm = elastic_radius_mm(replace(press, difference=prepared))
+    x_mm, y_mm = offsets_mm(press.size_px, press.center_px, press.mm_per_px)
+    distance_mm = np.hypot(x_mm, y_mm)
+    ball_mm = press.ball_radius_mm
+    random = np.random.default_rng([seed, index])
+    contact = np.flatnonzero(distance_mm < min(radius_mm, STEEPEST * ball_mm))
+    if len(contact) > CONTACT_PIXELS:
+        contact = np.sort(random.choice(contact, CONTACT_PIXELS, replace=False))
+    flat_from = min(FLAT_FROM * radius_mm, float(np.quantile(distance_mm, 0.8)))
+    flat = np.flatnonzero(distance_mm >= flat_from)
+    flat = np.sort(random.choice(flat, min(len(flat), max(1, len(contact))), replace=False))
+    taken = np.concatenate([contact, flat])
+    is_contact = np.arange(len(taken)) < len(contact)
+    height_mm = np.sqrt(np.maximum(ball_mm**2 - distance_mm.ravel()[taken] ** 2, ball_mm**2 / 100))
+    slope = -np.stack([x_mm.ravel()[taken], y_mm.ravel()[taken]], 1) / height_mm[:, None]
+    return Pixels(
+        color=prepared.reshape(-1, 3)[taken],
+        position=positions(press.size_px).reshape(-1, 2)[taken],
+        gradient=np.where(is_contact[:, None], slope, 0).astype(np.float32),
+        contact=is_contact,
+        press=np.full(len(taken), index, np.int32),
+        place=taken.astype(np.int32),
+        hidden=np.zeros(len(taken), bool) if press.hidden is None else press.hidden.ravel()[taken],
+        blank=blank_at(press, taken),
+    )
+
+
+def elastic_radius_mm(press: BallPress) -> float:
+    """Radius of the contact for which ball and elastic collar explain the shading best."""
+    x_mm, y_mm = offsets_mm(press.size_px, press.center_px, press.mm_per_px)
+    labelled = press.contact_radius_mm
+    near = np.flatnonzero(np.hypot(x_mm, y_mm) < REACH * labelled)
+    if len(near) > LOOKED_AT:
+        near = np.random.default_rng(0).choice(near, LOOKED_AT, replace=False)
+    seen = press.difference.reshape(-1, 3)[near].astype(np.float64)
+    x, y = x_mm.ravel()[near], y_mm.ravel()[near]
+    widest = min(LARGEST * labelled, NEAREST_EQUATOR * press.ball_radius_mm)
+    lowest = np.array([-labelled / 4, -labelled / 4, SMALLEST * labelled, np.log(0.3)])
+    highest = np.array([labelled / 4, labelled / 4, widest, np.log(4)])
+    start = np.clip([0, 0, labelled, 0], lowest + 1e-6, highest - 1e-6)
+    if not (lowest < highest).all():
+        return labelled
+
+    def unexplained(parameters: Float[np.ndarray, "4"]) -> Float[np.ndarray, " n"]:
+        terms = shading_terms(x, y, parameters, press.ball_radius_mm)
+        shares = np.linalg.lstsq(terms.T @ terms, terms.T @ seen, rcond=None)[0]
+        return (seen - terms @ shares).ravel()
+
+    scale = max(float(seen.std()), 1e-6)
+    fitted = least_squares(
+        lambda parameters: unexplained(parameters) / scale,
+        start,
+        bounds=(lowest, highest),
+        x_scale=[labelled / 10, labelled / 10, labelled / 10, 0.3],
+        loss="soft_l1",
+        f_scale=0.3,
+        diff_step=1e-3,
+        max_nfev=30,
+    )
+    return float(fitted.x[2])
+
+
+def elastic_fade(ratio: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
+    """Slope of the free gel over the slope at the rim, at ``ratio`` contact radii (1 inside)."""
+    inverse = 1 / np.maximum(ratio, 1.0)
+    return 2 / np.pi / inverse * (np.arcsin(inverse) - inverse * np.sqrt(1 - inverse**2))
+
+
+def shading_terms(
+    x_mm: Float[np.ndarray, " n"],
+    y_mm: Float[np.ndarray, " n"],
+    parameters: Float[np.ndarray, "4"],
+    ball_radius_mm: float,
+) -> Float[np.ndarray, "n 7"]:
+    """Colours are taken as a mix of these: the normal's components up to the third power.
+
+    Parameters are the centre, the contact radius and the logarithm of the collar's stretch.
+    """
+    center_x, center_y, radius, log_stretch = parameters
+    dx, dy = x_mm - center_x, y_mm - center_y
+    distance = np.hypot(dx, dy) + 1e-9
+    inside = np.minimum(distance, radius)
+    slope = inside / np.sqrt(ball_radius_mm**2 - inside**2)
+    slope = slope * elastic_fade(1 + np.maximum(distance / radius - 1, 0) * np.exp(log_stretch))
+    sine = slope / np.sqrt(1 + slope**2)
+    nx, ny = -dx / distance * sine, -dy / distance * sine
+    return np.stack([nx, ny, nx * ny, nx**2 - ny**2, sine**2, nx * sine**2, ny * sine**2], 1)

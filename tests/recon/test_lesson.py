@@ -1,0 +1,122 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the default estimator learns from, and what it says of its own errors."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from recon.ball import offsets_mm
+from recon.estimators import fit_estimator, gradient_field, training_pixels
+from recon.estimators.default import (
+    LARGEST_DRIFT,
+    STEEPEST_SLOPE,
+    normal_of,
+    settled,
+    slopes_of,
+)
+from recon.estimators.lesson import FLAT_FROM, elastic_fade, elastic_radius_mm
+from recon.pixels import BallPress, join, label_pixels
+from recon.presses import read_presses
+from tests.synthetic import make_dataset
+
+MM_PER_PX = (0.1, 0.1)
+BALL_MM = 4.0
+TRUE_MM = 1.5
+
+
+def elastic_press(labelled_mm: float) -> BallPress:
+    """A ball in an elastic gel under three far lights, its circle labelled with some radius."""
+    x_mm, y_mm = offsets_mm((160, 140), (82.0, 71.0), MM_PER_PX)
+    distance = np.hypot(x_mm, y_mm)
+    inside = np.minimum(distance, TRUE_MM)
+    slope = inside / np.sqrt(BALL_MM**2 - inside**2) * elastic_fade(distance / TRUE_MM)
+    outward = np.stack([x_mm, y_mm], -1) / np.maximum(distance, 1e-9)[..., None]
+    gradient = (-outward * slope[..., None]).astype(np.float32)
+    normal = normal_of(gradient.reshape(-1, 2)).reshape(gradient.shape)
+    azimuth = np.radians([90, 180, -90])
+    lights = np.stack([np.cos(azimuth), np.sin(azimuth)])
+    return BallPress(
+        file="press.png",
+        difference=(-0.4 * normal @ lights).astype(np.float32),
+        center_px=(82.0, 71.0),
+        contact_radius_px=labelled_mm / MM_PER_PX[0],
+        ball_radius_mm=BALL_MM,
+        mm_per_px=MM_PER_PX,
+    )
+
+
+def test_the_gel_leaves_the_ball_with_its_slope_and_fades_as_the_square_far_away():
+    ratio = np.array([0.5, 1.0, 100.0])
+    inside, rim, far = elastic_fade(ratio)
+    assert inside == rim == pytest.approx(1.0)
+    assert far == pytest.approx(4 / (3 * np.pi) / 100.0**2, rel=1e-3)
+    assert (np.diff(elastic_fade(np.linspace(1, 9, 200))) < 0).all()
+
+
+@pytest.mark.parametrize("share", [0.85, 1.0, 1.2])
+def test_a_circle_drawn_too_wide_or_too_small_is_mended(share):
+    assert elastic_radius_mm(elastic_press(share * TRUE_MM)) == pytest.approx(TRUE_MM, rel=0.03)
+
+
+def test_contact_has_the_balls_slope_and_what_is_far_away_none():
+    press = elastic_press(TRUE_MM)
+    pixels = training_pixels("default", press, 0, 0)
+    x_mm, y_mm = offsets_mm(press.size_px, press.center_px, MM_PER_PX)
+    away = np.hypot(x_mm, y_mm).ravel()[pixels.place]
+    steep = np.linalg.norm(pixels.gradient, axis=1)
+    inside = pixels.contact
+    assert inside.any() and (~inside).any()
+    assert away[inside].max() < 1.05 * TRUE_MM and away[~inside].min() > 0.9 * FLAT_FROM * TRUE_MM
+    np.testing.assert_allclose(
+        steep[inside], away[inside] / np.sqrt(BALL_MM**2 - away[inside] ** 2), rtol=1e-5
+    )
+    assert (steep[~inside] == 0).all()
+
+
+def test_drift_of_the_whole_frame_is_taken_off_but_a_contacts_colour_is_not():
+    difference = elastic_press(TRUE_MM).difference
+    drift = np.float32([0.03, -0.02, 0.01])
+    np.testing.assert_allclose(settled(difference + drift), settled(difference), atol=1e-6)
+    flooded = np.full_like(difference, 3 * LARGEST_DRIFT)
+    np.testing.assert_allclose(settled(flooded), 2 * LARGEST_DRIFT, atol=1e-6)
+
+
+@given(st.floats(0, 0.99 * STEEPEST_SLOPE), st.floats(0, 6.3))
+def test_normals_and_slopes_are_each_others_inverse(steepness, azimuth):
+    slopes = np.float32([[steepness * np.cos(azimuth), steepness * np.sin(azimuth)]])
+    np.testing.assert_allclose(slopes_of(normal_of(slopes)), slopes, rtol=1e-4, atol=1e-6)
+
+
+def test_no_slope_is_steeper_than_the_bound():
+    wild = np.random.default_rng(0).normal(size=(100, 2)).astype(np.float32) * 3
+    assert np.linalg.norm(slopes_of(wild), axis=1).max() <= STEEPEST_SLOPE * (1 + 1e-6)
+
+
+def test_most_unseen_truths_lie_in_their_interval_and_few_in_a_fifth_of_it(tmp_path, monkeypatch):
+    pytest.importorskip("torch")
+    from recon.estimators import default_training
+
+    monkeypatch.setattr(default_training, "STEPS", 800)
+    monkeypatch.setattr(default_training, "BATCH", 128)
+    presses = read_presses(make_dataset(tmp_path / "set", presses=18)).presses
+    # Noise of the labels is what the interval must know of beside that of the camera.
+    taught = [
+        replace(press, center_px=(press.center_px[0] + shift, press.center_px[1]))
+        for press, shift in zip(presses, np.random.default_rng(3).normal(0, 1.0, 18), strict=True)
+    ]
+    train = join([training_pixels("default", press, i, 0) for i, press in enumerate(taught[:12])])
+    estimator = fit_estimator("default", train, "RGB", 0)
+    covered = {1.0: [], 0.2: []}
+    for index, press in enumerate(taught[12:]):  # judged by circles as rough as those
+        field = gradient_field(estimator, press.difference)
+        pixels = label_pixels(press, index, 0)
+        found = field.reshape(-1, 2)[pixels.place]
+        for share, kept in covered.items():
+            within = np.abs(found - pixels.gradient) <= share * estimator.half_width(found)
+            kept.append(within[pixels.contact].mean())
+    assert np.mean(covered[1.0]) >= 0.85
+    assert np.mean(covered[0.2]) < 0.85  # and it is not merely wide
