@@ -62,7 +62,7 @@ def main(json: OutputFile = None) -> int:
 
 def _all() -> "Iterator[tuple[float, Measurement]]":
     """Each figure, with the share of the run that is done when it is known."""
-    from benchmarks import calibration, estimators, fast_path, integrators, stream, twin
+    from benchmarks import calibration, estimators, fast_path, integrators, markers, stream, twin
     from benchmarks.measurement import Measurement, interleaved_ms
     from recon.images import read_frame
     from sensor.dataset import read_dataset
@@ -70,6 +70,8 @@ def _all() -> "Iterator[tuple[float, Measurement]]":
 
     for item in integrators.measure():
         yield 0.05, item
+    for item in markers.measure():
+        yield 0.06, item
     folder = dataset_folder("taxim-gelsight")
     with process_pool() as executor:
         unit, difference, figures = executor.submit(calibration.measure, folder).result()

@@ -1,0 +1,124 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What dots cost: slopes under them, filled in, against slopes of clear gel beside them.
+
+The same pixels without dots nearby: a pixel under a dot is compared with pixels of other presses
+at the same distance from the ball's centre, in contact radii, that lie farther than ``CLEAR_PX``
+from every dot. Presses are judged by estimators that have not seen them.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Float64
+
+from recon.ball import ball_cap, offsets_mm
+from recon.estimators import GradientEstimator, fit_estimator, gradient_field
+from recon.markers.filling import METHODS, fill_gradients
+from recon.pixels import RIM_PX, STEEPEST, BallPress, join, label_pixels
+from recon.presses import read_presses
+from sensor.dataset import Dataset
+from sensor.errors import WedgeError
+
+CLEAR_PX = 2
+RINGS = 12
+"""Distances from the ball's centre are compared in so many steps."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class DotCost:
+    """Mean absolute slope errors in the contact, mm/mm."""
+
+    clear: float
+    """Pixels without dots nearby, as far from the ball's centre as those under dots."""
+    filled: dict[str, float]
+    """Pixels under dots, by how they were filled."""
+    presses: int
+    pixels: int
+    """Under dots, in contacts."""
+
+
+def dot_cost(
+    dataset: Dataset,
+    *,
+    estimator: str = "mlp",
+    folds: int = 5,
+    methods: Sequence[str] = ("zero", "nearest", "harmonic", "biharmonic", "surface"),
+    seed: int = 0,
+    progress: Callable[[float], None] = lambda _: None,
+) -> DotCost:
+    """Judge every press of a marker gel by an estimator that has not seen it.
+
+    Raises:
+        WedgeError: the gel shows no dots, or a method has no such name.
+    """
+    for method in methods:
+        if method not in METHODS:
+            raise WedgeError(f"no way of filling is called {method!r}: known are {METHODS}.")
+    presses = read_presses(dataset)
+    if presses.dots is None:
+        raise WedgeError(f"{dataset.folder} shows no dots: it cannot tell what dots cost.")
+    order = np.random.default_rng(seed).permutation(len(presses.presses))
+    rings: dict[str, list[np.ndarray]] = {name: [] for name in ("clear", *methods)}
+    errors: dict[str, list[np.ndarray]] = {name: [] for name in ("clear", *methods)}
+    for fold in range(folds):
+        judged = order[fold::folds]
+        train = [
+            label_pixels(presses.presses[i], k, seed)
+            for k, i in enumerate(np.setdiff1d(order, judged))
+        ]
+        fitted = fit_estimator(estimator, join(train), "RGB", seed)
+        for index in judged:
+            press = presses.presses[index]
+            for name, (ring, error) in _press_errors(press, fitted, methods).items():
+                rings[name].append(ring)
+                errors[name].append(error)
+        progress((fold + 1) / folds)
+    mean = {name: _by_ring(rings[name], errors[name]) for name in rings}
+    weights = np.bincount(np.concatenate(rings[methods[0]]), minlength=RINGS)
+    return DotCost(
+        clear=float(np.average(mean["clear"], weights=weights)),
+        filled={name: float(np.average(mean[name], weights=weights)) for name in methods},
+        presses=len(order),
+        pixels=int(weights.sum()),
+    )
+
+
+def _press_errors(
+    press: BallPress, fitted: GradientEstimator, methods: Sequence[str]
+) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Ring and error of every judged pixel, of clear gel and under dots by method."""
+    assert press.hidden is not None
+    touched, ring = _contact(press)
+    truth = ball_cap(
+        press.size_px,
+        press.center_px,
+        min(press.contact_radius_mm, 0.999 * press.ball_radius_mm),
+        press.ball_radius_mm,
+        press.mm_per_px,
+    ).gradient
+    near = cv2.dilate(press.hidden.astype(np.uint8), np.ones((2 * CLEAR_PX + 1,) * 2, np.uint8))
+    clear, under = touched & ~near.astype(bool), touched & press.hidden
+    slopes = gradient_field(fitted, press.difference)
+    found = {"clear": (ring[clear], np.abs(slopes - truth).mean(-1)[clear])}
+    for method in methods:
+        filled = fill_gradients(slopes, press.hidden, method, press.mm_per_px)
+        found[method] = (ring[under], np.abs(filled - truth).mean(-1)[under])
+    return found
+
+
+def _contact(press: BallPress) -> tuple[Bool[np.ndarray, "h w"], np.ndarray]:
+    """The contact's pixels as the error table counts them, and each pixel's ring."""
+    away_mm = np.hypot(*offsets_mm(press.size_px, press.center_px, press.mm_per_px))
+    pitch_mm = press.contact_radius_mm / press.contact_radius_px
+    reach_mm = min(press.contact_radius_mm - RIM_PX * pitch_mm, STEEPEST * press.ball_radius_mm)
+    ring = np.minimum((RINGS * away_mm / reach_mm).astype(int), RINGS - 1)
+    return away_mm < reach_mm, ring
+
+
+def _by_ring(rings: list[np.ndarray], errors: list[np.ndarray]) -> Float64[np.ndarray, " r"]:
+    ring, error = np.concatenate(rings), np.concatenate(errors)
+    count = np.bincount(ring, minlength=RINGS)
+    return np.bincount(ring, error, minlength=RINGS) / np.maximum(count, 1)
