@@ -13,7 +13,8 @@ from app.pages import pictures
 from app.pages.watching import STEEPNESS, VIEW_S, Watcher
 from sensor.errors import WedgeError
 
-SURFACE_EVERY = 2
+SURFACE_S = 0.15
+"""Between two surfaces, which take a browser longer than pictures."""
 HISTORY_S = 20.0
 STYLE = """
 body { background: #10151c; color: #e6edf3; font-variant-numeric: tabular-nums; }
@@ -64,6 +65,7 @@ class SensorCard:
     def __init__(self, watcher: Watcher, number: int, *, alone: bool) -> None:
         self.watcher = watcher
         self.shown = -1
+        self.surface_s = 0.0
         with ui.column().classes("sensor w-full p-4 gap-3").props(f"id=sensor-{number}"):
             self._head()
             with ui.element("div").classes("grid grid-cols-3 gap-3 w-full"):
@@ -111,7 +113,7 @@ class SensorCard:
                 with ui.scene(*size, grid=False, background_color="#0b0f14") as self.scene:
                     self.texture: Texture | None = None
                 self.scene.classes("w-full")
-                self.scene.move_camera(0, -5.4, 5.0, 0, -0.2, -0.4, 0, 0, 1, duration=0)
+                self.scene.move_camera(0, -4.3, 4.3, 0, -0.3, -0.3, 0, 0, 1, duration=0)
             ui.label(f"drag to turn, wheel to zoom; depth drawn {STEEPNESS:g}× steeper").classes(
                 "quiet text-xs"
             )
@@ -160,7 +162,8 @@ class SensorCard:
         self.deepest.set_text(f"{glimpse.deepest_mm:.2f}")
         self.area.set_text(f"{glimpse.contact_mm2:.1f}")
         self.scale.set_text(f"{glimpse.scale_mm:.2f} mm")
-        if glimpse.number % SURFACE_EVERY == 0:
+        if time.monotonic() - self.surface_s > SURFACE_S:
+            self.surface_s = time.monotonic()
             self._update_surface(*glimpse.surface)
             history = [item for item in watcher.history if time.monotonic() - item[0] < HISTORY_S]
             self.deepest_line.set_content(sparkline([(t, mm) for t, mm, _ in history]))

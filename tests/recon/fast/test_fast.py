@@ -6,7 +6,7 @@ import tracemalloc
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from recon.contact import boundary_of, disturbed_mask
@@ -33,6 +33,7 @@ def planes(image: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(np.moveaxis(image, -1, 0))
 
 
+@settings(max_examples=30)
 @given(
     seed=st.integers(0, 99),
     channels=st.sampled_from(["RGB", "RB", "G"]),

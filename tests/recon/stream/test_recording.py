@@ -20,6 +20,7 @@ from sensor.errors import WedgeError
 from tests.recon.stream.servers import FRAMES
 from tests.synthetic import make_dataset
 
+TYPES = get_typestore(Stores.ROS2_HUMBLE)
 STEP_NS = 16_666_667
 START_NS = 1_700_000_000_123_456_789
 ROOT = Path(__file__).resolve().parents[3]
@@ -47,8 +48,7 @@ def read_with_mcap(path: Path) -> list[tuple[str, int, bytes]]:
 
 
 def read_with_rosbags(path: Path) -> list:
-    types = get_typestore(Stores.ROS2_HUMBLE)
-    with AnyReader([path], default_typestore=types) as reader:
+    with AnyReader([path], default_typestore=TYPES) as reader:
         return [reader.deserialize(raw, c.msgtype) for c, _, raw in reader.messages()]
 
 
@@ -164,10 +164,9 @@ def test_no_recording_is_written_over(tmp_path: Path) -> None:
 def test_messages_survive_their_coding(time_ns: int, frame_id: str, data: bytes) -> None:
     image = CompressedImage(time_ns=time_ns, frame_id=frame_id, format=FORMAT, data=data)
     assert CompressedImage.from_cdr(image.to_cdr()) == image
-    types = get_typestore(Stores.ROS2_HUMBLE)
-    theirs = types.deserialize_cdr(image.to_cdr(), "sensor_msgs/msg/CompressedImage")
+    theirs = TYPES.deserialize_cdr(image.to_cdr(), "sensor_msgs/msg/CompressedImage")
     assert (theirs.header.frame_id, bytes(theirs.data)) == (frame_id, data)
-    assert bytes(types.serialize_cdr(theirs, "sensor_msgs/msg/CompressedImage")) == image.to_cdr()
+    assert bytes(TYPES.serialize_cdr(theirs, "sensor_msgs/msg/CompressedImage")) == image.to_cdr()
 
 
 @given(st.binary(max_size=99))
