@@ -26,9 +26,10 @@ STAY, COME_AND_GO = 2, 300
 
 
 def used() -> str:
-    megabytes = int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE")
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    mebibytes = pages * os.sysconf("SC_PAGESIZE") / 2**20
     descriptors = len(list(Path("/proc/self/fd").iterdir()))
-    return f"{megabytes / 2**20:.0f} MiB, {descriptors} descriptors, {threading.active_count()} threads"
+    return f"{mebibytes:.0f} MiB, {descriptors} descriptors, {threading.active_count()} threads"
 
 
 def put(newest: Newest, count: int) -> None:
