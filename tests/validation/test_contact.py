@@ -1,0 +1,79 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+
+from recon.arrays import Unwarped
+from sensor.dataset import read_dataset
+from sensor.errors import WedgeError
+from tests.dotted import dotted, grid_px, pad
+from tests.synthetic import make_dataset
+from validation.contact import blank_frames_in_contact, first_contact, iou, noisy, true_contact
+from validation.datasets import dataset_folder
+from validation.dots import score_detection
+
+REAL = ("taxim-gelsight", "known-depth", "wedge-lab", "twin-standard")
+
+
+def test_overlap_of_masks_is_between_none_and_all():
+    one = np.zeros((4, 5), bool)
+    one[:, :3] = True
+    assert iou(one, one) == 1 and iou(one, ~one) == 0 and iou(~one & one, one & ~one) == 1
+    two = np.zeros((4, 5), bool)
+    two[:, 1:4] = True
+    assert iou(one, two) == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("name", REAL)
+def test_blank_gel_seen_again_is_not_in_contact(name):
+    try:
+        folder = dataset_folder(name)
+    except WedgeError as error:
+        pytest.skip(str(error))
+    assert blank_frames_in_contact(read_dataset(folder), 3) == 0
+
+
+def test_the_first_contact_is_the_first_frame_of_a_lasting_change(tmp_path):
+    blank = pad().astype(np.float32)
+    rng = np.random.default_rng(0)
+
+    def frame(touched: bool) -> Unwarped:
+        image = noisy(np.rint(255 * blank).astype(np.uint8), rng).astype(np.float32) / 255
+        image[60:100, 80:130] += 0.1 * touched
+        return image
+
+    assert first_contact(map(frame, [False, False, True, False, True, True, True]), blank) == 4
+    assert first_contact(map(frame, [False] * 5), blank) is None
+
+
+def test_where_an_exact_skin_is_held_is_where_the_punch_is():
+    rows, columns = np.indices((90, 120))
+    punch = np.hypot(columns - 60, rows - 45) < 20
+    skin = 0.5 * punch.astype(float)
+    for _ in range(500):  # free skin springs back over 0.4 mm, the rest is held
+        ring = np.pad(skin, 1, mode="edge")
+        around = ring[:-2, 1:-1] + ring[2:, 1:-1] + ring[1:-1, :-2] + ring[1:-1, 2:]
+        skin = np.where(punch, 0.5, 16 * around / 65)
+    assert iou(true_contact(skin, (0.1, 0.1)), punch) > 0.97
+
+
+def test_detection_is_scored_dot_by_dot():
+    places = grid_px(20.0)
+    image, cut = dotted(places), np.zeros(len(places), bool)
+    exact = score_detection(image, places, cut)
+    assert (exact.whole, exact.found, exact.false) == (len(places), len(places), 0)
+    missing = score_detection(image, np.append(places, [[3.0, 3.0]], 0), np.append(cut, False))
+    assert missing.whole - missing.found == 1
+    assert score_detection(image, places[1:], cut[1:]).false == 1
+    blind = score_detection(pad().astype(np.float32), places, cut)
+    assert (blind.found, blind.false) == (0, 0)
+
+
+def test_presses_of_clear_gel_cannot_tell_what_dots_cost(tmp_path):
+    from validation.markers import dot_cost
+
+    dataset = make_dataset(tmp_path / "set", presses=3)
+    with pytest.raises(WedgeError, match="shows no dots"):
+        dot_cost(dataset)
+    with pytest.raises(WedgeError, match="no way of filling"):
+        dot_cost(dataset, methods=("telea",))

@@ -1,0 +1,145 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Contact masks against labelled balls and rendered shapes, and against blank gel."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from scipy import ndimage
+
+from recon.arrays import ContactMask, DepthMap, Frame, Unwarped
+from recon.ball import offsets_mm
+from recon.contact import COLLAR_MM, disturbed_mask
+from recon.estimators import fit_estimator
+from recon.markers.filling import fill_gradients
+from recon.pipeline import reconstruct
+from recon.pixels import BallPress, join, label_pixels
+from recon.presses import PressReader, press_reader, read_background, read_presses
+from sensor.dataset import Dataset
+from sensor.toml import Pair
+
+READ_NOISE_LEVELS, SHOT_NOISE, FLICKER = (0.5, 2.0), 0.02, 0.002
+"""Wider than on the 38 blank frames after the first of two clips of the MIT Wedge: those differ
+from it by 1.3 grey levels of 255, and in brightness by at most 0.13 %."""
+JPEG_QUALITY = (85, 98)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Overlap:
+    """How one mask fits."""
+
+    name: str
+    iou: float
+    radius_ratio: float
+    """Of a disc of the found area to one of the true area."""
+
+
+def iou(one: ContactMask, two: ContactMask) -> float:
+    """Intersection over union; 1 where both are empty."""
+    union = int((one | two).sum())
+    return float((one & two).sum() / union) if union else 1.0
+
+
+def ball_overlaps(
+    dataset: Dataset,
+    *,
+    estimator: str = "mlp",
+    folds: int = 3,
+    seed: int = 0,
+    progress: Callable[[float], None] = lambda _: None,
+) -> list[Overlap]:
+    """Masks of presses that the estimator has not seen, against their labelled discs."""
+    presses = read_presses(dataset).presses
+    order = np.random.default_rng(seed).permutation(len(presses))
+    found = []
+    for fold in range(folds):
+        judged = order[fold::folds]
+        rest = np.setdiff1d(order, judged)
+        train = join([label_pixels(presses[i], k, seed) for k, i in enumerate(rest)])
+        fitted = fit_estimator(estimator, train, "RGB", seed)
+        for index in judged:
+            press = presses[index]
+            touch = reconstruct(
+                press.difference,
+                fitted,
+                missing="none",
+                lights_deg=dataset.card.lights_deg,
+                mm_per_px=press.mm_per_px,
+                hidden=press.hidden,
+            )
+            found.append(_overlap(press.file, touch.contact, disc(press)))
+        progress((fold + 1) / folds)
+    return found
+
+
+def disc(press: BallPress) -> ContactMask:
+    """The labelled contact of a press."""
+    away_mm = np.hypot(*offsets_mm(press.size_px, press.center_px, press.mm_per_px))
+    return np.asarray(away_mm < press.contact_radius_mm)
+
+
+def true_contact(depth_mm: DepthMap, mm_per_px: Pair) -> ContactMask:
+    """Where an exact skin of a bonded gel is held: its pressure is not zero there.
+
+    The twin's skin obeys the same law as ``recon.contact.pressure_mm``, free of noise; blurring
+    by its paint spreads the edge over less than a pixel.
+    """
+    rows, columns = (pitch for pitch in mm_per_px[::-1])
+    bend = ndimage.correlate1d(depth_mm, [1, -2, 1], axis=0) / rows**2
+    bend += ndimage.correlate1d(depth_mm, [1, -2, 1], axis=1) / columns**2
+    return np.asarray(depth_mm - COLLAR_MM**2 * bend > 0.1 * depth_mm.max())
+
+
+def blank_frames_in_contact(dataset: Dataset, count: int, seed: int = 0) -> int:
+    """How many of so many noisy blank frames of a sensor are taken for a contact."""
+    reader = press_reader(dataset)
+    background = read_background(dataset)
+    rng = np.random.default_rng(seed)
+    return sum(
+        bool(disturbed_mask(_difference(reader, noisy(background, rng))).any())
+        for _ in range(count)
+    )
+
+
+def noisy(blank: Frame, rng: np.random.Generator) -> Frame:
+    """A blank frame as a camera would see it again: flicker, shot and read noise, JPEG."""
+    level = blank.astype(np.float32) * (1 + FLICKER * rng.standard_normal())
+    deviation = np.sqrt(rng.uniform(*READ_NOISE_LEVELS) ** 2 + SHOT_NOISE * level)
+    seen = np.clip(np.rint(level + deviation * rng.standard_normal(level.shape)), 0, 255)
+    quality = int(rng.integers(*JPEG_QUALITY))
+    _, code = cv2.imencode(".jpg", seen.astype(np.uint8), [cv2.IMWRITE_JPEG_QUALITY, quality])
+    return np.asarray(cv2.imdecode(code, cv2.IMREAD_COLOR))
+
+
+def first_contact(frames: Iterator[Unwarped], blank: Unwarped, steps: int = 3) -> int | None:
+    """Index of the first of so many frames in a row that show a contact; ``None``: none does."""
+    row = 0
+    for index, image in enumerate(frames):
+        row = row + 1 if disturbed_mask(image - blank).any() else 0
+        if row == steps:
+            return index - steps + 1
+    return None
+
+
+def mean_iou(found: Sequence[Overlap]) -> float:
+    """Over presses."""
+    return float(np.mean([item.iou for item in found]))
+
+
+def _overlap(name: str, mask: ContactMask, truth: ContactMask) -> Overlap:
+    return Overlap(
+        name=name,
+        iou=iou(mask, truth),
+        radius_ratio=float(np.sqrt(mask.sum() / max(int(truth.sum()), 1))),
+    )
+
+
+def _difference(reader: PressReader, frame: Frame) -> Unwarped:
+    image = reader.unwarp(frame)
+    difference = image - reader.blank
+    if reader.dots is not None:
+        hidden = reader.dots.hidden(reader.dots.track(image))
+        difference = fill_gradients(difference, hidden, "biharmonic")
+    return difference
