@@ -116,7 +116,7 @@ def test_what_is_handed_over_was_sent_unless_the_bytes_lie_inside_it(
 
 def test_memory_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(multipart, "LARGEST_PART", 1 << 16)
-    head = DELIMITER + FRAMES[0][: scan_start(FRAMES[0])]
+    head = DELIMITER + b"\r\n" + FRAMES[0][: scan_start(FRAMES[0])]
     pieces = iter([head, *[bytes(1 << 16)] * 99, b"\r\n", DELIMITER + parts()[1]])
     reader = MultipartReader(lambda _: next(pieces, b""), BOUNDARY)
     kept = []
