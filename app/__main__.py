@@ -25,6 +25,7 @@ SUBCOMMANDS = {
     "label": "find the circles of ball presses, then mend the doubtful ones in the browser",
     "calibrate": "make a unit folder for one sensor from its ball presses",
     "evaluate": "measure one unit's errors on another dataset",
+    "accept": "judge one sensor against limits, A, B or fail; write its certificate",
     "table": "print the error table per light configuration, cross-validated by press",
     "reconstruct": "turn images into depth in millimetres with a calibrated unit",
     "cloud": "turn frames into point clouds and meshes in millimetres",
@@ -34,6 +35,7 @@ SUBCOMMANDS = {
     "record": "record streams to an MCAP file that ROS 2's tools open",
     "replay": "send a recording over HTTP as if its sensor were here",
     "tune": "find the camera's gains and exposure from frames of the blank gel",
+    "track": "follow the pose of the touched object, with overlay, plot and MCAP transforms",
     "bench": "measure every figure of the performance page",
 }
 

@@ -1,0 +1,225 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""`wedge track`: where the touched object is, frame after frame."""
+
+import csv
+import io
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import tyro
+
+from app._output import OutputFile, check_outputs, print_table, write_json
+from app._progress import progress
+from sensor.errors import WedgeError
+from sensor.files import write_atomic
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from recon.pipeline import Reconstruction
+    from recon.pose.tracker import PoseEstimate
+
+MOST_FRAMES = 20_000
+CLIP_FRAMES = 240
+CLIP_MS = 66
+COLUMNS = (
+    "frame,time_ns,state,reason,x_mm,y_mm,z_mm,qx,qy,qz,qw,rotation_std_deg,translation_std_mm,"
+    "overlap,explained"
+)
+
+
+def main(
+    unit: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="UNIT")],
+    source: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="VIDEO|FOLDER|URL|MCAP")],
+    out: Path,
+    tracker: Literal["joint", "gicp", "plane"] = "joint",
+    mesh: Path | None = None,
+    start: Path | None = None,
+    background: str | None = None,
+    frames: int | None = None,
+    json: OutputFile = None,
+) -> None:
+    """Follow the pose of the object that a sensor touches.
+
+    Without a mesh, the object is what the first touch shows, and its pose there is the identity:
+    what follows is how it has moved. With a mesh in mm, poses are those of the mesh; where --start
+    gives none, the first touch is compared with the mesh from all sides, which takes seconds. A
+    pose maps object coordinates to the gel frame: x along the columns, y down, z out of the gel.
+
+    Every frame gets a state: tracking; weak (a pose, but the touch does not show every motion, as
+    a smooth ball does not show how it turns); frozen (the stream stands still); lost, with the
+    reason. A lost frame has no pose. OUT receives poses.csv, poses.mcap (tf2_msgs/TFMessage, for
+    Foxglove and RViz), poses.png (with two standard deviations) and overlay.webp.
+
+    Example: wedge track units/wedge-001 press.mp4 --background first --out tracked
+
+    Args:
+        unit: A unit folder, written by `wedge calibrate`.
+        source: A video, a folder of images, a recording (.mcap), usb:0 or http://HOST:PORT.
+        out: The folder for the results; new or empty.
+        tracker: joint fits slopes and depth together; gicp and plane align point clouds, as the
+            paper did.
+        mesh: The object as STL, PLY or OBJ, in mm.
+        start: The first pose: a text file of 4 x 4 numbers, T_sensor_object in mm.
+        background: A blank frame of today, or `first` where the source begins with one; by default
+            the unit's own.
+        frames: Stop after so many; needed for a live source, which has no end.
+        json: Write the poses here as JSON.
+    """
+    import numpy as np
+
+    from app._sources import open_where
+    from recon.calibration import load_calibration
+    from recon.images import read_frame
+    from recon.pipeline import Reconstructor
+    from recon.pose.mesh import read_mesh
+    from recon.pose.models import MeshModel
+    from recon.pose.rigid import inverse
+    from recon.pose.tracker import REGISTRATIONS, Tracker
+    from sensor.files import new_folder
+
+    if frames is not None and not 0 < frames <= MOST_FRAMES:
+        raise WedgeError(f"--frames must be 1 to {MOST_FRAMES}, not {frames}.")
+    check_outputs(out / "poses.csv", json)
+    calibration = load_calibration(unit)
+    model = (
+        None
+        if mesh is None
+        else MeshModel(mesh=read_mesh(mesh), registration=REGISTRATIONS[tracker])
+    )
+    track = Tracker(tracker, model, None if start is None else _pose(start))
+    blank = None
+    if background not in (None, "first"):
+        blank = read_frame(Path(background).parent, Path(background).name)
+    found: list[PoseEstimate] = []
+    times_ns: list[int] = []
+    pictures: list[np.ndarray] = []
+    with open_where(source) as stream, progress("tracking") as show:
+        if stream.live and frames is None:
+            raise WedgeError(f"{source} has no end: say after how many frames with --frames.")
+        reconstruct = None
+        anchor = None
+        for frame in stream:
+            image = frame.image()
+            if reconstruct is None:
+                reconstruct = Reconstructor(calibration, image if background == "first" else blank)
+                gel = reconstruct.unwarp
+            touch = reconstruct(image)
+            found.append(track(touch))
+            times_ns.append(frame.time_ns)
+            pose = found[-1].T_sensor_object
+            if anchor is None and pose is not None:
+                anchor = (_deepest_mm(touch) - pose[:3, 3]) @ inverse(pose)[:3, :3].T
+            pictures.append(_picture(gel(image), touch, found[-1], anchor))
+            if len(pictures) > 2 * CLIP_FRAMES:
+                pictures = pictures[::2]
+            show(len(found) / (frames or len(found) + 1), found[-1].state)
+            if len(found) == (frames or MOST_FRAMES):
+                break
+    if not found:
+        raise WedgeError(f"{source} holds no frame.")
+    with new_folder(out) as folder:
+        _write(folder, times_ns, found, pictures, Path(source).name)
+    counts = Counter((item.state, item.reason) for item in found)
+    print_table(
+        ["state", "why", "frames"],
+        [[state, reason, str(count)] for (state, reason), count in counts.most_common()],
+    )
+    print(f"Open {out / 'overlay.webp'}")
+    rows = [_row(i, t, item) for i, (t, item) in enumerate(zip(times_ns, found, strict=True))]
+    keys = COLUMNS.split(",")
+    document = [dict(zip(keys, row, strict=True)) for row in rows]
+    write_json(json, {"unit": str(unit), "source": source, "tracker": tracker, "poses": document})
+
+
+def _pose(path: Path) -> "np.ndarray":
+    """A transform from a text file."""
+    import numpy as np
+
+    try:
+        numbers = np.array(path.read_text(encoding="utf-8").replace(",", " ").split(), float)
+    except (OSError, ValueError) as error:
+        raise WedgeError(f"{path} does not hold 16 numbers: {error}.") from error
+    if numbers.size != 16:
+        raise WedgeError(f"{path} holds {numbers.size} numbers, not the 16 of a 4 x 4 pose.")
+    return numbers.reshape(4, 4)
+
+
+def _deepest_mm(touch: "Reconstruction") -> "np.ndarray":
+    """The deepest point of the skin in the gel frame."""
+    from recon.pose.registration import contact_points
+
+    points = contact_points(touch)
+    return points[points[:, 2].argmin()]
+
+
+def _picture(
+    gel: "np.ndarray", touch: "Reconstruction", found: "PoseEstimate", anchor: "np.ndarray | None"
+) -> "np.ndarray":
+    from validation.figures.tracking import overlay
+
+    return overlay(gel, touch.contact, touch.mm_per_px, found, anchor)
+
+
+def _write(
+    folder: Path,
+    times_ns: list[int],
+    found: "list[PoseEstimate]",
+    pictures: "list[np.ndarray]",
+    title: str,
+) -> None:
+    """All files of the result."""
+    from recon.pose.transforms import write_transforms
+    from validation.figures.png import png_bytes
+    from validation.figures.tracking import pose_figure
+
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(COLUMNS.split(","))
+    for index, (time_ns, item) in enumerate(zip(times_ns, found, strict=True)):
+        table.writerow(["" if cell is None else cell for cell in _row(index, time_ns, item)])
+    write_atomic(folder / "poses.csv", text.getvalue().encode())
+    posed = [
+        (time_ns, item.T_sensor_object)
+        for time_ns, item in zip(times_ns, found, strict=True)
+        if item.T_sensor_object is not None
+    ]
+    write_transforms(folder / "poses.mcap", posed)
+    times_s = [(time_ns - times_ns[0]) / 1e9 for time_ns in times_ns]
+    write_atomic(folder / "poses.png", png_bytes(pose_figure(times_s, found, title)))
+    write_atomic(folder / "overlay.webp", clip_bytes(pictures[:: 1 + len(pictures) // CLIP_FRAMES]))
+
+
+def clip_bytes(pictures: "list[np.ndarray]") -> bytes:
+    """Pictures as one moving WebP."""
+    from PIL import Image
+
+    first, *rest = (Image.fromarray(picture) for picture in pictures)
+    stream = io.BytesIO()
+    first.save(
+        stream,
+        format="WEBP",
+        save_all=True,
+        append_images=rest,
+        duration=CLIP_MS,
+        loop=0,
+        quality=60,
+        method=2,
+    )
+    return stream.getvalue()
+
+
+def _row(index: int, time_ns: int, item: "PoseEstimate") -> list[Any]:
+    """The cells of one frame; ``None`` for what is not known."""
+    from scipy.spatial.transform import Rotation
+
+    pose: list[float | None] = [None] * 9
+    if item.T_sensor_object is not None:
+        quaternion = Rotation.from_matrix(item.T_sensor_object[:3, :3]).as_quat()
+        numbers = [*item.T_sensor_object[:3, 3], *quaternion]
+        spread = [item.rotation_std_deg, item.translation_std_mm]
+        pose = [round(float(value), 7) for value in (*numbers, *spread)]
+    shares = [round(item.overlap, 3), round(item.explained, 3)]
+    return [index, time_ns, item.state, item.reason, *pose, *shares]

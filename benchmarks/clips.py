@@ -1,0 +1,130 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Real clips of gripped objects: followed forward, then backward by a tracker that starts anew.
+
+No clip has labelled ball presses. The colours of a press depend on where the lights sit, and the
+other lab's Wedge has them where the clips' has: so slopes come from a network that learnt from its
+presses, laid into the clips' own pad corners with the clip's own blank frame. Depths are therefore
+rough; a motion and its way back can still be compared.
+"""
+
+import csv
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from recon.arrays import Frame
+from recon.calibration import Calibration, calibrate
+from recon.pipeline import Reconstruction, Reconstructor
+from recon.pose.registration import contact_points
+from recon.pose.rigid import angle_deg, applied, inverse
+from recon.pose.tracker import PoseEstimate, Tracker
+from recon.presses import read_presses
+from sensor.dataset import read_dataset
+from validation.datasets import dataset_folder, shared_folder
+from validation.importers import wedge_mit
+
+LEARNT_FROM = "wedge-lab"
+CLIPS = ("wedge-mit-bolt", "wedge-mit-golf-ball", "wedge-mit-strawberry")
+FIRM_N = 15.0
+"""Tracking is judged while the gripper presses at least so hard."""
+GONE_N, GONE_FRAMES = 1.0, 3
+"""The object has left so many frames after the force fell below that."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ThereAndBack:
+    """One clip, followed in both directions."""
+
+    name: str
+    frames: int
+    """While the gripper presses firmly."""
+    with_pose: int
+    apart_deg: float
+    """Between the first firm frame's pose and what the way back makes of it."""
+    apart_mm: float
+    """Of the middle of the contact."""
+    gone: int
+    """Frames after the object has left."""
+    gone_lost: int
+    """Of these, reported as lost."""
+    touches: Sequence[Reconstruction]
+    forward: Sequence[PoseEstimate]
+
+
+def learnt_elsewhere() -> Calibration:
+    """The other lab's unit."""
+    dataset = read_dataset(dataset_folder(LEARNT_FROM))
+    return calibrate(
+        dataset,
+        read_presses(dataset),
+        estimator="mlp",
+        serial=LEARNT_FROM,
+        created="2026-01-01",
+        metrics={},
+        seed=0,
+    )
+
+
+def borrowed(unit: Calibration, frame: Frame) -> Calibration:
+    """A unit's colours with the clips' geometry and a clip's blank frame."""
+    source = shared_folder() / "wedge-mit" / wedge_mit.CORNERS_FILE
+    width, height = (
+        round(side / pitch)
+        for side, pitch in zip(wedge_mit.PAD_SIZE_MM, wedge_mit.MM_PER_PX, strict=True)
+    )
+    card = replace(
+        unit.card,
+        mm_per_px=wedge_mit.MM_PER_PX,
+        frame_size_px=(frame.shape[1], frame.shape[0]),
+        size_px=(width, height),
+        corners_px=wedge_mit._corners_px(source),
+        pad_size_mm=wedge_mit.PAD_SIZE_MM,
+        markers=None,
+    )
+    return replace(unit, card=card, background=frame)
+
+
+def clip(name: str) -> tuple[list[Frame], list[float]]:
+    """The frames of a clip, raw, and the force in N at each."""
+    known = next(item for item in wedge_mit.CLIPS if item.name == name)
+    folder = shared_folder() / "wedge-mit"
+    with (folder / f"{known.path}_force_width.csv").open(newline="") as stream:
+        force = [abs(float(row["force_N"])) for row in csv.DictReader(stream)]
+    return list(wedge_mit._frames(folder / f"{known.path}.avi")), force
+
+
+def there_and_back(name: str, unit: Calibration, tracker: str = "joint") -> ThereAndBack:
+    """Follow a clip while the gripper presses firmly, go on until the end, and follow it back."""
+    frames, force = clip(name)
+    firm = [index for index, value in enumerate(force) if value >= FIRM_N]
+    first, last = firm[0], firm[-1]
+    left = next(i for i in range(last, len(force)) if force[i] < GONE_N) + GONE_FRAMES
+    reconstruct = Reconstructor(borrowed(unit, frames[0]))
+    touches = [reconstruct(frame) for frame in frames[first:]]
+    track = Tracker(tracker)
+    forward = [track(touch) for touch in touches]
+    held = last - first + 1
+    start = forward[held - 1].T_sensor_object
+    again = Tracker(tracker, T_sensor_object=start)
+    backward = [again(touch) for touch in touches[held - 1 :: -1]]
+    there, back = forward[0].T_sensor_object, backward[-1].T_sensor_object
+    apart_deg, apart_mm = np.inf, np.inf
+    if start is not None and there is not None and back is not None:
+        between = back @ inverse(there)
+        middle = contact_points(touches[0]).mean(0)
+        apart_deg = angle_deg(between)
+        apart_mm = float(np.linalg.norm(applied(between, middle) - middle))
+    gone = forward[left - first :]
+    return ThereAndBack(
+        name=name,
+        frames=held,
+        with_pose=sum(item.T_sensor_object is not None for item in forward[:held]),
+        apart_deg=apart_deg,
+        apart_mm=apart_mm,
+        gone=len(gone),
+        gone_lost=sum(item.state == "lost" for item in gone),
+        touches=touches,
+        forward=forward,
+    )

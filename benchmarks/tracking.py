@@ -1,0 +1,189 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Tracking: steps of known size on five objects, a bead's whole roll, real clips there and back."""
+
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from statistics import median
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from benchmarks.clips import CLIPS, ThereAndBack, learnt_elsewhere, there_and_back
+from benchmarks.measurement import Measurement, interleaved_ms
+from benchmarks.touches import SyntheticTouch, Thing, bead, motions, pressed, things
+from recon.pose.pyramid import Pyramid
+from recon.pose.rigid import Transform, angle_deg, inverse, rigid, shift_mm
+from recon.pose.tracker import REGISTRATIONS, Tracker
+from sensor.errors import WedgeError
+from validation.datasets import shared_folder
+
+STEPS = 12
+SEED = 1
+ROLL_STEP_DEG = 2.5
+ROLL_SIZE_PX, ROLL_MM_PER_PX = (160, 120), (0.1268, 0.1268)
+BARS = {
+    "cube corner": (0.09, 0.0024),
+    "shallow texture": (0.04, 0.0055),
+}
+"""Degrees and mm."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class StepErrors:
+    """Errors of single steps of 2.5 degrees and 0.2 mm from one noisy touch to another."""
+
+    thing: str
+    tracker: str
+    angle_deg: float
+    """Median."""
+    shift_mm: float
+    expected_deg: float
+    """Median length of an error drawn from the covariance that the tracker reports."""
+    squares: float
+    """Mean of the squared error in units of that covariance; 6 where it is right."""
+    milliseconds: float
+    """Processor time to prepare the touch and to align it."""
+
+
+def step_errors(names: Sequence[str], steps: int = STEPS) -> list[StepErrors]:
+    """Every tracker on the same pairs of touches of every object."""
+    found = []
+    for name, thing in things().items():
+        if name not in names:
+            continue
+        rng = np.random.default_rng(SEED)
+        pairs = [
+            (pressed(thing, np.eye(4), rng), pressed(thing, moved, rng), moved)
+            for moved in motions(rng, steps)
+        ]
+        found += [_errors(name, tracker, pairs) for tracker in REGISTRATIONS]
+    return found
+
+
+def _errors(
+    thing: str, tracker: str, pairs: Sequence[tuple[SyntheticTouch, SyntheticTouch, Transform]]
+) -> StepErrors:
+    registration = REGISTRATIONS[tracker]
+    rows = []
+    for first, second, moved in pairs:
+        reference = registration.prepare(first)
+        if isinstance(reference, Pyramid):
+            _ = reference.templates  # once per keyframe, not per frame
+        begun = time.process_time()
+        found = registration.align(reference, registration.prepare(second), np.eye(4))
+        taken = time.process_time() - begun
+        left = inverse(moved) @ found.T_current_reference
+        twist = np.concatenate([Rotation.from_matrix(left[:3, :3]).as_rotvec(), left[:3, 3]])
+        square = float(twist @ np.linalg.solve(found.covariance, twist))
+        spread = np.degrees(np.sqrt(np.trace(found.covariance[:3, :3])))
+        rows.append(
+            (angle_deg(left), _off_mm(found.T_current_reference, moved), spread, square, taken)
+        )
+    angle, shift, spread, _, taken = (median(column) for column in zip(*rows, strict=True))
+    return StepErrors(
+        thing=thing,
+        tracker=tracker,
+        angle_deg=angle,
+        shift_mm=shift,
+        expected_deg=spread,
+        squares=float(np.mean([row[3] for row in rows])),
+        milliseconds=1e3 * taken,
+    )
+
+
+def _off_mm(found: Transform, true: Transform) -> float:
+    return shift_mm(inverse(found) @ true)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Roll:
+    """A textured bead rolled once round beneath the gel, at a quarter of a frame's pixels."""
+
+    true_deg: Sequence[float]
+    error_deg: Mapping[str, Sequence[float]]
+    """By tracker; NaN where lost."""
+
+
+def roll(trackers: Sequence[str] = ("joint", "gicp"), to_deg: float = 360.0) -> Roll:
+    """Roll and follow."""
+    thing: Thing = bead()
+    center = np.array([0, 0, 5.0 - 0.8])
+    rng = np.random.default_rng(3)
+    running = {name: Tracker(name) for name in trackers}
+    angles = np.arange(0, to_deg + 1e-9, ROLL_STEP_DEG)
+    errors: dict[str, list[float]] = {name: [] for name in trackers}
+    for angle in angles:
+        turn = Rotation.from_euler("y", angle, degrees=True).as_matrix()
+        pose = rigid(turn, center - turn @ center)
+        touch = pressed(thing, pose, rng, size_px=ROLL_SIZE_PX, mm_per_px=ROLL_MM_PER_PX)
+        for name, track in running.items():
+            found = track(touch).T_sensor_object
+            errors[name].append(np.nan if found is None else angle_deg(inverse(pose) @ found))
+    return Roll(true_deg=angles.tolist(), error_deg=errors)
+
+
+def clips() -> list[ThereAndBack]:
+    """The real clips, where this machine has them.
+
+    Raises:
+        WedgeError: it has not.
+    """
+    if not (shared_folder() / "wedge-mit").is_dir():
+        raise WedgeError(
+            "the clips are not on this machine: `wedge data list` says where to put them."
+        )
+    unit = learnt_elsewhere()
+    return [there_and_back(name, unit) for name in CLIPS]
+
+
+def measure() -> Iterator[Measurement]:
+    """Every figure of tracking."""
+    for item in step_errors(list(BARS)):
+        if item.tracker != "joint":
+            continue
+        bar_deg, bar_mm = BARS[item.thing]
+        what = f"tracking a {item.thing}, 2.5° and 0.2 mm a step, slope noise 0.05"
+        yield Measurement(name=f"{what}: angle", value=item.angle_deg, unit="°", bar=bar_deg)
+        yield Measurement(name=f"{what}: shift", value=item.shift_mm, unit="mm", bar=bar_mm)
+    yield from _time()
+    rolled = roll()
+    for name, errors in rolled.error_deg.items():
+        before = errors[-len(errors) // 8]  # the last touches meet the first keyframe again
+        yield Measurement(
+            name=f"{name}: a bead rolled by 315°, 160x120",
+            value=float(before),
+            unit="° off",
+            bar=2.0 if name == "joint" else None,
+        )
+        yield Measurement(
+            name=f"{name}: a bead rolled by 360°, 160x120",
+            value=float(errors[-1]),
+            unit="° off",
+            bar=2.0 if name == "joint" else None,
+        )
+
+
+def _time() -> Iterator[Measurement]:
+    """Time of one step beside that of GICP, in turn."""
+    rng = np.random.default_rng(SEED)
+    for name in BARS:
+        thing = things()[name]
+        first = pressed(thing, np.eye(4), rng)
+        second = pressed(thing, motions(rng, 1)[0], rng)
+        calls = []
+        for registration in REGISTRATIONS.values():
+            reference = registration.prepare(first)
+            calls.append(partial(_step, registration, reference, second))
+        ours, gicp, _ = interleaved_ms(calls, rounds=15)
+        yield Measurement(
+            name=f"joint: one step on a {name} against GICP",
+            value=ours / gicp,
+            unit=f"ratio ({ours:.1f} ms)",
+        )
+
+
+def _step(registration: object, reference: object, touch: SyntheticTouch) -> None:
+    registration.align(reference, registration.prepare(touch), np.eye(4))  # type: ignore[attr-defined]

@@ -1,0 +1,173 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Tracked poses: over time with their uncertainty, and drawn over the frames."""
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from jaxtyping import Float, UInt8
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from scipy.spatial.transform import Rotation
+
+from recon.arrays import ContactMask, Unwarped
+from recon.pose.rigid import Points, Transform
+from recon.pose.tracker import PoseEstimate
+from sensor.toml import Pair
+from validation.figures.style import BLUE, FAINT, FULL_IN, GREEN, ORANGE, RED, SOFT, card, styled
+
+AXES = (("x", BLUE), ("y", ORANGE), ("z", GREEN))
+OVERLAY_WIDTH_PX = 640
+AXIS_MM = 3.0
+BANNER_PX = 44
+WORDS = {"tracking": (90, 200, 120), "weak": (240, 190, 70), "frozen": (90, 170, 240)}
+"""RGB of a state's name; red for the rest."""
+LOST = (255, 110, 90)
+
+
+@styled
+def pose_figure(times_s: Sequence[float], found: Sequence[PoseEstimate], title: str) -> Figure:
+    """Rotation vector and translation against time, with two standard deviations.
+
+    Grey: no pose; hatched: a pose with a warning.
+    """
+    figure = card(FULL_IN, 4.6)
+    upper, lower = figure.subplots(2, 1, sharex=True)
+    times = np.asarray(times_s, float)
+    turn, shift, spread = series(found)
+    for axes, values, deviation, unit in (
+        (upper, turn, spread[:, :3], "rotation [°]"),
+        (lower, shift, spread[:, 3:], "shift [mm]"),
+    ):
+        _shade(axes, times, found)
+        for index, (name, color) in enumerate(AXES):
+            low = values[:, index] - 2 * deviation[:, index]
+            high = values[:, index] + 2 * deviation[:, index]
+            axes.fill_between(times, low, high, color=color, alpha=0.2, lw=0)
+            axes.plot(times, values[:, index], color=color, label=name, marker=".", ms=3)
+        finite = values[np.isfinite(values)]
+        if len(finite):
+            room = 0.15 * max(float(np.ptp(finite)), 0.1)
+            axes.set_ylim(finite.min() - room, finite.max() + room)
+        axes.set_ylabel(unit)
+        axes.grid()
+    upper.set_title(title)
+    upper.legend(loc="upper left", ncols=3)
+    lower.set_xlabel("time [s]")
+    return figure
+
+
+def series(
+    found: Sequence[PoseEstimate],
+) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"], Float[np.ndarray, "n 6"]]:
+    """Rotation vectors in degrees without jumps, shifts in mm, deviations; NaN where lost."""
+    turn, shift = np.full((len(found), 3), np.nan), np.full((len(found), 3), np.nan)
+    spread = np.full((len(found), 6), np.nan)
+    last = np.zeros(3)
+    for index, item in enumerate(found):
+        if item.T_sensor_object is None or item.covariance is None:
+            continue
+        vector = Rotation.from_matrix(item.T_sensor_object[:3, :3]).as_rotvec()
+        angle = float(np.linalg.norm(vector))
+        if angle > 0:  # of all vectors of this rotation, the one nearest to the last
+            turns = np.round((last @ vector / angle - angle) / (2 * np.pi))
+            vector = vector * (1 + 2 * np.pi * turns / angle)
+        last = vector
+        turn[index], shift[index] = np.degrees(vector), item.T_sensor_object[:3, 3]
+        deviation = np.sqrt(np.maximum(np.diag(item.covariance), 0))
+        spread[index] = np.concatenate([np.degrees(deviation[:3]), deviation[3:]])
+    return turn, shift, spread
+
+
+def overlay(
+    image: Unwarped,
+    contact: ContactMask,
+    mm_per_px: Pair,
+    found: PoseEstimate,
+    anchor_mm: Points | None,
+) -> UInt8[np.ndarray, "h2 w2 3"]:
+    """A frame with the contact's outline, the object's axes and the state in words.
+
+    Args:
+        image: the gel plane.
+        contact: of the same pixels.
+        mm_per_px: of both.
+        found: what the tracker says.
+        anchor_mm: the point of the object where its axes are drawn; ``None`` before there is one.
+    """
+    height, width = contact.shape
+    scale = OVERLAY_WIDTH_PX / width
+    size = OVERLAY_WIDTH_PX, round(height * scale)
+    picture = cv2.resize(
+        (255 * np.clip(image, 0, 1)).astype(np.uint8), size, interpolation=cv2.INTER_LINEAR
+    )
+    mask = cv2.resize(contact.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST)
+    edges = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
+    cv2.drawContours(picture, edges, -1, (255, 255, 255), 1, cv2.LINE_AA)
+    if found.T_sensor_object is not None and anchor_mm is not None:
+        _draw_axes(picture, found.T_sensor_object, anchor_mm, mm_per_px, scale)
+    banner = np.full((BANNER_PX, size[0], 3), 24, np.uint8)
+    words = found.state if not found.reason else f"{found.state}: {found.reason}"
+    _write(banner, words, (10, 18), WORDS.get(found.state, LOST))
+    if found.T_sensor_object is not None:
+        turn = np.degrees(Rotation.from_matrix(found.T_sensor_object[:3, :3]).as_rotvec())
+        shift = found.T_sensor_object[:3, 3]
+        numbers = "turn {:+.1f} {:+.1f} {:+.1f} deg   shift {:+.2f} {:+.2f} {:+.2f} mm".format(
+            *turn, *shift
+        )
+        _write(banner, numbers, (10, 37), (220, 220, 220))
+    return np.concatenate([picture, banner])
+
+
+def _draw_axes(
+    picture: np.ndarray, pose: Transform, anchor_mm: Points, mm_per_px: Pair, scale: float
+) -> None:
+    """The object's axes at a point of it, seen straight through the gel."""
+    rows = picture.shape[0] / scale
+    ends = anchor_mm + np.concatenate([np.zeros((1, 3)), AXIS_MM * np.eye(3)])
+    seen = ends @ pose[:3, :3].T + pose[:3, 3]
+    x_px = (seen[:, 0] / mm_per_px[0] + (OVERLAY_WIDTH_PX / scale - 1) / 2 + 0.5) * scale
+    y_px = (seen[:, 1] / mm_per_px[1] + (rows - 1) / 2 + 0.5) * scale
+    places = np.clip(np.round(np.stack([x_px, y_px], 1)), -4000, 4000).astype(int)
+    start = tuple(map(int, places[0]))
+    for end, (_, color) in zip(places[1:], AXES, strict=True):
+        rgb = tuple(int(color[i : i + 2], 16) for i in (1, 3, 5))
+        cv2.line(picture, start, tuple(map(int, end)), (20, 20, 20), 5, cv2.LINE_AA)
+        cv2.line(picture, start, tuple(map(int, end)), rgb, 3, cv2.LINE_AA)
+    cv2.circle(picture, start, 4, (255, 255, 255), -1, cv2.LINE_AA)
+
+
+def _write(
+    picture: np.ndarray, words: str, place: tuple[int, int], color: tuple[int, int, int]
+) -> None:
+    cv2.putText(picture, words, place, cv2.FONT_HERSHEY_SIMPLEX, 0.48, color, 1, cv2.LINE_AA)
+
+
+def _shade(axes: Axes, times: np.ndarray, found: Sequence[PoseEstimate]) -> None:
+    """Mark where there is no pose, and where there is one with a warning."""
+    if len(times) < 2:
+        return
+    step = float(np.median(np.diff(times)))
+    for time, item in zip(times, found, strict=True):
+        if item.state == "lost":
+            axes.axvspan(time - step / 2, time + step / 2, color=FAINT, lw=0)
+        elif item.state != "tracking":
+            axes.axvspan(
+                time - step / 2, time + step / 2, fc="none", ec=SOFT, hatch="////", lw=0, alpha=0.5
+            )
+
+
+@styled
+def roll_figure(
+    true_deg: Sequence[float], error_deg: dict[str, Sequence[float]], title: str
+) -> Figure:
+    """Error of each tracker against the angle that the object has rolled."""
+    figure = card(FULL_IN / 2, 3.0)
+    axes = figure.add_subplot()
+    for (name, values), color in zip(error_deg.items(), (BLUE, ORANGE, GREEN, RED), strict=False):
+        axes.plot(true_deg, values, color=color, label=name)
+    axes.set(xlabel="rolled [°]", ylabel="error [°]", title=title, yscale="log")
+    axes.grid()
+    axes.legend()
+    return figure
