@@ -47,6 +47,8 @@ def main(
     from recon.stream import McapSource, Paced
 
     refuse_few("speed", speed)
+    if not hasattr(time, "CLOCK_BOOTTIME"):
+        raise WedgeError("wedge replay needs Linux: it is the Pi's own server that sends.")
     if not 0 <= port < 65536:
         raise WedgeError(f"--port {port} must lie between 0 and 65535.")
     source = McapSource(Path(where), sensor) if sensor else open_where(where)

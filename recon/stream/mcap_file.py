@@ -10,6 +10,7 @@ See https://mcap.dev/spec.
 import os
 import zlib
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
@@ -106,7 +107,7 @@ class McapFile:
                 )
             )
             head += record
-        self._end = 0
+        self._end, self._last_index = 0, b""
         self._write(head)
 
     def add_channel(self, topic: str) -> int:
@@ -204,15 +205,22 @@ class McapFile:
     def _write(self, written: bytes) -> None:
         """Put data over the previous index, with the new index behind it."""
         end = self._end + len(written)
-        whole = memoryview(written + self._index(end))
+        index = self._index(end)
         try:
-            at = self._end
-            while whole:
-                done = os.pwrite(self._file, whole, at)
-                at, whole = at + done, whole[done:]
+            self._put(written + index)
         except OSError as error:
+            with suppress(OSError):  # where the disk is full, there is room for what was there
+                self._put(self._last_index)
+                os.ftruncate(self._file, self._end + len(self._last_index))
             raise WedgeError(f"{self._path} cannot be written: {error.strerror}.") from error
-        self._end = end
+        self._end, self._last_index = end, index
+
+    def _put(self, content: bytes) -> None:
+        """Write all of it where the data end."""
+        at, rest = self._end, memoryview(content)
+        while rest:
+            done = os.pwrite(self._file, rest, at)
+            at, rest = at + done, rest[done:]
 
     def _index(self, end: int) -> bytes:
         """All that stands behind the data, which ends there."""

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Recordings open in the tools that others use, whenever the recorder was killed."""
 
+import resource
 import signal
 import subprocess
 import sys
@@ -141,6 +142,22 @@ def test_at_every_length_that_a_write_can_leave_what_is_whole_is_read(tmp_path: 
         counts.append(len(times))
     assert counts == sorted(counts)
     assert counts[-1] >= 120
+
+
+def test_a_full_disk_is_a_sentence_and_costs_no_more_than_the_last_second(tmp_path: Path) -> None:
+    path = tmp_path / "touch.mcap"
+    kept = resource.getrlimit(resource.RLIMIT_FSIZE)
+    recorder = Recorder(path, {"wedge": None})
+    resource.setrlimit(resource.RLIMIT_FSIZE, (700_000, kept[1]))
+    try:
+        with pytest.raises(WedgeError, match="cannot be written: File too large"):
+            for index in range(2000):
+                recorder.add("wedge", frame(index))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, kept)
+    messages = read_with_mcap(path)
+    assert len(messages) == len(read_with_rosbags(path)) > 100
+    assert [t for _, t, _ in messages] == [frame(i).time_ns for i in range(len(messages))]
 
 
 def test_no_recording_is_written_over(tmp_path: Path) -> None:
