@@ -20,6 +20,7 @@ import numpy as np
 from recon.ball import ball_cap
 from recon.images import write_image
 from sensor.dataset import BallLabel, Dataset, DatasetCard, read_dataset, write_card, write_labels
+from validation.report.fabrication import LINKS
 
 MM_PER_PX = (0.1, 0.1)
 SIZE_PX = (120, 90)
@@ -170,9 +171,9 @@ def true_depth_mm(label: BallLabel) -> np.ndarray:
 
 def make_fabrication(folder: Path, design: str, *, failed: int) -> dict[str, Any]:
     """What the page shows of a fabrication folder: three checks, a camera in the bill, pictures."""
-    (folder / "pictures").mkdir()
-    (folder / "bill").mkdir()
-    for name in ("index.html", "guide.html", "bill/bill.md"):
+    for name in ("bill", "electronics", "pictures", "step"):
+        (folder / name).mkdir()
+    for name in LINKS:
         (folder / name).write_text(design)
     for name in ("assembled_below", "section"):
         write_image(folder / "pictures" / f"{name}.png", np.zeros((4, 6, 3), np.uint8))

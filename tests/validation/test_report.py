@@ -22,7 +22,7 @@ from validation import examples
 from validation.error_table import error_table
 from validation.examples import held_out, label_shift_deg
 from validation.paper import PAPER_TABLE
-from validation.report.fabrication import fabrication_section, no_fabrication_section
+from validation.report.fabrication import LINKS, fabrication_section, no_fabrication_section
 from validation.report.integrators import integrator_section
 from validation.report.page import Picture, Section, figure_html, table_html, write_report
 from validation.report.remarks import reproduction_section, weakness_section
@@ -183,12 +183,15 @@ def test_files_to_build_are_counted_shown_and_linked(tmp_path: Path) -> None:
     assert row == [("standard", "3", "0"), ("finger", "2", "1")]
     assert "Failed: finger, wall of part 1." in page.words
     assert re.search(r"\d+\.\d\d USD, \d+\.\d\d each; 0.00 of it estimated<", section.html)
-    for picture in page.all("img"):
-        content = base64.b64decode(picture["src"].partition(",")[2], validate=True)
-        assert content.startswith(b"\x89PNG")
-    assert len(page.all("img")) == 4
+    contents = [
+        base64.b64decode(picture["src"].partition(",")[2], validate=True)
+        for picture in page.all("img")
+    ]
+    drawings = [content for content in contents if not content.startswith(b"\x89PNG")]
+    assert drawings == [b"standard", b"finger"]  # what stands for drawing.svg
+    assert len(contents) == 6
     links = [link["href"] for link in page.all("a")]
-    assert len(links) == 8
+    assert len(links) == 2 * len(LINKS)
     assert all((tmp_path / link).is_file() for link in links)
     assert "no solids here" in no_fabrication_section("no solids here").html
 
