@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 from app._output import print_table, write_json
 from app._progress import progress
 from app._seed import Seed
+from app._touch import touch_sections
 from app._workers import process_pool
 from app.fabricate import MANIFEST, MissingExtraError, fabricate
 from sensor.design_file import load_design
@@ -96,6 +97,7 @@ def main(out: Path = Path("build"), folds: int = 5, seed: Seed = 0) -> int:
             if dataset.name in KNOWN_DEPTH:
                 extra.append(_known_depth(KNOWN_DEPTH[dataset.name], unit))
         likeness = _fidelity(known, executor) if shapes else []
+        touch = touch_sections([dataset.name for dataset in present], ESTIMATORS[0], executor)
     with progress("figures and page") as show:
         sections = [headline_section(results), files]
         for done, item in enumerate(results, start=1):
@@ -106,7 +108,9 @@ def main(out: Path = Path("build"), folds: int = 5, seed: Seed = 0) -> int:
             *([shapes_section(shapes)] if shapes else []),
             *likeness,
             *extra,
+            *touch,
             _integrators(),
+            _tracking(),
             weakness_section(results),
             reproduction_section(command, results, absent, _versions()),
         ]
@@ -296,6 +300,53 @@ def _integrators() -> "Section":
     found["neumann"] = found["neumann"] - np.median(found["neumann"][depth == 0])
     errors = {name: [bump_error(count, name) for count in SAMPLES] for name in BOUNDARIES}
     return integrator_section(depth, found, pitch, SAMPLES, errors)
+
+
+def _tracking() -> "Section":
+    """Steps on objects of known pose, and a bead that rolls."""
+    from benchmarks.tracking import STEPS, roll, step_errors
+    from sensor.errors import WedgeError
+    from validation.figures.png import png_bytes
+    from validation.figures.tracking import roll_figure
+    from validation.report.page import Picture
+    from validation.report.tracking import tracking_section
+
+    trackers = ("joint", "gicp")
+    with progress("pose tracking") as show:
+        try:
+            measured = step_errors(("cube corner", "shallow texture", "textured bead"), trackers)
+            show(0.6, "rolling a bead")
+            rolled = roll(trackers)
+        except WedgeError as error:  # small_gicp is an extra
+            trackers = ("joint",)
+            print(f"left out ICP: {error}", file=sys.stderr)
+            measured = step_errors(("cube corner", "shallow texture", "textured bead"), trackers)
+            rolled = roll(trackers)
+    errors = dict(rolled.error_deg)
+    ends = ", ".join(f"{name} {values[-1]:.2f}°" for name, values in errors.items())
+    picture = Picture(
+        png=png_bytes(roll_figure(rolled.true_deg, errors, "a textured bead rolls once round")),
+        alt=f"Error against the angle rolled; at the end {ends}",
+        caption="A bead of 5 mm radius with a texture of 0.02 mm rolls in steps of 2.5° at "
+        f"160 × 120 pixels. After 360°, where the first keyframe is met again: {ends}.",
+    )
+    rows = [
+        [
+            f"{item.thing}, {item.tracker}",
+            f"{item.angle_deg:.3f}",
+            f"{1e3 * item.shift_mm:.1f}",
+            f"{item.milliseconds:.1f}",
+            f"{item.squares:.0f}",
+        ]
+        for item in measured
+    ]
+    return tracking_section(
+        ["object, tracker", "angle [°]", "shift [µm]", "time [ms]", "squared error"],
+        rows,
+        [picture],
+        f"n = {STEPS} steps for each object. `joint` fits slopes and depth together, `gicp` aligns "
+        "point clouds by small_gicp.",
+    )
 
 
 def _versions() -> dict[str, str]:

@@ -1,0 +1,87 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Dots, contact and force for the page of `wedge reproduce`, of the sets that are here."""
+
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from app._progress import progress
+
+if TYPE_CHECKING:
+    from recon.arrays import Unwarped
+    from recon.markers.tracking import Tracked
+    from validation.contact import Overlap
+    from validation.force import ForceCurve
+    from validation.report.page import Section
+
+TWIN = "twin-standard"
+FOLDS = 3
+SHOWN = ("wedge-lab", "ball-8.jpg")
+"""A press on a real marker gel."""
+
+
+def touch_sections(names: Sequence[str], estimator: str, executor: Executor) -> "list[Section]":
+    """The sections, of the sets that are here.
+
+    Args:
+        names: of datasets with labelled balls on this machine.
+        estimator: what masks and depths are made with.
+        executor: does the sets side by side.
+    """
+    from validation.datasets import DATASETS, dataset_folder
+    from validation.dots import COUNTED_FRAMES, hand_counted, score_detection
+    from validation.importers.wedge_mit import CLIPS
+    from validation.report.touch import contact_section, marker_section
+
+    here = {known.name for known in DATASETS if known.find() is not None}
+    sections: list[Section] = []
+    with progress("contact and dots") as show:
+        judged = {
+            name: executor.submit(_overlaps, dataset_folder(name), estimator) for name in names
+        }
+        clips = [dataset_folder(clip.name) for clip in CLIPS if {clip.name, TWIN} <= here]
+        curves = executor.submit(_curves, dataset_folder(TWIN), clips) if clips else None
+        counted = {
+            name: frame
+            for name in COUNTED_FRAMES
+            if name in here and (frame := hand_counted(name)) is not None
+        }
+        scores = {name: score_detection(*frame) for name, frame in counted.items()}
+        if SHOWN[0] in scores:
+            sections.append(marker_section(scores, _shown(dataset_folder(SHOWN[0]))))
+        overlaps = {}
+        for done, (name, future) in enumerate(judged.items(), start=1):
+            overlaps[name] = future.result()
+            show(done / (len(judged) + 1), name)
+        found = curves.result() if curves else []
+    return [contact_section(overlaps, found), *sections]
+
+
+def _overlaps(folder: Path, estimator: str) -> "list[Overlap]":
+    from sensor.dataset import read_dataset
+    from validation.contact import ball_overlaps
+
+    return ball_overlaps(read_dataset(folder), estimator=estimator, folds=FOLDS)
+
+
+def _curves(twin: Path, clips: list[Path]) -> "list[ForceCurve]":
+    from sensor.dataset import read_dataset
+    from validation.force import force_curve, lend
+
+    lent = lend(read_dataset(twin))
+    return [force_curve(read_dataset(clip), lent) for clip in clips]
+
+
+def _shown(folder: Path) -> "tuple[str, Unwarped, Tracked, tuple[float, float]]":
+    """Name, frame, dots and pitch of a press."""
+    from recon.images import read_frame
+    from recon.presses import press_reader
+    from sensor.dataset import read_dataset
+
+    reader = press_reader(read_dataset(folder))
+    image = reader.unwarp(read_frame(folder, SHOWN[1]))
+    assert reader.dots is not None
+    title = f"{SHOWN[1]} of {SHOWN[0]}"
+    return title, image, reader.dots.track(image), reader.dataset.card.mm_per_px

@@ -1,0 +1,108 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Dots, contact and force, as sections of the page."""
+
+from collections.abc import Mapping, Sequence
+
+from recon.arrays import Unwarped
+from recon.markers.tracking import Tracked
+from sensor.toml import Pair
+from validation.contact import Overlap, mean_iou
+from validation.dots import DetectionScore
+from validation.figures.force import force_figure
+from validation.figures.markers import displacement_figure
+from validation.figures.png import png_bytes
+from validation.force import ForceCurve
+from validation.report.page import Picture, Section, code, figure_html, paragraph, table_html
+
+
+def marker_section(
+    scores: Mapping[str, DetectionScore],
+    example: tuple[str, Unwarped, Tracked, Pair],
+) -> Section:
+    """How the dots of real gels were found and followed.
+
+    Args:
+        scores: by dataset, against dots counted by eye.
+        example: a press of one of them: name, frame, its dots and mm/px.
+    """
+    name, image, tracked, mm_per_px = example
+    picture = Picture(
+        png=png_bytes(displacement_figure(image, tracked, mm_per_px, title=name)),
+        alt=f"A press on a gel of {len(tracked.markers)} dots; arrows from where each dot rests",
+        caption=f"{name}: {int(tracked.seen.sum())} of {len(tracked.markers)} dots seen. "
+        "Arrows begin where the dot rests and are three times as long as it moved.",
+        wide=True,
+    )
+    rows = [
+        [
+            dataset,
+            str(score.whole),
+            str(score.found),
+            str(score.false),
+            f"{score.rms_px:.2f}",
+        ]
+        for dataset, score in scores.items()
+    ]
+    return Section(
+        title="Dots on the gel",
+        html=paragraph(
+            "Dots are found on the blank frame without being told their size or spacing, followed "
+            "through presses, and the slopes under them are filled in from around them."
+        )
+        + table_html(
+            "Blank frames of real marker gels, dots counted by eye in enlarged frames; dots that "
+            "the frame's edge cuts are neither asked for nor counted as false.",
+            ["gel", "counted", "found", "found where none is", "RMS to the hand's places [px]"],
+            rows,
+        )
+        + figure_html(picture)
+        + paragraph("The ways of filling, compared in one table:")
+        + code("wedge bench"),
+    )
+
+
+def contact_section(
+    overlaps: Mapping[str, Sequence[Overlap]], curves: Sequence[ForceCurve]
+) -> Section:
+    """How masks fit labelled discs, and how contact follows force.
+
+    Args:
+        overlaps: by dataset, of presses that the estimator has not seen.
+        curves: of clips with the measured force; none where they are absent.
+    """
+    rows = [
+        [
+            dataset,
+            str(len(found)),
+            f"{mean_iou(found):.3f}",
+            f"{min(item.iou for item in found):.3f}",
+            f"{sum(item.radius_ratio for item in found) / len(found):.2f}",
+        ]
+        for dataset, found in overlaps.items()
+    ]
+    html = paragraph(
+        "A contact ends at the contour of pressure along which the skin is steepest on average; "
+        "gel that only follows is left out."
+    ) + table_html(
+        "Contact masks against the labelled discs of ball presses, 3-fold by press.",
+        ["dataset", "presses", "mean IoU", "least IoU", "radius, found to labelled"],
+        rows,
+    )
+    if curves:
+        words = "; ".join(
+            f"{curve.name.removeprefix('wedge-mit-')} {curve.rank_correlation[0]:.2f} and "
+            f"{curve.rank_correlation[1]:.2f}"
+            for curve in curves
+        )
+        html += figure_html(
+            Picture(
+                png=png_bytes(force_figure(curves)),
+                alt="Disturbed area and deepest point over the measured force of six clips",
+                caption="Clips of an MIT Wedge that grips objects, joined in time. Depths come "
+                "from the twin's calibration and show a trend. Rank correlation of force with "
+                f"area and with depth: {words}.",
+                wide=True,
+            )
+        )
+    return Section(title="Where it touches", html=html)
