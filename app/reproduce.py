@@ -274,8 +274,8 @@ def _fidelity(known: "Mapping[str, KnownDataset]", executor: Executor) -> "list[
         sensors = [
             executor.submit(likeness, folder, corners.get(name)) for name, folder in folders.items()
         ]
-        crossing = [name for name in ("twin-standard", "wedge-lab", "twin-finger") if name in folders]
-        crossing = crossing[:2]
+        wanted = ("twin-standard", "wedge-lab", "twin-finger")
+        crossing = [name for name in wanted if name in folders][:2]
         transfers = [
             executor.submit(transfer, folders[learnt], folders[judged])
             for learnt in crossing
