@@ -19,7 +19,7 @@ HISTORY_S = 20.0
 STYLE = """
 body { background: #10151c; color: #e6edf3; font-variant-numeric: tabular-nums; }
 .sensor { background: #18202a; border: 1px solid #2a3542; border-radius: 14px; }
-.picture { background: #0b0f14; border-radius: 8px; overflow: hidden; }
+.picture { background: #0b0f14; border-radius: 8px; overflow: hidden; min-height: 9rem; }
 .picture img { width: 100%; display: block; }
 .quiet { color: #9fb0c0; }
 .big { font-size: 2rem; line-height: 1.1; font-weight: 600; }
@@ -68,14 +68,14 @@ class SensorCard:
         self.surface_s = 0.0
         with ui.column().classes("sensor w-full p-4 gap-3").props(f"id=sensor-{number}"):
             self._head()
-            with ui.element("div").classes("grid grid-cols-3 gap-3 w-full"):
+            pictured = 3 if watcher.unit else 2
+            with ui.element("div").classes(f"grid grid-cols-{pictured} gap-3 w-full"):
                 self.raw = _picture("Raw", "as the camera sees it", "raw")
-                self.difference = _picture(
-                    "Difference",
-                    f"to the blank gel, ×{pictures.CONTRAST:g} about grey",
-                    "difference",
-                )
-                self.depth = _picture("Depth", "contact outlined, deepest point crossed", "depth")
+                about = f"to the blank gel, ×{pictures.CONTRAST:g} about grey"
+                self.difference = _picture("Difference", about, "difference")
+                if watcher.unit:
+                    marks = "contact outlined, deepest point crossed"
+                    self.depth = _picture("Depth", marks, "depth")
             if watcher.unit is None:
                 ui.label(
                     "Depth needs the sensor's unit: wedge live WHERE --unit UNIT. "
@@ -92,7 +92,8 @@ class SensorCard:
     def _head(self) -> None:
         with ui.row().classes("w-full items-center gap-3"):
             ui.label(self.watcher.title).classes("text-lg font-semibold")
-            ui.label(self.watcher.name).classes("quiet text-sm")
+            if self.watcher.name != self.watcher.title:
+                ui.label(self.watcher.name).classes("quiet text-sm")
             self.chip = ui.label("waiting").classes("chip off").mark("state")
             ui.space()
             ui.button("Take background", icon="filter_none", on_click=self.take_background).props(
