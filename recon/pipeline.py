@@ -87,7 +87,7 @@ class Reconstructor:
         if self._tracker is not None:
             dots = self._tracker.track(image)
             hidden = self._tracker.hidden(dots)
-            difference = fill_gradients(difference, hidden, "biharmonic")
+            difference = fill_gradients(difference, hidden, "harmonic")
         found = reconstruct(
             difference,
             self.calibration.estimator,

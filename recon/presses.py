@@ -72,7 +72,7 @@ class PressReader:
         difference, hidden = image - self.blank, None
         if self.dots is not None:
             hidden = self.dots.hidden(self.dots.track(image))
-            difference = fill_gradients(difference, hidden, "biharmonic")
+            difference = fill_gradients(difference, hidden, "harmonic")
         return BallPress(
             file=label.file,
             difference=difference,

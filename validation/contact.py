@@ -16,7 +16,7 @@ from recon.estimators import fit_estimator
 from recon.markers.filling import fill_gradients
 from recon.pipeline import reconstruct
 from recon.pixels import BallPress, join, label_pixels
-from recon.presses import PressReader, press_reader, read_background, read_presses
+from recon.presses import press_reader, read_background, read_presses
 from sensor.dataset import Dataset
 from sensor.toml import Pair
 
@@ -24,6 +24,7 @@ READ_NOISE_LEVELS, SHOT_NOISE, FLICKER = (0.5, 2.0), 0.02, 0.002
 """Wider than on the 38 blank frames after the first of two clips of the MIT Wedge: those differ
 from it by 1.3 grey levels of 255, and in brightness by at most 0.13 %."""
 JPEG_QUALITY = (85, 98)
+BLANKS_EVERY = 20
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,22 +94,34 @@ def true_contact(depth_mm: DepthMap, mm_per_px: Pair) -> ContactMask:
 
 
 def blank_frames_in_contact(dataset: Dataset, count: int, seed: int = 0) -> int:
-    """How many of so many noisy blank frames of a sensor are taken for a contact."""
+    """How many of so many noisy blank frames of a sensor are taken for a contact.
+
+    The blank gel that they are compared with is the mean of four such frames of the same JPEG
+    quality, as a camera would give both.
+    """
     reader = press_reader(dataset)
     background = read_background(dataset)
     rng = np.random.default_rng(seed)
-    return sum(
-        bool(disturbed_mask(_difference(reader, noisy(background, rng))).any())
-        for _ in range(count)
-    )
+    touched = 0
+    for number in range(count):
+        if number % BLANKS_EVERY == 0:
+            quality = int(rng.integers(*JPEG_QUALITY))
+            seen = [reader.unwarp(noisy(background, quality, rng)) for _ in range(4)]
+            blank = np.mean(seen, axis=0, dtype=np.float32)
+        image = reader.unwarp(noisy(background, quality, rng))
+        difference = image - blank
+        if reader.dots is not None:
+            hidden = reader.dots.hidden(reader.dots.track(image))
+            difference = fill_gradients(difference, hidden, "harmonic")
+        touched += bool(disturbed_mask(difference).any())
+    return touched
 
 
-def noisy(blank: Frame, rng: np.random.Generator) -> Frame:
+def noisy(blank: Frame, quality: int, rng: np.random.Generator) -> Frame:
     """A blank frame as a camera would see it again: flicker, shot and read noise, JPEG."""
     level = blank.astype(np.float32) * (1 + FLICKER * rng.standard_normal())
     deviation = np.sqrt(rng.uniform(*READ_NOISE_LEVELS) ** 2 + SHOT_NOISE * level)
     seen = np.clip(np.rint(level + deviation * rng.standard_normal(level.shape)), 0, 255)
-    quality = int(rng.integers(*JPEG_QUALITY))
     _, code = cv2.imencode(".jpg", seen.astype(np.uint8), [cv2.IMWRITE_JPEG_QUALITY, quality])
     return np.asarray(cv2.imdecode(code, cv2.IMREAD_COLOR))
 
@@ -134,12 +147,3 @@ def _overlap(name: str, mask: ContactMask, truth: ContactMask) -> Overlap:
         iou=iou(mask, truth),
         radius_ratio=float(np.sqrt(mask.sum() / max(int(truth.sum()), 1))),
     )
-
-
-def _difference(reader: PressReader, frame: Frame) -> Unwarped:
-    image = reader.unwarp(frame)
-    difference = image - reader.blank
-    if reader.dots is not None:
-        hidden = reader.dots.hidden(reader.dots.track(image))
-        difference = fill_gradients(difference, hidden, "biharmonic")
-    return difference

@@ -12,7 +12,7 @@ from validation.contact import blank_frames_in_contact, first_contact, iou, nois
 from validation.datasets import dataset_folder
 from validation.dots import score_detection
 
-REAL = ("taxim-gelsight", "known-depth", "wedge-lab", "twin-standard")
+REAL = ("taxim-gelsight", "known-depth", "wedge-lab", "marker-balls-a", "twin-standard")
 
 
 def test_overlap_of_masks_is_between_none_and_all():
@@ -38,7 +38,7 @@ def test_the_first_contact_is_the_first_frame_of_a_lasting_change(tmp_path):
     rng = np.random.default_rng(0)
 
     def frame(touched: bool) -> Unwarped:
-        image = noisy(np.rint(255 * blank).astype(np.uint8), rng).astype(np.float32) / 255
+        image = noisy(np.rint(255 * blank).astype(np.uint8), 92, rng).astype(np.float32) / 255
         image[60:100, 80:130] += 0.1 * touched
         return image
 
