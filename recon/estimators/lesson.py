@@ -20,7 +20,7 @@ from scipy.optimize import least_squares
 
 from recon.ball import offsets_mm
 from recon.estimators.default import settled
-from recon.pixels import STEEPEST, BallPress, Pixels, blank_at, positions
+from recon.pixels import RIM_PX, STEEPEST, BallPress, Pixels, blank_at, positions
 
 CONTACT_PIXELS = 1500
 """Of a press at most: neighbours say nearly the same."""
@@ -31,8 +31,8 @@ REACH = 2.5
 """Contact radii round the centre in which the circle is fitted."""
 SMALLEST, LARGEST = 0.75, 1.35
 """Of the labelled radius."""
-NEAREST_EQUATOR = 0.95
-"""Of the ball's radius: no gel follows a ball up to its equator."""
+DEEPEST = 0.7
+"""Of the ball's radius: the half-space is for shallow contacts; wider circles stay as labelled."""
 
 
 def lesson_pixels(press: BallPress, index: int, seed: int) -> Pixels:
@@ -69,17 +69,17 @@ def elastic_radius_mm(press: BallPress) -> float:
     """Radius of the contact for which ball and elastic collar explain the shading best."""
     x_mm, y_mm = offsets_mm(press.size_px, press.center_px, press.mm_per_px)
     labelled = press.contact_radius_mm
+    if labelled > DEEPEST * press.ball_radius_mm:
+        return labelled * (1 - RIM_PX / press.contact_radius_px)
     near = np.flatnonzero(np.hypot(x_mm, y_mm) < REACH * labelled)
     if len(near) > LOOKED_AT:
         near = np.random.default_rng(0).choice(near, LOOKED_AT, replace=False)
     seen = press.difference.reshape(-1, 3)[near].astype(np.float64)
     x, y = x_mm.ravel()[near], y_mm.ravel()[near]
-    widest = min(LARGEST * labelled, NEAREST_EQUATOR * press.ball_radius_mm)
+    widest = min(LARGEST * labelled, 0.95 * press.ball_radius_mm)
     lowest = np.array([-labelled / 4, -labelled / 4, SMALLEST * labelled, np.log(0.3)])
     highest = np.array([labelled / 4, labelled / 4, widest, np.log(4)])
     start = np.clip([0, 0, labelled, 0], lowest + 1e-6, highest - 1e-6)
-    if not (lowest < highest).all():
-        return labelled
 
     def unexplained(parameters: Float[np.ndarray, "4"]) -> Float[np.ndarray, " n"]:
         terms = shading_terms(x, y, parameters, press.ball_radius_mm)
