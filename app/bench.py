@@ -62,7 +62,16 @@ def main(json: OutputFile = None) -> int:
 
 def _all() -> "Iterator[tuple[float, Measurement]]":
     """Each figure, with the share of the run that is done when it is known."""
-    from benchmarks import calibration, estimators, fast_path, integrators, markers, stream, twin
+    from benchmarks import (
+        calibration,
+        estimators,
+        fast_path,
+        integrators,
+        markers,
+        stream,
+        tracking,
+        twin,
+    )
     from benchmarks.measurement import Measurement, interleaved_ms
     from recon.images import read_frame
     from sensor.dataset import read_dataset
@@ -72,6 +81,8 @@ def _all() -> "Iterator[tuple[float, Measurement]]":
         yield 0.05, item
     for item in markers.measure():
         yield 0.06, item
+    for item in tracking.measure():
+        yield 0.1, item
     folder = dataset_folder("taxim-gelsight")
     with process_pool() as executor:
         unit, difference, figures = executor.submit(calibration.measure, folder).result()

@@ -31,6 +31,8 @@ FIRM_N = 15.0
 """Tracking is judged while the gripper presses at least so hard."""
 GONE_N, GONE_FRAMES = 1.0, 3
 """The object has left so many frames after the force fell below that."""
+WATCHED_FRAMES = 8
+"""After the object has left."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,6 +47,9 @@ class ThereAndBack:
     """Between the first firm frame's pose and what the way back makes of it."""
     apart_mm: float
     """Of the middle of the contact."""
+    returned_deg: float
+    """The same by one tracker that goes there and back, and so meets its keyframes again."""
+    returned_mm: float
     gone: int
     """Frames after the object has left."""
     gone_lost: int
@@ -102,20 +107,16 @@ def there_and_back(name: str, unit: Calibration, tracker: str = "joint") -> Ther
     first, last = firm[0], firm[-1]
     left = next(i for i in range(last, len(force)) if force[i] < GONE_N) + GONE_FRAMES
     reconstruct = Reconstructor(borrowed(unit, frames[0]))
-    touches = [reconstruct(frame) for frame in frames[first:]]
+    touches = [reconstruct(frame) for frame in frames[first : left + WATCHED_FRAMES]]
+    held = last - first + 1
     track = Tracker(tracker)
     forward = [track(touch) for touch in touches]
-    held = last - first + 1
-    start = forward[held - 1].T_sensor_object
-    again = Tracker(tracker, T_sensor_object=start)
+    again = Tracker(tracker, T_sensor_object=forward[held - 1].T_sensor_object)
     backward = [again(touch) for touch in touches[held - 1 :: -1]]
-    there, back = forward[0].T_sensor_object, backward[-1].T_sensor_object
-    apart_deg, apart_mm = np.inf, np.inf
-    if start is not None and there is not None and back is not None:
-        between = back @ inverse(there)
-        middle = contact_points(touches[0]).mean(0)
-        apart_deg = angle_deg(between)
-        apart_mm = float(np.linalg.norm(applied(between, middle) - middle))
+    both_ways = Tracker(tracker)
+    there_again = [both_ways(touch) for touch in (*touches[:held], *touches[held - 2 :: -1])]
+    apart_deg, apart_mm = _apart(touches[0], forward[0], backward[-1])
+    returned_deg, returned_mm = _apart(touches[0], there_again[0], there_again[-1])
     gone = forward[left - first :]
     return ThereAndBack(
         name=name,
@@ -123,8 +124,19 @@ def there_and_back(name: str, unit: Calibration, tracker: str = "joint") -> Ther
         with_pose=sum(item.T_sensor_object is not None for item in forward[:held]),
         apart_deg=apart_deg,
         apart_mm=apart_mm,
+        returned_deg=returned_deg,
+        returned_mm=returned_mm,
         gone=len(gone),
         gone_lost=sum(item.state == "lost" for item in gone),
         touches=touches,
         forward=forward,
     )
+
+
+def _apart(touch: Reconstruction, one: PoseEstimate, other: PoseEstimate) -> tuple[float, float]:
+    """Angle between two poses, and how far apart they put the middle of a touch."""
+    if one.T_sensor_object is None or other.T_sensor_object is None:
+        return np.inf, np.inf
+    between = other.T_sensor_object @ inverse(one.T_sensor_object)
+    middle = contact_points(touch).mean(0)
+    return angle_deg(between), float(np.linalg.norm(applied(between, middle) - middle))

@@ -11,13 +11,12 @@ from statistics import median
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from benchmarks.clips import CLIPS, ThereAndBack, learnt_elsewhere, there_and_back
+from benchmarks.clips import CLIPS, learnt_elsewhere, there_and_back
 from benchmarks.measurement import Measurement, interleaved_ms
 from benchmarks.touches import SyntheticTouch, Thing, bead, motions, pressed, things
 from recon.pose.pyramid import Pyramid
 from recon.pose.rigid import Transform, angle_deg, inverse, rigid, shift_mm
 from recon.pose.tracker import REGISTRATIONS, Tracker
-from sensor.errors import WedgeError
 from validation.datasets import shared_folder
 
 STEPS = 12
@@ -48,8 +47,12 @@ class StepErrors:
     """Processor time to prepare the touch and to align it."""
 
 
-def step_errors(names: Sequence[str], steps: int = STEPS) -> list[StepErrors]:
-    """Every tracker on the same pairs of touches of every object."""
+def step_errors(names: Sequence[str], trackers: Sequence[str]) -> list[StepErrors]:
+    """Each tracker on the same pairs of touches of each object.
+
+    Raises:
+        WedgeError: a tracker's library is not installed.
+    """
     found = []
     for name, thing in things().items():
         if name not in names:
@@ -57,9 +60,9 @@ def step_errors(names: Sequence[str], steps: int = STEPS) -> list[StepErrors]:
         rng = np.random.default_rng(SEED)
         pairs = [
             (pressed(thing, np.eye(4), rng), pressed(thing, moved, rng), moved)
-            for moved in motions(rng, steps)
+            for moved in motions(rng, STEPS)
         ]
-        found += [_errors(name, tracker, pairs) for tracker in REGISTRATIONS]
+        found += [_errors(name, tracker, pairs) for tracker in trackers]
     return found
 
 
@@ -125,25 +128,9 @@ def roll(trackers: Sequence[str] = ("joint", "gicp"), to_deg: float = 360.0) -> 
     return Roll(true_deg=angles.tolist(), error_deg=errors)
 
 
-def clips() -> list[ThereAndBack]:
-    """The real clips, where this machine has them.
-
-    Raises:
-        WedgeError: it has not.
-    """
-    if not (shared_folder() / "wedge-mit").is_dir():
-        raise WedgeError(
-            "the clips are not on this machine: `wedge data list` says where to put them."
-        )
-    unit = learnt_elsewhere()
-    return [there_and_back(name, unit) for name in CLIPS]
-
-
 def measure() -> Iterator[Measurement]:
     """Every figure of tracking."""
-    for item in step_errors(list(BARS)):
-        if item.tracker != "joint":
-            continue
+    for item in step_errors(list(BARS), ["joint"]):
         bar_deg, bar_mm = BARS[item.thing]
         what = f"tracking a {item.thing}, 2.5° and 0.2 mm a step, slope noise 0.05"
         yield Measurement(name=f"{what}: angle", value=item.angle_deg, unit="°", bar=bar_deg)
@@ -151,7 +138,7 @@ def measure() -> Iterator[Measurement]:
     yield from _time()
     rolled = roll()
     for name, errors in rolled.error_deg.items():
-        before = errors[-len(errors) // 8]  # the last touches meet the first keyframe again
+        before = errors[round(315 / ROLL_STEP_DEG)]  # later touches meet the first keyframe again
         yield Measurement(
             name=f"{name}: a bead rolled by 315°, 160x120",
             value=float(before),
@@ -163,6 +150,31 @@ def measure() -> Iterator[Measurement]:
             value=float(errors[-1]),
             unit="° off",
             bar=2.0 if name == "joint" else None,
+        )
+    if (shared_folder() / "wedge-mit").is_dir():  # may not be redistributed
+        yield from _clips()
+
+
+def _clips() -> Iterator[Measurement]:
+    """Real objects, gripped and let go."""
+    unit = learnt_elsewhere()
+    for name in CLIPS:
+        found = there_and_back(name, unit)
+        for way, angle, shift, bars in (
+            ("there and back", found.returned_deg, found.returned_mm, (1.0, 0.1)),
+            ("back by a new tracker", found.apart_deg, found.apart_mm, (None, None)),
+        ):
+            yield Measurement(
+                name=f"{name}: {way}, {found.frames} frames", value=angle, unit="°", bar=bars[0]
+            )
+            yield Measurement(
+                name=f"{name}: {way}, {found.frames} frames", value=shift, unit="mm", bar=bars[1]
+            )
+        yield Measurement(
+            name=f"{name}: frames with a pose after the object has left, of {found.gone}",
+            value=float(found.gone - found.gone_lost),
+            unit="",
+            bar=0.0,
         )
 
 

@@ -27,7 +27,7 @@ OUTLIER = 3.0
 RAYLEIGH_MEDIAN = 1.1774
 LEAST_NOISE = 0.002
 """Of slopes: what no real gel is better than."""
-PRIOR_DEG, PRIOR_MM = 10.0, 1.0
+PRIOR_DEG, PRIOR_MM = 5.0, 0.5
 """Standard deviation of a motion nobody saw: where the touch says nothing, the guess stays."""
 CORRELATED_PX = (5.0, 3.35, 3.35)
 """By level: after smoothing, neighbours share noise, and so many say as much as one alone would."""

@@ -108,7 +108,7 @@ def residuals(
     gap = -found[:, 2] - moved[:, 2]
     depth = -gap * template.steepness / np.linalg.norm(normal, axis=1)
     residual = np.stack([*(slopes - template.slopes).T, depth])
-    return residual, (found[:, 3] > 0.99) & upright
+    return residual, (found[:, 3] > 0.5) & upright
 
 
 def looked_up(level: Level, points: Points) -> Float32[np.ndarray, "n 4"]:

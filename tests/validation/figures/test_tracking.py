@@ -1,0 +1,48 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+
+from recon.pose.rigid import motion
+from recon.pose.tracker import PoseEstimate
+from validation.figures.png import png_bytes
+from validation.figures.tracking import overlay, pose_figure, roll_figure, series
+
+LOST = PoseEstimate(state="lost", reason="nothing touches")
+
+
+def turned(angle_deg: float) -> PoseEstimate:
+    twist = np.array([0, 0, np.radians(angle_deg), 0, 0, 0])
+    return PoseEstimate(
+        state="tracking", T_sensor_object=motion(twist), covariance=1e-4 * np.eye(6)
+    )
+
+
+def test_a_turn_beyond_half_a_circle_has_no_jump():
+    turn, shift, spread = series([turned(angle) for angle in (0, 90, 170, 190, 270, 350)])
+    np.testing.assert_allclose(turn[:, 2], [0, 90, 170, 190, 270, 350], atol=1e-6)
+    np.testing.assert_allclose(shift, 0, atol=1e-12)
+    np.testing.assert_allclose(spread[0], [*3 * [np.degrees(0.01)], *3 * [0.01]])
+
+
+def test_what_is_lost_is_a_gap():
+    turn, shift, spread = series([LOST, turned(5), LOST])
+    assert np.isnan(turn[[0, 2]]).all() and np.isnan(shift[[0, 2]]).all()
+    assert np.isfinite(spread[1]).all()
+
+
+def test_figures_are_drawn_even_of_nothing():
+    for found in ([LOST], [LOST, turned(3), LOST]):
+        picture = png_bytes(pose_figure([0.1 * i for i in range(len(found))], found, "clip"), 40)
+        assert picture[:4] == b"\x89PNG"
+    assert png_bytes(roll_figure([0.0, 90.0], {"joint": [0.1, 0.2]}, "roll"), 40)[:4] == b"\x89PNG"
+
+
+def test_axes_stand_where_the_object_is():
+    image = np.zeros((90, 120, 3), np.float32)
+    contact = np.zeros((90, 120), bool)
+    drawn = overlay(image, contact, (0.1, 0.1), turned(0), np.array([2.0, 1.0, 0.0]))
+    rows, columns = np.nonzero((drawn[:480] == 255).all(-1))
+    scale = 640 / 120
+    assert abs(columns.mean() / scale - (59.5 + 20 + 0.5)) < 0.5
+    assert abs(rows.mean() / scale - (44.5 + 10 + 0.5)) < 0.5
+    assert not overlay(image, contact, (0.1, 0.1), LOST, None)[:480].any()
