@@ -312,14 +312,14 @@ def _tracking() -> "Section":
     from validation.report.page import Picture
     from validation.report.tracking import tracking_section
 
-    trackers = ("joint", "gicp")
+    trackers = ["joint", "gicp"]
     with progress("pose tracking") as show:
         try:
             measured = step_errors(("cube corner", "shallow texture", "textured bead"), trackers)
             show(0.6, "rolling a bead")
             rolled = roll(trackers)
         except WedgeError as error:  # small_gicp is an extra
-            trackers = ("joint",)
+            trackers = ["joint"]
             print(f"left out ICP: {error}", file=sys.stderr)
             measured = step_errors(("cube corner", "shallow texture", "textured bead"), trackers)
             rolled = roll(trackers)

@@ -17,6 +17,7 @@ from sensor.errors import WedgeError
 from sensor.files import new_folder
 from tests.synthetic import make_dataset, make_fabrication
 from validation import datasets
+from validation.report.page import Section
 
 
 def import_synthetic(source: Path, folder: Path) -> None:
@@ -55,6 +56,7 @@ def known(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(reproduce, "NAMES", ("here", "elsewhere"))
     monkeypatch.setattr(reproduce, "ESTIMATORS", ("table",))
     monkeypatch.setattr(reproduce, "fabricate", fabricate_quickly)
+    monkeypatch.setattr(reproduce, "_tracking", lambda: Section(title="Pose tracking", html=""))
     monkeypatch.setattr(reproduce, "process_pool", lambda: ThreadPoolExecutor(1))
     monkeypatch.setenv("WEDGE_CACHE", str(tmp_path / "cache"))
     return tmp_path / "build"
