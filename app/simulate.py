@@ -114,7 +114,7 @@ def refuse_unbuildable(design: Wedge) -> None:
     try:
         from cad.refusals import refuse_unbuildable as refuse
     except ImportError as error:
-        print(f"the design is not checked for building: no {error.name}", file=sys.stderr)
+        print(f"whether the design can be built is not checked: {error}", file=sys.stderr)
         return
     refuse(design)
 
