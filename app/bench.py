@@ -20,10 +20,10 @@ def main(json: OutputFile = None) -> int:
     """Measure every figure of the performance page and print it beside its bar.
 
     Integrators on exact slopes, the network on the real bench presses (5-fold by press), the time
-    of a calibration from 40 presses, of the error table, of the twin's frames and of
-    `wedge --help`, and the largest memory of a process. Times on a shared machine are noisy: two
-    things that are compared are measured in turn, and the figure is the ratio of medians. Takes
-    about four minutes.
+    of a calibration from 40 presses, of a JPEG to depth, of the stream's client, of the error
+    table, of the twin's frames and of `wedge --help`, and the largest memory of a process. Times on
+    a shared machine are noisy: two things that are compared are measured in turn, and the figure is
+    the ratio of medians. Takes some minutes.
 
     Exit status 1 where a figure misses its bar.
 

@@ -49,27 +49,28 @@ _VECTOR = ir.VectorType(_FLOAT, LANES)
 
 def code_folder() -> Path:
     """Where machine code is kept, by what it was made from."""
-    cache = os.environ.get("WEDGE_CACHE") or Path.home() / ".cache" / "gelsight-wedge"
+    base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    cache = os.environ.get("WEDGE_CACHE") or base / "gelsight-wedge"
     sources = sorted(Path(__file__).parent.glob("*.py"))
     made_from = hashlib.sha256(b"".join(path.read_bytes() for path in sources))
     return Path(cache) / "compiled" / made_from.hexdigest()[:12]
 
 
-FAST = {"contract", "reassoc", "nsz", "nnan"}
 CODE_FOLDER = code_folder()
+FAST = {"contract", "reassoc", "nsz", "nnan"}
 
 
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
-    """The function as machine code, kept for the next start."""
-    kept = numba.config.CACHE_DIR
+    """The function as machine code, kept for the next start where the cache can be written."""
+    kept, keeps = numba.config.CACHE_DIR, True
+    try:
+        CODE_FOLDER.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        keeps = False
+    keeps = keeps and os.access(CODE_FOLDER, os.W_OK)
     numba.config.CACHE_DIR = kept or str(CODE_FOLDER)
     try:
-        jit = numba.njit(
-            cache=True,
-            nogil=True,
-            fastmath={"contract", "reassoc", "nsz", "nnan"},
-            error_model="numpy",
-        )
+        jit = numba.njit(cache=keeps, nogil=True, fastmath=FAST, error_model="numpy")
         code: Callable[..., Any] = jit(inspect.unwrap(function))
     finally:
         numba.config.CACHE_DIR = kept

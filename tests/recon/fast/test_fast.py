@@ -2,7 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The quick way says what the slow way says: part by part, and from JPEG to depth."""
 
+import os
+import subprocess
+import sys
 import tracemalloc
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -178,3 +182,16 @@ def test_a_frame_leaves_no_memory_behind_and_takes_little() -> None:
     plane = 4 * 320 * 240
     assert after - before < plane / 10
     assert peak - before < plane
+
+
+def test_a_cache_that_cannot_be_written_is_done_without(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("no folder")
+    code = "from recon.fast.kernels import compiled; print(compiled(lambda x: x + 1)(1))"
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env={**os.environ, "WEDGE_CACHE": str(tmp_path / "file")},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stdout) == (0, "2\n"), done.stderr
