@@ -24,8 +24,8 @@ from recon.pixels import RIM_PX, STEEPEST, BallPress, Pixels, blank_at, position
 
 CONTACT_PIXELS = 1500
 """Of a press at most: neighbours say nearly the same."""
-FLAT_FROM = 4.0
-"""Contact radii from the centre, where the gel is as good as flat: 1 % of the rim's slope."""
+FLAT_FROM = 2.8
+"""Contact radii from the centre, where the gel is as good as flat: 6 % of the rim's slope."""
 LOOKED_AT = 1500
 REACH = 2.5
 """Contact radii round the centre in which the circle is fitted."""

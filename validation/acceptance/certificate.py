@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What was measured and what it is worth: as a page, as a sheet of paper, and for machines."""
 
-import html
 import io
 import math
 from collections.abc import Sequence
@@ -17,8 +16,9 @@ from sensor.toml import Pair
 from sensor.unit import UnitCard
 from validation.acceptance.limits import LIMITS, Grade, Limit, grades, verdict
 from validation.acceptance.measurements import Acceptance
-from validation.figures.maps import Box, blank, fit_box, outline, show_map, size_mm
+from validation.figures.maps import blank, fit_box, outline, show_map, size_mm
 from validation.figures.style import BLUE, INK, ORANGE, RED, SOFT, styled
+from validation.report.page import bullets, paragraph, table_html
 
 WORDS: dict[Grade, str] = {"A": "Pass, grade A", "B": "Pass, grade B", "fail": "Fail"}
 COLORS: dict[Grade, str] = {"A": BLUE, "B": ORANGE, "fail": RED}
@@ -26,7 +26,8 @@ PAGE_IN = (8.27, 11.69)
 """A4."""
 LEFT_IN = 0.7
 ROW_IN = 0.33
-PICTURE_HEIGHT_IN = 2.1
+COVERED = "where presses lie"
+TALLEST_PICTURE_IN, PICTURES_GAP_IN = 2.4, 0.2
 
 
 def document(card: UnitCard, dataset: str, found: Acceptance) -> dict[str, Any]:
@@ -88,7 +89,7 @@ def table_rows(found: Acceptance) -> list[tuple[str, str, str, str, Grade, str]]
     return [
         (
             limit.title,
-            f"{number(found.values[limit.name])} {limit.unit}",
+            f"{number(found.values[limit.name])} {limit.unit}".rstrip(),
             _bound(limit, limit.grade_a),
             _bound(limit, limit.grade_b),
             graded[limit.name],
@@ -100,35 +101,44 @@ def table_rows(found: Acceptance) -> list[tuple[str, str, str, str, Grade, str]]
 
 def sentence(limit: Limit, found: Acceptance) -> str:
     """What a failed limit says."""
-    value = f"{number(found.values[limit.name])} {limit.unit}"
+    value = f"{number(found.values[limit.name])} {limit.unit}".rstrip()
     return f"{limit.title} is {value}, the limit is {_bound(limit, limit.grade_b)}"
 
 
 def number(value: float) -> str:
-    """Three digits that count."""
-    return f"{value:.3g}" if math.isfinite(value) else "unknown"
+    """Three digits that count, none below a ten-thousandth."""
+    return f"{round(value, 4):.3g}" if math.isfinite(value) else "unknown"
 
 
 @styled
 def picture(found: Acceptance, mm_per_px: Pair) -> Figure:
     """The blank gel, its weakest light, and where the presses lie."""
-    figure = blank(PAGE_IN[0], PICTURE_HEIGHT_IN + 0.4)
+    figure = blank(PAGE_IN[0], _picture_height_in(found, mm_per_px) + 0.5)
     _pictures(figure, found, mm_per_px, 0.3)
     return figure
 
 
-@styled
 def pdf_bytes(card: UnitCard, dataset: str, found: Acceptance) -> bytes:
     """The certificate on one sheet of A4."""
-    figure = blank(*PAGE_IN)
+    figure = sheet(card, dataset, found)
     FigureCanvasPdf(figure)
+    stream = io.BytesIO()
+    figure.savefig(stream, format="pdf", metadata={"CreationDate": None, "Producer": None})
+    return stream.getvalue()
+
+
+@styled
+def sheet(card: UnitCard, dataset: str, found: Acceptance) -> Figure:
+    """Verdict, pictures, and every measurement with its limits and reason."""
+    figure = blank(*PAGE_IN)
     grade = verdict(found.values)
     _say(figure, LEFT_IN, 0.75, f"GelSight Wedge {card.serial}", size=18.0)
     _say(figure, LEFT_IN, 1.15, WORDS[grade], size=15.0, color=COLORS[grade])
-    _say(figure, LEFT_IN, 1.42, _lead(card, dataset, found), size=8.5, color=SOFT)
-    _pictures(figure, found, card.mm_per_px, 1.85)
-    top = 1.85 + PICTURE_HEIGHT_IN + 0.35
-    columns = (LEFT_IN, 3.4, 5.05, 6.0, 6.95)
+    for index, part in enumerate(_lead(card, dataset, found).split("; ")):
+        _say(figure, LEFT_IN, 1.4 + 0.15 * index, part, size=8.0, color=SOFT)
+    _pictures(figure, found, card.mm_per_px, 2.05)
+    top = 2.05 + _picture_height_in(found, card.mm_per_px) + 0.4
+    columns = (LEFT_IN, 3.6, 5.5, 6.3, 7.1)
     for left, heading in zip(columns, ("measured", "value", "A", "B", "grade"), strict=True):
         _say(figure, left, top, heading, size=8.0, color=SOFT)
     for index, (title, value, a, b, mark, reason) in enumerate(table_rows(found)):
@@ -141,34 +151,26 @@ def pdf_bytes(card: UnitCard, dataset: str, found: Acceptance) -> bytes:
     for index, (name, reason) in enumerate(found.absent.items()):
         text = f"Not measured: {name.replace('_', ' ')}: {reason}"
         _say(figure, LEFT_IN, below + 0.16 * index, text, size=7.0, color=SOFT)
-    stream = io.BytesIO()
-    figure.savefig(stream, format="pdf", metadata={"CreationDate": None, "Producer": None})
-    return stream.getvalue()
+    return figure
 
 
 def page_html(card: UnitCard, dataset: str, found: Acceptance) -> str:
-    """Verdict, failures first, the table: the body of the page, without the pictures."""
-    grade = verdict(found.values)
+    """What failed first, then every measurement, and why its limits are where they are."""
     failed = [limit for limit in _measured(found) if grades(found.values)[limit.name] == "fail"]
-    items = "".join(
-        f"<li>{html.escape(sentence(limit, found))}: {html.escape(limit.reason)}.</li>"
-        for limit in failed
-    )
-    rows = "".join(
-        f"<tr><td>{html.escape(title)}</td><td>{html.escape(value)}</td><td>{html.escape(a)}</td>"
-        f"<td>{html.escape(b)}</td><td><b>{mark}</b></td><td>{html.escape(reason)}</td></tr>"
-        for title, value, a, b, mark, reason in table_rows(found)
-    )
-    absent = "".join(
-        f"<li>{html.escape(name.replace('_', ' '))}: {html.escape(reason)}.</li>"
-        for name, reason in found.absent.items()
-    )
+    rows = [row[:5] for row in table_rows(found)]
     return (
-        f"<p><strong>{WORDS[grade]}.</strong> {html.escape(_lead(card, dataset, found))}</p>"
-        + (f"<ul>{items}</ul>" if items else "")
-        + '<div class="scroll"><table><thead><tr><th>measured</th><th>value</th><th>A</th>'
-        f"<th>B</th><th>grade</th><th>why</th></tr></thead><tbody>{rows}</tbody></table></div>"
-        + (f"<p>Not measured:</p><ul>{absent}</ul>" if absent else "")
+        paragraph(_lead(card, dataset, found))
+        + (
+            bullets(f"{sentence(limit, found)}: {limit.reason}." for limit in failed)
+            if failed
+            else ""
+        )
+        + table_html("Measurements, limits and grades", ("", "value", "A", "B", "grade"), rows)
+        + paragraph("Why these limits:")
+        + bullets([f"{limit.title}: {limit.reason}." for limit in _measured(found)])
+        + bullets(
+            [f"Not measured: {k.replace('_', ' ')}: {why}." for k, why in found.absent.items()]
+        )
     )
 
 
@@ -176,7 +178,7 @@ def _lead(card: UnitCard, dataset: str, found: Acceptance) -> str:
     judged = (
         "presses that it has not learnt from"
         if found.held_out
-        else "its own presses; errors are those that calibration measured on presses held out"
+        else "presses of its own; errors are those that calibration measured on presses held out"
     )
     return (
         f"Calibrated {card.created} with {card.estimator}; judged on {dataset}, "
@@ -207,18 +209,23 @@ def _say(
 def _pictures(figure: Figure, found: Acceptance, mm_per_px: Pair, top_in: float) -> None:
     even = found.evenness / np.maximum(np.quantile(found.evenness, 0.98, axis=(0, 1)), 1e-6)
     maps = (
-        ("blank gel", found.blank.clip(0, 1), None),
+        ("blank gel", found.blank.clip(0, 1), "gray"),
         ("weakest light, of its brightest", even.min(-1), "cividis"),
-        ("where presses lie", found.blank.mean(-1), "gray"),
+        (COVERED, found.blank.mean(-1), "gray"),
     )
-    width = (PAGE_IN[0] - 2 * LEFT_IN - 0.4) / 3
+    width = _picture_width_in()
     for index, (title, values, colors) in enumerate(maps):
-        place = Box(
-            left=LEFT_IN + index * (width + 0.2), top=top_in, width=width, height=PICTURE_HEIGHT_IN
-        )
-        box = fit_box(place.left, place.top, width, PICTURE_HEIGHT_IN, size_mm(values, mm_per_px))
-        limits = (0.0, 1.0) if colors else None
-        chosen = {"colors": colors} if colors else {}
-        image = show_map(figure, box, values, mm_per_px, title, limits=limits, **chosen)
-        if index == 2:
+        left = LEFT_IN + index * (width + PICTURES_GAP_IN)
+        box = fit_box(left, top_in, width, TALLEST_PICTURE_IN, size_mm(values, mm_per_px))
+        image = show_map(figure, box, values, mm_per_px, title, colors=colors, limits=(0.0, 1.0))
+        if title == COVERED:
             outline(image, found.covered, mm_per_px)
+
+
+def _picture_width_in() -> float:
+    return (PAGE_IN[0] - 2 * LEFT_IN - 2 * PICTURES_GAP_IN) / 3
+
+
+def _picture_height_in(found: Acceptance, mm_per_px: Pair) -> float:
+    size = size_mm(found.blank, mm_per_px)
+    return fit_box(0.0, 0.0, _picture_width_in(), TALLEST_PICTURE_IN, size).height

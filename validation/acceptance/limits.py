@@ -78,7 +78,7 @@ LIMITS = (
     Limit(
         name="least_evenness",
         title="evenness of the worst light",
-        unit="darkest/brightest",
+        unit="darkest to brightest",
         grade_a=0.2,
         grade_b=0.08,
         reason="where a light has faded to a tenth, its noise is ten times the slope's signal",
@@ -110,7 +110,7 @@ LIMITS = (
     Limit(
         name="axes_ratio",
         title="cross-talk: best over worst seen axis",
-        unit="ratio",
+        unit="",
         grade_a=4.0,
         grade_b=8.0,
         reason="lights that leak into each other's colour, or a wrong white balance, see one axis",
@@ -118,7 +118,7 @@ LIMITS = (
     Limit(
         name="color_balance",
         title="balance of the blank gel's colours",
-        unit="weakest/strongest",
+        unit="weakest to strongest",
         grade_a=0.4,
         grade_b=0.2,
         reason="a colour of a fifth of another's signal carries five times its share of noise",
