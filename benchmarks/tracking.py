@@ -143,7 +143,6 @@ def measure() -> Iterator[Measurement]:
             name=f"{name}: a bead rolled by 315°, 160x120",
             value=float(before),
             unit="° off",
-            bar=2.0 if name == "joint" else None,
         )
         yield Measurement(
             name=f"{name}: a bead rolled by 360°, 160x120",
