@@ -205,10 +205,10 @@ def _moved_dots(rng: np.random.Generator, height: int, width: int) -> Map:
 
     def dots(shift: np.ndarray) -> Map:
         across, down = ((at - s) % pitch - pitch / 2 for at, s in zip((x, y), shift, strict=True))
-        return (across**2 + down**2 < radius**2).astype(np.float32)
+        return np.asarray(across**2 + down**2 < radius**2, np.float32)
 
     share = rng.uniform(0, 1, (3, 4)).astype(np.float32)
-    strength = np.asarray(cv2.resize(share, (width, height)), np.float32)
+    strength: Map = np.asarray(cv2.resize(share, (width, height)), np.float32)
     picture = (dots(first + moved) - dots(first)) * rng.uniform(0.15, 0.7) * strength
     return np.asarray(cv2.GaussianBlur(-picture, (0, 0), 0.7), np.float32)
 

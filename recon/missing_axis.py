@@ -7,126 +7,121 @@ the other. Slopes have no unit: the network knows neither millimetres nor the si
 that pixels are square, which is arranged here.
 """
 
-import hashlib
-import json
-from collections.abc import Mapping
-from functools import lru_cache
-from pathlib import Path
-from typing import Literal
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from jaxtyping import Float, Float32
-from safetensors import SafetensorError, safe_open
-from safetensors.numpy import save
 
 from recon import unet
+from recon.arrays import GradientField
+from recon.lights import Axis
+from recon.pressed import Support
+from recon.unet_weights import shipped_weights
 from sensor.errors import WedgeError
-from sensor.files import write_atomic
 from sensor.toml import Pair
 
-WEIGHTS_FILE = Path(__file__).with_name("weights") / "missing_axis.safetensors"
-WEIGHTS_VERSION = "1"  # of the network's layers and of what its input and output mean
 LONGEST_SIDE_PX = 320  # of the frame that the network sees; the largest it was trained on
+LARGEST_DOUBT = 2.0  # a slope's whole range
 
-Axis = Literal["x", "y"]
 Slopes = Float[np.ndarray, "h w"]
 
 
+@dataclass(frozen=True, kw_only=True)
+class Completed:
+    """A gradient field as the network believes it."""
+
+    gradient: GradientField
+    """(h, w, 2) float32, mm/mm: the missing axis inferred, the measured one cleaned."""
+    doubt: Float32[np.ndarray, "h w"]
+    """How far off the inferred slope is expected to be, mm/mm; large where it is a guess."""
+
+
 def infer_missing_axis(
-    known: Slopes, axis: Axis, mm_per_px: Pair, weights: unet.Weights | None = None
-) -> Float32[np.ndarray, "h w"]:
-    """The gradient along ``axis``, which was not measured, from the measured one.
+    known: Slopes,
+    axis: Axis,
+    mm_per_px: Pair,
+    *,
+    support: Support | None = None,
+    weights: unet.Weights | None = None,
+) -> Completed:
+    """Both gradients, from the measured one: ``axis`` was not measured.
 
     Frames longer than ``LONGEST_SIDE_PX``, or of oblong pixels, are resampled to square pixels and
-    the result is resampled back.
+    the result is resampled back. A frame of any size will do; contacts that cross its border are
+    inferred less well than others.
 
     Args:
         known: ∂depth/∂y where ``axis`` is "x", and the reverse; mm/mm, positive toward the camera.
         axis: the axis that is missing.
         mm_per_px: pixel pitch along x and y; only the ratio counts.
+        support: where the gel may have moved; everywhere unless given.
         weights: of the network; the shipped ones unless given.
-
-    Returns:
-        (h, w) float32, mm/mm.
 
     Raises:
         WedgeError: ``known`` holds a NaN or infinity, ``mm_per_px`` is not positive, or the shipped
             weights are missing or damaged.
     """
-    if not np.isfinite(known).all():
+    if axis == "x":
+        measured = np.stack([np.zeros_like(known), known], -1)
+        return complete(measured, mm_per_px, both=False, support=support, weights=weights)
+    # The network infers x from y; the transposed surface has its axes swapped.
+    swapped = infer_missing_axis(
+        known.T,
+        "x",
+        (mm_per_px[1], mm_per_px[0]),
+        support=None if support is None else support.T,
+        weights=weights,
+    )
+    return Completed(
+        gradient=np.ascontiguousarray(swapped.gradient.transpose(1, 0, 2)[..., ::-1]),
+        doubt=np.ascontiguousarray(swapped.doubt.T),
+    )
+
+
+def complete(
+    measured: GradientField,
+    mm_per_px: Pair,
+    *,
+    both: bool,
+    support: Support | None = None,
+    weights: unet.Weights | None = None,
+) -> Completed:
+    """The field that the network finds likeliest behind a measured one.
+
+    Args:
+        measured: (h, w, 2), mm/mm.
+        mm_per_px: pixel pitch along x and y; only the ratio counts.
+        both: whether the x gradient was measured too; else it is not looked at.
+        support: where the gel may have moved; everywhere unless given.
+        weights: of the network; the shipped ones unless given.
+
+    Raises:
+        WedgeError: as ``infer_missing_axis``.
+    """
+    if not np.isfinite(measured).all():
         raise WedgeError("The known gradient holds NaN or infinity: fill such pixels first.")
     if not all(np.isfinite(pitch) and pitch > 0 for pitch in mm_per_px):
         raise WedgeError(f"mm_per_px = {tuple(mm_per_px)} must be two positive numbers.")
     if weights is None:
         weights = shipped_weights()
-    # The network infers x from y; the transposed surface has its axes swapped.
-    if axis == "y":
-        swapped = infer_missing_axis(known.T, "x", (mm_per_px[1], mm_per_px[0]), weights)
-        return np.ascontiguousarray(swapped.T)
-    h, w = known.shape
-    if known.size == 0:
-        return np.zeros((h, w), np.float32)
-    working = _resampled(np.asarray(known, np.float32), *_working_size(h, w, mm_per_px))
-    rows, columns = working.shape
-    flat_gel = ((0, 0), (0, -rows % unet.STRIDE), (0, -columns % unet.STRIDE))
-    maps = np.pad(unet.network_input(working), flat_gel)
-    inferred = unet.forward(weights, maps)[:rows, :columns]
-    return _resampled(inferred, h, w)
-
-
-@lru_cache
-def shipped_weights() -> unet.Weights:
-    """The weights that come with this package."""
-    return load_weights(WEIGHTS_FILE)
-
-
-def load_weights(path: Path) -> unet.Weights:
-    """Weights of the network, checked before use.
-
-    Raises:
-        WedgeError: the file is missing, is no safetensors file, was made for another version of the
-            network, or its numbers are not those that training wrote.
-    """
-    try:
-        with safe_open(path, framework="numpy") as file:
-            made = json.loads((file.metadata() or {}).get("missing_axis", "{}"))
-            weights = {name: file.get_tensor(name) for name in file.keys()}
-    except (OSError, SafetensorError, json.JSONDecodeError) as error:
-        raise WedgeError(f"{path} cannot be read as network weights: {error}.") from error
-    if made.get("version") != WEIGHTS_VERSION:
-        raise WedgeError(
-            f"{path} holds weights of version {made.get('version', 'unknown')}, version"
-            f" {WEIGHTS_VERSION} is needed: reinstall, or train with python -m recon.unet_training."
-        )
-    if made.get("sha256") != _sha256(weights):
-        raise WedgeError(f"{path} is damaged, its hash does not match: install it again.")
-    return weights
-
-
-def save_weights(path: Path, weights: unet.Weights, command: str, seed: int) -> None:
-    """Write weights with what made them; atomic, the same weights give the same bytes.
-
-    Raises:
-        WedgeError: ``path`` cannot be written.
-    """
-    made = {
-        "version": WEIGHTS_VERSION,
-        "command": command,
-        "seed": seed,
-        "sha256": _sha256(weights),
-    }
-    # One entry only: safetensors writes several in an order of chance.
-    write_atomic(path, save(dict(weights), {"missing_axis": json.dumps(made)}))
-
-
-def _sha256(weights: Mapping[str, np.ndarray]) -> str:
-    """Of names, shapes and numbers, wherever in the file they stand."""
-    digest = hashlib.sha256()
-    for name, values in sorted(weights.items()):
-        digest.update(f"{name}{values.shape}{values.dtype.str}".encode())
-        digest.update(np.ascontiguousarray(values).tobytes())
-    return digest.hexdigest()
+    h, w = measured.shape[:2]
+    if support is None:
+        support = np.ones((h, w), bool)
+    if measured.size == 0:
+        empty = np.zeros((h, w, 2), np.float32)
+        return Completed(gradient=empty, doubt=empty[..., 0])
+    rows, columns = _working_size(h, w, mm_per_px)
+    seen = _resampled(np.asarray(measured, np.float32), rows, columns)
+    moved = _resampled(support.astype(np.float32)[..., None], rows, columns)[..., 0] > 0
+    stride = unet.stride(weights)
+    flat_gel = ((0, 0), (0, -rows % stride), (0, -columns % stride))
+    maps = np.pad(unet.network_input(seen, moved, both=both), flat_gel)
+    found = unet.forward(weights, maps)[:, :rows, :columns].transpose(1, 2, 0)
+    found = _resampled(found, h, w)
+    gradient = np.where(support[..., None], found[..., :2], np.float32(0))
+    doubt = np.minimum(np.exp(np.minimum(found[..., 2], 1.0)), np.float32(LARGEST_DOUBT))
+    return Completed(gradient=gradient, doubt=np.where(support, doubt, np.float32(0)))
 
 
 def _working_size(h: int, w: int, mm_per_px: Pair) -> tuple[int, int]:
@@ -140,14 +135,14 @@ def _working_size(h: int, w: int, mm_per_px: Pair) -> tuple[int, int]:
 
 
 def _resampled(
-    slopes: Float32[np.ndarray, "h w"], rows: int, columns: int
-) -> Float32[np.ndarray, "rows columns"]:
+    maps: Float32[np.ndarray, "h w c"], rows: int, columns: int
+) -> Float32[np.ndarray, "rows columns c"]:
     # One axis at a time: OpenCV averages areas only where no axis grows.
-    h, w = slopes.shape
+    h, w, count = maps.shape
     if columns != w:
         how = cv2.INTER_AREA if columns < w else cv2.INTER_LINEAR
-        slopes = np.asarray(cv2.resize(slopes, (columns, h), interpolation=how), np.float32)
+        maps = cv2.resize(np.ascontiguousarray(maps), (columns, h), interpolation=how)
     if rows != h:
         how = cv2.INTER_AREA if rows < h else cv2.INTER_LINEAR
-        slopes = np.asarray(cv2.resize(slopes, (columns, rows), interpolation=how), np.float32)
-    return np.ascontiguousarray(slopes)
+        maps = cv2.resize(np.ascontiguousarray(maps), (columns, rows), interpolation=how)
+    return np.asarray(maps, np.float32).reshape(rows, columns, count)

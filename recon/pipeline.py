@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import cv2
 import numpy as np
-from scipy import ndimage
 
 from recon.arrays import ContactMask, DepthMap, Difference, Frame, GradientField
 from recon.calibration import Calibration, load_calibration
@@ -23,6 +23,8 @@ from sensor.unit import MissingAxis
 
 INFERENCE_MARGIN_PX = 3
 """An inferred axis is believed this far around the disturbed gel, whose outline is smoothed."""
+CROSS = np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8)
+"""A pixel and its four neighbours."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -161,15 +163,16 @@ def complete_gradient(
 ) -> GradientField:
     """The gradient field with its unseen axis replaced by zero or by the network's inference.
 
-    Where the colour did not change, the gel did not move: there the inferred axis is zero too.
+    Where the colour did not change, the gel did not move: there the network is shown flat gel and
+    answers with it. The axis that was measured comes back from the network cleaned.
     """
     if missing == "none" or unseen is None:
         return gradient
-    complete = gradient.copy()
-    lost, known = (0, 1) if unseen == "x" else (1, 0)
-    complete[..., lost] = 0
-    if missing == "network":
-        inferred = infer_missing_axis(gradient[..., known], unseen, mm_per_px)
-        near = ndimage.binary_dilation(disturbed, iterations=INFERENCE_MARGIN_PX)
-        complete[..., lost] = np.where(near, inferred, 0)
-    return complete
+    known = 1 if unseen == "x" else 0
+    if missing == "zero":
+        complete = np.zeros_like(gradient)
+        complete[..., known] = gradient[..., known]
+        return complete
+    near = cv2.dilate(disturbed.astype(np.uint8), CROSS, iterations=INFERENCE_MARGIN_PX)
+    seen = gradient[..., known]
+    return infer_missing_axis(seen, unseen, mm_per_px, support=near.astype(bool)).gradient

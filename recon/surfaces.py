@@ -2,68 +2,110 @@
 # SPDX-License-Identifier: Apache-2.0
 """Random pressed surfaces from which one gradient axis learns to predict the other.
 
-The recipe is the paper's ("Gradient estimation for the missing axis"): cubed uniform noise, zero
-border, Gaussian filters of random size, negative depth clipped, random height. Lengths are in
-pixels of a square grid, since slopes (px/px, the same as mm/mm) are all that the network sees.
+Two recipes, so that the effect of each can be measured:
+
+* ``paper``: Wang et al., GelSight Wedge, 2021, "Gradient estimation for the missing axis": uniform
+  noise from -1 to 1, cubed, zero border, a Gaussian filter of random size, negative depth clipped,
+  a random height;
+* ``contact``: what sensors touch, see ``recon.contact_surfaces``.
+
+Lengths are in pixels of a square grid, since slopes (px/px, the same as mm/mm) are all that a
+network sees of them.
 """
+
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Executor
+from functools import partial
+from itertools import islice
+from typing import Literal
 
 import cv2
 import numpy as np
 from jaxtyping import Float32
 
-EMPTY_SHARE = 0.05  # untouched gel, so that noise alone is answered with zero
+from recon.contact_surfaces import STEEPEST_SLOPE, contact_surface, surface_gradient
+
+Recipe = Literal["paper", "contact"]
+Surface = Float32[np.ndarray, "h w"]
+
 SMALLEST_SIGMA_PX = 1.5
-LARGEST_SIGMA_SHARE = 0.25  # of the frame's shorter side
-STEEPEST_SLOPE = 2.5  # a ball pressed to 0.9 of its radius has 2.07 at its rim
+LARGEST_SIGMA_SHARE = 0.2  # of the frame's shorter side
+HEIGHT_SHARE = (0.005, 0.08)  # of the frame's shorter side; 0.1 to 2 mm of a pad 25 mm wide
+BLOCK = 50
+"""Surfaces that a worker makes at a time."""
 
 
-def random_surface(
-    rng: np.random.Generator, height_px: int, width_px: int
-) -> Float32[np.ndarray, "h w"]:
-    """Depth of one random contact in pixels: non-negative, zero on the border.
+def paper_surface(rng: np.random.Generator, height_px: int, width_px: int) -> Surface:
+    """Depth of one surface of the paper's recipe, in pixels: non-negative, zero on the border.
 
-    The level that is clipped away is raised in half of the surfaces: that leaves few contacts, each
-    with a sharp rim as real ones have. Its lower bound is the highest value on the border, so that
-    the border is flat without a cliff.
+    A wide filter carries some of the noise to the border; the highest value there is taken off
+    before clipping, so that the border is flat without a cliff. The height is lowered where slopes
+    would exceed those of a ball pressed to 0.9 of its radius.
 
     Args:
         rng: the only source of chance; the same state gives the same surface.
         height_px: rows, at least 8.
         width_px: columns, at least 8.
     """
-    if rng.random() < EMPTY_SHARE:
-        return np.zeros((height_px, width_px), np.float32)
-    relief = _filtered_noise(rng, height_px, width_px)
-    if rng.random() < 0.5:
-        finer = _filtered_noise(rng, height_px, width_px)
-        relief += np.float32(rng.uniform(0.0, 0.5)) * finer
-    border = max(relief[[0, -1]].max(), relief[:, [0, -1]].max(), 0.0)
-    level = border + rng.choice([0.0, rng.uniform(0.0, 0.8)]) * (relief.max() - border)
-    depth = np.maximum(relief - np.float32(level), 0.0)
-    steepest = float(np.linalg.norm(surface_gradient(depth), axis=-1).max())
-    if steepest == 0.0:  # the border was the highest point
-        return np.zeros_like(depth)
-    return depth * np.float32(rng.uniform(0.1, STEEPEST_SLOPE) / steepest)
-
-
-def surface_gradient(depth_px: Float32[np.ndarray, "h w"]) -> Float32[np.ndarray, "h w 2"]:
-    """(∂depth/∂x, ∂depth/∂y) in px/px by central differences, one-sided on the border."""
-    along_y, along_x = np.gradient(depth_px)
-    return np.stack([along_x, along_y], axis=-1)
-
-
-def _filtered_noise(
-    rng: np.random.Generator, height_px: int, width_px: int
-) -> Float32[np.ndarray, "h w"]:
-    """Cubed noise with a zero border through one Gaussian, scaled to a standard deviation of 1."""
     shorter_px = min(height_px, width_px)
-    margin_px = int(rng.integers(1, max(2, shorter_px // 4)))
+    margin_px = int(rng.integers(1, max(2, shorter_px // 6)))
     noise = np.zeros((height_px, width_px), np.float32)
     inner = noise[margin_px:-margin_px, margin_px:-margin_px]
     inner[:] = rng.uniform(-1.0, 1.0, inner.shape) ** 3
-    log_range = np.log([SMALLEST_SIGMA_PX, LARGEST_SIGMA_SHARE * shorter_px])
-    sigma_x, sigma_y = np.exp(rng.uniform(*log_range) + rng.uniform(-0.35, 0.35, 2))
-    smooth = cv2.GaussianBlur(
-        noise, (0, 0), sigmaX=sigma_x, sigmaY=sigma_y, borderType=cv2.BORDER_CONSTANT
-    )
-    return np.asarray(smooth / smooth.std(), np.float32)
+    largest_px = max(LARGEST_SIGMA_SHARE * shorter_px, SMALLEST_SIGMA_PX)
+    sigma_px = float(np.exp(rng.uniform(np.log(SMALLEST_SIGMA_PX), np.log(largest_px))))
+    relief = cv2.GaussianBlur(noise, (0, 0), sigma_px, borderType=cv2.BORDER_CONSTANT)
+    border = max(relief[[0, -1]].max(), relief[:, [0, -1]].max(), 0.0)
+    depth = np.maximum(relief - border, 0.0)
+    highest_px = rng.uniform(*HEIGHT_SHARE) * shorter_px
+    if depth.max() == 0.0:  # the border was the highest point
+        return depth
+    steepest = float(np.linalg.norm(surface_gradient(depth), axis=-1).max())
+    return depth * np.float32(min(highest_px / depth.max(), STEEPEST_SLOPE / steepest))
+
+
+RECIPES: Mapping[Recipe, Callable[[np.random.Generator, int, int], Surface]] = {
+    "paper": paper_surface,
+    "contact": contact_surface,
+}
+
+
+def surface_set(
+    recipe: Recipe,
+    count: int,
+    size_px: tuple[int, int],
+    seed: int,
+    executor: Executor,
+    progress: Callable[[float], None] = lambda _share: None,
+) -> Float32[np.ndarray, "count h w"]:
+    """Many surfaces, made in parallel; the result does not depend on by whom.
+
+    Args:
+        recipe: "paper" or "contact".
+        count: how many.
+        size_px: rows and columns of each.
+        seed: surface i is drawn from (seed, i).
+        executor: runs the blocks.
+        progress: called with the share that is done.
+    """
+    surfaces = np.empty((count, *size_px), np.float32)
+    starts = iter(range(0, count, BLOCK))
+    make = partial(_block, recipe, count, size_px, seed)
+    # A few blocks ahead and no more: what is made waits in memory until it is taken.
+    waiting = [(start, executor.submit(make, start)) for start in islice(starts, 8)]
+    while waiting:
+        start, block = waiting.pop(0)
+        surfaces[start : start + BLOCK] = block.result()
+        progress(min(start + BLOCK, count) / count)
+        waiting.extend((later, executor.submit(make, later)) for later in islice(starts, 1))
+    return surfaces
+
+
+def _block(
+    recipe: Recipe, count: int, size_px: tuple[int, int], seed: int, start: int
+) -> Float32[np.ndarray, "n h w"]:
+    def each() -> Iterator[Surface]:
+        for index in range(start, min(start + BLOCK, count)):
+            yield RECIPES[recipe](np.random.default_rng([seed, index]), *size_px)
+
+    return np.stack(list(each()))

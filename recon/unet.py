@@ -1,110 +1,167 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The U-Net that infers a missing gradient axis, in numpy: running it needs no torch.
+"""The U-Net that completes a gradient field, in numpy: running it needs no torch.
 
-After Ronneberger, Fischer and Brox, MICCAI 2015 (https://arxiv.org/abs/1505.04597), made small:
-six levels let a pixel see the whole contact, few channels keep it quick. Halving is by the mean
-and not by the maximum, since the mean of noisy slopes is what an integral needs.
+After Ronneberger, Fischer and Brox, MICCAI 2015 (https://arxiv.org/abs/1505.04597), made small.
+Four neighbouring pixels enter as one, each with its own maps, and leave again as four: nothing of
+the picture is lost, and the costly finest level has a quarter of the places. It need not find the
+depth of a large contact by itself: that comes in from a convex fit, which it corrects. Halving is
+by the mean and not by the maximum, since the mean of noisy slopes is what an integral needs.
 ``unet_training`` holds the same network in torch.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float32
 
-CHANNELS = (8, 16, 24, 32, 32, 32)
-"""Feature maps on each level, from full resolution down; every level halves both sides."""
-STRIDE = 2 ** (len(CHANNELS) - 1)
-"""Frame sides must be multiples of this."""
+from recon.pressed import Support, pressed_depth
 
-INPUTS = 2
-"""Maps that the network sees: the known gradient and its integral."""
-INTEGRAL_UNIT_PX = 8.0  # brings depths to about the size of slopes
+CHANNELS = (12, 16, 24, 32)
+"""Feature maps on each level of the shipped network; every level halves both sides."""
+
+INPUTS = 3
+"""Maps in: x and y gradient, and a depth that explains what was measured."""
+OUTPUTS = 3
+"""Maps out: x and y gradient, and the logarithm of the x gradient's expected error."""
+DEPTH_UNIT_PX = 8.0  # brings depths to about the size of slopes
+COARSENESS = 4  # of the depth that the network is given
+
+STRIP_ROWS = 16
+"""Of a level that are convolved at a time."""
 
 Weights = Mapping[str, Float32[np.ndarray, "..."]]
 Features = Float32[np.ndarray, "channels h w"]
 
 
-def layer_shapes() -> dict[str, tuple[int, int, int]]:
+def layer_shapes(channels: Sequence[int]) -> dict[str, tuple[int, int, int]]:
     """Name → (channels out, channels in, kernel side) of every convolution."""
     shapes: dict[str, tuple[int, int, int]] = {}
-    for level, (above, here) in enumerate(pairwise((INPUTS, *CHANNELS))):
+    for level, (above, here) in enumerate(pairwise((4 * INPUTS, *channels))):
         shapes[f"down{level}a"] = (here, above, 3)
         shapes[f"down{level}b"] = (here, here, 3)
-    for level, (here, below) in enumerate(pairwise(CHANNELS)):
+    for level, (here, below) in enumerate(pairwise(channels)):
         shapes[f"lift{level}"] = (here, below, 1)
         shapes[f"up{level}a"] = (here, 2 * here, 3)
         shapes[f"up{level}b"] = (here, here, 3)
-    shapes["out"] = (1, CHANNELS[0], 1)
+    shapes["out"] = (4 * OUTPUTS, channels[0], 1)
     return shapes
 
 
-def network_input(known: Float32[np.ndarray, "h w"]) -> Float32[np.ndarray, "2 h w"]:
-    """The known y gradient and, from it, each column's depth with zero at both ends.
+def channels_of(weights: Weights) -> tuple[int, ...]:
+    """Feature maps on each level of the network of these weights."""
+    count = sum(name.startswith("down") and name.endswith("a.bias") for name in weights)
+    return tuple(len(weights.get(f"down{level}a.bias", ())) for level in range(count))
+
+
+def stride(weights: Weights) -> int:
+    """Frame sides must be multiples of this."""
+    return int(2 ** len(channels_of(weights)))
+
+
+def network_input(
+    measured: Float32[np.ndarray, "h w 2"], support: Support, *, both: bool
+) -> Float32[np.ndarray, "3 h w"]:
+    """Both gradients, and the depth that fits what was measured and is pressed in only.
 
     The depth carries a slope as far as it reaches; convolutions alone would need many levels for
-    large contacts. Its noise grows along the column, which is left for the network to clean.
+    large contacts. Where the x gradient was not measured, the depth's stands in for it.
+
+    Args:
+        measured: gradient field in px/px of square pixels.
+        support: where the gel may have moved.
+        both: whether the x gradient was measured too; else it is not looked at.
     """
-    depth_px = np.cumsum(known, axis=0) - known / 2
-    end_px = depth_px[-1] + known[-1] / 2
-    share = (np.arange(len(known), dtype=np.float32) + np.float32(0.5)) / len(known)
-    depth_px -= share[:, None] * end_px
-    return np.stack([known, depth_px / INTEGRAL_UNIT_PX])
+    seen = measured * support[..., None]
+    depth_px = pressed_depth(seen, support, both=both, coarseness=COARSENESS)
+    along_x = seen[..., 0]
+    if not both and depth_px.shape[1] > 1:
+        along_x = np.gradient(depth_px, axis=1) * support
+    return np.stack([along_x, seen[..., 1], depth_px / DEPTH_UNIT_PX])
 
 
-def forward(weights: Weights, maps: Features) -> Float32[np.ndarray, "h w"]:
-    """The missing x gradient from ``network_input``; sides are multiples of ``STRIDE``."""
-    last = len(CHANNELS) - 1
-    features = maps  # (2, h, w)
+def forward(weights: Weights, maps: Features) -> Float32[np.ndarray, "3 h w"]:
+    """The network's maps from ``network_input``; sides are multiples of ``stride(weights)``.
+
+    The gradients that come out are those that went in, corrected.
+    """
+    last = len(channels_of(weights)) - 1
+    features = _fold(maps)  # (12, h / 2, w / 2)
     skips: list[Features] = []
     for level in range(last + 1):
         if level > 0:
             features = _halve(features)
         features = _relu(_convolve(weights, f"down{level}a", features))
-        features = _relu(_convolve(weights, f"down{level}b", features))  # (c, h / 2^l, w / 2^l)
+        features = _relu(_convolve(weights, f"down{level}b", features))  # (c, h / 2^(l+1), ...)
         skips.append(features)
     for level in reversed(range(last)):
-        lifted = _double(_convolve(weights, f"lift{level}", features))  # (c, h / 2^l, w / 2^l)
-        features = np.concatenate([skips[level], lifted])  # (2 c, h / 2^l, w / 2^l)
-        features = _relu(_convolve(weights, f"up{level}a", features))
+        lifted = _double(_convolve(weights, f"lift{level}", features))
+        features = _relu(_convolve(weights, f"up{level}a", skips[level], lifted))
         features = _relu(_convolve(weights, f"up{level}b", features))
-    return _convolve(weights, "out", features)[0]
+    found = _unfold(_convolve(weights, "out", features))
+    found[:2] += maps[:2]
+    return found
 
 
 def _convolve(
-    weights: Weights, layer: str, features: Features
+    weights: Weights, layer: str, *parts: Features
 ) -> Float32[np.ndarray, "channels_out h w"]:
-    """Zero-padded convolution as one matrix product per tap, without copying shifted frames.
+    """Zero-padded convolution of the parts' channels, one matrix product per row of the kernel.
 
-    Rows are laid end to end with one zero between them. A shift of the frame is then a shift of
-    the line, and what the shift carries over an edge is the zero.
+    The frame, shifted left and right by a pixel, is stacked three high; a shift by a row is then a
+    shift along memory. A strip at a time, so that the stack stays in the cache.
     """
-    kernel = weights[f"{layer}.weight"]  # (out, in, k, k)
-    side = kernel.shape[-1]
-    reach = side // 2
-    channels, h, w = features.shape
-    pitch = w + reach
-    length = h * pitch
-    line = np.zeros((channels, length + 2 * reach * (pitch + 1)), np.float32)
-    first = reach * (pitch + 1)
-    line[:, first : first + length].reshape(channels, h, pitch)[..., :w] = features
-    total = np.broadcast_to(weights[f"{layer}.bias"][:, None], (len(kernel), length)).copy()
-    for row in range(side):
-        for column in range(side):
-            start = row * pitch + column
-            total += kernel[:, :, row, column] @ line[:, start : start + length]
-    return total.reshape(-1, h, pitch)[..., :w]
+    kernel, bias = weights[f"{layer}.weight"], weights[f"{layer}.bias"]  # (out, in, k, k), (out)
+    wide_out, wide_in, side, _ = kernel.shape
+    _, h, w = parts[0].shape
+    if side == 1:
+        flat = kernel[..., 0, 0] @ parts[0].reshape(wide_in, h * w)
+        flat += bias[:, None]
+        return flat.reshape(wide_out, h, w)
+    taps = kernel.transpose(2, 0, 3, 1).reshape(3, wide_out, 3 * wide_in)
+    total = np.empty((wide_out, h, w), np.float32)
+    stack = np.zeros((3, wide_in, STRIP_ROWS + 2, w), np.float32)
+    line = stack.reshape(3 * wide_in, (STRIP_ROWS + 2) * w)
+    for top in range(0, h, STRIP_ROWS):
+        count = min(STRIP_ROWS, h - top)
+        first, last = max(top - 1, 0), min(top + count + 1, h)
+        rows = slice(first - top + 1, last - top + 1)
+        stack[:, :, rows.stop :] = 0
+        channel = 0
+        for part in parts:
+            places = slice(channel, channel := channel + len(part))
+            seen = part[:, first:last]
+            stack[0, places, rows, 1:] = seen[..., :-1]
+            stack[1, places, rows] = seen
+            stack[2, places, rows, :-1] = seen[..., 1:]
+        strip = taps[0] @ line[:, : count * w]
+        strip += bias[:, None]
+        for row in (1, 2):
+            strip += taps[row] @ line[:, row * w : (row + count) * w]
+        total[:, top : top + count] = strip.reshape(wide_out, count, w)
+    return total
 
 
 def _relu(features: Features) -> Features:
-    return np.maximum(features, 0.0)
+    return np.maximum(features, 0.0, out=features)
+
+
+def _fold(maps: Features) -> Float32[np.ndarray, "channels*4 h//2 w//2"]:
+    channels, h, w = maps.shape
+    blocks = maps.reshape(channels, h // 2, 2, w // 2, 2).transpose(0, 2, 4, 1, 3)
+    return blocks.reshape(4 * channels, h // 2, w // 2)
+
+
+def _unfold(maps: Features) -> Float32[np.ndarray, "channels//4 h*2 w*2"]:
+    channels, h, w = maps.shape
+    blocks = maps.reshape(channels // 4, 2, 2, h, w).transpose(0, 3, 1, 4, 2)
+    return blocks.reshape(channels // 4, 2 * h, 2 * w)
 
 
 def _halve(features: Features) -> Float32[np.ndarray, "channels h//2 w//2"]:
-    channels, h, w = features.shape
-    return features.reshape(channels, h // 2, 2, w // 2, 2).mean(axis=(2, 4))
+    pairs = features[:, ::2] + features[:, 1::2]
+    return (pairs[..., ::2] + pairs[..., 1::2]) / 4
 
 
 def _double(features: Features) -> Float32[np.ndarray, "channels 2*h 2*w"]:

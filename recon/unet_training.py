@@ -1,49 +1,101 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Train the U-Net of the missing gradient axis on random surfaces; the paper's, on one CPU core.
+"""Train the U-Net of the missing gradient axis on random surfaces alone.
 
-``python -m recon.unet_training --seed 0 --out FILE`` made the shipped weights. Every batch is drawn
-anew from the seed, so that no surface is seen twice and none needs storing. Needs the extra
-``train``.
+``python -m recon.unet_training --out FILE`` made the shipped weights. Every batch is drawn anew
+from the seed, so that no surface is seen twice and none needs storing. Beside FILE it keeps a
+checkpoint, from which an interrupted training goes on, and the loss as FILE.csv and FILE.png. It
+runs on a GPU where there is one, else on one core. Needs torch, the extra ``train``.
 """
 
 import argparse
+import csv
+import io
+import json
+import sys
 import time
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from dataclasses import asdict, dataclass
+from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
-import torch
-from jaxtyping import Float
-from torch import Tensor, nn
-from torch.nn import functional
+from jaxtyping import Float, Float32
+from safetensors import SafetensorError, safe_open
+from safetensors.numpy import save
 
 from recon import unet
 from recon.ball import ball_cap, offsets_mm
-from recon.missing_axis import Axis, infer_missing_axis, save_weights
-from recon.surfaces import random_surface, surface_gradient
+from recon.contact_surfaces import surface_gradient
+from recon.few_lights import measure
+from recon.lights import Axis
+from recon.missing_axis import infer_missing_axis
+from recon.surfaces import RECIPES, Recipe
+from recon.unet_weights import save_weights
 from sensor.errors import WedgeError
+from sensor.files import write_atomic
+
+try:
+    import torch
+    from torch import Tensor, nn
+    from torch.nn import functional
+except ModuleNotFoundError:  # one sentence in place of a traceback
+    sys.exit("Training needs torch: install the extra, `pip install gelsight-wedge[train]`.")
 
 SMALL_PX, SMALL_FRAMES = (96, 128), 8
-LARGE_PX, LARGE_FRAMES = (224, 320), 4  # a frame in use, so that large contacts are learnt as well
-LARGE_SHARE = 0.25  # of the batches
-SLOPE_NOISE = (0.03, 0.05)  # standard deviations, of a calibrated sensor's measured axis
-TEST_NOISE = 0.04
+LARGE_PX, LARGE_FRAMES = (224, 320), 3  # a frame in use, so that large contacts are learnt as well
+LARGE_SHARE = 0.05  # of the batches
+PAPER_SHARE = 0.3  # of the surfaces, where both recipes are drawn from
 LEARNING_RATE = 3e-3
+WARM_UP = 0.15  # of the horizon
+LAST_FALL = 0.2  # of the steps
 HUBER_SLOPE = 0.1  # errors below it count squared, above it linearly: a rim is no outlier
+DOUBT_SHARE = 0.01  # of the loss: the doubt must not distract from the slopes
+FIRST_LOG_DOUBT = -4.0  # most of a frame is flat
+STEEPEST_STEP = 0.5  # norm that the loss's gradient is clipped to
+CHECKPOINT_STEPS = 500
+BATCHES_AHEAD = 16
+TEST_NOISE = 0.04
 
-AXES: tuple[Axis, ...] = ("x", "y")
+Batch = tuple[Float32[np.ndarray, "n 3 h w"], Float32[np.ndarray, "n 2 h w"]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """What decides the weights: the same settings give the same network on the same machine."""
+
+    seed: int = 0
+    """Of the first weights and of every surface and sensor."""
+    steps: int
+    """Batches."""
+    horizon: int
+    """Steps over which the learning rate would fall to zero; where that is beyond ``steps``, it
+    falls faster over the last fifth of them."""
+    channels: tuple[int, ...] = unet.CHANNELS
+    recipes: tuple[Recipe, ...] = ("paper", "contact")
+
+    @property
+    def arguments(self) -> str:
+        """The words on the command line that give these settings."""
+        return (
+            f"--seed {self.seed} --steps {self.steps} --horizon {self.horizon}"
+            f" --recipes {','.join(self.recipes)}"
+            f" --channels {','.join(map(str, self.channels))}"
+        )
 
 
 class UNet(nn.Module):
     """The network of ``recon.unet``, layer for layer, for training."""
 
-    def __init__(self) -> None:
+    def __init__(self, channels: tuple[int, ...]) -> None:
         super().__init__()
+        self.depth = len(channels)
         self.layers = nn.ModuleDict(
             {
                 name: nn.Conv2d(wide_in, wide_out, side, padding="same")
-                for name, (wide_out, wide_in, side) in unet.layer_shapes().items()
+                for name, (wide_out, wide_in, side) in unet.layer_shapes(channels).items()
             }
         )
         # He's scale keeps signals alive through all layers; the zero spares unlearning an offset.
@@ -53,70 +105,140 @@ class UNet(nn.Module):
             else:
                 nn.init.kaiming_normal_(layer.get_parameter("weight"), nonlinearity="relu")
             nn.init.zeros_(layer.get_parameter("bias"))
+        with torch.no_grad():
+            self.layers["out"].get_parameter("bias")[8:] = FIRST_LOG_DOUBT
 
-    def forward(self, maps: Float[Tensor, "n 2 h w"]) -> Float[Tensor, "n 1 h w"]:
-        """The missing x gradient; the shapes of ``recon.unet.forward`` with n frames in front."""
+    def forward(self, maps: Float[Tensor, "n 3 h w"]) -> Float[Tensor, "n 3 h w"]:
+        """Gradients and doubt; the shapes of ``recon.unet.forward`` with n frames in front."""
         layers = self.layers
-        last = len(unet.CHANNELS) - 1
-        features = maps
+        features = functional.pixel_unshuffle(maps, 2)
         skips: list[Tensor] = []
-        for level in range(last + 1):
+        for level in range(self.depth):
             if level > 0:
                 features = functional.avg_pool2d(features, 2)
             features = layers[f"down{level}a"](features).relu()
             features = layers[f"down{level}b"](features).relu()
             skips.append(features)
-        for level in reversed(range(last)):
+        for level in reversed(range(self.depth - 1)):
             lifted = functional.interpolate(layers[f"lift{level}"](features), scale_factor=2.0)
             features = torch.cat([skips[level], lifted], dim=1)
             features = layers[f"up{level}a"](features).relu()
             features = layers[f"up{level}b"](features).relu()
-        result: Tensor = layers["out"](features)
-        return result
+        found = functional.pixel_shuffle(layers["out"](features), 2)
+        return torch.cat([found[:, :2] + maps[:, :2], found[:, 2:]], dim=1)
 
     def weights(self) -> dict[str, np.ndarray]:
         """Copies of all parameters under the names of ``recon.unet``."""
-        return {name: value.numpy().copy() for name, value in self.layers.state_dict().items()}
+        state = self.layers.state_dict()
+        return {name: value.cpu().numpy().copy() for name, value in state.items()}
 
 
-def training_batch(
-    rng: np.random.Generator, frames: int, size_px: tuple[int, int]
-) -> tuple[Float[Tensor, "n 2 h w"], Float[Tensor, "n 1 h w"]]:
-    """Network inputs from noisy y gradients, and the true x gradients, of fresh surfaces."""
-    gradients = np.stack([surface_gradient(random_surface(rng, *size_px)) for _ in range(frames)])
-    noise = rng.standard_normal(gradients.shape[:3], np.float32)
-    noise *= rng.uniform(*SLOPE_NOISE, (frames, 1, 1)).astype(np.float32)
-    missing, known = gradients[..., 0], gradients[..., 1] + noise
-    maps = np.stack([unet.network_input(frame) for frame in known])
-    return torch.from_numpy(maps), torch.from_numpy(missing)[:, None].contiguous()
+class Training:
+    """A network on its way: its optimizer and the losses so far, to be saved and gone on from."""
+
+    def __init__(self, settings: Settings) -> None:
+        self.settings = settings
+        self.device = "cuda" if torch.cuda.is_available() else "cpu"
+        torch.manual_seed(settings.seed)
+        self.network = UNet(settings.channels).to(self.device)
+        self.optimizer = torch.optim.Adam(self.network.parameters())
+        self.losses: list[float] = []
+
+    def run(
+        self, executor: Executor | None = None, report: Callable[[int], None] = lambda step: None
+    ) -> None:
+        """Train to the last step; ``executor`` makes the batches, this process where it is None."""
+        settings = self.settings
+        steps = range(len(self.losses), settings.steps)
+        for step, (maps, truth) in zip(steps, _batches(settings, steps, executor), strict=True):
+            for group in self.optimizer.param_groups:
+                group["lr"] = learning_rate(step, settings.steps, settings.horizon)
+            found = self.network(torch.from_numpy(maps).to(self.device))
+            true = torch.from_numpy(truth).to(self.device)
+            loss = 2 * functional.huber_loss(found[:, :2], true, delta=HUBER_SLOPE)
+            self.optimizer.zero_grad()
+            (loss + DOUBT_SHARE * _doubt_loss(found, true)).backward()
+            nn.utils.clip_grad_norm_(self.network.parameters(), STEEPEST_STEP)
+            self.optimizer.step()
+            self.losses.append(loss.item())
+            report(step + 1)
+
+    def save(self, path: Path) -> None:
+        """Write the checkpoint, atomically."""
+        tensors = {"losses": np.array(self.losses)}
+        for name, parameter in self.network.layers.named_parameters():
+            tensors[f"weights.{name}"] = parameter.detach().cpu().numpy()
+            for key, value in self.optimizer.state[parameter].items():
+                tensors[f"{key}.{name}"] = value.cpu().numpy()
+        write_atomic(path, save(tensors, {"settings": json.dumps(asdict(self.settings))}))
+
+    def resume(self, path: Path) -> None:
+        """Go on from a checkpoint.
+
+        Raises:
+            WedgeError: it cannot be read, or belongs to a training of other settings.
+        """
+        try:
+            with safe_open(path, framework="numpy") as file:
+                settings = json.loads((file.metadata() or {}).get("settings", "{}"))
+                tensors = {name: file.get_tensor(name) for name in file.keys()}
+        except (OSError, SafetensorError, json.JSONDecodeError) as error:
+            raise WedgeError(f"{path} cannot be read as a checkpoint: {error}.") from error
+        if settings != json.loads(json.dumps(asdict(self.settings))):
+            raise WedgeError(f"{path} is of a training with other settings: delete it to begin.")
+        self.losses = tensors["losses"].tolist()
+        for name, parameter in self.network.layers.named_parameters():
+            parameter.data.copy_(torch.from_numpy(tensors[f"weights.{name}"]))
+            self.optimizer.state[parameter] = {
+                key: torch.from_numpy(tensors[f"{key}.{name}"])
+                for key in ("step", "exp_avg", "exp_avg_sq")
+            }
 
 
-def train(
-    seed: int, steps: int, report: Callable[[int, float], None] = lambda step, loss: None
-) -> UNet:
-    """A network trained for ``steps`` batches; the same seed and steps give the same network.
+def training_batch(settings: Settings, step: int) -> Batch:
+    """Network inputs from what random sensors measure of fresh surfaces, and the true gradients."""
+    rng = np.random.default_rng([settings.seed, step])
+    large = rng.random() < LARGE_SHARE
+    frames, size_px = (LARGE_FRAMES, LARGE_PX) if large else (SMALL_FRAMES, SMALL_PX)
+    maps, truth = [], []
+    for _ in range(frames):
+        recipe = settings.recipes[0 if rng.random() < PAPER_SHARE else -1]
+        gradient = surface_gradient(RECIPES[recipe](rng, *size_px))
+        seen = measure(rng, gradient)
+        maps.append(unet.network_input(seen.gradient, seen.support, both=seen.both))
+        truth.append(gradient.transpose(2, 0, 1))
+    return np.stack(maps), np.stack(truth)
 
-    Args:
-        seed: of the first weights and of every surface and noise.
-        steps: batches; the learning rate falls to zero over them.
-        report: called after each batch with its number, from 1, and its loss.
-    """
-    torch.manual_seed(seed)
-    network = UNet()
-    optimizer = torch.optim.Adam(network.parameters())
-    schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, LEARNING_RATE, total_steps=steps)
-    for step in range(steps):
-        rng = np.random.default_rng([seed, step])
-        large = rng.random() < LARGE_SHARE
-        frames, size_px = (LARGE_FRAMES, LARGE_PX) if large else (SMALL_FRAMES, SMALL_PX)
-        maps, missing = training_batch(rng, frames, size_px)
-        loss = functional.huber_loss(network(maps), missing, delta=HUBER_SLOPE)
-        optimizer.zero_grad()
-        loss.backward()
-        optimizer.step()
-        schedule.step()
-        report(step + 1, loss.item())
-    return network
+
+def learning_rate(step: int, steps: int, horizon: int) -> float:
+    """Up on a line, down on a cosine (Smith and Topin, 2018), and to zero at the end."""
+    first = max(1.0, WARM_UP * horizon)
+    fall = min(1.0, (steps - step) / (LAST_FALL * steps))
+    if step < first:
+        return LEARNING_RATE * fall * (step + 1) / (first + 1)
+    cosine = float(np.cos(np.pi * (step - first) / (horizon - first)))
+    return LEARNING_RATE * fall * 0.5 * (1 + cosine)
+
+
+def _doubt_loss(found: Float[Tensor, "n 3 h w"], truth: Float[Tensor, "n 2 h w"]) -> Tensor:
+    """Minus the log likelihood of the x slope's error under Laplace's law."""
+    error = (found[:, 0] - truth[:, 0]).detach().abs()
+    log_doubt = found[:, 2].clamp(-8.0, 3.0)
+    return (error * torch.exp(-log_doubt) + log_doubt).mean()
+
+
+def _batches(settings: Settings, steps: range, executor: Executor | None) -> Iterator[Batch]:
+    """Batches in their order, made a few ahead where somebody else makes them."""
+    if executor is None:
+        yield from (training_batch(settings, step) for step in steps)
+        return
+    waiting: deque[Future[Batch]] = deque()
+    for step in steps:
+        waiting.append(executor.submit(training_batch, settings, step))
+        if len(waiting) > BATCHES_AHEAD:
+            yield waiting.popleft().result()
+    while waiting:
+        yield waiting.popleft().result()
 
 
 def share_of_zeros_error(
@@ -137,7 +259,8 @@ def share_of_zeros_error(
         x_px, y_px = (rng.uniform(1.05 * contact_px, s - 1.05 * contact_px) for s in size_px)
         truth = ball_cap(size_px, (x_px, y_px), contact_px, ball_px, (1.0, 1.0)).gradient
         measured = truth[..., known] + TEST_NOISE * rng.standard_normal(truth.shape[:2])
-        inferred = infer_missing_axis(measured, axis, (1.0, 1.0), weights)
+        found = infer_missing_axis(measured, axis, (1.0, 1.0), weights=weights)
+        inferred = found.gradient[..., missing]
         distance = np.hypot(*offsets_mm(size_px, (x_px, y_px), (1.0, 1.0)))
         chosen = distance < min(contact_px - 1, 0.9 * ball_px)
         chosen |= (distance > 1.3 * contact_px) & (rng.random(distance.shape) < 0.05)
@@ -148,45 +271,103 @@ def share_of_zeros_error(
 
 def print_measures(weights: unet.Weights) -> None:
     """The numbers that the README beside the weights states."""
+    axes: tuple[Axis, ...] = ("x", "y")
     for size_px in [(320, 240), (200, 150), (640, 480)]:
-        for axis in AXES:
+        for axis in axes:
             share = share_of_zeros_error(weights, axis, size_px)
             print(f"{size_px[0]}x{size_px[1]}, axis {axis}: {share:.3f} of zero's error on balls")
-    noise = TEST_NOISE * np.random.default_rng(0).standard_normal((240, 320))
-    blank = np.abs(infer_missing_axis(noise, "x", (1.0, 1.0), weights)).mean()
-    empty = np.abs(infer_missing_axis(0 * noise, "x", (1.0, 1.0), weights)).mean()
-    print(f"320x240, untouched gel: mean |G| {blank:.4f} with noise, {empty:.4f} without")
+
+
+def write_curve(path: Path, losses: list[float]) -> None:
+    """The loss of every step as ``path``.csv, and its running mean as ``path``.png."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(
+        [("step", "loss"), *((step, f"{loss:.6f}") for step, loss in enumerate(losses, start=1))]
+    )
+    write_atomic(path.with_suffix(".csv"), text.getvalue().encode())
+    try:
+        from matplotlib.figure import Figure
+    except ModuleNotFoundError:
+        return  # the numbers are there
+    width = max(1, len(losses) // 50)
+    mean = np.convolve(losses, np.full(width, 1 / width), mode="valid")
+    figure = Figure(figsize=(6, 3.5), layout="constrained")
+    axes = figure.add_subplot(xlabel="step", ylabel="loss", yscale="log")
+    axes.set_title(f"{path.stem}: loss, mean of {width} steps", loc="left")
+    axes.plot(np.arange(len(mean)) + width, mean, color="#0072B2")
+    axes.grid(which="both", color="#e3e6ea")
+    picture = io.BytesIO()
+    figure.savefig(picture, format="png", dpi=120)
+    write_atomic(path.with_suffix(".png"), picture.getvalue())
 
 
 def main() -> None:
     """Train, save the weights and print the numbers that their README states."""
     parser = argparse.ArgumentParser(prog="python -m recon.unet_training", description=__doc__)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--steps", type=int, default=3000, help="batches")
+    parser.add_argument("--steps", type=int, default=4000, help="batches")
+    parser.add_argument("--horizon", type=int, help="of the learning rate; --steps unless given")
+    parser.add_argument("--channels", default=",".join(map(str, unet.CHANNELS)))
+    parser.add_argument("--recipes", default="paper,contact", help=" or ".join(RECIPES))
+    parser.add_argument("--workers", type=int, default=1, help="processes that make surfaces")
     parser.add_argument("--out", type=Path, required=True, help="the safetensors file to write")
     options = parser.parse_args()
-    if options.steps < 2:
-        parser.error("--steps must be at least 2")
-    torch.set_num_threads(1)  # faster than two on a busy machine, and the same sums every time
-    command = (
-        f"python -m recon.unet_training --seed {options.seed} --steps {options.steps}"
-        f" --out {options.out.name}"
-    )
-    begin = time.monotonic()
-    losses: list[float] = []
-
-    def report(step: int, loss: float) -> None:
-        losses.append(loss)
-        if step % 100 == 0:
-            mean, spent = np.mean(losses[-100:]), time.monotonic() - begin
-            print(f"step {step}/{options.steps}  loss {mean:.5f}  {spent:.0f} s", flush=True)
-
-    network = train(options.seed, options.steps, report)
     try:
-        save_weights(options.out, network.weights(), command, options.seed)
+        channels = tuple(int(count) for count in options.channels.split(","))
+    except ValueError:
+        parser.error("--channels must be whole numbers with commas between them")
+    recipes = tuple(recipe for recipe in RECIPES if recipe in options.recipes.split(","))
+    horizon = options.horizon or options.steps
+    if not 2 <= options.steps <= horizon or len(channels) < 2 or min(channels) < 1 or not recipes:
+        parser.error(
+            "--steps and --channels need two at least, --horizon no less than --steps, --recipes"
+            " a known one"
+        )
+    settings = Settings(
+        seed=options.seed,
+        steps=options.steps,
+        horizon=horizon,
+        channels=channels,
+        recipes=recipes,
+    )
+    torch.set_num_threads(1)  # faster than two on a busy machine, and the same sums every time
+    try:
+        run(settings, options.out, options.workers)
     except WedgeError as error:
         parser.error(str(error))
-    print_measures(network.weights())
+
+
+def run(settings: Settings, out: Path, workers: int) -> None:
+    """Train with progress on stdout and a checkpoint beside the weights."""
+    training, checkpoint = Training(settings), out.with_suffix(".checkpoint.safetensors")
+    if checkpoint.is_file():
+        training.resume(checkpoint)
+        print(f"going on from step {len(training.losses)} of {checkpoint}")
+    begin, first = time.monotonic(), len(training.losses)
+
+    def report(step: int) -> None:
+        if step % 100 == 0 or step == settings.steps:
+            mean, spent = np.mean(training.losses[-100:]), time.monotonic() - begin
+            left = spent / (step - first) * (settings.steps - step)
+            print(
+                f"step {step}/{settings.steps}  loss {mean:.5f}  {spent:.0f} s, {left:.0f} s left",
+                flush=True,
+            )
+        if step % CHECKPOINT_STEPS == 0:
+            training.save(checkpoint)
+            write_curve(out, training.losses)
+
+    if workers > 0:
+        with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as executor:
+            training.run(executor, report)
+    else:
+        training.run(None, report)
+    weights = training.network.weights()
+    command = f"python -m recon.unet_training {settings.arguments} --out {out.name}"
+    save_weights(out, weights, command, settings.seed)
+    write_curve(out, training.losses)
+    checkpoint.unlink(missing_ok=True)
+    print_measures(weights)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,96 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The missing gradient axis: what infers it, how well on balls nobody trained on, how quickly."""
+
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
+from time import perf_counter
+
+import numpy as np
+from jaxtyping import Float
+
+from benchmarks.measurement import Measurement, interleaved_ms
+from recon.axis_baselines import by_columns, by_convex_fit
+from recon.ball import ball_cap, offsets_mm
+from recon.missing_axis import infer_missing_axis
+from recon.surfaces import RECIPES, surface_set
+
+SIZE_PX = (320, 240)
+PITCH = (1.0, 1.0)
+SLOPE_NOISE = 0.04
+BALLS = 12
+SURFACES = 1000
+SURFACE_PX = (96, 128)
+BAR_MS = 15.0
+"""Of one frame of 320x240 on one core."""
+
+Slopes = Float[np.ndarray, "h w"]
+Answer = Callable[[Slopes], Slopes]
+
+ANSWERS: dict[str, Answer] = {
+    "column-wise integral": lambda known: by_columns(known, "x", PITCH)[..., 0],
+    "convex fit": lambda known: by_convex_fit(known, "x", PITCH)[..., 0],
+    "network": lambda known: infer_missing_axis(known, "x", PITCH).gradient[..., 0],
+}
+"""What stands in for the x gradient, from the y gradient."""
+
+
+def shares_of_zeros_error(answers: Sequence[Answer], balls: int = BALLS) -> list[float]:
+    """Mean absolute error of each answer over that of zero, on random balls in 320x240.
+
+    Pixels of the error table: inside the contact, and 5 % of those beyond 1.3 contact radii.
+    Contacts have 0.1 to 0.4 of the frame's height, balls 1.1 to 3.3 contact radii.
+    """
+    rng = np.random.default_rng(0)
+    errors, zero = np.zeros(len(answers)), 0.0
+    for _ in range(balls):
+        contact_px = rng.uniform(0.1, 0.4) * min(SIZE_PX)
+        ball_px = contact_px / rng.uniform(0.3, 0.9)
+        x_px, y_px = (rng.uniform(1.05 * contact_px, s - 1.05 * contact_px) for s in SIZE_PX)
+        truth = ball_cap(SIZE_PX, (x_px, y_px), contact_px, ball_px, PITCH).gradient
+        known = truth[..., 1] + SLOPE_NOISE * rng.standard_normal(truth.shape[:2])
+        distance = np.hypot(*offsets_mm(SIZE_PX, (x_px, y_px), PITCH))
+        chosen = distance < min(contact_px - 1, 0.9 * ball_px)
+        chosen |= (distance > 1.3 * contact_px) & (rng.random(distance.shape) < 0.05)
+        zero += float(np.abs(truth[..., 0])[chosen].sum())
+        for index, answer in enumerate(answers):
+            errors[index] += np.abs(answer(known) - truth[..., 0])[chosen].sum()
+    return [float(error / zero) for error in errors]
+
+
+def measure() -> Iterator[Measurement]:
+    """Errors of every answer, and the time that the network takes."""
+    shares = shares_of_zeros_error(list(ANSWERS.values()))
+    for name, share in zip(ANSWERS, shares, strict=True):
+        yield Measurement(
+            name=f"missing axis by {name}, {BALLS} balls, slope noise {SLOPE_NOISE}",
+            value=share,
+            unit="of the error of zero",
+            bar=0.2 if name == "network" else None,
+        )
+    known = SLOPE_NOISE * np.random.default_rng(0).standard_normal(SIZE_PX[::-1])
+    product = np.random.default_rng(1).random((512, 512), np.float32)
+    network_ms, product_ms = interleaved_ms(
+        [lambda: infer_missing_axis(known, "x", PITCH), lambda: product @ product], rounds=15
+    )
+    yield Measurement(
+        name=f"missing axis by network, {SIZE_PX[0]}x{SIZE_PX[1]}, one core; beside it a product of"
+        f" 512x512 matrices took {product_ms:.1f} ms",
+        value=network_ms,
+        unit="ms",
+        bar=BAR_MS,
+    )
+
+
+def measure_surfaces(executor: Executor) -> Iterator[Measurement]:
+    """Time of ten thousand random surfaces, from a tenth of them."""
+    for recipe in RECIPES:
+        begin = perf_counter()
+        surface_set(recipe, SURFACES, SURFACE_PX, 0, executor)
+        yield Measurement(
+            name=f"ten thousand surfaces, recipe {recipe}, {SURFACE_PX[1]}x{SURFACE_PX[0]}, from"
+            f" {SURFACES} on two cores",
+            value=(perf_counter() - begin) * 10_000 / SURFACES,
+            unit="s",
+            bar=120,
+        )
