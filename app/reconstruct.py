@@ -76,18 +76,20 @@ def main(
                     "deepest_mm": float(result.depth_mm.max()),
                     "contact_mm2": float(result.contact.sum() * np.prod(result.mm_per_px)),
                     "boundary": result.boundary,
+                    "markers": result.markers,
                     "depth": str(out / f"{stem}.npy"),
                 }
             )
             show(0.3 + 0.7 * done / len(image), "reconstructing")
     print_table(
-        ["image", "deepest [mm]", "contact [mm²]", "border", "depth map"],
+        ["image", "deepest [mm]", "contact [mm²]", "border", "markers", "depth map"],
         [
             [
                 str(row["image"]),
                 f"{row['deepest_mm']:.3f}",
                 f"{row['contact_mm2']:.2f}",
                 str(row["boundary"]),
+                str(row["markers"]),
                 str(row["depth"]),
             ]
             for row in rows
