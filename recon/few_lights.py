@@ -191,9 +191,9 @@ def _drift(rng: np.random.Generator, height: int, width: int, wavelength_px: flo
     """Smooth noise of standard deviation 1 that varies over some pixels."""
     step = max(1, int(wavelength_px))
     coarse = rng.standard_normal((height // step + 4, width // step + 4), np.float32)
-    coarse = cv2.GaussianBlur(coarse, (0, 0), 1.0)
+    smooth = cv2.GaussianBlur(coarse, (0, 0), 1.0)
     size = (width + 4 * step, height + 4 * step)
-    fine = cv2.resize(coarse, size)[2 * step : 2 * step + height, 2 * step : 2 * step + width]
+    fine = cv2.resize(smooth, size)[2 * step : 2 * step + height, 2 * step : 2 * step + width]
     return np.asarray(fine / max(float(fine.std()), 1e-6), np.float32)
 
 

@@ -124,7 +124,11 @@ class UNet(nn.Module):
             features = torch.cat([skips[level], lifted], dim=1)
             features = layers[f"up{level}a"](features).relu()
             features = layers[f"up{level}b"](features).relu()
-        found = functional.pixel_shuffle(layers["out"](features), 2)
+        weight, bias = (layers["out"].get_parameter(name) for name in ("weight", "bias"))
+        slopes = functional.conv2d(features, weight[:8], bias[:8])
+        # The doubt learns from the features without shaping them: its gradients are far larger.
+        doubt = functional.conv2d(features.detach(), weight[8:], bias[8:])
+        found = functional.pixel_shuffle(torch.cat([slopes, doubt], dim=1), 2)
         return torch.cat([found[:, :2] + maps[:, :2], found[:, 2:]], dim=1)
 
     def weights(self) -> dict[str, np.ndarray]:
