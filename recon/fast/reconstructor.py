@@ -131,7 +131,8 @@ class FastReconstructor:
             WedgeError: the JPEG is damaged, or of another size than the unit's frames.
         """
         if isinstance(frame, TimedFrame):
-            frame = frame.image() if frame.jpeg is None else frame.jpeg
+            undecoded = frame.jpeg if frame.pixels is None else None
+            frame = frame.image() if undecoded is None else undecoded
         if self._reference is not None:
             return self._by_reference(self._reference, frame)
         pixels = decode_jpeg(frame, self._frame) if isinstance(frame, bytes) else frame

@@ -3,7 +3,7 @@
 """One frame with its times, and what gives frames: the contract of every source."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, Protocol, runtime_checkable
 
 from recon.arrays import Frame
@@ -38,6 +38,14 @@ class TimedFrame:
             return self.pixels
         assert self.jpeg is not None
         return decode_jpeg(self.jpeg)
+
+    def decoded(self) -> "TimedFrame":
+        """The frame with its pixels.
+
+        Raises:
+            WedgeError: the JPEG is damaged.
+        """
+        return self if self.pixels is not None else replace(self, pixels=self.image())
 
     @property
     def latency_ms(self) -> float | None:

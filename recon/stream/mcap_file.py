@@ -3,11 +3,15 @@
 """An MCAP file that is complete after every write, so that a kill costs a second of frames at most.
 
 The index of an MCAP file stands at its end, and a file without it does not open. Here each chunk
-is written together with the index of all chunks so far, in one call, over the previous index.
+is written together with the index of all chunks so far, over the previous index, by a process that
+outlives this one.
 See https://mcap.dev/spec.
 """
 
+import errno
 import os
+import subprocess
+import sys
 import zlib
 from collections.abc import Mapping
 from contextlib import suppress
@@ -16,6 +20,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from recon.stream import keeper
 from sensor.errors import WedgeError
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -73,6 +78,13 @@ class McapFile:
         except OSError as error:
             raise WedgeError(f"{path} cannot be written: {error.strerror}.") from error
         self._path = path
+        self._keeper = subprocess.Popen(
+            [sys.executable, "-I", "-S", keeper.__file__, str(self._file)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            pass_fds=(self._file,),
+            start_new_session=True,  # Ctrl-C is for the recorder, which then finishes
+        )
         self._schema = records.Schema(
             id=1, name=schema[0], encoding=schema[1], data=schema[2].encode()
         )
@@ -199,6 +211,7 @@ class McapFile:
                 self.flush()
                 os.fsync(self._file)
             finally:
+                self._keeper.communicate()
                 os.close(self._file)
                 self._file = -1
 
@@ -216,11 +229,15 @@ class McapFile:
         self._end, self._last_index = end, index
 
     def _put(self, content: bytes) -> None:
-        """Write all of it where the data end."""
-        at, rest = self._end, memoryview(content)
-        while rest:
-            done = os.pwrite(self._file, rest, at)
-            at, rest = at + done, rest[done:]
+        """Have all of it written where the data end."""
+        assert self._keeper.stdin and self._keeper.stdout
+        self._keeper.stdin.write(keeper.REQUEST.pack(self._end, len(content)))
+        self._keeper.stdin.write(content)
+        self._keeper.stdin.flush()
+        answer = self._keeper.stdout.read(keeper.ANSWER.size)
+        number = keeper.ANSWER.unpack(answer)[0] if answer else errno.EPIPE
+        if number:
+            raise OSError(number, os.strerror(number))
 
     def _index(self, end: int) -> bytes:
         """All that stands behind the data, which ends there."""

@@ -42,7 +42,9 @@ class Newest:
             yield frame
 
     def take(self, timeout_s: float | None = None) -> TimedFrame | None:
-        """The newest frame that was not taken yet; waits for it.
+        """The newest frame that was not taken yet, decoded; waits for it.
+
+        A JPEG that is whole but damaged within is counted as corrupt, and the next one awaited.
 
         Returns:
             ``None`` where the source has ended or the time is over.
@@ -50,12 +52,16 @@ class Newest:
         Raises:
             WedgeError: the source has failed.
         """
-        with self._changed:
-            self._changed.wait_for(lambda: self._frame is not None or self._ended, timeout_s)
-            frame, self._frame = self._frame, None
-            if frame is None and self._error is not None:
-                raise self._error
-            return frame
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._frame is not None or self._ended, timeout_s)
+                frame, self._frame = self._frame, None
+                if frame is None and self._error is not None:
+                    raise self._error
+            try:
+                return None if frame is None else frame.decoded()
+            except WedgeError:
+                self.source.counts.corrupt += 1
 
     @property
     def ended(self) -> bool:

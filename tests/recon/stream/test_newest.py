@@ -8,8 +8,12 @@ from collections.abc import Iterator
 import pytest
 
 from recon.stream.frame import Counts, TimedFrame
+from recon.stream.jpeg import scan_start
 from recon.stream.newest import Newest
 from sensor.errors import WedgeError
+from tests.recon.stream.servers import FRAMES
+
+SCAN = FRAMES[0][scan_start(FRAMES[0]) :]
 
 
 class Counter:
@@ -17,9 +21,9 @@ class Counter:
 
     name, live = "counter", True
 
-    def __init__(self, error: str = "") -> None:
+    def __init__(self, error: str = "", damaged: int = -1) -> None:
         self.counts = Counts()
-        self.error = error
+        self.error, self.damaged = error, damaged
         self.allowed = threading.Semaphore(0)
         self.given = threading.Semaphore(0)
         self.ended = False
@@ -27,7 +31,9 @@ class Counter:
     def __iter__(self) -> Iterator[TimedFrame]:
         index = 0
         while self.allowed.acquire() and not self.ended:
-            yield TimedFrame(index=index, time_ns=index, arrived_ns=index, jpeg=b"")
+            damaged = index == self.damaged
+            jpeg = FRAMES[0].replace(SCAN, SCAN[:9] + b"\xff\xd8" * 9) if damaged else FRAMES[0]
+            yield TimedFrame(index=index, time_ns=index, arrived_ns=index, jpeg=jpeg)
             index += 1
             self.given.release()
         if self.error:
@@ -80,3 +86,18 @@ def test_what_fails_in_the_thread_is_raised_where_frames_are_asked_for() -> None
     assert next(frames).index == 0
     with pytest.raises(WedgeError, match="usb:0"):
         next(frames)
+
+
+def test_a_jpeg_damaged_within_is_passed_over() -> None:
+    with Newest(Counter(damaged=1)) as newest:
+        newest.source.give(1)
+        assert newest.take().pixels is not None
+        newest.source.give(1)
+        found: list[int] = []
+        reader = threading.Thread(target=lambda: found.append(newest.take().index))
+        reader.start()
+        while newest.source.counts.corrupt == 0:
+            reader.join(0.001)
+        newest.source.give(1)
+        reader.join()
+        assert (found, newest.source.counts.corrupt) == ([2], 1)

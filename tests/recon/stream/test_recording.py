@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from subprocess import PIPE
 
 import pytest
 from hypothesis import given
@@ -112,12 +113,13 @@ def test_a_kill_at_any_moment_leaves_a_file_that_opens(tmp_path: Path) -> None:
     for attempt, wait in enumerate((0.0, 0.07, 0.2)):
         path = tmp_path / f"{attempt}.mcap"
         command = [sys.executable, "-c", RECORD_FOREVER, str(path)]
-        with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE) as process:
+        with subprocess.Popen(command, cwd=ROOT, stdout=PIPE, stderr=PIPE) as process:
             assert process.stdout.readline() == b"begun\n"
             try:
                 process.wait(wait)
             except subprocess.TimeoutExpired:
                 process.send_signal(signal.SIGKILL)
+            process.stderr.read()  # ends when the writer that outlives it has ended
         messages = read_with_mcap(path)
         assert [t for _, t, _ in messages] == [frame(i).time_ns for i in range(len(messages))]
         assert len(read_with_rosbags(path)) == len(messages)
@@ -147,12 +149,13 @@ def test_at_every_length_that_a_write_can_leave_what_is_whole_is_read(tmp_path: 
 def test_a_full_disk_is_a_sentence_and_costs_no_more_than_the_last_second(tmp_path: Path) -> None:
     path = tmp_path / "touch.mcap"
     kept = resource.getrlimit(resource.RLIMIT_FSIZE)
-    recorder = Recorder(path, {"wedge": None})
     resource.setrlimit(resource.RLIMIT_FSIZE, (700_000, kept[1]))
     try:
+        recorder = Recorder(path, {"wedge": None})
         with pytest.raises(WedgeError, match="cannot be written: File too large"):
             for index in range(2000):
                 recorder.add("wedge", frame(index))
+        recorder.close()
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, kept)
     messages = read_with_mcap(path)
