@@ -17,6 +17,7 @@ import numpy as np
 
 from recon.arrays import DepthMap
 from recon.estimators import (
+    ESTIMATORS,
     GradientEstimator,
     fit_estimator,
     slopes_at,
@@ -300,6 +301,9 @@ def _labelled(folder: Path, seed: int) -> _Labelled:
 def _lessons(folder: Path, seed: int, estimator: str) -> tuple[Pixels, ...]:
     """What an estimator learns from each usable press, kept as long as its tasks follow."""
     labelled = _labelled(folder, seed)
+    kind = ESTIMATORS.get(estimator)
+    if kind and kind.teach is label_pixels:  # the same as it is judged by: read no frame twice
+        return labelled.pixels
     return tuple(
         training_pixels(estimator, labelled.reader.read(label), index, seed)
         for index, label in enumerate(labelled.labels)
