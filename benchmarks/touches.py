@@ -86,7 +86,7 @@ def pressed(
     surface_mm, slopes = lowest_surface(thing, T_sensor_object, lattice)
     touched = surface_mm < 0
     exact = np.where(touched[..., None], -slopes, 0.0)
-    gradient = cv2.resize(exact, (width, height), interpolation=cv2.INTER_AREA)
+    gradient = np.asarray(cv2.resize(exact, (width, height), interpolation=cv2.INTER_AREA), float)
     if rng is not None:
         gradient += SLOPE_NOISE * rng.standard_normal(gradient.shape)
     depth = integrate(gradient, mm_per_px, "dirichlet")
@@ -160,7 +160,8 @@ class Waves:
         """Waves of lengths spread evenly in logarithm."""
         rng = np.random.default_rng(seed)
         ways = rng.standard_normal((count, 3))
-        lengths = np.exp(rng.uniform(*np.log(lengths_mm), count))
+        shortest, longest = np.log(lengths_mm)
+        lengths = np.exp(rng.uniform(shortest, longest, count))
         return cls(
             vectors=2
             * np.pi
