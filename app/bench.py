@@ -68,6 +68,7 @@ def _all() -> "Iterator[tuple[float, Measurement]]":
         fast_path,
         integrators,
         markers,
+        missing_axis,
         stream,
         tracking,
         twin,
@@ -93,6 +94,11 @@ def _all() -> "Iterator[tuple[float, Measurement]]":
     unseen = read_dataset(folder).labels[calibration.PRESSES :]
     for item in fast_path.measure(unit, [read_frame(folder, label.file) for label in unseen]):
         yield 0.28, item
+    for item in missing_axis.measure():
+        yield 0.29, item
+    with process_pool() as executor:
+        for item in missing_axis.measure_surfaces(executor):
+            yield 0.29, item
     for item in stream.measure():
         yield 0.3, item
     with process_pool() as executor:
