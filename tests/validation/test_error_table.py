@@ -76,8 +76,9 @@ def test_zero_means_the_slope_itself_is_the_error(tmp_path, one_thread):
 def test_network_infers_most_of_the_axis_that_no_light_sees(tmp_path, one_thread):
     errors = errors_by_lights(measured(tmp_path, one_thread, estimators=("mlp",)))
     assert errors["RB", "network"]["gx_mae"] < 0.5 * errors["RB", "zero"]["gx_mae"]
-    unchanged = pytest.approx(errors["RB", "zero"]["gy_mae"], rel=1e-5)
-    assert errors["RB", "network"]["gy_mae"] == unchanged
+    # Both slopes come out as those of one surface: on clean light the measured one loses a little.
+    # Zero's error is the mean slope itself.
+    assert errors["RB", "network"]["gy_mae"] < 0.1 * errors["RB", "zero"]["gx_mae"]
 
 
 def test_three_lights_beat_opposite_ones_beat_one(tmp_path, one_thread):
