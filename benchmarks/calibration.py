@@ -50,7 +50,7 @@ def peak_memory() -> Measurement:
     own = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     worker = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
     return Measurement(
-        name="peak memory: this process and two workers",
+        name="peak memory of the error table: this process and two workers",
         value=(own + 2 * worker) * to_gb,
         unit="GB",
         bar=2.0,

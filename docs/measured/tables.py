@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes the measured tables of the pages from what ``wedge reproduce`` measured; none by hand.
 
-What lies between ``<!-- table: DATASET [LIGHTS] -->`` and ``<!-- end of table -->`` of a page is
-replaced, by all rows or by those of one configuration; likewise ``<!-- bench -->``. After a new
-measurement:
+What lies between ``<!-- table: DATASET [WORD...] -->`` and ``<!-- end of table -->`` of a page is
+replaced, by the rows whose lights, estimator or pixels are the words; likewise ``<!-- bench -->``.
+After a new measurement:
 
     wedge reproduce
     cp build/error_table.json docs/measured/
@@ -19,7 +19,7 @@ from typing import Any
 
 HERE = Path(__file__).resolve().parent
 PAGES = (HERE.parents[1] / "README.md", HERE / "index.md", HERE / "performance.md")
-BLOCK = re.compile(r"(<!-- table: ([\w-]+)(?: (\w+))? -->\n).*?(<!-- end of table -->)", re.DOTALL)
+BLOCK = re.compile(r"(<!-- table: ([\w-]+)([\w+% ]*) -->\n).*?(<!-- end of table -->)", re.DOTALL)
 BENCH = re.compile(r"(<!-- bench -->\n).*?(<!-- end of bench -->)", re.DOTALL)
 METRICS = {"gx_mae": ("Gx", 3), "gy_mae": ("Gy", 3), "theta_x_deg": ("θx [°]", 2)}
 METRICS |= {"theta_y_deg": ("θy [°]", 2)}
@@ -28,7 +28,11 @@ STAND_INS = {"none": "", "zero": " (w/o network)", "network": " + network"}
 
 def filled(page: str) -> str:
     """The text of a page with its tables as the JSON files have them."""
-    page = BLOCK.sub(lambda found: f"{found[1]}\n{_table(found[2], found[3])}\n{found[4]}", page)
+
+    def table(found: re.Match[str]) -> str:
+        return f"{found[1]}\n{_table(found[2], found[3].split())}\n{found[4]}"
+
+    page = BLOCK.sub(table, page)
     return BENCH.sub(lambda found: f"{found[1]}\n{_bench()}\n{found[2]}", page)
 
 
@@ -42,15 +46,20 @@ def _bench() -> str:
     return "\n".join(lines) + "\n"
 
 
-def _table(dataset: str, lights: str | None) -> str:
+def _table(dataset: str, words: list[str]) -> str:
     tables = json.loads((HERE / "error_table.json").read_text())["tables"]
     (document,) = (table for table in tables if table["dataset"] == dataset)
-    rows = [row for row in document["rows"] if lights in (None, row["configuration"])]
+    rows = [
+        row
+        for row in document["rows"]
+        if {row["configuration"], row["estimator"], row["pixels"]} >= set(words)
+    ]
+    estimators = {row["estimator"] for row in rows}
     headings = ["lights", "estimator", "pixels", *(name for name, _ in METRICS.values())]
     lines = ["| " + " | ".join(headings) + " |", "|---|---|---|" + "--:|" * len(METRICS)]
     lines += ["| " + " | ".join(_cells(row)) + " |" for row in rows]
     lines += ["", _caption(document)]
-    for depth in document["depth"]:
+    for depth in (one for one in document["depth"] if one["estimator"] in estimators):
         lines += [
             "",
             f"Depth in the contact, {depth['estimator']}, all lights: RMSE {depth['rmse_mm']:.3f} "
