@@ -46,6 +46,7 @@ def main(
     from app._sources import open_live, open_where
     from recon.capture import PressWatcher
     from recon.images import read_image
+    from recon.stream import Newest
     from sensor.dataset import read_dataset
     from sensor.files import refuse_kept_folder
     from validation.datasets import dataset_folder
@@ -58,7 +59,8 @@ def main(
     other = read_dataset(dataset_folder(like))
     card = _card(other.card, out, where, ball_radius_mm)
     alone = Path(where).is_dir()
-    with open_where(where) if alone else open_live(where) as source:
+    # Of a sensor the newest frame, as judging one takes longer than the next needs to come.
+    with open_where(where) if alone else Newest(open_live(where)) as source:
         watcher: PressWatcher | None = None
         taken: list[BallLabel] = []
         shown = _Shown(presses)

@@ -80,7 +80,7 @@ def test_blurred_and_saturated_presses_are_refused_with_a_reason() -> None:
     blurred = [cv2.GaussianBlur(noisy(press(), i), (0, 0), 2) for i in range(STILL_FRAMES + 2)]
     verdicts = [watch.look(frame) for frame in blurred]
     assert not any(verdict.taken for verdict in verdicts)
-    assert "blurred" in verdicts[-1].words or "moving" in verdicts[-1].words
+    assert any("blurred" in verdict.words for verdict in verdicts)
     watch = ready()
     bright = [
         np.maximum(noisy(press(), i), 254 * (np.abs(press()) > 0.03).astype(np.uint8))
