@@ -12,17 +12,17 @@ import shutil
 import socket
 import subprocess
 import sys
-import time
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from browser import opened
 from PIL import Image
-from playwright.sync_api import sync_playwright
+from playwright.sync_api import ViewportSize
 
 HERE = Path(__file__).resolve().parent
 TWIN = HERE.parents[1] / "simulation" / "sets" / "standard"
 FRAMES = ("dataset.toml", "background_*", "ball_0*", "m2_screw.jpg", "prism.jpg")
-SIZE_PX = {"width": 1400, "height": 620}
+SIZE_PX: ViewportSize = {"width": 1400, "height": 620}
 
 
 def main() -> None:
@@ -50,17 +50,7 @@ def main() -> None:
 
 def photographed(url: str) -> bytes:
     """A PNG of the page at the third frame."""
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(
-            executable_path=shutil.which("chromium"), args=["--no-sandbox"]
-        )
-        page = browser.new_page(viewport=SIZE_PX)
-        for _ in range(200):
-            try:
-                page.goto(url)
-                break
-            except Exception:
-                time.sleep(0.1)
+    with opened(url, SIZE_PX) as page:
         page.wait_for_selector("#picture img")
         for key in ("n", "n"):
             page.keyboard.press(key)

@@ -8,18 +8,17 @@ Needs Chromium; run it again when the page has changed:
 """
 
 import io
-import shutil
 import socket
 import subprocess
 import sys
-import time
 from pathlib import Path
 
+from browser import opened
 from PIL import Image
-from playwright.sync_api import sync_playwright
+from playwright.sync_api import ViewportSize
 
 HERE = Path(__file__).resolve().parent
-SIZE_PX = {"width": 1280, "height": 1000}
+SIZE_PX: ViewportSize = {"width": 1280, "height": 1000}
 TOUCHED = "parseFloat(document.querySelector('.deepest')?.innerText) > 0.3"
 
 
@@ -41,17 +40,8 @@ def main() -> None:
 
 def photographed(url: str) -> bytes:
     """A PNG of the page when its surface has been touched for a while."""
-    options = ["--no-sandbox", "--use-gl=swiftshader", "--enable-webgl", "--ignore-gpu-blocklist"]
-    with sync_playwright() as playwright:
-        chromium = playwright.chromium
-        browser = chromium.launch(executable_path=shutil.which("chromium"), args=options)
-        page = browser.new_page(viewport=SIZE_PX)
-        for _ in range(200):
-            try:
-                page.goto(url)
-                break
-            except Exception:
-                time.sleep(0.1)
+    options = ["--use-gl=swiftshader", "--enable-webgl", "--ignore-gpu-blocklist"]
+    with opened(url, SIZE_PX, options) as page:
         page.wait_for_selector("canvas")
         page.wait_for_timeout(15_000)
         page.wait_for_function(TOUCHED, timeout=60_000)
