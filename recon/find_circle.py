@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Where a ball touched, found without a hint: discs proposed, then fitted to the ball's shading."""
+"""Where a ball touched, found without a hint: discs proposed, fitted to shading and outline."""
 
 from collections.abc import Iterator
 
@@ -11,6 +11,7 @@ from scipy import ndimage
 
 from recon.arrays import Difference
 from recon.circles import START, Circle, refit_circle
+from recon.outline import outline_center
 from sensor.toml import Pair
 
 LONGEST_SIDE_PX = 320  # of the frame that is searched; dots and noise shrink with it
@@ -25,14 +26,13 @@ Half of the wrong fits to 61 real presses score below 0.25, 95 % of the right on
 """
 LEAST_CHANGE = 0.03
 """Of full scale, root mean square over the disc and its ring."""
+SMOOTH_PX, OUTLINE_SMOOTH_PX = 2.0, 1.5
 ROUNDS, CENTER_REACH = 2, 1.3
-"""Of the centre's last fits: nearer the disc, where no cast shadow leans on it.
-
-Median distance to hand-drawn centres, at 320 px of width: 1.32 px on 48 bench presses and 1.08 px
-on 22 others, 1.61 and 1.30 px with a reach of 2; the hand's own scatter is about 1 px.
-"""
+"""Of the last fits to the shading: nearer the disc, where no cast shadow leans on it."""
 
 Change = Float32[np.ndarray, "h w"]
+Small = Float32[np.ndarray, "rows columns 3"]
+"""A difference image in square pixels, its longest side at most 320."""
 
 
 def find_circle(difference: Difference, ball_radius_mm: float, mm_per_px: Pair) -> Circle | None:
@@ -40,7 +40,9 @@ def find_circle(difference: Difference, ball_radius_mm: float, mm_per_px: Pair) 
 
     Discs are proposed where the colour changed more inside than around (a matched filter over
     radii) and where the largest changed patch lies. Each is fitted to the shading of a ball of the
-    known radius (``recon.circles``); the best explained one is kept and fitted again, closer to it.
+    known radius (``recon.circles``); the best explained one gives radius and quality. The centre
+    is that of the outline (``recon.outline``), or, where too little of it lies in the frame, of
+    the shading, fitted again closer to the disc.
 
     Args:
         difference: (h, w, 3), frame minus background in the gel plane.
@@ -52,6 +54,24 @@ def find_circle(difference: Difference, ball_radius_mm: float, mm_per_px: Pair) 
         pixels are not square), quality 0 to 1.
     """
     height, width = difference.shape[:2]
+    small, ball_px = search_image(difference, ball_radius_mm, mm_per_px)
+    circle = max(candidates(small, ball_px), key=lambda one: one.quality, default=None)
+    if circle is None or circle.quality < LEAST_QUALITY or _strength(small, circle) < LEAST_CHANGE:
+        return None
+    x_px, y_px = _center(small, circle, ball_px)
+    scale_x, scale_y = width / small.shape[1], height / small.shape[0]
+    return Circle(
+        center_px=((x_px + 0.5) * scale_x - 0.5, (y_px + 0.5) * scale_y - 0.5),
+        radius_px=circle.radius_px * float(np.sqrt(scale_x * scale_y)),
+        quality=circle.quality,
+    )
+
+
+def search_image(
+    difference: Difference, ball_radius_mm: float, mm_per_px: Pair
+) -> tuple[Small, float]:
+    """The difference as it is searched, and the ball's radius in its pixels."""
+    height, width = difference.shape[:2]
     pitch_mm = max(*mm_per_px, max(width * mm_per_px[0], height * mm_per_px[1]) / LONGEST_SIDE_PX)
     size = (
         max(1, round(width * mm_per_px[0] / pitch_mm)),
@@ -60,32 +80,30 @@ def find_circle(difference: Difference, ball_radius_mm: float, mm_per_px: Pair) 
     small = np.asarray(
         cv2.resize(difference, size, interpolation=cv2.INTER_AREA), np.float32
     ).reshape(size[1], size[0], 3)
-    ball_px = ball_radius_mm / pitch_mm
-    change = _change(small)
-    found = [refit_circle(small, (x, y), r, ball_px) for x, y, r in _proposals(change, ball_px)]
-    if not found:
-        return None
-    circle = max(found, key=lambda one: one.quality)
-    if circle.quality < LEAST_QUALITY or _strength(small, circle) < LEAST_CHANGE:
-        return None
-    center = circle
+    return small, ball_radius_mm / pitch_mm
+
+
+def candidates(small: Small, ball_px: float) -> list[Circle]:
+    """Every proposed disc, fitted to the ball's shading; right ones have the higher quality."""
+    proposed = _proposals(_change(small), ball_px)
+    return [refit_circle(small, (x, y), radius, ball_px) for x, y, radius in proposed]
+
+
+def _center(small: Small, circle: Circle, ball_px: float) -> Pair:
+    """The outline's centre, else the shading's."""
+    shading = circle
     for _ in range(ROUNDS):
-        center = refit_circle(
-            small, center.center_px, center.radius_px / START, ball_px, CENTER_REACH
+        shading = refit_circle(
+            small, shading.center_px, shading.radius_px / START, ball_px, CENTER_REACH
         )
-    x_px, y_px = center.center_px
-    scale_x, scale_y = width / size[0], height / size[1]
-    return Circle(
-        center_px=((x_px + 0.5) * scale_x - 0.5, (y_px + 0.5) * scale_y - 0.5),
-        radius_px=circle.radius_px * float(np.sqrt(scale_x * scale_y)),
-        quality=circle.quality,
-    )
+    change = _change(small, OUTLINE_SMOOTH_PX)
+    return outline_center(change, shading.center_px, circle.radius_px) or shading.center_px
 
 
-def _change(difference: Difference) -> Change:
+def _change(difference: Difference, smooth_px: float = SMOOTH_PX) -> Change:
     """How much the colour changed; printed dots and dust removed, noise smoothed."""
     centered = difference - np.median(difference, (0, 1))
-    smooth = cv2.GaussianBlur(cv2.medianBlur(centered.astype(np.float32), 5), (0, 0), 2)
+    smooth = cv2.GaussianBlur(cv2.medianBlur(centered.astype(np.float32), 5), (0, 0), smooth_px)
     return np.sqrt((smooth**2).sum(2), dtype=np.float32)
 
 

@@ -36,6 +36,17 @@ def import_known_depth(source: Path, folder: Path) -> None:
     Raises:
         WedgeError: a frame is missing or damaged, or no line of the table is readable.
     """
+    labels = published_labels(source)
+    copy_frames(source, folder, [BACKGROUND, *(label.file for label in labels)])
+    write_dataset(folder, _card("known-depth", "calib_*_real.png"), labels, mend_circles=True)
+
+
+def published_labels(source: Path) -> list[BallLabel]:
+    """The circles of ``calib_res.txt``, drawn by hand round the visible discs.
+
+    Raises:
+        WedgeError: no line of the table is readable.
+    """
     table = source / "calib_res.txt"
     try:
         lines = re.findall(r"(\S+)\s+\((\d+),\s*(\d+)\)\s+(\d+)", table.read_text())
@@ -43,7 +54,7 @@ def import_known_depth(source: Path, folder: Path) -> None:
         raise WedgeError(f"{table} cannot be read: {error}.") from error
     if not lines:
         raise WedgeError(f"{table} holds no line such as: calib_1_real.png (214, 261) 28.")
-    labels = [
+    return [
         BallLabel(
             file=name,
             center_x_px=float(x),
@@ -52,8 +63,6 @@ def import_known_depth(source: Path, folder: Path) -> None:
         )
         for name, x, y, radius in lines
     ]
-    copy_frames(source, folder, [BACKGROUND, *(label.file for label in labels)])
-    write_dataset(folder, _card("known-depth", "calib_*_real.png"), labels, mend_circles=True)
 
 
 def import_known_depth_spheres(source: Path, folder: Path) -> None:

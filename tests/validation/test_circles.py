@@ -1,0 +1,34 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The measure of found circles: exact where the truth is moved by a known amount."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from recon.presses import press_reader
+from tests.synthetic import make_dataset
+from validation.circles import COMPARED_AT_PX, area_under_curve, look, summary
+
+
+def test_a_moved_label_is_seen_as_that_much_off(tmp_path: Path) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=1)
+    reader, label = press_reader(dataset), dataset.labels[0]
+    here = look(reader, label)
+    there = look(reader, replace(label, center_x_px=label.center_x_px - 2))
+    assert here.offset_px is not None
+    assert there.offset_px is not None
+    scale = COMPARED_AT_PX / reader.blank.shape[1]
+    assert np.subtract(there.offset_px, here.offset_px) == pytest.approx([2 * scale, 0], abs=1e-9)
+    assert any(is_right for _, is_right in here.fits)
+    row = summary("set", [here, replace(there, offset_px=None)])
+    assert (row.presses, row.missed) == (2, 1)
+    assert row.median_px == pytest.approx(np.hypot(*here.offset_px))
+
+
+def test_the_area_is_the_share_of_pairs_in_the_right_order() -> None:
+    fits = [(0.9, True), (0.5, True), (0.6, False), (0.1, False), (0.5, False)]
+    pairs = [a - b for a, right in fits if right for b, wrong in fits if not wrong]
+    assert area_under_curve(fits) == pytest.approx(np.mean([(d > 0) + (d == 0) / 2 for d in pairs]))

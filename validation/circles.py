@@ -1,0 +1,156 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How well circles are found without a hint: against drawn ones, and against rendered truth.
+
+``python -m validation.circles`` prints one row a set; it takes about a minute and a half.
+"""
+
+import argparse
+import json
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor, ProcessPoolExecutor
+from dataclasses import asdict, dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from scipy.stats import rankdata
+
+from recon.find_circle import candidates, find_circle, search_image
+from recon.images import read_frame
+from recon.presses import PressReader, press_reader
+from sensor.dataset import BallLabel, read_dataset
+from sensor.errors import WedgeError
+from validation.datasets import dataset_folder, shared_folder
+from validation.importers.known_depth import published_labels
+
+COMPARED_AT_PX = 320
+"""Width at which distances are stated."""
+RIGHT_WITHIN_PX = 3.5
+RIGHT_RADIUS = (0.7, 1.25)
+"""Of the radius in the set: a fit with such a radius and near enough is right."""
+SETS = ("taxim-gelsight", "known-depth", "twin-standard", "twin-finger")
+
+
+@dataclass(frozen=True)
+class Found:
+    """What was found of one labelled press, distances at 320 px of width."""
+
+    offset_px: tuple[float, float] | None
+    """Found minus labelled centre; ``None`` where the press was missed."""
+    fits: tuple[tuple[float, bool], ...]
+    """Quality of each proposed disc after its fit, and whether it is the labelled one."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CircleErrors:
+    """One set's row."""
+
+    name: str
+    presses: int
+    missed: int
+    median_px: float
+    mean_px: float
+    within_90_px: float
+    bias_px: tuple[float, float]
+    """Median of the offsets along x and y."""
+
+
+def labelled(name: str) -> tuple[PressReader, Sequence[BallLabel]]:
+    """A set with the circles that its authors drew, or that it was rendered from.
+
+    Raises:
+        WedgeError: the set is not on this machine.
+    """
+    dataset = read_dataset(dataset_folder(name))
+    drawn = published_labels(shared_folder() / name) if name == "known-depth" else dataset.labels
+    return press_reader(dataset), drawn
+
+
+def look(reader: PressReader, label: BallLabel) -> Found:
+    """Find one press as if it had no label."""
+    card = reader.dataset.card
+    difference = reader.unwarp(read_frame(reader.dataset.folder, label.file)) - reader.blank
+    scale = COMPARED_AT_PX / difference.shape[1]
+    truth = np.array([label.center_x_px, label.center_y_px])
+    small, ball_px = search_image(difference, card.ball_radius_mm, card.mm_per_px)
+    shrunk = small.shape[1] / difference.shape[1]
+    fits = []
+    for one in candidates(small, ball_px):
+        away_px = np.hypot(*((np.array(one.center_px) + 0.5) / shrunk - 0.5 - truth)) * scale
+        ratio = one.radius_px / shrunk / label.contact_radius_px
+        is_right = away_px < RIGHT_WITHIN_PX and RIGHT_RADIUS[0] < ratio < RIGHT_RADIUS[1]
+        fits.append((one.quality, bool(is_right)))
+    circle = find_circle(difference, card.ball_radius_mm, card.mm_per_px)
+    if circle is None:
+        return Found(None, tuple(fits))
+    x_px, y_px = scale * (np.array(circle.center_px) - truth)
+    return Found((float(x_px), float(y_px)), tuple(fits))
+
+
+def summary(name: str, found: Sequence[Found]) -> CircleErrors:
+    """One row from what was found of every press."""
+    offsets = np.array([one.offset_px for one in found if one.offset_px is not None])
+    away = np.hypot(*offsets.T)
+    bias = np.median(offsets, axis=0)
+    return CircleErrors(
+        name=name,
+        presses=len(found),
+        missed=len(found) - len(offsets),
+        median_px=float(np.median(away)),
+        mean_px=float(away.mean()),
+        within_90_px=float(np.quantile(away, 0.9)),
+        bias_px=(float(bias[0]), float(bias[1])),
+    )
+
+
+def area_under_curve(fits: Sequence[tuple[float, bool]]) -> float:
+    """Probability that a right fit has a higher quality than a wrong one (Mann and Whitney)."""
+    quality, right = (np.array(column) for column in zip(*fits, strict=True))
+    ranks, count = rankdata(quality), right.sum()
+    excess = ranks[right].sum() - count * (count + 1) / 2
+    return float(excess / (count * (len(fits) - count)))
+
+
+def measure(names: Sequence[str], pool: Executor) -> Mapping[str, object]:
+    """Rows of the sets that this machine has, and how well the quality tells right from wrong."""
+    rows, fits = [], []
+    for name in names:
+        try:
+            reader, labels = labelled(name)
+        except WedgeError as error:
+            print(error)
+            continue
+        found = list(pool.map(partial(look, reader), labels, chunksize=2))
+        rows.append(summary(name, found))
+        fits += [fit for one in found for fit in one.fits]
+        print(_line(rows[-1]), flush=True)
+    auc = area_under_curve(fits)
+    right = sum(is_right for _, is_right in fits)
+    print(f"quality tells {right} right fits from {len(fits) - right} wrong ones: AUC {auc:.3f}")
+    return {"sets": [asdict(row) for row in rows], "fits": len(fits), "right": right, "auc": auc}
+
+
+def _line(row: CircleErrors) -> str:
+    x_px, y_px = row.bias_px
+    return (
+        f"{row.name}: {row.presses} presses, {row.missed} missed; at {COMPARED_AT_PX} px of width "
+        f"centres are off by {row.median_px:.2f} px (median), {row.mean_px:.2f} (mean), "
+        f"{row.within_90_px:.2f} (90 %), bias ({x_px:+.2f}, {y_px:+.2f})"
+    )
+
+
+def main() -> None:
+    """Measure, print, and write JSON where asked."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("sets", nargs="*", default=SETS, help="by default every one with circles")
+    parser.add_argument("--json", type=Path, help="write the numbers here")
+    arguments = parser.parse_args()
+    with ProcessPoolExecutor(2) as pool:
+        numbers = measure(arguments.sets, pool)
+    if arguments.json:
+        arguments.json.write_text(json.dumps(numbers, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()
