@@ -326,7 +326,7 @@ def _tracking() -> "Section":
     errors = dict(rolled.error_deg)
     ends = ", ".join(f"{name} {values[-1]:.2f}°" for name, values in errors.items())
     picture = Picture(
-        png=png_bytes(roll_figure(rolled.true_deg, errors, "a textured bead rolls once round")),
+        content=png_bytes(roll_figure(rolled.true_deg, errors, "a textured bead rolls once round")),
         alt=f"Error against the angle rolled; at the end {ends}",
         caption="A bead of 5 mm radius with a texture of 0.02 mm rolls in steps of 2.5° at "
         f"160 × 120 pixels. After 360°, where the first keyframe is met again: {ends}.",

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
 from benchmarks.integrators import BOUNDARIES, bump_error, three_caps
 from recon.estimators import GradientEstimator, fit_estimator
@@ -21,6 +22,8 @@ from tests.synthetic import make_dataset, make_fabrication
 from validation import examples
 from validation.error_table import error_table
 from validation.examples import held_out, label_shift_deg
+from validation.figures.maps import blank
+from validation.figures.png import FRAME_DPI, png_bytes, webp_bytes
 from validation.paper import PAPER_TABLE
 from validation.report.fabrication import LINKS, fabrication_section, no_fabrication_section
 from validation.report.integrators import integrator_section
@@ -112,8 +115,16 @@ def test_every_picture_is_inside_and_described(text: str) -> None:
     for picture in pictures:
         assert len(picture["alt"]) > 20
         kind, _, content = picture["src"].partition(",")
-        assert kind == "data:image/png;base64"
-        assert base64.b64decode(content, validate=True).startswith(b"\x89PNG")
+        magic = {"data:image/png;base64": b"\x89PNG", "data:image/webp;base64": b"RIFF"}[kind]
+        assert base64.b64decode(content, validate=True).startswith(magic)
+
+
+def test_pictures_with_frames_take_less_than_a_fifth_of_a_png() -> None:
+    frame = np.random.default_rng(0).random((240, 320, 3))
+    figure = blank(4.0, 3.0)
+    figure.add_axes((0, 0, 1, 1)).imshow(ndimage.gaussian_filter(frame, (1, 1, 0)))
+    assert len(webp_bytes(figure)) < len(png_bytes(figure, FRAME_DPI)) / 5
+    assert webp_bytes(figure) == webp_bytes(figure)
 
 
 def test_nothing_is_loaded_from_elsewhere(text: str) -> None:
@@ -219,7 +230,7 @@ def test_two_sections_of_one_title_are_refused(tmp_path: Path) -> None:
 
 def test_words_from_outside_stay_words() -> None:
     evil = '"><script>alert(1)</script>'
-    picture = Picture(png=b"", alt=evil, caption=evil, wide=True)
+    picture = Picture(content=b"", alt=evil, caption=evil, wide=True)
     for part in (figure_html(picture), table_html(evil, [evil], [[evil]])):
         assert not Page(part).all("script")
 

@@ -49,7 +49,7 @@ class PressPicture:
 def press_figure(press: PressPicture) -> Figure:
     """Frame, difference and depth; gradients beside the truth; depth error and cross-sections."""
     pitch = press.mm_per_px
-    window = _window(press)
+    window = press_window(press)
     window_mm = maps.size_mm(press.depth_mm[window], pitch)
     quarter = (FULL_IN - 2 * MARGIN - BAR_ROOM - 3 * GAP) / 4
     top = MARGIN + 2 * maps.TITLE_IN + 0.06
@@ -208,7 +208,7 @@ def _nearest(press: PressPicture) -> tuple[int, int]:
     return min(max(row, 0), rows - 1), min(max(column, 0), columns - 1)
 
 
-def _window(press: PressPicture) -> tuple[slice, slice]:
+def press_window(press: PressPicture) -> tuple[slice, slice]:
     """Rows and columns around the contact, cut at the frame's edges."""
     spans = []
     for index, count in ((1, press.depth_mm.shape[0]), (0, press.depth_mm.shape[1])):

@@ -136,11 +136,11 @@ def round_length_mm(longest_mm: float) -> float:
     return float(max(step for step in (1, 2, 5) if step * power <= longest_mm * (1 + 1e-9)) * power)
 
 
-def outline(image: AxesImage, mask: np.ndarray, mm_per_px: Pair) -> None:
-    """The edge of a mask as a white line; nothing where it has none."""
+def outline(image: AxesImage, mask: np.ndarray, mm_per_px: Pair, *, color: str = "white") -> None:
+    """The edge of a mask as a line; nothing where it has none."""
     if mask.all() or not mask.any() or min(mask.shape) < 2:
         return
     rows, columns = mask.shape
     x_mm = (np.arange(columns) + 0.5) * mm_per_px[0]
     y_mm = (np.arange(rows) + 0.5) * mm_per_px[1]
-    image.axes.contour(x_mm, y_mm, mask, levels=[0.5], colors="white", linewidths=1.2)
+    image.axes.contour(x_mm, y_mm, mask, levels=[0.5], colors=color, linewidths=1.2)

@@ -119,12 +119,12 @@ def _pictures(design: str, folder: Path) -> list[Picture]:
     pictures = folder / "pictures"
     return [
         Picture(
-            png=(pictures / "assembled_below.png").read_bytes(),
+            content=(pictures / "assembled_below.png").read_bytes(),
             alt=f"The {design} sensor put together, seen from below: case, gel, adapter and cover",
             caption=f"The {design} sensor put together, the gel toward you.",
         ),
         Picture(
-            png=(pictures / "section.png").read_bytes(),
+            content=(pictures / "section.png").read_bytes(),
             alt=f"Section through the {design} sensor: rays from the camera over the mirror and "
             "through the acrylic to the gel",
             caption="Section along the finger, with rays from the camera over the mirror and "

@@ -47,7 +47,7 @@ def integrator_section(
     }
     order_words = " and ".join(f"{value:.2f}" for value in orders.values())
     caps = Picture(
-        png=png_bytes(
+        content=png_bytes(
             cap_error_figure(
                 depth_mm, {BORDERS[name]: found for name, found in found_mm.items()}, mm_per_px
             )
@@ -59,7 +59,7 @@ def integrator_section(
         wide=True,
     )
     convergence = Picture(
-        png=png_bytes(
+        content=png_bytes(
             convergence_figure(samples, {BORDERS[name]: values for name, values in errors.items()})
         ),
         alt=f"Log-log plot of the error against samples per side; slopes {order_words}",

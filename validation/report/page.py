@@ -36,9 +36,9 @@ class Section:
 
 @dataclass(frozen=True, kw_only=True)
 class Picture:
-    """A PNG with the words that stand for it and below it."""
+    """A PNG or WebP with the words that stand for it and below it."""
 
-    png: bytes
+    content: bytes
     alt: str
     """What it shows, for those who do not see it."""
     caption: str
@@ -134,15 +134,16 @@ def tiles_html(tiles: Iterable[Tile]) -> str:
 
 def figure_html(picture: Picture) -> str:
     """A picture with its caption."""
+    kind = "webp" if picture.content.startswith(b"RIFF") else "png"
     image = (
         f'<img alt="{html.escape(picture.alt)}" '
-        f'src="data:image/png;base64,{base64.b64encode(picture.png).decode()}">'
+        f'src="data:image/{kind};base64,{base64.b64encode(picture.content).decode()}">'
     )
     if picture.wide:
         image = _scrollable(image, picture.alt)
-    kind = ' class="wide"' if picture.wide else ""
+    wide = ' class="wide"' if picture.wide else ""
     return (
-        f"<figure{kind}>{image}<figcaption>{html.escape(picture.caption)}</figcaption></figure>\n"
+        f"<figure{wide}>{image}<figcaption>{html.escape(picture.caption)}</figcaption></figure>\n"
     )
 
 
@@ -182,7 +183,7 @@ def table_html(
 def _row_html(row: Sequence[str], set_back: bool) -> str:
     kind = ' class="set-back"' if set_back else ""
     cells = "".join(f"<td>{_cell_html(cell)}</td>" for cell in row[1:])
-    return f'<tr{kind}><th scope="row">{html.escape(row[0])}</th>{cells}</tr>'
+    return f'<tr{kind}><th scope="row">{_cell_html(row[0])}</th>{cells}</tr>'
 
 
 def _cell_html(cell: str) -> str:
