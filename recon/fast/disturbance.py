@@ -14,14 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float32
 from scipy import ndimage
 
-from recon.contact import (
-    DEVIATION,
-    LEAST_AREA,
-    LEAST_CHANGE,
-    NOISE_FACTOR,
-    SMOOTHING_PX,
-    WIDEST_STAINS,
-)
+from recon.contact import DEVIATION, LEAST_AREA, SMOOTHING_PX, least_change
 from recon.fast.kernels import compiled
 from recon.poisson import Boundary
 
@@ -49,12 +42,10 @@ class FrameDisturbance:
         cv2.GaussianBlur(self._quarter, (0, 0), _LEFT_PX, dst=smooth)
         some = smooth[::2, ::2].reshape(-1, 3).T.copy()  # medians of rows are the quicker ones
         spread = DEVIATION * float(np.median(np.abs(some - np.median(some, axis=1, keepdims=True))))
-        noise = spread
-        if NOISE_FACTOR * spread >= WIDEST_STAINS:
-            pairs = difference[:, ::16, :-1:4] - difference[:, ::16, 1::4]
-            grain = DEVIATION * float(np.median(np.abs(pairs * self._lit[:, None, None])))
-            noise = grain / math.sqrt(2) / (2 * math.sqrt(math.pi) * SMOOTHING_PX)
-        _exceeding(smooth, max(LEAST_CHANGE, NOISE_FACTOR * noise), self._changed)
+        pairs = difference[:, ::16, :-1:4] - difference[:, ::16, 1::4]
+        grain = DEVIATION * float(np.median(np.abs(pairs * self._lit[:, None, None])))
+        grain /= math.sqrt(2) * 2 * math.sqrt(math.pi) * SMOOTHING_PX
+        _exceeding(smooth, least_change(spread, grain), self._changed)
         _, patches, sizes, _ = cv2.connectedComponentsWithStats(self._changed, connectivity=4)
         large = sizes[:, cv2.CC_STAT_AREA] >= LEAST_AREA * self._changed.size
         large[0] = False

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from recon.ball import ball_cap
 from recon.contact import BORDER_PX, boundary_of, contact_mask, disturbed_mask, pressure_mm
+from recon.fast.disturbance import FrameDisturbance, in_pixels
 from tests.synthetic import digitized, gradient_of, shaded
 
 seeds = st.integers(0, 2**32 - 1)
@@ -56,6 +57,20 @@ def test_a_ball_that_covers_most_of_the_pad_is_found(radius):
     found = disturbed_mask((change + noise).astype(np.float32))
     assert overlap(found, cap.contact) >= 0.75
     assert boundary_of(found) == "neumann"
+
+
+def test_a_harder_grip_never_disturbs_less():
+    """A wide contact spreads the colours of the frame, which must not pass for noise."""
+    noise = 0.002 * np.random.default_rng(0).standard_normal((HEIGHT, WIDTH, 3))
+    areas = []
+    for radius in range(15, 90, 5):
+        cap = ball_cap((WIDTH, HEIGHT), (80.0, 60.0), radius / 10, 15.0, (0.1, 0.1))
+        change = cap.gradient @ np.array([[0.0, -0.6, 0.3], [0.5, 0.0, -0.5]])
+        difference = (change + noise).astype(np.float32)
+        quarter = FrameDisturbance((WIDTH, HEIGHT), "RGB")(difference.transpose(2, 0, 1).copy())
+        quarter = in_pixels(quarter, (WIDTH, HEIGHT))
+        areas.append([disturbed_mask(difference).mean(), quarter.mean()])
+    assert (np.diff(areas, axis=0) > -0.01).all()
 
 
 def test_a_ball_is_found_where_it_touches():
