@@ -307,7 +307,7 @@ def _tracking() -> "Section":
     """Steps on objects of known pose, and a bead that rolls."""
     from benchmarks.tracking import STEPS, roll, step_errors
     from sensor.errors import WedgeError
-    from validation.figures.png import png_bytes
+    from validation.figures.png import plot_bytes
     from validation.figures.tracking import roll_figure
     from validation.report.page import Picture
     from validation.report.tracking import tracking_section
@@ -326,7 +326,9 @@ def _tracking() -> "Section":
     errors = dict(rolled.error_deg)
     ends = ", ".join(f"{name} {values[-1]:.2f}°" for name, values in errors.items())
     picture = Picture(
-        content=png_bytes(roll_figure(rolled.true_deg, errors, "a textured bead rolls once round")),
+        content=plot_bytes(
+            roll_figure(rolled.true_deg, errors, "a textured bead rolls once round")
+        ),
         alt=f"Error against the angle rolled; at the end {ends}",
         caption="A bead of 5 mm radius with a texture of 0.02 mm rolls in steps of 2.5° at "
         f"160 × 120 pixels. After 360°, where the first keyframe is met again: {ends}.",

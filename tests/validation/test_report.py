@@ -3,6 +3,7 @@
 """The page: well-formed, complete without a network, and written whole or not at all."""
 
 import base64
+import io
 import re
 from concurrent.futures import Executor, Future
 from dataclasses import replace
@@ -11,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 from scipy import ndimage
 
 from benchmarks.integrators import BOUNDARIES, bump_error, three_caps
@@ -23,7 +25,7 @@ from validation import examples
 from validation.error_table import error_table
 from validation.examples import held_out, label_shift_deg
 from validation.figures.maps import blank
-from validation.figures.png import FRAME_DPI, png_bytes, webp_bytes
+from validation.figures.png import FRAME_DPI, frames_bytes, plot_bytes, png_bytes
 from validation.paper import PAPER_TABLE
 from validation.report.fabrication import LINKS, fabrication_section, no_fabrication_section
 from validation.report.integrators import integrator_section
@@ -123,8 +125,18 @@ def test_pictures_with_frames_take_less_than_a_fifth_of_a_png() -> None:
     frame = np.random.default_rng(0).random((240, 320, 3))
     figure = blank(4.0, 3.0)
     figure.add_axes((0, 0, 1, 1)).imshow(ndimage.gaussian_filter(frame, (1, 1, 0)))
-    assert len(webp_bytes(figure)) < len(png_bytes(figure, FRAME_DPI)) / 5
-    assert webp_bytes(figure) == webp_bytes(figure)
+    assert len(frames_bytes(figure)) < len(png_bytes(figure, FRAME_DPI)) / 5
+    assert frames_bytes(figure) == frames_bytes(figure)
+
+
+def test_plots_lose_nothing_in_the_page() -> None:
+    figure = blank(3.0, 2.0)
+    figure.add_axes((0.2, 0.2, 0.7, 0.7)).plot([0, 1, 0], label="curve")
+    found = [
+        np.asarray(Image.open(io.BytesIO(content)).convert("RGB"))
+        for content in (plot_bytes(figure), png_bytes(figure))
+    ]
+    assert (found[0] == found[1]).all()
 
 
 def test_nothing_is_loaded_from_elsewhere(text: str) -> None:

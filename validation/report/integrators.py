@@ -10,7 +10,7 @@ from recon.arrays import DepthMap
 from recon.poisson import Boundary
 from sensor.toml import Pair
 from validation.figures.integrators import cap_error_figure, convergence_figure
-from validation.figures.png import png_bytes
+from validation.figures.png import plot_bytes
 from validation.report.page import Picture, Section, code, figure_html, paragraph
 
 BORDERS: Mapping[Boundary, str] = {
@@ -47,7 +47,7 @@ def integrator_section(
     }
     order_words = " and ".join(f"{value:.2f}" for value in orders.values())
     caps = Picture(
-        content=png_bytes(
+        content=plot_bytes(
             cap_error_figure(
                 depth_mm, {BORDERS[name]: found for name, found in found_mm.items()}, mm_per_px
             )
@@ -59,7 +59,7 @@ def integrator_section(
         wide=True,
     )
     convergence = Picture(
-        content=png_bytes(
+        content=plot_bytes(
             convergence_figure(samples, {BORDERS[name]: values for name, values in errors.items()})
         ),
         alt=f"Log-log plot of the error against samples per side; slopes {order_words}",

@@ -15,7 +15,7 @@ from validation.figures.depth_scatter import peak_figure, rmse_figure
 from validation.figures.error_bars import error_figure
 from validation.figures.gradients import gradient_figure
 from validation.figures.light_lobes import lobe_figure
-from validation.figures.png import png_bytes, webp_bytes
+from validation.figures.png import frames_bytes, plot_bytes
 from validation.metrics import PIXEL_SETS, PixelSet
 from validation.paper import PAPER_PIXELS
 from validation.report.error_tables import error_tables, interval, number_cell
@@ -162,7 +162,7 @@ def known_depth_section(
     results = "".join(
         figure_html(
             Picture(
-                content=webp_bytes(press_figure(item.picture)),
+                content=frames_bytes(press_figure(item.picture)),
                 alt=_alt(item),
                 caption=f"{item.picture.title}, reconstructed by a unit that learnt from "
                 f"{learnt_from} alone. The truth is the ball at its commanded depth.",
@@ -221,7 +221,7 @@ def _figures(results: DatasetResults) -> list[Picture]:
     contact = held.pixels.contact
     pictures = [
         Picture(
-            content=png_bytes(error_figure(table.rows, pixels)),
+            content=plot_bytes(error_figure(table.rows, pixels)),
             alt=f"Errors of θx and θy per light configuration and estimator, pixels {pixels}; the "
             "table above has the numbers",
             caption=f"Angle errors per light configuration, pixels {pixels}, with 95 % intervals "
@@ -235,7 +235,7 @@ def _figures(results: DatasetResults) -> list[Picture]:
     whole = all(label.contact_radius_px.is_integer() for label in results.dataset.labels)
     pictures += [
         Picture(
-            content=png_bytes(peak_figure(table.depth)),
+            content=plot_bytes(peak_figure(table.depth)),
             alt=f"Scatter of reconstructed against true depth, one point a press; means "
             f"{found_mm:.2f} and {true_mm:.2f} mm for the {results.estimator}",
             caption=f"Depth at the contact's centre, all lights ({judged}). The truth is the "
@@ -243,14 +243,14 @@ def _figures(results: DatasetResults) -> list[Picture]:
             + ("; radii labelled in whole pixels stand in columns." if whole else "."),
         ),
         Picture(
-            content=png_bytes(rmse_figure(table.depth)),
+            content=plot_bytes(rmse_figure(table.depth)),
             alt=f"Cumulative share of presses by depth RMSE; quartiles {low_mm:.3f}, "
             f"{median_mm:.3f} and {high_mm:.3f} mm for the {results.estimator}",
             caption=f"Depth RMSE in the contact, all lights: share of presses below each value "
             f"({judged}).",
         ),
         Picture(
-            content=png_bytes(
+            content=plot_bytes(
                 gradient_figure(held.estimated[contact], held.pixels.gradient[contact])
             ),
             alt="Signed error of Gx and Gy against the true value: the median falls away from "
@@ -260,7 +260,7 @@ def _figures(results: DatasetResults) -> list[Picture]:
             f"{contact.sum():,} contact pixels).",
         ),
         Picture(
-            content=png_bytes(
+            content=plot_bytes(
                 lobe_figure(
                     held.pixels.color[contact], held.pixels.gradient[contact], card.lights_deg
                 )
@@ -278,7 +278,7 @@ def _strip(results: DatasetResults) -> str:
     example = results.held_out.examples[0]
     return figure_html(
         Picture(
-            content=webp_bytes(strip_figure(example.picture)),
+            content=frames_bytes(strip_figure(example.picture)),
             alt=f"{example.picture.title}: frame, difference image and depth map",
             caption=f"{example.picture.title}, {results.about}; {example.rank} of the "
             f"{results.held_out.n_presses} presses that the first fold holds out "
@@ -292,7 +292,7 @@ def _press_picture(example: Example, results: DatasetResults) -> str:
     picture = replace(example.picture, title=f"{title}, not learnt from")
     return figure_html(
         Picture(
-            content=webp_bytes(press_figure(picture)),
+            content=frames_bytes(press_figure(picture)),
             alt=_alt(example),
             caption=f"{title}: {example.rank} of the {results.held_out.n_presses} presses that the "
             f"first fold holds out ({results.estimator}, all lights; depth RMSE "

@@ -4,7 +4,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from validation.figures.png import webp_bytes
+from validation.figures.png import frames_bytes
 from validation.figures.shapes import shape_figure
 from validation.report.page import Picture, Section, figure_html, paragraph, table_html
 from validation.report.results import signed
@@ -31,7 +31,7 @@ def shapes_section(measured: Mapping[str, Sequence[Shape]]) -> Section:
     pictures = "".join(
         figure_html(
             Picture(
-                content=webp_bytes(shape_figure(shapes)),
+                content=frames_bytes(shape_figure(shapes)),
                 alt=f"Shapes of {dataset}: frame, difference image, reconstructed and true depth, "
                 "and a cut; the table has the errors",
                 caption=f"Shapes of {dataset} by a unit that learnt from its balls alone. Cuts go "

@@ -11,7 +11,7 @@ from validation.contact import Overlap, mean_iou
 from validation.dots import DetectionScore
 from validation.figures.force import force_figure
 from validation.figures.markers import displacement_figure
-from validation.figures.png import png_bytes, webp_bytes
+from validation.figures.png import frames_bytes, plot_bytes
 from validation.force import ForceCurve
 from validation.report.page import Picture, Section, code, figure_html, paragraph, table_html
 
@@ -28,7 +28,7 @@ def marker_section(
     """
     name, image, tracked, mm_per_px = example
     picture = Picture(
-        content=webp_bytes(displacement_figure(image, tracked, mm_per_px, title=name)),
+        content=frames_bytes(displacement_figure(image, tracked, mm_per_px, title=name)),
         alt=f"A press on a gel of {len(tracked.markers)} dots; arrows from where each dot rests",
         caption=f"{name}: {int(tracked.seen.sum())} of {len(tracked.markers)} dots seen. "
         "Arrows begin where the dot rests and are three times as long as it moved.",
@@ -97,7 +97,7 @@ def contact_section(
         )
         html += figure_html(
             Picture(
-                content=png_bytes(force_figure(curves)),
+                content=plot_bytes(force_figure(curves)),
                 alt="Disturbed area and deepest point over the measured force of six clips",
                 caption="Clips of an MIT Wedge that grips objects, joined in time. Depths come "
                 "from the twin's calibration and show a trend. Rank correlation of force with "
