@@ -10,11 +10,16 @@ import tyro
 from app._output import OutputFile, check_outputs, print_table, write_json
 from app._progress import progress
 from app._seed import Seed
+from app._workers import process_pool
+
+TIMED_FRAMES = 300
+"""Read from a stream for its rate: ten seconds of the slowest that passes with grade A."""
 
 
 def main(
     unit: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="UNIT")],
     dataset: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="DATASET")],
+    frames: Annotated[str | None, tyro.conf.arg(metavar="WHERE")] = None,
     out: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None,
     seed: Seed = 0,
     json: OutputFile = None,
@@ -22,17 +27,19 @@ def main(
 ) -> int:
     """Measure a sensor against limits, each with its reason; exit 0 only where it passes.
 
-    Judged are its errors on balls, noise and drift of untouched gel, its lights (evenness,
-    saturation, contrast, place, cross-talk, balance), the lit, covered and worn area of the pad,
-    and whether the camera has moved since the calibration. The worst grade decides: A, B or fail.
-    Press the ball over the whole pad first; presses of another day than the calibration's also
-    show what has changed since.
+    Judged are its errors on balls per axis and with fewer lights, its lights (contrast, place,
+    cross-talk, evenness, saturation, balance), noise and drift of untouched gel, the lit, usable,
+    covered and worn area of the pad, whether the camera has moved since the calibration, and
+    whether the unwarped picture is straight. The worst grade decides: A, B or fail. Press the ball
+    over the whole pad first; presses of another day than the calibration's also show what has
+    changed since. Frame rate and jitter need frames with times: name a recording or a stream.
 
     Example: wedge accept units/wedge-001 presses/today --out certificate
 
     Args:
         unit: A unit folder, written by `wedge calibrate`.
         dataset: A dataset folder, or a name that `wedge data list` knows.
+        frames: Frames of the unit with their times: an MCAP file, a video or an address.
         out: Write the certificate here: index.html and certificate.pdf.
         seed: Seed of the drawn pixels and the intervals.
         json: Write measurements, limits and grade here as JSON.
@@ -44,52 +51,76 @@ def main(
     from validation.acceptance.certificate import (
         WORDS,
         document,
+        failures,
         junit_xml,
+        lines,
         page_html,
-        pdf_bytes,
-        picture,
-        sentence,
-        table_rows,
     )
-    from validation.acceptance.limits import LIMITS, grades, verdict
+    from validation.acceptance.limits import verdict
     from validation.acceptance.measurements import accept_unit
+    from validation.acceptance.sheet import pdf_bytes, picture
     from validation.datasets import dataset_folder
-    from validation.figures.png import png_bytes
+    from validation.figures.png import frames_bytes
     from validation.report.page import Picture, Section, figure_html, write_report
 
-    pdf = None if out is None else out / "certificate.pdf"
-    check_outputs(pdf, json, junit)
+    page, pdf = (None, None) if out is None else (out / "index.html", out / "certificate.pdf")
+    check_outputs(page, pdf, json, junit)
     calibration = load_calibration(unit)
     source = read_dataset(dataset_folder(dataset))
     card, name = calibration.card, source.card.name
-    with progress(f"acceptance of {card.serial}") as show:
+    times_ns, indices = _times(frames)
+    with process_pool() as executor, progress(f"acceptance of {card.serial}") as show:
         found = accept_unit(
-            calibration, source, seed=seed, progress=lambda share: show(share, "measuring")
+            calibration,
+            source,
+            seed=seed,
+            executor=executor,
+            times_ns=times_ns,
+            indices=indices,
+            progress=lambda share: show(share, "measuring"),
         )
     grade = verdict(found.values)
-    rows = [row[:5] for row in table_rows(found)]
-    print_table(("measured", "value", "A", "B", "grade"), rows)
-    for limit in LIMITS:
-        if grades(found.values).get(limit.name) == "fail":
-            print(f"{sentence(limit, found)}: {limit.reason}.")
+    print_table(("measured", "value", "A", "B", "grade"), [line.cells for line in lines(found)])
+    for sentence in failures(found):
+        print(sentence)
     print(f"{card.serial}: {WORDS[grade]}.")
     write_json(json, document(card, name, found))
     if junit:
         write_atomic(junit, junit_xml(card, name, found))
     if out is not None and pdf is not None:
         shown = Picture(
-            png=png_bytes(picture(found, card.mm_per_px)),
-            alt="The blank gel, its weakest light, and the area that presses cover",
-            caption=f"Unit {card.serial}, {name}, {found.errors.test} presses.",
+            content=frames_bytes(picture(found, card.mm_per_px)),
+            alt="The blank gel, its weakest light, the area that presses cover and that is usable; "
+            "a press, its depth and its depth error",
+            caption=f"Unit {card.serial}, {name}, {found.errors.test} presses; below "
+            f"{found.press.depth.file}.",
             wide=True,
         )
-        body = page_html(card, name, found) + figure_html(shown)
         write_report(
             out,
             title=f"GelSight Wedge {card.serial}",
-            lead="Certificate of one sensor, written by `wedge accept`.",
-            sections=[Section(title=WORDS[grade], html=body)],
+            lead="Certificate of one sensor, written by wedge accept.",
+            sections=[
+                Section(title=WORDS[grade], html=page_html(card, name, found, figure_html(shown)))
+            ],
         )
         write_atomic(pdf, pdf_bytes(card, name, found))
-        print(f"Certificate: {out / 'index.html'}, {pdf}")
+        print(f"Certificate: {page}, {pdf}")
     return 1 if grade == "fail" else 0
+
+
+def _times(where: str | None) -> tuple[list[int], list[int]]:
+    """Times in ns and numbers of a stream's frames."""
+    from itertools import islice
+
+    from app._sources import open_where
+
+    if where is None:
+        return [], []
+    with progress(f"times of {where}") as show, open_where(where) as source:
+        times_ns, indices = [], []
+        for frame in islice(source, TIMED_FRAMES):
+            times_ns.append(frame.time_ns)
+            indices.append(frame.index)
+            show(len(times_ns) / TIMED_FRAMES, "frames")
+    return times_ns, indices

@@ -34,13 +34,37 @@ def evaluate_unit(
         WedgeError: the dataset cannot be used, or comes from a sensor of another frame size.
     """
     presses = read_presses(dataset, lambda share: progress(share / 2))
+    refuse_other_sensor(calibration, dataset, presses)
+    return judge_presses(
+        calibration, dataset, presses, seed=seed, progress=lambda share: progress((1 + share) / 2)
+    )
+
+
+def refuse_other_sensor(calibration: Calibration, dataset: Dataset, presses: PressSet) -> None:
+    """Refuse presses that cannot be a unit's.
+
+    Raises:
+        WedgeError: the frames have another size than the unit's.
+    """
     card = calibration.card
-    if presses.unwarp.frame_size_px != card.frame_size_px:
-        seen, needed = presses.unwarp.frame_size_px, card.frame_size_px
+    seen, needed = presses.unwarp.frame_size_px, card.frame_size_px
+    if seen != needed:
         raise WedgeError(
             f"{dataset.folder}: its frames are {seen[0]}x{seen[1]} pixels, but the unit "
             f"{card.serial} has {needed[0]}x{needed[1]}: it is another sensor's set."
         )
+
+
+def judge_presses(
+    calibration: Calibration,
+    dataset: Dataset,
+    presses: PressSet,
+    *,
+    seed: int,
+    progress: Progress = lambda _: None,
+) -> ErrorTable:
+    """Gradient and depth errors of a unit on presses that were read already."""
+    card = calibration.card
     return _measure(
         calibration.estimator,
         dataset,
@@ -50,7 +74,7 @@ def evaluate_unit(
         missing=card.missing_axis,
         lights_deg=card.lights_deg,
         seed=seed,
-        progress=lambda share: progress((1 + share) / 2),
+        progress=progress,
     )
 
 

@@ -1,38 +1,52 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What was measured and what it is worth: as a page, as a sheet of paper, and for machines."""
+"""What was measured and what it is worth: in words, as a page, and for machines."""
 
-import io
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 from xml.etree import ElementTree
 
-import numpy as np
-from matplotlib.backends.backend_pdf import FigureCanvasPdf
-from matplotlib.figure import Figure
-
-from sensor.toml import Pair
 from sensor.unit import UnitCard
-from validation.acceptance.limits import LIMITS, Grade, Limit, grades, verdict
+from validation.acceptance.limits import (
+    GROUPS,
+    LIMITS,
+    Grade,
+    Limit,
+    Parts,
+    grade_of,
+    grades,
+    verdict,
+)
 from validation.acceptance.measurements import Acceptance
-from validation.figures.maps import blank, fit_box, outline, show_map, size_mm
-from validation.figures.style import BLUE, INK, ORANGE, RED, SOFT, styled
-from validation.report.page import bullets, paragraph, table_html
+from validation.report.page import Tile, bullets, paragraph, table_html, tiles_html
 
 WORDS: dict[Grade, str] = {"A": "Pass, grade A", "B": "Pass, grade B", "fail": "Fail"}
-COLORS: dict[Grade, str] = {"A": BLUE, "B": ORANGE, "fail": RED}
-PAGE_IN = (8.27, 11.69)
-"""A4."""
-LEFT_IN = 0.7
-ROW_IN = 0.33
-COVERED = "where presses lie"
-TALLEST_PICTURE_IN, PICTURES_GAP_IN = 2.4, 0.2
+TILES = ("theta_x_deg", "theta_y_deg", "depth_rmse_share")
+"""Measurements in large type, where they were made."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Line:
+    """One measurement as it is shown."""
+
+    group: str
+    title: str
+    value: str
+    limit_a: str
+    limit_b: str
+    grade: Grade
+    reason: str
+
+    @property
+    def cells(self) -> tuple[str, str, str, str, str]:
+        """All but the group and the reason."""
+        return self.title, self.value, self.limit_a, self.limit_b, self.grade
 
 
 def document(card: UnitCard, dataset: str, found: Acceptance) -> dict[str, Any]:
     """The verdict, every measurement with its limits and reason, and what was not measured."""
-    graded = grades(found.values)
     return {
         "unit": card.serial,
         "calibrated": card.created,
@@ -43,17 +57,18 @@ def document(card: UnitCard, dataset: str, found: Acceptance) -> dict[str, Any]:
         "measurements": [
             {
                 "name": limit.name,
-                "value": found.values[limit.name]
-                if math.isfinite(found.values[limit.name])
-                else None,
-                "unit": limit.unit,
-                "grade": graded[limit.name],
+                "value": _finite(limit.worst(found.values[limit.name])[1]),
+                "parts": {
+                    part: _finite(value) for part, value in found.values[limit.name].items() if part
+                },
+                "unit": _plain_unit(limit),
+                "grade": grade_of(limit, found.values[limit.name]),
                 "limit_a": limit.grade_a,
                 "limit_b": limit.grade_b,
                 "less_is_better": limit.less_is_better,
                 "reason": limit.reason,
             }
-            for limit in _measured(found)
+            for limit in measured_limits(found)
         ],
         "not_measured": dict(found.absent),
     }
@@ -71,7 +86,7 @@ def junit_xml(card: UnitCard, dataset: str, found: Acceptance) -> bytes:
         errors="0",
         skipped=str(len(found.absent)),
     )
-    for limit in _measured(found):
+    for limit in measured_limits(found):
         case = ElementTree.SubElement(suite, "testcase", classname="accept", name=limit.name)
         if graded[limit.name] == "fail":
             failure = ElementTree.SubElement(case, "failure", message=sentence(limit, found))
@@ -83,107 +98,130 @@ def junit_xml(card: UnitCard, dataset: str, found: Acceptance) -> bytes:
     return ElementTree.tostring(suite, encoding="utf-8", xml_declaration=True) + b"\n"
 
 
-def table_rows(found: Acceptance) -> list[tuple[str, str, str, str, Grade, str]]:
-    """Title, value, limit of A, limit of B, grade and reason of each measurement."""
-    graded = grades(found.values)
+def lines(found: Acceptance) -> list[Line]:
+    """Every measurement as it is shown, in the order of the limits."""
     return [
-        (
-            limit.title,
-            f"{number(found.values[limit.name])} {limit.unit}".rstrip(),
-            _bound(limit, limit.grade_a),
-            _bound(limit, limit.grade_b),
-            graded[limit.name],
-            limit.reason,
+        Line(
+            group=limit.group,
+            title=limit.title,
+            value=shown_value(limit, found.values[limit.name]),
+            limit_a=_bound(limit, limit.grade_a),
+            limit_b=_bound(limit, limit.grade_b),
+            grade=grade_of(limit, found.values[limit.name]),
+            reason=limit.reason,
         )
-        for limit in _measured(found)
+        for limit in measured_limits(found)
     ]
 
 
 def sentence(limit: Limit, found: Acceptance) -> str:
     """What a failed limit says."""
-    value = f"{number(found.values[limit.name])} {limit.unit}".rstrip()
-    return f"{limit.title} is {value}, the limit is {_bound(limit, limit.grade_b)}"
-
-
-def number(value: float) -> str:
-    """Three digits that count, none below a ten-thousandth."""
-    return f"{round(value, 4):.3g}" if math.isfinite(value) else "unknown"
-
-
-@styled
-def picture(found: Acceptance, mm_per_px: Pair) -> Figure:
-    """The blank gel, its weakest light, and where the presses lie."""
-    figure = blank(PAGE_IN[0], _picture_height_in(found, mm_per_px) + 0.5)
-    _pictures(figure, found, mm_per_px, 0.3)
-    return figure
-
-
-def pdf_bytes(card: UnitCard, dataset: str, found: Acceptance) -> bytes:
-    """The certificate on one sheet of A4."""
-    figure = sheet(card, dataset, found)
-    FigureCanvasPdf(figure)
-    stream = io.BytesIO()
-    figure.savefig(stream, format="pdf", metadata={"CreationDate": None, "Producer": None})
-    return stream.getvalue()
-
-
-@styled
-def sheet(card: UnitCard, dataset: str, found: Acceptance) -> Figure:
-    """Verdict, pictures, and every measurement with its limits and reason."""
-    figure = blank(*PAGE_IN)
-    grade = verdict(found.values)
-    _say(figure, LEFT_IN, 0.75, f"GelSight Wedge {card.serial}", size=18.0)
-    _say(figure, LEFT_IN, 1.15, WORDS[grade], size=15.0, color=COLORS[grade])
-    for index, part in enumerate(_lead(card, dataset, found).split("; ")):
-        _say(figure, LEFT_IN, 1.4 + 0.15 * index, part, size=8.0, color=SOFT)
-    _pictures(figure, found, card.mm_per_px, 2.05)
-    top = 2.05 + _picture_height_in(found, card.mm_per_px) + 0.4
-    columns = (LEFT_IN, 3.6, 5.5, 6.3, 7.1)
-    for left, heading in zip(columns, ("measured", "value", "A", "B", "grade"), strict=True):
-        _say(figure, left, top, heading, size=8.0, color=SOFT)
-    for index, (title, value, a, b, mark, reason) in enumerate(table_rows(found)):
-        row = top + 0.22 + ROW_IN * index
-        for left, text in zip(columns, (title, value, a, b), strict=False):
-            _say(figure, left, row, text, size=8.5)
-        _say(figure, columns[-1], row, mark, size=8.5, color=COLORS[mark])
-        _say(figure, LEFT_IN, row + 0.14, reason, size=6.5, color=SOFT)
-    below = top + 0.4 + ROW_IN * len(found.values)
-    for index, (name, reason) in enumerate(found.absent.items()):
-        text = f"Not measured: {name.replace('_', ' ')}: {reason}"
-        _say(figure, LEFT_IN, below + 0.16 * index, text, size=7.0, color=SOFT)
-    return figure
-
-
-def page_html(card: UnitCard, dataset: str, found: Acceptance) -> str:
-    """What failed first, then every measurement, and why its limits are where they are."""
-    failed = [limit for limit in _measured(found) if grades(found.values)[limit.name] == "fail"]
-    rows = [row[:5] for row in table_rows(found)]
+    part, value = limit.worst(found.values[limit.name])
+    of = f" ({part})" if part else ""
     return (
-        paragraph(_lead(card, dataset, found))
-        + (
-            bullets(f"{sentence(limit, found)}: {limit.reason}." for limit in failed)
-            if failed
-            else ""
-        )
-        + table_html("Measurements, limits and grades", ("", "value", "A", "B", "grade"), rows)
-        + paragraph("Why these limits:")
-        + bullets([f"{limit.title}: {limit.reason}." for limit in _measured(found)])
-        + bullets(
-            [f"Not measured: {k.replace('_', ' ')}: {why}." for k, why in found.absent.items()]
-        )
+        f"{limit.title}{of} is {number(limit, value)} {limit.unit}, "
+        f"the limit is {_bound(limit, limit.grade_b)}"
     )
 
 
-def _lead(card: UnitCard, dataset: str, found: Acceptance) -> str:
+def failures(found: Acceptance) -> list[str]:
+    """A sentence with its reason for each limit that failed."""
+    graded = grades(found.values)
+    return [
+        f"{sentence(limit, found)}: {limit.reason}."
+        for limit in measured_limits(found)
+        if graded[limit.name] == "fail"
+    ]
+
+
+def shown_value(limit: Limit, parts: Parts) -> str:
+    """Each part's number with its name, and the unit."""
+    shown = "  ".join(f"{part} {number(limit, value)}".strip() for part, value in parts.items())
+    return f"{shown} {limit.unit}"
+
+
+def number(limit: Limit, value: float) -> str:
+    """Three digits that count, none below a hundredth of what is shown."""
+    if not math.isfinite(value):
+        return "unknown"
+    value *= limit.shown_times
+    return f"{round(value, 2 if abs(value) < 10 else 1):.3g}"
+
+
+def not_measured(found: Acceptance) -> list[str]:
+    """What was not measured, by its reason."""
+    titles = {limit.name: limit.title for limit in LIMITS}
+    reasons: dict[str, list[str]] = {}
+    for name, reason in found.absent.items():
+        reasons.setdefault(reason, []).append(titles[name])
+    return [f"Not measured: {', '.join(names)}: {reason}." for reason, names in reasons.items()]
+
+
+def page_html(card: UnitCard, dataset: str, found: Acceptance, pictures: str) -> str:
+    """The verdict in large type, what failed, pictures, and every measurement with its limits."""
+    shown = lines(found)
+    parts = [
+        tiles_html(_tiles(card, found)),
+        paragraph(f"{lead(card, dataset, found)}."),
+        bullets(failures(found)) if failures(found) else "",
+        pictures,
+    ]
+    for group in GROUPS:
+        rows = [
+            (f"{line.title}\n{line.reason}", *line.cells[1:])
+            for line in shown
+            if line.group == group
+        ]
+        if rows:
+            headings = ("and why its limits", "value", "A", "B", "grade")
+            parts.append(table_html(f"{group}.", headings, rows))
+    return "".join(parts) + bullets(not_measured(found))
+
+
+def lead(card: UnitCard, dataset: str, found: Acceptance) -> str:
+    """What was judged on what, in one sentence without its full stop."""
     judged = (
         "presses that it has not learnt from"
         if found.held_out
-        else "presses of its own; errors are those that calibration measured on presses held out"
+        else "presses of its own: errors are those that calibration measured on presses held out"
     )
     return (
-        f"Calibrated {card.created} with {card.estimator}; judged on {dataset}, "
-        f"{found.errors.test} {judged}."
+        f"Calibrated {card.created} with {card.estimator}, judged on {dataset}, "
+        f"{found.errors.test} {judged}"
     )
+
+
+def measured_limits(found: Acceptance) -> Sequence[Limit]:
+    """The limits of what was measured."""
+    return [limit for limit in LIMITS if limit.name in found.values]
+
+
+def _tiles(card: UnitCard, found: Acceptance) -> list[Tile]:
+    shown = {limit.name: limit for limit in measured_limits(found)}
+    graded = list(grades(found.values).values())
+    counts = ", ".join(f"{graded.count(g)} {g}" for g in ("A", "B", "fail") if g in graded)
+    verdict_tile = Tile(
+        label=f"Sensor {card.serial}",
+        value=WORDS[verdict(found.values)],
+        note=f"the worst grade decides: {counts}",
+    )
+    return [verdict_tile] + [
+        Tile(
+            label=shown[name].title,
+            value=number(shown[name], shown[name].worst(found.values[name])[1])
+            + ("°" if shown[name].unit == "°" else " %"),
+            note=f"{'' if shown[name].unit == '°' else 'of the depth; '}"
+            f"A {_bound(shown[name], shown[name].grade_a)}, "
+            f"B {_bound(shown[name], shown[name].grade_b)}",
+        )
+        for name in TILES
+        if name in shown
+    ]
+
+
+def _plain_unit(limit: Limit) -> str:
+    """Of the JSON's numbers, where shares are shares."""
+    return limit.unit.removeprefix("%").strip() if limit.shown_times != 1 else limit.unit
 
 
 def _finite(value: float) -> float | None:
@@ -191,41 +229,8 @@ def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _measured(found: Acceptance) -> Sequence[Limit]:
-    return [limit for limit in LIMITS if limit.name in found.values]
-
-
 def _bound(limit: Limit, value: float) -> str:
-    return f"{'≤' if limit.less_is_better else '≥'} {value:g}"
-
-
-def _say(
-    figure: Figure, left_in: float, top_in: float, text: str, *, size: float, color: str = INK
-) -> None:
-    width_in, height_in = figure.get_size_inches()
-    figure.text(left_in / width_in, 1 - top_in / height_in, text, fontsize=size, color=color)
-
-
-def _pictures(figure: Figure, found: Acceptance, mm_per_px: Pair, top_in: float) -> None:
-    even = found.evenness / np.maximum(np.quantile(found.evenness, 0.98, axis=(0, 1)), 1e-6)
-    maps = (
-        ("blank gel", found.blank.clip(0, 1), "gray"),
-        ("weakest light, of its brightest", even.min(-1), "cividis"),
-        (COVERED, found.blank.mean(-1), "gray"),
-    )
-    width = _picture_width_in()
-    for index, (title, values, colors) in enumerate(maps):
-        left = LEFT_IN + index * (width + PICTURES_GAP_IN)
-        box = fit_box(left, top_in, width, TALLEST_PICTURE_IN, size_mm(values, mm_per_px))
-        image = show_map(figure, box, values, mm_per_px, title, colors=colors, limits=(0.0, 1.0))
-        if title == COVERED:
-            outline(image, found.covered, mm_per_px)
-
-
-def _picture_width_in() -> float:
-    return (PAGE_IN[0] - 2 * LEFT_IN - 2 * PICTURES_GAP_IN) / 3
-
-
-def _picture_height_in(found: Acceptance, mm_per_px: Pair) -> float:
-    size = size_mm(found.blank, mm_per_px)
-    return fit_box(0.0, 0.0, _picture_width_in(), TALLEST_PICTURE_IN, size).height
+    sign = "≤" if limit.less_is_better else "≥"
+    # Half a colour is no colour: what is counted has whole limits.
+    whole = math.floor(value) if limit.unit == "colours" else value
+    return f"{sign} {limit.shown_times * whole:g}"

@@ -7,6 +7,14 @@ from dataclasses import dataclass
 from typing import Literal
 
 Grade = Literal["A", "B", "fail"]
+Parts = Mapping[str, float]
+"""A measurement's values by what they belong to, a colour such as "R" or a light configuration such
+as "RG"; "" where there is one value alone."""
+Measured = Mapping[str, Parts]
+"""By the names of ``LIMITS``; what could not be measured is absent."""
+GROUPS = ("Errors", "Lights", "Gel", "Picture")
+DEAD_GREY_LEVELS = 4.0
+"""Contrast below which a colour says nothing about slopes."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,11 +28,17 @@ class Limit:
     grade_b: float
     """Beyond it the sensor fails. Above ``grade_a``: less is better; below: more is better."""
     reason: str
+    group: str
 
     @property
     def less_is_better(self) -> bool:
         """Whether a sensor is good below its limits."""
         return self.grade_b > self.grade_a
+
+    @property
+    def shown_times(self) -> float:
+        """Shares are shown in percent."""
+        return 100.0 if self.name.endswith("_share") else 1.0
 
     def grade(self, value: float) -> Grade:
         """The grade of a value; what is no number fails."""
@@ -33,9 +47,15 @@ class Limit:
             return "A"
         return "B" if sign * value <= sign * self.grade_b else "fail"
 
+    def worst(self, parts: Parts) -> tuple[str, float]:
+        """The part that decides, and its value; what is no number comes first."""
+        sign = 1 if self.less_is_better else -1
+        return max(parts.items(), key=lambda item: (item[1] != item[1], sign * item[1]))
+
 
 LIMITS = (
     Limit(
+        group="Errors",
         name="theta_x_deg",
         title="error of θx on contact",
         unit="°",
@@ -44,6 +64,7 @@ LIMITS = (
         reason="published calibrations of a ball's slope lie at 3 to 5°; beyond 8° a shape is lost",
     ),
     Limit(
+        group="Errors",
         name="theta_y_deg",
         title="error of θy on contact",
         unit="°",
@@ -52,14 +73,133 @@ LIMITS = (
         reason="as for θx; the worse axis decides what can be measured",
     ),
     Limit(
+        group="Errors",
+        name="inferred_axis_deg",
+        title="error of the axis no light sees",
+        unit="°",
+        grade_a=8.0,
+        grade_b=16.0,
+        reason="it is guessed from the other axis; a guess of flat gel errs by the slope itself",
+    ),
+    Limit(
+        group="Errors",
+        name="fewer_lights_x_deg",
+        title="error of θx with fewer lights",
+        unit="°",
+        grade_a=7.0,
+        grade_b=12.0,
+        reason="half as much again as all lights may err: each colour must carry its share",
+    ),
+    Limit(
+        group="Errors",
+        name="fewer_lights_y_deg",
+        title="error of θy with fewer lights",
+        unit="°",
+        grade_a=7.0,
+        grade_b=12.0,
+        reason="as for θx; a light that is alone in seeing an axis has nobody to correct it",
+    ),
+    Limit(
+        group="Errors",
         name="depth_rmse_share",
         title="depth error on balls",
-        unit="of the depth",
+        unit="% of the depth",
         grade_a=0.15,
         grade_b=0.3,
         reason="a ball pressed 1 mm deep must be known to 0.15 mm to tell a grip from a touch",
     ),
     Limit(
+        group="Errors",
+        name="ball_radius_share",
+        title="radius that the slopes fit, off",
+        unit="% of the ball's",
+        grade_a=0.1,
+        grade_b=0.2,
+        reason="slopes that fit another ball: the radius or scale is wrong, or the gel reads flat",
+    ),
+    Limit(
+        group="Lights",
+        name="contrast_grey_levels",
+        title="contrast inside a contact",
+        unit="grey levels",
+        grade_a=8.0,
+        grade_b=DEAD_GREY_LEVELS,
+        reason="a dead or masked LED leaves its colour without change inside a contact",
+    ),
+    Limit(
+        group="Lights",
+        name="swapped_lights",
+        title="colours in another's place",
+        unit="colours",
+        grade_a=0.0,
+        grade_b=0.5,
+        reason="swapped wires or colour channels, or a mirrored picture, turn slopes round",
+    ),
+    Limit(
+        group="Lights",
+        name="lights_turned_deg",
+        title="lights turned round together",
+        unit="°",
+        grade_a=10.0,
+        grade_b=20.0,
+        reason="a turned camera or light board sends a third of a slope at 20° to the other axis",
+    ),
+    Limit(
+        group="Lights",
+        name="cross_talk_share",
+        title="cross-talk between colours",
+        unit="% sideways",
+        grade_a=0.25,
+        grade_b=0.5,
+        reason="what answers across its own light is another's light; at 50 % the two axes blur",
+    ),
+    Limit(
+        group="Lights",
+        name="axes_ratio",
+        title="best over worst seen axis",
+        unit="times",
+        grade_a=4.0,
+        grade_b=8.0,
+        reason="the weakly seen axis has so many times the noise of the other",
+    ),
+    Limit(
+        group="Lights",
+        name="evenness_share",
+        title="evenness: darkest to brightest",
+        unit="%",
+        grade_a=0.2,
+        grade_b=0.08,
+        reason="where a light has faded to a tenth, its noise is ten times the slope's signal",
+    ),
+    Limit(
+        group="Lights",
+        name="saturated_share",
+        title="saturated pixels",
+        unit="% of frames",
+        grade_a=0.005,
+        grade_b=0.03,
+        reason="a saturated colour no longer changes with the slope",
+    ),
+    Limit(
+        group="Lights",
+        name="color_balance_share",
+        title="weakest to strongest colour",
+        unit="%",
+        grade_a=0.4,
+        grade_b=0.2,
+        reason="a wrong white balance: a fifth of another's signal is five times its noise",
+    ),
+    Limit(
+        group="Lights",
+        name="brightness_change_share",
+        title="brightness since calibration",
+        unit="% changed",
+        grade_a=0.1,
+        grade_b=0.25,
+        reason="slopes are read from brightness: a light a tenth dimmer reads a tenth flatter",
+    ),
+    Limit(
+        group="Gel",
         name="noise_grey_levels",
         title="noise of untouched gel",
         unit="grey levels",
@@ -68,102 +208,131 @@ LIMITS = (
         reason="a slope of 1° changes a colour by about 1 to 2 grey levels",
     ),
     Limit(
+        group="Gel",
         name="drift_grey_levels",
-        title="drift of untouched gel",
+        title="drift from the blank frame",
         unit="grey levels",
         grade_a=6.0,
         grade_b=12.0,
         reason="the estimator takes off a drift of 10 grey levels; exposure or gain is not locked",
     ),
     Limit(
-        name="least_evenness",
-        title="evenness of the worst light",
-        unit="darkest to brightest",
-        grade_a=0.2,
-        grade_b=0.08,
-        reason="where a light has faded to a tenth, its noise is ten times the slope's signal",
-    ),
-    Limit(
-        name="saturated_share",
-        title="saturated pixels",
-        unit="of the frame",
-        grade_a=0.005,
-        grade_b=0.03,
-        reason="a saturated colour no longer changes with the slope",
-    ),
-    Limit(
-        name="least_contrast_grey_levels",
-        title="contrast of the weakest colour",
-        unit="grey levels",
-        grade_a=8.0,
-        grade_b=4.0,
-        reason="a dead or masked LED leaves its colour without change inside a contact",
-    ),
-    Limit(
-        name="lights_turned_deg",
-        title="lights away from where they belong",
-        unit="°",
-        grade_a=15.0,
-        grade_b=30.0,
-        reason="swapped colours or LEDs, or a turned picture, send a slope to the wrong axis",
-    ),
-    Limit(
-        name="axes_ratio",
-        title="cross-talk: best over worst seen axis",
-        unit="",
-        grade_a=4.0,
-        grade_b=8.0,
-        reason="lights that leak into each other's colour, or a wrong white balance, see one axis",
-    ),
-    Limit(
-        name="color_balance",
-        title="balance of the blank gel's colours",
-        unit="weakest to strongest",
-        grade_a=0.4,
-        grade_b=0.2,
-        reason="a colour of a fifth of another's signal carries five times its share of noise",
-    ),
-    Limit(
+        group="Gel",
         name="lit_share",
-        title="lit area of the pad",
-        unit="of the pad",
+        title="lit area",
+        unit="% of the pad",
         grade_a=0.95,
         grade_b=0.85,
         reason="no slope is seen in the dark",
     ),
     Limit(
+        group="Gel",
+        name="usable_share",
+        title="usable area",
+        unit="% of the pad",
+        grade_a=0.9,
+        grade_b=0.75,
+        reason="lit, unsaturated, unworn, and one pixel's slope known to 0.05 (3°) above the noise",
+    ),
+    Limit(
+        group="Gel",
         name="covered_share",
-        title="area of the pad that presses cover",
-        unit="of the pad",
+        title="area that presses cover",
+        unit="% of the pad",
         grade_a=0.5,
         grade_b=0.3,
         reason="light changes across the pad: where no ball was pressed, nothing was learnt",
     ),
     Limit(
+        group="Gel",
+        name="worn_share",
+        title="scratched or worn skin",
+        unit="% of the pad",
+        grade_a=0.01,
+        grade_b=0.04,
+        reason="a torn film shines through, and its edges look like contact",
+    ),
+    Limit(
+        group="Picture",
         name="moved_px",
-        title="shift against the calibrated picture",
+        title="shift since calibration",
         unit="px",
         grade_a=1.0,
         grade_b=3.0,
         reason="a camera or mirror that has moved turns every edge of the pad into a false slope",
     ),
     Limit(
-        name="worn_share",
-        title="scratched or worn skin",
-        unit="of the pad",
+        group="Picture",
+        name="out_of_round_share",
+        title="unwarp: discs out of round",
+        unit="% of the diameter",
+        grade_a=0.04,
+        grade_b=0.08,
+        reason="a picture stretched by 8 % bends slopes and lengths by as much along one axis",
+    ),
+    Limit(
+        group="Picture",
+        name="bent_grid_share",
+        title="unwarp: dots off a straight grid",
+        unit="% of spacing",
+        grade_a=0.08,
+        grade_b=0.16,
+        reason="printed dots are straight: what bends their rows is the lens or a wrong corner",
+    ),
+    Limit(
+        group="Picture",
+        name="lens_rms_px",
+        title="unwarp: chessboards off the lens",
+        unit="px",
+        grade_a=0.5,
+        grade_b=1.0,
+        reason="a lens known to a pixel moves a ball's rim by a pixel, as a hand-drawn circle does",
+    ),
+    Limit(
+        group="Picture",
+        name="frame_rate_hz",
+        title="frame rate",
+        unit="frames/s",
+        grade_a=25.0,
+        grade_b=10.0,
+        reason="a slip lasts a tenth of a second: below 10 frames a second it passes unseen",
+    ),
+    Limit(
+        group="Picture",
+        name="jitter_ms",
+        title="jitter between frames",
+        unit="ms",
+        grade_a=5.0,
+        grade_b=20.0,
+        reason="at 50 mm/s, 20 ms are 1 mm of travel between the time told and the touch seen",
+    ),
+    Limit(
+        group="Picture",
+        name="lost_share",
+        title="frames lost on the way",
+        unit="%",
         grade_a=0.01,
-        grade_b=0.04,
-        reason="a torn film shines through, and its edges look like contact",
+        grade_b=0.05,
+        reason="what was lost cannot be followed: dots jump to their neighbours' places",
     ),
 )
 
 
-def grades(values: Mapping[str, float]) -> dict[str, Grade]:
+def grade_of(limit: Limit, parts: Parts) -> Grade:
+    """The grade of a measurement: its worst part's."""
+    return limit.grade(limit.worst(parts)[1])
+
+
+def grades(measured: Measured) -> dict[str, Grade]:
     """The grade of each measurement that was made, in the order of ``LIMITS``."""
-    return {limit.name: limit.grade(values[limit.name]) for limit in LIMITS if limit.name in values}
+    return {
+        limit.name: grade_of(limit, measured[limit.name])
+        for limit in LIMITS
+        if limit.name in measured
+    }
 
 
-def verdict(values: Mapping[str, float]) -> Grade:
+def verdict(measured: Measured) -> Grade:
     """The worst grade decides."""
-    found = grades(values).values()
+    found = grades(measured).values()
     return "fail" if "fail" in found else "B" if "B" in found else "A"

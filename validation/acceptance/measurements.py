@@ -2,53 +2,59 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is measured of a unit: its errors on balls, its lights, its gel, its camera's place."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
-from statistics import fmean
+from statistics import median
 
-import cv2
-import numpy as np
-
-from recon.arrays import ContactMask, Difference, Unwarped
-from recon.ball import offsets_mm
+from recon.arrays import ContactMask, Unwarped
 from recon.calibration import Calibration
-from recon.pixels import BallPress, label_pixels
-from recon.presses import PressSet, read_presses
+from recon.lights import unseen_axis
+from recon.markers.tracking import marker_tracker
+from recon.presses import read_presses
 from sensor.dataset import Dataset
+from validation.acceptance.errors import (
+    ball_radius_values,
+    error_values,
+    fewer_lights_values,
+)
+from validation.acceptance.gel import (
+    blank_values,
+    covered_area,
+    inner,
+    saturation,
+    stillness,
+    usable_area,
+    without_dots,
+)
+from validation.acceptance.lights import light_response, light_values
+from validation.acceptance.limits import LIMITS, Measured, Parts
+from validation.acceptance.place import LEAST_FRAMES, picture_values, timing_values
+from validation.acceptance.roundness import roundness
 from validation.error_table import ErrorTable
-from validation.evaluation import evaluate_unit
+from validation.evaluation import judge_presses, refuse_other_sensor
+from validation.examples import Example, example
 
-GREY_LEVELS = 255
-FLAT_FROM = 3.0
-"""Contact radii: beyond, the gel is untouched."""
-SMOOTHING_PX = 3.0
-LIT = 0.06
-"""Of full scale: the brightest colour of a lit pixel."""
-SATURATED = 254 / 255
-WORN = 0.1
-"""Of full scale: a blank gel's pixel that differs from its surroundings by this is no gel."""
-SURROUNDINGS_PX = 9
-REACH = 1.5
-"""Contact radii round a press for which it teaches."""
-MARGIN = 0.04
-"""Of the frame: its edge is no gel on every sensor."""
+NO_TIMES = "a dataset's frames have no times; name a recording or a stream by --frames"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Acceptance:
     """All that a certificate says."""
 
-    values: Mapping[str, float]
-    """By the names of ``limits.LIMITS``; what could not be measured is absent."""
+    values: Measured
     absent: Mapping[str, str]
-    """Why a measurement was not made."""
+    """Why a measurement was not made, by the names of ``limits.LIMITS``."""
     errors: ErrorTable
     held_out: bool
     """Whether the errors are those of presses that the unit has not learnt from."""
     blank: Unwarped
-    evenness: Unwarped
-    """The blank gel, smoothed."""
+    gel: Unwarped
+    """The blank frame without its dots."""
     covered: ContactMask
+    usable: ContactMask
+    press: Example
+    """One of median size."""
 
 
 def accept_unit(
@@ -56,6 +62,9 @@ def accept_unit(
     dataset: Dataset,
     *,
     seed: int,
+    executor: Executor,
+    times_ns: Sequence[int] = (),
+    indices: Sequence[int] = (),
     progress: Callable[[float], None] = lambda _: None,
 ) -> Acceptance:
     """Measure a unit on a dataset of its presses.
@@ -63,166 +72,91 @@ def accept_unit(
     On the presses that it was calibrated with, the gradient and depth errors are those that
     calibration measured on presses held out.
 
+    Args:
+        calibration: the unit.
+        dataset: presses of it, best of another day.
+        seed: of splits, drawn pixels and intervals.
+        executor: fits fewer lights side by side, while the rest is measured here.
+        times_ns: when frames of the unit were taken, where that is known.
+        indices: the numbers of those frames.
+        progress: called with the share that is done.
+
     Raises:
         WedgeError: the dataset cannot be used, or comes from another sensor.
     """
-    card = calibration.card
-    errors = evaluate_unit(
-        calibration, dataset, seed=seed, progress=lambda share: progress(0.8 * share)
+    card, channels = calibration.card, calibration.card.channels
+    presses = read_presses(dataset, lambda share: progress(0.3 * share))
+    refuse_other_sensor(calibration, dataset, presses)
+    errors = judge_presses(
+        calibration, dataset, presses, seed=seed, progress=lambda x: progress(0.3 + 0.3 * x)
     )
-    presses = read_presses(dataset, lambda share: progress(0.8 + 0.1 * share))
     held_out = dataset.sha256 != card.dataset_sha256
+    unseen = unseen_axis(card.lights_deg, channels)
     blank = presses.unwarp(presses.background)
-    covered = covered_area(presses.presses)
-    values = {
-        **error_values(errors, card.metrics, held_out),
-        **stillness(presses.presses),
-        **color_values(blank, presses),
-        "covered_share": float(covered[inner(covered.shape)].mean()),
-        "moved_px": shift_px(calibration.unwarp(calibration.background), blank),
+    gel = without_dots(blank, presses.dots)
+    calibrated = calibration.unwarp(calibration.background)
+    covered, inside = covered_area(presses.presses), inner(blank.shape)
+    response = light_response(presses.presses)
+    still = stillness(presses.presses, channels)
+    noise: Parts = still.get("noise_grey_levels", dict.fromkeys(channels, 0.0))
+    axes = "xy" if unseen is None else "y" if unseen == "x" else "x"
+    usable = usable_area(gel, response, noise, axes, channels)
+    pictured, absent = picture_values(presses, calibrated, roundness(presses.presses, seed))
+    progress(0.7)
+    values: dict[str, Parts] = {
+        **error_values(errors, card, held_out),
+        **fewer_lights_values(
+            card,
+            dataset,
+            len(presses.presses),
+            seed=seed,
+            executor=executor,
+            progress=lambda share: progress(0.7 + 0.3 * share),
+        ),
+        **ball_radius_values(calibration.estimator, presses.presses, unseen),
+        **light_values(response, channels, card.lights_deg, unseen is None),
+        **still,
+        **blank_values(gel, without_dots(calibrated, marker_tracker(calibrated)), channels),
+        "saturated_share": saturation(presses.presses, blank, channels),
+        "covered_share": {"": float(covered[inside].mean())},
+        "usable_share": {"": float(usable[inside].mean())},
+        **pictured,
+        **timing_values(times_ns, indices),
     }
-    absent = {"frame_rate": "a dataset's frames have no times; `wedge stream` measures rates"}
-    turned = lights_turned_deg(card.lights_deg, presses.presses)
-    if turned is None:
-        absent["lights_turned_deg"] = "the unit does not say where its lights sit"
-    else:
-        values["lights_turned_deg"] = turned
-    progress(1.0)
+    typical = median(press.contact_radius_px for press in presses.presses)
+    shown = min(presses.presses, key=lambda press: abs(press.contact_radius_px - typical))
     return Acceptance(
-        values=values,
-        absent=absent,
+        values={limit.name: values[limit.name] for limit in LIMITS if limit.name in values},
+        absent={**_reasons(values, len(times_ns)), **absent},
         errors=errors,
         held_out=held_out,
         blank=blank,
-        evenness=smooth(blank, SMOOTHING_PX),
+        gel=gel,
         covered=covered,
+        usable=usable,
+        press=example(calibration.estimator, card.missing_axis, dataset, presses, shown),
     )
 
 
-def error_values(
-    errors: ErrorTable, metrics: Mapping[str, int | float], held_out: bool
-) -> dict[str, float]:
-    """Errors of slope and depth on presses that the unit has not learnt from."""
-    (row,) = [row for row in errors.rows if row.pixels == "contact"]
-    (depth,) = errors.depth.values()
-    deepest = max(fmean(error.peak_truth_mm for error in depth), 1e-6)
-    if held_out:
-        values = {key: row.errors.values[key] for key in ("theta_x_deg", "theta_y_deg")}
-        return {**values, "depth_rmse_share": fmean(e.rmse_mm for e in depth) / deepest}
-    return {
-        "theta_x_deg": float(metrics.get("contact_theta_x_deg", np.nan)),
-        "theta_y_deg": float(metrics.get("contact_theta_y_deg", np.nan)),
-        "depth_rmse_share": float(metrics.get("depth_rmse_mm", np.nan)) / deepest,
+def _reasons(values: Measured, frames: int) -> dict[str, str]:
+    """Why limits without a value have none."""
+    unsaid = "the unit does not say where its lights sit"
+    few = "its lights do not sit as the Wedge's three, whose pairs the paper compares"
+    times = f"only {frames} frames have times, {LEAST_FRAMES} are needed" if frames else NO_TIMES
+    why = {
+        "swapped_lights": unsaid,
+        "lights_turned_deg": unsaid,
+        "cross_talk_share": unsaid,
+        "fewer_lights_x_deg": few,
+        "fewer_lights_y_deg": few,
+        "noise_grey_levels": "every press reaches over the whole pad",
+        "drift_grey_levels": "every press reaches over the whole pad",
+        "axes_ratio": "its lights see one axis alone, as they were built",
+        "color_balance_share": "it has one light",
+        "ball_radius_share": "its lights see one axis alone, as they were built",
+        "brightness_change_share": "the calibrated picture has another size",
+        "frame_rate_hz": times,
+        "jitter_ms": times,
+        "lost_share": times,
     }
-
-
-def stillness(presses: tuple[BallPress, ...]) -> dict[str, float]:
-    """Noise and drift of the gel that no press reaches, in grey levels of 255."""
-    noise, drift = [], []
-    for press in presses:
-        x_mm, y_mm = offsets_mm(press.size_px, press.center_px, press.mm_per_px)
-        flat = np.hypot(x_mm, y_mm) > FLAT_FROM * press.contact_radius_mm
-        if press.hidden is not None:
-            flat &= ~press.hidden
-        if not flat.any():
-            continue
-        grain = press.difference - smooth(press.difference, 1.5)
-        noise.append(1.4826 * float(np.median(np.abs(grain[flat]))))
-        drift.append(float(np.abs(np.median(press.difference[flat], axis=0)).max()))
-    if not noise:
-        return {}
-    return {
-        "noise_grey_levels": GREY_LEVELS * fmean(noise),
-        "drift_grey_levels": GREY_LEVELS * float(np.quantile(drift, 0.9)),
-    }
-
-
-def color_values(blank: Unwarped, presses: PressSet) -> dict[str, float]:
-    """What the lights do: evenness, saturation, balance, area, contrast, cross-talk, wear."""
-    gel = blank[inner(blank.shape[:2])]
-    even = smooth(gel, SMOOTHING_PX)
-    low, high = np.quantile(even.reshape(-1, 3), [0.02, 0.98], axis=0)
-    means = even.mean((0, 1))
-    contrast, axes_ratio = response(presses.presses)
-    surface = cv2.medianBlur(np.ascontiguousarray(gel), 5)
-    about = cv2.blur(surface, (4 * SURROUNDINGS_PX, 4 * SURROUNDINGS_PX))
-    odd = np.abs(surface - about).max(-1) > WORN
-    if presses.dots is not None:
-        hidden = presses.dots.hidden(presses.dots.track(blank))
-        odd &= ~hidden[inner(blank.shape[:2])]
-    bright = np.mean(
-        [
-            (press.difference + blank)[inner(blank.shape[:2])].max(-1) >= SATURATED
-            for press in presses.presses
-        ]
-    )
-    return {
-        "least_evenness": float((low / np.maximum(high, 1e-6)).min()),
-        "saturated_share": float(bright),
-        "color_balance": float(means.min() / max(means.max(), 1e-6)),
-        "lit_share": float((even.max(-1) > LIT).mean()),
-        "worn_share": float(odd.mean()),
-        "least_contrast_grey_levels": GREY_LEVELS * contrast,
-        "axes_ratio": axes_ratio,
-    }
-
-
-def response(presses: tuple[BallPress, ...]) -> tuple[float, float]:
-    """How colours answer to slope: the weakest colour's contrast, the axes' ratio.
-
-    Contrast is the standard deviation of a colour inside contacts; the ratio is that of the
-    singular values of colour against slope, by least squares: 1 where both axes are seen alike.
-    """
-    parts = [label_pixels(press, index, 0) for index, press in enumerate(presses)]
-    color = np.concatenate([part.color[part.contact] for part in parts]).astype(float)
-    gradient = np.concatenate([part.gradient[part.contact] for part in parts]).astype(float)
-    inside = np.mean([part.color[part.contact].std(0) for part in parts], axis=0)
-    terms = np.column_stack([gradient, np.ones(len(gradient))])
-    slopes = np.linalg.lstsq(terms, color, rcond=None)[0][:2]
-    strong, weak = np.linalg.svd(slopes, compute_uv=False)
-    return float(inside.min()), float(strong / max(weak, 1e-9))
-
-
-def lights_turned_deg(
-    lights_deg: Mapping[str, float] | None, presses: tuple[BallPress, ...]
-) -> float | None:
-    """Largest angle between where a light should be and where its colour says it is."""
-    from validation.importers.lights import measure_lights_deg
-
-    if lights_deg is None:
-        return None
-    measured = measure_lights_deg(presses)
-    turns = [abs((measured[c] - angle + 180) % 360 - 180) for c, angle in lights_deg.items()]
-    return float(max(turns))
-
-
-def shift_px(before: Unwarped, now: Unwarped) -> float:
-    """How far the blank gel's picture has moved since the calibration."""
-    if before.shape != now.shape:
-        return float("inf")
-    flat = [
-        (image.mean(-1) - smooth(image, 6.0).mean(-1)).astype(np.float64) for image in (before, now)
-    ]
-    window = cv2.createHanningWindow(flat[0].shape[::-1], cv2.CV_64F)
-    (x_px, y_px), _ = cv2.phaseCorrelate(flat[0], flat[1], window)
-    return float(np.hypot(x_px, y_px))
-
-
-def covered_area(presses: tuple[BallPress, ...]) -> ContactMask:
-    """Where the pad lies near a press."""
-    covered = np.zeros(presses[0].difference.shape[:2], bool)
-    for press in presses:
-        x_mm, y_mm = offsets_mm(press.size_px, press.center_px, press.mm_per_px)
-        covered |= np.hypot(x_mm, y_mm) < REACH * press.contact_radius_mm
-    return covered
-
-
-def inner(shape: tuple[int, ...]) -> tuple[slice, slice]:
-    """The frame without its margin."""
-    rows, columns = (max(1, round(MARGIN * count)) for count in shape[:2])
-    return slice(rows, -rows), slice(columns, -columns)
-
-
-def smooth(image: Difference, sigma_px: float) -> Difference:
-    """A Gaussian."""
-    return cv2.GaussianBlur(image, (0, 0), sigma_px)
+    return {name: reason for name, reason in why.items() if name not in values}

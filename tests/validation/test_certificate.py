@@ -1,0 +1,119 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Grades, and the forms in which a certificate says them."""
+
+import html
+import json
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from xml.etree import ElementTree
+
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+import app.accept
+from app.__main__ import main
+from sensor.dataset import read_dataset
+from tests.validation.sensors import accepted_on, change_frames, good_set, unit_of
+from validation.acceptance.certificate import document, junit_xml, page_html
+from validation.acceptance.limits import GROUPS, LIMITS, Limit, verdict
+from validation.acceptance.sheet import pdf_bytes, sheet
+
+
+@pytest.fixture(scope="module")
+def calibration(tmp_path_factory):
+    return unit_of(good_set(tmp_path_factory.mktemp("taught") / "set"))
+
+
+@pytest.fixture(scope="module")
+def today(tmp_path_factory):
+    """Frames and labels of another day, to copy and to break."""
+    return good_set(tmp_path_factory.mktemp("today") / "set", 1)
+
+
+@pytest.fixture(scope="module")
+def accepted(calibration, today):
+    return accepted_on(
+        calibration, today, times_ns=[i * 33_000_000 for i in range(30)], indices=range(30)
+    )
+
+
+@pytest.fixture
+def broken(today, tmp_path):
+    """A copy of today's set."""
+    folder = tmp_path / "set"
+    folder.mkdir()
+    for path in today.folder.iterdir():
+        (folder / path.name).write_bytes(path.read_bytes())
+    return read_dataset(folder)
+
+
+@pytest.mark.parametrize("limit", LIMITS, ids=lambda limit: limit.name)
+def test_grades_follow_their_limits_and_every_limit_has_a_reason(limit: Limit):
+    worse = 1 if limit.less_is_better else -1
+    assert [limit.grade(limit.grade_a), limit.grade(limit.grade_b)] == ["A", "B"]
+    assert limit.grade(limit.grade_b + worse * 1e-6) == "fail"
+    assert limit.grade(float("nan")) == "fail"
+    assert limit.worst({"R": limit.grade_a, "G": limit.grade_b})[0] == "G"
+    assert limit.worst({"R": float("nan"), "G": limit.grade_b})[0] == "R"
+    assert 20 < len(limit.reason) < 95 and limit.group in GROUPS
+
+
+def test_the_worst_grade_decides(accepted):
+    values = dict(accepted.values)
+    assert verdict(values | {"moved_px": {"": 2.0}}) == "B"
+    assert verdict(values | {"moved_px": {"": float("inf")}}) == "fail"
+    assert verdict(values | {"contrast_grey_levels": {"R": 30.0, "G": 1.0, "B": 30.0}}) == "fail"
+
+
+def test_every_form_of_the_certificate_says_the_same(calibration, accepted):
+    spoilt = {"moved_px": {"": float("inf")}, "contrast_grey_levels": {"R": 30.0, "G": 1.0}}
+    failed = replace(accepted, values={**accepted.values, **spoilt})
+    card = calibration.card
+    said = json.loads(json.dumps(document(card, "<set>", failed), allow_nan=False))
+    assert said["grade"] == "fail"
+    suite = ElementTree.fromstring(junit_xml(card, "<set>", failed))
+    broken = [case.get("name") for case in suite if case.find("failure") is not None]
+    assert (
+        broken
+        == ["contrast_grey_levels", "moved_px"]
+        == [entry["name"] for entry in said["measurements"] if entry["grade"] == "fail"]
+    )
+    assert int(suite.get("tests")) == len(suite)
+    page = page_html(card, "<set>", failed, "")
+    assert "shift since calibration is unknown px" in page and "<set>" not in page
+    assert "contrast inside a contact (G) is 1 grey levels" in page
+    assert all(html.escape(limit.title) in page for limit in LIMITS if limit.name in failed.values)
+    assert pdf_bytes(card, "a set", failed).startswith(b"%PDF")
+    assert pdf_bytes(card, "a set", failed) == pdf_bytes(card, "a set", failed)
+
+
+def test_everything_lies_on_the_sheet_and_nothing_on_another(calibration, accepted):
+    spoilt = {
+        limit.name: dict.fromkeys(accepted.values.get(limit.name, [""]), 98.7 / limit.shown_times)
+        for limit in LIMITS
+    }
+    figure = sheet(calibration.card, "a set", replace(accepted, values=spoilt))
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    boxes = [text.get_window_extent(renderer) for text in figure.texts]
+    width, height = figure.canvas.get_width_height()
+    assert all(b.x0 > 0 and b.x1 < width and b.y0 > 0 and b.y1 < height for b in boxes)
+    for index, box in enumerate(boxes):
+        assert not any(box.overlaps(other.padded(-1)) for other in boxes[:index])
+
+
+def test_the_command_exits_zero_only_on_a_pass(calibration, broken, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(app.accept, "process_pool", lambda: ThreadPoolExecutor(1))
+    calibration.save(tmp_path / "wedge-007")
+    words = ["accept", str(tmp_path / "wedge-007"), str(broken.folder)]
+    files = ["--out", str(tmp_path / "paper"), "--junit", str(tmp_path / "accept.xml")]
+    with pytest.raises(SystemExit) as left:
+        main([*words, *files])
+    assert left.value.code == 0
+    for name in ("paper/index.html", "paper/certificate.pdf", "accept.xml"):
+        assert (tmp_path / name).stat().st_size > 500
+    change_frames(broken, lambda frame, _: frame[..., ::-1])
+    with pytest.raises(SystemExit) as left:
+        main(words)
+    assert left.value.code == 1
+    assert "swapped wires" in capsys.readouterr().out

@@ -1,0 +1,129 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Errors on balls: of slope per axis and per light configuration, of depth, of the radius."""
+
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
+from statistics import fmean, median
+
+import numpy as np
+
+from recon.ball import offsets_mm
+from recon.estimators import GradientEstimator, slopes_at
+from recon.lights import Axis, sits_like_wedge, unseen_axis
+from recon.pixels import BallPress, label_pixels
+from sensor.dataset import Dataset
+from sensor.unit import UnitCard
+from validation.acceptance.limits import Parts
+from validation.error_table import ErrorTable, Task, run_task
+from validation.metrics import mean_errors
+from validation.splits import splits
+
+RADIUS_PRESSES = 16
+"""Whose slopes are compared with the ball's."""
+FEWER = ("RG", "RB", "R")
+"""The paper's light configurations beside all lights; others' lights were not set for them."""
+AXES: tuple[Axis, ...] = ("x", "y")
+
+
+def error_values(errors: ErrorTable, card: UnitCard, held_out: bool) -> dict[str, Parts]:
+    """Errors of slope and depth on presses that the unit has not learnt from."""
+    (row,) = [row for row in errors.rows if row.pixels == "contact"]
+    (depth,) = errors.depth.values()
+    deepest = max(fmean(error.peak_truth_mm for error in depth), 1e-6)
+    if held_out:
+        found: Mapping[str, float] = row.errors.values
+        rmse_mm = fmean(error.rmse_mm for error in depth)
+    else:
+        names = ("theta_x_deg", "theta_y_deg")
+        found = {key: float(card.metrics.get(f"contact_{key}", np.nan)) for key in names}
+        rmse_mm = float(card.metrics.get("depth_rmse_mm", np.nan))
+    values: dict[str, Parts] = {"depth_rmse_share": {"": rmse_mm / deepest}}
+    unseen = unseen_axis(card.lights_deg, card.channels)
+    for axis in AXES:
+        name = "inferred_axis_deg" if axis == unseen else f"theta_{axis}_deg"
+        values[name] = {"": found[f"theta_{axis}_deg"]}
+    return values
+
+
+def fewer_lights(card: UnitCard) -> list[str]:
+    """The configurations of a unit's lights that leave one or more of them out, of a Wedge."""
+    if not sits_like_wedge(card.lights_deg):
+        return []
+    return [channels for channels in FEWER if set(channels) < set(card.channels)]
+
+
+def fewer_lights_values(
+    card: UnitCard,
+    dataset: Dataset,
+    usable: int,
+    *,
+    seed: int,
+    executor: Executor,
+    progress: Callable[[float], None] = lambda _: None,
+) -> dict[str, Parts]:
+    """Angle errors on contact of estimators fitted to some of the lights, on presses held out.
+
+    Only the axes that these lights see are judged.
+
+    Args:
+        card: the unit's; its estimator is fitted anew to most presses of the dataset.
+        dataset: where the presses come from.
+        usable: how many of them can be used.
+        seed: of the split and the drawn pixels.
+        executor: fits the configurations side by side.
+        progress: called with the share that is done.
+    """
+    configurations = fewer_lights(card)
+    if not configurations or usable < 2:
+        return {}
+    (split,) = splits(usable, 1, seed)
+    futures = {
+        channels: executor.submit(
+            run_task,
+            Task(
+                folder=dataset.folder,
+                estimator=card.estimator,
+                channels=channels,
+                missing_axes=("none",),
+                split=split,
+                seed=seed,
+            ),
+        )
+        for channels in configurations
+    }
+    values: dict[str, dict[str, float]] = {}
+    for done, (channels, future) in enumerate(futures.items(), start=1):
+        found = mean_errors(future.result().presses["none", "contact"], seed).values
+        for axis in AXES:
+            if axis != unseen_axis(card.lights_deg, channels):
+                parts = values.setdefault(f"fewer_lights_{axis}_deg", {})
+                parts[channels] = found[f"theta_{axis}_deg"]
+        progress(done / len(futures))
+    return dict(values)
+
+
+def ball_radius_values(
+    estimator: GradientEstimator, presses: Sequence[BallPress], unseen: Axis | None
+) -> dict[str, Parts]:
+    """How far the radius that estimated slopes fit is from the ball's.
+
+    Across a sphere the normal's component along an axis is ``-offset / R``, a straight line; its
+    slope is fitted to the estimated normals of each press. The median over presses counts.
+    """
+    if unseen is not None:
+        return {}
+    ratios = []
+    for index, press in enumerate(presses[:: max(1, len(presses) // RADIUS_PRESSES)]):
+        pixels = label_pixels(press, index, 0)
+        pixels = pixels[pixels.contact & ~pixels.hidden]
+        if not len(pixels):
+            continue
+        slopes = slopes_at(estimator, press.difference, pixels).astype(float)
+        normal = slopes / np.sqrt(1 + (slopes**2).sum(1, keepdims=True))
+        offset = np.stack(offsets_mm(press.size_px, press.center_px, press.mm_per_px), -1)
+        offset = offset.reshape(-1, 2)[pixels.place].astype(float)
+        normal, offset = normal - normal.mean(0), offset - offset.mean(0)
+        curvature = -float((normal * offset).sum() / (offset**2).sum())
+        ratios.append(1 / max(curvature * press.ball_radius_mm, 1e-3))
+    return {"ball_radius_share": {"": abs(median(ratios) - 1)}} if ratios else {}

@@ -1,0 +1,171 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The gel that nothing touches: its noise, its drift, its light, its wear, and where it serves."""
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from jaxtyping import Float64
+
+from recon.arrays import ContactMask, Difference, Unwarped
+from recon.ball import offsets_mm
+from recon.markers.filling import fill_gradients
+from recon.markers.tracking import MarkerTracker
+from recon.pixels import BallPress
+from validation.acceptance.lights import GREY_LEVELS, Response
+from validation.acceptance.limits import Parts
+
+FLAT_FROM = 3.0
+"""Contact radii: beyond, the gel is untouched."""
+GRAIN_PX = 1.5
+SMOOTHING_PX = 3.0
+LIT = 0.06
+"""Of full scale: the brightest colour of a lit pixel."""
+SATURATED = 254 / 255
+WORN = 0.1
+"""Of full scale: a blank gel's pixel that differs from its surroundings by this is no gel."""
+SURROUNDINGS_PX = 36
+REACH = 1.5
+"""Contact radii round a press for which it teaches."""
+MARGIN = 0.04
+"""Of the frame: its edge is no gel on every sensor."""
+KNOWN_SLOPE = 0.05
+"""mm/mm, 3°: to this noise alone must leave a pixel's slope."""
+LEAST_NOISE = 0.29 / GREY_LEVELS
+"""Of rounding to whole grey levels."""
+
+
+def without_dots(blank: Unwarped, dots: MarkerTracker | None) -> Unwarped:
+    """A blank frame with its dots filled in from around them."""
+    if dots is None:
+        return blank
+    return fill_gradients(blank, dots.hidden(dots.track(blank)), "harmonic")
+
+
+def stillness(presses: Sequence[BallPress], channels: str) -> dict[str, Parts]:
+    """Noise and drift of the gel that no press reaches, in grey levels of 255; each colour's."""
+    noise, drift = [], []
+    for press in presses:
+        flat = _untouched(press)
+        if flat.any():
+            grain = press.difference - smooth(press.difference, GRAIN_PX)
+            noise.append(1.4826 * np.median(np.abs(grain[flat]), axis=0))
+            drift.append(np.abs(np.median(press.difference[flat], axis=0)))
+    if not noise:
+        return {}
+    return {
+        "noise_grey_levels": _by_color(GREY_LEVELS * np.mean(noise, axis=0), channels),
+        "drift_grey_levels": _by_color(GREY_LEVELS * np.quantile(drift, 0.9, axis=0), channels),
+    }
+
+
+def blank_values(gel: Unwarped, calibrated: Unwarped, channels: str) -> dict[str, Parts]:
+    """What the blank gel shows: evenness and balance of the lights, lit area, change, wear.
+
+    Args:
+        gel: today's, without its dots.
+        calibrated: as it was calibrated.
+        channels: the colours with a light.
+    """
+    inside = gel[inner(gel.shape)]
+    even = smooth(inside, SMOOTHING_PX)
+    low, high = np.quantile(even.reshape(-1, 3), [0.02, 0.98], axis=0)
+    means = even.mean((0, 1))
+    lit = np.array(["RGB".index(channel) for channel in channels])
+    values: dict[str, Parts] = {
+        "evenness_share": _by_color(low / np.maximum(high, 1e-6), channels),
+        "lit_share": {"": float((even.max(-1) > LIT).mean())},
+        "worn_share": {"": float(worn_skin(gel)[inner(gel.shape)].mean())},
+    }
+    if len(channels) > 1:
+        weakest, strongest = means[lit].min(), means[lit].max()
+        values["color_balance_share"] = {"": float(weakest / max(strongest, 1e-6))}
+    if gel.shape == calibrated.shape:
+        before = np.maximum(calibrated[inner(gel.shape)].mean((0, 1)), 1e-6)
+        change = np.abs(inside.mean((0, 1)) / before - 1)
+        values["brightness_change_share"] = _by_color(change, channels)
+    return values
+
+
+def saturation(presses: Sequence[BallPress], blank: Unwarped, channels: str) -> Parts:
+    """Share of the pixels of all presses at which each colour is saturated."""
+    inside = inner(blank.shape)
+    shares = [((press.difference + blank)[inside] >= SATURATED).mean((0, 1)) for press in presses]
+    return _by_color(np.mean(shares, axis=0), channels)
+
+
+def worn_skin(gel: Unwarped) -> ContactMask:
+    """Where the blank gel differs from its surroundings."""
+    surface = cv2.medianBlur(np.ascontiguousarray(gel), 5)
+    about = cv2.blur(surface, (SURROUNDINGS_PX, SURROUNDINGS_PX))
+    return np.asarray(np.abs(surface - about).max(-1) > WORN)
+
+
+def usable_area(
+    gel: Unwarped, response: Response, noise: Parts, axes: str, channels: str
+) -> ContactMask:
+    """Where slopes stand out of the noise, and nothing is saturated or worn.
+
+    A colour's answer to slope is taken to grow with the blank gel's brightness in it. Noise that is
+    independent from colour to colour leaves slopes with the covariance ``(S' W S)^-1``, where S are
+    the answers and W the inverse variances (weighted least squares).
+
+    Args:
+        gel: blank, without its dots.
+        response: of the colours to slope, on average over the pad.
+        noise: of each colour, grey levels.
+        axes: those that the lights see, "xy", "x" or "y".
+        channels: the colours with a light.
+    """
+    even = smooth(gel, SMOOTHING_PX)
+    relative = even / np.maximum(even[inner(gel.shape)].mean((0, 1)), 1e-6)
+    xx, yy, xy = (np.zeros(gel.shape[:2]) for _ in range(3))
+    for channel in channels:
+        index = "RGB".index(channel)
+        per_noise = 1 / max(noise[channel] / GREY_LEVELS, LEAST_NOISE)
+        weight = (per_noise * relative[..., index].astype(float)) ** 2
+        along_x, along_y = response.slopes[index]
+        xx, yy, xy = (
+            xx + weight * along_x**2,
+            yy + weight * along_y**2,
+            xy + weight * along_x * along_y,
+        )
+    if axes == "xy":
+        determinant = np.maximum(xx * yy - xy**2, 1e-12)
+        variance = np.maximum(xx, yy) / determinant
+    else:
+        variance = 1 / np.maximum(xx if axes == "x" else yy, 1e-12)
+    lit = [index for index in range(3) if "RGB"[index] in channels]
+    clean = (gel[..., lit] < SATURATED).all(-1) & ~worn_skin(gel)
+    return np.asarray((variance <= KNOWN_SLOPE**2) & (even.max(-1) > LIT) & clean)
+
+
+def covered_area(presses: Sequence[BallPress]) -> ContactMask:
+    """Where the pad lies near a press."""
+    covered = np.zeros(presses[0].difference.shape[:2], bool)
+    for press in presses:
+        x_mm, y_mm = offsets_mm(press.size_px, press.center_px, press.mm_per_px)
+        covered |= np.hypot(x_mm, y_mm) < REACH * press.contact_radius_mm
+    return covered
+
+
+def inner(shape: tuple[int, ...]) -> tuple[slice, slice]:
+    """The frame without its margin."""
+    rows, columns = (max(1, round(MARGIN * count)) for count in shape[:2])
+    return slice(rows, -rows), slice(columns, -columns)
+
+
+def smooth(image: Difference, sigma_px: float) -> Difference:
+    """A Gaussian."""
+    return cv2.GaussianBlur(image, (0, 0), sigma_px)
+
+
+def _untouched(press: BallPress) -> ContactMask:
+    x_mm, y_mm = offsets_mm(press.size_px, press.center_px, press.mm_per_px)
+    flat = np.hypot(x_mm, y_mm) > FLAT_FROM * press.contact_radius_mm
+    return flat if press.hidden is None else flat & ~press.hidden
+
+
+def _by_color(values: Float64[np.ndarray, "3"] | np.ndarray, channels: str) -> Parts:
+    return {channel: float(values["RGB".index(channel)]) for channel in channels}

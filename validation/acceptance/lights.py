@@ -1,0 +1,109 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How each colour answers to slope: is its light on, in its place, and alone?"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import permutations
+
+import numpy as np
+from jaxtyping import Float64
+
+from recon.lights import sits_like_wedge
+from recon.pixels import BallPress, label_pixels
+from validation.acceptance.limits import DEAD_GREY_LEVELS, Parts
+
+GREY_LEVELS = 255
+CLEARLY_DEG = 30.0
+"""Colours count as swapped where another order fits better by this, summed over them."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Response:
+    """What slopes do to colours inside contacts, by least squares over all presses."""
+
+    slopes: Float64[np.ndarray, "3 2"]
+    """Change of R, G and B, in full scale, with the gradient along x and y."""
+    contrast: Float64[np.ndarray, "3"]
+    """Standard deviation inside contacts, in full scale."""
+
+    def azimuth_deg(self, channel: str) -> float:
+        """Where a colour's light comes from: the side that brightens faces it."""
+        x, y = -self.slopes["RGB".index(channel)]
+        return float(np.degrees(np.arctan2(y, x)))
+
+
+def light_response(presses: Sequence[BallPress]) -> Response:
+    """Measure it on some presses."""
+    parts = [label_pixels(press, index, 0) for index, press in enumerate(presses)]
+    color = np.concatenate([part.color[part.contact] for part in parts]).astype(float)
+    gradient = np.concatenate([part.gradient[part.contact] for part in parts]).astype(float)
+    terms = np.column_stack([gradient, np.ones(len(gradient))])
+    return Response(
+        slopes=np.linalg.lstsq(terms, color, rcond=None)[0][:2].T,
+        contrast=np.mean([part.color[part.contact].std(0) for part in parts], axis=0, dtype=float),
+    )
+
+
+def light_values(
+    response: Response, channels: str, lights_deg: Mapping[str, float] | None, sees_both: bool
+) -> dict[str, Parts]:
+    """Contrast, place and cross-talk of a unit's lights.
+
+    Args:
+        response: of its colours.
+        channels: those with a light.
+        lights_deg: where they should be; ``None`` where nobody said.
+        sees_both: whether the lights see both axes by design.
+    """
+    contrast = {c: GREY_LEVELS * float(response.contrast["RGB".index(c)]) for c in channels}
+    values: dict[str, Parts] = {"contrast_grey_levels": contrast}
+    if sees_both:
+        rows = response.slopes[["RGB".index(c) for c in channels]]
+        strong, weak = np.linalg.svd(rows, compute_uv=False)[:2]
+        values["axes_ratio"] = {"": float(strong / max(weak, 1e-9))}
+    alive = [c for c in channels if contrast[c] >= DEAD_GREY_LEVELS]
+    if lights_deg is not None and alive:
+        values |= _places({c: response.azimuth_deg(c) for c in alive}, lights_deg)
+    return values
+
+
+def _places(found_deg: Mapping[str, float], lights_deg: Mapping[str, float]) -> dict[str, Parts]:
+    """Which colours answer to another's light, how far all are turned, and each beside that."""
+    colors = tuple(found_deg)
+    orders = {
+        order: sum(
+            abs(turn_deg(found_deg[c] - lights_deg[other]))
+            for c, other in zip(colors, order, strict=True)
+        )
+        for order in permutations(colors)
+    }
+    best = min(orders, key=orders.__getitem__)
+    if orders[colors] - orders[best] < CLEARLY_DEG:
+        best = colors
+    belongs = dict(zip(colors, best, strict=True))
+    # Of a Wedge the lights sit on the axes; of others nobody knows better than the calibration.
+    ideal = (
+        {c: 90.0 * round(angle / 90.0) for c, angle in lights_deg.items()}
+        if sits_like_wedge(lights_deg)
+        else lights_deg
+    )
+    turns = {c: turn_deg(found_deg[c] - lights_deg[belongs[c]]) for c in colors}
+    off = {c: turn_deg(found_deg[c] - ideal[belongs[c]]) for c in colors}
+    common = _mean_deg(off)
+    aside = {c: min(abs(turn_deg(angle - common)), 90.0) for c, angle in off.items()}
+    return {
+        "swapped_lights": {"": float(sum(c != other for c, other in belongs.items()))},
+        "lights_turned_deg": {"": abs(_mean_deg(turns))},
+        "cross_talk_share": {c: float(np.sin(np.radians(angle))) for c, angle in aside.items()},
+    }
+
+
+def turn_deg(angle_deg: float) -> float:
+    """An angle from -180 to 180."""
+    return (angle_deg + 180.0) % 360.0 - 180.0
+
+
+def _mean_deg(angles_deg: Mapping[str, float]) -> float:
+    radians = np.radians(list(angles_deg.values()))
+    return float(np.degrees(np.arctan2(np.sin(radians).sum(), np.cos(radians).sum())))

@@ -1,0 +1,128 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Are the discs of a ball round in the unwarped picture? Then the unwarp is right where they lie.
+
+A ball's skin is seen through a stretch ``exp(s/2)`` along x, ``exp(-s/2)`` along y and a shear
+``t``; centre, radius, fade, s and t are fitted to its colours, which are taken as a polynomial of
+the normal and solved for at each step (variable projection; Golub and Pereyra, 2003). Lights of
+different strength make a disc uneven, not oval, and do not disturb the fit.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from recon.pixels import BallPress
+
+PRESSES = 10
+"""Fitted, spread over the set."""
+PIXELS = 700
+"""Drawn from each."""
+REACH = 1.8
+"""Contact radii that are looked at."""
+LARGEST = 0.4
+"""Stretch and shear; beyond, nothing is a disc."""
+RESAMPLES = 500
+
+
+@dataclass(frozen=True, kw_only=True)
+class Roundness:
+    """How far discs are from round, on average over presses."""
+
+    stretch: float
+    """Share by which they are too long along x for their length along y."""
+    shear: float
+    """Share by which they lean."""
+    sd: float
+    """Standard deviation of both means over presses drawn anew."""
+    n_presses: int
+
+    @property
+    def out_of_round(self) -> float:
+        """Of a disc's diameter: its longest less its shortest."""
+        return float(np.hypot(self.stretch, self.shear))
+
+
+def roundness(presses: Sequence[BallPress], seed: int) -> Roundness | None:
+    """The mean over presses whose discs lie wholly inside; ``None`` where none does."""
+    whole = [press for press in presses if _is_whole(press)]
+    step = max(1, len(whole) // PRESSES)
+    found = np.array([_stretch_shear(press, seed) for press in whole[::step][:PRESSES]])
+    if not len(found):
+        return None
+    drawn = np.random.default_rng(seed).integers(len(found), size=(RESAMPLES, len(found)))
+    spread = np.median(found[drawn], axis=1).std(0)
+    stretch, shear = np.median(found, axis=0)
+    return Roundness(
+        stretch=float(stretch),
+        shear=float(shear),
+        sd=float(np.hypot(*spread)),
+        n_presses=len(found),
+    )
+
+
+def _is_whole(press: BallPress) -> bool:
+    x_px, y_px = press.center_px
+    width, height = press.size_px
+    return min(x_px, y_px, width - 1 - x_px, height - 1 - y_px) > 1.1 * press.contact_radius_px
+
+
+def _stretch_shear(press: BallPress, seed: int) -> tuple[float, float]:
+    radius = press.contact_radius_px
+    x, y, color = _pixels(press, seed)
+    ball_px = press.ball_radius_mm * radius / press.contact_radius_mm
+    steepest = 0.95 * ball_px
+    start = np.array([0.0, 0.0, min(radius, 0.9 * steepest), np.log(radius / 4), 0.0, 0.0])
+    low = np.array([-radius / 2, -radius / 2, radius / 3, np.log(0.5), -LARGEST, -LARGEST])
+    high = np.array([radius / 2, radius / 2, steepest, np.log(2 * radius), LARGEST, LARGEST])
+    found = least_squares(
+        _unexplained,
+        start,
+        bounds=(low, high),
+        x_scale=[1, 1, 1, 0.3, 0.05, 0.05],
+        diff_step=1e-3,
+        loss="soft_l1",
+        f_scale=0.02,
+        max_nfev=30,
+        args=(x, y, color, ball_px),
+    )
+    return float(found.x[4]), float(found.x[5])
+
+
+def _pixels(press: BallPress, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Places from the centre and colours of some pixels near a contact, dots left out."""
+    width, height = press.size_px
+    y, x = np.mgrid[0:height, 0:width].astype(float)
+    x, y = x - press.center_px[0], y - press.center_px[1]
+    near = np.hypot(x, y) < REACH * press.contact_radius_px
+    if press.hidden is not None:
+        near &= ~press.hidden
+    places = np.flatnonzero(near)
+    if len(places) > PIXELS:
+        places = np.random.default_rng(seed).choice(places, PIXELS, replace=False)
+    color = press.difference.reshape(-1, 3)[places].astype(float)
+    return x.ravel()[places], y.ravel()[places], color
+
+
+# Called thousands of times, so its shapes are not checked at every call.
+def _unexplained(
+    parameters: np.ndarray, x: np.ndarray, y: np.ndarray, color: np.ndarray, ball_px: float
+) -> np.ndarray:
+    """Colours less their projection on the shading's terms, in one row."""
+    center_x, center_y, radius, log_fade, stretch, shear = parameters
+    x, y = x - center_x, y - center_y
+    dx = np.exp(-stretch / 2) * x - shear / 2 * y
+    dy = np.exp(stretch / 2) * y - shear / 2 * x
+    distance = np.hypot(dx, dy) + 1e-9
+    inside = np.minimum(distance, radius)
+    slope = inside / np.sqrt(ball_px**2 - inside**2)
+    slope = slope * np.exp(-np.maximum(distance - radius, 0) / np.exp(log_fade))
+    sine = slope / np.sqrt(1 + slope**2)
+    nx, ny = dx / distance * sine, dy / distance * sine
+    one = np.ones_like(nx)
+    terms = np.stack([one, nx, ny, nx * ny, nx**2 - ny**2, sine**2, nx * sine**2, ny * sine**2], 1)
+    shares = np.linalg.lstsq(terms.T @ terms, terms.T @ color, rcond=None)[0]
+    rest: np.ndarray = color - terms @ shares
+    return rest.ravel()

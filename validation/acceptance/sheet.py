@@ -1,0 +1,182 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The certificate's pictures, and all of it on one sheet of A4."""
+
+import io
+from textwrap import wrap
+
+import numpy as np
+from matplotlib.backends.backend_pdf import FigureCanvasPdf
+from matplotlib.figure import Figure
+
+from sensor.toml import Pair
+from sensor.unit import UnitCard
+from validation.acceptance.certificate import (
+    WORDS,
+    failures,
+    lead,
+    lines,
+    not_measured,
+)
+from validation.acceptance.gel import SMOOTHING_PX, smooth
+from validation.acceptance.limits import GROUPS, Grade, verdict
+from validation.acceptance.measurements import Acceptance
+from validation.figures.ball_press import press_window
+from validation.figures.maps import (
+    SIGNED_COLORS,
+    TITLE_IN,
+    blank,
+    color_bar,
+    fit_box,
+    outline,
+    scale_bar,
+    show_map,
+    size_mm,
+)
+from validation.figures.style import BLUE, INK, ORANGE, RED, SOFT, styled
+
+COLORS: dict[Grade, str] = {"A": BLUE, "B": ORANGE, "fail": RED}
+PAGE_IN = (8.27, 11.69)
+"""A4."""
+LEFT_IN, WIDTH_IN = 0.5, 7.27
+TALLEST_ROW_IN, LINE_IN, FOOT_IN = 0.2, 0.083, 0.35
+COLUMNS_IN = (0.5, 2.2, 4.55, 5.0, 5.45, 5.75)
+"""Title, value, A, B, grade, reason."""
+REASON_LETTERS = 50
+"""In a line of a reason."""
+FAILURE_LETTERS = 130
+MOST_FAILURES = 3
+"""Sentences below the verdict; the table has all."""
+TALLEST_IN, GAP_IN, BAR_IN = 1.15, 0.12, 0.6
+"""Of a picture; between pictures; beside one for a colour bar."""
+AMPLIFIED = 3.0
+FLATTER_THAN = 0.02
+"""Of the depth: an error map's least range."""
+
+
+@styled
+def picture(found: Acceptance, mm_per_px: Pair) -> Figure:
+    """The blank gel, its weakest light, where it serves; a press, its depth, its error."""
+    figure = blank(PAGE_IN[0], 2 * _row_height_in(found, mm_per_px) + 0.35)
+    _pictures(figure, found, mm_per_px, 0.3)
+    return figure
+
+
+def pdf_bytes(card: UnitCard, dataset: str, found: Acceptance) -> bytes:
+    """The certificate on one sheet of A4."""
+    figure = sheet(card, dataset, found)
+    FigureCanvasPdf(figure)
+    stream = io.BytesIO()
+    figure.savefig(stream, format="pdf", metadata={"CreationDate": None, "Producer": None})
+    return stream.getvalue()
+
+
+@styled
+def sheet(card: UnitCard, dataset: str, found: Acceptance) -> Figure:
+    """Verdict, pictures, and every measurement with its limits and reason."""
+    figure = blank(*PAGE_IN)
+    grade = verdict(found.values)
+    _say(figure, LEFT_IN, 0.6, f"GelSight Wedge {card.serial}", size=16.0)
+    _say(figure, LEFT_IN, 0.88, WORDS[grade], size=13.0, color=COLORS[grade])
+    top = 1.05
+    for text in wrap(f"{lead(card, dataset, found)}.", FAILURE_LETTERS):
+        _say(figure, LEFT_IN, top, text, size=7.0, color=SOFT)
+        top += 0.13
+    said = failures(found)
+    for text in said[:MOST_FAILURES]:
+        for line in wrap(text, FAILURE_LETTERS):
+            _say(figure, LEFT_IN, top, line, size=7.0)
+            top += 0.13
+    if len(said) > MOST_FAILURES:
+        more = f"{len(said) - MOST_FAILURES} more failures are in the table."
+        _say(figure, LEFT_IN, top, more, size=7.0)
+        top += 0.13
+    _pictures(figure, found, card.mm_per_px, top + 0.13)
+    top += 2 * _row_height_in(found, card.mm_per_px) + 0.28
+    notes = [line for text in not_measured(found) for line in wrap(text, FAILURE_LETTERS)]
+    top = _table(figure, found, top, PAGE_IN[1] - FOOT_IN - 0.11 * len(notes))
+    for note in notes:
+        _say(figure, LEFT_IN, top, note, size=6.0, color=SOFT)
+        top += 0.11
+    return figure
+
+
+def _table(figure: Figure, found: Acceptance, top: float, bottom: float) -> float:
+    """Every measurement; returns where the table ends."""
+    groups = [[line for line in lines(found) if line.group == group] for group in GROUPS]
+    groups = [group for group in groups if group]
+    row_in = min(TALLEST_ROW_IN, (bottom - top) / sum(len(group) + 1 for group in groups))
+    for left, heading in zip(COLUMNS_IN[1:], ("value", "A", "B", "", "why"), strict=True):
+        _say(figure, left, top, heading, size=6.5, color=SOFT)
+    for group in groups:
+        _say(figure, LEFT_IN, top, group[0].group, size=7.5, color=SOFT)
+        top += row_in
+        for line in group:
+            for left, text in zip(COLUMNS_IN, line.cells[:4], strict=False):
+                _say(figure, left, top, text, size=7.0)
+            _say(figure, COLUMNS_IN[4], top, line.grade, size=7.0, color=COLORS[line.grade])
+            reason = wrap(line.reason, REASON_LETTERS)
+            first = top - LINE_IN * (len(reason) - 1) / 2
+            for index, text in enumerate(reason):
+                place = first + LINE_IN * index
+                _say(figure, COLUMNS_IN[5], place, text, size=5.2, color=SOFT)
+            top += row_in
+    return top
+
+
+def _say(
+    figure: Figure, left_in: float, top_in: float, text: str, *, size: float, color: str = INK
+) -> None:
+    width_in, height_in = figure.get_size_inches()
+    figure.text(left_in / width_in, 1 - top_in / height_in, text, fontsize=size, color=color)
+
+
+def _pictures(figure: Figure, found: Acceptance, mm_per_px: Pair, top_in: float) -> None:
+    even = smooth(found.gel, SMOOTHING_PX)
+    even = even / np.maximum(np.quantile(even, 0.98, axis=(0, 1)), 1e-6)
+    shown = found.press.picture
+    window = press_window(shown)
+    error_mm = (shown.depth_mm - shown.depth_truth_mm)[window]
+    deepest_mm = float(np.nanmax(shown.depth_truth_mm))
+    worst_mm = max(float(np.nanmax(np.abs(error_mm))), FLATTER_THAN * deepest_mm)
+    width = _picture_width_in()
+    gray = found.blank.mean(-1)
+    lit = [index for index in range(3) if "RGB"[index] in found.errors.rows[0].configuration]
+    weakest = even[..., lit].min(-1)
+    maps = (
+        ("blank gel", found.blank.clip(0, 1), "gray", (0.0, 1.0), ""),
+        ("weakest light", weakest, "cividis", (0.0, 1.0), "of its brightest"),
+        ("presses (white), usable (black)", gray, "gray", (0.0, 1.3 * float(gray.max())), ""),
+        (
+            f"a press, difference × {AMPLIFIED:g}",
+            (0.5 + AMPLIFIED * shown.difference).clip(0, 1),
+            "gray",
+            (0.0, 1.0),
+            "",
+        ),
+        ("its depth", shown.depth_mm[window], "viridis", (0.0, deepest_mm), "mm"),
+        ("depth error in the contact", error_mm, SIGNED_COLORS, (-worst_mm, worst_mm), "mm"),
+    )
+    for index, (title, values, colors, limits, unit) in enumerate(maps):
+        column = index % 3
+        left = LEFT_IN + column * (width + GAP_IN) + (BAR_IN if column == 2 else 0.0)
+        top = top_in + index // 3 * _row_height_in(found, mm_per_px)
+        box = fit_box(left, top, width, TALLEST_IN, size_mm(values, mm_per_px))
+        image = show_map(figure, box, values, mm_per_px, title, colors=colors, limits=limits)
+        image.axes.set_title(title, fontsize=8.0)
+        if unit:
+            color_bar(figure, image, unit)
+        if index in (0, 3, 4, 5):
+            scale_bar(image)
+        if index == 2:
+            outline(image, found.usable, mm_per_px, color="black")
+            outline(image, found.covered, mm_per_px)
+
+
+def _picture_width_in() -> float:
+    return (WIDTH_IN - 2 * GAP_IN - 2 * BAR_IN) / 3
+
+
+def _row_height_in(found: Acceptance, mm_per_px: Pair) -> float:
+    size = size_mm(found.blank, mm_per_px)
+    return fit_box(0.0, 0.0, _picture_width_in(), TALLEST_IN, size).height + TITLE_IN + 0.04
