@@ -111,20 +111,20 @@ def complete(
     if measured.size == 0:
         empty = np.zeros((h, w, 2), np.float32)
         return Completed(gradient=empty, doubt=empty[..., 0])
-    rows, columns = _working_size(h, w, mm_per_px)
-    seen = _resampled(np.asarray(measured, np.float32), rows, columns)
-    moved = _resampled(support.astype(np.float32)[..., None], rows, columns)[..., 0] > 0
+    rows, columns = working_size(h, w, mm_per_px)
+    seen = resampled(np.asarray(measured, np.float32), rows, columns)
+    moved = resampled(support.astype(np.float32)[..., None], rows, columns)[..., 0] > 0
     stride = unet.stride(weights)
     flat_gel = ((0, 0), (0, -rows % stride), (0, -columns % stride))
     maps = np.pad(unet.network_input(seen, moved, both=both), flat_gel)
     found = unet.forward(weights, maps)[:, :rows, :columns].transpose(1, 2, 0)
-    found = _resampled(found, h, w)
+    found = resampled(found, h, w)
     gradient = np.where(support[..., None], found[..., :2], np.float32(0))
     doubt = np.minimum(np.exp(np.minimum(found[..., 2], 1.0)), np.float32(LARGEST_DOUBT))
     return Completed(gradient=gradient, doubt=np.where(support, doubt, np.float32(0)))
 
 
-def _working_size(h: int, w: int, mm_per_px: Pair) -> tuple[int, int]:
+def working_size(h: int, w: int, mm_per_px: Pair) -> tuple[int, int]:
     """Rows and columns of the same frame in square pixels, at most ``LONGEST_SIDE_PX`` long.
 
     Neither axis grows: stretched noise is alike in neighbouring rows, and its integral adds up.
@@ -134,9 +134,10 @@ def _working_size(h: int, w: int, mm_per_px: Pair) -> tuple[int, int]:
     return max(1, round(height_mm / pitch_mm)), max(1, round(width_mm / pitch_mm))
 
 
-def _resampled(
+def resampled(
     maps: Float32[np.ndarray, "h w c"], rows: int, columns: int
 ) -> Float32[np.ndarray, "rows columns c"]:
+    """Maps on another grid over the same frame."""
     # One axis at a time: OpenCV averages areas only where no axis grows.
     h, w, count = maps.shape
     if columns != w:
