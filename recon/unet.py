@@ -35,17 +35,25 @@ Weights = Mapping[str, Float32[np.ndarray, "..."]]
 Features = Float32[np.ndarray, "channels h w"]
 
 
-def layer_shapes(channels: Sequence[int]) -> dict[str, tuple[int, int, int]]:
-    """Name → (channels out, channels in, kernel side) of every convolution."""
+def layer_shapes(
+    channels: Sequence[int], inputs: int = INPUTS, outputs: int = OUTPUTS
+) -> dict[str, tuple[int, int, int]]:
+    """Name → (channels out, channels in, kernel side) of every convolution.
+
+    Args:
+        channels: feature maps on each level.
+        inputs: maps in.
+        outputs: maps out.
+    """
     shapes: dict[str, tuple[int, int, int]] = {}
-    for level, (above, here) in enumerate(pairwise((4 * INPUTS, *channels))):
+    for level, (above, here) in enumerate(pairwise((4 * inputs, *channels))):
         shapes[f"down{level}a"] = (here, above, 3)
         shapes[f"down{level}b"] = (here, here, 3)
     for level, (here, below) in enumerate(pairwise(channels)):
         shapes[f"lift{level}"] = (here, below, 1)
         shapes[f"up{level}a"] = (here, 2 * here, 3)
         shapes[f"up{level}b"] = (here, here, 3)
-    shapes["out"] = (4 * OUTPUTS, channels[0], 1)
+    shapes["out"] = (4 * outputs, channels[0], 1)
     return shapes
 
 
@@ -86,6 +94,13 @@ def forward(weights: Weights, maps: Features) -> Float32[np.ndarray, "3 h w"]:
 
     The gradients that come out are those that went in, corrected.
     """
+    found = through_layers(weights, maps)
+    found[:2] += maps[:2]
+    return found
+
+
+def through_layers(weights: Weights, maps: Features) -> Float32[np.ndarray, "outputs h w"]:
+    """What the layers make of any maps; sides are multiples of ``stride(weights)``."""
     last = len(channels_of(weights)) - 1
     features = _fold(maps)  # (12, h / 2, w / 2)
     skips: list[Features] = []
@@ -99,9 +114,7 @@ def forward(weights: Weights, maps: Features) -> Float32[np.ndarray, "3 h w"]:
         lifted = _double(_convolve(weights, f"lift{level}", features))
         features = _relu(_convolve(weights, f"up{level}a", skips[level], lifted))
         features = _relu(_convolve(weights, f"up{level}b", features))
-    found = _unfold(_convolve(weights, "out", features))
-    found[:2] += maps[:2]
-    return found
+    return _unfold(_convolve(weights, "out", features))
 
 
 def _convolve(

@@ -34,6 +34,7 @@ from recon.few_lights import measure
 from recon.lights import Axis
 from recon.missing_axis import infer_missing_axis
 from recon.surfaces import RECIPES, Recipe
+from recon.unet_torch import UNetLayers
 from recon.unet_weights import save_weights
 from sensor.errors import WedgeError
 from sensor.files import write_atomic
@@ -87,55 +88,23 @@ class Settings:
         )
 
 
-class UNet(nn.Module):
+class UNet(UNetLayers):
     """The network of ``recon.unet``, layer for layer, for training."""
 
     def __init__(self, channels: tuple[int, ...]) -> None:
-        super().__init__()
-        self.depth = len(channels)
-        self.layers = nn.ModuleDict(
-            {
-                name: nn.Conv2d(wide_in, wide_out, side, padding="same")
-                for name, (wide_out, wide_in, side) in unet.layer_shapes(channels).items()
-            }
-        )
-        # He's scale keeps signals alive through all layers; the zero spares unlearning an offset.
-        for name, layer in self.layers.items():
-            if name == "out":
-                nn.init.zeros_(layer.get_parameter("weight"))
-            else:
-                nn.init.kaiming_normal_(layer.get_parameter("weight"), nonlinearity="relu")
-            nn.init.zeros_(layer.get_parameter("bias"))
+        super().__init__(channels, unet.INPUTS, unet.OUTPUTS)
         with torch.no_grad():
             self.layers["out"].get_parameter("bias")[8:] = FIRST_LOG_DOUBT
 
     def forward(self, maps: Float[Tensor, "n 3 h w"]) -> Float[Tensor, "n 3 h w"]:
         """Gradients and doubt; the shapes of ``recon.unet.forward`` with n frames in front."""
-        layers = self.layers
-        features = functional.pixel_unshuffle(maps, 2)
-        skips: list[Tensor] = []
-        for level in range(self.depth):
-            if level > 0:
-                features = functional.avg_pool2d(features, 2)
-            features = layers[f"down{level}a"](features).relu()
-            features = layers[f"down{level}b"](features).relu()
-            skips.append(features)
-        for level in reversed(range(self.depth - 1)):
-            lifted = functional.interpolate(layers[f"lift{level}"](features), scale_factor=2.0)
-            features = torch.cat([skips[level], lifted], dim=1)
-            features = layers[f"up{level}a"](features).relu()
-            features = layers[f"up{level}b"](features).relu()
-        weight, bias = (layers["out"].get_parameter(name) for name in ("weight", "bias"))
+        features = self.features(maps)
+        weight, bias = (self.layers["out"].get_parameter(name) for name in ("weight", "bias"))
         slopes = functional.conv2d(features, weight[:8], bias[:8])
         # The doubt learns from the features without shaping them: its gradients are far larger.
         doubt = functional.conv2d(features.detach(), weight[8:], bias[8:])
         found = functional.pixel_shuffle(torch.cat([slopes, doubt], dim=1), 2)
         return torch.cat([found[:, :2] + maps[:, :2], found[:, 2:]], dim=1)
-
-    def weights(self) -> dict[str, np.ndarray]:
-        """Copies of all parameters under the names of ``recon.unet``."""
-        state = self.layers.state_dict()
-        return {name: value.cpu().numpy().copy() for name, value in state.items()}
 
 
 class Training:

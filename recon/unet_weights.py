@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Weights of the U-Net on disk: safetensors with what made them, checked before use."""
+"""Weights of the U-Nets on disk: safetensors with what made them, checked before use."""
 
 import hashlib
 import json
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
@@ -16,18 +17,43 @@ from recon import unet
 from sensor.errors import WedgeError
 from sensor.files import write_atomic
 
-SHIPPED_FILE = Path(__file__).with_name("weights") / "missing_axis.safetensors"
-VERSION = "2"  # of the network's layers and of what its input and output mean
+
+@dataclass(frozen=True, kw_only=True)
+class Purpose:
+    """What a network is for."""
+
+    name: str
+    version: str
+    """Of the layers and of what input and output mean."""
+    inputs: int
+    outputs: int
+    training: str
+    """The module that trains it."""
+
+    @property
+    def file(self) -> Path:
+        """The weights that come with this package."""
+        return Path(__file__).with_name("weights") / f"{self.name}.safetensors"
+
+
+MISSING_AXIS = Purpose(
+    name="missing_axis",
+    version="2",
+    inputs=unet.INPUTS,
+    outputs=unet.OUTPUTS,
+    training="recon.unet_training",
+)
+SHIPPED_FILE = MISSING_AXIS.file
 
 
 @lru_cache
-def shipped_weights() -> unet.Weights:
+def shipped_weights(purpose: Purpose = MISSING_AXIS) -> unet.Weights:
     """The weights that come with this package."""
-    return load_weights(SHIPPED_FILE)
+    return load_weights(purpose.file, purpose)
 
 
-def load_weights(path: Path) -> unet.Weights:
-    """Weights of the network, of any width, checked before use.
+def load_weights(path: Path, purpose: Purpose = MISSING_AXIS) -> unet.Weights:
+    """Weights of a network, of any width, checked before use.
 
     Raises:
         WedgeError: the file is missing, is no safetensors file, was made for another version of the
@@ -35,32 +61,43 @@ def load_weights(path: Path) -> unet.Weights:
     """
     try:
         with safe_open(path, framework="numpy") as file:
-            made = json.loads((file.metadata() or {}).get("missing_axis", "{}"))
+            made = json.loads((file.metadata() or {}).get(purpose.name, "{}"))
             weights = {name: file.get_tensor(name) for name in file.keys()}
     except (OSError, SafetensorError, json.JSONDecodeError) as error:
         raise WedgeError(f"{path} cannot be read as network weights: {error}.") from error
     version = made.get("version", "unknown") if isinstance(made, dict) else "unknown"
-    if version != VERSION:
+    if version != purpose.version:
         raise WedgeError(
-            f"{path} holds weights of version {version}, version {VERSION} is needed: reinstall, or"
-            " train with python -m recon.unet_training."
+            f"{path} holds weights of version {version}, version {purpose.version} is needed: "
+            f"reinstall, or train with python -m {purpose.training}."
         )
     if made.get("sha256") != sha256_of(weights):
         raise WedgeError(f"{path} is damaged, its hash does not match: install it again.")
-    if not _fit_together(weights):
+    if not _fit_together(weights, purpose):
         raise WedgeError(f"{path} holds the weights of another network: install it again.")
     return weights
 
 
-def save_weights(path: Path, weights: unet.Weights, command: str, seed: int) -> None:
+def save_weights(
+    path: Path,
+    weights: unet.Weights,
+    command: str,
+    seed: int,
+    purpose: Purpose = MISSING_AXIS,
+) -> None:
     """Write weights with what made them; atomic, the same weights give the same bytes.
 
     Raises:
         WedgeError: ``path`` cannot be written.
     """
-    made = {"version": VERSION, "command": command, "seed": seed, "sha256": sha256_of(weights)}
+    made = {
+        "version": purpose.version,
+        "command": command,
+        "seed": seed,
+        "sha256": sha256_of(weights),
+    }
     # One entry only: safetensors writes several in an order of chance.
-    write_atomic(path, save(dict(weights), {"missing_axis": json.dumps(made)}))
+    write_atomic(path, save(dict(weights), {purpose.name: json.dumps(made)}))
 
 
 def sha256_of(weights: Mapping[str, np.ndarray]) -> str:
@@ -72,11 +109,12 @@ def sha256_of(weights: Mapping[str, np.ndarray]) -> str:
     return digest.hexdigest()
 
 
-def _fit_together(weights: Mapping[str, np.ndarray]) -> bool:
+def _fit_together(weights: Mapping[str, np.ndarray], purpose: Purpose) -> bool:
     """Whether these are all arrays of one U-Net."""
     channels = unet.channels_of(weights)
+    layers = unet.layer_shapes(channels, purpose.inputs, purpose.outputs)
     expected: dict[str, tuple[int, ...]] = {}
-    for name, (wide_out, wide_in, side) in unet.layer_shapes(channels).items():
+    for name, (wide_out, wide_in, side) in layers.items():
         expected |= {f"{name}.weight": (wide_out, wide_in, side, side), f"{name}.bias": (wide_out,)}
     shapes = {name: values.shape for name, values in weights.items()}
     types = {values.dtype.str for values in weights.values()}

@@ -1,0 +1,69 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The layers of ``recon.unet`` in torch, for training; needs the extra ``train``."""
+
+import sys
+
+import numpy as np
+from jaxtyping import Float
+
+from recon import unet
+
+try:
+    import torch
+    from torch import Tensor, nn
+    from torch.nn import functional
+except ModuleNotFoundError:  # one sentence in place of a traceback
+    sys.exit("Training needs torch: install the extra, `pip install gelsight-wedge[train]`.")
+
+
+class UNetLayers(nn.Module):
+    """All convolutions, and what they make of a picture up to the last one.
+
+    Args:
+        channels: feature maps on each level.
+        inputs: maps in.
+        outputs: maps out.
+    """
+
+    def __init__(self, channels: tuple[int, ...], inputs: int, outputs: int) -> None:
+        super().__init__()
+        self.depth = len(channels)
+        self.layers = nn.ModuleDict(
+            {
+                name: nn.Conv2d(wide_in, wide_out, side, padding="same")
+                for name, (wide_out, wide_in, side) in unet.layer_shapes(
+                    channels, inputs, outputs
+                ).items()
+            }
+        )
+        # He's scale keeps signals alive through all layers; the zero spares unlearning an offset.
+        for name, layer in self.layers.items():
+            if name == "out":
+                nn.init.zeros_(layer.get_parameter("weight"))
+            else:
+                nn.init.kaiming_normal_(layer.get_parameter("weight"), nonlinearity="relu")
+            nn.init.zeros_(layer.get_parameter("bias"))
+
+    def features(self, maps: Float[Tensor, "n maps h w"]) -> Float[Tensor, "n channels h//2 w//2"]:
+        """What the last layer sees."""
+        layers = self.layers
+        features = functional.pixel_unshuffle(maps, 2)
+        skips: list[Tensor] = []
+        for level in range(self.depth):
+            if level > 0:
+                features = functional.avg_pool2d(features, 2)
+            features = layers[f"down{level}a"](features).relu()
+            features = layers[f"down{level}b"](features).relu()
+            skips.append(features)
+        for level in reversed(range(self.depth - 1)):
+            lifted = functional.interpolate(layers[f"lift{level}"](features), scale_factor=2.0)
+            features = torch.cat([skips[level], lifted], dim=1)
+            features = layers[f"up{level}a"](features).relu()
+            features = layers[f"up{level}b"](features).relu()
+        return features
+
+    def weights(self) -> dict[str, np.ndarray]:
+        """Copies of all parameters under the names of ``recon.unet``."""
+        state = self.layers.state_dict()
+        return {name: value.cpu().numpy().copy() for name, value in state.items()}
