@@ -19,6 +19,7 @@ from recon.arrays import DepthMap
 from recon.estimators import (
     ESTIMATORS,
     GradientEstimator,
+    as_labelled,
     fit_estimator,
     slopes_at,
     training_pixels,
@@ -222,7 +223,7 @@ def measure_press(
             lights_deg=lights_deg,
             mm_per_px=press.mm_per_px,
         )
-        estimated = found.gradient.reshape(-1, 2)[pixels.place]
+        estimated = as_labelled(estimator, found.gradient.reshape(-1, 2)[pixels.place], pixels)
     else:
         estimated = slopes_at(estimator, press.difference, pixels)
         unseen = unseen_axis(lights_deg, estimator.channels)

@@ -39,6 +39,12 @@ class GradientEstimator(Protocol):
     ) -> Float32[np.ndarray, "n 2"]:
         """Gradients (mm/mm) of pixels, from prepared colours and positions (-1 to 1)."""
 
+    def lean(self, position: Float32[np.ndarray, "*n 2"]) -> Float32[np.ndarray, "*n 2"]:
+        """The dent's slopes, which ``slopes`` gives, less those of what is pressed in.
+
+        Labels say a ball's own slopes; on a domed gel the two differ.
+        """
+
     def tensors(self) -> dict[str, np.ndarray]:
         """Everything it learnt, as arrays for ``gradients.safetensors``."""
 
@@ -118,9 +124,16 @@ def gradient_field(estimator: GradientEstimator, difference: Difference) -> Grad
 def slopes_at(
     estimator: GradientEstimator, difference: Difference, pixels: Pixels
 ) -> Float32[np.ndarray, "n 2"]:
-    """Gradients of some pixels of a difference image."""
+    """Gradients of some pixels of a difference image, as their labels mean them."""
     seen = estimator.prepared(difference).reshape(-1, 3)[pixels.place]
-    return estimator.slopes(seen, pixels.position)
+    return as_labelled(estimator, estimator.slopes(seen, pixels.position), pixels)
+
+
+def as_labelled(
+    estimator: GradientEstimator, slopes: Float32[np.ndarray, "n 2"], pixels: Pixels
+) -> Float32[np.ndarray, "n 2"]:
+    """Slopes of a dent to those that labels speak of: in contact, the pressed ball's own."""
+    return slopes - pixels.contact[:, None] * estimator.lean(pixels.position)
 
 
 def _known(name: str) -> Kind:

@@ -5,13 +5,14 @@
 A frame's difference first loses its drift (the median of the frame, bounded) and its finest grain
 (a Gaussian). Each pixel then gives its colour difference and the blank gel's colour there; with x
 and y these enter perceptrons with rectifiers, whose mean is the normal's direction: the components
-``G / sqrt(1 + |G|^2)``, which stay bounded where slopes do not. No neighbour is looked at beyond
-the Gaussian, so that a ball's shape cannot be learnt. Applied with numpy alone; only fitting needs
-torch.
+``G / sqrt(1 + |G|^2)``, which stay bounded where slopes do not. On a domed gel the slopes that
+balls are labelled with are not the dent's; the difference is fitted first (``lean``). No neighbour
+is looked at beyond the Gaussian, so that a ball's shape cannot be learnt. Applied with numpy alone;
+only fitting needs torch.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import ClassVar
 
@@ -20,6 +21,7 @@ import numpy as np
 from jaxtyping import Float32
 
 from recon.arrays import Difference
+from recon.estimators.lean import FLAT, Lean, fit_lean, lean_at
 from recon.estimators.mlp import CHUNK_ROWS, channel_indices
 from recon.pixels import Pixels
 from sensor.errors import WedgeError
@@ -54,6 +56,8 @@ class Default:
     spread: Float32[np.ndarray, " f"]
     """Of each input among the pixels it was fitted on."""
     layers: tuple[Layer, ...]
+    gel: Lean
+    """How far the untouched gel leans against the slopes that balls are labelled with."""
     error90: Float32[np.ndarray, "k 2"]
     """Half the width of the interval that held 90 % of unseen truths, at ``SLOPE_KNOTS``."""
 
@@ -74,6 +78,10 @@ class Default:
                 normal += self._member(inputs, member)
             slopes[rows] = slopes_of(normal / len(self.layers[0][0]))
         return slopes
+
+    def lean(self, position: Float32[np.ndarray, "*n 2"]) -> Float32[np.ndarray, "*n 2"]:
+        """The dent's slopes less those of what is pressed in, mm/mm; zero on a flat gel."""
+        return lean_at(self.gel, position)
 
     def half_width(self, slopes: Float32[np.ndarray, "*n 2"]) -> Float32[np.ndarray, "*n 2"]:
         """Half the width of each slope's 90 % interval, mm/mm.
@@ -97,6 +105,7 @@ class Default:
             "light": self.light,
             "mean": self.mean,
             "spread": self.spread,
+            "gel": self.gel,
             "error90": self.error90,
         }
         for index, (weight, bias) in enumerate(self.layers):
@@ -117,6 +126,7 @@ class Default:
             "light": (len(LIGHT_POWERS), count),
             "mean": (features,),
             "spread": (features,),
+            "gel": FLAT.shape,
             "error90": (len(SLOPE_KNOTS), 2),
         }
         for index, shape in enumerate(pairwise((features, *HIDDEN, 2))):
@@ -127,7 +137,7 @@ class Default:
         layers = range(len(HIDDEN) + 1)
         return cls(
             channels=channels,
-            **{key: tensors[key] for key in ("light", "mean", "spread", "error90")},
+            **{key: tensors[key] for key in ("light", "mean", "spread", "gel", "error90")},
             layers=tuple((tensors[f"weight{i}"], tensors[f"bias{i}"]) for i in layers),
         )
 
@@ -202,23 +212,23 @@ def fit_default(
     mean, spread = raw.mean(0), np.maximum(raw.std(0), 1e-3)
     fold = np.unique(pixels.press, return_inverse=True)[1] % MEMBERS
     inputs = (raw - mean) / spread
-    layers = train(inputs, normal_of(pixels.gradient), fold, seed, progress)
+    gel = fit_lean(pixels, chosen)
+    dent = pixels.gradient + pixels.contact[:, None] * lean_at(gel, pixels.position)
+    layers = train(inputs, normal_of(dent), fold, seed, progress)
     made = Default(
         channels=channels,
         light=light,
         mean=mean,
         spread=spread,
         layers=layers,
+        gel=gel,
         error90=np.zeros((len(SLOPE_KNOTS), 2), np.float32),
     )
     unseen = np.zeros_like(pixels.gradient)
     for member in range(MEMBERS):
         left_out = fold == member
         unseen[left_out] = slopes_of(made._member(inputs[left_out], member))
-    error90 = _error90(unseen, np.abs(unseen - pixels.gradient))
-    return Default(
-        channels=channels, light=light, mean=mean, spread=spread, layers=layers, error90=error90
-    )
+    return replace(made, error90=_error90(unseen, np.abs(unseen - dent)))
 
 
 def _error90(

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from recon.estimators import (
     ESTIMATORS,
     GradientEstimator,
+    as_labelled,
     fit_estimator,
     gradient_field,
     restore_estimator,
@@ -264,3 +265,14 @@ def test_the_network_is_the_papers(fitted):
         values = np.tanh(values @ tensors[f"weight{index}"] + tensors[f"bias{index}"])
     values = values @ tensors["weight3"] + tensors["bias3"]
     np.testing.assert_allclose(fitted("mlp").slopes(*random_pixels(7, 10)), values, atol=1e-5)
+
+
+@EVERY
+def test_labels_and_slopes_differ_in_contact_alone_and_by_the_lean(fitted, pixels, name):
+    estimator, some = fitted(name), pixels[np.arange(0, len(pixels), 7)]
+    lean = estimator.lean(some.position)
+    assert lean.shape == some.position.shape and np.isfinite(lean).all()
+    shifted = as_labelled(estimator, some.gradient, some) - some.gradient
+    np.testing.assert_allclose(shifted[some.contact], -lean[some.contact], atol=1e-6)
+    assert (shifted[~some.contact] == 0).all()
+    assert np.abs(lean).max() < 0.02  # the synthetic gel is flat

@@ -1,0 +1,81 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How far a domed gel leans against the slopes that its balls' caps have.
+
+A label says the ball's own slope. The dent's slope, which integrates to its depth, is that plus the
+lean of the untouched gel; on a flat gel they are the same. Colour says the dent's: where it did not
+change, the gel did not tilt. So the slopes that balls are labelled with differ from a function of
+colour and place, zero where the colour is, by a lean that grows along each axis. Function and lean
+are fitted at once, by least squares.
+"""
+
+from itertools import combinations_with_replacement
+
+import numpy as np
+from jaxtyping import Float32, Float64
+
+from recon.pixels import Pixels
+
+GENTLE = 0.5
+"""Slopes below are looked at: their colours are close to a polynomial."""
+LOOKED_AT = 15_000
+FOLDS = 4
+"""Parts of the presses, each of which is left out once to learn how certain a lean is."""
+FEWEST_PRESSES = 8
+
+Lean = Float32[np.ndarray, "2 2"]
+"""For x and for y: the lean in the frame's middle, and how much more it is at the frame's edge."""
+
+FLAT = np.zeros((2, 2), np.float32)
+
+
+def lean_at(lean: Lean, position: Float32[np.ndarray, "*n 2"]) -> Float32[np.ndarray, "*n 2"]:
+    """Slope to add to a ball's, mm/mm, at some positions (-1 to 1)."""
+    return np.asarray(lean[:, 0] + lean[:, 1] * position, np.float32)
+
+
+def fit_lean(pixels: Pixels, columns: list[int]) -> Lean:
+    """The lean that presses agree on; what they do not agree on is taken as flat.
+
+    Args:
+        pixels: labelled, of several presses.
+        columns: of the colours that are looked at.
+    """
+    gentle = np.linalg.norm(pixels.gradient, axis=1) < GENTLE
+    chosen = pixels[pixels.contact & gentle]
+    presses = np.unique(chosen.press)
+    if len(presses) < FEWEST_PRESSES:
+        return FLAT
+    if len(chosen) > LOOKED_AT:
+        random = np.random.default_rng(0)
+        chosen = chosen[np.sort(random.choice(len(chosen), LOOKED_AT, replace=False))]
+    terms = _shading_terms(chosen, columns)
+    fold = np.searchsorted(presses, chosen.press) % FOLDS
+    whole = _fitted(terms, chosen)
+    parts = np.stack([_fitted(terms[fold != k], chosen[fold != k]) for k in range(FOLDS)])
+    variance = (FOLDS - 1) * parts.var(0)  # the jackknife's
+    certain = np.maximum(0, 1 - variance / np.maximum(whole**2, 1e-12))
+    return np.asarray(whole * certain, np.float32)
+
+
+def _shading_terms(pixels: Pixels, columns: list[int]) -> Float64[np.ndarray, "n t"]:
+    """Products of one or two colours with a quadratic polynomial of the place."""
+    color = pixels.color[:, columns].astype(np.float64)
+    color /= np.maximum(color.std(0), 1e-6)
+    pairs = list(combinations_with_replacement(range(len(columns)), 2))
+    shades = [*color.T, *(color[:, i] * color[:, j] for i, j in pairs)]
+    x, y = pixels.position.T.astype(np.float64)
+    places = [x**i * y**j for i in range(3) for j in range(3 - i)]
+    return np.stack([shade * place for shade in shades for place in places], 1)
+
+
+def _fitted(terms: Float64[np.ndarray, "n t"], pixels: Pixels) -> Float64[np.ndarray, "2 2"]:
+    lean = np.zeros((2, 2))
+    for axis in (0, 1):
+        along = pixels.position[:, axis].astype(np.float64)
+        own = np.stack([np.ones_like(along), along], 1)
+        found = np.linalg.lstsq(
+            np.concatenate([terms, own], 1), pixels.gradient[:, axis].astype(float), rcond=None
+        )[0]
+        lean[axis] = -found[-2:]
+    return lean
