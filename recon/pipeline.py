@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import cv2
 import numpy as np
+from jaxtyping import Float32
 
 from recon.arrays import ContactMask, DepthMap, Difference, Frame, GradientField
 from recon.calibration import Calibration, load_calibration
@@ -17,14 +17,11 @@ from recon.lights import Axis, unseen_axis
 from recon.markers.filling import fill_gradients
 from recon.markers.tracking import MarkerTracker, Tracked, marker_tracker
 from recon.missing_axis import infer_missing_axis
+from recon.moved import may_have_moved
 from recon.poisson import Boundary, integrate
+from recon.pressed import Support, nearest_pressed
 from sensor.toml import Pair
 from sensor.unit import MissingAxis
-
-INFERENCE_MARGIN_PX = 3
-"""An inferred axis is believed this far around the disturbed gel, whose outline is smoothed."""
-CROSS = np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8)
-"""A pixel and its four neighbours."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,6 +34,8 @@ class Reconstruction:
     contact: ContactMask
     boundary: Boundary
     mm_per_px: Pair
+    doubt: Float32[np.ndarray, "h w"] | None = None
+    """How far off an inferred slope is expected to be, mm/mm; ``None`` where both were measured."""
     dots: Tracked | None = None
     """Of a marker gel: where each dot is now."""
     markers: str = "none"
@@ -130,11 +129,14 @@ def reconstruct(
         # Slopes of which one is not seen are not yet those of one surface.
         method = "surface" if unseen is None else "biharmonic"
         gradient = fill_gradients(gradient, hidden, method, mm_per_px)
-    gradient = complete_gradient(gradient, disturbed, missing, unseen, mm_per_px)
+    completed = complete_gradient(gradient, disturbed, missing, unseen, mm_per_px)
+    gradient = completed.gradient
     boundary = boundary_of(disturbed)
     depth = integrate(gradient, mm_per_px, boundary)
     if boundary == "neumann" and not disturbed.all():
         depth -= np.median(depth[~disturbed])  # untouched gel lies at zero
+    if completed.support is not None:
+        depth = nearest_pressed(depth, completed.support, mm_per_px, boundary)
     return Reconstruction(
         difference=difference,
         gradient=gradient,
@@ -142,6 +144,7 @@ def reconstruct(
         contact=contact_mask(disturbed, depth, gradient, mm_per_px),
         boundary=boundary,
         mm_per_px=mm_per_px,
+        doubt=completed.doubt,
     )
 
 
@@ -154,25 +157,39 @@ def _misfit(recorded: Mapping[str, float] | None, found: MarkerTracker | None) -
     return ""
 
 
+@dataclass(frozen=True, kw_only=True)
+class CompletedField:
+    """A gradient field whose unseen axis was replaced, and what goes with an inference."""
+
+    gradient: GradientField
+    doubt: Float32[np.ndarray, "h w"] | None = None
+    """How far off the inferred slope is expected to be; ``None`` where nothing was inferred."""
+    support: Support | None = None
+    """Where the gel may have moved, as far as the lights tell; ``None`` likewise."""
+
+
 def complete_gradient(
     gradient: GradientField,
     disturbed: ContactMask,
     missing: MissingAxis,
     unseen: Axis | None,
     mm_per_px: Pair,
-) -> GradientField:
+) -> CompletedField:
     """The gradient field with its unseen axis replaced by zero or by the network's inference.
 
-    Where the colour did not change, the gel did not move: there the network is shown flat gel and
-    answers with it. The axis that was measured comes back from the network cleaned.
+    Where the gel cannot have moved, the network is shown flat gel and answers with it. The axis
+    that was measured comes back from the network cleaned.
     """
     if missing == "none" or unseen is None:
-        return gradient
+        return CompletedField(gradient=gradient)
     known = 1 if unseen == "x" else 0
     if missing == "zero":
         complete = np.zeros_like(gradient)
         complete[..., known] = gradient[..., known]
-        return complete
-    near = cv2.dilate(disturbed.astype(np.uint8), CROSS, iterations=INFERENCE_MARGIN_PX)
+        return CompletedField(gradient=complete)
     seen = gradient[..., known]
-    return infer_missing_axis(seen, unseen, mm_per_px, support=near.astype(bool)).gradient
+    support = (
+        may_have_moved(disturbed, seen) if unseen == "x" else may_have_moved(disturbed.T, seen.T).T
+    )
+    found = infer_missing_axis(seen, unseen, mm_per_px, support=support)
+    return CompletedField(gradient=found.gradient, doubt=found.doubt, support=support)

@@ -69,7 +69,7 @@ def solve_dirichlet(slopes_x: SlopesX, slopes_y: SlopesY, mm_per_px: Pair) -> De
     divergence = np.diff(slopes_x, axis=1) / mm_per_px[0] + np.diff(slopes_y, axis=0) / mm_per_px[1]
     height, width = divergence.shape
     spectrum = fft.dstn(divergence, type=1, overwrite_x=True)
-    spectrum /= _eigenvalues(height, width, mm_per_px, "dirichlet", spectrum.dtype.char)
+    spectrum /= eigenvalues(height, width, mm_per_px, "dirichlet", spectrum.dtype.char)
     depth: DepthMap = fft.idstn(spectrum, type=1, overwrite_x=True)
     return depth
 
@@ -86,17 +86,20 @@ def solve_neumann(slopes_x: SlopesX, slopes_y: SlopesY, mm_per_px: Pair) -> Dept
     divergence = np.diff(closed_x, axis=1) / mm_per_px[0] + np.diff(closed_y, axis=0) / mm_per_px[1]
     height, width = divergence.shape
     spectrum = fft.dctn(divergence, type=2, overwrite_x=True)
-    spectrum /= _eigenvalues(height, width, mm_per_px, "neumann", spectrum.dtype.char)
+    spectrum /= eigenvalues(height, width, mm_per_px, "neumann", spectrum.dtype.char)
     spectrum[0, 0] = 0
     depth: DepthMap = fft.idctn(spectrum, type=2, overwrite_x=True)
     return depth
 
 
 @lru_cache(maxsize=8)
-def _eigenvalues(
+def eigenvalues(
     height: int, width: int, mm_per_px: Pair, boundary: Boundary, dtype: str
 ) -> Float[np.ndarray, "h w"]:
-    """Eigenvalues of the five-point Laplacian; the constant's zero is replaced by one."""
+    """Eigenvalues of the five-point Laplacian, in mm^-2; the constant's zero is replaced by one.
+
+    Do not write into them: they are kept.
+    """
 
     def along(count: int, pitch_mm: float) -> Float[np.ndarray, " n"]:
         if boundary == "dirichlet":

@@ -6,6 +6,9 @@ The depth fits the measured slopes best among those that are zero on the border 
 disturbed gel and nowhere negative. Where one axis was not measured, its slope should be smooth.
 The quadratic part is diagonal in sines; the constraints come in by alternating directions (Boyd et
 al., Foundations and Trends in Machine Learning 3(1), 2011, section 5), of which a dozen do.
+
+``pressed_depth`` starts from slopes of one axis or two, ``nearest_pressed`` from a depth that was
+integrated freely and is negative in places.
 """
 
 from functools import lru_cache
@@ -14,6 +17,10 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float, Float32
 from scipy import fft
+
+from recon.arrays import DepthMap
+from recon.poisson import Boundary, eigenvalues
+from sensor.toml import Pair
 
 Support = Bool[np.ndarray, "h w"]
 
@@ -62,6 +69,45 @@ def pressed_depth(
     if (rows, columns) == (h, w):
         return depth
     return np.asarray(cv2.resize(depth, (w, h), interpolation=cv2.INTER_CUBIC), np.float32)
+
+
+def nearest_pressed(
+    free_mm: DepthMap, support: Support, mm_per_px: Pair, boundary: Boundary
+) -> DepthMap:
+    """The depth, nowhere negative, whose slopes differ least from those of a free one.
+
+    If ``free_mm`` is the least-squares integral of some slopes, so is this among the depths that
+    are allowed. It is found at half the resolution; what is finer stays as it was.
+
+    Args:
+        free_mm: (h, w), mm.
+        support: where the gel may have moved.
+        mm_per_px: pixel pitch along x and y.
+        boundary: that ``free_mm`` was integrated with.
+    """
+    h, w = support.shape
+    rows, columns = max(1, round(h / 2)), max(1, round(w / 2))
+    coarse = _shrunk(free_mm.astype(np.float32), rows, columns)
+    allowed = _shrunk(support.astype(np.float32), rows, columns) > 0
+    pitch = (mm_per_px[0] * w / columns, mm_per_px[1] * h / rows)
+    stiffness = -eigenvalues(rows, columns, pitch, boundary, "f")
+    forth, back, kind = (
+        (fft.dstn, fft.idstn, 1) if boundary == "dirichlet" else (fft.dctn, fft.idctn, 2)
+    )
+    if boundary == "neumann":
+        stiffness = stiffness * (np.indices((rows, columns)).any(0))  # a constant costs nothing
+    penalty = np.float32(PENALTY_PER_PX2 / (mm_per_px[0] * mm_per_px[1]))
+    wanted, inverse = stiffness * forth(coarse, type=kind), 1 / (stiffness + penalty)
+    pressed = np.maximum(coarse, 0) * allowed
+    multiplier = np.zeros_like(pressed)
+    for _ in range(STEPS):
+        spectrum = wanted + penalty * forth(pressed - multiplier, type=kind)
+        fitted = back(spectrum * inverse, type=kind, overwrite_x=True)
+        fitted = np.float32(OVER_RELAXATION) * (fitted - pressed) + pressed
+        pressed = np.maximum(fitted + multiplier, 0) * allowed
+        multiplier = multiplier + fitted - pressed
+    change = cv2.resize(pressed - coarse, (w, h), interpolation=cv2.INTER_LINEAR)
+    return np.maximum(free_mm + change, 0) * support
 
 
 def _pull(slopes: Float32[np.ndarray, "h w"], axis: int) -> Float32[np.ndarray, "h w"]:

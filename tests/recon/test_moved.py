@@ -1,0 +1,54 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+import cv2
+import numpy as np
+import pytest
+
+from recon.ball import ball_cap
+from recon.moved import MARGIN_PX, may_have_moved
+
+CAP = ball_cap((96, 80), (50.0, 38.0), 20.0, 26.0, (1.0, 1.0))
+ALONG_Y = CAP.gradient[..., 1].astype(np.float32)
+
+
+def halves(least):
+    """What a light along y sees of the ball: an upper and a lower half."""
+    return np.abs(ALONG_Y) > least
+
+
+@pytest.mark.parametrize("least", [0.05, 0.2, 0.4])
+def test_two_halves_of_a_ball_are_one_contact(least):
+    disturbed = halves(least)
+    assert cv2.connectedComponents(disturbed.astype(np.uint8))[0] == 3
+    moved = may_have_moved(disturbed, ALONG_Y)
+    inside = (CAP.depth_mm > 0) & disturbed.any(0)
+    assert moved[inside].all() and moved[disturbed].all()
+
+
+def test_two_balls_one_above_the_other_stay_apart():
+    both = np.concatenate([ALONG_Y, ALONG_Y])
+    disturbed = np.abs(both) > 0.05
+    moved = may_have_moved(disturbed, both)
+    between = np.s_[60 + MARGIN_PX : 97 - MARGIN_PX]  # rows of flat gel
+    assert not moved[between].any() and moved[38].any() and moved[118].any()
+
+
+def test_a_notch_in_a_patch_is_filled_along_the_lights_alone():
+    disturbed = np.zeros((40, 40), bool)
+    disturbed[10:30, 10:30] = True
+    disturbed[14:26, 20:30] = False
+    flat = np.zeros(disturbed.shape)
+    assert may_have_moved(disturbed, flat)[20, 25]
+    assert not may_have_moved(disturbed.T, flat).T[20, 27]
+
+
+def test_nothing_disturbed_is_nothing_moved():
+    nothing = np.zeros((20, 30), bool)
+    assert not may_have_moved(nothing, np.ones((20, 30))).any()
+
+
+def test_the_outline_of_disturbed_gel_has_a_margin():
+    dot = np.zeros((21, 21), bool)
+    dot[10, 10] = True
+    moved = may_have_moved(dot, np.zeros(dot.shape))
+    assert moved[10, 10 + MARGIN_PX] and not moved[10, 11 + MARGIN_PX]
