@@ -1,51 +1,110 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""`wedge evaluate`: the errors of one unit on a dataset."""
+"""`wedge evaluate`: the errors of units on data sets, and what has moved between them."""
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from app._output import OutputFile, check_outputs, print_error_table, write_json
+from app._output import OutputFile, check_outputs, print_error_table, print_table, write_json
 from app._progress import progress
 from app._seed import Seed
+from sensor.errors import WedgeError
+
+if TYPE_CHECKING:
+    from recon.calibration import Calibration
+    from validation.drift import Evaluation
 
 
 def main(
-    unit: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="UNIT")],
-    dataset: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="DATASET")],
+    what: Annotated[tyro.conf.Positional[tuple[str, ...]], tyro.conf.arg(metavar="UNIT DATASET")],
+    out: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None,
     seed: Seed = 0,
     json: OutputFile = None,
 ) -> None:
     """Measure the gradient and depth errors of a calibrated unit on the presses of a dataset.
 
     Every press is judged. On the dataset that the unit was calibrated with, the errors are those
-    of presses it has seen, and a line says so.
+    of presses it has seen, and a line says so. Name several units or datasets, in the order of
+    their dates, and every unit is measured on every dataset of its frame size; a number that
+    differs from a unit's first dataset by more than presses scatter is named: errors, noise, the
+    brightness of untouched gel and each colour's answer to slope. That is how a sensor that drifts
+    is told from a bad day's presses.
 
     Example: wedge evaluate units/bench-001 taxim-gelsight
 
+    Example: wedge evaluate units/wedge-001 presses/may presses/june presses/july --out drift
+
     Args:
-        unit: A unit folder, written by `wedge calibrate`.
-        dataset: A dataset folder, or a name that `wedge data list` knows.
+        what: Unit folders, written by `wedge calibrate`, and dataset folders or names that
+            `wedge data list` knows.
+        out: Write a page here that plots every number over the datasets.
         seed: Seed of the drawn pixels and the intervals.
         json: Write the numbers here as JSON.
     """
     from recon.calibration import load_calibration
-    from sensor.dataset import read_dataset
-    from validation.datasets import dataset_folder
-    from validation.evaluation import evaluate_unit
+    from validation.drift import moves
+    from validation.report.drift import drift_document, drift_sections, sentences, summary
+    from validation.report.page import write_report
     from validation.table_text import table_document
 
-    check_outputs(json)
-    calibration = load_calibration(unit)
-    source = read_dataset(dataset_folder(dataset))
-    with progress(f"evaluation on {dataset}") as show:
-        measured = evaluate_unit(
+    units = [Path(name) for name in what if (Path(name) / "unit.toml").is_file()]
+    datasets = [name for name in what if not (Path(name) / "unit.toml").is_file()]
+    if not units or not datasets:
+        raise WedgeError(
+            f"{' '.join(what) or 'nothing'} names no {'dataset' if units else 'unit folder'}: "
+            "wedge evaluate needs a unit folder, which wedge calibrate writes, and a dataset."
+        )
+    page = None if out is None else out / "index.html"
+    check_outputs(page, json)
+    calibrations = [load_calibration(folder) for folder in units]
+    found, refused = [], []
+    for calibration in calibrations:
+        for name in datasets:
+            try:
+                found.append(_evaluated(calibration, name, seed))
+            except WedgeError as error:
+                if len(units) * len(datasets) == 1:
+                    raise
+                refused.append(str(error))
+    if not found:
+        raise WedgeError(refused[0])
+    moved = moves(found)
+    if len(found) == 1:
+        print_error_table(found[0].errors)
+        if not found[0].held_out:
+            print("The unit has learnt from these presses: nothing is held out.", file=sys.stderr)
+        write_json(json, table_document(found[0].errors))
+    else:
+        headings, rows = summary(found)
+        print_table(headings, rows)
+        if not all(item.held_out for item in found):
+            print("* has learnt from these presses: nothing is held out.")
+        for sentence in sentences(moved):
+            print(sentence)
+        print(f"{len(moved)} numbers moved." if moved else "Nothing moved.")
+        write_json(json, drift_document(found, moved))
+    for reason in refused:
+        print(f"left out: {reason}", file=sys.stderr)
+    if out is not None:
+        write_report(
+            out,
+            title="Units over data sets",
+            lead="Written by wedge evaluate; data sets in the order in which they were named.",
+            sections=drift_sections(found, moved),
+        )
+        print(f"Page: {page}")
+
+
+def _evaluated(calibration: "Calibration", name: str, seed: int) -> "Evaluation":
+    from sensor.dataset import read_dataset
+    from validation.datasets import dataset_folder
+    from validation.drift import evaluate_on
+
+    source = read_dataset(dataset_folder(name))
+    with progress(f"{calibration.card.serial} on {source.card.name}") as show:
+        return evaluate_on(
             calibration, source, seed=seed, progress=lambda share: show(share, "measuring")
         )
-    print_error_table(measured)
-    if source.sha256 == calibration.card.dataset_sha256:
-        print("The unit has learnt from these presses: nothing is held out.", file=sys.stderr)
-    write_json(json, table_document(measured))

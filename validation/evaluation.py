@@ -3,6 +3,7 @@
 """One estimator measured on presses that it has not learnt from."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from statistics import fmean
 
 from recon.calibration import Calibration, lit_channels
@@ -55,6 +56,15 @@ def refuse_other_sensor(calibration: Calibration, dataset: Dataset, presses: Pre
         )
 
 
+@dataclass(frozen=True, kw_only=True)
+class Judged:
+    """Errors of some presses, each by itself."""
+
+    per_press: tuple[tuple[PressErrors, ...], ...]
+    """One entry for each of ``PIXEL_SETS``."""
+    depth: tuple[DepthErrors, ...]
+
+
 def judge_presses(
     calibration: Calibration,
     dataset: Dataset,
@@ -64,18 +74,39 @@ def judge_presses(
     progress: Progress = lambda _: None,
 ) -> ErrorTable:
     """Gradient and depth errors of a unit on presses that were read already."""
+    judged = judge_presses_singly(calibration, dataset, presses, seed=seed, progress=progress)
+    return table_of(calibration, dataset, presses, judged, seed)
+
+
+def judge_presses_singly(
+    calibration: Calibration,
+    dataset: Dataset,
+    presses: PressSet,
+    *,
+    seed: int,
+    progress: Progress = lambda _: None,
+) -> Judged:
+    """Errors of a unit on each of some presses."""
     card = calibration.card
-    return _measure(
+    return _judge(
         calibration.estimator,
         dataset,
         presses,
         judged=range(len(presses.presses)),
-        train=int(card.metrics.get("fitted_presses", 0)),
         missing=card.missing_axis,
         lights_deg=card.lights_deg,
         seed=seed,
         progress=progress,
     )
+
+
+def table_of(
+    calibration: Calibration, dataset: Dataset, presses: PressSet, judged: Judged, seed: int
+) -> ErrorTable:
+    """The error table of a unit on presses that it was judged on."""
+    card = calibration.card
+    train = int(card.metrics.get("fitted_presses", 0))
+    return _table(calibration.estimator, dataset, presses, judged, train, card.missing_axis, seed)
 
 
 def hold_out(
@@ -97,17 +128,17 @@ def hold_out(
         [training_pixels(estimator, presses.presses[index], index, seed) for index in split.train]
     )
     fitted = fit_estimator(estimator, train, channels, seed, lambda share: progress(share / 2))
-    return _measure(
+    judged = _judge(
         fitted,
         dataset,
         presses,
         judged=split.test,
-        train=len(split.train),
         missing=missing,
         lights_deg=dataset.card.lights_deg,
         seed=seed,
         progress=lambda share: progress((1 + share) / 2),
     )
+    return _table(fitted, dataset, presses, judged, len(split.train), missing, seed)
 
 
 def held_out_metrics(table: ErrorTable, fitted_presses: int) -> dict[str, int | float]:
@@ -126,18 +157,17 @@ def held_out_metrics(table: ErrorTable, fitted_presses: int) -> dict[str, int | 
     return metrics
 
 
-def _measure(
+def _judge(
     estimator: GradientEstimator,
     dataset: Dataset,
     presses: PressSet,
     *,
     judged: Sequence[int],
-    train: int,
     missing: MissingAxis,
     lights_deg: Mapping[str, float] | None,
     seed: int,
     progress: Progress,
-) -> ErrorTable:
+) -> Judged:
     per_press: list[tuple[PressErrors, ...]] = []
     depth: list[DepthErrors] = []
     for done, index in enumerate(judged, start=1):
@@ -153,12 +183,24 @@ def _measure(
         )
         depth.append(depth_errors(found.depth_mm, press, dataset.folder))
         progress(done / len(judged))
+    return Judged(per_press=tuple(per_press), depth=tuple(depth))
+
+
+def _table(
+    estimator: GradientEstimator,
+    dataset: Dataset,
+    presses: PressSet,
+    judged: Judged,
+    train: int,
+    missing: MissingAxis,
+    seed: int,
+) -> ErrorTable:
     return ErrorTable(
         dataset=dataset.card.name,
         licence=dataset.card.licence,
         ball_radius_mm=dataset.card.ball_radius_mm,
         train=train,
-        test=len(judged),
+        test=len(judged.depth),
         folds=1,
         seed=seed,
         rows=tuple(
@@ -167,10 +209,10 @@ def _measure(
                 missing_axis=missing,
                 estimator=estimator.name,
                 pixels=name,
-                errors=mean_errors([row[column] for row in per_press], seed),
+                errors=mean_errors([row[column] for row in judged.per_press], seed),
             )
             for column, name in enumerate(PIXEL_SETS)
         ),
-        depth={estimator.name: tuple(depth)},
+        depth={estimator.name: judged.depth},
         left_out=tuple((press.file, press.reason) for press in presses.left_out),
     )

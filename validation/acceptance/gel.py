@@ -47,7 +47,7 @@ def stillness(presses: Sequence[BallPress], channels: str) -> dict[str, Parts]:
     """Noise and drift of the gel that no press reaches, in grey levels of 255; each colour's."""
     noise, drift = [], []
     for press in presses:
-        flat = _untouched(press)
+        flat = untouched(press)
         if flat.any():
             grain = press.difference - smooth(press.difference, GRAIN_PX)
             noise.append(1.4826 * np.median(np.abs(grain[flat]), axis=0))
@@ -161,7 +161,8 @@ def smooth(image: Difference, sigma_px: float) -> Difference:
     return cv2.GaussianBlur(image, (0, 0), sigma_px)
 
 
-def _untouched(press: BallPress) -> ContactMask:
+def untouched(press: BallPress) -> ContactMask:
+    """Where a press does not reach, and no dot hides the gel."""
     x_mm, y_mm = offsets_mm(press.size_px, press.center_px, press.mm_per_px)
     flat = np.hypot(x_mm, y_mm) > FLAT_FROM * press.contact_radius_mm
     return flat if press.hidden is None else flat & ~press.hidden

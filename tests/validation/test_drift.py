@@ -1,0 +1,129 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Units over dates: what has not moved is not accused, what has is named, and nothing else."""
+
+import json
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from scipy import stats
+
+from app.__main__ import main
+from recon.calibration import load_calibration
+from sensor.dataset import read_dataset
+from tests.synthetic import KEYSTONE_PX, make_dataset
+from tests.validation.sensors import change_frames, good_set, unit_of
+from validation.drift import Number, difference, evaluate_on, moves
+from validation.figures.drift import drift_figure
+from validation.report.drift import drift_document, drift_sections, sentences, summary
+
+
+@pytest.fixture(scope="module")
+def dates(tmp_path_factory):
+    """A unit, and its sensor on three days; on the third its red light has aged."""
+    folder = tmp_path_factory.mktemp("dates")
+    unit_of(good_set(folder / "taught")).save(folder / "unit")
+    days = [good_set(folder / name, seed) for seed, name in enumerate(("may", "june", "july"), 1)]
+    change_frames(days[2], lambda frame, _: frame * [0.8, 1, 1])
+    return folder
+
+
+@pytest.fixture(scope="module")
+def evaluations(dates):
+    calibration = load_calibration(dates / "unit")
+    return [
+        evaluate_on(calibration, read_dataset(dates / name), seed=0)
+        for name in ("may", "june", "july")
+    ]
+
+
+def number(values, counts=None):
+    sums = np.asarray(values, float)
+    return Number(
+        title="t", unit="mm", sums=sums, counts=np.ones_like(sums) if counts is None else counts
+    )
+
+
+def test_days_alike_have_not_moved(evaluations):
+    assert moves(evaluations[:2]) == []
+
+
+def test_a_light_that_ages_is_named_and_no_other(evaluations):
+    found = {move.name: move for move in moves(evaluations)}
+    assert {"brightness_R", "answer_R"} <= set(found)
+    assert not {name for name in found if name.endswith(("_G", "_B"))}
+    assert found["brightness_R"].now / found["brightness_R"].before == pytest.approx(0.8, rel=0.01)
+    assert found["answer_R"].now / found["answer_R"].before == pytest.approx(0.8, rel=0.1)
+
+
+def test_the_intervals_are_students_and_welchs():
+    rng = np.random.default_rng(0)
+    a, b = rng.normal(1, 0.2, 7), rng.normal(1.5, 0.6, 12)
+    known = stats.t.interval(0.95, 6, a.mean(), stats.sem(a))
+    assert number(a).ci95 == pytest.approx(known)
+    welch = stats.ttest_ind(b, a, equal_var=False).confidence_interval(0.99)
+    assert difference(number(b), number(a)) == pytest.approx((welch.low, welch.high))
+
+
+def test_pixels_weigh_in_the_mean_and_presses_in_its_error():
+    weighted = number([10.0, 60.0], np.array([10.0, 20.0]))
+    assert weighted.mean == pytest.approx(70 / 30)
+    assert number([1.0]).standard_error == np.inf
+    assert difference(number([1.0]), number([9.0, 9.1])) == (-np.inf, np.inf)
+    assert number([2.0, 2.0]).ci95 == (2.0, 2.0)
+
+
+def test_one_in_a_hundred_is_accused_where_nothing_moves():
+    rng = np.random.default_rng(1)
+    drawn = rng.normal(0, 1, (800, 2, 9))
+    ends = [difference(number(a), number(b)) for a, b in drawn]
+    assert np.mean([low > 0 or high < 0 for low, high in ends]) == pytest.approx(0.01, abs=0.01)
+
+
+def test_every_form_says_the_same(evaluations):
+    moved = moves(evaluations)
+    said = json.loads(json.dumps(drift_document(evaluations, moved), allow_nan=False))
+    assert [item["number"] for item in said["moved"]] == [move.name for move in moved]
+    assert len(said["evaluations"]) == 3 and len(sentences(moved)) == len(moved)
+    pages = "".join(section.html for section in drift_sections(evaluations, moved))
+    assert all(f"{item.numbers['noise'].mean:.3g}" in pages for item in evaluations)
+    headings, rows = summary(evaluations)
+    assert all(len(row) == len(headings) for row in rows)
+    assert "Nothing moved" in drift_sections(evaluations[:2], [])[0].html
+
+
+def test_no_words_of_the_plot_lie_outside_it(evaluations):
+    figure = drift_figure(evaluations, moves(evaluations))
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    renderer = canvas.get_renderer()
+    for axes in figure.axes:
+        for text in (axes.title, *axes.get_xticklabels(), *axes.get_yticklabels()):
+            if text.get_text() and axes.get_visible() and text.get_visible():
+                box = text.get_window_extent(renderer)
+                assert box.x0 >= 0 and box.x1 <= canvas.get_width_height()[0]
+
+
+def run(*words):
+    with pytest.raises(SystemExit) as left:
+        main([str(word) for word in words])
+    return left.value.code
+
+
+def test_the_command_takes_several_days_and_leaves_out_another_sensor(dates, tmp_path, capsys):
+    other = make_dataset(tmp_path / "other", presses=3, corners_px=KEYSTONE_PX).folder
+    page, numbers = tmp_path / "page", tmp_path / "n.json"
+    words = ["evaluate", dates / "unit", dates / "may", dates / "july", other]
+    assert run(*words, "--out", page, "--json", numbers) in (0, None)
+    printed = capsys.readouterr()
+    assert "brightness, R moved" in printed.out and "another sensor" in printed.err
+    assert (page / "index.html").stat().st_size > 5000
+    assert len(json.loads(numbers.read_text())["evaluations"]) == 2
+
+
+@pytest.mark.parametrize("words", [[], ["{unit}"], ["{may}"], ["{unit}", "{unit}/nothing"]])
+def test_a_unit_or_a_dataset_that_is_missing_is_said(dates, words, capsys):
+    named = [word.format(unit=dates / "unit", may=dates / "may") for word in words]
+    assert run("evaluate", *named) == 2
+    assert len(capsys.readouterr().err.strip().splitlines()[-1]) > 20

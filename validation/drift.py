@@ -1,0 +1,220 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Numbers of units on data sets of several dates, press by press, and which of them have moved."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64
+from scipy import stats
+
+from recon.calibration import Calibration
+from recon.pixels import BallPress, label_pixels
+from recon.presses import read_presses
+from sensor.dataset import Dataset
+from validation.acceptance.gel import GRAIN_PX, smooth, untouched
+from validation.acceptance.lights import GREY_LEVELS
+from validation.error_table import ErrorTable
+from validation.evaluation import judge_presses_singly, refuse_other_sensor, table_of
+from validation.metrics import METRICS, PIXEL_SETS
+
+WITHIN = 0.95
+SURE = 0.99
+"""Of a difference, before a number counts as moved: a dozen are compared at each date, and 95 %
+would see one move at every other date where none has."""
+LEAST_VARIANCE = 1e-24
+"""Of a mean; presses that agree to the last digit still leave a test defined."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Number:
+    """A mean over presses, with what each contributes."""
+
+    title: str
+    unit: str
+    sums: Float64[np.ndarray, " n"]
+    counts: Float64[np.ndarray, " n"]
+
+    @property
+    def mean(self) -> float:
+        """Over all that was counted."""
+        return float(self.sums.sum() / self.counts.sum())
+
+    @property
+    def standard_error(self) -> float:
+        """Of the mean, from the scatter of presses (linearised, as the mean is a ratio).
+
+        Without end where there is one press alone.
+        """
+        count = len(self.sums)
+        if count < 2:
+            return float("inf")
+        off = (self.sums - self.mean * self.counts) / self.counts.mean()
+        return float(np.sqrt((off**2).sum() / (count * (count - 1))))
+
+    @property
+    def ci95(self) -> tuple[float, float]:
+        """Interval of the mean over presses, by Student's t."""
+        half = float(stats.t.ppf((1 + WITHIN) / 2, max(len(self.sums) - 1, 1)))
+        half *= self.standard_error
+        return self.mean - half, self.mean + half
+
+
+def difference(now: Number, before: Number) -> tuple[float, float]:
+    """The 99 % interval of how much a mean differs (Welch's t)."""
+    errors = np.array([now.standard_error, before.standard_error])
+    counts = np.array([len(now.sums), len(before.sums)])
+    if not np.isfinite(errors).all():
+        return -np.inf, np.inf
+    squared = errors**2
+    total = max(float(squared.sum()), LEAST_VARIANCE)
+    freedom = total**2 / max(float((squared**2 / (counts - 1)).sum()), LEAST_VARIANCE**2)
+    half = float(stats.t.ppf((1 + SURE) / 2, freedom)) * float(np.sqrt(total))
+    return now.mean - before.mean - half, now.mean - before.mean + half
+
+
+@dataclass(frozen=True, kw_only=True)
+class Evaluation:
+    """One unit on one data set."""
+
+    unit: str
+    dataset: str
+    held_out: bool
+    """Whether the unit has not learnt from these presses."""
+    errors: ErrorTable
+    numbers: Mapping[str, Number]
+    """By name, such as ``theta_x_deg`` or ``brightness_R``."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Move:
+    """A number that differs between two data sets of a unit beyond what presses scatter."""
+
+    unit: str
+    name: str
+    title: str
+    measure: str
+    """Its unit of measure."""
+    since: str
+    dataset: str
+    before: float
+    now: float
+    ci99: tuple[float, float]
+    """Of the difference."""
+
+
+def evaluate_on(
+    calibration: Calibration,
+    dataset: Dataset,
+    *,
+    seed: int,
+    progress: Callable[[float], None] = lambda _: None,
+) -> Evaluation:
+    """Measure a unit on a data set, press by press.
+
+    Raises:
+        WedgeError: the data set cannot be used, or comes from another sensor.
+    """
+    card = calibration.card
+    presses = read_presses(dataset, lambda share: progress(0.5 * share))
+    refuse_other_sensor(calibration, dataset, presses)
+    judged = judge_presses_singly(
+        calibration, dataset, presses, seed=seed, progress=lambda x: progress(0.5 + 0.5 * x)
+    )
+    contact = PIXEL_SETS.index("contact")
+    errors = [entry[contact] for entry in judged.per_press]
+    pixels = np.array([error.n_pixels for error in errors], float)
+    numbers = {
+        name: Number(
+            title=f"error of {symbol}",
+            unit="°",
+            sums=np.array([error.absolute[METRICS.index(name)] for error in errors], float),
+            counts=pixels,
+        )
+        for name, symbol in (("theta_x_deg", "θx"), ("theta_y_deg", "θy"))
+    }
+    numbers["depth_rmse_mm"] = _number("depth RMSE", "mm", [x.rmse_mm for x in judged.depth])
+    numbers["depth_bias_mm"] = _number("depth bias", "mm", [x.bias_mm for x in judged.depth])
+    numbers |= _of_light(presses.presses, card.channels)
+    return Evaluation(
+        unit=card.serial,
+        dataset=dataset.card.name,
+        held_out=dataset.sha256 != card.dataset_sha256,
+        errors=table_of(calibration, dataset, presses, judged, seed),
+        numbers=numbers,
+    )
+
+
+def moves(evaluations: Sequence[Evaluation]) -> list[Move]:
+    """What has moved on each later data set of a unit since its first, in the order given."""
+    found = []
+    for first, later in _pairs(evaluations):
+        for name, now in later.numbers.items():
+            before = first.numbers.get(name)
+            if before is None:
+                continue
+            low, high = difference(now, before)
+            if low > 0 or high < 0:
+                found.append(
+                    Move(
+                        unit=later.unit,
+                        name=name,
+                        title=now.title,
+                        measure=now.unit,
+                        since=first.dataset,
+                        dataset=later.dataset,
+                        before=before.mean,
+                        now=now.mean,
+                        ci99=(low, high),
+                    )
+                )
+    return found
+
+
+def _pairs(evaluations: Sequence[Evaluation]) -> list[tuple[Evaluation, Evaluation]]:
+    firsts: dict[str, Evaluation] = {}
+    pairs = []
+    for item in evaluations:
+        first = firsts.setdefault(item.unit, item)
+        if first is not item:
+            pairs.append((first, item))
+    return pairs
+
+
+def _of_light(presses: Sequence[BallPress], channels: str) -> dict[str, Number]:
+    """Noise, brightness of untouched gel, and each colour's answer to slope, of every press."""
+    noise, brightness, answers = [], [], []
+    for index, press in enumerate(presses):
+        flat = untouched(press)
+        if flat.any() and press.blank is not None:
+            grain = press.difference - smooth(press.difference, GRAIN_PX)
+            noise.append(1.4826 * np.median(np.abs(grain[flat])))
+            brightness.append(np.median((press.difference + press.blank)[flat], axis=0))
+        pixels = label_pixels(press, index, 0)
+        inside = pixels.contact & ~pixels.hidden
+        terms = np.column_stack([pixels.gradient[inside], np.ones(inside.sum())]).astype(float)
+        slopes = np.linalg.lstsq(terms, pixels.color[inside].astype(float), rcond=None)[0][:2]
+        answers.append(np.linalg.norm(slopes, axis=0))
+    numbers = {}
+    if noise:
+        numbers["noise"] = _number("noise", "grey levels", GREY_LEVELS * np.array(noise))
+    for channel in channels:
+        column = "RGB".index(channel)
+        if brightness:
+            numbers[f"brightness_{channel}"] = _number(
+                f"brightness, {channel}",
+                "grey levels",
+                GREY_LEVELS * np.array(brightness)[:, column],
+            )
+        numbers[f"answer_{channel}"] = _number(
+            f"answer to slope, {channel}",
+            "grey levels",
+            GREY_LEVELS * np.array(answers)[:, column],
+        )
+    return numbers
+
+
+def _number(title: str, unit: str, values: Sequence[float] | np.ndarray) -> Number:
+    sums = np.asarray(values, float)
+    return Number(title=title, unit=unit, sums=sums, counts=np.ones_like(sums))

@@ -1,0 +1,92 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Numbers of units over their data sets, one panel a number, with intervals."""
+
+from collections.abc import Sequence
+from textwrap import wrap
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from validation.drift import Evaluation, Move
+from validation.figures.style import FULL_IN, SERIES, SOFT, card, styled
+
+COLUMNS = 4
+PANEL_IN, NAMES_IN, LEGEND_IN = 1.45, 0.4, 0.3
+"""Height of a panel, of the data sets' names below the last row, of the legend."""
+NAMES_LETTERS = 110
+SIDEWAYS = 0.16
+"""Between the units of one data set."""
+
+
+@styled
+def drift_figure(evaluations: Sequence[Evaluation], moved: Sequence[Move]) -> Figure:
+    """Means and 95 % intervals over presses; what moved since a unit's first set is filled.
+
+    Args:
+        evaluations: in the order of their dates.
+        moved: as found among them.
+    """
+    names = list(dict.fromkeys(name for item in evaluations for name in item.numbers))
+    rows = -(-len(names) // COLUMNS)
+    figure = card(FULL_IN, PANEL_IN * rows + NAMES_IN + LEGEND_IN)
+    panels = figure.subplots(rows, COLUMNS, sharex=True, squeeze=False).ravel()
+    units = list(dict.fromkeys(item.unit for item in evaluations))
+    sets = list(dict.fromkeys(item.dataset for item in evaluations))
+    for axes, name in zip(panels, names, strict=False):
+        for number, unit in enumerate(units):
+            _series(axes, [x for x in evaluations if x.unit == unit], name, sets, number, moved)
+        shown = next(item.numbers[name] for item in evaluations if name in item.numbers)
+        axes.set_title(f"{shown.title} [{shown.unit}]")
+        axes.grid(axis="y")
+        axes.margins(x=0.12, y=0.15)
+    for axes in panels[len(names) :]:
+        axes.set_visible(False)
+    panels[0].set_xticks(range(len(sets)), [str(number + 1) for number in range(len(sets))])
+    for axes in panels[max(0, len(names) - COLUMNS) : len(names)]:
+        axes.tick_params(axis="x", labelbottom=True)
+    named = ",  ".join(f"{number}: {name}" for number, name in enumerate(sets, start=1))
+    figure.supxlabel("\n".join(wrap(named, NAMES_LETTERS)), fontsize=8.5, color=SOFT)
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper left", ncols=4, columnspacing=1.4)
+    return figure
+
+
+def _series(
+    axes: Axes,
+    evaluations: Sequence[Evaluation],
+    name: str,
+    sets: Sequence[str],
+    number: int,
+    moved: Sequence[Move],
+) -> None:
+    shown = [item for item in evaluations if name in item.numbers]
+    places = [sets.index(item.dataset) + SIDEWAYS * number for item in shown]
+    means = [item.numbers[name].mean for item in shown]
+    low, high = zip(*(item.numbers[name].ci95 for item in shown), strict=True)
+    color = SERIES[number % len(SERIES)]
+    axes.plot(places, means, color=SOFT, lw=0.8, zorder=1)
+    axes.errorbar(
+        places,
+        means,
+        yerr=(
+            [mean - end for mean, end in zip(means, low, strict=True)],
+            [end - mean for mean, end in zip(means, high, strict=True)],
+        ),
+        fmt="os^"[number % 3],
+        color=color,
+        mfc="white",
+        markersize=5,
+        elinewidth=1.3,
+        label=shown[0].unit,
+    )
+    of_unit = {(move.dataset, move.name) for move in moved if move.unit == shown[0].unit}
+    filled = [
+        (place, mean)
+        for place, mean, item in zip(places, means, shown, strict=True)
+        if (item.dataset, name) in of_unit
+    ]
+    if filled:
+        axes.plot(
+            *zip(*filled, strict=True), "os^"[number % 3], color=color, markersize=6, zorder=5
+        )
