@@ -11,6 +11,7 @@ import tyro
 from app._output import OutputFile, check_outputs, print_error_table, write_json
 from app._progress import progress
 from app._seed import Seed
+from sensor.design import Wedge
 from sensor.errors import WedgeError
 
 
@@ -19,6 +20,7 @@ def main(
     out: Path,
     estimator: str = "default",
     design: str = "standard",
+    ball_radius_mm: float | None = None,
     seed: Seed = 0,
     json: OutputFile = None,
 ) -> None:
@@ -28,19 +30,25 @@ def main(
     fifth); the estimator that is kept is then fitted to all presses. The unit folder's name
     becomes the unit's serial.
 
+    A folder of your own raw frames will do as well: the blank gel in background.png, a caliper's
+    jaws 5 mm apart, along and across, in 5mm-1.png and on, ball presses in all others. Corners,
+    scale and circles are then found first and kept as a dataset beside the unit, UNIT-presses.
+
     Example: wedge calibrate taxim-gelsight --out units/bench-001
+    Example: wedge calibrate my-frames --ball-radius-mm 2.42 --out units/wedge-001
 
     Args:
-        dataset: A dataset folder, or a name that `wedge data list` knows.
+        dataset: A dataset folder, a name that `wedge data list` knows, or a folder of raw frames.
         out: The unit folder to write; it must not exist, or be empty.
         estimator: default (ours), mlp (the paper's network) or table (the lookup table that it
             replaced).
         design: The design the sensor was built from: standard, finger or a .toml file.
+        ball_radius_mm: Radius of the ball, for raw frames.
         seed: Seed of the split, drawn pixels and training.
         json: Write the errors on the held-out presses here as JSON.
     """
     from recon.calibration import calibrate
-    from recon.presses import read_presses
+    from recon.presses import one_sided, read_presses
     from sensor.dataset import read_dataset
     from sensor.design_file import load_design
     from sensor.files import refuse_kept_folder
@@ -53,7 +61,8 @@ def main(
     refuse_kept_folder(out)
     check_outputs(out / "unit.toml", json)
     built_from = load_design(design)
-    source = read_dataset(dataset_folder(dataset))
+    folder = _dataset_of(Path(dataset), out, built_from, ball_radius_mm)
+    source = read_dataset(folder or dataset_folder(dataset))
     with progress(f"calibration on {dataset}") as show:
         presses = read_presses(source, lambda share: show(0.2 * share, "reading presses"))
         measured = hold_out(
@@ -76,5 +85,30 @@ def main(
         )
         unit.save(out)
     print_error_table(measured)
+    if sentence := one_sided(presses):
+        print(sentence)
     print(f"Unit folder: {out}")
+    if folder is not None:
+        print(f"Next: wedge accept {out} {folder} --out {out}-certificate")
     write_json(json, table_document(measured))
+
+
+def _dataset_of(
+    frames: Path, out: Path, design: Wedge, ball_radius_mm: float | None
+) -> Path | None:
+    """The dataset made from a folder of raw frames; ``None`` where it is none."""
+    from app._importing import import_source
+
+    if not frames.is_dir() or (frames / "dataset.toml").exists():
+        if ball_radius_mm is not None:
+            raise WedgeError("--ball-radius-mm is for raw frames: a dataset states its own ball.")
+        return None
+    presses = out.with_name(f"{out.name}-presses")
+    import_source(
+        frames,
+        presses,
+        ball_radius_mm=ball_radius_mm,
+        mm_per_px=None,
+        pad_size_mm=design.pad_size_mm,
+    )
+    return presses

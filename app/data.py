@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""`wedge data`: the datasets that have a name."""
+"""`wedge data`: the datasets that have a name, and those that others' tools made."""
 
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -14,28 +14,59 @@ from sensor.errors import WedgeError
 
 def main(
     action: Annotated[
-        tyro.conf.Positional[Literal["list", "path"]], tyro.conf.arg(metavar="list|path")
+        tyro.conf.Positional[Literal["list", "path", "import"]],
+        tyro.conf.arg(metavar="list|path|import"),
     ],
-    name: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="[NAME]")] = "",
+    name: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="[NAME|SOURCE]")] = "",
+    out: Annotated[Path | None, tyro.conf.arg(metavar="DATASET")] = None,
+    ball_radius_mm: float | None = None,
+    mm_per_px: float | None = None,
+    pad_size_mm: tuple[float, float] | None = None,
     json: OutputFile = None,
 ) -> None:
-    """List the datasets known by name, or print the folder of one.
+    """List the datasets known by name, print the folder of one, or import what others made.
 
     Every command that takes a dataset takes such a name. A set is imported once, when it is first
     needed, into a cache (WEDGE_CACHE, by default ~/.cache/gelsight-wedge); originals stay as they
     are.
 
+    `import` makes a dataset folder of a source, known by what it holds: gs_sdk's folder with its
+    catalog.csv, Taxim's dataPack.npz, frames with circles in text files, or a folder of your own
+    frames (the blank gel in background.png, a caliper's jaws 5 mm apart in 5mm-1.png and on, ball
+    presses in all others), for which corners, scale and circles are found.
+
     Example: wedge data path taxim-gelsight
+    Example: wedge data import gs_sdk/data --mm-per-px 0.0634 --out presses/mini
 
     Args:
-        action: list prints all of them; path prints one's folder, importing it where needed.
-        name: The dataset whose folder to print.
+        action: list prints all of them; path prints one's folder, importing it where needed;
+            import writes a dataset folder from a source.
+        name: The dataset whose folder to print, or the source to import.
+        out: The dataset folder to write; it must not exist, or be empty.
+        ball_radius_mm: Radius of the ball, where the source does not say.
+        mm_per_px: Pitch of imported frames that show the gel plane.
+        pad_size_mm: The pad along x and y, for own frames without a caliper's pictures; the
+            standard design's by default.
         json: Write the list here as JSON.
     """
     if action == "path":
         if not name:
             raise WedgeError("name a dataset: `wedge data path taxim-gelsight`, for instance.")
         print(_folder(name))
+        return
+    if action == "import":
+        from app._importing import import_source
+        from sensor.design import STANDARD
+
+        if not name or out is None:
+            raise WedgeError("name a source and a dataset: `wedge data import SOURCE --out DIR`.")
+        import_source(
+            Path(name),
+            out,
+            ball_radius_mm=ball_radius_mm,
+            mm_per_px=mm_per_px,
+            pad_size_mm=pad_size_mm or STANDARD.pad_size_mm,
+        )
         return
     if name:
         raise WedgeError(f"`wedge data list` takes no name; `wedge data path {name}` finds one.")

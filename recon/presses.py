@@ -5,6 +5,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 
 from recon.arrays import Frame, Unwarped
@@ -18,6 +19,10 @@ from sensor.dataset import LENS_FILE, BallLabel, Dataset
 from sensor.errors import WedgeError
 
 LEAST_RADIUS_PX = 3.0
+REGIONS, FEWEST_REGIONS = 3, 4
+"""Along each side of the pad, and how many of them must have a press."""
+BLANK_SMOOTH_PX, MOST_BLANK_CHANGE = 2.0, 12
+"""Grey levels of 255, noise smoothed, that 1 % of the pixels of two blank frames may differ by."""
 LEAST_CHANGE = 2 / 255
 """A contact changes the colour of its pixels by this much of full scale, on average."""
 
@@ -160,11 +165,27 @@ def refuse_no_press(dataset: Dataset, usable: int, left_out: Sequence[LeftOut]) 
         )
 
 
+def one_sided(presses: PressSet) -> str | None:
+    """A sentence where the presses leave most of the pad out; ``None`` where they do not."""
+    centers = np.array([press.center_px for press in presses.presses])
+    width, height = presses.unwarp.size_px
+    columns = np.clip((centers[:, 0] / width * REGIONS).astype(int), 0, REGIONS - 1)
+    rows = np.clip((centers[:, 1] / height * REGIONS).astype(int), 0, REGIONS - 1)
+    touched = len(set(zip(rows.tolist(), columns.tolist(), strict=True)))
+    if touched >= FEWEST_REGIONS:
+        return None
+    return (
+        f"The presses lie in {touched} of {REGIONS**2} regions of the pad: elsewhere its colours "
+        "were never learnt. Press the ball over the whole pad."
+    )
+
+
 def read_background(dataset: Dataset) -> Frame:
     """The blank gel: the mean of the dataset's background frames.
 
     Raises:
-        WedgeError: a background is missing, damaged, or of another size than the first.
+        WedgeError: a background is missing, damaged, of another size than the first, or shows
+            something else than the others.
     """
     frames = [read_frame(dataset.folder, name) for name in dataset.card.background]
     for name, frame in zip(dataset.card.background, frames, strict=True):
@@ -172,6 +193,15 @@ def read_background(dataset: Dataset) -> Frame:
             raise WedgeError(
                 f"{dataset.folder / name} is {_size(frame)} pixels, but "
                 f"{dataset.card.background[0]} is {_size(frames[0])}."
+            )
+    first = cv2.GaussianBlur(frames[0], (0, 0), BLANK_SMOOTH_PX)
+    for name, frame in zip(dataset.card.background[1:], frames[1:], strict=True):
+        change = cv2.absdiff(cv2.GaussianBlur(frame, (0, 0), BLANK_SMOOTH_PX), first).max(-1)
+        if np.percentile(change, 99) > MOST_BLANK_CHANGE:
+            raise WedgeError(
+                f"{dataset.folder / name} and {dataset.card.background[0]} disagree by "
+                f"{np.percentile(change, 99):.0f} of 255 grey levels: one shows a press, or the "
+                "camera or its light has changed; keep the pictures of the blank gel that agree."
             )
     return np.stack(frames).mean(axis=0).round().astype(np.uint8)
 

@@ -21,4 +21,5 @@ def measure_lights_deg(presses: Sequence[BallPress]) -> dict[str, float]:
     terms = np.column_stack([gradient, np.ones(len(gradient))])
     slopes = np.linalg.lstsq(terms, color, rcond=None)[0][:2]
     azimuths = np.round(np.degrees(np.arctan2(-slopes[1], -slopes[0])))
+    azimuths = np.where(azimuths == -180, 180, azimuths)
     return {name: float(angle) for name, angle in zip("RGB", azimuths, strict=True)}

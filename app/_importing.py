@@ -1,0 +1,105 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What `wedge data import` and `wedge calibrate` share: someone's folder to a dataset folder."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from app._progress import progress
+from sensor.errors import WedgeError
+from sensor.files import new_folder, refuse_kept_folder
+from sensor.toml import Pair
+
+if TYPE_CHECKING:
+    from validation.importers.raw_frames import Prepared
+
+
+def import_source(
+    source: Path,
+    out: Path,
+    *,
+    ball_radius_mm: float | None,
+    mm_per_px: float | None,
+    pad_size_mm: Pair,
+) -> None:
+    """Write a dataset folder from frames or from another tool's calibration, and say what is in it.
+
+    Raises:
+        WedgeError: the source is neither, something is missing in it, or ``out`` is kept.
+    """
+    from app._workers import process_pool
+    from validation.importers.calibrations import find_calibration, import_calibration
+    from validation.importers.raw_frames import import_raw_frames
+
+    for name, value in (("ball-radius-mm", ball_radius_mm), ("mm-per-px", mm_per_px)):
+        if value is not None and not 0 < value < 1e3:
+            raise WedgeError(f"--{name} {value:g} must be above zero.")
+    if not all(1 <= side < 1e3 for side in pad_size_mm):
+        raise WedgeError("--pad-size-mm must be two lengths of at least 1 mm.")
+    if not source.exists():
+        raise WedgeError(f"{source} does not exist: name a folder of frames or a data pack.")
+    refuse_kept_folder(out)
+    found = find_calibration(source)
+    if found is not None:
+        if mm_per_px is None:
+            raise WedgeError(f"{source} does not say its scale: add --mm-per-px, such as 0.0634.")
+        with progress(f"importing {source.name}"), new_folder(out) as folder:
+            import_calibration(
+                found, source, folder, mm_per_px=mm_per_px, ball_radius_mm=ball_radius_mm
+            )
+        print(f"{found.kind}: {len(found.labels)} labelled presses, circles refitted.")
+    else:
+        if not source.is_dir():
+            raise WedgeError(f"{source} is no calibration data that is known here.")
+        if ball_radius_mm is None:
+            raise WedgeError("say how large the ball is: --ball-radius-mm, half its diameter.")
+        with (
+            progress(f"importing {source.name}") as show,
+            process_pool() as pool,
+            new_folder(out) as folder,
+        ):
+            prepared = import_raw_frames(
+                source,
+                folder,
+                pool,
+                ball_radius_mm=ball_radius_mm,
+                pad_size_mm=pad_size_mm,
+                progress=show,
+            )
+        _say(prepared)
+    print(f"Dataset: {out}")
+
+
+def _say(prepared: "Prepared") -> None:
+    """What was found out, in sentences that say what to doubt."""
+    from recon.labelling import DOUBTFUL
+
+    card, scale = prepared.card, prepared.scale
+    if card.corners_px is None:
+        print("No mirror's pad shows in the blank frame: the frames are taken as the gel plane.")
+    else:
+        places = ", ".join(f"({x:.1f}, {y:.1f})" for x, y in card.corners_px)
+        print(f"Corners of the pad, found in the blank frame: {places} px.")
+    if scale is not None:
+        shares = [s / mm for s, mm in zip(scale.sigma_mm_per_px, scale.mm_per_px, strict=True)]
+        words = f"Scale from {scale.gaps} of {prepared.caliper} pictures of the caliper:"
+        if card.pad_size_mm is not None:
+            length, width = card.pad_size_mm
+            print(
+                f"{words} the pad is {length:.2f} ± {shares[0] * length:.2f} mm long and "
+                f"{width:.2f} ± {shares[1] * width:.2f} mm wide."
+            )
+        else:
+            x, y = scale.mm_per_px
+            print(f"{words} {x:.5f} x {y:.5f} mm/px, ± {shares[0]:.1%} and {shares[1]:.1%}.")
+    elif card.pad_size_mm is not None:
+        length, width = card.pad_size_mm
+        print(
+            f"No picture of a caliper: the pad is taken to be {length:g} x {width:g} mm. Press a "
+            "caliper's jaws 5 mm apart, along and across, and name the pictures 5mm-1.jpg, ..."
+        )
+    doubtful = [x for x in prepared.labels if x.quality is not None and x.quality < DOUBTFUL]
+    print(
+        f"Balls found in {len(prepared.labels)} of {prepared.presses} pictures, "
+        f"{len(doubtful)} of them doubtful."
+    )

@@ -1,0 +1,217 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A folder of a sensor's own raw frames to a labelled dataset, with nothing asked but the ball.
+
+Pictures are told by their names: ``background*`` (or ``bg*``, ``blank*``, ``ref*``) shows the blank
+gel, ``5mm-*`` the jaws of a caliper 5 mm apart, every other one a ball press. The pad's corners
+come from the blank gel, its size from the caliper, the circles from the presses.
+"""
+
+import re
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from recon.caliper import Scale, find_gap, scale_of, shading_response, slopes_of
+from recon.images import read_image
+from recon.labelling import automatic_label
+from recon.pad import base_side, find_pad, gel_corners
+from recon.presses import PressReader, press_reader
+from sensor.dataset import BallLabel, DatasetCard, read_dataset, write_card, write_labels
+from sensor.errors import WedgeError
+from sensor.toml import Pair
+from validation.importers.folder import copy_frames, write_dataset
+
+IMAGES = (".png", ".jpg", ".jpeg")
+BACKGROUND = re.compile(r"^(background|blank|bg|ref|reference|empty)([-_ ]?\d*)$", re.IGNORECASE)
+CALIPER = re.compile(r"(?:^|[-_ ])(\d+(?:\.\d+)?)mm(?=$|[-_ ])", re.IGNORECASE)
+WIDTH_PX = 320
+"""Of the unwarped frames: as many as a small camera frame has."""
+RESPONSE_PRESSES = 8
+"""Whose shading tells a fall from a rise on the caliper's pictures."""
+CLAMPED, MOST_CLAMPED = 0.93, 0.5
+"""Contacts this near to the ball's radius, and the share of presses from which it must be wrong."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pictures:
+    """The pictures of a folder by what they show."""
+
+    background: tuple[str, ...]
+    caliper: tuple[tuple[str, float], ...]
+    """Name and gap in mm."""
+    presses: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Prepared:
+    """What was found out about a sensor from its frames."""
+
+    card: DatasetCard
+    presses: int
+    labels: tuple[BallLabel, ...]
+    scale: Scale | None
+    """From the caliper, in the pixels of the pad as first taken; ``None`` without one."""
+    caliper: int
+    """Pictures of it."""
+
+
+def is_background(name: str) -> bool:
+    """Whether a picture's name says that it shows the blank gel."""
+    return bool(BACKGROUND.match(Path(name).stem))
+
+
+def sort_pictures(names: Sequence[str]) -> Pictures:
+    """Tell pictures by their names.
+
+    Raises:
+        WedgeError: none shows the blank gel, or none a press.
+    """
+    pictures = sorted(name for name in names if Path(name).suffix.lower() in IMAGES)
+    background = tuple(name for name in pictures if is_background(name))
+    gaps = {name: CALIPER.search(Path(name).stem) for name in pictures}
+    caliper = tuple((name, float(gap[1])) for name, gap in gaps.items() if gap)
+    apart = {*background, *(name for name, _ in caliper)}
+    presses = tuple(name for name in pictures if name not in apart)
+    if not background:
+        raise WedgeError(
+            "no picture is named as the blank gel: call it background.png or bg-0.jpg."
+        )
+    if not presses:
+        raise WedgeError("there is no picture of a ball press beside the blank gel's.")
+    return Pictures(background=background, caliper=caliper, presses=presses)
+
+
+def import_raw_frames(
+    source: Path,
+    folder: Path,
+    pool: Executor,
+    *,
+    ball_radius_mm: float,
+    pad_size_mm: Pair,
+    progress: Callable[[float, str], None] = lambda share, step: None,
+) -> Prepared:
+    """Write the dataset: corners found, scale measured, circles found.
+
+    Args:
+        source: folder of frames.
+        folder: to write to.
+        pool: finds circles.
+        ball_radius_mm: of the ball.
+        pad_size_mm: of the pad along x and y, where no caliper's picture tells; else a first guess.
+        progress: called with the share that is done and what is being done.
+
+    Raises:
+        WedgeError: a picture is missing or damaged, the caliper's do not determine a scale, no
+            ball is found, or the ball's radius cannot be right.
+    """
+    try:
+        pictures = sort_pictures([path.name for path in source.iterdir() if path.is_file()])
+    except WedgeError as error:
+        raise WedgeError(f"{source}: {error}") from error
+    except OSError as error:
+        raise WedgeError(f"{source} cannot be read: {error.strerror}.") from error
+    copy_frames(source, folder, [*pictures.background, *pictures.presses])
+    card = _first_card(source, pictures, ball_radius_mm, pad_size_mm)
+    reader = _reader(folder, card)
+    scale = None
+    if pictures.caliper:
+        progress(0.05, "measuring the caliper")
+        few = pictures.presses[:: max(1, len(pictures.presses) // RESPONSE_PRESSES)]
+        some = [x for x in pool.map(partial(automatic_label, reader), few) if x is not None]
+        if not some:
+            raise WedgeError(f"{source}: no ball was recognised in {', '.join(few[:3])}.")
+        scale = _measured(source, pictures, reader, some)
+        card = _rescaled(card, scale)
+        reader = _reader(folder, card)
+    labels = []
+    found = pool.map(partial(automatic_label, reader), pictures.presses, chunksize=2)
+    for done, label in enumerate(found, start=1):
+        labels += [label] if label is not None else []
+        progress(0.2 + 0.8 * done / len(pictures.presses), "finding circles")
+    if not labels:
+        raise WedgeError(f"{source}: no ball was recognised in any of its pictures.")
+    refuse_small_ball(labels, card)
+    write_dataset(folder, card, labels)
+    return Prepared(
+        card=read_dataset(folder).card,
+        presses=len(pictures.presses),
+        labels=tuple(labels),
+        scale=scale,
+        caliper=len(pictures.caliper),
+    )
+
+
+def refuse_small_ball(labels: Sequence[BallLabel], card: DatasetCard) -> None:
+    """Refuse a ball's radius that most contacts press against.
+
+    Raises:
+        WedgeError: names both lengths.
+    """
+    radii_mm = np.array([x.contact_radius_px for x in labels]) * np.sqrt(np.prod(card.mm_per_px))
+    if (radii_mm > CLAMPED * card.ball_radius_mm).mean() > MOST_CLAMPED:
+        raise WedgeError(
+            f"most contacts are as wide as the ball of radius {card.ball_radius_mm:g} mm "
+            f"({np.median(radii_mm):.2f} mm): is its radius right, and the scale?"
+        )
+
+
+def _first_card(
+    source: Path, pictures: Pictures, ball_radius_mm: float, pad_size_mm: Pair
+) -> DatasetCard:
+    """The card with the corners and a first scale; where no pad shows, of the whole frame."""
+    blank = read_image(source / pictures.background[0])
+    clockwise = find_pad(blank)
+    pitch = pad_size_mm[0] / (WIDTH_PX if clockwise else blank.shape[1])
+    return DatasetCard(
+        name=re.sub(r"\W+", "-", source.resolve().name).strip("-") or "frames",
+        source=f"own frames, {len(pictures.presses)} of them pressed",
+        licence="your own",
+        mm_per_px=(pitch, pitch),
+        ball_radius_mm=ball_radius_mm,
+        background=pictures.background,
+        corners_px=None if clockwise is None else gel_corners(clockwise, base_side(clockwise)),
+        pad_size_mm=None if clockwise is None else pad_size_mm,
+    )
+
+
+def _rescaled(card: DatasetCard, scale: Scale) -> DatasetCard:
+    """The card with the scale that was measured, in square pixels where it is unwarped."""
+    size = card.unwarped_size_px
+    if size is None:
+        return replace(card, mm_per_px=scale.mm_per_px)
+    length, width = (round(n * mm, 2) for n, mm in zip(size, scale.mm_per_px, strict=True))
+    pitch = round(length / WIDTH_PX, 5)
+    return replace(card, pad_size_mm=(length, width), mm_per_px=(pitch, pitch))
+
+
+def _reader(folder: Path, card: DatasetCard) -> PressReader:
+    write_card(folder / "dataset.toml", card)
+    write_labels(folder / "labels.csv", [])
+    return press_reader(read_dataset(folder))
+
+
+def _measured(
+    source: Path, pictures: Pictures, reader: PressReader, labels: Sequence[BallLabel]
+) -> Scale:
+    """The scale from the caliper's pictures, slopes told apart by some presses' shading."""
+    response = shading_response([reader.read(label) for label in labels])
+    widths_mm = {gap_mm for _, gap_mm in pictures.caliper}
+    if len(widths_mm) > 1:
+        raise WedgeError(
+            f"{source}: the caliper's pictures name gaps of "
+            f"{' and '.join(f'{x:g} mm' for x in sorted(widths_mm))}: keep those of one width."
+        )
+    gaps = []
+    for name, _ in pictures.caliper:
+        difference = reader.unwarp(read_image(source / name)) - reader.blank
+        gap = find_gap(slopes_of(difference, response))
+        gaps += [gap] if gap is not None else []
+    try:
+        return scale_of(gaps, widths_mm.pop())
+    except WedgeError as error:
+        raise WedgeError(f"{source}: {error}") from error
