@@ -16,8 +16,8 @@ from jaxtyping import Float32, Float64
 
 from recon.pixels import Pixels
 
-GENTLE = 0.5
-"""Slopes below are looked at: their colours are close to a polynomial."""
+GENTLE = 0.8
+"""Slopes below are looked at: their colours are close to a cubic polynomial."""
 LOOKED_AT = 15_000
 FOLDS = 4
 """Parts of the presses, each of which is left out once to learn how certain a lean is."""
@@ -59,11 +59,14 @@ def fit_lean(pixels: Pixels, columns: list[int]) -> Lean:
 
 
 def _shading_terms(pixels: Pixels, columns: list[int]) -> Float64[np.ndarray, "n t"]:
-    """Products of one or two colours with a quadratic polynomial of the place."""
+    """Products of one to three colours with a quadratic polynomial of the place."""
     color = pixels.color[:, columns].astype(np.float64)
     color /= np.maximum(color.std(0), 1e-6)
-    pairs = list(combinations_with_replacement(range(len(columns)), 2))
-    shades = [*color.T, *(color[:, i] * color[:, j] for i, j in pairs)]
+    shades = [
+        color[:, list(chosen)].prod(1)
+        for count in (1, 2, 3)
+        for chosen in combinations_with_replacement(range(len(columns)), count)
+    ]
     x, y = pixels.position.T.astype(np.float64)
     places = [x**i * y**j for i in range(3) for j in range(3 - i)]
     return np.stack([shade * place for shade in shades for place in places], 1)

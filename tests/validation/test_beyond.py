@@ -1,0 +1,62 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What is measured beyond the lesson: other shapes, other balls, fewer presses, intervals."""
+
+import json
+import sys
+
+import numpy as np
+import pytest
+
+from recon.images import read_image, write_image
+from tests.synthetic import make_dataset
+from validation import beyond
+from validation.depth import cap_of
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Twelve presses; one of them once more as a shape with its truth."""
+    folder = tmp_path_factory.mktemp("beyond") / "set"
+    dataset = make_dataset(folder, presses=12)
+    presses, _ = beyond._read(str(folder))
+    write_image(folder / "cap.jpg", read_image(folder / dataset.labels[0].file))
+    (folder / "truth").mkdir()
+    np.save(folder / "truth" / "cap.npy", cap_of(presses[0]).depth_mm.astype(np.float32))
+    return folder
+
+
+def test_a_shapes_ratio_is_to_the_papers_error_of_that_shape(folder, monkeypatch):
+    monkeypatch.setattr(beyond, "REFERENCE", "table")
+    rows = beyond.shapes(str(folder), ["table"])
+    assert [row["shape"] for row in rows] == ["cap"] and rows[0]["ratio"] == 1.0
+    assert rows[0]["rmse_mm"] >= abs(rows[0]["bias_mm"])
+    (few,) = beyond.shapes(str(folder), ["table"], count=6)
+    assert few["presses"] == 6
+
+
+def test_another_set_is_judged_by_what_one_set_taught_and_by_its_own_folds(folder, tmp_path):
+    second = make_dataset(tmp_path / "set", presses=10, seed=5)
+    across, own = beyond.other(str(folder), str(second.folder), ["table"])
+    assert across["judged"] == own["judged"] == 10
+    assert across["contact theta_deg"] < 3 * own["contact theta_deg"] < 20
+    assert across["depth"]["truth"] == "ball cap"
+
+
+def test_fewer_presses_are_as_many_as_asked_for(folder):
+    few, every = beyond.fewer(str(folder), ["table"], 4)
+    assert few["presses"] == 4 < every["presses"] < 12
+    assert few["judged"] == every["judged"] == 12
+    assert few["contact theta_deg"] >= every["contact theta_deg"]
+
+
+def test_the_command_prints_and_keeps_the_rows(folder, tmp_path, monkeypatch, capsys):
+    kept = tmp_path / "rows.json"
+    arguments = ["beyond", "shapes", str(folder), "--estimator", "table", "--json", str(kept)]
+    monkeypatch.setattr(sys, "argv", arguments)
+    beyond.main()
+    assert "shape cap" in capsys.readouterr().out
+    assert json.loads(kept.read_text())["rows"][0]["shape"] == "cap"
+    monkeypatch.setattr(sys, "argv", ["beyond", "shapes", str(tmp_path / "none")])
+    with pytest.raises(SystemExit, match="none"):
+        beyond.main()

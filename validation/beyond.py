@@ -1,0 +1,257 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What an estimator does beyond its lesson: other shapes, other balls, fewer presses.
+
+``python -m validation.beyond shapes DATASET`` teaches the presses of a set and reconstructs its
+shapes; ``other TAUGHT JUDGED`` teaches one set and judges the presses of another; ``fewer DATASET``
+teaches ten presses and all, by five folds; ``intervals DATASET`` counts the held-out truths inside
+the intervals. ``--json FILE`` keeps the numbers.
+"""
+
+import argparse
+import json
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from statistics import fmean
+from typing import Any
+
+import numpy as np
+
+from recon.calibration import calibrate, lit_channels
+from recon.estimators import GradientEstimator, fit_estimator, training_pixels
+from recon.estimators.default import Default
+from recon.pipeline import reconstruct
+from recon.pixels import BallPress, join, label_pixels
+from recon.presses import PressSet, read_presses
+from sensor.dataset import Dataset, read_dataset
+from sensor.errors import WedgeError
+from sensor.files import write_atomic
+from validation.datasets import dataset_folder
+from validation.depth import depth_errors
+from validation.error_table import measure_press
+from validation.metrics import PIXEL_SETS, PressErrors, mean_errors
+from validation.shapes import measure_shapes
+from validation.splits import splits
+
+FOLDS = 5
+SEED = 0
+REFERENCE = "mlp"
+"""What ratios are taken to: the paper's."""
+
+Presses = Sequence[BallPress]
+Row = dict[str, Any]
+
+
+def shapes(taught: str, names: Sequence[str], count: int | None = None) -> list[Row]:
+    """Depth errors of a set's shapes, by estimators that were taught its presses, or some."""
+    folder = dataset_folder(taught)
+    dataset, presses = read_dataset(folder), read_presses(read_dataset(folder))
+    if count is not None:
+        spread = np.linspace(0, len(presses.presses) - 1, count).round().astype(int)
+        presses = _only(presses, [int(i) for i in spread])
+    rows: list[Row] = []
+    for name in names:
+        unit = calibrate(
+            dataset, presses, estimator=name, serial="s", created="-", metrics={}, seed=SEED
+        )
+        rows += [
+            {"estimator": name, "shape": shape.name, "presses": len(presses.presses)}
+            | {"rmse_mm": shape.rmse_mm, "bias_mm": shape.bias_mm}
+            for shape in measure_shapes(folder, unit)
+        ]
+    return _with_ratio(rows, "shape", "rmse_mm")
+
+
+def other(taught: str, judged: str, names: Sequence[str]) -> list[Row]:
+    """Errors on the presses of one set by estimators taught another, and taught that set itself.
+
+    Its own presses are judged by folds, where there are enough.
+    """
+    lesson, _ = _read(taught)
+    task, dataset = _read(judged)
+    rows: list[Row] = []
+    for name in names:
+        fitted = _fit(name, lesson, dataset)
+        rows.append(
+            {"estimator": name, "taught": taught, **_errors(fitted, task, dataset),
+             "depth": _depths(fitted, task, dataset)}
+        )  # fmt: skip
+        if len(task) >= 2 * FOLDS:
+            own = [
+                (_fit(name, [task[i] for i in split.train], dataset), [task[i] for i in split.test])
+                for split in splits(len(task), FOLDS, SEED)
+            ]
+            rows.append({"estimator": name, "taught": judged, **_pooled(own, dataset)})
+    return rows
+
+
+def fewer(of: str, names: Sequence[str], count: int) -> list[Row]:
+    """Errors by five folds when a few presses are taught, and when all are."""
+    presses, dataset = _read(of)
+    rows: list[Row] = []
+    for name in names:
+        for taught in (count, None):
+            fitted = []
+            for split in splits(len(presses), FOLDS, SEED):
+                train = _spread([presses[i] for i in split.train], taught)
+                fitted.append((_fit(name, train, dataset), [presses[i] for i in split.test]))
+            rows.append({"estimator": name, "presses": taught or len(train)}
+                        | _pooled(fitted, dataset))  # fmt: skip
+    return rows
+
+
+def intervals(of: str) -> list[Row]:
+    """Share of held-out contact slopes inside their 90 % interval, pooled and by steepness."""
+    presses, dataset = _read(of)
+    inside: list[np.ndarray] = []
+    steepness: list[np.ndarray] = []
+    for split in splits(len(presses), FOLDS, SEED):
+        fitted = _fit(Default.name, [presses[i] for i in split.train], dataset)
+        assert isinstance(fitted, Default)
+        for i in split.test:
+            pixels = label_pixels(presses[i], i, SEED)
+            pixels = pixels[pixels.contact]
+            found = _field(fitted, presses[i], dataset).reshape(-1, 2)[pixels.place]
+            truth = pixels.gradient + fitted.lean(pixels.position)
+            inside.append(np.abs(found - truth) <= fitted.half_width(found))
+            steepness.append(np.linalg.norm(truth, axis=1))
+    within, steep = np.concatenate(inside), np.concatenate(steepness)
+    edges = [0, 0.3, 0.7, 9]
+    row: Row = {"dataset": of, "presses": len(presses), "covered": float(within.mean())}
+    for low, high in pairwise(edges):
+        chosen = (steep >= low) & (steep < high)
+        if chosen.any():
+            row[f"covered, slope {low}-{high}"] = float(within[chosen].mean())
+    return [row]
+
+
+def _read(name: str) -> tuple[list[BallPress], Dataset]:
+    dataset = read_dataset(dataset_folder(name))
+    return list(read_presses(dataset).presses), dataset
+
+
+def _only(presses: PressSet, chosen: Sequence[int]) -> PressSet:
+    return replace(presses, presses=tuple(presses.presses[i] for i in chosen))
+
+
+def _spread(presses: Presses, count: int | None) -> Presses:
+    """That many, evenly through the list."""
+    if count is None or count >= len(presses):
+        return presses
+    return [presses[i] for i in np.linspace(0, len(presses) - 1, count).round().astype(int)]
+
+
+def _fit(name: str, presses: Presses, dataset: Dataset) -> GradientEstimator:
+    pixels = join([training_pixels(name, press, i, SEED) for i, press in enumerate(presses)])
+    return fit_estimator(name, pixels, lit_channels(dataset)[0], SEED)
+
+
+def _field(fitted: GradientEstimator, press: BallPress, dataset: Dataset) -> np.ndarray:
+    return reconstruct(
+        press.difference,
+        fitted,
+        missing=lit_channels(dataset)[1],
+        lights_deg=dataset.card.lights_deg,
+        mm_per_px=press.mm_per_px,
+        hidden=press.hidden,
+    ).gradient
+
+
+def _pooled(fitted: Sequence[tuple[GradientEstimator, Presses]], dataset: Dataset) -> Row:
+    return _means([e for one, presses in fitted for e in _press_errors(one, presses, dataset)])
+
+
+def _errors(fitted: GradientEstimator, presses: Presses, dataset: Dataset) -> Row:
+    return _means(_press_errors(fitted, presses, dataset))
+
+
+def _press_errors(
+    fitted: GradientEstimator, presses: Presses, dataset: Dataset
+) -> list[tuple[PressErrors, ...]]:
+    missing, lights_deg = lit_channels(dataset)[1], dataset.card.lights_deg
+    return [
+        measure_press(fitted, press, label_pixels(press, i, SEED), missing, lights_deg)
+        for i, press in enumerate(presses)
+    ]
+
+
+def _means(measured: list[tuple[PressErrors, ...]]) -> Row:
+    row: Row = {"judged": len(measured)}
+    for column, pixels in enumerate(PIXEL_SETS):
+        values = mean_errors([errors[column] for errors in measured], SEED).values
+        row[f"{pixels} theta_deg"] = fmean((values["theta_x_deg"], values["theta_y_deg"]))
+    return row
+
+
+def _depths(fitted: GradientEstimator, presses: Presses, dataset: Dataset) -> Row:
+    missing, lights_deg = lit_channels(dataset)[1], dataset.card.lights_deg
+    errors = [
+        depth_errors(
+            reconstruct(
+                press.difference,
+                fitted,
+                missing=missing,
+                lights_deg=lights_deg,
+                mm_per_px=press.mm_per_px,
+            ).depth_mm,
+            press,
+            dataset.folder,
+        )
+        for press in presses
+    ]
+    return {
+        "rmse_mm": fmean(error.rmse_mm for error in errors),
+        "bias_mm": fmean(error.bias_mm for error in errors),
+        "truth": errors[0].truth,
+    }
+
+
+def _with_ratio(rows: list[Row], key: str, value: str) -> list[Row]:
+    """Each row with its ratio to the reference's, where that was measured."""
+    reference = {row[key]: row[value] for row in rows if row["estimator"] == REFERENCE}
+    return [
+        row | ({"ratio": row[value] / reference[row[key]]} if row[key] in reference else {})
+        for row in rows
+    ]
+
+
+def main() -> None:
+    """Measure, print, and keep as JSON where asked."""
+    parser = argparse.ArgumentParser(prog="python -m validation.beyond", description=__doc__)
+    parser.add_argument("what", choices=["shapes", "other", "fewer", "intervals"])
+    parser.add_argument("dataset", nargs="+", help="one set, or the set taught and the one judged")
+    parser.add_argument("--estimator", default=f"default,{REFERENCE}")
+    parser.add_argument("--presses", type=int, help="taught, of fewer (10) or shapes (all)")
+    parser.add_argument("--json", type=Path)
+    options = parser.parse_args()
+    names = options.estimator.split(",")
+    if len(options.dataset) != (2 if options.what == "other" else 1):
+        parser.error("other takes two datasets, the rest take one")
+    measures: dict[str, Callable[[], list[Row]]] = {
+        "shapes": lambda: shapes(options.dataset[0], names, options.presses),
+        "other": lambda: other(options.dataset[0], options.dataset[1], names),
+        "fewer": lambda: fewer(options.dataset[0], names, options.presses or 10),
+        "intervals": lambda: intervals(options.dataset[0]),
+    }
+    try:
+        rows = measures[options.what]()
+        if options.json:
+            document = {"what": options.what, "dataset": options.dataset, "rows": rows}
+            write_atomic(options.json, (json.dumps(document, indent=2) + "\n").encode())
+    except WedgeError as error:
+        sys.exit(str(error))
+    for row in rows:
+        print("  ".join(f"{key} {_text(value)}" for key, value in row.items()))
+
+
+def _text(value: object) -> str:
+    if isinstance(value, dict):
+        return ", ".join(f"{key} {_text(inner)}" for key, inner in value.items())
+    return f"{value:.4f}" if isinstance(value, float) else str(value)
+
+
+if __name__ == "__main__":
+    main()
