@@ -9,11 +9,11 @@ import sys
 from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import replace
-from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from app._compared import beside_each_other, fit_unit, known_depth, shapes_by_estimator
 from app._output import print_table, write_json
 from app._progress import progress
 from app._seed import Seed
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from validation.report.page import Section
     from validation.report.results import DatasetResults
     from validation.shapes import Shape
+    from validation.side_by_side import Unseen
 
 TWINS = ("twin-standard", "twin-finger")
 COMPARED = (*TWINS, "wedge-lab", "wedge-mit-sphere", "taxim-gelsight")
@@ -39,7 +40,12 @@ TWIN_FOLDS = 1
 """Rendered presses are judged on the paper's one split: they add breadth, not certainty."""
 KNOWN_DEPTH = {"known-depth": "known-depth-spheres"}
 """Presses of known depth, by the set that their unit learns from."""
-ESTIMATORS = ("mlp", "table")
+ESTIMATORS = ("default", "mlp", "table")
+"""The first makes the units and the pictures."""
+ALL_LIGHTS_ONLY = ("default",)
+"""Where lights sit as on no Wedge: every subset of the colours would take minutes more."""
+SIDE_BY_SIDE = ("taxim-gelsight", "wedge-lab")
+"""Real sets on which every estimator is looked at closely."""
 SAMPLES = (15, 30, 60, 120, 240)
 PACKAGES = ("gelsight-wedge", "numpy", "scipy", "torch", "opencv-contrib-python-headless")
 
@@ -73,7 +79,7 @@ def main(out: Path = Path("build"), folds: int = 5, seed: Seed = 0) -> int:
         summary_cells,
     )
     from validation.report.shapes import shapes_section
-    from validation.shapes import measure_shapes
+    from validation.report.side_by_side import side_by_side_section
     from validation.table_text import table_document
 
     known = {dataset.name: dataset for dataset in DATASETS}
@@ -85,17 +91,24 @@ def main(out: Path = Path("build"), folds: int = 5, seed: Seed = 0) -> int:
     files, sound = _fabrication(out)
     results: list[DatasetResults] = []
     extra: list[Section] = []
-    shapes: dict[str, list[Shape]] = {}
+    shapes: dict[str, dict[str, list[Shape]]] = {}
+    beside: dict[str, list[Unseen]] = {}
     with process_pool() as executor:
         for dataset in present:
             twin = dataset.name in TWINS
             measured, unit = _measure(dataset, TWIN_FOLDS if twin else folds, seed, executor)
             results.append(measured)
             if twin:
-                shapes[dataset.name] = measure_shapes(measured.dataset.folder, unit)
+                shapes[dataset.name] = shapes_by_estimator(
+                    measured.dataset.folder, unit, ESTIMATORS[1:], seed, executor
+                )
+            if dataset.name in SIDE_BY_SIDE:
+                beside[dataset.name] = beside_each_other(
+                    measured, ESTIMATORS[1:], folds, seed, executor
+                )
             _replace_unit(out / "units" / dataset.name, unit)
             if dataset.name in KNOWN_DEPTH:
-                extra.append(_known_depth(KNOWN_DEPTH[dataset.name], unit))
+                extra.append(known_depth(KNOWN_DEPTH[dataset.name], unit))
         likeness = _fidelity(known, executor) if shapes else []
         touch = touch_sections([dataset.name for dataset in present], ESTIMATORS[0], executor)
     with progress("figures and page") as show:
@@ -106,6 +119,7 @@ def main(out: Path = Path("build"), folds: int = 5, seed: Seed = 0) -> int:
         command = f"wedge reproduce --folds {folds} --seed {seed}"
         sections += [
             *([shapes_section(shapes)] if shapes else []),
+            *([side_by_side_section(beside)] if beside else []),
             *likeness,
             *extra,
             *touch,
@@ -170,6 +184,7 @@ def _measure(
     dataset: "KnownDataset", folds: int, seed: int, executor: Executor
 ) -> "tuple[DatasetResults, Calibration]":
     """The error table, a unit fitted to all presses, and presses held out, side by side."""
+    from recon.lights import sits_like_wedge
     from sensor.dataset import read_dataset
     from validation.datasets import dataset_folder
     from validation.error_table import error_table
@@ -181,10 +196,17 @@ def _measure(
         show(0.0, "importing")
         folder = dataset_folder(dataset.name)
         shown = executor.submit(held_out, folder, ESTIMATORS[0], folds=folds, seed=seed)
-        fitted = executor.submit(_fit_unit, folder, dataset.name, seed)
+        fitted = executor.submit(fit_unit, folder, dataset.name, seed, ESTIMATORS[0])
+        wedge = sits_like_wedge(read_dataset(folder).card.lights_deg)
         try:
             table = error_table(
-                folder, ESTIMATORS, folds=folds, seed=seed, executor=executor, progress=show
+                folder,
+                ESTIMATORS,
+                folds=folds,
+                seed=seed,
+                executor=executor,
+                all_lights_only=() if wedge else ALL_LIGHTS_ONLY,
+                progress=show,
             )
         except BaseException:
             shown.cancel()
@@ -210,24 +232,6 @@ def _measure(
     return results, replace(unit, card=replace(unit.card, metrics=metrics))
 
 
-def _fit_unit(folder: Path, serial: str, seed: int) -> "Calibration":
-    from recon.calibration import calibrate
-    from recon.presses import read_presses
-    from sensor.dataset import read_dataset
-
-    dataset = read_dataset(folder)
-    presses = read_presses(dataset)
-    return calibrate(
-        dataset,
-        presses,
-        estimator=ESTIMATORS[0],
-        serial=serial,
-        created=datetime.now(UTC).date().isoformat(),
-        metrics={"fitted_presses": len(presses.presses)},
-        seed=seed,
-    )
-
-
 def _replace_unit(folder: Path, unit: "Calibration") -> None:
     """Write a unit folder over that of an earlier run, and over nothing else."""
     from sensor.unit import GRADIENTS_FILE
@@ -235,26 +239,6 @@ def _replace_unit(folder: Path, unit: "Calibration") -> None:
     if (folder / GRADIENTS_FILE).is_file():
         shutil.rmtree(folder)
     unit.save(folder)
-
-
-def _known_depth(name: str, unit: "Calibration") -> "Section":
-    """Presses of known depth, reconstructed by a unit that has seen none of them."""
-    from recon.presses import read_presses
-    from sensor.dataset import read_dataset
-    from validation.datasets import dataset_folder
-    from validation.examples import example
-    from validation.report.results import known_depth_section
-
-    card = unit.card
-    with progress(name) as show:
-        dataset = read_dataset(dataset_folder(name))
-        presses = read_presses(dataset)
-        examples = []
-        for done, press in enumerate(presses.presses, start=1):
-            examples.append(example(unit.estimator, card.missing_axis, dataset, presses, press))
-            show(done / len(presses.presses), press.file)
-    learnt_from = f"the {card.metrics['fitted_presses']} presses of {card.dataset}"
-    return known_depth_section(dataset, examples, card.estimator, learnt_from)
 
 
 def _fidelity(known: "Mapping[str, KnownDataset]", executor: Executor) -> "list[Section]":

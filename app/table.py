@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`wedge table`: the error table per light configuration."""
 
+from pathlib import Path
 from typing import Annotated
 
 import tyro
@@ -10,55 +11,79 @@ from app._output import OutputFile, check_outputs, print_error_table, write_json
 from app._progress import progress
 from app._seed import Seed
 from app._workers import process_pool
+from sensor.errors import WedgeError
 from sensor.files import write_atomic
 
 
 def main(
-    dataset: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="DATASET")],
+    dataset: Annotated[tyro.conf.Positional[tuple[str, ...]], tyro.conf.arg(metavar="DATASET")],
     folds: int = 1,
     estimator: str = "default,mlp,table",
+    out: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None,
     seed: Seed = 0,
     json: OutputFile = None,
     markdown: OutputFile = None,
     html: OutputFile = None,
 ) -> None:
-    """Print the gradient errors of a dataset per light configuration, split by press.
+    """Print the gradient errors of datasets per light configuration, split by press.
 
     Every configuration is fitted anew on some presses and judged on others. Where the lights sit
     as the Wedge's do, the rows are the paper's six (R, R + network, RB, RB + network, RG, RGB);
     for other sensors, every subset of the colours. Two sets of pixels are judged: contact alone,
-    and contact with 5 % of the untouched ones as in the paper.
+    and contact with 5 % of the untouched ones as in the paper. Several datasets, such as those of
+    several units or dates, give a table each.
 
     Example: wedge table taxim-gelsight --folds 5 --json table.json
 
     Args:
-        dataset: A dataset folder, or a name that `wedge data list` knows.
+        dataset: Dataset folders, or names that `wedge data list` knows.
         folds: 1 judges 8 of 40 presses (a fifth of smaller sets); 5 judges every press once.
         estimator: Estimators to compare, separated by commas: default (ours), mlp (the paper's
             network), table (the lookup table that it replaced).
+        out: Write a page here with the tables and their plots.
         seed: Seed of splits, drawn pixels, training and intervals.
-        json: Write the numbers here as JSON.
-        markdown: Write the table here as Markdown.
-        html: Write the table here as HTML.
+        json: Write the numbers here as JSON; of several datasets, a list of them as "tables".
+        markdown: Write the tables here as Markdown.
+        html: Write the tables here as HTML.
     """
     from validation.datasets import dataset_folder
     from validation.error_table import error_table
+    from validation.report.error_tables import table_section
+    from validation.report.page import write_report
     from validation.table_text import table_document, table_html, table_markdown
 
-    check_outputs(json, markdown, html)
-    folder = dataset_folder(dataset)
-    with process_pool() as executor, progress(f"error table of {dataset}") as show:
-        measured = error_table(
-            folder,
-            list(dict.fromkeys(name.strip() for name in estimator.split(","))),
-            folds=folds,
-            seed=seed,
-            executor=executor,
-            progress=show,
-        )
-    print_error_table(measured)
-    write_json(json, table_document(measured))
+    if not dataset:
+        raise WedgeError("no dataset was named: `wedge data list` names those that are known.")
+    page = None if out is None else out / "index.html"
+    check_outputs(page, json, markdown, html)
+    folders = {name: dataset_folder(name) for name in dict.fromkeys(dataset)}
+    measured = []
+    with process_pool() as executor:
+        for name, folder in folders.items():
+            with progress(f"error table of {name}") as show:
+                measured.append(
+                    error_table(
+                        folder,
+                        list(dict.fromkeys(part.strip() for part in estimator.split(","))),
+                        folds=folds,
+                        seed=seed,
+                        executor=executor,
+                        progress=show,
+                    )
+                )
+            print_error_table(measured[-1])
+    documents = [table_document(table) for table in measured]
+    write_json(json, documents[0] if len(documents) == 1 else {"tables": documents})
     if markdown:
-        write_atomic(markdown, table_markdown(measured).encode())
+        write_atomic(markdown, "\n".join(map(table_markdown, measured)).encode())
     if html:
-        write_atomic(html, table_html(measured).encode())
+        write_atomic(html, "\n".join(map(table_html, measured)).encode())
+    if out is not None:
+        write_report(
+            out,
+            title="Gradient errors per light configuration",
+            lead="Every press was judged by estimators that had not learnt from it. Written by "
+            f"wedge table, {folds} folds, seed {seed}.",
+            sections=[table_section(table) for table in measured],
+        )
+        print(f"Page: {page}")

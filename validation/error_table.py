@@ -6,7 +6,7 @@ A configuration is a set of lights, that is, of colour channels. Where the light
 Wedge's do, the rows are the paper's six; for other sensors, every subset of the channels.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import Executor, as_completed
 from dataclasses import dataclass
 from functools import lru_cache
@@ -103,6 +103,7 @@ def error_table(
     folds: int,
     seed: int,
     executor: Executor,
+    all_lights_only: Collection[str] = (),
     progress: Progress = lambda _share, _what: None,
 ) -> ErrorTable:
     """Measure every configuration with every estimator.
@@ -113,6 +114,7 @@ def error_table(
         folds: 1 for a single split, more for cross-validation.
         seed: of splits, drawn pixels, training and resampling.
         executor: runs the tasks; the result does not depend on which.
+        all_lights_only: estimators that are spared the other configurations.
         progress: called after every task.
 
     Raises:
@@ -132,6 +134,7 @@ def error_table(
         )
         for estimator in estimators
         for channels, missing_axes in configurations(dataset.card.lights_deg).items()
+        if channels == "RGB" or estimator not in all_lights_only
         for part in parts
     ]
     futures = {executor.submit(run_task, task): task for task in tasks}
@@ -174,6 +177,14 @@ def configurations(
     if sits_like_wedge(lights_deg):
         return WEDGE_CONFIGURATIONS
     return {channels: ("none",) for channels in SUBSETS}
+
+
+def widest(rows: Sequence[Row]) -> list[tuple[str, MissingAxis]]:
+    """The configurations of the estimator that was measured with most of them, in order."""
+    by_estimator: dict[str, dict[tuple[str, MissingAxis], None]] = {}
+    for row in rows:
+        by_estimator.setdefault(row.estimator, {})[row.configuration, row.missing_axis] = None
+    return max((list(lines) for lines in by_estimator.values()), key=len)
 
 
 def run_task(task: Task) -> TaskResult:

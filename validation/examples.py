@@ -18,6 +18,7 @@ from sensor.dataset import Dataset, read_dataset
 from sensor.unit import MissingAxis
 from validation.depth import DepthErrors, cap_of, depth_errors, true_depth
 from validation.figures.ball_press import PressPicture
+from validation.side_by_side import Unseen, interval_half_width
 from validation.splits import splits
 
 RANKS = {"median": 0.5, "worst": 1.0}
@@ -42,8 +43,23 @@ class HeldOut:
     pixels: Pixels
     estimated: Float32[np.ndarray, "n 2"]
     """Gradients at those pixels."""
+    half_width: Float32[np.ndarray, "n 2"] | None
+    """Of their 90 % intervals, where the estimator tells one."""
+    estimator: str
     n_presses: int
     examples: tuple[Example, ...]
+
+    @property
+    def unseen(self) -> Unseen:
+        """Its contact pixels, to be set beside other estimators'."""
+        contact = self.pixels.contact
+        return Unseen(
+            estimator=self.estimator,
+            truth=self.pixels.gradient[contact],
+            estimated=self.estimated[contact],
+            half_width=None if self.half_width is None else self.half_width[contact],
+            n_presses=self.n_presses,
+        )
 
 
 def held_out(folder: Path, estimator: str, *, folds: int, seed: int) -> HeldOut:
@@ -85,6 +101,8 @@ def held_out(folder: Path, estimator: str, *, folds: int, seed: int) -> HeldOut:
     return HeldOut(
         pixels=join([pixels for _, pixels in judged]),
         estimated=np.concatenate(estimated),
+        half_width=interval_half_width(fitted, np.concatenate(estimated)),
+        estimator=estimator,
         n_presses=len(split.test),
         examples=tuple(
             replace(

@@ -14,8 +14,9 @@ import recon.estimators.mlp_training as mlp_training
 from sensor.dataset import write_labels
 from tests.synthetic import make_dataset
 from validation import error_table as module
-from validation.error_table import SUBSETS, configurations, error_table
+from validation.error_table import SUBSETS, configurations, error_table, widest
 from validation.metrics import METRICS
+from validation.report.error_tables import table_section
 from validation.table_text import column_headings, table_document, table_html, table_markdown
 
 
@@ -62,6 +63,27 @@ def test_a_sensor_lit_like_the_wedge_has_the_papers_six_rows(tmp_path, one_threa
 def test_other_sensors_have_every_subset():
     assert set(configurations({"R": 115.0, "G": -122.0, "B": -2.0})) == set(SUBSETS)
     assert set(configurations(None)) == {"R", "G", "B", "RG", "RB", "GB", "RGB"}
+
+
+def test_an_estimator_can_be_spared_all_but_all_lights(tmp_path, one_thread):
+    dataset = make_dataset(tmp_path / "set", presses=6)
+    table = error_table(
+        dataset.folder,
+        ("table", "mlp"),
+        folds=1,
+        seed=0,
+        executor=one_thread,
+        all_lights_only=("mlp",),
+    )
+    lights = {
+        name: {row.configuration for row in table.rows if row.estimator == name}
+        for name in ("table", "mlp")
+    }
+    assert lights == {"table": {"R", "RB", "RG", "RGB"}, "mlp": {"RGB"}}
+    assert {name: len(errors) for name, errors in table.depth.items()} == {"table": 1, "mlp": 1}
+    assert [line[0] for line in widest(table.rows)] == ["R", "R", "RB", "RB", "RG", "RGB"]
+    page = table_section(table).html
+    assert page.count("–</td>") == 2 * 4 * 5  # pixel sets, metrics, configurations without mlp
 
 
 def test_zero_means_the_slope_itself_is_the_error(tmp_path, one_thread):

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sensor.unit import MissingAxis
-from validation.error_table import Row
+from validation.error_table import Row, widest
 from validation.figures.style import FAINT, HALF_IN, INK, SERIES, card, styled
 from validation.metrics import PixelSet
 from validation.paper import PAPER_PIXELS, PAPER_TABLE
@@ -29,7 +29,7 @@ def error_figure(rows: Sequence[Row], pixels: PixelSet) -> Figure:
     another sensor, stand beside the configurations and pixels that it has.
     """
     chosen = [row for row in rows if row.pixels == pixels]
-    lines = list(dict.fromkeys((row.configuration, row.missing_axis) for row in chosen))
+    lines = widest(chosen)
     estimators = list(dict.fromkeys(row.estimator for row in chosen))
     figure = card(HALF_IN, 1.35 + LINE_IN * len(lines))
     panels = figure.subplots(1, 2, sharex=True, sharey=True)

@@ -3,11 +3,13 @@
 """The error table as the paper prints it: configurations side by side."""
 
 from sensor.unit import MissingAxis
-from validation.error_table import ErrorTable, Row
-from validation.figures.error_bars import line_name
+from validation.error_table import ErrorTable, Row, widest
+from validation.figures.depth_scatter import rmse_figure
+from validation.figures.error_bars import error_figure, line_name
+from validation.figures.png import plot_bytes
 from validation.metrics import PIXEL_SETS, PixelSet
 from validation.paper import PAPER_PIXELS, PAPER_TABLE
-from validation.report.page import table_html
+from validation.report.page import Picture, Section, gallery_html, table_html
 from validation.table_text import DIGITS, HEADINGS
 
 PAPER = "paper"
@@ -18,20 +20,45 @@ def error_tables(table: ErrorTable) -> list[str]:
     return [_error_table(table, pixels) for pixels in reversed(PIXEL_SETS)]
 
 
+def table_section(table: ErrorTable) -> Section:
+    """A dataset's tables with their plots, as a section named like it."""
+    pictures = [
+        Picture(
+            content=plot_bytes(error_figure(table.rows, pixels)),
+            alt=f"Errors of θx and θy per light configuration and estimator, pixels {pixels}; the "
+            "table above has the numbers",
+            caption=f"Angle errors per light configuration, pixels {pixels}, with 95 % intervals "
+            f"over {table.test} presses.",
+        )
+        for pixels in reversed(PIXEL_SETS)
+    ]
+    if any(table.depth.values()):
+        rmse = Picture(
+            content=plot_bytes(rmse_figure(table.depth)),
+            alt="Cumulative share of presses by depth RMSE, one curve an estimator",
+            caption="Depth RMSE in the contact, all lights: share of presses below each value.",
+        )
+        pictures.append(rmse)
+    return Section(title=table.dataset, html="".join(error_tables(table)) + gallery_html(pictures))
+
+
 def _error_table(table: ErrorTable, pixels: PixelSet) -> str:
     chosen = {
         (row.estimator, row.configuration, row.missing_axis): row
         for row in table.rows
         if row.pixels == pixels
     }
-    columns = list(dict.fromkeys(key[1:] for key in chosen))
+    columns = widest([row for row in table.rows if row.pixels == pixels])
     estimators = list(dict.fromkeys(key[0] for key in chosen))
     rows, from_paper = [], []
     for metric, heading in HEADINGS.items():
         rows += [
             [
                 f"{heading} {name}",
-                *(number_cell(chosen[name, *column], metric) for column in columns),
+                *(
+                    number_cell(chosen[name, *column], metric) if (name, *column) in chosen else "–"
+                    for column in columns
+                ),
             ]
             for name in estimators
         ]

@@ -10,36 +10,31 @@ from validation.report.page import Picture, Section, figure_html, paragraph, tab
 from validation.report.results import signed
 from validation.shapes import Shape
 
+Measured = Mapping[str, Mapping[str, Sequence[Shape]]]
+"""Shapes by the name of their dataset, then by the estimator that reconstructed them."""
 
-def shapes_section(measured: Mapping[str, Sequence[Shape]]) -> Section:
-    """Every set's shapes: errors in a table, rows of pictures.
 
-    Args:
-        measured: shapes by the name of their dataset.
-    """
+def shapes_section(measured: Measured) -> Section:
+    """Every set's shapes: errors in a table, rows of pictures of the first estimator's."""
+    estimators = list(dict.fromkeys(name for found in measured.values() for name in found))
     rows = [
-        [
-            f"{shape.name.replace('_', ' ')}, {dataset}",
-            f"{shape.truth_mm.max():.3f}",
-            f"{shape.rmse_mm:.3f}",
-            signed(shape.bias_mm),
-            signed(shape.peak_error_mm),
-        ]
-        for dataset, shapes in measured.items()
-        for shape in shapes
+        _row(dataset, index, found, estimators)
+        for dataset, found in measured.items()
+        for index in range(len(found[estimators[0]]))
     ]
     pictures = "".join(
         figure_html(
             Picture(
-                content=frames_bytes(shape_figure(shapes)),
+                content=frames_bytes(shape_figure(found[estimators[0]])),
                 alt=f"Shapes of {dataset}: frame, difference image, reconstructed and true depth, "
                 "and a cut; the table has the errors",
-                caption=f"Shapes of {dataset} by a unit that learnt from its balls alone. Cuts go "
-                "through the deepest point; dashed: the true skin.",
+                caption=f"Shapes of {dataset} by a unit that learnt from its balls alone, "
+                f"estimator {estimators[0]}. Cuts go through the deepest point; dashed: the true "
+                "skin.",
                 wide=True,
             )
         )
-        for dataset, shapes in measured.items()
+        for dataset, found in measured.items()
     )
     return Section(
         title="Shapes that are no balls",
@@ -52,8 +47,30 @@ def shapes_section(measured: Mapping[str, Sequence[Shape]]) -> Section:
         + table_html(
             "Depth errors in mm where the skin is pressed: root mean square, mean, and at the "
             "deepest point. One frame a shape, rendered.",
-            ["shape", "true depth", "RMSE", "bias", "at the deepest point"],
+            [
+                "shape",
+                "true depth",
+                *(f"RMSE, {name}" for name in estimators),
+                f"bias, {estimators[0]}",
+                f"at the deepest point, {estimators[0]}",
+            ],
             rows,
         )
         + pictures,
     )
+
+
+def _row(
+    dataset: str,
+    index: int,
+    found: Mapping[str, Sequence[Shape]],
+    estimators: Sequence[str],
+) -> list[str]:
+    shape = found[estimators[0]][index]
+    return [
+        f"{shape.name.replace('_', ' ')}, {dataset}",
+        f"{shape.truth_mm.max():.3f}",
+        *(f"{found[name][index].rmse_mm:.3f}" if name in found else "–" for name in estimators),
+        signed(shape.bias_mm),
+        signed(shape.peak_error_mm),
+    ]

@@ -1,0 +1,95 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What `wedge reproduce` sets side by side: units, estimators, presses of known depth."""
+
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from app._progress import progress
+
+if TYPE_CHECKING:
+    from recon.calibration import Calibration
+    from validation.report.page import Section
+    from validation.report.results import DatasetResults
+    from validation.shapes import Shape
+    from validation.side_by_side import Unseen
+
+
+def fit_unit(folder: Path, serial: str, seed: int, estimator: str) -> "Calibration":
+    """Calibrate on every press of a dataset."""
+    from recon.calibration import calibrate
+    from recon.presses import read_presses
+    from sensor.dataset import read_dataset
+
+    dataset = read_dataset(folder)
+    presses = read_presses(dataset)
+    return calibrate(
+        dataset,
+        presses,
+        estimator=estimator,
+        serial=serial,
+        created=datetime.now(UTC).date().isoformat(),
+        metrics={"fitted_presses": len(presses.presses)},
+        seed=seed,
+    )
+
+
+def shapes_by_estimator(
+    folder: Path,
+    unit: "Calibration",
+    others: Sequence[str],
+    seed: int,
+    executor: Executor,
+) -> "dict[str, list[Shape]]":
+    """Shapes by a unit and by other estimators that learnt from the same balls alone."""
+    from validation.shapes import measure_shapes
+
+    fits = [executor.submit(fit_unit, folder, unit.card.serial, seed, name) for name in others]
+    with progress(f"shapes of {unit.card.serial}") as show:
+        found = {}
+        for done, fitted in enumerate([unit, *(future.result() for future in fits)], start=1):
+            found[fitted.card.estimator] = measure_shapes(folder, fitted)
+            show(done / (1 + len(others)), fitted.card.estimator)
+    return found
+
+
+def beside_each_other(
+    measured: "DatasetResults", others: Sequence[str], folds: int, seed: int, executor: Executor
+) -> "list[Unseen]":
+    """Contact pixels of the first fold by every estimator; the first one's are there already."""
+    from validation.side_by_side import unseen_slopes
+
+    folder, name = measured.dataset.folder, measured.dataset.card.name
+    with progress(f"estimators on {name}") as show:
+        futures = [
+            executor.submit(unseen_slopes, folder, estimator, folds=folds, seed=seed)
+            for estimator in others
+        ]
+        found = [measured.held_out.unseen]
+        for future in futures:
+            found.append(future.result())
+            show(len(found) / (1 + len(others)), found[-1].estimator)
+    return found
+
+
+def known_depth(name: str, unit: "Calibration") -> "Section":
+    """Presses of known depth, reconstructed by a unit that has seen none of them."""
+    from recon.presses import read_presses
+    from sensor.dataset import read_dataset
+    from validation.datasets import dataset_folder
+    from validation.examples import example
+    from validation.report.results import known_depth_section
+
+    card = unit.card
+    with progress(name) as show:
+        dataset = read_dataset(dataset_folder(name))
+        presses = read_presses(dataset)
+        examples = []
+        for done, press in enumerate(presses.presses, start=1):
+            examples.append(example(unit.estimator, card.missing_axis, dataset, presses, press))
+            show(done / len(presses.presses), press.file)
+    learnt_from = f"the {card.metrics['fitted_presses']} presses of {card.dataset}"
+    return known_depth_section(dataset, examples, card.estimator, learnt_from)

@@ -1,0 +1,79 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Estimators side by side: where on the ball they err, how with the slope, and their intervals."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from validation.figures import maps
+from validation.figures.style import FULL_IN, INK, SERIES, styled
+from validation.side_by_side import Unseen, by_steepness, covered, error_map_deg
+
+MAP_BINS, SLOPE_BINS = 45, 16
+MARGIN, GAP, AXIS_IN = 0.1, 0.25, 0.5
+MAP_IN, PLOT_IN = 2.0, 2.0
+SHOWN_SHARE = 0.995
+"""Of the pixels, the steepest left out, that the axes reach."""
+NOMINAL = 0.9
+
+
+@styled
+def side_by_side_figure(unseen: Sequence[Unseen]) -> Figure:
+    """A map an estimator, then error and coverage against the slope."""
+    columns = len(unseen)
+    figure = maps.blank(FULL_IN, MARGIN + maps.TITLE_IN + MAP_IN + 0.45 + PLOT_IN + AXIS_IN)
+    steepest = float(np.quantile(unseen[0].steepness, SHOWN_SHARE))
+    reach = steepest / np.sqrt(1 + steepest**2)
+    found = [error_map_deg(item, MAP_BINS, reach) for item in unseen]
+    worst = float(np.nanquantile(np.stack(found), 0.98))
+    side = min(
+        MAP_IN, (FULL_IN - 2 * MARGIN - maps.BAR_LABELS_IN - (columns - 1) * GAP) / columns - 0.1
+    )
+    for index, (item, values) in enumerate(zip(unseen, found, strict=True)):
+        left = MARGIN + index * (side + GAP)
+        box = maps.Box(left=left, top=MARGIN + maps.TITLE_IN, width=side, height=side)
+        mean = item.error_deg.mean()
+        image = maps.show_map(
+            figure,
+            box,
+            values,
+            (1.0, 1.0),
+            f"{item.estimator}: {mean:.2f}°",
+            colors="cividis",
+            limits=(0.0, worst),
+        )
+    maps.color_bar(figure, image, "angle error [°]")
+    top = MARGIN + maps.TITLE_IN + side + 0.45
+    width = (FULL_IN - 2 * (MARGIN + AXIS_IN + GAP)) / 2
+    plots = [
+        maps.Box(
+            left=MARGIN + AXIS_IN + index * (width + AXIS_IN + GAP),
+            top=top,
+            width=width,
+            height=PLOT_IN,
+        ).axes(figure)
+        for index in range(2)
+    ]
+    edges = np.linspace(0, steepest, SLOPE_BINS + 1)
+    middles = (edges[:-1] + edges[1:]) / 2
+    for index, item in enumerate(unseen):
+        color = SERIES[index % len(SERIES)]
+        error_deg = by_steepness(item, item.error_deg, edges)
+        plots[0].plot(middles, error_deg, color=color, label=item.estimator)
+        inside = covered(item)
+        if inside is not None:
+            label = f"{item.estimator}: {100 * inside.mean():.0f} % of all"
+            coverage = 100 * by_steepness(item, inside, edges)
+            plots[1].plot(middles, coverage, color=color, label=label)
+    plots[0].set_ylim(bottom=0)
+    plots[1].axhline(100 * NOMINAL, color=INK, lw=0.9, ls=(0, (4, 2)), label="90 %")
+    plots[1].set_ylim(50, 100)
+    titles = ("mean angle error [°]", "truths inside the 90 % interval [%]")
+    for axes, title in zip(plots, titles, strict=True):
+        axes.set_title(title)
+        axes.set_xlabel("true |G| [mm/mm]")
+        axes.grid()
+        axes.legend()
+    return figure

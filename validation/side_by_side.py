@@ -1,0 +1,114 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Estimators on the same contact pixels of presses that none of them has learnt from."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float, Float32
+
+from recon.calibration import lit_channels
+from recon.estimators import GradientEstimator, fit_estimator, slopes_at, training_pixels
+from recon.pixels import join, label_pixels
+from recon.presses import read_presses
+from sensor.dataset import read_dataset
+from validation.splits import splits
+
+LEAST_PIXELS = 20
+"""In a bin that is shown."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Unseen:
+    """What an estimator says of contact pixels it has not learnt from."""
+
+    estimator: str
+    truth: Float32[np.ndarray, "n 2"]
+    estimated: Float32[np.ndarray, "n 2"]
+    half_width: Float32[np.ndarray, "n 2"] | None
+    """Of its 90 % interval, where it tells one."""
+    n_presses: int
+
+    @property
+    def error_deg(self) -> Float[np.ndarray, " n"]:
+        """Mean of the errors of theta_x and theta_y."""
+        apart = np.arctan(self.estimated.astype(float)) - np.arctan(self.truth.astype(float))
+        return np.degrees(np.abs(apart)).mean(1)
+
+    @property
+    def steepness(self) -> Float[np.ndarray, " n"]:
+        """|G| of the truth."""
+        return np.linalg.norm(self.truth.astype(float), axis=1)
+
+
+def unseen_slopes(folder: Path, estimator: str, *, folds: int, seed: int) -> Unseen:
+    """Fit on the first split of the error table and look at the presses that it holds out.
+
+    Args:
+        folder: the dataset.
+        estimator: its name.
+        folds: as for the error table.
+        seed: as for the error table.
+
+    Raises:
+        WedgeError: the dataset cannot be used.
+    """
+    dataset = read_dataset(folder)
+    presses = read_presses(dataset).presses
+    split = splits(len(presses), folds, seed)[0]
+    train = join([training_pixels(estimator, presses[i], i, seed) for i in split.train])
+    fitted = fit_estimator(estimator, train, lit_channels(dataset)[0], seed)
+    del train
+    truth, estimated = [], []
+    for index in split.test:
+        pixels = label_pixels(presses[index], index, seed)
+        pixels = pixels[pixels.contact]
+        truth.append(pixels.gradient)
+        estimated.append(slopes_at(fitted, presses[index].difference, pixels))
+    return Unseen(
+        estimator=estimator,
+        truth=np.concatenate(truth),
+        estimated=np.concatenate(estimated),
+        half_width=interval_half_width(fitted, np.concatenate(estimated)),
+        n_presses=len(split.test),
+    )
+
+
+def interval_half_width(
+    estimator: GradientEstimator, slopes: Float32[np.ndarray, "n 2"]
+) -> Float32[np.ndarray, "n 2"] | None:
+    """Half the width of each slope's 90 % interval, of estimators that tell one."""
+    half_width = getattr(estimator, "half_width", None)
+    return None if half_width is None else half_width(slopes)
+
+
+def error_map_deg(unseen: Unseen, bins: int, reach: float) -> Float[np.ndarray, "b b"]:
+    """Mean angle error by the direction in which the true skin faces, NaN where little was seen.
+
+    Rows and columns are the normal's components along y and x, from ``-reach`` to ``reach``: a
+    ball's contact as it is seen, whatever its size.
+    """
+    truth = unseen.truth.astype(float)
+    facing = -truth / np.sqrt(1 + (truth**2).sum(1, keepdims=True))
+    edges = np.linspace(-reach, reach, bins + 1)
+    x, y = facing.T
+    count = np.histogram2d(y, x, bins=(edges, edges))[0]
+    total = np.histogram2d(y, x, bins=(edges, edges), weights=unseen.error_deg)[0]
+    return np.where(count >= LEAST_PIXELS, total / np.maximum(count, 1), np.nan)
+
+
+def by_steepness(
+    unseen: Unseen, values: Float[np.ndarray, " n"], edges: Float[np.ndarray, " e"]
+) -> Float[np.ndarray, " b"]:
+    """Mean of some values between each two edges of |G|, NaN where little was seen."""
+    count = np.histogram(unseen.steepness, edges)[0]
+    total = np.histogram(unseen.steepness, edges, weights=values)[0]
+    return np.where(count >= LEAST_PIXELS, total / np.maximum(count, 1), np.nan)
+
+
+def covered(unseen: Unseen) -> Float[np.ndarray, " n"] | None:
+    """Share of a pixel's two slopes whose truth lies inside the 90 % interval."""
+    if unseen.half_width is None:
+        return None
+    return (np.abs(unseen.estimated - unseen.truth) <= unseen.half_width).mean(1)
