@@ -4,7 +4,7 @@
 
 import io
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
@@ -12,6 +12,9 @@ from app._output import OutputFile, check_outputs, print_table, write_json
 from app._progress import progress
 from sensor.errors import WedgeError
 from sensor.files import write_atomic
+
+if TYPE_CHECKING:
+    import numpy as np
 
 
 def main(
@@ -24,8 +27,9 @@ def main(
     """Reconstruct depth from images of a calibrated unit.
 
     For every image, OUT receives NAME.npy (float32, mm, rows and columns of the unwarped frame)
-    and NAME.png (a picture with a scale bar and a colour bar). All images are checked before the
-    first is written.
+    and NAME.png (a picture with a scale bar and a colour bar). Where the unit's lights see one slope
+    alone, NAME-doubt.png shows how far off the inferred one is expected to be. All images are
+    checked before the first is written.
 
     Example: wedge reconstruct units/wedge-001 press.png --out depth
 
@@ -41,7 +45,7 @@ def main(
     from recon.calibration import load_calibration
     from recon.images import read_frame
     from recon.pipeline import Reconstructor
-    from validation.figures.depth_map import depth_figure
+    from validation.figures.depth_map import depth_figure, doubt_figure
     from validation.figures.png import png_bytes
 
     def read(name: str) -> np.ndarray:
@@ -70,6 +74,9 @@ def main(
             write_atomic(out / f"{stem}.npy", stream.getvalue())
             figure = depth_figure(result.depth_mm, result.mm_per_px, title=stem)
             write_atomic(out / f"{stem}.png", png_bytes(figure))
+            if result.doubt is not None:
+                figure = doubt_figure(result.doubt, result.mm_per_px, title=f"{stem}: doubt")
+                write_atomic(out / f"{stem}-doubt.png", png_bytes(figure))
             rows.append(
                 {
                     "image": name,
@@ -78,6 +85,9 @@ def main(
                     "boundary": result.boundary,
                     "markers": result.markers,
                     "depth": str(out / f"{stem}.npy"),
+                    "doubt": None
+                    if result.doubt is None
+                    else _within(result.doubt, result.contact),
                 }
             )
             show(0.3 + 0.7 * done / len(image), "reconstructing")
@@ -96,6 +106,11 @@ def main(
         ],
     )
     write_json(json, {"unit": str(unit), "images": rows})
+
+
+def _within(doubt: "np.ndarray", contact: "np.ndarray") -> float:
+    """Mean doubt inside the contact, mm/mm; 0 where nothing touches."""
+    return float(doubt[contact].mean()) if contact.any() else 0.0
 
 
 def output_names(images: tuple[str, ...]) -> list[str]:

@@ -1,9 +1,11 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A depth map in mm with its scale bar."""
+"""Maps of one frame with a scale bar: depth in mm, and the doubt of an inferred slope."""
 
 import numpy as np
+from jaxtyping import Float32
 from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
 
 from recon.arrays import ContactMask, DepthMap
 from sensor.toml import Pair
@@ -16,6 +18,9 @@ SHORTER_SIDE_IN = 1.4
 FLATTEST_MM = 0.01
 """The colour bar never spans less, so that the noise of untouched gel stays dark."""
 MARGIN_IN = 0.08
+DOUBT_COLORS = "magma"
+LEAST_DOUBT = 0.05
+"""mm/mm; the colour bar of the doubt never spans less."""
 
 
 @styled
@@ -34,7 +39,34 @@ def depth_figure(
         title: above the map.
         contact: outlined where given.
     """
-    size_mm = maps.size_mm(depth_mm, mm_per_px)
+    deepest_mm = float(np.nanmax(depth_mm, initial=0.0))
+    limits = (0.0, max(deepest_mm, FLATTEST_MM))
+    figure, image = _map(depth_mm, mm_per_px, title, maps.DEPTH_COLORS, limits)
+    if contact is not None:
+        maps.outline(image, contact, mm_per_px)
+    maps.color_bar(figure, image, "depth [mm]")
+    return figure
+
+
+@styled
+def doubt_figure(doubt: Float32[np.ndarray, "h w"], mm_per_px: Pair, *, title: str = "") -> Figure:
+    """How far off an inferred slope is expected to be, bright where it is a guess.
+
+    Args:
+        doubt: (h, w), mm/mm.
+        mm_per_px: pixel pitch along x and y.
+        title: above the map.
+    """
+    limits = (0.0, max(float(doubt.max(initial=0.0)), LEAST_DOUBT))
+    figure, image = _map(doubt, mm_per_px, title, DOUBT_COLORS, limits)
+    maps.color_bar(figure, image, "doubt [mm/mm]")
+    return figure
+
+
+def _map(
+    values: np.ndarray, mm_per_px: Pair, title: str, colors: str, limits: Pair
+) -> tuple[Figure, AxesImage]:
+    size_mm = maps.size_mm(values, mm_per_px)
     scale = LONGER_SIDE_IN / max(size_mm)
     width, height = (max(SHORTER_SIDE_IN, scale * side) for side in size_mm)
     top = MARGIN_IN + (maps.TITLE_IN if title else 0)
@@ -42,17 +74,14 @@ def depth_figure(
         width + MARGIN_IN + maps.BAR_GAP_IN + maps.BAR_WIDTH_IN + maps.BAR_LABELS_IN,
         top + height + MARGIN_IN,
     )
-    deepest_mm = float(np.nanmax(depth_mm, initial=0.0))
     image = maps.show_map(
         figure,
         maps.Box(left=MARGIN_IN, top=top, width=width, height=height),
-        depth_mm,
+        values,
         mm_per_px,
         fitted(title, width + maps.BAR_LABELS_IN),
-        limits=(0.0, max(deepest_mm, FLATTEST_MM)),
+        colors=colors,
+        limits=limits,
     )
-    if contact is not None:
-        maps.outline(image, contact, mm_per_px)
     maps.scale_bar(image)
-    maps.color_bar(figure, image, "depth [mm]")
-    return figure
+    return figure, image

@@ -13,7 +13,7 @@ from recon.ball import ball_cap
 from validation.depth import DepthErrors
 from validation.error_table import WEDGE_CONFIGURATIONS, Row
 from validation.figures.ball_press import PressPicture, press_figure, strip_figure
-from validation.figures.depth_map import depth_figure
+from validation.figures.depth_map import depth_figure, doubt_figure
 from validation.figures.depth_scatter import peak_figure, rmse_figure
 from validation.figures.error_bars import PAPER, error_figure
 from validation.figures.gradients import gradient_figure
@@ -94,6 +94,7 @@ FIGURES = {
         depth_map(64, 48), (0.1, 0.1), title="name " * 40, contact=depth_map(64, 48) > 0
     ),
     "depth map, portrait": lambda: depth_figure(depth_map(48, 64), (0.1, 0.1), title="press"),
+    "doubt": lambda: doubt_figure(0.2 * depth_map(64, 48), (0.1, 0.1), title="press: doubt"),
     "depth map, strip": lambda: depth_figure(depth_map(240, 30), (0.1, 0.1)),
     "depth map, untouched": lambda: depth_figure(np.zeros((12, 16)), (0.02, 0.03)),
     "depth map, all contact": lambda: depth_figure(

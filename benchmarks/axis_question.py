@@ -1,0 +1,170 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The missing axis alone, wherever the lights sit: one slope is given, what is the other?
+
+    python -m benchmarks.axis_question --json axis_question.json
+
+The slope that is given is measured with all lights: of the real bench presses by an estimator that
+learnt from the other two thirds, judged against the ball caps on the error table's pixels; of the
+twin's shapes it is the true one with white noise, judged where the skin is deeper than 0.02 mm.
+"""
+
+import argparse
+import json
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from recon import unet
+from recon.axis_baselines import by_columns, by_convex_fit
+from recon.contact import disturbed_mask
+from recon.estimators import as_labelled, fit_estimator, gradient_field, training_pixels
+from recon.images import read_frame
+from recon.lights import Axis
+from recon.missing_axis import infer_missing_axis
+from recon.moved import may_have_moved
+from recon.pixels import join, label_pixels
+from recon.presses import press_reader, read_presses
+from sensor.dataset import read_dataset
+from sensor.errors import WedgeError
+from sensor.files import write_atomic
+from sensor.toml import Pair
+from validation.datasets import dataset_folder
+
+BENCH = "taxim-gelsight"
+TWINS = ("twin-standard", "twin-finger")
+ESTIMATOR = "mlp"
+HELD_OUT = 3
+SLOPE_NOISE = 0.04
+DEEPER_THAN_MM = 0.02
+SEED = 0
+AXES: tuple[Axis, ...] = ("x", "y")
+
+Slopes = Float[np.ndarray, "h w"]
+Mask = Bool[np.ndarray, "h w"]
+Answer = Callable[[Slopes, Axis, Pair, Mask], np.ndarray]
+
+
+def by_network(weights: unet.Weights | None) -> Answer:
+    """The network of some weights as an answer; the shipped ones where none are given."""
+    return lambda known, axis, pitch, support: (
+        infer_missing_axis(known, axis, pitch, support=support, weights=weights).gradient
+    )
+
+
+ANSWERS: dict[str, Answer] = {
+    "columns": lambda known, axis, pitch, support: by_columns(known * support, axis, pitch),
+    "convex fit": by_convex_fit,
+    "network": by_network(None),
+}
+"""Gradient fields from the known slope, the missing axis, the pitch and where the gel moved."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Answered:
+    """Errors of the answers on some gradients with one axis hidden."""
+
+    gradients: str
+    missing: Axis
+    count: int
+    share_of_zero: dict[str, float]
+    """Mean absolute error of the hidden slope over that of zero."""
+
+
+def moved(disturbed: Mask, known: Slopes, axis: Axis) -> Mask:
+    """Where the gel may have moved, the known slope being across ``axis``."""
+    if axis == "x":
+        return may_have_moved(disturbed, known)
+    return may_have_moved(disturbed.T, known.T).T
+
+
+def on_bench_presses(answers: Mapping[str, Answer] = ANSWERS) -> Iterator[Answered]:
+    """Real presses with three lights about 120° apart, so that either axis may be hidden."""
+    presses = read_presses(read_dataset(dataset_folder(BENCH))).presses
+    lessons = [
+        training_pixels(ESTIMATOR, press, index, SEED)
+        for index, press in enumerate(presses)
+        if index % HELD_OUT
+    ]
+    estimator = fit_estimator(ESTIMATOR, join(lessons), "RGB", SEED)
+    judged = list(enumerate(presses))[::HELD_OUT]
+    for axis in AXES:
+        lost, given = ("x", "y").index(axis), ("y", "x").index(axis)
+        errors, zero = dict.fromkeys(answers, 0.0), 0.0
+        for index, press in judged:
+            pixels = label_pixels(press, index, SEED)
+            known = gradient_field(estimator, press.difference)[..., given]
+            support = moved(disturbed_mask(press.difference), known, axis)
+            zero += float(np.abs(pixels.gradient[:, lost]).sum())
+            for name, answer in answers.items():
+                field = answer(known, axis, press.mm_per_px, support) * support[..., None]
+                found = as_labelled(estimator, field.reshape(-1, 2)[pixels.place], pixels)
+                errors[name] += float(np.abs(found - pixels.gradient)[:, lost].sum())
+        yield Answered(
+            gradients=f"{BENCH}, measured",
+            missing=axis,
+            count=len(judged),
+            share_of_zero={name: error / zero for name, error in errors.items()},
+        )
+
+
+def on_shapes(name: str, answers: Mapping[str, Answer] = ANSWERS) -> Iterator[Answered]:
+    """True slopes of a rendered set's shapes, with white noise."""
+    folder = dataset_folder(name)
+    dataset = read_dataset(folder)
+    reader = press_reader(dataset)
+    labelled = {Path(label.file).stem for label in dataset.labels}
+    paths = [path for path in sorted((folder / "truth").glob("*.npy")) if path.stem not in labelled]
+    pitch = dataset.card.mm_per_px
+    for axis in AXES:
+        lost, given = ("x", "y").index(axis), ("y", "x").index(axis)
+        errors, zero = dict.fromkeys(answers, 0.0), 0.0
+        rng = np.random.default_rng(SEED)
+        for path in paths:
+            truth = np.load(path, allow_pickle=False)
+            along_y, along_x = np.gradient(truth, *pitch[::-1])
+            slopes = np.stack([along_x, along_y], -1).astype(np.float32)
+            known = slopes[..., given]
+            known = known + SLOPE_NOISE * rng.standard_normal(known.shape, np.float32)
+            image = reader.unwarp(read_frame(folder, f"{path.stem}.jpg"))
+            support = moved(disturbed_mask(image - reader.blank), known, axis)
+            pressed = truth > DEEPER_THAN_MM
+            zero += float(np.abs(slopes[pressed, lost]).sum())
+            for answer_name, answer in answers.items():
+                found = answer(known, axis, pitch, support) * support[..., None]
+                errors[answer_name] += float(np.abs(found - slopes)[pressed, lost].sum())
+        yield Answered(
+            gradients=f"shapes of {name}, true, noise {SLOPE_NOISE}",
+            missing=axis,
+            count=len(paths),
+            share_of_zero={key: error / zero for key, error in errors.items()},
+        )
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.axis_question", description=__doc__)
+    parser.add_argument("--json", type=Path, help="write the figures here")
+    options = parser.parse_args()
+    found: list[Answered] = []
+    print("| gradients | missing | n |" + "".join(f" {name} |" for name in ANSWERS))
+    print("|---|---|--:|" + "--:|" * len(ANSWERS))
+    try:
+        for source in (on_bench_presses(), *(on_shapes(name) for name in TWINS)):
+            for item in source:
+                found.append(item)
+                shares = "".join(f" {item.share_of_zero[name]:.2f} |" for name in ANSWERS)
+                line = f"| {item.gradients} | {item.missing} | {item.count} |{shares}"
+                print(line, flush=True)
+    except WedgeError as error:
+        parser.error(str(error))
+    if options.json:
+        content = {"axis_question": [asdict(item) for item in found]}
+        write_atomic(options.json, (json.dumps(content, indent=1) + "\n").encode())
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,56 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""One light and two beside three, on a rendered set that knows the depth of one shape."""
+
+import cv2
+import numpy as np
+import pytest
+
+from recon.images import write_image
+from tests.synthetic import digitized, gradient_of, make_dataset, shaded, true_depth_mm
+from validation.few_lights import WAYS, measure_touches
+from validation.figures.few_lights import few_lights_figure
+from validation.report.few_lights import few_lights_section
+
+NETWORK = "two lights, network"
+
+
+@pytest.fixture(scope="module")
+def touches(tmp_path_factory):
+    dataset = make_dataset(tmp_path_factory.mktemp("few") / "set")
+    folder = dataset.folder
+    (folder / "truth").mkdir()
+    press = dataset.labels[3]
+    place = (press.center_x_px, press.center_y_px, 14.0)
+    for name, dent in (("dome", place), ("other", (30.0, 30.0, 12.0))):
+        frame = digitized(shaded(gradient_of(dent)))
+        write_image(folder / f"{name}.png", frame)
+        cv2.imwrite(str(folder / f"{name}.jpg"), frame[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 98])
+    np.save(folder / "truth" / "dome.npy", true_depth_mm(press).astype(np.float32))
+    np.save(folder / "truth" / "other.npy", true_depth_mm(press).astype(np.float32))
+    return measure_touches(folder, "table", ("dome",))
+
+
+def test_a_ball_and_the_shapes_asked_for_are_measured_every_way(touches):
+    assert [touch.name for touch in touches] == ["ball", "dome"]
+    for touch in touches:
+        assert set(touch.depth_mm) == set(touch.rmse_mm) == {way for way, _, _ in WAYS}
+        assert touch.doubt.shape == touch.truth_mm.shape and touch.doubt.max() > 0
+
+
+def test_the_network_beats_zero_and_is_nowhere_negative(touches):
+    ball = touches[0]
+    assert ball.rmse_mm[NETWORK] < 0.6 * ball.rmse_mm["two lights, zero"]
+    for touch in touches:
+        assert touch.lowest(NETWORK) >= 0 and touch.lowest("one light, network") >= 0
+        assert touch.lowest("two lights, zero") < 0
+
+
+def test_the_section_says_every_number_and_shows_every_touch(touches):
+    section = few_lights_section({"made": touches})
+    for touch in touches:
+        assert f"{touch.name}, made" in section.html
+        for rmse in touch.rmse_mm.values():
+            assert f"{rmse:.3f}" in section.html
+    maps = [axes for axes in few_lights_figure(touches).axes if axes.images]
+    assert len(maps) == len(touches) * (len(WAYS) + 2)

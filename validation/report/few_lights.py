@@ -1,0 +1,65 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""One light or two instead of three, as a section of the page."""
+
+from collections.abc import Mapping, Sequence
+
+from validation.few_lights import WAYS, Touch
+from validation.figures.few_lights import few_lights_figure
+from validation.figures.png import frames_bytes
+from validation.report.page import Picture, Section, figure_html, paragraph, table_html
+
+
+def few_lights_section(measured: Mapping[str, Sequence[Touch]]) -> Section:
+    """Every set's touches with few lights: depth errors in a table, rows of pictures.
+
+    Args:
+        measured: touches by the name of their dataset.
+    """
+    rows = [
+        [
+            f"{touch.name.replace('_', ' ')}, {dataset}",
+            f"{touch.truth_mm.max():.3f}",
+            *(f"{touch.rmse_mm[way]:.3f}" for way, _, _ in WAYS),
+            f"{100 * min(0.0, touch.lowest('two lights, zero')):.0f} %",
+            f"{100 * min(0.0, touch.lowest('two lights, network')):.0f} %",
+        ]
+        for dataset, touches in measured.items()
+        for touch in touches
+    ]
+    pictures = "".join(
+        figure_html(
+            Picture(
+                content=frames_bytes(few_lights_figure(touches)),
+                alt=f"Touches of {dataset}: true depth, depth from two lights with Gx zero and "
+                "with the network, from one light with the network, from three, and the doubt",
+                caption=f"Touches of {dataset}. With Gx set to zero depth is flattened and "
+                "smeared along the lights, and turns negative (orange) beside the contact; with "
+                "the network it is nowhere negative. Doubt: how far off the inferred slope is "
+                "expected to be.",
+                wide=True,
+            )
+        )
+        for dataset, touches in measured.items()
+    )
+    return Section(
+        title="One light or two",
+        html=paragraph(
+            "Lights on one line show one slope. The other is inferred: a depth that is pressed in "
+            "only explains the slope that was seen, and a network trained on random surfaces "
+            "corrects it. A unit calibrated with such lights does so by itself."
+        )
+        + table_html(
+            "Depth RMSE in mm where the skin is deeper than 0.02 mm, and the least depth in per "
+            "cent of the height. One frame a touch, rendered; the ball press was held out.",
+            [
+                "touch",
+                "true depth",
+                *(way for way, _, _ in WAYS),
+                "least, zero",
+                "least, network",
+            ],
+            rows,
+        )
+        + pictures,
+    )
