@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """`wedge label`: circles found automatically, then a page to mend the doubtful ones."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -22,6 +24,7 @@ def main(
     dataset: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="DATASET")],
     again: bool = False,
     page: bool = True,
+    corners: bool = False,
     port: Port = 8010,
 ) -> None:
     """Find the circle of every ball press, then open a page to mend the doubtful ones.
@@ -31,12 +34,18 @@ def main(
     need no look; the page shows the doubtful ones first. Every change there is written to
     labels.csv at once.
 
+    With --corners the page shows a raw frame instead, the pad's four corners to drag, and beside
+    it the unwarped picture that they make; dataset.toml has them at once. Circles found before
+    are then found anew, as they lie in unwarped pixels.
+
     Example: wedge label presses/2026-11-21
+    Example: wedge label presses/2026-11-21 --corners
 
     Args:
         dataset: A dataset folder of your own: dataset.toml, a background and the frames.
         again: Find the circles of labelled frames anew as well, those mended by hand excepted.
         page: Open the page afterwards, on this computer only; end it with Ctrl-C.
+        corners: Open the page for the pad's corners instead.
         port: Port of the page.
     """
     from recon.labelling import CERTAIN, DOUBTFUL, LabelBook, pressed_frames
@@ -54,6 +63,9 @@ def main(
     files = pressed_frames(dataset, source.card)
     if not files:
         raise WedgeError(f"{dataset} holds no frames but its background: press the ball first.")
+    if corners:
+        _serve_corners(reader, [*source.card.background, *files], port)
+        return
     book = LabelBook(source)
 
     def is_wanted(file: str) -> bool:
@@ -89,11 +101,26 @@ def _found(reader: "PressReader", files: list[str]) -> list["BallLabel"]:
 
 
 def _serve(reader: "PressReader", book: "LabelBook", files: list[str], port: int) -> None:
-    try:
+    with _extra():
         from app.pages.label import serve
+    serve(reader, book, files, port)
+
+
+def _serve_corners(reader: "PressReader", files: list[str], port: int) -> None:
+    from recon.corner_book import CornerBook
+
+    with _extra():
+        from app.pages.corners import serve
+    serve(CornerBook(reader.dataset, reader.background), files, port)
+
+
+@contextmanager
+def _extra() -> Iterator[None]:
+    """Say which extra brings what the pages need."""
+    try:
+        yield
     except ImportError as error:
         raise WedgeError(
             f"the page needs {error.name}: install the extra with pip install"
             ' "gelsight-wedge[live]", or add --no-page.'
         ) from error
-    serve(reader, book, files, port)

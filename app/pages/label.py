@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The browser page of `wedge label`: circles over frames, moved by mouse and keys."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -43,6 +43,16 @@ def serve(reader: PressReader, book: LabelBook, files: Sequence[str], port: int)
     Raises:
         WedgeError: the port is in use.
     """
+    title = f"Labels of {reader.dataset.card.name}"
+    run_page(lambda: LabelPage(reader, book, files), title, port)
+
+
+def run_page(build: Callable[[], object], title: str, port: int) -> None:
+    """Serve a page on this computer until Ctrl-C, built anew for every tab.
+
+    Raises:
+        WedgeError: the port is in use.
+    """
     import socket
 
     with socket.socket() as probe:
@@ -54,13 +64,13 @@ def serve(reader: PressReader, book: LabelBook, files: Sequence[str], port: int)
 
     @ui.page("/")
     def page() -> None:
-        LabelPage(reader, book, files)
+        build()
 
     print(f"Open http://127.0.0.1:{port} and end with Ctrl-C; every change is kept at once.")
     ui.run(
         host="127.0.0.1",
         port=port,
-        title=f"Labels of {reader.dataset.card.name}",
+        title=title,
         show=False,
         reload=False,
         show_welcome_message=False,
