@@ -27,9 +27,9 @@ def main(
     """Reconstruct depth from images of a calibrated unit.
 
     For every image, OUT receives NAME.npy (float32, mm, rows and columns of the unwarped frame)
-    and NAME.png (a picture with a scale bar and a colour bar). Where the unit's lights see one slope
-    alone, NAME-doubt.png shows how far off the inferred one is expected to be. All images are
-    checked before the first is written.
+    and NAME.png (a picture with a scale bar and a colour bar). Where the unit's lights see one
+    slope alone, NAME-doubt.png shows how far off the inferred one is expected to be. All images
+    are checked before the first is written.
 
     Example: wedge reconstruct units/wedge-001 press.png --out depth
 

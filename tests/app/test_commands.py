@@ -87,6 +87,25 @@ def test_presses_to_depth(tmp_path, capsys, options):
     assert picture.std() > 10
 
 
+@pytest.mark.parametrize("lights_deg", [{"R": 90.0, "B": -90.0}, None], ids=["two", "three"])
+def test_a_unit_that_sees_one_slope_says_so_and_shows_its_doubt(tmp_path, lights_deg):
+    options = {} if lights_deg is None else {"lights_deg": lights_deg}
+    dataset = make_dataset(tmp_path / "set", presses=8, **options)
+    words = ["calibrate", dataset.folder, "--estimator", "table", "--out", tmp_path / "unit"]
+    assert run(*words) == 0
+    missing = "none" if lights_deg is None else "network"
+    assert f'missing_axis = "{missing}"' in (tmp_path / "unit" / "unit.toml").read_text()
+    frame, numbers = dataset.folder / dataset.labels[0].file, tmp_path / "numbers.json"
+    words = ["reconstruct", tmp_path / "unit", frame, "--out", tmp_path / "depth"]
+    assert run(*words, "--json", numbers) == 0
+    (image,) = json.loads(numbers.read_text())["images"]
+    pictures = list((tmp_path / "depth").glob("*-doubt.png"))
+    if lights_deg is None:
+        assert image["doubt"] is None and not pictures
+    else:
+        assert 0 < image["doubt"] < 0.5 and read_image(pictures[0]).std() > 10
+
+
 def test_table_writes_what_it_prints(workplace, tmp_path, capsys):
     files = [tmp_path / name for name in ("t.json", "t.md", "t.html")]
     words = [word for file in files for word in (f"--{FORMATS[file.suffix]}", file)]

@@ -94,7 +94,9 @@ FIGURES = {
         depth_map(64, 48), (0.1, 0.1), title="name " * 40, contact=depth_map(64, 48) > 0
     ),
     "depth map, portrait": lambda: depth_figure(depth_map(48, 64), (0.1, 0.1), title="press"),
-    "doubt": lambda: doubt_figure(0.2 * depth_map(64, 48), (0.1, 0.1), title="press: doubt"),
+    "doubt": lambda: doubt_figure(
+        (0.2 * depth_map(64, 48)).astype(np.float32), (0.1, 0.1), title="press: doubt"
+    ),
     "depth map, strip": lambda: depth_figure(depth_map(240, 30), (0.1, 0.1)),
     "depth map, untouched": lambda: depth_figure(np.zeros((12, 16)), (0.02, 0.03)),
     "depth map, all contact": lambda: depth_figure(
