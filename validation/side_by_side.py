@@ -15,7 +15,7 @@ from recon.presses import read_presses
 from sensor.dataset import read_dataset
 from validation.splits import splits
 
-LEAST_PIXELS = 20
+LEAST_PIXELS = 10
 """In a bin that is shown."""
 
 

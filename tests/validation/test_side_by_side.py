@@ -60,9 +60,9 @@ def test_the_headline_estimators_pixels_are_those_of_the_others(tmp_path):
     assert alone.error_deg.mean() < 2 and alone.half_width is None
 
 
-@pytest.mark.parametrize("count", [1, 3])
-def test_the_figure_clips_no_words_and_the_section_names_all(count):
-    items = [unseen(f"estimator {n}", 0.05 * (n + 1), 0.1, count=20_000) for n in range(count)]
+@pytest.mark.parametrize(("count", "pixels"), [(1, 20_000), (3, 20_000), (2, 30)])
+def test_the_figure_clips_no_words_and_the_section_names_all(count, pixels):
+    items = [unseen(f"estimator {n}", 0.05 * (n + 1), 0.1, count=pixels) for n in range(count)]
     figure = side_by_side_figure(items)
     canvas = FigureCanvasAgg(figure)
     canvas.draw()

@@ -9,9 +9,11 @@ from matplotlib.figure import Figure
 
 from validation.figures import maps
 from validation.figures.style import FULL_IN, INK, SERIES, styled
-from validation.side_by_side import Unseen, by_steepness, covered, error_map_deg
+from validation.side_by_side import LEAST_PIXELS, Unseen, by_steepness, covered, error_map_deg
 
-MAP_BINS, SLOPE_BINS = 45, 16
+FINEST, COARSEST, SLOPE_BINS = 45, 7, 16
+PIXELS_A_BIN = 2 * LEAST_PIXELS
+"""On average over a map."""
 MARGIN, GAP, AXIS_IN = 0.1, 0.25, 0.5
 MAP_IN, PLOT_IN = 2.0, 2.0
 SHOWN_SHARE = 0.995
@@ -26,8 +28,11 @@ def side_by_side_figure(unseen: Sequence[Unseen]) -> Figure:
     figure = maps.blank(FULL_IN, MARGIN + maps.TITLE_IN + MAP_IN + 0.45 + PLOT_IN + AXIS_IN)
     steepest = float(np.quantile(unseen[0].steepness, SHOWN_SHARE))
     reach = steepest / np.sqrt(1 + steepest**2)
-    found = [error_map_deg(item, MAP_BINS, reach) for item in unseen]
-    worst = float(np.nanquantile(np.stack(found), 0.98))
+    pixels = min(len(item.truth) for item in unseen)
+    bins = int(np.clip(np.sqrt(pixels / PIXELS_A_BIN), COARSEST, FINEST))
+    found = [error_map_deg(item, bins, reach) for item in unseen]
+    shown = np.concatenate([values[np.isfinite(values)] for values in found])
+    worst = float(np.quantile(shown, 0.98)) if len(shown) else 1.0
     side = min(
         MAP_IN, (FULL_IN - 2 * MARGIN - maps.BAR_LABELS_IN - (columns - 1) * GAP) / columns - 0.1
     )
