@@ -26,6 +26,7 @@ from sensor.errors import WedgeError
 if TYPE_CHECKING:
     from recon.calibration import Calibration
     from validation.datasets import KnownDataset
+    from validation.few_lights import Touch
     from validation.report.page import Section
     from validation.report.results import DatasetResults
     from validation.shapes import Shape
@@ -46,6 +47,8 @@ ALL_LIGHTS_ONLY = ("default",)
 """Where lights sit as on no Wedge: every subset of the colours would take minutes more."""
 SIDE_BY_SIDE = ("taxim-gelsight", "wedge-lab")
 """Real sets on which every estimator is looked at closely."""
+FEW_LIGHTS = ("ball_array", "lego", "m2_screw", "screw_cap")
+"""Shapes that are shown with one light, two and three."""
 SAMPLES = (15, 30, 60, 120, 240)
 PACKAGES = ("gelsight-wedge", "numpy", "scipy", "torch", "opencv-contrib-python-headless")
 
@@ -70,6 +73,7 @@ def main(out: Path = Path("build"), folds: int = 5, seed: Seed = 0) -> int:
         seed: Seed of splits, drawn pixels, training and intervals.
     """
     from validation.datasets import DATASETS
+    from validation.report.few_lights import few_lights_section
     from validation.report.page import write_report
     from validation.report.remarks import reproduction_section, weakness_section
     from validation.report.results import (
@@ -109,7 +113,9 @@ def main(out: Path = Path("build"), folds: int = 5, seed: Seed = 0) -> int:
             _replace_unit(out / "units" / dataset.name, unit)
             if dataset.name in KNOWN_DEPTH:
                 extra.append(known_depth(KNOWN_DEPTH[dataset.name], unit))
+        few_lights = [executor.submit(_few_lights, name) for name in shapes]
         likeness = _fidelity(known, executor) if shapes else []
+        touches = dict(zip(shapes, (future.result() for future in few_lights), strict=True))
         touch = touch_sections([dataset.name for dataset in present], ESTIMATORS[0], executor)
     with progress("figures and page") as show:
         sections = [headline_section(results), files]
@@ -119,6 +125,7 @@ def main(out: Path = Path("build"), folds: int = 5, seed: Seed = 0) -> int:
         command = f"wedge reproduce --folds {folds} --seed {seed}"
         sections += [
             *([shapes_section(shapes)] if shapes else []),
+            *([few_lights_section(touches)] if touches else []),
             *([side_by_side_section(beside)] if beside else []),
             *likeness,
             *extra,
@@ -270,6 +277,14 @@ def _fidelity(known: "Mapping[str, KnownDataset]", executor: Executor) -> "list[
             found.append(future.result())
             show(done / len(transfers), f"{found[-1].learnt} on {found[-1].judged}")
         return [fidelity_section([future.result() for future in sensors], found)]
+
+
+def _few_lights(name: str) -> "list[Touch]":
+    """Touches of a rendered set with one light, two and three."""
+    from validation.datasets import dataset_folder
+    from validation.few_lights import measure_touches
+
+    return measure_touches(dataset_folder(name), ESTIMATORS[0], FEW_LIGHTS)
 
 
 def _integrators() -> "Section":
