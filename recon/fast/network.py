@@ -7,29 +7,44 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float32
 
-from recon.estimators.mlp import HIDDEN, Mlp, channel_indices
-from recon.fast.kernels import BLOCK, NEURONS, compiled, hidden, last, packed
+from recon.estimators.mlp import HIDDEN, Layer, Mlp, channel_indices
+from recon.fast import fixed_point, floating
+from recon.fast.fixed_point import first_layer, hidden_layer
+from recon.fast.floating import tanh_layer
+from recon.fast.kernels import compiled
+from recon.fast.vectors import BLOCK
 from recon.pixels import positions
 
 INPUTS = 5
 """R, G, B, X, Y: a colour that the network does not look at has no weight."""
 WIDTH = HIDDEN[0]
+LARGEST_ERROR = 8e-4
+"""In slope, of 16 bits where they are tried; leaves room below 1e-3 for the frames to come."""
+TRIED_PX = 2**16
+LARGEST_SPREAD = 0.3
+"""Of full scale, of the colours that they are tried with."""
 
 
 class FrameMlp:
-    """Applies one network to frames of one size."""
+    """Applies one network to frames of one size: in 16 bits where they suffice, else in floats."""
 
-    def __init__(self, network: Mlp, size_px: tuple[int, int]) -> None:
-        """Lay out the weights, for frames of (width, height)."""
-        lit = channel_indices(network.channels)
-        weight, bias = network.layers[0]
-        first = np.zeros((INPUTS, WIDTH), np.float32)
-        first[lit] = weight[: len(lit)] / network.color_scale[:, None]
-        first[3:] = weight[len(lit) :]
-        layers = [(first, bias), *network.layers[1:]]
-        self._weights = tuple(packed(weight, bias) for weight, bias in layers)
+    def __init__(
+        self, network: Mlp, size_px: tuple[int, int], *, in_words: bool | None = None
+    ) -> None:
+        """Lay out the weights.
+
+        Args:
+            network: what is applied.
+            size_px: width and height of the frames.
+            in_words: whether 16 bits are used; by default, where the processor has the
+                instructions and random colours give the slopes of floats.
+        """
         place = positions(size_px).reshape(-1, 2).T
         self._places = np.ascontiguousarray(place)
+        layers = _layers(network)
+        self.in_words = _suffice(layers) if in_words is None else in_words
+        self._apply = _in_words if self.in_words else _in_floats
+        self._weights = fixed_point.packed(layers) if self.in_words else _float_weights(layers)
 
     def __call__(
         self,
@@ -40,7 +55,7 @@ class FrameMlp:
         """Write the gradients of some rows of a difference image; both are planes."""
         width = difference.shape[2]
         begin, end, _ = rows.indices(difference.shape[1])
-        _frame(
+        self._apply(
             difference.reshape(3, -1),
             self._places,
             out.reshape(2, -1),
@@ -50,26 +65,74 @@ class FrameMlp:
         )
 
 
-def _pixels(
+def _layers(network: Mlp) -> list[Layer]:
+    """The network's layers, the first of them for differences of all three colours."""
+    lit = channel_indices(network.channels)
+    weight, bias = network.layers[0]
+    first = np.zeros((INPUTS, WIDTH), np.float32)
+    first[lit] = weight[: len(lit)] / network.color_scale[:, None]
+    first[3:] = weight[len(lit) :]
+    return [(first, bias), *network.layers[1:]]
+
+
+def _float_weights(layers: list[Layer]) -> tuple[np.ndarray, ...]:
+    hidden = [floating.packed(*layer) for layer in layers[:-1]]
+    return (*hidden, floating.packed(*layers[-1], floating.LAST))
+
+
+def _suffice(layers: list[Layer]) -> bool:
+    """Whether 16 bits give the slopes of floats on colours and places drawn at random."""
+    if not fixed_point.AVAILABLE:
+        return False
+    random = np.random.default_rng(0)
+    spread = random.uniform(0, LARGEST_SPREAD, TRIED_PX)
+    color = (spread * random.normal(size=(3, TRIED_PX))).astype(np.float32)
+    place = random.uniform(-1, 1, (2, TRIED_PX)).astype(np.float32)
+    words, floats = np.empty((2, 2, TRIED_PX), np.float32)
+    _in_words(color, place, words, 0, TRIED_PX, *fixed_point.packed(layers))
+    _in_floats(color, place, floats, 0, TRIED_PX, *_float_weights(layers))
+    return bool(np.abs(words - floats).max() < LARGEST_ERROR)
+
+
+def _gather(difference: Any, places: Any, values: Any, start: int, count: int) -> None:
+    for p in range(count):
+        for k in range(3):
+            values[k, p] = difference[k, start + p]
+        for k in range(2):
+            values[3 + k, p] = places[k, start + p]
+
+
+def _take_floats(
     difference: Any, places: Any, out: Any, begin: int, end: int, w0: Any, w1: Any, w2: Any, w3: Any
 ) -> None:
-    values, result = np.zeros((INPUTS, BLOCK), np.float32), np.empty((NEURONS, BLOCK), np.float32)
+    values, result = np.zeros((INPUTS, BLOCK), np.float32), np.empty((2, BLOCK), np.float32)
     a, b = np.empty((WIDTH, BLOCK), np.float32), np.empty((WIDTH, BLOCK), np.float32)
-    groups = WIDTH // NEURONS
+    groups = WIDTH // floating.NEURONS
     for start in range(begin, end, BLOCK):
         count = min(BLOCK, end - start)
-        for p in range(count):
-            for k in range(3):
-                values[k, p] = difference[k, start + p]
-            for k in range(2):
-                values[3 + k, p] = places[k, start + p]
-        hidden(values.ctypes.data, w0.ctypes.data, a.ctypes.data, INPUTS, groups)
-        hidden(a.ctypes.data, w1.ctypes.data, b.ctypes.data, WIDTH, groups)
-        hidden(b.ctypes.data, w2.ctypes.data, a.ctypes.data, WIDTH, groups)
-        last(a.ctypes.data, w3.ctypes.data, result.ctypes.data, WIDTH, 1)
-        for p in range(count):
-            for axis in range(2):
-                out[axis, start + p] = result[axis, p]
+        _gathered(difference, places, values, start, count)
+        tanh_layer(values.ctypes.data, w0.ctypes.data, a.ctypes.data, INPUTS, groups)
+        tanh_layer(a.ctypes.data, w1.ctypes.data, b.ctypes.data, WIDTH, groups)
+        tanh_layer(b.ctypes.data, w2.ctypes.data, a.ctypes.data, WIDTH, groups)
+        floating.last_layer(a.ctypes.data, w3.ctypes.data, result.ctypes.data, WIDTH, 1)
+        out[:, start : start + count] = result[:, :count]
 
 
-_frame = compiled(_pixels)
+def _take_words(
+    difference: Any, places: Any, out: Any, begin: int, end: int, w0: Any, w1: Any, w2: Any, w3: Any
+) -> None:
+    values, result = np.zeros((INPUTS, BLOCK), np.float32), np.empty((2, BLOCK), np.float32)
+    a, b = np.empty((WIDTH // 2, BLOCK), np.int32), np.empty((WIDTH // 2, BLOCK), np.int32)
+    groups = WIDTH // floating.NEURONS
+    for start in range(begin, end, BLOCK):
+        count = min(BLOCK, end - start)
+        _gathered(difference, places, values, start, count)
+        first_layer(values.ctypes.data, w0.ctypes.data, a.ctypes.data, INPUTS, groups)
+        hidden_layer(a.ctypes.data, w1.ctypes.data, b.ctypes.data, WIDTH // 2, groups)
+        hidden_layer(b.ctypes.data, w2.ctypes.data, a.ctypes.data, WIDTH // 2, groups)
+        fixed_point.last_layer(a.ctypes.data, w3.ctypes.data, result.ctypes.data, WIDTH // 2, 1)
+        out[:, start : start + count] = result[:, :count]
+
+
+_gathered = compiled(_gather)
+_in_floats, _in_words = compiled(_take_floats), compiled(_take_words)
