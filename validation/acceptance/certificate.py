@@ -202,7 +202,7 @@ def _tiles(card: UnitCard, found: Acceptance) -> list[Tile]:
     counts = ", ".join(f"{graded.count(g)} {g}" for g in ("A", "B", "fail") if g in graded)
     verdict_tile = Tile(
         label=f"Sensor {card.serial}",
-        value=WORDS[verdict(found.values)],
+        value={"A": "Grade A", "B": "Grade B", "fail": "Fail"}[verdict(found.values)],
         note=f"the worst grade decides: {counts}",
     )
     return [verdict_tile] + [

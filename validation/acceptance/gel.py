@@ -10,9 +10,10 @@ from jaxtyping import Float64
 
 from recon.arrays import ContactMask, Difference, Unwarped
 from recon.ball import offsets_mm
+from recon.capture import SATURATED_LEVEL
 from recon.markers.filling import fill_gradients
 from recon.markers.tracking import MarkerTracker
-from recon.pixels import BallPress
+from recon.pixels import BallPress, label_pixels
 from validation.acceptance.lights import GREY_LEVELS, Response
 from validation.acceptance.limits import Parts
 
@@ -22,7 +23,7 @@ GRAIN_PX = 1.5
 SMOOTHING_PX = 3.0
 LIT = 0.06
 """Of full scale: the brightest colour of a lit pixel."""
-SATURATED = 254 / 255
+SATURATED = (SATURATED_LEVEL - 0.5) / GREY_LEVELS
 WORN = 0.1
 """Of full scale: a blank gel's pixel that differs from its surroundings by this is no gel."""
 SURROUNDINGS_PX = 36
@@ -89,9 +90,12 @@ def blank_values(gel: Unwarped, calibrated: Unwarped, channels: str) -> dict[str
 
 
 def saturation(presses: Sequence[BallPress], blank: Unwarped, channels: str) -> Parts:
-    """Share of the pixels of all presses at which each colour is saturated."""
-    inside = inner(blank.shape)
-    shares = [((press.difference + blank)[inside] >= SATURATED).mean((0, 1)) for press in presses]
+    """Share of the contact pixels of all presses at which each colour is saturated."""
+    shares = []
+    for index, press in enumerate(presses):
+        pixels = label_pixels(press, index, 0)
+        seen = (press.difference + blank).reshape(-1, 3)[pixels.place[pixels.contact]]
+        shares.append((seen >= SATURATED).mean(0))
     return _by_color(np.mean(shares, axis=0), channels)
 
 
