@@ -164,6 +164,20 @@ def test_an_axis_without_light_is_filled_in(tmp_path, lights_deg):
         assert errors[0] < 0.6 * errors[1] and errors[0] <= 0.15 * truth.max()
 
 
+@pytest.mark.parametrize(
+    ("place", "share"),
+    [((60.0, 2.0, 17.0), 0.9), ((2.0, 45.0, 17.0), 0.6), ((118.0, 88.0, 17.0), 0.9)],
+    ids=["above", "beside", "in the corner"],
+)
+def test_few_lights_bear_a_contact_that_touches_the_border(tmp_path, place, share):
+    lights_deg = {"R": 90.0, "B": -90.0}
+    save_unit(make_dataset(tmp_path / "seen", lights_deg=lights_deg), tmp_path / "unit", "table")
+    found = Reconstructor.load(tmp_path / "unit")(digitized(shaded(gradient_of(place), lights_deg)))
+    truth = ball_cap(SIZE_PX, place[:2], 1.7, BALL_RADIUS_MM, MM_PER_PX).depth_mm
+    assert 0 <= found.depth_mm.min() and found.depth_mm.max() < 1.5 * truth.max()
+    assert np.sqrt(np.mean((found.depth_mm - truth) ** 2)) < share * np.sqrt(np.mean(truth**2))
+
+
 EVERYWHERE = np.ones((16, 24), bool)
 GRADIENT = np.random.default_rng(0).normal(size=(16, 24, 2)).astype(np.float32)
 
