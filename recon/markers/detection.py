@@ -119,6 +119,8 @@ def find_markers(image: Unwarped) -> Markers | None:
         cell = lattice.cells
     whole = inside(position, image.shape[:2])
     position, response, cell = position[whole], response[whole], cell[whole]
+    if len(position) < LEAST_DOTS:  # a jagged border passed as a row of dots
+        return None
     order = np.lexsort((cell[:, 1], cell[:, 0]))
     return Markers(
         position_px=position[order],

@@ -1,0 +1,131 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A folder of raw frames gives corners, scale and circles of its own accord."""
+
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from recon.images import read_image, write_image
+from sensor.dataset import BallLabel, DatasetCard, read_dataset
+from sensor.errors import WedgeError
+from tests.synthetic import (
+    BALL_RADIUS_MM,
+    KEYSTONE_PX,
+    MM_PER_PX,
+    digitized,
+    gel_pixels_of_raw,
+    make_dataset,
+    pad_size_mm,
+    shaded,
+)
+from validation.importers.raw_frames import import_raw_frames, refuse_small_ball, sort_pictures
+
+GAP_MM, JAW_MM, COLLAR_MM = 3.0, 2.0, 0.3
+
+
+def off_pad() -> np.ndarray:
+    columns, rows = gel_pixels_of_raw(KEYSTONE_PX)
+    width, height = np.divide(pad_size_mm(), MM_PER_PX)
+    return (columns < -0.5) | (rows < -0.5) | (columns > width - 0.5) | (rows > height - 0.5)
+
+
+def caliper(along_x: bool) -> np.ndarray:
+    """A raw frame of two jaws, their gap about the middle of the pad."""
+    columns, rows = gel_pixels_of_raw(KEYSTONE_PX)
+    x, y = columns * MM_PER_PX[0] - 6.1, rows * MM_PER_PX[1] - 4.4
+    across, along = (x, y) if along_x else (y, x)
+    slope = np.zeros(x.shape)
+    for sign in (-1, 1):
+        away = GAP_MM / 2 - sign * across
+        hung = (
+            0.25 / COLLAR_MM * np.exp(-np.abs(np.where(away > 0, away, away + JAW_MM)) / COLLAR_MM)
+        )
+        slope += sign * np.where((away > 0) & (away < GAP_MM), hung, 0)
+        slope -= sign * np.where(away < -JAW_MM, hung, 0)
+    slope = np.where(np.abs(along) < 3, slope, 0)
+    still = np.zeros_like(slope)
+    return digitized(shaded(np.stack([slope, still] if along_x else [still, slope], -1)))
+
+
+@pytest.fixture(scope="module")
+def frames(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("frames") / "mine"
+    truth = make_dataset(folder / "truth", presses=4, corners_px=KEYSTONE_PX, seed=3)
+    pictures = {name: read_image(truth.folder / name) for name in ("background.png",)}
+    pictures |= {x.file: read_image(truth.folder / x.file) for x in truth.labels}
+    pictures |= {"3mm-1.png": caliper(True), "3mm-2.png": caliper(False)}
+    dark = off_pad()
+    for name, picture in pictures.items():
+        write_image(folder / name, np.where(dark[..., None], np.uint8(8), picture))
+    return folder
+
+
+def raw_places(card: DatasetCard, labels: tuple[BallLabel, ...]) -> np.ndarray:
+    """Labelled centres in raw pixels."""
+    size = card.unwarped_size_px
+    assert size is not None
+    right, bottom = size[0] - 0.5, size[1] - 0.5
+    edges = [(-0.5, -0.5), (right, -0.5), (right, bottom), (-0.5, bottom)]
+    to_raw = cv2.getPerspectiveTransform(np.float32(edges), np.float32(card.corners_px))
+    places = np.array([[[x.center_x_px, x.center_y_px]] for x in labels])
+    return cv2.perspectiveTransform(places, to_raw)[:, 0]
+
+
+def test_raw_frames_become_a_labelled_dataset(frames: Path, tmp_path: Path) -> None:
+    with ThreadPoolExecutor(1) as pool:
+        prepared = import_raw_frames(
+            frames, tmp_path, pool, ball_radius_mm=BALL_RADIUS_MM, pad_size_mm=(9.9, 11.0)
+        )
+    made, truth = read_dataset(tmp_path), read_dataset(frames / "truth")
+    corners = np.array(made.card.corners_px)
+    away = np.linalg.norm(corners[:, None] - np.array(KEYSTONE_PX), axis=2)
+    assert away.min(1).max() < 1.0
+    # The longer side is taken as the base's, so x and y are the truth's y and x.
+    assert made.card.pad_size_mm == pytest.approx(pad_size_mm()[::-1], rel=0.03)
+    assert prepared.scale is not None
+    assert prepared.scale.gaps == 2
+    assert [x.file for x in made.labels] == [x.file for x in truth.labels]
+    off = raw_places(made.card, made.labels) - raw_places(truth.card, truth.labels)
+    assert np.linalg.norm(off, axis=1).max() < 1.0
+    assert made.card.lights_deg is not None
+    assert set(made.card.lights_deg) == {"R", "G", "B"}
+
+
+def test_pictures_are_told_by_their_names() -> None:
+    sorted_ = sort_pictures(
+        [
+            "bg-0.jpg",
+            "Background.PNG",
+            "5mm-0.jpg",
+            "caliper-2.5mm.png",
+            "ball-5mmx.jpg",
+            "notes.txt",
+        ]
+    )
+    assert sorted_.background == ("Background.PNG", "bg-0.jpg")
+    assert sorted_.caliper == (("5mm-0.jpg", 5.0), ("caliper-2.5mm.png", 2.5))
+    assert sorted_.presses == ("ball-5mmx.jpg",)
+    with pytest.raises(WedgeError, match="blank gel"):
+        sort_pictures(["a.png"])
+    with pytest.raises(WedgeError, match="ball press"):
+        sort_pictures(["background.png", "5mm-1.png"])
+
+
+def test_a_ball_as_small_as_its_contacts_is_refused(frames: Path) -> None:
+    truth = read_dataset(frames / "truth")
+    refuse_small_ball(truth.labels, truth.card)
+    widest_mm = max(x.contact_radius_px for x in truth.labels) * MM_PER_PX[0]
+    small = DatasetCard(
+        name="small",
+        source="test",
+        licence="CC0",
+        mm_per_px=MM_PER_PX,
+        ball_radius_mm=0.7 * widest_mm,
+        background=("background.png",),
+    )
+    with pytest.raises(WedgeError, match="is its radius right"):
+        refuse_small_ball(truth.labels, small)
