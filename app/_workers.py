@@ -12,10 +12,20 @@ MOST_WORKERS = 2
 """Each keeps the presses of one dataset, about 400 MB for 48 frames of 640x480."""
 
 
+def on_one_thread() -> None:
+    """Keep linear algebra of this process on one thread; call it before numpy is imported.
+
+    The problems here are small: on two threads they wait for each other. From raw frames to a
+    certificate, 40 presses took 267 s of processor time that way, on a busy machine of two cores,
+    and 90 s on one thread.
+    """
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+
 @contextmanager
 def process_pool() -> Iterator[Executor]:
     """Fresh processes, numerics on one thread each; ended at once when the block fails."""
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    on_one_thread()
     others = set(multiprocessing.active_children())
     pool = ProcessPoolExecutor(
         max_workers=min(MOST_WORKERS, os.cpu_count() or 1),

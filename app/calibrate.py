@@ -47,6 +47,9 @@ def main(
         seed: Seed of the split, drawn pixels and training.
         json: Write the errors on the held-out presses here as JSON.
     """
+    from app._workers import on_one_thread
+
+    on_one_thread()
     from recon.calibration import calibrate
     from recon.presses import one_sided, read_presses
     from sensor.dataset import read_dataset
