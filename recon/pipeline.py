@@ -20,6 +20,7 @@ from recon.missing_axis import infer_missing_axis
 from recon.moved import may_have_moved
 from recon.poisson import Boundary, integrate
 from recon.pressed import Support, nearest_pressed
+from recon.still import without_still
 from sensor.toml import Pair
 from sensor.unit import MissingAxis
 
@@ -129,6 +130,8 @@ def reconstruct(
         # Slopes of which one is not seen are not yet those of one surface.
         method = "surface" if unseen is None else "biharmonic"
         gradient = fill_gradients(gradient, hidden, method, mm_per_px)
+    if estimator.flattens and missing != "network":  # which knows itself what cannot have moved
+        gradient = without_still(gradient, disturbed)
     completed = complete_gradient(gradient, disturbed, missing, unseen, mm_per_px)
     gradient = completed.gradient
     boundary = boundary_of(disturbed)

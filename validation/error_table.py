@@ -226,7 +226,7 @@ def measure_press(
     lights_deg: Mapping[str, float] | None,
 ) -> tuple[PressErrors, ...]:
     """Errors of one press, one entry per pixel set."""
-    if missing == "network":  # looks at the whole frame
+    if missing == "network" or estimator.flattens:  # looks at the whole frame
         found = reconstruct(
             press.difference,
             estimator,

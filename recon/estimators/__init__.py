@@ -26,6 +26,8 @@ class GradientEstimator(Protocol):
     """Maps the colour difference and the position of a pixel to the slope of the skin."""
 
     name: ClassVar[str]
+    flattens: ClassVar[bool]
+    """Whether slopes of gel that did not move are taken for zero."""
 
     @property
     def channels(self) -> str:

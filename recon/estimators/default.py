@@ -49,6 +49,7 @@ class Default:
     """What was learnt: the blank gel's light, the inputs' scale, the networks, their errors."""
 
     name: ClassVar[str] = "default"
+    flattens: ClassVar[bool] = True
     channels: str
     light: Float32[np.ndarray, "p c"]
     """The blank gel's colours as polynomials of the position."""

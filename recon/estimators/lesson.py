@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the default estimator learns from one press: the contact of an elastic gel, and zeros.
+"""What the default estimator learns from one press: contact, the elastic collar beside it, zeros.
 
 Outside the contact circle, of radius a, an elastic half-space hangs free with the slope (Johnson,
 Contact Mechanics, 1985, section 4.2; r is the distance over a)
@@ -9,10 +9,12 @@ Contact Mechanics, 1985, section 4.2; r is the distance over a)
 
 which falls steeply at first and then ever more slowly. A circle drawn round the visible disc takes
 that collar for contact; one that lets the slope fade at once is too small. Both bias every slope,
-so the circle's radius is fitted anew here, with that collar stretched to suit the gel.
+so the circle's radius is fitted anew here, with that collar stretched to suit the gel. The collar
+is taught as well: colours there are darker than in the contact, as the dent keeps some light away,
+and would be taken for steeper slopes by who has never seen them.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -24,6 +26,7 @@ from recon.pixels import RIM_PX, STEEPEST, BallPress, Pixels, blank_at, position
 
 CONTACT_PIXELS = 1500
 """Of a press at most: neighbours say nearly the same."""
+COLLAR_PIXELS = 1500
 FLAT_FROM = 2.8
 """Contact radii from the centre, where the gel is as good as flat: 6 % of the rim's slope."""
 LOOKED_AT = 1500
@@ -31,6 +34,8 @@ REACH = 2.5
 """Contact radii round the centre in which the circle is fitted."""
 SMALLEST, LARGEST = 0.75, 1.35
 """Of the labelled radius."""
+STRETCH = (0.3, 10.0)
+"""Least and most; a gel that is thin against its contact rises faster than a half-space."""
 DEEPEST = 0.7
 """Of the ball's radius: the half-space is for shallow contacts; wider circles stay as labelled."""
 
@@ -38,7 +43,8 @@ DEEPEST = 0.7
 def lesson_pixels(press: BallPress, index: int, seed: int) -> Pixels:
     """The pixels of one press to learn from, their colours prepared as the estimator does."""
     prepared = settled(press.difference)
-    radius_mm = elastic_radius_mm(replace(press, difference=prepared))
+    contact_fit = fit_elastic(replace(press, difference=prepared))
+    radius_mm = contact_fit.radius_mm
     x_mm, y_mm = offsets_mm(press.size_px, press.center_px, press.mm_per_px)
     distance_mm = np.hypot(x_mm, y_mm)
     ball_mm = press.ball_radius_mm
@@ -49,14 +55,21 @@ def lesson_pixels(press: BallPress, index: int, seed: int) -> Pixels:
     flat_from = min(FLAT_FROM * radius_mm, float(np.quantile(distance_mm, 0.8)))
     flat = np.flatnonzero(distance_mm >= flat_from)
     flat = np.sort(random.choice(flat, min(len(flat), max(1, len(contact))), replace=False))
-    taken = np.concatenate([contact, flat])
+    collar = np.zeros(0, np.intp)
+    if contact_fit.stretch is not None:
+        collar = np.flatnonzero((distance_mm > radius_mm) & (distance_mm < flat_from))
+        count = min(len(collar), COLLAR_PIXELS)
+        collar = np.sort(random.choice(collar, count, replace=False))
+    taken = np.concatenate([contact, flat, collar])
     is_contact = np.arange(len(taken)) < len(contact)
-    height_mm = np.sqrt(np.maximum(ball_mm**2 - distance_mm.ravel()[taken] ** 2, ball_mm**2 / 100))
-    slope = -np.stack([x_mm.ravel()[taken], y_mm.ravel()[taken]], 1) / height_mm[:, None]
+    is_flat = np.isin(np.arange(len(taken)), len(contact) + np.arange(len(flat)))
+    away_mm = distance_mm.ravel()[taken]
+    slope = contact_fit.slopes(away_mm, ball_mm) / np.maximum(away_mm, 1e-9)
+    gradient = -np.stack([x_mm.ravel()[taken], y_mm.ravel()[taken]], 1) * slope[:, None]
     return Pixels(
         color=prepared.reshape(-1, 3)[taken],
         position=positions(press.size_px).reshape(-1, 2)[taken],
-        gradient=np.where(is_contact[:, None], slope, 0).astype(np.float32),
+        gradient=np.where(is_flat[:, None], 0, gradient).astype(np.float32),
         contact=is_contact,
         press=np.full(len(taken), index, np.int32),
         place=taken.astype(np.int32),
@@ -65,20 +78,39 @@ def lesson_pixels(press: BallPress, index: int, seed: int) -> Pixels:
     )
 
 
-def elastic_radius_mm(press: BallPress) -> float:
-    """Radius of the contact for which ball and elastic collar explain the shading best."""
+@dataclass(frozen=True, kw_only=True)
+class ElasticContact:
+    """A ball's contact, and how fast the gel beside it rises."""
+
+    radius_mm: float
+    stretch: float | None
+    """Of the half-space's collar toward the rim; ``None`` where none was fitted."""
+
+    def slopes(
+        self, away_mm: Float[np.ndarray, " n"], ball_radius_mm: float
+    ) -> Float[np.ndarray, " n"]:
+        """Steepness at some distances from the centre: the ball's, then the fading collar's."""
+        inside = away_mm if self.stretch is None else np.minimum(away_mm, self.radius_mm)
+        height = np.sqrt(np.maximum(ball_radius_mm**2 - inside**2, ball_radius_mm**2 / 100))
+        beyond = np.maximum(away_mm / self.radius_mm - 1, 0) * (self.stretch or 0)
+        return inside / height * elastic_fade(1 + beyond)
+
+
+def fit_elastic(press: BallPress) -> ElasticContact:
+    """The contact for which ball and elastic collar explain the shading best."""
     x_mm, y_mm = offsets_mm(press.size_px, press.center_px, press.mm_per_px)
     labelled = press.contact_radius_mm
     if labelled > DEEPEST * press.ball_radius_mm:
-        return labelled * (1 - RIM_PX / press.contact_radius_px)
+        radius_mm = labelled * (1 - RIM_PX / press.contact_radius_px)
+        return ElasticContact(radius_mm=radius_mm, stretch=None)
     near = np.flatnonzero(np.hypot(x_mm, y_mm) < REACH * labelled)
     if len(near) > LOOKED_AT:
         near = np.random.default_rng(0).choice(near, LOOKED_AT, replace=False)
     seen = press.difference.reshape(-1, 3)[near].astype(np.float64)
     x, y = x_mm.ravel()[near], y_mm.ravel()[near]
     widest = min(LARGEST * labelled, 0.95 * press.ball_radius_mm)
-    lowest = np.array([-labelled / 4, -labelled / 4, SMALLEST * labelled, np.log(0.3)])
-    highest = np.array([labelled / 4, labelled / 4, widest, np.log(4)])
+    lowest = np.array([-labelled / 4, -labelled / 4, SMALLEST * labelled, np.log(STRETCH[0])])
+    highest = np.array([labelled / 4, labelled / 4, widest, np.log(STRETCH[1])])
     start = np.clip([0, 0, labelled, 0], lowest + 1e-6, highest - 1e-6)
 
     def unexplained(parameters: Float[np.ndarray, "4"]) -> Float[np.ndarray, " n"]:
@@ -97,7 +129,7 @@ def elastic_radius_mm(press: BallPress) -> float:
         diff_step=1e-3,
         max_nfev=30,
     )
-    return float(fitted.x[2])
+    return ElasticContact(radius_mm=float(fitted.x[2]), stretch=float(np.exp(fitted.x[3])))
 
 
 def elastic_fade(ratio: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:

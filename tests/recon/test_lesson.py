@@ -18,7 +18,7 @@ from recon.estimators.default import (
     settled,
     slopes_of,
 )
-from recon.estimators.lesson import FLAT_FROM, elastic_fade, elastic_radius_mm
+from recon.estimators.lesson import COLLAR_PIXELS, FLAT_FROM, elastic_fade, fit_elastic
 from recon.pixels import BallPress, join, label_pixels
 from recon.presses import read_presses
 from tests.synthetic import make_dataset
@@ -59,22 +59,34 @@ def test_the_gel_leaves_the_ball_with_its_slope_and_fades_as_the_square_far_away
 
 @pytest.mark.parametrize("share", [0.85, 1.0, 1.2])
 def test_a_circle_drawn_too_wide_or_too_small_is_mended(share):
-    assert elastic_radius_mm(elastic_press(share * TRUE_MM)) == pytest.approx(TRUE_MM, rel=0.03)
+    found = fit_elastic(elastic_press(share * TRUE_MM))
+    assert found.radius_mm == pytest.approx(TRUE_MM, rel=0.03)
+    assert found.stretch == pytest.approx(1, rel=0.15)
 
 
-def test_contact_has_the_balls_slope_and_what_is_far_away_none():
+def test_a_contact_too_deep_for_the_half_space_keeps_its_label_and_teaches_no_collar():
+    press = replace(elastic_press(TRUE_MM), ball_radius_mm=1.1 * TRUE_MM)
+    assert fit_elastic(press).stretch is None
+    pixels = training_pixels("default", press, 0, 0)
+    assert (pixels.gradient[~pixels.contact] == 0).all()
+
+
+def test_contact_has_the_balls_slope_the_collar_its_own_and_what_is_far_away_none():
     press = elastic_press(TRUE_MM)
     pixels = training_pixels("default", press, 0, 0)
     x_mm, y_mm = offsets_mm(press.size_px, press.center_px, MM_PER_PX)
     away = np.hypot(x_mm, y_mm).ravel()[pixels.place]
     steep = np.linalg.norm(pixels.gradient, axis=1)
-    inside = pixels.contact
-    assert inside.any() and (~inside).any()
-    assert away[inside].max() < 1.05 * TRUE_MM and away[~inside].min() > 0.9 * FLAT_FROM * TRUE_MM
+    inside, flat = pixels.contact, ~pixels.contact & (steep == 0)
+    collar = ~inside & ~flat
+    assert inside.any() and flat.any() and collar.sum() == COLLAR_PIXELS
+    assert away[inside].max() < 1.05 * TRUE_MM and away[flat].min() > 0.9 * FLAT_FROM * TRUE_MM
+    rim = TRUE_MM / np.sqrt(BALL_MM**2 - TRUE_MM**2)
+    fading = rim * elastic_fade(away[collar] / TRUE_MM)
+    np.testing.assert_allclose(steep[collar], fading, atol=0.03 * rim)
     np.testing.assert_allclose(
         steep[inside], away[inside] / np.sqrt(BALL_MM**2 - away[inside] ** 2), rtol=1e-5
     )
-    assert (steep[~inside] == 0).all()
 
 
 def test_drift_of_the_whole_frame_is_taken_off_but_a_contacts_colour_is_not():

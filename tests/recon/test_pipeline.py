@@ -221,6 +221,7 @@ class Known:
 
     name = "known"
     channels = "RGB"
+    flattens = False
 
     def __init__(self, gradient):
         self.gradient = gradient.astype(np.float32)
@@ -230,6 +231,9 @@ class Known:
 
     def slopes(self, color, position):
         return self.gradient.reshape(-1, 2)
+
+    def lean(self, position):
+        return np.zeros_like(position)
 
     def tensors(self):
         return {}
@@ -266,3 +270,17 @@ def test_nothing_is_ever_allowed_to_unpickle(package):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.keyword) and node.arg == "allow_pickle":
                 assert getattr(node.value, "value", None) is False, path
+
+
+@pytest.mark.parametrize("flattens", [False, True])
+def test_still_gel_is_made_flat_for_estimators_that_ask_for_it(flattens):
+    cap = ball_cap((60, 40), (16.0, 20.0), 0.6, 1.2, MM_PER_PX)
+    wrong = cap.gradient + 0.02
+    known = Known(wrong)
+    known.flattens = flattens
+    difference = (cap.contact[..., None] * np.array([0.2, -0.1, 0.1])).astype(np.float32)
+    found = reconstruct(
+        difference, known, missing="none", lights_deg=None, mm_per_px=MM_PER_PX
+    ).gradient
+    np.testing.assert_array_equal(found[cap.contact], np.float32(wrong)[cap.contact])
+    assert (found[:, 40:] == 0).all() == flattens
