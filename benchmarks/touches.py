@@ -10,9 +10,9 @@ is then integrated from the noisy slopes by the project's own integrator, as in 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from jaxtyping import Float
+from scipy import ndimage
 from scipy.spatial.transform import Rotation
 
 from recon.arrays import ContactMask, DepthMap, GradientField
@@ -30,8 +30,11 @@ OBLIQUE_DEG = 11.0
 CLEAR_MM = 1.0
 """A surface so far above the gel is not pressed: its search ends."""
 NEWTON_STEPS = 12
-SUBPIXELS = 2
-"""Samples a pixel along each side: a camera's pixel averages over its area."""
+SUBPIXELS, EDGE_SUBPIXELS = 2, 8
+"""Samples a pixel along each side, for a camera's pixel averages over its area; more where an edge
+or the contact's outline crosses it."""
+EDGE_SLOPE = 0.1
+"""Samples of one pixel that differ by more."""
 
 Points = Float[np.ndarray, "*n 3"]
 Transform = Float[np.ndarray, "4 4"]
@@ -77,16 +80,15 @@ def pressed(
         size_px: width and height.
         mm_per_px: pixel pitch.
     """
-    width, height = size_px
     x_mm, y_mm = (
-        (np.arange(SUBPIXELS * n) - (SUBPIXELS * n - 1) / 2) * pitch / SUBPIXELS
-        for n, pitch in zip(size_px, mm_per_px, strict=True)
+        (np.arange(n) - (n - 1) / 2) * pitch for n, pitch in zip(size_px, mm_per_px, strict=True)
     )
-    lattice = np.stack(np.meshgrid(x_mm, y_mm), -1)
-    surface_mm, slopes = lowest_surface(thing, T_sensor_object, lattice)
-    touched = surface_mm < 0
-    exact = np.where(touched[..., None], -slopes, 0.0)
-    gradient = np.asarray(cv2.resize(exact, (width, height), interpolation=cv2.INTER_AREA), float)
+    centres = np.stack(np.meshgrid(x_mm, y_mm), -1)
+    coarse = _samples(thing, T_sensor_object, centres, mm_per_px, SUBPIXELS)
+    gradient = coarse.mean(2)
+    edge = ndimage.binary_dilation(np.ptp(coarse, axis=2).max(-1) > EDGE_SLOPE, np.ones((3, 3)))
+    fine = _samples(thing, T_sensor_object, centres[edge][None], mm_per_px, EDGE_SUBPIXELS)
+    gradient[edge] = fine[0].mean(1)
     if rng is not None:
         gradient += SLOPE_NOISE * rng.standard_normal(gradient.shape)
     depth = integrate(gradient, mm_per_px, "dirichlet")
@@ -94,6 +96,23 @@ def pressed(
     return SyntheticTouch(
         gradient=gradient, depth_mm=depth, contact=depth > CONTACT_DEPTH_MM, mm_per_px=mm_per_px
     )
+
+
+def _samples(
+    thing: Thing,
+    T_sensor_object: Transform,
+    centres_mm: Float[np.ndarray, "h w 2"],
+    mm_per_px: Pair,
+    count: int,
+) -> Float[np.ndarray, "h w n 2"]:
+    """Exact slopes of depth at ``count`` x ``count`` points of each pixel."""
+    steps = (np.arange(count) - (count - 1) / 2) / count
+    around = np.stack(np.meshgrid(steps, steps), -1).reshape(-1, 2) * mm_per_px
+    height, width = centres_mm.shape[:2]
+    lattice = (centres_mm[:, :, None] + around).reshape(height, width * count**2, 2)
+    surface_mm, slopes = lowest_surface(thing, T_sensor_object, lattice)
+    exact = np.where((surface_mm < 0)[..., None], -slopes, 0.0)
+    return exact.reshape(height, width, count**2, 2)
 
 
 def lowest_surface(

@@ -79,7 +79,7 @@ def dent_of(recipe: Recipe, press: Press) -> Dent:
     view = recipe.view
     skin = skin_under(recipe.design, view, press, cover_mm=recipe.cover_mm)
     return Dent(
-        window=_around(view, skin.depth_mm),
+        window=around(view, skin.depth_mm),
         depth_mm=skin.depth_mm.astype(np.float32),
         circle_px=contact_circle_px(skin) if press.indenter.round_mm > 0 else None,
     )
@@ -130,7 +130,7 @@ def bands(view: View) -> list[Window]:
     return [(slice(0, width), slice(low, high)) for low, high in pairwise(edges)]
 
 
-def _around(view: View, depth_mm: Map) -> Window:
+def around(view: View, depth_mm: Map) -> Window:
     """The window that a dent changes."""
     reach = round(REACH_MM / view.mm_per_px[0])
     rows, columns = np.nonzero(depth_mm > 0)

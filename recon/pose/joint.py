@@ -14,6 +14,7 @@ to the slopes is the height of the contact, which they do not see.
 from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Float32
 
 from recon.pose.pyramid import LEAST_PX, Level, Pyramid, Template, residuals
 from recon.pose.registration import Alignment, Touch
@@ -29,7 +30,9 @@ LEAST_NOISE = 0.002
 """Of slopes: what no real gel is better than."""
 PRIOR_DEG, PRIOR_MM = 5.0, 0.5
 """Standard deviation of a motion nobody saw: where the touch says nothing, the guess stays."""
-CORRELATED_PX = (5.0, 3.35, 3.35)
+TILES = 5
+"""Along each side of the contact."""
+CORRELATED_PX = (4.0, 3.35, 3.35)
 """By level: after smoothing, neighbours share noise, and so many say as much as one alone would."""
 
 
@@ -46,49 +49,93 @@ class Joint:
     ) -> Alignment:
         """Refine a guess from the coarsest level to the finest."""
         guess = T_current_reference
-        covariance = _prior()
+        equations = None
         for index, template in reference.templates.items():
             level = current.levels[index]
             for _ in range(STEPS_PER_LEVEL):
-                step, covariance = _step(template, level, guess, T_current_reference)
+                equations = _linearized(template, level, guess)
+                if equations is None:
+                    break
+                step = equations.step(_small_twist(T_current_reference, guess))
                 guess = guess @ motion(step)
                 if np.abs(step[:3]).max() < STILL and np.abs(step[3:]).max() < 10 * STILL:
                     break
+        covariance = _prior() if equations is None else equations.covariance()
         return Alignment(T_current_reference=guess, covariance=covariance)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Equations:
+    """Weighted linear equations for the twist that improves a guess."""
+
+    template: Template
+    weight: Float32[np.ndarray, "3 n"]
+    residual: Float32[np.ndarray, "3 n"]
+    normal: Covariance
+    noise: float
+    """Standard deviation of a slope's residual."""
+    variance: float
+    """The same squared, for neighbours that share noise."""
+
+    @property
+    def rigidity(self) -> Covariance:
+        """What the prior adds to the normal equations."""
+        return self.variance * np.linalg.inv(_prior())
+
+    def step(self, away: Twist) -> Twist:
+        """The twist, when the guess is ``away`` from where the search began."""
+        weighted = (self.weight * self.residual).reshape(-1)
+        pull = (self.template.change.reshape(-1, 6).T @ weighted).astype(float)
+        twist: Twist = np.linalg.solve(self.normal + self.rigidity, pull - self.rigidity @ away)
+        return twist
+
+    def covariance(self) -> Covariance:
+        """Of the twist: what noise alone would leave, or what the residuals show, if that is more.
+
+        Errors of a reconstruction are alike over millimetres. Sums of the equations over tiles of
+        the contact show how much they scatter; a variance from these sums holds whatever the
+        correlation within a tile (cluster-robust: Liang and Zeger, Biometrika 73(1), 1986). No
+        direction is less certain than before the touch.
+        """
+        share = float(self.weight[0].mean())
+        learned = self.normal - self.noise**2 / 2 * share * self.template.noise_change
+        scale = np.sqrt(np.diag(_prior()))  # in these units the prior is the identity
+        known, axes = np.linalg.eigh(learned * np.outer(scale, scale) / self.variance)
+        known = np.maximum(known, 0)
+        equations = ((self.weight * self.residual)[..., None] * self.template.change).sum(0)
+        sums = np.zeros((TILES**2, 6))
+        np.add.at(sums, self.template.tiles(TILES), equations)
+        scatter = ((sums - sums.mean(0)) * scale @ axes / self.variance) ** 2
+        growth = np.maximum(scatter.sum(0) / np.maximum(known, 1e-12), 1)
+        spread = scale[:, None] * axes / np.sqrt(known / growth + 1)
+        return spread @ spread.T
 
 
 def _prior() -> Covariance:
     return np.diag([np.radians(PRIOR_DEG) ** 2] * 3 + [PRIOR_MM**2] * 3)
 
 
-def _step(
-    template: Template, level: Level, guess: Transform, first: Transform
-) -> tuple[Twist, Covariance]:
-    """The twist that improves a guess, and the covariance of what it leads to."""
+def _linearized(template: Template, level: Level, guess: Transform) -> _Equations | None:
+    """The equations at a guess; ``None`` where too little is seen."""
     residual, seen = residuals(template, level, guess)
     if np.count_nonzero(seen) < LEAST_PX:
-        return np.zeros(6), _prior()
+        return None
     slope_error = np.hypot(residual[0], residual[1])
-    noise = (
-        float(np.median(slope_error[seen])) / 1.1774 + LEAST_NOISE
-    )  # the median of a Rayleigh law
+    noise = float(np.median(slope_error[seen])) / RAYLEIGH_MEDIAN + LEAST_NOISE
     depth_noise = 1.4826 * float(np.median(np.abs(residual[2][seen]))) + 1e-6
     slope_weight = seen / (1 + (slope_error / (OUTLIER * noise)) ** 2)
     depth_weight = seen / (1 + (residual[2] / (OUTLIER * depth_noise)) ** 2)
     weight = np.stack([slope_weight, slope_weight, template.depth_weight * depth_weight])
-    weight = weight.reshape(-1, 1).astype(np.float32)
+    weight = weight.astype(np.float32)
     change = template.change.reshape(-1, 6)
-    weighted = weight * change
-    normal = (weighted.T @ change).astype(float)
-    variance = noise**2 * CORRELATED_PX[level.halvings]
-    rigidity = variance * np.linalg.inv(_prior())
-    away = _small_twist(first, guess)
-    pull = (weighted.T @ residual.reshape(-1)).astype(float) - rigidity @ away
-    step = np.linalg.solve(normal + rigidity, pull)
-    learned = normal - noise**2 / 2 * float(slope_weight.mean()) * template.noise_change
-    values, axes = np.linalg.eigh(learned)
-    honest = (axes * np.maximum(values, 0)) @ axes.T + rigidity
-    return step, variance * np.linalg.inv(honest)
+    return _Equations(
+        template=template,
+        weight=weight,
+        residual=residual,
+        normal=((weight.reshape(-1, 1) * change).T @ change).astype(float),
+        noise=noise,
+        variance=noise**2 * CORRELATED_PX[level.halvings],
+    )
 
 
 def _small_twist(start: Transform, end: Transform) -> Twist:

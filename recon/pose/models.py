@@ -60,6 +60,9 @@ class ObjectModel(Protocol):
     def near(self, T_sensor_object: Transform, like: Touch) -> Keyframe | None:
         """The keyframe to compare a touch with at a pose; ``None`` where nothing is known."""
 
+    def surest(self, T_sensor_object: Transform) -> Keyframe | None:
+        """Of the keyframes in reach of a pose, the one whose own pose is least in doubt."""
+
     def learn(self, seen: Keyframe) -> None:
         """Take in a touch whose pose was found."""
 
@@ -79,6 +82,11 @@ class TouchModel:
             return None
         best = min(self.keyframes, key=lambda item: remoteness(item, T_sensor_object))
         return best if remoteness(best, T_sensor_object) < 1 else None
+
+    def surest(self, T_sensor_object: Transform) -> Keyframe | None:
+        """The touch in reach with the smallest rotation variance."""
+        reached = [item for item in self.keyframes if remoteness(item, T_sensor_object) < 1]
+        return min(reached, key=lambda item: float(np.trace(item.covariance[:3, :3])), default=None)
 
     def learn(self, seen: Keyframe) -> None:
         """Keep it."""
@@ -111,6 +119,10 @@ class MeshModel:
                 return self._last
         self._last = self._rendered(T_sensor_object, like)
         return self._last
+
+    def surest(self, T_sensor_object: Transform) -> Keyframe | None:
+        """A mesh's pictures are all without doubt."""
+        return None
 
     def learn(self, seen: Keyframe) -> None:
         """A mesh is known already."""

@@ -54,6 +54,8 @@ REGISTRATIONS: Mapping[str, Registration] = {
 """Ways to compare touches, by name; the first is ours."""
 
 LEAST_CONTACT_PX = 120
+LEAST_SHARE = 0.1
+"""Of the largest contact so far: a last remnant, or the gel's slow return, is not the object."""
 LEAST_OVERLAP = 0.35
 """Of the smaller contact."""
 LEAST_EXPLAINED = 0.5
@@ -139,12 +141,17 @@ class Tracker:
         self._estimate = PoseEstimate(state="lost", reason="nothing touches")
         self._keyframe: Keyframe | None = None
         self._recent: Keyframe | None = None
+        self._most_px = 0
 
     def __call__(self, touch: Touch) -> PoseEstimate:
         """Take in the next touch."""
         before, self._before = self._before, touch
-        if np.count_nonzero(touch.contact) < LEAST_CONTACT_PX:
+        contact_px = int(np.count_nonzero(touch.contact))
+        self._most_px = max(self._most_px, contact_px)
+        if contact_px < LEAST_CONTACT_PX:
             self._estimate = PoseEstimate(state="lost", reason="nothing touches")
+        elif contact_px < LEAST_SHARE * self._most_px:
+            self._estimate = PoseEstimate(state="lost", reason="too little of the object touches")
         elif not np.isfinite(touch.gradient).all():
             self._estimate = PoseEstimate(state="lost", reason="slopes are not finite")
         elif before is not None and np.array_equal(before.gradient, touch.gradient):
@@ -209,7 +216,22 @@ class Tracker:
         )
         if found.overlap < KEYFRAME_OVERLAP or remoteness(known, found.T_sensor_object) > SWITCH:
             found = self._switched(seen, touch, found)
-        return found
+        return self._made_sure(seen, found)
+
+    def _made_sure(self, seen: Keyframe, found: PoseEstimate) -> PoseEstimate:
+        """Where there is doubt, ask the keyframe whose pose is surest; else say it."""
+        assert found.T_sensor_object is not None
+        if found.state == "tracking" and _certain(found):
+            return found
+        surest = self.model.surest(found.T_sensor_object)
+        if surest is not None and surest is not self._keyframe:
+            again = self._compared(surest, seen, found.T_sensor_object)
+            if again.state == "tracking" and _certain(again):
+                self._keyframe = surest
+                return again
+        if found.state != "tracking":
+            return found
+        return replace(found, state="weak", reason="touches before did not show every motion")
 
     def _switched(self, seen: Keyframe, touch: Touch, found: PoseEstimate) -> PoseEstimate:
         """Go over to a nearer keyframe: an old one that agrees, else this touch."""
@@ -291,6 +313,14 @@ class Tracker:
         if not np.sqrt(max(np.linalg.eigvalsh(spread[3:, 3:])[-1], 0)) < WEAK_MM:
             return replace(estimate, state="weak", reason="a shift is not seen by this touch")
         return estimate
+
+
+def _certain(found: PoseEstimate) -> bool:
+    """Whether no direction is in doubt."""
+    assert found.covariance is not None
+    turn = np.linalg.eigvalsh(found.covariance[:3, :3])[-1]
+    shift = np.linalg.eigvalsh(found.covariance[3:, 3:])[-1]
+    return bool(turn < np.radians(WEAK_DEG) ** 2 and shift < WEAK_MM**2)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,8 +9,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from benchmarks.touches import bead
-from recon.pose.joint import Joint
-from recon.pose.models import touches
+from recon.pose.joint import PRIOR_DEG, Joint
+from recon.pose.models import TouchModel, touches
 from recon.pose.pyramid import Pyramid
 from recon.pose.rigid import angle_deg, inverse, motion, rigid, shift_mm
 from recon.pose.tracker import REGISTRATIONS, Tracker
@@ -110,6 +110,48 @@ def test_slopes_that_are_not_finite_are_said(name):
     broken = first.gradient.copy()
     broken[3, 4] = np.nan
     assert track(replace(first, gradient=broken)).state == "lost"
+
+
+@every_tracker
+def test_a_last_remnant_is_not_the_object(name):
+    first = bead_pairs()[0][0]
+    rows, columns = np.nonzero(first.contact)
+    near = np.hypot(rows - rows.mean(), columns - columns.mean()) < 7
+    rest = np.zeros_like(first.contact)
+    rest[rows[near], columns[near]] = True
+    track = Tracker(name)
+    track(first)
+    found = track(replace(first, gradient=first.gradient + np.float32(1e-4), contact=rest))
+    assert found.state == "lost" and found.reason == "too little of the object touches"
+
+
+def test_errors_that_are_alike_over_millimetres_are_stated():
+    first, second, _ = bead_pairs()[0]
+    rows, columns = np.indices(second.contact.shape)
+    wave = 0.15 * np.sin(columns / 6)[..., None] * np.sin(rows / 6)[..., None]
+    bent = replace(second, gradient=second.gradient + wave.astype(np.float32))
+    plain, doubtful = (
+        Joint().align(Pyramid(first), Pyramid(seen), np.eye(4)).covariance
+        for seen in (second, bent)
+    )
+    turns = [np.sqrt(np.trace(found[:3, :3])) for found in (plain, doubtful)]
+    assert turns[1] > 1.8 * turns[0]
+    assert turns[1] < np.sqrt(3) * np.radians(PRIOR_DEG) * 1.001
+
+
+def test_doubt_that_has_added_up_ends_at_a_surer_keyframe_and_is_said_without():
+    for others in (True, False):
+        track = Tracker()
+        track(touch(coarse_bead(), rolled(0), 20))
+        assert isinstance(track.model, TouchModel)
+        (first,) = track.model.keyframes
+        doubtful = replace(first, covariance=0.01 * np.eye(6))
+        track._keyframe = doubtful
+        track.model.keyframes[:] = [doubtful, first] if others else [doubtful]
+        found = track(touch(coarse_bead(), rolled(3.0), 21))
+        assert angle_deg(inverse(rolled(3.0)) @ found.T_sensor_object) < 0.5
+        assert found.state == ("tracking" if others else "weak")
+        assert (found.rotation_std_deg < 1) == others and bool(found.reason) != others
 
 
 def test_what_a_smooth_ball_hides_is_said():
