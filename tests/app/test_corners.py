@@ -130,6 +130,9 @@ def test_a_corner_is_dragged_in_a_browser_and_survives_a_kill(tmp_path: Path) ->
             expect(heading).to_contain_text("corner 3")
             page.keyboard.press("ArrowRight")
             expect(heading).to_contain_text(f"({wanted[0] + 1:.0f}.")
+            page.mouse.move(x, y)
+            page.mouse.down()
+            page.mouse.move(x - 40 * scale, y, steps=3)  # held, never let go
             server.kill()
             browser.close()
     finally:

@@ -7,7 +7,7 @@ import pytest
 
 from recon.images import read_image, write_image
 from recon.lens import Lens, write_lens
-from recon.presses import read_background, read_presses
+from recon.presses import one_sided, read_background, read_presses
 from sensor.dataset import LENS_FILE, BallLabel, read_dataset, write_card, write_labels
 from sensor.errors import WedgeError
 from tests.synthetic import (
@@ -203,3 +203,24 @@ def test_a_label_may_lie_anywhere_when_it_is_on_the_unwarped_frame(tmp_path):
     )
     with pytest.raises(WedgeError, match="outside the 120x90 frame"):
         read_presses(relabelled(dataset, label))
+
+
+def test_blank_frames_that_disagree_are_refused_and_noise_is_not(tmp_path):
+    dataset = make_dataset(tmp_path, presses=2)
+    blank = read_image(tmp_path / "background.png")
+    noise = np.random.default_rng(0).normal(0, 3, blank.shape)
+    write_image(tmp_path / "again.png", np.clip(blank + noise, 0, 255).astype(np.uint8))
+    alike = replace(dataset.card, background=("background.png", "again.png"))
+    assert read_background(replace(dataset, card=alike)).shape == blank.shape
+    pressed = replace(dataset.card, background=("background.png", "press00.png"))
+    with pytest.raises(WedgeError, match=r"press00\.png and background\.png disagree by"):
+        read_background(replace(dataset, card=pressed))
+
+
+def test_presses_in_one_corner_are_said_to_leave_the_pad_out(tmp_path):
+    presses = read_presses(make_dataset(tmp_path, presses=12))
+    assert one_sided(presses) is None
+    corner = [p for p in presses.presses if p.center_px[0] < 60 and p.center_px[1] < 45]
+    sentence = one_sided(replace(presses, presses=tuple(corner)))
+    assert sentence is not None
+    assert "Press the ball over the whole pad" in sentence
