@@ -3,7 +3,7 @@
 """`wedge accept`: is this sensor good?"""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
@@ -11,6 +11,11 @@ from app._output import OutputFile, check_outputs, print_table, write_json
 from app._progress import progress
 from app._seed import Seed
 from app._workers import process_pool
+from sensor.errors import WedgeError
+
+if TYPE_CHECKING:
+    from recon.arrays import Frame
+    from recon.unwarp import Unwarp
 
 TIMED_FRAMES = 300
 """Read from a stream for its rate: ten seconds of the slowest that passes with grade A."""
@@ -39,7 +44,7 @@ def main(
     Args:
         unit: A unit folder, written by `wedge calibrate`.
         dataset: A dataset folder, or a name that `wedge data list` knows.
-        frames: Frames of the unit with their times: an MCAP file, a video or an address.
+        frames: Frames of the unit with their times: an MCAP file, usb:0 or an address.
         out: Write the certificate here: index.html and certificate.pdf.
         seed: Seed of the drawn pixels and the intervals.
         json: Write measurements, limits and grade here as JSON.
@@ -71,7 +76,7 @@ def main(
     calibration = load_calibration(unit)
     source = read_dataset(dataset_folder(dataset))
     card, name = calibration.card, source.card.name
-    times_ns, indices = _times(frames)
+    times_ns, indices = _times(frames, calibration.unwarp)
     with process_pool() as executor, progress(f"acceptance of {card.serial}") as show:
         found = accept_unit(
             calibration,
@@ -112,7 +117,7 @@ def main(
     return 1 if grade == "fail" else 0
 
 
-def _times(where: str | None) -> tuple[list[int], list[int]]:
+def _times(where: str | None, unwarp: "Unwarp") -> tuple[list[int], list[int]]:
     """Times in ns and numbers of a stream's frames."""
     from itertools import islice
 
@@ -120,10 +125,26 @@ def _times(where: str | None) -> tuple[list[int], list[int]]:
 
     if where is None:
         return [], []
-    with progress(f"times of {where}") as show, open_where(where) as source:
-        times_ns, indices = [], []
-        for frame in islice(source, TIMED_FRAMES):
-            times_ns.append(frame.time_ns)
-            indices.append(frame.index)
-            show(len(times_ns) / TIMED_FRAMES, "frames")
+    with open_where(where) as source:
+        if not source.live and not where.endswith(".mcap"):
+            raise WedgeError(
+                f"{where} does not say when its frames were taken: name an address, a camera such "
+                "as usb:0, or a recording by wedge record."
+            )
+        times_ns: list[int] = []
+        indices: list[int] = []
+        with progress(f"times of {where}") as show:
+            for frame in islice(source, TIMED_FRAMES):
+                if not times_ns:
+                    _refuse_other_size(where, frame.image(), unwarp)
+                times_ns.append(frame.time_ns)
+                indices.append(frame.index)
+                show(len(times_ns) / TIMED_FRAMES, "frames")
     return times_ns, indices
+
+
+def _refuse_other_size(where: str, image: "Frame", unwarp: "Unwarp") -> None:
+    try:
+        unwarp.check(image)
+    except WedgeError as error:
+        raise WedgeError(f"{where}: {error}") from error

@@ -13,6 +13,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import app.accept
 from app.__main__ import main
+from recon.images import read_image
+from recon.stream import Recorder, TimedFrame
 from sensor.dataset import read_dataset
 from tests.validation.sensors import accepted_on, change_frames, good_set, unit_of
 from validation.acceptance.certificate import document, junit_xml, page_html
@@ -100,6 +102,31 @@ def test_everything_lies_on_the_sheet_and_nothing_on_another(calibration, accept
     assert all(b.x0 > 0 and b.x1 < width and b.y0 > 0 and b.y1 < height for b in boxes)
     for index, box in enumerate(boxes):
         assert not any(box.overlaps(other.padded(-1)) for other in boxes[:index])
+
+
+def test_a_recording_tells_the_rate_and_what_has_no_times_is_refused(
+    calibration, broken, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setattr(app.accept, "process_pool", lambda: ThreadPoolExecutor(1))
+    calibration.save(tmp_path / "unit")
+    frame = read_image(broken.folder / "background.png")
+    with Recorder(tmp_path / "a.mcap", {"wedge": None}) as recorder:
+        for index in range(20):
+            time_ns = 10**18 + index * 125_000_000
+            recorder.add(
+                "wedge",
+                TimedFrame(index=index, time_ns=time_ns, arrived_ns=time_ns, pixels=frame),
+            )
+    words = ["accept", str(tmp_path / "unit"), str(broken.folder), "--frames"]
+    with pytest.raises(SystemExit) as left:
+        main([*words, str(tmp_path / "a.mcap"), "--json", str(tmp_path / "a.json")])
+    measured = json.loads((tmp_path / "a.json").read_text())["measurements"]
+    (rate,) = [entry for entry in measured if entry["name"] == "frame_rate_hz"]
+    assert (left.value.code, rate["grade"], rate["value"]) == (1, "fail", pytest.approx(8.0))
+    with pytest.raises(SystemExit) as left:
+        main([*words, str(broken.folder)])
+    assert left.value.code == 2
+    assert "when its frames were taken" in " ".join(capsys.readouterr().err.split())
 
 
 def test_the_command_exits_zero_only_on_a_pass(calibration, broken, tmp_path, capsys, monkeypatch):

@@ -47,8 +47,9 @@ REASON_LETTERS = 50
 FAILURE_LETTERS = 130
 MOST_FAILURES = 3
 """Sentences below the verdict; the table has all."""
-TALLEST_IN, GAP_IN, BAR_IN = 1.15, 0.12, 0.6
-"""Of a picture; between pictures; beside one for a colour bar."""
+LOWEST_IN, TALLEST_IN, GAP_IN, BAR_IN = 1.15, 1.5, 0.12, 0.6
+"""Of a picture, by the room there is; between pictures; beside one for a colour bar."""
+NOTE_IN = 0.11
 AMPLIFIED = 3.0
 FLATTER_THAN = 0.02
 """Of the depth: an error map's least range."""
@@ -57,8 +58,8 @@ FLATTER_THAN = 0.02
 @styled
 def picture(found: Acceptance, mm_per_px: Pair) -> Figure:
     """The blank gel, its weakest light, where it serves; a press, its depth, its error."""
-    figure = blank(PAGE_IN[0], 2 * _row_height_in(found, mm_per_px) + 0.35)
-    _pictures(figure, found, mm_per_px, 0.3)
+    figure = blank(PAGE_IN[0], 2 * _row_height_in(found, mm_per_px, TALLEST_IN) + 0.35)
+    _pictures(figure, found, mm_per_px, 0.3, TALLEST_IN)
     return figure
 
 
@@ -91,13 +92,17 @@ def sheet(card: UnitCard, dataset: str, found: Acceptance) -> Figure:
         more = f"{len(said) - MOST_FAILURES} more failures are in the table."
         _say(figure, LEFT_IN, top, more, size=7.0)
         top += 0.13
-    _pictures(figure, found, card.mm_per_px, top + 0.13)
-    top += 2 * _row_height_in(found, card.mm_per_px) + 0.28
     notes = [line for text in not_measured(found) for line in wrap(text, FAILURE_LETTERS)]
-    top = _table(figure, found, top, PAGE_IN[1] - FOOT_IN - 0.11 * len(notes))
+    bottom = PAGE_IN[1] - FOOT_IN - NOTE_IN * len(notes)
+    rows = len(found.values) + len(GROUPS)
+    room = bottom - TALLEST_ROW_IN * rows - top - 2 * (TITLE_IN + 0.04) - 0.28
+    tall = min(max(room / 2, LOWEST_IN), TALLEST_IN)
+    _pictures(figure, found, card.mm_per_px, top + 0.13, tall)
+    top += 2 * _row_height_in(found, card.mm_per_px, tall) + 0.28
+    top = _table(figure, found, top, bottom)
     for note in notes:
         _say(figure, LEFT_IN, top, note, size=6.0, color=SOFT)
-        top += 0.11
+        top += NOTE_IN
     return figure
 
 
@@ -131,7 +136,9 @@ def _say(
     figure.text(left_in / width_in, 1 - top_in / height_in, text, fontsize=size, color=color)
 
 
-def _pictures(figure: Figure, found: Acceptance, mm_per_px: Pair, top_in: float) -> None:
+def _pictures(
+    figure: Figure, found: Acceptance, mm_per_px: Pair, top_in: float, tallest_in: float
+) -> None:
     even = smooth(found.gel, SMOOTHING_PX)
     even = even / np.maximum(np.quantile(even, 0.98, axis=(0, 1)), 1e-6)
     shown = found.press.picture
@@ -160,8 +167,8 @@ def _pictures(figure: Figure, found: Acceptance, mm_per_px: Pair, top_in: float)
     for index, (title, values, colors, limits, unit) in enumerate(maps):
         column = index % 3
         left = LEFT_IN + column * (width + GAP_IN) + (BAR_IN if column == 2 else 0.0)
-        top = top_in + index // 3 * _row_height_in(found, mm_per_px)
-        box = fit_box(left, top, width, TALLEST_IN, size_mm(values, mm_per_px))
+        top = top_in + index // 3 * _row_height_in(found, mm_per_px, tallest_in)
+        box = fit_box(left, top, width, tallest_in, size_mm(values, mm_per_px))
         image = show_map(figure, box, values, mm_per_px, title, colors=colors, limits=limits)
         image.axes.set_title(title, fontsize=8.0)
         if unit:
@@ -177,6 +184,6 @@ def _picture_width_in() -> float:
     return (WIDTH_IN - 2 * GAP_IN - 2 * BAR_IN) / 3
 
 
-def _row_height_in(found: Acceptance, mm_per_px: Pair) -> float:
+def _row_height_in(found: Acceptance, mm_per_px: Pair, tallest_in: float) -> float:
     size = size_mm(found.blank, mm_per_px)
-    return fit_box(0.0, 0.0, _picture_width_in(), TALLEST_IN, size).height + TITLE_IN + 0.04
+    return fit_box(0.0, 0.0, _picture_width_in(), tallest_in, size).height + TITLE_IN + 0.04
