@@ -23,7 +23,7 @@ WIDEST_STAINS = 0.1
 A grip of half the pad spreads the colours too. On 124 real presses of three sensors the spread
 asked for 0.03 to 0.12, on six clips of grips for up to 0.3.
 """
-LEAST_AREA = 2e-4
+LEAST_AREA = 8e-4
 """Smaller patches, as a share of the frame, are dust."""
 DEVIATION = 1.4826
 """Standard deviations in a median absolute deviation, of normal noise."""
@@ -46,8 +46,9 @@ def disturbed_mask(difference: Difference) -> ContactMask:
     to ``WIDEST_STAINS`` only; what neighbours differ by is noise however much it is.
     """
     smooth = cv2.GaussianBlur(difference, (0, 0), SMOOTHING_PX)
-    change = np.abs(smooth).max(-1)
-    spread = DEVIATION * _median(np.abs(smooth - np.median(smooth, axis=(0, 1))))
+    middle = np.median(smooth, axis=(0, 1)) if smooth.size else np.zeros(3)
+    change = np.abs(smooth - drift_of(middle)).max(-1)
+    spread = DEVIATION * _median(np.abs(smooth - middle))
     grain = DEVIATION * _median(np.abs(np.diff(difference, axis=1))) / np.sqrt(2)
     smooth_grain = grain / (2 * np.sqrt(np.pi) * SMOOTHING_PX)  # white noise after the blur
     mask = change > least_change(spread, smooth_grain)
@@ -58,6 +59,15 @@ def disturbed_mask(difference: Difference) -> ContactMask:
     large[0] = False
     disturbed: ContactMask = large[patches]
     return disturbed
+
+
+def drift_of(middle: np.ndarray) -> np.ndarray:
+    """How far each colour has drifted since the blank frame, from its median over the frame.
+
+    Lights warm up, and a camera balances its white anew. More than the least change is no drift:
+    a wide grip moves the median too.
+    """
+    return np.clip(middle, -LEAST_CHANGE, LEAST_CHANGE).astype(np.float32)
 
 
 def least_change(spread: float, grain: float) -> float:

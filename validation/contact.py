@@ -7,23 +7,25 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from scipy import ndimage
 
-from recon.arrays import ContactMask, DepthMap, Frame, Unwarped
+from recon.arrays import ContactMask, Frame, Unwarped
 from recon.ball import offsets_mm
-from recon.contact import COLLAR_MM, disturbed_mask
+from recon.contact import disturbed_mask
 from recon.estimators import fit_estimator
 from recon.markers.filling import fill_gradients
 from recon.pipeline import reconstruct
 from recon.pixels import BallPress, join, label_pixels
 from recon.presses import press_reader, read_background, read_presses
 from sensor.dataset import Dataset
-from sensor.toml import Pair
 
 READ_NOISE_LEVELS, SHOT_NOISE, FLICKER = (0.5, 2.0), 0.02, 0.002
-"""Wider than on the 38 blank frames after the first of two clips of the MIT Wedge: those differ
-from it by 1.3 grey levels of 255, and in brightness by at most 0.13 %."""
-JPEG_QUALITY = (85, 98)
+COLOUR_DRIFT, STAIN, STAINS_ACROSS = 0.012, 0.003, (16, 12)
+"""Since the background was taken: of each colour's brightness, and of full scale in patches.
+
+Frames of the MIT Wedge before a grip differ from the first, after the blur of a contact's search,
+by 0.004 of full scale in the middle and 0.02 at most; a second and more after the grip, when the
+gel is free again, by 0.011 and 0.03, in every colour. Noisy frames differ by 0.008 and 0.03."""
+JPEG_QUALITY = (75, 98)
 BLANKS_EVERY = 20
 
 
@@ -81,23 +83,11 @@ def disc(press: BallPress) -> ContactMask:
     return np.asarray(away_mm < press.contact_radius_mm)
 
 
-def true_contact(depth_mm: DepthMap, mm_per_px: Pair) -> ContactMask:
-    """Where an exact skin of a bonded gel is held: its pressure is not zero there.
-
-    The twin's skin obeys the same law as ``recon.contact.pressure_mm``, free of noise; blurring
-    by its paint spreads the edge over less than a pixel.
-    """
-    rows, columns = (pitch for pitch in mm_per_px[::-1])
-    bend = ndimage.correlate1d(depth_mm, [1, -2, 1], axis=0) / rows**2
-    bend += ndimage.correlate1d(depth_mm, [1, -2, 1], axis=1) / columns**2
-    return np.asarray(depth_mm - COLLAR_MM**2 * bend > 0.1 * depth_mm.max())
-
-
 def blank_frames_in_contact(dataset: Dataset, count: int, seed: int = 0) -> int:
     """How many of so many noisy blank frames of a sensor are taken for a contact.
 
     The blank gel that they are compared with is the mean of four such frames of the same JPEG
-    quality, as a camera would give both.
+    quality, as a camera would give both, taken before colours drifted.
     """
     reader = press_reader(dataset)
     background = read_background(dataset)
@@ -108,13 +98,22 @@ def blank_frames_in_contact(dataset: Dataset, count: int, seed: int = 0) -> int:
             quality = int(rng.integers(*JPEG_QUALITY))
             seen = [reader.unwarp(noisy(background, quality, rng)) for _ in range(4)]
             blank = np.mean(seen, axis=0, dtype=np.float32)
-        image = reader.unwarp(noisy(background, quality, rng))
+        image = reader.unwarp(noisy(drifted(background, rng), quality, rng))
         difference = image - blank
         if reader.dots is not None:
             hidden = reader.dots.hidden(reader.dots.track(image))
             difference = fill_gradients(difference, hidden, "harmonic")
         touched += bool(disturbed_mask(difference).any())
     return touched
+
+
+def drifted(blank: Frame, rng: np.random.Generator) -> Frame:
+    """A blank frame as it looks later: colours a little brighter or darker, stains on the gel."""
+    height, width, _ = blank.shape
+    gain = 1 + COLOUR_DRIFT * rng.standard_normal(3)
+    coarse = rng.standard_normal((*STAINS_ACROSS[::-1], 3)).astype(np.float32)
+    stain = cv2.resize(coarse, (width, height), interpolation=cv2.INTER_CUBIC)
+    return np.clip(np.rint(blank * gain + 255 * STAIN * stain), 0, 255).astype(np.uint8)
 
 
 def noisy(blank: Frame, quality: int, rng: np.random.Generator) -> Frame:

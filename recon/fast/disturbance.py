@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float32
 from scipy import ndimage
 
-from recon.contact import DEVIATION, LEAST_AREA, SMOOTHING_PX, least_change
+from recon.contact import DEVIATION, LEAST_AREA, SMOOTHING_PX, drift_of, least_change
 from recon.fast.kernels import compiled
 from recon.poisson import Boundary
 
@@ -32,18 +32,21 @@ class FrameDisturbance:
         width, height = size_px
         self._quarter = np.zeros((-(-height // SIDE_PX), -(-width // SIDE_PX), 3), np.float32)
         self._smooth = np.zeros_like(self._quarter)
+        self._line = np.zeros(width, np.float32)
         self._changed = np.zeros(self._quarter.shape[:2], np.uint8)
         self._lit = np.array([channel in channels for channel in "RGB"], np.float32)
 
     def __call__(self, difference: Float32[np.ndarray, "3 h w"]) -> QuarterMask:
         """The mask, one element for 4 x 4 pixels."""
         smooth = self._smooth
-        _average(difference, self._lit, self._quarter)
+        _average(difference, self._lit, self._quarter, self._line)
         cv2.GaussianBlur(self._quarter, (0, 0), _LEFT_PX, dst=smooth)
-        some = smooth[::2, ::2].reshape(-1, 3).T.copy()  # medians of rows are the quicker ones
-        spread = DEVIATION * float(np.median(np.abs(some - np.median(some, axis=1, keepdims=True))))
+        some = smooth[::2, ::2].reshape(-1, 3).T.copy()
+        middle = median(some)
+        spread = DEVIATION * float(median(np.abs(some - middle[:, None]).ravel()))
+        smooth -= drift_of(middle)
         pairs = difference[:, ::16, :-1:4] - difference[:, ::16, 1::4]
-        grain = DEVIATION * float(np.median(np.abs(pairs * self._lit[:, None, None])))
+        grain = DEVIATION * float(median(np.abs(pairs * self._lit[:, None, None]).ravel()))
         grain /= math.sqrt(2) * 2 * math.sqrt(math.pi) * SMOOTHING_PX
         _exceeding(smooth, least_change(spread, grain), self._changed)
         _, patches, sizes, _ = cv2.connectedComponentsWithStats(self._changed, connectivity=4)
@@ -51,6 +54,16 @@ class FrameDisturbance:
         large[0] = False
         mask: QuarterMask = large[patches]
         return mask
+
+
+def median(values: Float32[np.ndarray, "*n m"]) -> Float32[np.ndarray, "*n"]:
+    """Along the last axis, as ``numpy.median`` but in a fifth of its time."""
+    half = values.shape[-1] // 2
+    parted = np.partition(values, half, axis=-1)
+    middle = parted[..., half]
+    if values.shape[-1] % 2 == 0:
+        middle = (middle + parted[..., :half].max(-1)) / 2
+    return np.asarray(middle, np.float32)
 
 
 def border_of(disturbed: QuarterMask) -> Boundary:
@@ -67,18 +80,27 @@ def in_pixels(disturbed: QuarterMask, size_px: tuple[int, int]) -> Bool[np.ndarr
     return large[:height, :width]
 
 
-def _take_average(difference: Any, lit: Any, out: Any) -> None:
+def _take_average(difference: Any, lit: Any, out: Any, line: Any) -> None:
+    """Rows are added up first, as vectors; ``line`` is room for one of their sums."""
     _, height, width = difference.shape
-    for k in range(3):
-        for row in range(out.shape[0]):
-            rows = min(SIDE_PX, height - row * SIDE_PX)
-            for column in range(out.shape[1]):
-                columns = min(SIDE_PX, width - column * SIDE_PX)
+    whole = width // SIDE_PX
+    for row in range(out.shape[0]):
+        end = min(height, (row + 1) * SIDE_PX)
+        rows = end - row * SIDE_PX
+        for k in range(3):
+            line[:] = 0
+            for r in range(row * SIDE_PX, end):
+                for column in range(width):
+                    line[column] += difference[k, r, column]
+            scale = lit[k] / np.float32(rows * SIDE_PX)
+            for column in range(whole):
                 total = np.float32(0)
-                for r in range(rows):
-                    for c in range(columns):
-                        total += difference[k, row * SIDE_PX + r, column * SIDE_PX + c]
-                out[row, column, k] = lit[k] * total / np.float32(rows * columns)
+                for c in range(SIDE_PX):
+                    total += line[column * SIDE_PX + c]
+                out[row, column, k] = scale * total
+            if whole < out.shape[1]:
+                rest = line[whole * SIDE_PX :]
+                out[row, whole, k] = lit[k] * rest.sum() / np.float32(rows * len(rest))
 
 
 def _take_exceeding(smooth: Any, most: float, out: Any) -> None:

@@ -59,6 +59,13 @@ def test_a_ball_that_covers_most_of_the_pad_is_found(radius):
     assert boundary_of(found) == "neumann"
 
 
+@given(seeds, st.lists(st.floats(-0.025, 0.025), min_size=3, max_size=3))
+def test_colours_that_drift_together_are_no_contact(seed, drift):
+    difference = pressed(np.zeros((HEIGHT, WIDTH), bool), seed=seed) + np.float32(drift)
+    assert not disturbed_mask(difference).any()
+    assert not FrameDisturbance((WIDTH, HEIGHT), "RGB")(difference.transpose(2, 0, 1).copy()).any()
+
+
 def test_a_harder_grip_never_disturbs_less():
     """A wide contact spreads the colours of the frame, which must not pass for noise."""
     noise = 0.002 * np.random.default_rng(0).standard_normal((HEIGHT, WIDTH, 3))
