@@ -30,7 +30,8 @@ def main(
     """Show one sensor or several in the browser.
 
     Raw, difference and depth as pictures, depth also as a surface that turns, the deepest point,
-    the contact area, frames a second, latency and losses. A button takes a new background, another
+    the contact area, the touched object's pose with its doubt, how the gel's dots have moved,
+    frames a second, latency and losses. A button takes a new background, another
     keeps a frame: PNG files that a dataset can be made of. A sensor that fails says why and is
     tried again; the others go on.
 

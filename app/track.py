@@ -76,9 +76,9 @@ def main(
     from recon.pipeline import Reconstructor
     from recon.pose.mesh import read_mesh
     from recon.pose.models import MeshModel
-    from recon.pose.rigid import inverse
     from recon.pose.tracker import REGISTRATIONS, Tracker
     from sensor.files import new_folder
+    from validation.figures.tracking import anchor_on
 
     if frames is not None and not 0 < frames <= MOST_FRAMES:
         raise WedgeError(f"--frames must be 1 to {MOST_FRAMES}, not {frames}.")
@@ -111,7 +111,7 @@ def main(
             times_ns.append(frame.time_ns)
             pose = found[-1].T_sensor_object
             if anchor is None and pose is not None:
-                anchor = (_deepest_mm(touch) - pose[:3, 3]) @ inverse(pose)[:3, :3].T
+                anchor = anchor_on(touch, pose)
             pictures.append(_picture(gel(image), touch, found[-1], anchor))
             if len(pictures) > 2 * CLIP_FRAMES:
                 pictures = pictures[::2]
@@ -145,14 +145,6 @@ def _pose(path: Path) -> "np.ndarray":
     if numbers.size != 16:
         raise WedgeError(f"{path} holds {numbers.size} numbers, not the 16 of a 4 x 4 pose.")
     return numbers.reshape(4, 4)
-
-
-def _deepest_mm(touch: "Reconstruction") -> "np.ndarray":
-    """The deepest point of the skin in the gel frame."""
-    from recon.pose.registration import contact_points
-
-    points = contact_points(touch)
-    return points[points[:, 2].argmin()]
 
 
 def _picture(

@@ -10,6 +10,7 @@ from nicegui import app, ui
 from nicegui.elements.scene.objects.texture import Texture
 
 from app.pages import pictures
+from app.pages.following import Followed
 from app.pages.watching import STEEPNESS, VIEW_S, Watcher
 from sensor.errors import WedgeError
 
@@ -68,7 +69,7 @@ class SensorCard:
         self.surface_s = 0.0
         with ui.column().classes("sensor w-full p-4 gap-3").props(f"id=sensor-{number}"):
             self._head()
-            pictured = 3 if watcher.unit else 2
+            pictured = 4 if watcher.unit and alone else 2
             with ui.element("div").classes(f"grid grid-cols-{pictured} gap-3 w-full"):
                 self.raw = _picture("Raw", "as the camera sees it", "raw")
                 about = f"to the blank gel, ×{pictures.CONTRAST:g} about grey"
@@ -76,6 +77,8 @@ class SensorCard:
                 if watcher.unit:
                     marks = "contact outlined, deepest point crossed"
                     self.depth = _picture("Depth", marks, "depth")
+                    axes = "the object's axes: x blue, y orange, z green; dots' shifts ×3"
+                    self.posed = _picture("Pose and markers", axes, "posed")
             if watcher.unit is None:
                 ui.label(
                     "Depth needs the sensor's unit: wedge live WHERE --unit UNIT. "
@@ -123,6 +126,15 @@ class SensorCard:
         with ui.column().classes("gap-2 w-full"):
             self.deepest, self.deepest_line = _figure("Deepest point", "mm", "deepest")
             self.area, self.area_line = _figure("Contact area", "mm²", "contact")
+            with ui.row().classes("items-center gap-2"):
+                ui.label("Object's pose").classes("text-sm font-medium")
+                self.pose_state = ui.label("–").classes("chip off pose-state")
+            self.pose = ui.label().classes("text-sm pose")
+            ui.label("since its first touch; lift it for a second and the next is new").classes(
+                "quiet text-xs"
+            )
+            ui.label("Markers").classes("text-sm font-medium")
+            self.markers = ui.label().classes("text-sm markers")
             with ui.column().classes("gap-0 w-full"):
                 ui.label("Colours of depth").classes("text-sm font-medium")
                 bar = ui.element("div").classes("w-full h-3 rounded mt-1")
@@ -160,6 +172,8 @@ class SensorCard:
         if glimpse.depth is None or glimpse.surface is None:
             return
         self.depth.set_source(glimpse.depth)
+        if glimpse.followed is not None:
+            self._update_pose(glimpse.followed)
         self.deepest.set_text(f"{glimpse.deepest_mm:.2f}")
         self.area.set_text(f"{glimpse.contact_mm2:.1f}")
         self.scale.set_text(f"{glimpse.scale_mm:.2f} mm")
@@ -169,6 +183,14 @@ class SensorCard:
             history = [item for item in watcher.history if time.monotonic() - item[0] < HISTORY_S]
             self.deepest_line.set_content(sparkline([(t, mm) for t, mm, _ in history]))
             self.area_line.set_content(sparkline([(t, mm2) for t, _, mm2 in history]))
+
+    def _update_pose(self, followed: Followed) -> None:
+        self.posed.set_source(followed.picture)
+        self.pose.set_text(followed.pose)
+        self.markers.set_text(followed.markers)
+        self.pose_state.set_text(followed.state)
+        here = followed.state == "tracking"
+        self.pose_state.classes("on" if here else "off", remove="off" if here else "on")
 
     def _update_surface(self, url: str, grid: pictures.Grid) -> None:
         if self.texture is None:

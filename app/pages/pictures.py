@@ -28,7 +28,7 @@ Grid = list[list[list[float] | None]]
 def raw_picture(frame: Frame) -> str:
     """A frame as the camera gave it."""
     height, width = frame.shape[:2]
-    return _data_url(_resized(frame, (WIDTH_PX, round(WIDTH_PX * height / width))))
+    return as_url(_resized(frame, (WIDTH_PX, round(WIDTH_PX * height / width))))
 
 
 def difference_picture(difference: Difference, mm_per_px: Pair) -> str:
@@ -36,7 +36,7 @@ def difference_picture(difference: Difference, mm_per_px: Pair) -> str:
     shown = np.clip(
         127.5 + 255 * CONTRAST * _resized(difference, _size(difference, mm_per_px)), 0, 255
     )
-    return _data_url(shown.astype(np.uint8))
+    return as_url(shown.astype(np.uint8))
 
 
 def depth_picture(
@@ -56,7 +56,7 @@ def depth_picture(
         )
         cv2.drawMarker(picture, place, (0, 0, 0), cv2.MARKER_CROSS, 15, 3)
         cv2.drawMarker(picture, place, (255, 255, 255), cv2.MARKER_CROSS, 13, 1)
-    return _data_url(picture)
+    return as_url(picture)
 
 
 def depth_colors(depth_mm: DepthMap, scale_mm: float) -> Frame:
@@ -83,7 +83,7 @@ def surface(
     z = -coarse * unit * steepness
     grid = np.stack([*np.meshgrid(x, y), z], -1).round(3).tolist()
     lit = _lit(depth_colors(_resized(depth_mm, (width // 2, height // 2)), scale_mm), z)
-    return _data_url(lit), grid
+    return as_url(lit), grid
 
 
 def legend() -> str:
@@ -123,6 +123,7 @@ def _resized(image: np.ndarray, size: tuple[int, int]) -> np.ndarray:
     return cv2.resize(np.ascontiguousarray(image), size, interpolation=how)
 
 
-def _data_url(picture: Frame) -> str:
+def as_url(picture: Frame) -> str:
+    """A picture as a JPEG that a page holds in itself."""
     coded = base64.b64encode(encode_jpeg(picture, QUALITY)).decode()
     return f"data:image/jpeg;base64,{coded}"

@@ -14,6 +14,7 @@ import numpy as np
 
 from app._sources import open_live
 from app.pages import pictures
+from app.pages.following import Followed, Follower
 from recon.arrays import Frame
 from recon.calibration import Calibration
 from recon.fast import FastReconstructor
@@ -45,6 +46,7 @@ class Glimpse:
     deepest_mm: float = 0.0
     contact_mm2: float = 0.0
     work_ms: float = 0.0
+    followed: Followed | None = None
     number: int = 0
 
 
@@ -65,6 +67,7 @@ class Watcher:
         self.frame: Frame | None = None
         self.watched_s = 0.0
         self._background: Frame | None = None
+        self._follower: Follower | None = None
         self._taken: list[Frame] | None = None
         self._saved = ""
         self._closed = threading.Event()
@@ -128,9 +131,7 @@ class Watcher:
             self._closed.wait(AGAIN_S)
 
     def _follow(self, newest: Newest) -> None:
-        reconstruct: FastReconstructor | None = None
-        if self.unit is not None:
-            reconstruct = FastReconstructor(self.unit, self._background)
+        reconstruct = self._prepared()
         counted, since_s = newest.source.counts.received, time.monotonic()
         latencies_ms: deque[float] = deque(maxlen=12)
         while not self._closed.is_set():
@@ -145,8 +146,8 @@ class Watcher:
                 latencies_ms.append(timed.latency_ms)
             if self._background is None and self.unit is None:
                 self._background = frame
-            if self._collected(frame) and self.unit is not None:
-                reconstruct = FastReconstructor(self.unit, self._background)
+            if self._collected(frame):
+                reconstruct = self._prepared()
             if begun_s - self.watched_s < UNWATCHED_S:
                 self.glimpse = self._look(reconstruct, frame)
             self.error = ""
@@ -157,6 +158,13 @@ class Watcher:
                 counted, since_s = received, time.monotonic()
                 self.latency_ms = median(latencies_ms) if latencies_ms else None
             self._closed.wait(max(0.0, VIEW_S - (time.monotonic() - begun_s)))
+
+    def _prepared(self) -> FastReconstructor | None:
+        """For the blank frame that holds now; ``None`` without a unit."""
+        if self.unit is None:
+            return None
+        self._follower = Follower(self.unit, self._background)
+        return FastReconstructor(self.unit, self._background)
 
     def _collected(self, frame: Frame) -> bool:
         """Whether a new background is there now."""
@@ -190,7 +198,9 @@ class Watcher:
         scale_mm = max(LEAST_SCALE_MM, 1.1 * deepest_mm, 0.985 * before_mm)
         contact_mm2 = float(contact.sum() * pitch_mm[0] * pitch_mm[1])
         self.history.append((time.monotonic(), deepest_mm, contact_mm2))
+        assert self._follower is not None
         return Glimpse(
+            followed=self._follower(frame, touch, time.monotonic()),
             raw=raw,
             difference=pictures.difference_picture(touch.difference, pitch_mm),
             depth=pictures.depth_picture(touch.depth_mm, contact, scale_mm, pitch_mm),

@@ -101,6 +101,11 @@ def test_two_sensors_one_of_them_away(tmp_path: Path, browser_page: Page) -> Non
             picture = decode_jpeg(base64.b64decode(shown.partition(",")[2]))
             assert picture.shape[1] == pictures.WIDTH_PX
             assert picture.std() > 1
+        shown = first.locator(".posed img").get_attribute("src")
+        assert decode_jpeg(base64.b64decode(shown.partition(",")[2])).std() > 1
+        page.wait_for_function("document.querySelector('.pose').innerText.includes('turn')")
+        assert first.locator(".pose-state").inner_text() in ("tracking", "weak", "lost", "frozen")
+        assert first.locator(".markers").inner_text() == "none on this gel"
         assert "frames/s" in first.locator("#stream").inner_text()
         assert "nothing listens" in second.locator("#remark").inner_text()
 

@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 from scipy.spatial.transform import Rotation
 
 from recon.arrays import ContactMask, Unwarped
-from recon.pose.rigid import Points, Transform
+from recon.pose.registration import Touch, contact_points
+from recon.pose.rigid import Points, Transform, applied, inverse
 from recon.pose.tracker import PoseEstimate
 from sensor.toml import Pair
 from validation.figures.style import BLUE, FAINT, FULL_IN, GREEN, ORANGE, RED, SOFT, card, styled
@@ -78,6 +79,12 @@ def series(
         deviation = np.sqrt(np.maximum(np.diag(item.covariance), 0))
         spread[index] = np.concatenate([np.degrees(deviation[:3]), deviation[3:]])
     return turn, shift, spread
+
+
+def anchor_on(touch: Touch, T_sensor_object: Transform) -> Points:
+    """The deepest point of a touch, in the object's frame: a place for its axes."""
+    points = contact_points(touch)
+    return applied(inverse(T_sensor_object), points[points[:, 2].argmin()])
 
 
 def overlay(
