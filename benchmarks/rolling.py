@@ -1,0 +1,120 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A textured bead rolled once round on the twin's gel: path-traced, reconstructed and followed.
+
+    python -m benchmarks.rolling build/roll
+
+The bead turns at the pad's middle about the gel's y axis, as one that is rolled between the sensor
+and a plate does. Frames that an interrupted run left in the folder are not traced again; the unit
+is that of the rendered twin, whose ball presses are in the repository.
+"""
+
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from benchmarks.touches import Thing, bead, lowest_surface
+from recon.calibration import calibrate
+from recon.images import read_image
+from recon.pipeline import Reconstructor
+from recon.pose.rigid import Transform, angle_deg, inverse, rigid
+from recon.pose.tracker import Tracker
+from recon.presses import read_presses
+from sensor.dataset import read_dataset
+from sensor.design import STANDARD
+from sensor.files import write_atomic
+from simulation.camera import expose, photograph
+from simulation.dataset import Dent, Recipe, around, bands, set_in, trace_part
+from simulation.engine import best_engine
+from simulation.presses import PAINT_MM
+from simulation.render import Radiance, smoothed
+from simulation.skin import pressed
+from validation.datasets import dataset_folder
+
+RADIUS_MM, PRESS_MM, TEXTURE_MM = 4.0, 0.8, 0.04
+STEP_DEG, TURN_DEG = 2.5, 360.0
+SAMPLES, SEED = 64, 0
+BLANK = "background.jpg"
+
+
+def poses() -> list[Transform]:
+    """``T_gel_bead`` at every step; the first is the identity."""
+    centre = np.array([0, 0, RADIUS_MM - PRESS_MM])
+    angles = np.radians(np.arange(0, TURN_DEG + STEP_DEG / 2, STEP_DEG))
+    turns = Rotation.from_rotvec(angles[:, None] * [0, 1, 0]).as_matrix()
+    return [rigid(turn, centre - turn @ centre) for turn in turns]
+
+
+def render_roll(folder: Path, samples: int = SAMPLES) -> Iterator[str]:
+    """Trace the blank gel and every step into a folder of JPEG frames; the names as they come.
+
+    Raises:
+        WedgeError: Mitsuba is not installed.
+    """
+    recipe = Recipe(engine=best_engine(), design=STANDARD, samples=samples, seed=SEED)
+    view = recipe.view
+    rest = np.zeros(view.size_px[::-1], np.float32)
+    blank: Radiance = np.concatenate(
+        [trace_part(recipe, rest, window, None) for window in bands(view)]
+    )
+    untouched = smoothed(blank, view.mm_per_px[0], rest, None)
+    camera = expose(untouched)
+    write_atomic(folder / BLANK, photograph(untouched, camera, SEED))
+    thing: Thing = bead(RADIUS_MM, PRESS_MM, TEXTURE_MM)
+    lattice = np.stack(view.grid_mm, -1)
+    for index, pose in enumerate(poses()):
+        path = folder / f"step_{index:03d}.jpg"
+        if not path.is_file():
+            surface_mm, _ = lowest_surface(thing, pose, lattice)
+            skin = pressed(view, STANDARD.gel, -surface_mm, PAINT_MM)
+            depth = skin.depth_mm.astype(np.float32)
+            dent = Dent(window=around(view, depth), depth_mm=depth, circle_px=None)
+            traced = trace_part(recipe, depth, dent.window, None)
+            write_atomic(
+                path, photograph(set_in(blank, recipe, dent, traced), camera, SEED + 1 + index)
+            )
+        yield path.name
+
+
+def followed(
+    folder: Path, trackers: Sequence[str] = ("joint", "gicp")
+) -> Mapping[str, Sequence[float]]:
+    """Degrees by which each tracker is off at every step; NaN where lost.
+
+    The unit is calibrated by the default estimator on the twin's ball presses.
+
+    Raises:
+        WedgeError: a frame is missing, or a tracker's library is not installed.
+    """
+    dataset = read_dataset(dataset_folder("twin-standard"))
+    unit = calibrate(
+        dataset,
+        read_presses(dataset),
+        estimator="default",
+        serial="twin-standard",
+        created="2026-01-01",
+        metrics={},
+        seed=SEED,
+    )
+    reconstruct = Reconstructor(unit, read_image(folder / BLANK))
+    running = {name: Tracker(name) for name in trackers}
+    errors: dict[str, list[float]] = {name: [] for name in trackers}
+    for index, pose in enumerate(poses()):
+        touch = reconstruct(read_image(folder / f"step_{index:03d}.jpg"))
+        for name, track in running.items():
+            found = track(touch).T_sensor_object
+            errors[name].append(np.nan if found is None else angle_deg(inverse(pose) @ found))
+    return errors
+
+
+if __name__ == "__main__":
+    place = Path(sys.argv[1])
+    place.mkdir(parents=True, exist_ok=True)
+    for name in render_roll(place):
+        print(name, end="\r", flush=True)
+    for name, errors in followed(place).items():
+        before = round(315 / STEP_DEG)
+        print(f"{name}: {errors[before]:.2f} deg off at 315, {errors[-1]:.2f} deg off at 360")
