@@ -51,7 +51,7 @@ class Joint:
         guess = T_current_reference
         equations = None
         for index, template in reference.templates.items():
-            level = current.levels[index]
+            level = current.level(index)
             for _ in range(STEPS_PER_LEVEL):
                 equations = _linearized(template, level, guess)
                 if equations is None:
@@ -103,8 +103,10 @@ class _Equations:
         known, axes = np.linalg.eigh(learned * np.outer(scale, scale) / self.variance)
         known = np.maximum(known, 0)
         equations = ((self.weight * self.residual)[..., None] * self.template.change).sum(0)
-        sums = np.zeros((TILES**2, 6))
-        np.add.at(sums, self.template.tiles(TILES), equations)
+        tiles = self.template.tiles(TILES)
+        sums = np.stack(
+            [np.bincount(tiles, column, minlength=TILES**2) for column in equations.T], -1
+        )
         scatter = ((sums - sums.mean(0)) * scale @ axes / self.variance) ** 2
         growth = np.maximum(scatter.sum(0) / np.maximum(known, 1e-12), 1)
         spread = scale[:, None] * axes / np.sqrt(known / growth + 1)

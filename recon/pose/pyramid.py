@@ -91,15 +91,23 @@ class Pyramid:
 
     def __init__(self, touch: Touch) -> None:
         self.touch = touch
-        self.levels = _levels(touch)
+        self._coarse = _coarse_levels(touch)
         contact_px = int(np.count_nonzero(touch.contact))
         self.finest = 0 if contact_px < FULL_RESOLUTION_PX else 1
+
+    def level(self, halvings: int) -> Level:
+        """The touch at one resolution."""
+        return self._coarse[halvings - 1] if halvings else self._full
+
+    @cached_property
+    def _full(self) -> Level:
+        return _full_level(self.touch)
 
     @cached_property
     def templates(self) -> dict[int, Template]:
         """By level, those of too few pixels left out, the coarsest first."""
         made = {
-            index: _template(self.levels[index], self.touch)
+            index: _template(self.level(index), self.touch)
             for index in range(LEVELS - 1, self.finest - 1, -1)
         }
         return {index: item for index, item in made.items() if len(item.points) >= LEAST_PX}
@@ -170,23 +178,23 @@ def _cubic(along: Float32[np.ndarray, " n"]) -> Taps:
     return second.astype(np.int32) - 1, [ends[0], *inner, ends[1]]
 
 
-def _levels(touch: Touch) -> list[Level]:
-    """Halved again and again, from pixels of the contact alone: beside it the gel only follows."""
+def _full_level(touch: Touch) -> Level:
+    """Every pixel; beside the contact the gel only follows, so it is continued from inside."""
     mask = touch.contact.astype(np.float32)
-    values = np.dstack([touch.gradient, touch.depth_mm]).astype(np.float32)
     height, width = mask.shape
     x_mm, y_mm = pixel_grid_mm((width, height), touch.mm_per_px)
-    samples = np.dstack([_continued(values, mask), mask])
-    levels = [
-        Level(
-            values=cv2.sepFilter2D(samples, -1, ON_PIXEL, ON_PIXEL),
-            samples=samples,
-            x_mm=x_mm,
-            y_mm=y_mm,
-            halvings=0,
-        )
-    ]
-    levels[0].values[..., 3] = mask
+    samples = np.dstack([_continued(_values(touch), mask), mask])
+    values = cv2.sepFilter2D(samples, -1, ON_PIXEL, ON_PIXEL)
+    values[..., 3] = mask
+    return Level(values=values, samples=samples, x_mm=x_mm, y_mm=y_mm, halvings=0)
+
+
+def _coarse_levels(touch: Touch) -> list[Level]:
+    """Halved again and again, from pixels of the contact alone."""
+    mask, values = touch.contact.astype(np.float32), _values(touch)
+    height, width = mask.shape
+    x_mm, y_mm = pixel_grid_mm((width, height), touch.mm_per_px)
+    levels = []
     for halvings in range(1, LEVELS):
         share = cv2.pyrDown(mask)
         total = cv2.pyrDown(values * mask[..., None])
@@ -196,6 +204,10 @@ def _levels(touch: Touch) -> list[Level]:
         whole = np.dstack([values, mask])
         levels.append(Level(values=whole, samples=whole, x_mm=x_mm, y_mm=y_mm, halvings=halvings))
     return levels
+
+
+def _values(touch: Touch) -> Float32[np.ndarray, "h w 3"]:
+    return np.dstack([touch.gradient, touch.depth_mm]).astype(np.float32)
 
 
 def _template(level: Level, touch: Touch) -> Template:

@@ -340,17 +340,17 @@ def agreement(reference: Pyramid, current: Pyramid, T_current_reference: Transfo
     index = 1 if 1 in reference.templates else reference.finest
     if index not in reference.templates:
         return Agreement()
-    template, level = reference.templates[index], current.levels[index]
+    template, level = reference.templates[index], current.level(index)
     residual, seen = residuals(template, level, T_current_reference)
     if not seen.any():
         return Agreement()
     contacts = [
-        int(np.count_nonzero(item.values[..., 3])) for item in (reference.levels[index], level)
+        int(np.count_nonzero(item.values[..., 3])) for item in (reference.level(index), level)
     ]
     common = int(np.count_nonzero(seen)) * contacts[0] / len(template.points)
     energy = float((template.slopes[seen] ** 2).sum())
     left = float((residual[:2, seen] ** 2).sum())
-    there = looked_up(reference.levels[index].detail, template.points[seen])[:, :2]
+    there = looked_up(reference.level(index).detail, template.points[seen])[:, :2]
     moved = applied(T_current_reference, template.points[seen]).astype(np.float32)
     here = looked_up(level.detail, moved)[:, :2] @ T_current_reference[:2, :2]
     product = float(np.linalg.norm(there) * np.linalg.norm(here))
