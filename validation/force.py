@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float64
+from scipy.stats import rankdata
 
 from recon.arrays import Unwarped
 from recon.contact import disturbed_mask
@@ -42,11 +43,8 @@ class ForceCurve:
 
     @property
     def rank_correlation(self) -> tuple[float, float]:
-        """Spearman's, of force with area and with depth."""
-        ranks = [
-            values.argsort().argsort().astype(float)
-            for values in (self.force_n, self.area_mm2, self.deepest_mm)
-        ]
+        """Spearman's, of force with area and with depth; frames without contact share a rank."""
+        ranks = [rankdata(values) for values in (self.force_n, self.area_mm2, self.deepest_mm)]
         correlation = np.corrcoef(ranks)
         return float(correlation[0, 1]), float(correlation[0, 2])
 
