@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
+from recon.arrays import Frame
 from recon.caliper import Scale, find_gap, scale_of, shading_response, slopes_of
 from recon.images import read_image
 from recon.labelling import automatic_label
@@ -116,7 +117,9 @@ def import_raw_frames(
     except OSError as error:
         raise WedgeError(f"{source} cannot be read: {error.strerror}.") from error
     copy_frames(source, folder, [*pictures.background, *pictures.presses])
-    card = _first_card(source, pictures, ball_radius_mm, pad_size_mm)
+    blank = read_image(source / pictures.background[0])
+    name = re.sub(r"\W+", "-", source.resolve().name).strip("-") or "frames"
+    card = first_card(blank, name, pictures.background, ball_radius_mm, pad_size_mm)
     reader = _reader(folder, card)
     scale = None
     if pictures.caliper:
@@ -125,8 +128,8 @@ def import_raw_frames(
         some = [x for x in pool.map(partial(automatic_label, reader), few) if x is not None]
         if not some:
             raise WedgeError(f"{source}: no ball was recognised in {', '.join(few[:3])}.")
-        scale = _measured(source, pictures, reader, some)
-        card = _rescaled(card, scale)
+        scale = measured_scale(source, pictures.caliper, reader, some)
+        card = rescaled(card, scale)
         reader = _reader(folder, card)
     labels = []
     found = pool.map(partial(automatic_label, reader), pictures.presses, chunksize=2)
@@ -160,26 +163,29 @@ def refuse_small_ball(labels: Sequence[BallLabel], card: DatasetCard) -> None:
         )
 
 
-def _first_card(
-    source: Path, pictures: Pictures, ball_radius_mm: float, pad_size_mm: Pair
+def first_card(
+    blank: Frame,
+    name: str,
+    background: tuple[str, ...],
+    ball_radius_mm: float,
+    pad_size_mm: Pair,
 ) -> DatasetCard:
     """The card with the corners and a first scale; where no pad shows, of the whole frame."""
-    blank = read_image(source / pictures.background[0])
     clockwise = find_pad(blank)
     pitch = pad_size_mm[0] / (WIDTH_PX if clockwise else blank.shape[1])
     return DatasetCard(
-        name=re.sub(r"\W+", "-", source.resolve().name).strip("-") or "frames",
-        source=f"own frames, {len(pictures.presses)} of them pressed",
+        name=name,
+        source="captured from a sensor",
         licence="your own",
         mm_per_px=(pitch, pitch),
         ball_radius_mm=ball_radius_mm,
-        background=pictures.background,
+        background=background,
         corners_px=None if clockwise is None else gel_corners(clockwise, base_side(clockwise)),
         pad_size_mm=None if clockwise is None else pad_size_mm,
     )
 
 
-def _rescaled(card: DatasetCard, scale: Scale) -> DatasetCard:
+def rescaled(card: DatasetCard, scale: Scale) -> DatasetCard:
     """The card with the scale that was measured, in square pixels where it is unwarped."""
     size = card.unwarped_size_px
     if size is None:
@@ -195,19 +201,26 @@ def _reader(folder: Path, card: DatasetCard) -> PressReader:
     return press_reader(read_dataset(folder))
 
 
-def _measured(
-    source: Path, pictures: Pictures, reader: PressReader, labels: Sequence[BallLabel]
+def measured_scale(
+    source: Path,
+    caliper: Sequence[tuple[str, float]],
+    reader: PressReader,
+    labels: Sequence[BallLabel],
 ) -> Scale:
-    """The scale from the caliper's pictures, slopes told apart by some presses' shading."""
+    """The scale from the caliper's pictures, slopes told apart by some presses' shading.
+
+    Raises:
+        WedgeError: a picture is missing, names another gap, or they do not determine a scale.
+    """
     response = shading_response([reader.read(label) for label in labels])
-    widths_mm = {gap_mm for _, gap_mm in pictures.caliper}
+    widths_mm = {gap_mm for _, gap_mm in caliper}
     if len(widths_mm) > 1:
         raise WedgeError(
             f"{source}: the caliper's pictures name gaps of "
             f"{' and '.join(f'{x:g} mm' for x in sorted(widths_mm))}: keep those of one width."
         )
     gaps = []
-    for name, _ in pictures.caliper:
+    for name, _ in caliper:
         difference = reader.unwarp(read_image(source / name)) - reader.blank
         gap = find_gap(slopes_of(difference, response))
         gaps += [gap] if gap is not None else []
