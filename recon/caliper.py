@@ -90,7 +90,7 @@ def find_gap(slopes: Slopes) -> Gap | None:
             smooth, (round(width / shrink), round(height / shrink)), interpolation=cv2.INTER_AREA
         )
     )
-    angles = np.arange(0, 360, COARSE_STEP_DEG)
+    angles = np.arange(0, 180, COARSE_STEP_DEG)  # seen from behind, a gap is the same
     angle_deg = float(max(angles, key=lambda angle: _clearest(_across(coarse, angle))[0]))
     across = _across(smooth, angle_deg)
     _, first, second = _clearest(_across(coarse, angle_deg))
