@@ -304,10 +304,13 @@ def _integrators() -> "Section":
 
 def _tracking() -> "Section":
     """Steps on objects of known pose, and a bead that rolls."""
+    import numpy as np
+
+    from app.track import clip_bytes
     from benchmarks.tracking import STEPS, roll, step_errors
     from sensor.errors import WedgeError
     from validation.figures.png import plot_bytes
-    from validation.figures.tracking import roll_figure
+    from validation.figures.tracking import anchor_on, overlay, pose_figure, roll_figure, shaded
     from validation.report.page import Picture
     from validation.report.tracking import tracking_section
 
@@ -324,6 +327,15 @@ def _tracking() -> "Section":
             rolled = roll(trackers)
     errors = dict(rolled.error_deg)
     ends = ", ".join(f"{name} {values[-1]:.2f}°" for name, values in errors.items())
+    anchor = anchor_on(rolled.touches[0], np.eye(4))
+    clip = clip_bytes(
+        [
+            overlay(shaded(touch.gradient), touch.contact, touch.mm_per_px, found, anchor)
+            for touch, found in list(zip(rolled.touches, rolled.found, strict=True))[::3]
+        ]
+    )
+    times_s = [angle / rolled.true_deg[-1] for angle in rolled.true_deg]
+    plot = pose_figure(times_s, rolled.found, "one turn a second")
     picture = Picture(
         content=plot_bytes(
             roll_figure(rolled.true_deg, errors, "a textured bead rolls once round")
@@ -345,7 +357,22 @@ def _tracking() -> "Section":
     return tracking_section(
         ["object, tracker", "angle [°]", "shift [µm]", "time [ms]", "squared error"],
         rows,
-        [picture],
+        [
+            Picture(
+                content=clip,
+                alt="The bead's slopes as light, its contact outlined, its axes turning once round",
+                caption="The same roll, every third step: contact, the object's axes, and the "
+                "tracker's words.",
+            ),
+            picture,
+            Picture(
+                content=plot_bytes(plot),
+                alt="Rotation vector and shift over one turn, in bands of two deviations",
+                caption="What `joint` says of it: rotation and shift with two standard deviations; "
+                "hatched where it warns.",
+                wide=True,
+            ),
+        ],
         f"n = {STEPS} steps for each object. `joint` fits slopes and depth together, `gicp` aligns "
         "point clouds by small_gicp.",
     )

@@ -16,7 +16,7 @@ from benchmarks.measurement import Measurement, interleaved_ms
 from benchmarks.touches import SyntheticTouch, Thing, bead, motions, pressed, things
 from recon.pose.pyramid import Pyramid
 from recon.pose.rigid import Transform, angle_deg, inverse, rigid, shift_mm
-from recon.pose.tracker import REGISTRATIONS, Tracker
+from recon.pose.tracker import REGISTRATIONS, PoseEstimate, Tracker
 from validation.datasets import shared_folder
 
 STEPS = 12
@@ -108,6 +108,9 @@ class Roll:
     true_deg: Sequence[float]
     error_deg: Mapping[str, Sequence[float]]
     """By tracker; NaN where lost."""
+    found: Sequence[PoseEstimate]
+    """By the first tracker."""
+    touches: Sequence[SyntheticTouch]
 
 
 def roll(trackers: Sequence[str] = ("joint", "gicp"), to_deg: float = 360.0) -> Roll:
@@ -118,14 +121,20 @@ def roll(trackers: Sequence[str] = ("joint", "gicp"), to_deg: float = 360.0) -> 
     running = {name: Tracker(name) for name in trackers}
     angles = np.arange(0, to_deg + 1e-9, ROLL_STEP_DEG)
     errors: dict[str, list[float]] = {name: [] for name in trackers}
+    estimates: list[PoseEstimate] = []
+    touches: list[SyntheticTouch] = []
     for angle in angles:
         turn = Rotation.from_euler("y", angle, degrees=True).as_matrix()
         pose = rigid(turn, center - turn @ center)
         touch = pressed(thing, pose, rng, size_px=ROLL_SIZE_PX, mm_per_px=ROLL_MM_PER_PX)
+        touches.append(touch)
         for name, track in running.items():
-            found = track(touch).T_sensor_object
+            estimate = track(touch)
+            if name == trackers[0]:
+                estimates.append(estimate)
+            found = estimate.T_sensor_object
             errors[name].append(np.nan if found is None else angle_deg(inverse(pose) @ found))
-    return Roll(true_deg=angles.tolist(), error_deg=errors)
+    return Roll(true_deg=angles.tolist(), error_deg=errors, found=estimates, touches=touches)
 
 
 def measure() -> Iterator[Measurement]:

@@ -77,7 +77,7 @@ class SensorCard:
                 if watcher.unit:
                     marks = "contact outlined, deepest point crossed"
                     self.depth = _picture("Depth", marks, "depth")
-                    axes = "the object's axes: x blue, y orange, z green; dots' shifts ×3"
+                    axes = "axes of the object: x blue, y orange, z green; shifts of dots ×3"
                     self.posed = _picture("Pose and markers", axes, "posed")
             if watcher.unit is None:
                 ui.label(

@@ -240,7 +240,7 @@ def _template(level: Level, touch: Touch) -> Template:
         change=seen,
         steepness=np.linalg.norm(upright, axis=1),
         noise_change=_noise_change(points, level.pitch_mm),
-        depth_weight=_depth_weight(touch),
+        depth_weight=depth_weight(touch),
     )
 
 
@@ -275,7 +275,7 @@ def _noise_change(points: Points, pitch_mm: Pair) -> Covariance:
     return total
 
 
-def _depth_weight(touch: Touch) -> float:
+def depth_weight(touch: Touch) -> float:
     """Weight of a depth residual (1/mm^2) beside slope residuals of weight 1.
 
     The mean depth over a disc of radius a in a zero ring of radius b, integrated from white slope

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.spatial.transform import Rotation
 
-from recon.arrays import ContactMask, Unwarped
+from recon.arrays import ContactMask, GradientField, Unwarped
 from recon.pose.registration import Touch, contact_points
 from recon.pose.rigid import Points, Transform, applied, inverse
 from recon.pose.tracker import PoseEstimate
@@ -79,6 +79,12 @@ def series(
         deviation = np.sqrt(np.maximum(np.diag(item.covariance), 0))
         spread[index] = np.concatenate([np.degrees(deviation[:3]), deviation[3:]])
     return turn, shift, spread
+
+
+def shaded(gradient: GradientField) -> Unwarped:
+    """Slopes as a gray surface lit from the upper left, where there is no frame to draw on."""
+    lit = 0.5 + 0.35 * (gradient[..., 0] + gradient[..., 1])
+    return np.repeat(np.clip(lit, 0, 1)[..., None], 3, -1).astype(np.float32)
 
 
 def anchor_on(touch: Touch, T_sensor_object: Transform) -> Points:
