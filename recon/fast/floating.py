@@ -69,7 +69,16 @@ class _Tanh(_Linear):
         return builder.fdiv(builder.fmul(x, quotient[0]), quotient[1])
 
 
-tanh_layer = dense(_Tanh())
+class _Rectified(_Linear):
+    """Sums of floats, none below zero."""
+
+    def activated(self, v: Vectors, total: Any) -> Any:
+        """The larger of the sum and zero."""
+        zero = v.constant(FLOATS, 0.0)
+        return v.builder.select(v.builder.fcmp_ordered(">", total, zero), total, zero)
+
+
+tanh_layer, rectified_layer = dense(_Tanh()), dense(_Rectified())
 last_layer = dense(_Linear(LAST))
 
 

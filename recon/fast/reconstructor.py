@@ -13,11 +13,14 @@ from jaxtyping import Float32
 from recon.arrays import ContactMask, DepthMap, Difference, Frame, GradientField
 from recon.calibration import Calibration, load_calibration
 from recon.contact import contact_mask
-from recon.estimators import gradient_field
+from recon.estimators import GradientEstimator, gradient_field
+from recon.estimators.default import Default
 from recon.estimators.mlp import Mlp
-from recon.fast.disturbance import FrameDisturbance, QuarterMask, border_of, in_pixels
+from recon.fast.disturbance import FrameDisturbance, QuarterMask, border_of, in_pixels, median
+from recon.fast.ensemble import FrameEnsemble
 from recon.fast.network import FrameMlp
 from recon.fast.poisson import FrameIntegrator
+from recon.fast.still import FrameStill
 from recon.fast.unwarping import FrameDifference
 from recon.lights import unseen_axis
 from recon.markers.tracking import marker_tracker
@@ -63,9 +66,9 @@ class Touch:
 class FastReconstructor:
     """Frames of one unit to depth at camera rate, as ``Reconstructor`` would.
 
-    Slopes agree with it to 1e-3. The border is chosen from a quarter of the resolution. What it
-    has no shorter way for (an axis that no light shows, a gel with dots, an estimator other than
-    the network) goes the reference's way.
+    Slopes agree with it to 1e-3. What is disturbed, which chooses the border and the gel that is
+    taken for flat, is found at a quarter of the resolution. What has no shorter way (an axis that
+    no light shows, a gel with dots, the lookup table) goes the reference's way.
 
         reconstruct = FastReconstructor.load("units/wedge-001")
         for frame in Newest(open_source("http://10.55.0.1:8080")):
@@ -105,8 +108,8 @@ class FastReconstructor:
             border: FrameIntegrator(size_px, card.mm_per_px, border)
             for border in ("dirichlet", "neumann")
         }
-        estimator = calibration.estimator
-        self._network = FrameMlp(estimator, size_px) if isinstance(estimator, Mlp) else None
+        self._network = _network(calibration.estimator, size_px)
+        self._flatten = FrameStill(size_px) if calibration.estimator.flattens else None
         self._parts = [
             slice(height * i // threads, height * (i + 1) // threads) for i in range(threads)
         ]
@@ -142,9 +145,12 @@ class FastReconstructor:
         disturbed = self._find_disturbance(difference)
         border = border_of(disturbed)
         self._take_gradient(difference, gradient)
+        if self._flatten is not None:
+            self._flatten(gradient, disturbed)
         depth_mm = self._integrate[border](gradient)
         if border == "neumann" and not disturbed.all():
-            depth_mm -= np.median(depth_mm[2::4, 2::4][~_cut(disturbed, depth_mm[2::4, 2::4])])
+            some = depth_mm[2::4, 2::4]
+            depth_mm -= median(some[~_cut(disturbed, some)])
         return Touch(
             difference=np.moveaxis(difference, 0, -1),
             gradient=np.moveaxis(gradient, 0, -1),
@@ -160,10 +166,12 @@ class FastReconstructor:
         if self._network is None:
             whole = np.ascontiguousarray(np.moveaxis(difference, 0, -1))
             out[:] = np.moveaxis(gradient_field(self.calibration.estimator, whole), -1, 0)
-        elif self._pool is None:
-            self._network(difference, out)
+            return
+        seen = self._network.prepared(difference)
+        if self._pool is None:
+            self._network(seen, out)
         else:
-            list(self._pool.map(partial(self._network, difference, out), self._parts))
+            list(self._pool.map(partial(self._network, seen, out), self._parts))
 
     def _by_reference(self, reference: Reconstructor, frame: bytes | Frame) -> Touch:
         found = reference(decode_jpeg(frame) if isinstance(frame, bytes) else frame)
@@ -175,6 +183,17 @@ class FastReconstructor:
             mm_per_px=found.mm_per_px,
             disturbed=found.contact,
         )
+
+
+def _network(
+    estimator: GradientEstimator, size_px: tuple[int, int]
+) -> FrameMlp | FrameEnsemble | None:
+    """The compiled form of an estimator, where there is one."""
+    if isinstance(estimator, Mlp):
+        return FrameMlp(estimator, size_px)
+    if isinstance(estimator, Default):
+        return FrameEnsemble(estimator, size_px)
+    return None
 
 
 def _cut(mask: QuarterMask, like: DepthMap) -> ContactMask:

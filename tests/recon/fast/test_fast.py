@@ -16,11 +16,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from recon.contact import boundary_of, disturbed_mask
-from recon.estimators import gradient_field
+from recon.estimators import GradientEstimator, gradient_field
+from recon.estimators.default import Default
 from recon.estimators.lookup_table import BINS, LookupTable
 from recon.estimators.mlp import Mlp
 from recon.fast import FastReconstructor, fixed_point
-from recon.fast.disturbance import FrameDisturbance, border_of, in_pixels
+from recon.fast.disturbance import FrameDisturbance, border_of, in_pixels, median
+from recon.fast.ensemble import FrameEnsemble
 from recon.fast.network import FrameMlp
 from recon.fast.poisson import FrameIntegrator
 from recon.fast.unwarping import FrameDifference
@@ -29,7 +31,7 @@ from recon.poisson import integrate
 from recon.stream.frame import TimedFrame
 from recon.stream.jpeg import decode_jpeg, encode_jpeg
 from sensor.errors import WedgeError
-from tests.recon.fast.units import blank_frame, make_unit, pressed, random_mlp
+from tests.recon.fast.units import blank_frame, make_unit, pressed, random_default, random_mlp
 
 CORNERS_PX = ((12.0, 6.0), (150.0, 10.0), (140.0, 112.0), (20.0, 108.0))
 SLOPE = 1e-3
@@ -88,7 +90,7 @@ def test_where_sixteen_bits_do_not_suffice_floats_are_used() -> None:
     assert not FrameMlp(replace(network, layers=_scaled(network, 20)), (8, 6)).in_words
 
 
-def _scaled(network: Mlp, gain: float) -> tuple:
+def _scaled(network: Mlp | Default, gain: float) -> tuple:
     *hidden, (weight, bias) = network.layers
     return (*hidden, (gain * weight, gain * bias))
 
@@ -98,7 +100,8 @@ def test_other_processors_go_without_sixteen_bits() -> None:
 import numpy as np
 from recon.fast import fixed_point, vectors
 from recon.fast.network import FrameMlp
-from recon.estimators import gradient_field
+from recon.estimators import GradientEstimator, gradient_field
+from recon.estimators.default import Default
 from tests.recon.fast.units import random_mlp
 network, out = random_mlp(), np.empty((2, 6, 70), np.float32)
 difference = np.random.default_rng(0).normal(0, 0.1, (6, 70, 3)).astype(np.float32)
@@ -116,8 +119,37 @@ print(fixed_point.AVAILABLE, vectors.LANES, error < 2e-4)
     assert (done.returncode, done.stdout) == (0, "False 8 True\n"), done.stderr
 
 
-def test_rows_can_be_shared_out() -> None:
-    network = FrameMlp(random_mlp(), (50, 11))
+@settings(max_examples=15)
+@given(
+    seed=st.integers(0, 99),
+    channels=st.sampled_from(["RGB", "RB", "G"]),
+    size_px=st.sampled_from([(90, 40), (33, 70), (9, 9)]),
+    drift=st.sampled_from([-0.1, 0.0, 0.02]),
+)
+def test_the_compiled_ensemble_is_the_estimator(
+    seed: int, channels: str, size_px: tuple, drift: float
+) -> None:
+    estimator, (width, height) = random_default(seed, channels), size_px
+    noise = np.random.default_rng(seed).normal(drift, 0.2, (height, width, 3))
+    difference = noise.astype(np.float32)
+    network, out = FrameEnsemble(estimator, size_px), np.full((2, height, width), np.nan)
+    out = out.astype(np.float32)
+    network(network.prepared(planes(difference)), out)
+    truth = gradient_field(estimator, difference)
+    assert np.abs(np.moveaxis(out, 0, -1) - truth).max() < SLOPE / 2
+    assert np.linalg.norm(truth, axis=-1).max() > 0.1
+
+
+def test_the_median_is_the_median() -> None:
+    for count in (1, 2, 7, 50):
+        values = np.random.default_rng(count).normal(size=(3, count)).astype(np.float32)
+        np.testing.assert_allclose(median(values), np.median(values, axis=1), rtol=1e-6)
+
+
+@pytest.mark.parametrize("estimator", [random_mlp(), random_default()], ids=lambda e: e.name)
+def test_rows_can_be_shared_out(estimator: GradientEstimator) -> None:
+    kind = {"mlp": FrameMlp, "default": FrameEnsemble}[estimator.name]
+    network = kind(estimator, (50, 11))
     difference = np.random.default_rng(0).normal(0, 0.1, (3, 11, 50)).astype(np.float32)
     whole, shared = np.zeros((2, 2, 11, 50), np.float32)
     network(difference, whole)
@@ -190,6 +222,19 @@ def test_every_kind_of_frame_gives_the_same() -> None:
     ]
     for depth in depths[1:]:
         np.testing.assert_allclose(depth, depths[0], atol=1e-6)
+
+
+def test_gel_that_did_not_move_is_flat_where_the_reference_says_so() -> None:
+    unit = make_unit((320, 240), estimator=random_default())
+    still = replace(unit.estimator, layers=_scaled(unit.estimator, 0.02))  # slopes tell of nothing
+    unit = replace(unit, estimator=still)
+    frame = pressed(unit.background, (160, 120))
+    touch, truth = FastReconstructor(unit)(frame), Reconstructor(unit)(frame)
+    flat = ~truth.gradient.any(-1)
+    assert 0.1 < flat.mean() < 0.9
+    assert (flat == ~touch.gradient.any(-1)).mean() > 0.94
+    both = flat == ~touch.gradient.any(-1)
+    assert np.abs(touch.gradient - truth.gradient)[both].max() < SLOPE
 
 
 def test_any_estimator_goes() -> None:

@@ -7,6 +7,8 @@ from itertools import pairwise
 import numpy as np
 
 from recon.calibration import Calibration
+from recon.estimators import default
+from recon.estimators.default import Default
 from recon.estimators.mlp import HIDDEN, Mlp
 from sensor.unit import UnitCard
 
@@ -24,6 +26,30 @@ def random_mlp(seed: int = 0, channels: str = "RGB") -> Mlp:
     )
     spread = rng.uniform(0.05, 0.1, len(channels)).astype(np.float32)
     return Mlp(channels=channels, color_scale=spread, layers=layers)
+
+
+def random_default(seed: int = 0, channels: str = "RGB") -> Default:
+    """Networks that differ, on light that no polynomial leaves dark."""
+    rng, count = np.random.default_rng(seed), len(channels)
+    sizes = (2 * count + 2, *default.HIDDEN, 2)
+    layers = tuple(
+        (
+            rng.normal(0, 1.2 / np.sqrt(n), (default.MEMBERS, n, m)).astype(np.float32),
+            rng.normal(0, 0.1, (default.MEMBERS, m)).astype(np.float32),
+        )
+        for n, m in pairwise(sizes)
+    )
+    light = rng.normal(0, 0.05, (len(default.LIGHT_POWERS), count))
+    light[0] = 0.5
+    return Default(
+        channels=channels,
+        light=light.astype(np.float32),
+        mean=rng.normal(0, 0.1, sizes[0]).astype(np.float32),
+        spread=rng.uniform(0.3, 0.6, sizes[0]).astype(np.float32),
+        layers=layers,
+        gel=np.zeros((2, 2), np.float32),
+        error90=np.zeros((len(default.SLOPE_KNOTS), 2), np.float32),
+    )
 
 
 def blank_frame(size_px: tuple[int, int], seed: int = 0) -> np.ndarray:

@@ -1,0 +1,127 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Our estimator's networks on whole frames: 64 pixels at a time pass all of them, in the cache.
+
+In floats alone: a steep slope is the quotient of a normal's small component, and multiplies what 16
+bits leave of an error by up to 70.
+"""
+
+import math
+from typing import Any
+
+import cv2
+import numpy as np
+from jaxtyping import Float32
+
+from recon.estimators.default import (
+    DRIFT_STEP_PX,
+    HIDDEN,
+    LARGEST_DRIFT,
+    SMOOTHING,
+    STEEPEST_SLOPE,
+    Default,
+    raw_inputs,
+)
+from recon.estimators.mlp import channel_indices
+from recon.fast import floating
+from recon.fast.disturbance import median
+from recon.fast.floating import last_layer, rectified_layer
+from recon.fast.kernels import compiled
+from recon.fast.vectors import BLOCK
+from recon.pixels import positions
+
+INPUTS = 8
+"""Settled R, G, B, blank R, G, B, X, Y: colours that are not looked at have no weight."""
+WIDTH = HIDDEN[0]
+STEEPEST = np.float32(STEEPEST_SLOPE**2 / (1 + STEEPEST_SLOPE**2))
+"""Square of the steepest normal's component."""
+
+
+class FrameEnsemble:
+    """Applies one estimator to frames of one size."""
+
+    def __init__(self, estimator: Default, size_px: tuple[int, int]) -> None:
+        """Lay out weights and what every frame shares, for frames of (width, height)."""
+        width, height = size_px
+        lit = channel_indices(estimator.channels)
+        seen = [*lit, *(3 + channel for channel in lit), 6, 7]
+        place = positions(size_px).reshape(-1, 2)
+        same = raw_inputs(np.zeros((len(place), len(lit)), np.float32), estimator.light, place)
+        self._same = np.zeros((INPUTS - 3, len(place)), np.float32)
+        self._same[[row - 3 for row in seen[len(lit) :]]] = same[:, len(lit) :].T
+        self._weights = _weights(estimator, seen)
+        self._settled = np.zeros((3, height, width), np.float32)
+        self._lit, self._sigma_px = lit, SMOOTHING * min(size_px)
+
+    def prepared(self, difference: Float32[np.ndarray, "3 h w"]) -> Float32[np.ndarray, "3 h w"]:
+        """The difference without drift and grain, as planes; the next call overwrites it."""
+        for channel in self._lit:
+            some = difference[channel, ::DRIFT_STEP_PX, ::DRIFT_STEP_PX].ravel()
+            drift = min(max(float(median(some)), -LARGEST_DRIFT), LARGEST_DRIFT)
+            plane = self._settled[channel]
+            cv2.GaussianBlur(difference[channel], (0, 0), self._sigma_px, dst=plane)
+            plane -= np.float32(drift)
+        return self._settled
+
+    def __call__(
+        self,
+        settled: Float32[np.ndarray, "3 h w"],
+        out: Float32[np.ndarray, "2 h w"],
+        rows: slice = slice(None),
+    ) -> None:
+        """Write the gradients of some rows of a prepared image; both are planes."""
+        width = settled.shape[2]
+        begin, end, _ = rows.indices(settled.shape[1])
+        _frame(
+            settled.reshape(3, -1),
+            self._same,
+            out.reshape(2, -1),
+            begin * width,
+            end * width,
+            *self._weights,
+        )
+
+
+def _weights(estimator: Default, seen: list[int]) -> tuple[np.ndarray, ...]:
+    """For each layer, a row for each member; the inputs' mean and spread are worked in."""
+    weight, bias = (part.astype(np.float64) for part in estimator.layers[0])
+    first = np.zeros((len(weight), INPUTS, WIDTH))
+    first[:, seen] = weight / estimator.spread[:, None]
+    shifted = bias - (estimator.mean / estimator.spread) @ weight
+    layers = [(first, shifted), *estimator.layers[1:]]
+    neurons = [floating.NEURONS] * len(HIDDEN) + [floating.LAST]
+    return tuple(
+        np.stack([floating.packed(*member, count) for member in zip(*layer, strict=True)])
+        for layer, count in zip(layers, neurons, strict=True)
+    )
+
+
+def _pixels(
+    settled: Any, same: Any, out: Any, begin: int, end: int, w0: Any, w1: Any, w2: Any, w3: Any
+) -> None:
+    values, result = np.zeros((INPUTS, BLOCK), np.float32), np.empty((2, BLOCK), np.float32)
+    a, b = np.empty((WIDTH, BLOCK), np.float32), np.empty((WIDTH, BLOCK), np.float32)
+    groups, members = WIDTH // floating.NEURONS, len(w0)
+    normal = np.empty((2, BLOCK), np.float32)
+    for start in range(begin, end, BLOCK):
+        count = min(BLOCK, end - start)
+        for k in range(3):
+            values[k, :count] = settled[k, start : start + count]
+        for k in range(INPUTS - 3):
+            values[3 + k, :count] = same[k, start : start + count]
+        normal[:] = 0
+        for m in range(members):
+            rectified_layer(values.ctypes.data, w0[m].ctypes.data, a.ctypes.data, INPUTS, groups)
+            rectified_layer(a.ctypes.data, w1[m].ctypes.data, b.ctypes.data, WIDTH, groups)
+            rectified_layer(b.ctypes.data, w2[m].ctypes.data, a.ctypes.data, WIDTH, groups)
+            last_layer(a.ctypes.data, w3[m].ctypes.data, result.ctypes.data, WIDTH, 1)
+            normal += result
+        for p in range(count):
+            x, y = normal[0, p] / np.float32(members), normal[1, p] / np.float32(members)
+            squared = x * x + y * y
+            steep = min(squared, STEEPEST)
+            scale = math.sqrt(steep / (max(squared, np.float32(1e-12)) * (1 - steep)))
+            out[0, start + p], out[1, start + p] = x * scale, y * scale
+
+
+_frame = compiled(_pixels)
