@@ -199,6 +199,7 @@ def _depths(fitted: GradientEstimator, presses: Presses, dataset: Dataset) -> Ro
             ).depth_mm,
             press,
             dataset.folder,
+            fitted,
         )
         for press in presses
     ]

@@ -204,7 +204,8 @@ def run_task(task: Task) -> TaskResult:
             for name, error in zip(PIXEL_SETS, errors, strict=True):
                 measured.setdefault((missing, name), []).append(error)
         if task.channels == "RGB":
-            depth.append(depth_errors(_full_light_depth(estimator, press), press, task.folder))
+            found = _full_light_depth(estimator, press)
+            depth.append(depth_errors(found, press, task.folder, estimator))
     return TaskResult(
         presses={key: tuple(errors) for key, errors in measured.items()}, depth=tuple(depth)
     )

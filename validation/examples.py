@@ -94,7 +94,7 @@ def held_out(folder: Path, estimator: str, *, folds: int, seed: int) -> HeldOut:
             lights_deg=dataset.card.lights_deg,
             mm_per_px=press.mm_per_px,
         )
-        return depth_errors(found.depth_mm, press, folder).rmse_mm
+        return depth_errors(found.depth_mm, press, folder, fitted).rmse_mm
 
     ranked = sorted(split.test, key=rmse_mm)
     chosen = {ranked[round(RANKS[rank] * (len(ranked) - 1))]: rank for rank in RANKS}
@@ -145,7 +145,7 @@ def example(
             contact_radius_mm=press.contact_radius_mm,
             mm_per_px=press.mm_per_px,
         ),
-        depth=depth_errors(found.depth_mm, press, dataset.folder),
+        depth=depth_errors(found.depth_mm, press, dataset.folder, estimator),
     )
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import recon.estimators.mlp_training as mlp_training
+from recon.ball import offsets_mm
 from recon.calibration import calibrate
 from recon.poisson import integrate
 from recon.presses import read_presses
@@ -43,6 +44,32 @@ def test_true_gradients_give_the_true_depth(dataset):
     assert errors.rmse_mm < 0.01 * errors.peak_truth_mm
     assert abs(errors.bias_mm) < 0.01 * errors.peak_truth_mm
     assert errors.peak_mm == pytest.approx(errors.peak_truth_mm, rel=0.02)
+
+
+def test_the_lean_of_a_domed_gel_is_no_error_of_the_depth(dataset):
+    class Domed:
+        name, channels, flattens = "domed", "RGB", False
+
+        def prepared(self, difference):
+            return difference
+
+        def slopes(self, color, position):
+            return np.zeros_like(position)
+
+        def lean(self, position):
+            return np.float32([0.02, 0]) + np.float32([-0.1, -0.2]) * position
+
+        def tensors(self):
+            return {}
+
+    press = read_presses(dataset).presses[0]
+    cap, gel = cap_of(press), Domed()
+    x_mm, y_mm = offsets_mm(press.size_px, (59.5, 44.5), MM_PER_PX)  # the frame's middle
+    dome = 0.02 * x_mm - 0.1 * x_mm**2 / 12 - 0.2 * y_mm**2 / 9
+    dent = depth_of(cap.gradient) + dome
+    as_dome = depth_errors(dent, press, dataset.folder, gel)
+    assert as_dome.rmse_mm < 0.01 * as_dome.peak_truth_mm
+    assert depth_errors(dent, press, dataset.folder).rmse_mm > 2 * as_dome.rmse_mm
 
 
 def test_half_the_slope_is_half_the_depth(dataset):
