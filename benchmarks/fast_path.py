@@ -10,6 +10,7 @@ turn over real presses coded as JPEGs; only what two threads do is told by the c
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from statistics import median
 
 import cv2
@@ -19,6 +20,8 @@ from scipy import fft
 from benchmarks.measurement import Measurement
 from recon.arrays import Frame
 from recon.calibration import Calibration
+from recon.estimators.default import HIDDEN, LIGHT_POWERS, MEMBERS, SLOPE_KNOTS, Default
+from recon.estimators.lean import FLAT
 from recon.estimators.mlp import Mlp
 from recon.fast import FastReconstructor
 from recon.pipeline import Reconstructor
@@ -102,6 +105,13 @@ def _times(
         unit="ratio",
         bar=1.5,
     )
+    ours = FastReconstructor(replace(unit, estimator=_default()))
+    taken, floor = _taken_ms([ours, _floor(size_px)], jpegs, ROUNDS)
+    yield Measurement(
+        name=f"fast path: {size} JPEG to depth by our estimator against the same floor",
+        value=median(taken) / median(floor),
+        unit=f"ratio ({median(taken):.1f} ms, {1e3 / median(taken):.0f} frames/s)",
+    )
     if large:
         plain = _plain_torch(unit)
         slow, again = _taken_ms([plain, quick], jpegs[:3], 2)
@@ -152,6 +162,27 @@ def _floor(size_px: tuple[int, int]) -> Step:
         return fft.idctn(fft.dctn(plane))
 
     return floor
+
+
+def _default() -> Default:
+    """Our estimator with any weights: its time does not depend on what it has learnt."""
+    random = np.random.default_rng(0)
+    layers = tuple(
+        (
+            random.normal(0, 1 / np.sqrt(n), (MEMBERS, n, m)).astype(np.float32),
+            np.zeros((MEMBERS, m), np.float32),
+        )
+        for n, m in pairwise((8, *HIDDEN, 2))
+    )
+    return Default(
+        channels="RGB",
+        light=np.full((len(LIGHT_POWERS), 3), 0.05, np.float32),
+        mean=np.zeros(8, np.float32),
+        spread=np.full(8, 0.1, np.float32),
+        layers=layers,
+        gel=FLAT,
+        error90=np.zeros((len(SLOPE_KNOTS), 2), np.float32),
+    )
 
 
 def _plain_torch(unit: Calibration) -> Step:
