@@ -15,7 +15,7 @@ from tests.synthetic import make_dataset
 from validation.acceptance.limits import grades
 from validation.acceptance.measurements import accept_unit
 
-PRESSES = 16
+PRESSES = 12
 TEXTURE = 1 + 0.1 * ndimage.gaussian_filter(
     np.random.default_rng(5).standard_normal((90, 120, 1)), (1.5, 1.5, 0)
 )
