@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """`wedge capture`: from a stream to a dataset folder of labelled ball presses."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,17 +14,21 @@ from sensor.errors import WedgeError
 if TYPE_CHECKING:
     from recon.capture import PressWatcher
     from recon.circles import Circle
-    from sensor.dataset import BallLabel, DatasetCard
+    from sensor.dataset import BallLabel, Dataset, DatasetCard
 
+CALIPER_FOLDER = "caliper"
+CALIPERS = 2
+"""Pictures of the caliper: one along the finger, one across."""
 Where = Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="WHERE")]
 
 
 def main(
     where: Where,
     out: Path,
-    like: str,
+    like: str | None = None,
     presses: int = 40,
     ball_radius_mm: float | None = None,
+    caliper_mm: float | None = None,
     background: Path | None = None,
 ) -> None:
     """Take ball presses from a sensor and write them as a dataset folder.
@@ -33,76 +39,172 @@ def main(
     with its circle as soon as it is taken; Ctrl-C ends early and loses nothing. Frames of a folder
     are judged one by one, without waiting for stillness.
 
+    A sensor seen for the first time has no other dataset: its pad's corners are then found in the
+    first frame, and with --caliper-mm the first two presses are a caliper's jaws that far apart,
+    once along the finger and once across, from which the scale follows at the end.
+
     Example: wedge capture http://10.55.0.1:8080 --like presses/last-week --out presses/today
+    Example: wedge capture http://10.55.0.1:8080 --ball-radius-mm 2.42 --caliper-mm 5 --out presses
 
     Args:
         where: http://HOST:PORT/PATH, usb:0, a video, a folder, or an MCAP file.
         out: The dataset folder to write; it must not exist, or be empty.
         like: A dataset of the same sensor: its corners, scale and ball are taken over.
+        caliper_mm: Gap of the caliper's jaws; two pictures of it are taken first, named by it.
         presses: How many to take.
         ball_radius_mm: Radius of the ball, where it is not that of the other dataset.
         background: A picture of the blank gel, where the stream shows none.
     """
     from app._sources import open_live, open_where
-    from recon.capture import PressWatcher
-    from recon.images import read_image
+    from recon.images import read_image, write_image
     from recon.stream import Newest
-    from sensor.dataset import read_dataset
     from sensor.files import refuse_kept_folder
-    from validation.datasets import dataset_folder
 
     if presses < 1:
         raise WedgeError(f"--presses {presses} must be at least 1.")
-    if ball_radius_mm is not None and not 0 < ball_radius_mm < 1e3:
-        raise WedgeError(f"--ball-radius-mm {ball_radius_mm:g} must be above zero.")
+    for name, value in (("ball-radius-mm", ball_radius_mm), ("caliper-mm", caliper_mm)):
+        if value is not None and not 0 < value < 1e3:
+            raise WedgeError(f"--{name} {value:g} must be above zero.")
+    if like is None and ball_radius_mm is None:
+        raise WedgeError(
+            "say how large the ball is, --ball-radius-mm, or name a dataset --like it."
+        )
     refuse_kept_folder(out)
-    other = read_dataset(dataset_folder(like))
-    card = _card(other.card, out, where, ball_radius_mm)
+    other = _dataset(like)
     alone = Path(where).is_dir()
     # Of a sensor the newest frame, as judging one takes longer than the next needs to come.
     with open_where(where) if alone else Newest(open_live(where)) as source:
         watcher: PressWatcher | None = None
         taken: list[BallLabel] = []
+        calipers: list[tuple[str, float]] = []
         shown = _Shown(presses)
-        for timed in source:
-            frame = timed.image()
-            if watcher is None:
-                watcher = PressWatcher(_unwarp(other, frame), card.ball_radius_mm, card.mm_per_px)
-                if background is not None or alone:
-                    # A folder's first frame is its blank one, unless a picture of it was given.
+        with _ending_early(taken):
+            for timed in source:
+                frame = timed.image()
+                if watcher is None:
                     blank = frame if background is None else read_image(background)
-                    watcher.set_background(blank)
-            verdict = watcher.judge_alone(frame) if alone else watcher.look(frame)
-            if verdict.circle is not None:
-                taken.append(_keep(out, card, watcher, frame, verdict.circle, taken))
-            shown(verdict.words, len(taken), watcher)
-            if len(taken) == presses:
-                break
+                    card = _card(other, out, blank, ball_radius_mm)
+                    watcher = _watcher(other, card, blank, CALIPERS if caliper_mm else 0)
+                    if background is not None or alone:
+                        # A folder's first frame is its blank one, unless a picture of it was given.
+                        watcher.set_background(blank)
+                verdict = watcher.judge_alone(frame) if alone else watcher.look(frame)
+                if verdict.circle is not None:
+                    taken.append(_keep(out, card, watcher, frame, verdict.circle, taken))
+                elif verdict.taken and caliper_mm is not None:
+                    name = f"{caliper_mm:g}mm-{len(calipers) + 1}.png"
+                    write_image(out / CALIPER_FOLDER / name, frame)
+                    calipers.append((name, caliper_mm))
+                shown(verdict.words, len(taken), watcher)
+                if len(taken) == presses:
+                    break
     if not taken or watcher is None:
         raise WedgeError(f"no press was taken from {where}: {shown.last}.")
     print(_map(watcher))
+    if other is None:
+        _finish(out, card, calipers, taken)
     print(f"{len(taken)} presses in {out}. Next: wedge label {out}")
 
 
+@contextmanager
+def _ending_early(taken: list["BallLabel"]) -> Iterator[None]:
+    """Let Ctrl-C end the capture as the last press does, where there is one."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        if not taken:
+            raise
+
+
+def _dataset(like: str | None) -> "Dataset | None":
+    from sensor.dataset import read_dataset
+    from validation.datasets import dataset_folder
+
+    return None if like is None else read_dataset(dataset_folder(like))
+
+
 def _card(
-    like: "DatasetCard", out: Path, where: str, ball_radius_mm: float | None
+    other: "Dataset | None", out: Path, blank: Any, ball_radius_mm: float | None
 ) -> "DatasetCard":
+    """The other dataset's card under a new name, or one made from the blank frame."""
     from dataclasses import replace
 
+    from sensor.design import STANDARD
+    from validation.importers.raw_frames import first_card
+
+    name, background = out.resolve().name, ("background.png",)
+    if other is None:
+        assert ball_radius_mm is not None
+        return first_card(blank, name, background, ball_radius_mm, STANDARD.pad_size_mm)
     return replace(
-        like,
-        name=out.resolve().name,
+        other.card,
+        name=name,
         source="captured from a sensor",
         licence="your own",
-        background=("background.png",),
-        ball_radius_mm=like.ball_radius_mm if ball_radius_mm is None else ball_radius_mm,
+        background=background,
+        ball_radius_mm=ball_radius_mm or other.card.ball_radius_mm,
     )
 
 
-def _unwarp(other: Any, frame: Any) -> Any:
+def _watcher(
+    other: "Dataset | None", card: "DatasetCard", blank: Any, calipers: int
+) -> "PressWatcher":
+    from recon.capture import PressWatcher
     from recon.presses import dataset_unwarp, read_dataset_lens
+    from recon.unwarp import prepare_unwarp
 
-    return dataset_unwarp(other, frame, read_dataset_lens(other))
+    if other is None:
+        height, width = blank.shape[:2]
+        unwarp = prepare_unwarp((width, height), card.corners_px, card.unwarped_size_px)
+    else:
+        unwarp = dataset_unwarp(other, blank, read_dataset_lens(other))
+    return PressWatcher(unwarp, card.ball_radius_mm, card.mm_per_px, calipers)
+
+
+def _finish(
+    out: Path,
+    card: "DatasetCard",
+    calipers: list[tuple[str, float]],
+    taken: list["BallLabel"],
+) -> None:
+    """Measure the lights, and the scale by the caliper; circles are then found anew."""
+    from functools import partial
+
+    from app._progress import progress
+    from app._workers import process_pool
+    from recon.labelling import automatic_label
+    from recon.presses import press_reader
+    from sensor.dataset import read_dataset, write_card, write_labels
+    from validation.importers.folder import write_dataset
+    from validation.importers.raw_frames import measured_scale, rescaled
+
+    if not calipers:
+        write_dataset(out, card, taken)
+        if card.pad_size_mm is not None:
+            length, width = card.pad_size_mm
+            print(f"The pad is taken to be {length:g} x {width:g} mm: --caliper-mm measures it.")
+        return
+    dataset = read_dataset(out)
+    few = taken[:: -(-len(taken) // 8)]
+    try:
+        scale = measured_scale(out / CALIPER_FOLDER, calipers, press_reader(dataset), few)
+    except WedgeError as error:
+        write_dataset(out, card, taken)
+        raise WedgeError(f"{error} The presses are kept in {out}, at the design's size.") from error
+    card = rescaled(card, scale)
+    with progress("circles at the measured scale") as show, process_pool() as pool:
+        write_labels(out / "labels.csv", [])  # at the old scale
+        write_card(out / "dataset.toml", card)
+        reader = press_reader(read_dataset(out))
+        found = []
+        for label in pool.map(partial(automatic_label, reader), [x.file for x in taken]):
+            found.append(label)
+            show(len(found) / len(taken))
+    write_dataset(out, card, [label for label in found if label is not None])
+    x, y = (s / mm for s, mm in zip(scale.sigma_mm_per_px, scale.mm_per_px, strict=True))
+    print(
+        f"Scale from {scale.gaps} pictures of the caliper, to {x:.1%} along x and {y:.1%} along y."
+    )
 
 
 def _keep(

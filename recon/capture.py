@@ -44,7 +44,7 @@ class Verdict:
     words: str
     """For the person at the sensor: what happened, and what to do next."""
     circle: Circle | None = None
-    """Of a frame that was taken."""
+    """Of a ball's frame that was taken; ``None`` for a caliper's."""
 
 
 @dataclass
@@ -80,14 +80,18 @@ class PressWatcher:
     """Looks at every frame of a sensor and says which to keep.
 
     First the blank gel: still frames, averaged. Then, for each press: wait until something
-    touches and holds still, judge that frame, and wait until the gel is free again.
+    touches and holds still, judge that frame, and wait until the gel is free again. The first
+    presses may be a caliper's.
     """
 
-    def __init__(self, unwarp: Unwarp, ball_radius_mm: float, mm_per_px: Pair) -> None:
-        """Begin with the blank gel, which nothing must touch."""
+    def __init__(
+        self, unwarp: Unwarp, ball_radius_mm: float, mm_per_px: Pair, calipers: int = 0
+    ) -> None:
+        """Begin with the blank gel, which nothing must touch; ``calipers`` presses follow."""
         self.unwarp = unwarp
         self.ball_radius_mm, self.mm_per_px = ball_radius_mm, mm_per_px
         self.state: State = "blank"
+        self.calipers_left = calipers
         self.coverage = Coverage(unwarp.size_px)
         self.background: Frame | None = None
         self._blanks: list[Frame] = []
@@ -114,13 +118,13 @@ class PressWatcher:
         contact = disturbed_mask(difference)
         if not contact.any():
             self.state, self._still = "waiting", 0
-            return _no(f"no contact: press the ball, {self.coverage.emptiest} is empty")
+            return _no(f"no contact: {self._wanted}")
         if self.state == "lift":
-            return _no("taken: lift the ball")
+            return _no("taken: lift it")
         is_still = moved < max(STILL_FACTOR * self._noise, LEAST_STILL)
         self._still = self._still + 1 if is_still else 0
         if self._still < STILL_FRAMES:
-            return _no("still moving: hold the ball")
+            return _no("still moving: hold it")
         return self._judge(frame, seen, difference, contact)
 
     def judge_alone(self, frame: Frame) -> Verdict:
@@ -142,6 +146,14 @@ class PressWatcher:
         self._sharpness = _fine_detail(self._blank)
         self.state = "waiting"
 
+    @property
+    def _wanted(self) -> str:
+        """What to press next."""
+        if self.calipers_left:
+            along = "across" if self.calipers_left % 2 else "along"
+            return f"press the caliper's jaws, the gap measured {along} the finger"
+        return f"press the ball, {self.coverage.emptiest} is empty"
+
     def _look_at_blank(self, frame: Frame, moved: float) -> Verdict:
         if self._blanks and len(self._steps) > 1 and moved > 3 * max(*self._steps, LEAST_STILL):
             self._blanks.clear()
@@ -156,7 +168,7 @@ class PressWatcher:
         # An average is smoother than any frame: the frames' own noise is what others compare with.
         self._noise = max(self._steps)
         self._sharpness = float(np.median([_fine_detail(self.unwarp(x)) for x in self._blanks]))
-        return _no(f"the blank gel is known: press the ball, {self.coverage.emptiest} first")
+        return _no(f"the blank gel is known: {self._wanted}")
 
     def _judge(
         self, frame: Frame, seen: Unwarped, difference: Difference, contact: np.ndarray
@@ -168,6 +180,10 @@ class PressWatcher:
         saturated = (seen[contact] >= SATURATED_LEVEL / 255).any(-1).mean()
         if saturated > MOST_SATURATED:
             return _no(f"saturated on {saturated:.0%} of the contact: lower the exposure")
+        if self.calipers_left:
+            self.calipers_left -= 1
+            self.state = "lift"
+            return Verdict(taken=True, words="caliper taken: lift it")
         circle = find_circle(difference, self.ball_radius_mm, self.mm_per_px)
         if circle is None:
             return _no("no ball is recognised: press the ball alone, not its holder")

@@ -7,9 +7,12 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pytest
 
+from recon.images import read_image, write_image
 from sensor.dataset import read_dataset
-from tests.synthetic import make_dataset
+from tests.synthetic import KEYSTONE_PX, make_dataset, pad_size_mm
+from tests.validation.importers.test_raw_frames import GAP_MM, caliper, off_pad
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -35,3 +38,24 @@ def test_a_folder_of_frames_becomes_a_dataset(tmp_path: Path) -> None:
     again = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert again.returncode == 2
     assert len(again.stderr.splitlines()) == 1
+
+
+def test_a_new_sensor_is_captured_with_nothing_known_but_its_ball(tmp_path: Path) -> None:
+    truth = make_dataset(tmp_path / "truth", presses=3, corners_px=KEYSTONE_PX, seed=3)
+    pictures = [read_image(truth.folder / "background.png"), caliper(True), caliper(False)]
+    pictures += [read_image(truth.folder / label.file) for label in truth.labels]
+    for index, picture in enumerate(pictures):
+        dark = np.where(off_pad()[..., None], np.uint8(8), picture)
+        write_image(tmp_path / "frames" / f"{index:02d}.png", dark)
+    out = tmp_path / "out"
+    words = ("capture", str(tmp_path / "frames"), "--out", str(out), "--presses", "3")
+    words += ("--ball-radius-mm", str(truth.card.ball_radius_mm), "--caliper-mm", f"{GAP_MM:g}")
+    command = [sys.executable, "-P", "-m", "app", *words]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.count("caliper taken") >= 1
+    captured = read_dataset(out)
+    assert captured.card.pad_size_mm == pytest.approx(pad_size_mm()[::-1], rel=0.03)
+    assert len(captured.labels) == 3
+    assert captured.card.lights_deg is not None
+    assert sorted(path.name for path in (out / "caliper").iterdir()) == ["3mm-1.png", "3mm-2.png"]

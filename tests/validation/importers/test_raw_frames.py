@@ -48,7 +48,8 @@ def caliper(along_x: bool) -> np.ndarray:
         slope -= sign * np.where(away < -JAW_MM, hung, 0)
     slope = np.where(np.abs(along) < 3, slope, 0)
     still = np.zeros_like(slope)
-    return digitized(shaded(np.stack([slope, still] if along_x else [still, slope], -1)))
+    light = shaded(np.stack([slope, still] if along_x else [still, slope], -1))
+    return digitized(light + np.random.default_rng(int(along_x)).normal(0, 0.5 / 255, light.shape))
 
 
 @pytest.fixture(scope="module")
