@@ -9,6 +9,7 @@ import numpy as np
 from scipy import ndimage
 
 from recon.arrays import ContactMask, DepthMap, Difference, GradientField
+from recon.contact_network import held
 from recon.poisson import Boundary
 from sensor.toml import Pair
 
@@ -32,10 +33,13 @@ COLLAR_MM = 0.4
 """Over this length gel that nothing holds springs back, in a bonded layer some mm thick."""
 SHALLOWEST = 0.1
 """Of the deepest point: what lies shallower is gel that follows, or a drift of the slopes."""
-LEVELS = np.arange(0.1, 0.8125, 0.025)
+LEVELS = np.arange(0.02, 0.8125, 0.02)
 """Of its patch's depth: the pressures at which a contact's edge is looked for."""
 LEVEL_SMOOTHING = 1.5
 """In levels."""
+AS_STEEP = 0.98
+"""Of the steepest contour's slope: along a plane face every contour is as steep, and the last one
+is the edge."""
 
 
 def disturbed_mask(difference: Difference) -> ContactMask:
@@ -89,9 +93,10 @@ def contact_mask(
 ) -> ContactMask:
     """Where something presses on the gel; the rest, the collar, only follows.
 
-    Each patch of dented gel ends where its pressure falls to a level, and the level is the one
-    along whose contour the skin is steepest on average: around a ball as at the edge of a flat
-    face, slopes are largest where the contact ends.
+    Each patch of dented gel ends where its pressure falls to a level, and the level is the lowest
+    one along whose contour the skin is steepest on average: around a ball as at the edge of a flat
+    face, slopes are largest where the contact ends. Within, grooves that the skin bridges are left
+    out by a network (``recon.contact_network``).
 
     Args:
         disturbed: where the colour changed; a dent counts where it holds some of it.
@@ -120,10 +125,11 @@ def contact_mask(
     )
     along_levels = partial(ndimage.gaussian_filter1d, sigma=LEVEL_SMOOTHING, axis=1)
     mean_slope = along_levels(slopes) / np.maximum(along_levels(pixels.astype(float)), 1e-9)
-    level = (LEVELS[:-1] + np.diff(LEVELS) / 2)[mean_slope.argmax(1)]
-    contact = np.zeros_like(disturbed)
-    contact[inside] = share > level[owner]
-    return contact
+    steepest = mean_slope >= AS_STEEP * mean_slope.max(1, keepdims=True)
+    level = (LEVELS[:-1] + np.diff(LEVELS) / 2)[steepest.argmax(1)]
+    within = np.zeros_like(disturbed)
+    within[inside] = share > level[owner]
+    return held(depth, gradient, mm_per_px, within)
 
 
 def pressure_mm(depth: DepthMap, gradient: GradientField, mm_per_px: Pair) -> DepthMap:

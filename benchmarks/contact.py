@@ -1,0 +1,141 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Where it touches, against the twin's truth, labelled balls and blank gel.
+
+``python -m benchmarks.contact`` prints the overlap of contact masks with the truth on the twin's
+shapes and of shadows with those of traced rays; ``--balls`` adds the labelled balls of every set
+that is here, ``--blanks N`` noisy blank frames of every sensor.
+"""
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from sensor.dataset import read_dataset
+from sensor.design_file import DESIGNS
+from sensor.errors import WedgeError
+from sensor.files import write_atomic
+from validation.contact import ball_overlaps, blank_frames_in_contact, mean_iou
+from validation.contact_shapes import ShapeContact, shape_contacts
+from validation.datasets import dataset_folder
+
+TWINS = {"twin-standard": "standard", "twin-finger": "finger"}
+BALLS = ("taxim-gelsight", "known-depth", "wedge-lab", "twin-standard", "twin-finger")
+BLANK_GELS = (
+    *("taxim-gelsight", "known-depth", "wedge-lab", "marker-balls-a", "twin-standard"),
+    *("twin-finger", "wedge-mit-golf-ball", "wedge-mit-lego", "wedge-mit-bolt"),
+    "wedge-lab-markerless",
+)
+
+
+def shape_rows(estimators: Sequence[str]) -> list[dict[str, object]]:
+    """Every shape of both twins with every estimator."""
+    rows: list[dict[str, object]] = []
+    for dataset, design in TWINS.items():
+        folder = dataset_folder(dataset)
+        for estimator in estimators:
+            found = shape_contacts(read_dataset(folder), DESIGNS[design], estimator=estimator)
+            rows += [_row(dataset, estimator, shape) for shape in found]
+            mean, exact = (
+                float(np.mean([getattr(shape, name) for shape in found]))
+                for name in ("iou", "exact_iou")
+            )
+            print(f"{dataset}, {estimator}: mean IoU {mean:.3f}; with the true depth {exact:.3f}")
+            for shape in found:
+                print(
+                    f"  {shape.name:12s} {shape.iou:.3f}  with the true depth "
+                    f"{shape.exact_iou:.3f}  held {int(shape.truth.sum())} px"
+                )
+            shadows = [shape.shadows for shape in found]
+            right, all_found = (
+                sum(getattr(s, n) for s in shadows) for n in ("right_px", "found_px")
+            )
+            seen, cast = (sum(getattr(s, n) for s in shadows) for n in ("cast_found_px", "cast_px"))
+            print(
+                f"  shadows: {seen / cast:.2f} of {cast} cast pixels found; "
+                f"{right / all_found:.2f} of {all_found} found ones lack half of their light"
+            )
+    return rows
+
+
+def _row(dataset: str, estimator: str, shape: ShapeContact) -> dict[str, object]:
+    shadows = shape.shadows
+    return {
+        "dataset": dataset,
+        "estimator": estimator,
+        "shape": shape.name,
+        "iou": shape.iou,
+        "iou_with_true_depth": shape.exact_iou,
+        "held_px": int(shape.truth.sum()),
+        "shadow_precision": shadows.precision,
+        "shadow_recall": shadows.recall,
+        "shadow_cast_px": shadows.cast_px,
+    }
+
+
+def ball_rows(estimator: str) -> list[dict[str, object]]:
+    """Labelled balls of the sets that are here, three-fold by press."""
+    rows: list[dict[str, object]] = []
+    for name in BALLS:
+        try:
+            folder = dataset_folder(name)
+        except WedgeError:
+            print(f"{name}: not here")
+            continue
+        found = ball_overlaps(read_dataset(folder), estimator=estimator)
+        ratio = float(np.mean([item.radius_ratio for item in found]))
+        least = min(item.iou for item in found)
+        rows.append(
+            {"dataset": name, "presses": len(found), "iou": mean_iou(found), "radius_ratio": ratio}
+        )
+        print(
+            f"{name}: {len(found)} balls, mean IoU {mean_iou(found):.3f}, least {least:.3f}, "
+            f"radius found to labelled {ratio:.2f}"
+        )
+    return rows
+
+
+def blank_rows(count: int) -> list[dict[str, object]]:
+    """So many blank frames in all, shared among the sensors that are here."""
+    folders = {}
+    for name in BLANK_GELS:
+        try:
+            folders[name] = dataset_folder(name)
+        except WedgeError:
+            print(f"{name}: not here")
+    each = -(-count // len(folders))
+    rows: list[dict[str, object]] = []
+    for name, folder in folders.items():
+        touched = blank_frames_in_contact(read_dataset(folder), each)
+        rows.append({"dataset": name, "frames": each, "in_contact": touched})
+        print(f"{name}: {touched} of {each} blank frames taken for a contact")
+    return rows
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.contact", description=__doc__)
+    parser.add_argument("--estimators", default="mlp,default", help="with commas between them")
+    parser.add_argument("--balls", action="store_true", help="labelled balls too; minutes")
+    parser.add_argument("--blanks", type=int, default=0, help="so many blank frames too")
+    parser.add_argument("--json", type=Path, help="write the numbers here")
+    options = parser.parse_args()
+    estimators = [name for name in options.estimators.split(",") if name]
+    try:
+        document = {
+            "shapes": shape_rows(estimators),
+            "balls": ball_rows(estimators[0]) if options.balls and estimators else [],
+            "blanks": blank_rows(options.blanks) if options.blanks > 0 else [],
+        }
+        if options.json is not None:
+            write_atomic(options.json, (json.dumps(document, indent=2) + "\n").encode())
+    except WedgeError as error:
+        sys.exit(str(error))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,234 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Train the network that tells held gel from gel that follows, on random presses alone.
+
+``python -m recon.contact_training --out FILE`` made the shipped weights. Every batch is drawn anew
+from the seed. What is learnt from is not the skin but what a calibrated sensor would measure of it:
+slopes that saturate, that are lost where they are small, and that are wrong over patches of some
+pixels, and the depth that they integrate to. Needs torch, the extra ``train``.
+"""
+
+import argparse
+import sys
+import time
+from collections import deque
+from collections.abc import Iterator
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Float, Float32
+
+from recon import unet
+from recon.contact_network import CONTACT, network_input
+from recon.contact_presses import random_press
+from recon.contact_surfaces import surface_gradient
+from recon.poisson import integrate
+from recon.unet_torch import UNetLayers
+from recon.unet_training import write_curve
+from recon.unet_weights import save_weights
+
+try:
+    import torch
+    from torch import Tensor, nn
+    from torch.nn import functional
+except ModuleNotFoundError:  # one sentence in place of a traceback
+    sys.exit("Training needs torch: install the extra, `pip install gelsight-wedge[train]`.")
+
+FRAME_PX = (96, 128)
+FRAMES = 8
+EMPTY_SHARE = 0.03
+"""Untouched gel, so that noise alone is answered with none."""
+LEARNING_RATE = 3e-3
+WARM_UP = 0.1  # of the steps
+STEEPEST_STEP = 0.5  # norm that the loss's gradient is clipped to
+NEAR_PX = 9  # pixels so near to a contact count several times
+NEAR_WEIGHT = 5.0
+FIRST_SCORE = -3.0  # most of a frame is not held
+BATCHES_AHEAD = 12
+CUT = 0.02
+"""Of the deepest point: a skin deeper than this on the border is cut by it."""
+TESTED = 200
+
+Batch = tuple[Float32[np.ndarray, "n 4 h w"], Bool[np.ndarray, "n h w"]]
+
+
+class ContactNet(UNetLayers):
+    """The network of ``recon.contact_network``, for training."""
+
+    def __init__(self, channels: tuple[int, ...]) -> None:
+        super().__init__(channels, CONTACT.inputs, CONTACT.outputs)
+        nn.init.constant_(self.layers["out"].get_parameter("bias"), FIRST_SCORE)
+
+    def forward(self, maps: Float[Tensor, "n 4 h w"]) -> Float[Tensor, "n h w"]:
+        """Log odds of being held."""
+        return functional.pixel_shuffle(self.layers["out"](self.features(maps)), 2)[:, 0]
+
+
+def measured_gradient(
+    rng: np.random.Generator, skin_px: Float32[np.ndarray, "h w"]
+) -> Float32[np.ndarray, "h w 2"]:
+    """The slopes of a skin as a random calibrated sensor would measure them, px/px.
+
+    On ball presses of the twin and of real sensors, slopes are a tenth wrong over some pixels,
+    steep ones are too low, and those below a twentieth are mostly lost.
+    """
+    slopes = surface_gradient(skin_px).astype(np.float32)
+    blur_px = rng.uniform(0, 1.0)
+    if blur_px > 0.3:
+        slopes = np.asarray(cv2.GaussianBlur(slopes, (0, 0), blur_px), np.float32)
+    steep = np.hypot(slopes[..., 0], slopes[..., 1])
+    lost = rng.uniform(0, 0.06)
+    most = _log_uniform(rng, 0.9, 4.0)
+    gain = steep**2 / (steep**2 + lost**2 + 1e-9) / np.sqrt(1 + (steep / most) ** 2)
+    slopes *= gain[..., None] * rng.uniform(0.85, 1.1, 2).astype(np.float32)
+    steep = np.minimum(steep, 1.5)
+    patchy, grain = _log_uniform(rng, 0.01, 0.15), _log_uniform(rng, 0.0005, 0.03)
+    everywhere = 1 if rng.random() < 0.5 else np.minimum(1, steep / 0.05)
+    for axis in (0, 1):
+        slopes[..., axis] += (
+            patchy * steep * _patches(rng, steep.shape, _log_uniform(rng, 0.8, 6.0))
+        )
+        white = rng.standard_normal((2, *steep.shape), np.float32)
+        slopes[..., axis] += patchy / 2 * steep * white[0] + grain * everywhere * white[1]
+        if rng.random() < 0.5:
+            slopes[..., axis] += rng.uniform(0, 0.015) * _patches(rng, steep.shape, 25.0)
+    return slopes
+
+
+def training_frame(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """The network's input of one press, and where it is held."""
+    skin, touched, _ = random_press(rng, *FRAME_PX)
+    if rng.random() < EMPTY_SHARE:
+        skin, touched = np.zeros_like(skin), np.zeros_like(touched)
+    slopes = measured_gradient(rng, skin)
+    border = max(skin[[0, -1]].max(), skin[:, [0, -1]].max())
+    if border > CUT * skin.max() > 0:
+        depth = integrate(slopes, (1.0, 1.0), "neumann")
+        flat = skin < CUT * skin.max()
+        depth -= np.median(depth[flat]) if flat.any() else 0
+    else:
+        depth = integrate(slopes, (1.0, 1.0), "dirichlet")
+    return network_input(depth, slopes), touched
+
+
+def training_batch(seed: int, step: int) -> Batch:
+    """Inputs and truth of fresh presses."""
+    rng = np.random.default_rng([seed, step])
+    maps, touched = zip(*(training_frame(rng) for _ in range(FRAMES)), strict=True)
+    return np.stack(maps), np.stack(touched)
+
+
+def loss_of(score: Float[Tensor, "n h w"], truth: Float[Tensor, "n h w"]) -> Tensor:
+    """Entropy, mostly near contacts, and one minus the overlap of each frame's contact."""
+    entropy = functional.binary_cross_entropy_with_logits(score, truth, reduction="none")
+    near = functional.max_pool2d(truth[:, None], NEAR_PX, 1, NEAR_PX // 2)[:, 0]
+    weight = 1 + (NEAR_WEIGHT - 1) * near
+    found, some = score.sigmoid(), truth.sum((1, 2)) > 0
+    both = (found * truth).sum((1, 2))
+    either = (found + truth - found * truth).sum((1, 2)) + 1
+    missed = ((1 - both / either) * some).sum() / some.sum().clamp(min=1)
+    return 2 * (entropy * weight).sum() / weight.sum() + missed
+
+
+def learning_rate(step: int, steps: int) -> float:
+    """Up on a line, down on a cosine to zero."""
+    share = step / steps
+    rise, fall = (share + 1 / steps) / WARM_UP, (share - WARM_UP) / (1 - WARM_UP)
+    return LEARNING_RATE * min(1.0, rise) * 0.5 * (1 + float(np.cos(np.pi * max(0.0, fall))))
+
+
+def _batches(seed: int, steps: int, executor: Executor) -> Iterator[Batch]:
+    """Batches in their order, made a few ahead."""
+    waiting: deque[Future[Batch]] = deque()
+    for step in range(steps):
+        waiting.append(executor.submit(training_batch, seed, step))
+        if len(waiting) > BATCHES_AHEAD:
+            yield waiting.popleft().result()
+    while waiting:
+        yield waiting.popleft().result()
+
+
+def train(
+    seed: int, steps: int, channels: tuple[int, ...], executor: Executor
+) -> tuple[unet.Weights, list[float]]:
+    """The trained weights and the loss of every step; progress on stdout."""
+    torch.manual_seed(seed)
+    network = ContactNet(channels)
+    network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]  # torch's stubs
+    optimizer = torch.optim.Adam(network.parameters())
+    losses: list[float] = []
+    begin = time.monotonic()
+    for step, (maps, truth) in enumerate(_batches(seed, steps, executor)):
+        for group in optimizer.param_groups:
+            group["lr"] = learning_rate(step, steps)
+        seen = torch.from_numpy(maps).to(memory_format=torch.channels_last)
+        loss = loss_of(network(seen), torch.from_numpy(truth).float())
+        optimizer.zero_grad()
+        loss.backward()
+        nn.utils.clip_grad_norm_(network.parameters(), STEEPEST_STEP)
+        optimizer.step()
+        losses.append(loss.item())
+        if (step + 1) % 100 == 0:
+            mean, spent = np.mean(losses[-100:]), time.monotonic() - begin
+            print(f"step {step + 1}/{steps}  loss {mean:.4f}  {spent:.0f} s", flush=True)
+    return network.weights(), losses
+
+
+def overlap_on_fresh_presses(weights: unet.Weights, presses: int, seed: int) -> float:
+    """Mean intersection over union with the truth of presses that nobody learnt from."""
+    rng = np.random.default_rng([seed, 2**31])
+    found = []
+    for _ in range(presses):
+        maps, truth = training_frame(rng)
+        if truth.any():
+            mask = unet.through_layers(weights, maps)[0] > 0
+            found.append((mask & truth).sum() / (mask | truth).sum())
+    return float(np.mean(found))
+
+
+def main() -> None:
+    """Train, save the weights and the loss, and print the overlap on fresh presses."""
+    parser = argparse.ArgumentParser(prog="python -m recon.contact_training", description=__doc__)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--steps", type=int, default=5000, help="batches, 2 at least")
+    parser.add_argument("--channels", default=",".join(map(str, unet.CHANNELS)))
+    parser.add_argument("--out", type=Path, required=True, help="the safetensors file to write")
+    options = parser.parse_args()
+    try:
+        channels = tuple(int(count) for count in options.channels.split(","))
+    except ValueError:
+        parser.error("--channels must be whole numbers with commas between them")
+    if options.steps < 2 or len(channels) < 2 or min(channels) < 1:
+        parser.error("--steps and --channels need two at least")
+    torch.set_num_threads(1)
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:
+        weights, losses = train(options.seed, options.steps, channels, executor)
+    command = (
+        f"python -m recon.contact_training --seed {options.seed} --steps {options.steps} "
+        f"--channels {','.join(map(str, channels))} --out {options.out.name}"
+    )
+    save_weights(options.out, weights, command, options.seed, CONTACT)
+    write_curve(options.out, losses)
+    overlap = overlap_on_fresh_presses(weights, TESTED, options.seed)
+    print(f"overlap with the truth on {TESTED} fresh presses: {overlap:.3f}")
+
+
+def _log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
+    return float(np.exp(rng.uniform(np.log(low), np.log(high))))
+
+
+def _patches(
+    rng: np.random.Generator, shape: tuple[int, ...], length_px: float
+) -> Float32[np.ndarray, "h w"]:
+    """Smooth noise of deviation 1, made at half the resolution."""
+    height, width = shape
+    noise = rng.standard_normal((height // 2 + 1, width // 2 + 1), np.float32)
+    smooth = cv2.resize(cv2.GaussianBlur(noise, (0, 0), length_px / 2), (width, height))
+    return np.asarray(smooth / max(float(smooth.std()), 1e-6), np.float32)
+
+
+if __name__ == "__main__":
+    main()
