@@ -4,6 +4,7 @@
 
 import sys
 import time
+from contextlib import nullcontext
 from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Annotated, Any
@@ -17,6 +18,7 @@ from sensor.errors import WedgeError
 if TYPE_CHECKING:
     from recon.fast import FastReconstructor, Touch
     from recon.stream import Newest
+    from recon.stream.rerun_file import RerunFile
 
 LINE_S = 1.0
 
@@ -25,6 +27,7 @@ def main(
     where: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="WHERE")],
     unit: Annotated[Path | None, tyro.conf.arg(metavar="UNIT")] = None,
     seconds: float | None = None,
+    rerun: Annotated[Path | None, tyro.conf.arg(metavar="FILE.rrd")] = None,
     json: OutputFile = None,
 ) -> None:
     """Watch a stream: frames a second, latency, what is lost or damaged, and with a unit the touch.
@@ -40,11 +43,12 @@ def main(
         where: http://HOST:PORT/PATH, usb:0, a video, a folder, a dataset, or an MCAP file.
         unit: A unit folder: depth is reconstructed from each frame. A recording brings its own.
         seconds: Stop after so long.
+        rerun: Write frames, depth and latency here for Rerun's viewer (the extra `rerun`).
         json: Write the last line's numbers here as JSON.
     """
     from recon.stream import Newest
 
-    check_outputs(json)
+    check_outputs(json, rerun)
     refuse_few("seconds", seconds)
     with unit_of(where, unit) as folder:
         reconstruct = None
@@ -52,14 +56,25 @@ def main(
             from recon.fast import FastReconstructor
 
             reconstruct = FastReconstructor.load(folder)
-        with Newest(open_live(where)) as newest:
+        with _rerun_file(rerun) as log, Newest(open_live(where)) as newest:
             print(f"{newest.source.name} (Ctrl-C ends)", file=sys.stderr)
-            last = _watch(newest, reconstruct, seconds)
+            last = _watch(newest, reconstruct, seconds, log)
     write_json(json, last)
 
 
+def _rerun_file(path: Path | None) -> "RerunFile | nullcontext[None]":
+    if path is None:
+        return nullcontext()
+    from recon.stream.rerun_file import RerunFile
+
+    return RerunFile(path)
+
+
 def _watch(
-    newest: "Newest", reconstruct: "FastReconstructor | None", seconds: float | None
+    newest: "Newest",
+    reconstruct: "FastReconstructor | None",
+    seconds: float | None,
+    log: "RerunFile | None",
 ) -> dict[str, Any]:
     """Print a line a second; the numbers of the last one."""
     begun = line = time.monotonic()
@@ -75,6 +90,8 @@ def _watch(
             else:
                 touch = reconstruct(frame)
             busy_ms.append(1e3 * (time.perf_counter() - start))
+            if log is not None:
+                log.add(frame, touch)
             rate.tick()
             if frame.latency_ms is not None:
                 latencies_ms.append(frame.latency_ms)

@@ -52,6 +52,32 @@ def test_a_clip_is_recorded_with_its_unit_and_watched_again(
     assert "deepest" in capsys.readouterr().out
 
 
+def test_what_a_stream_showed_is_read_back_by_rerun(tmp_path: Path, unit: Path) -> None:
+    pytest.importorskip("rerun", reason="Rerun is not installed: pip install rerun-sdk")
+    clip, shown = write_clip(tmp_path / "clip.avi", 9), tmp_path / "shown.rrd"
+    numbers = tmp_path / "numbers.json"
+    assert run("stream", clip, "--unit", unit, "--rerun", shown, "--json", numbers) == 0
+    looked_at = 9 - json.loads(numbers.read_text())["skipped"]
+    rerun = [sys.executable, "-m", "rerun", "rrd"]
+    subprocess.run([*rerun, "verify", shown], check=True, capture_output=True)
+    told = subprocess.run([*rerun, "stats", shown], check=True, capture_output=True, text=True)
+    for entity in ("raw", "depth", "deepest_mm", "contact_mm2"):
+        assert f"/{entity}: " in told.stdout
+    assert f"num_rows = {4 * looked_at + 1}\n" in told.stdout  # and one says when it began
+    assert list(tmp_path.glob(".*")) == []  # nothing half-written stays
+
+
+def test_without_rerun_the_extra_is_named(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setitem(sys.modules, "rerun", None)
+    clip, shown = write_clip(tmp_path / "clip.avi", 2), tmp_path / "shown.rrd"
+    assert "gelsight-wedge[rerun]" in refused(capsys, "stream", clip, "--rerun", shown)
+    assert not shown.exists()
+
+
 def test_a_damaged_stream_is_recorded_without_what_is_damaged(tmp_path: Path) -> None:
     sent = stream(*FRAMES, stamps=[Stamp(index=i + i // 4) for i in range(8)])
     sent = sent.replace(FRAMES[2], FRAMES[2][:-20])
