@@ -55,6 +55,7 @@ def known(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(datasets, "DATASETS", sets)
     monkeypatch.setattr(reproduce, "NAMES", ("here", "elsewhere"))
     monkeypatch.setattr(reproduce, "ESTIMATORS", ("table",))
+    monkeypatch.setattr(reproduce, "SIDE_BY_SIDE", ("here",))
     monkeypatch.setattr(reproduce, "fabricate", fabricate_quickly)
     monkeypatch.setattr(reproduce, "_tracking", lambda: Section(title="Pose tracking", html=""))
     monkeypatch.setattr(reproduce, "process_pool", lambda: ThreadPoolExecutor(1))
@@ -76,6 +77,7 @@ def test_writes_page_table_and_unit_and_again(
     assert str(known / "index.html") in printed.out
     assert "elsewhere: make one" in printed.err
     page = (known / "index.html").read_bytes()
+    assert b"Estimators side by side" in page
 
     reproduce.main(known, folds=2)
     assert (known / "error_table.json").read_bytes() == table

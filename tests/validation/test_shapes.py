@@ -2,12 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Shapes of known depth are judged against their truth, wherever the skin is pressed."""
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from app._compared import shapes_by_estimator
 from recon.ball import ball_cap
 from recon.calibration import Calibration, calibrate
 from recon.images import read_image, write_image
@@ -61,6 +63,15 @@ def test_errors_are_those_of_the_pressed_skin(taught: tuple[Path, Calibration]) 
     shifted = replace(shape, depth_mm=shape.truth_mm + np.where(shape.touched, 0.03, 9.0))
     for error in (shifted.rmse_mm, shifted.bias_mm, shifted.peak_error_mm):
         assert error == pytest.approx(0.03, abs=1e-6)
+
+
+def test_estimators_that_learnt_alike_reconstruct_alike(taught: tuple[Path, Calibration]) -> None:
+    folder, unit = taught
+    ours = replace(unit, card=replace(unit.card, estimator="ours"))
+    with ThreadPoolExecutor(1) as executor:
+        found = shapes_by_estimator(folder, ours, ("table",), 0, executor)
+    assert list(found) == ["ours", "table"]
+    assert found["ours"][0].rmse_mm == found["table"][0].rmse_mm > 0
 
 
 def test_a_truth_of_another_size_is_refused(taught: tuple[Path, Calibration]) -> None:
