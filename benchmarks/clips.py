@@ -47,6 +47,10 @@ class ThereAndBack:
     """Between the first firm frame's pose and what the way back makes of it."""
     apart_mm: float
     """Of the middle of the contact."""
+    stated_deg: float
+    """Standard deviation that the way back states for its end; infinite where it is lost."""
+    stated: str
+    """Its state there."""
     returned_deg: float
     """The same by one tracker that goes there and back, and so meets its keyframes again."""
     returned_mm: float
@@ -124,6 +128,8 @@ def there_and_back(name: str, unit: Calibration, tracker: str = "joint") -> Ther
         with_pose=sum(item.T_sensor_object is not None for item in forward[:held]),
         apart_deg=apart_deg,
         apart_mm=apart_mm,
+        stated_deg=backward[-1].rotation_std_deg,
+        stated=backward[-1].state,
         returned_deg=returned_deg,
         returned_mm=returned_mm,
         gone=len(gone),

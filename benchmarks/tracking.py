@@ -168,9 +168,10 @@ def _clips() -> Iterator[Measurement]:
     unit = learnt_elsewhere()
     for name in CLIPS:
         found = there_and_back(name, unit)
+        anew = f"back by a new tracker ({found.stated}, ± {found.stated_deg:.1f}°)"
         for way, angle, shift, bars in (
             ("there and back", found.returned_deg, found.returned_mm, (1.0, 0.1)),
-            ("back by a new tracker", found.apart_deg, found.apart_mm, (None, None)),
+            (anew, found.apart_deg, found.apart_mm, (None, None)),
         ):
             yield Measurement(
                 name=f"{name}: {way}, {found.frames} frames", value=angle, unit="°", bar=bars[0]

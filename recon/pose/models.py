@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What an object looks like from a pose: earlier touches of it, or its mesh."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
@@ -60,8 +60,8 @@ class ObjectModel(Protocol):
     def near(self, T_sensor_object: Transform, like: Touch) -> Keyframe | None:
         """The keyframe to compare a touch with at a pose; ``None`` where nothing is known."""
 
-    def surest(self, T_sensor_object: Transform) -> Keyframe | None:
-        """Of the keyframes in reach of a pose, the one whose own pose is least in doubt."""
+    def surest_first(self) -> Sequence[Keyframe]:
+        """All keyframes, those first whose own pose is least in doubt."""
 
     def learn(self, seen: Keyframe) -> None:
         """Take in a touch whose pose was found."""
@@ -83,10 +83,9 @@ class TouchModel:
         best = min(self.keyframes, key=lambda item: remoteness(item, T_sensor_object))
         return best if remoteness(best, T_sensor_object) < 1 else None
 
-    def surest(self, T_sensor_object: Transform) -> Keyframe | None:
-        """The touch in reach with the smallest rotation variance."""
-        reached = [item for item in self.keyframes if remoteness(item, T_sensor_object) < 1]
-        return min(reached, key=lambda item: float(np.trace(item.covariance[:3, :3])), default=None)
+    def surest_first(self) -> Sequence[Keyframe]:
+        """By the variance of their rotation."""
+        return sorted(self.keyframes, key=lambda item: float(np.trace(item.covariance[:3, :3])))
 
     def learn(self, seen: Keyframe) -> None:
         """Keep it."""
@@ -120,9 +119,9 @@ class MeshModel:
         self._last = self._rendered(T_sensor_object, like)
         return self._last
 
-    def surest(self, T_sensor_object: Transform) -> Keyframe | None:
-        """A mesh's pictures are all without doubt."""
-        return None
+    def surest_first(self) -> Sequence[Keyframe]:
+        """A mesh keeps none: it is rendered anew."""
+        return ()
 
     def learn(self, seen: Keyframe) -> None:
         """A mesh is known already."""

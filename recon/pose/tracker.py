@@ -62,6 +62,8 @@ LEAST_EXPLAINED = 0.5
 """Of the slopes' energy; a wrong pose explains less than nothing."""
 FOUND_AGAIN = 0.7
 """To believe a pose after a loss, when no motion from the last one vouches for it."""
+RECOGNIZED = 4
+"""Keyframes that are tried after a loss, the surest first."""
 LEAST_ALIKE = 0.4
 """Correlation of details; a shape without any, such as a smooth ball's, has none."""
 KEYFRAME_OVERLAP = 0.75
@@ -162,7 +164,10 @@ class Tracker:
         elif self._last is None:
             self._estimate = self._searched(touch)
         else:
-            self._estimate = self._followed(touch, self._last)
+            found = self._followed(touch, self._last)
+            if self._estimate.state == "lost" and found.state != "tracking":
+                found = self._recognized(touch, found)
+            self._estimate = found
         if self._estimate.T_sensor_object is not None:
             self._last = self._estimate.T_sensor_object
         return self._estimate
@@ -223,8 +228,12 @@ class Tracker:
         assert found.T_sensor_object is not None
         if found.state == "tracking" and _certain(found):
             return found
-        surest = self.model.surest(found.T_sensor_object)
-        if surest is not None and surest is not self._keyframe:
+        reached = [
+            item
+            for item in self.model.surest_first()
+            if remoteness(item, found.T_sensor_object) < 1 and item is not self._keyframe
+        ]
+        for surest in reached[:1]:
             again = self._compared(surest, seen, found.T_sensor_object)
             if again.state == "tracking" and _certain(again):
                 self._keyframe = surest
@@ -246,6 +255,17 @@ class Tracker:
         self._keyframe = self._recent
         self.model.learn(self._recent)
         return found
+
+    def _recognized(self, touch: Touch, doubtful: PoseEstimate) -> PoseEstimate:
+        """After a loss, the pose of a keyframe that looks like this, wherever the object was."""
+        seen = self._seen(touch)
+        for known in self.model.surest_first()[:RECOGNIZED]:
+            found = self._compared(known, seen, known.T_sensor_object)
+            sure = found.state == "tracking" and found.explained > FOUND_AGAIN
+            if sure and found.overlap > KEYFRAME_OVERLAP and _certain(found):
+                self._keyframe = known
+                return found
+        return doubtful
 
     def _searched(self, touch: Touch) -> PoseEstimate:
         """Without a pose to start from: every guess of the model."""

@@ -139,6 +139,16 @@ def test_errors_that_are_alike_over_millimetres_are_stated():
     assert turns[1] < np.sqrt(3) * np.radians(PRIOR_DEG) * 1.001
 
 
+def test_after_a_loss_the_object_is_recognized_as_it_was_first_seen():
+    track = Tracker()
+    for angle in (0.0, 6.0, 12.0, 18.0, 24.0, 30.0):
+        track(touch(coarse_bead(), rolled(angle), 60))
+    assert track(corner()).state == "lost"
+    again = track(touch(coarse_bead(), rolled(0.5), 61))
+    assert again.state == "tracking"
+    assert angle_deg(inverse(rolled(0.5)) @ again.T_sensor_object) < 0.5
+
+
 def test_doubt_that_has_added_up_ends_at_a_surer_keyframe_and_is_said_without():
     for others in (True, False):
         track = Tracker()
