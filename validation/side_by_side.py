@@ -10,9 +10,9 @@ from jaxtyping import Float, Float32
 
 from recon.calibration import lit_channels
 from recon.estimators import GradientEstimator, fit_estimator, slopes_at, training_pixels
-from recon.pixels import join, label_pixels
-from recon.presses import read_presses
-from sensor.dataset import read_dataset
+from recon.pixels import Pixels, join, label_pixels
+from recon.presses import press_reader, unusable
+from sensor.dataset import BallLabel, read_dataset
 from validation.splits import splits
 
 LEAST_PIXELS = 10
@@ -55,17 +55,24 @@ def unseen_slopes(folder: Path, estimator: str, *, folds: int, seed: int) -> Uns
         WedgeError: the dataset cannot be used.
     """
     dataset = read_dataset(folder)
-    presses = read_presses(dataset).presses
-    split = splits(len(presses), folds, seed)[0]
-    train = join([training_pixels(estimator, presses[i], i, seed) for i in split.train])
+    reader = press_reader(dataset)  # few frames in memory: other work goes on beside this
+    labels: list[BallLabel] = []
+    lessons: list[Pixels] = []
+    for label in dataset.labels:
+        press = reader.read(label)
+        if unusable(press) is None:
+            lessons.append(training_pixels(estimator, press, len(labels), seed))
+            labels.append(label)
+    split = splits(len(labels), folds, seed)[0]
+    train = join([lessons[index] for index in split.train])
     fitted = fit_estimator(estimator, train, lit_channels(dataset)[0], seed)
-    del train
     truth, estimated = [], []
     for index in split.test:
-        pixels = label_pixels(presses[index], index, seed)
+        press = reader.read(labels[index])
+        pixels = label_pixels(press, index, seed)
         pixels = pixels[pixels.contact]
         truth.append(pixels.gradient)
-        estimated.append(slopes_at(fitted, presses[index].difference, pixels))
+        estimated.append(slopes_at(fitted, press.difference, pixels))
     return Unseen(
         estimator=estimator,
         truth=np.concatenate(truth),
