@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 from recon.corner_book import CornerBook
+from recon.labelling import LabelBook
 from recon.presses import read_background
 from sensor.dataset import BallLabel, Dataset, read_dataset, write_labels
 from sensor.errors import WedgeError
@@ -69,6 +70,26 @@ def test_circles_that_somebody_drew_keep_the_corners(tmp_path: Path, quality: fl
     with pytest.raises(WedgeError, match="drew or looked at"):
         book.turn()
     assert [path.read_bytes() for path in sorted(dataset.folder.iterdir())] == before
+
+
+def test_a_folder_that_cannot_be_written_loses_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    dataset = raw_set(tmp_path / "set", quality=0.9)
+    before = {path.name: path.read_bytes() for path in dataset.folder.iterdir()}
+    corner_book = CornerBook(dataset, read_background(dataset))
+    label_book = LabelBook(dataset)
+
+    def refuse(*_: object) -> None:
+        raise PermissionError(13, "Permission denied", str(dataset.folder))
+
+    monkeypatch.setattr(os, "replace", refuse)
+    for change in (corner_book.turn, lambda: label_book.remove(dataset.labels[0].file)):
+        with pytest.raises((OSError, WedgeError)):
+            change()
+    assert corner_book.corners_px == KEYSTONE_PX
+    assert label_book.labels == dataset.labels
+    assert {path.name: path.read_bytes() for path in dataset.folder.iterdir()} == before
 
 
 def test_a_folded_pad_and_a_card_changed_meanwhile_are_refused(tmp_path: Path) -> None:
