@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`wedge cloud`: frames to point clouds and meshes in millimetres."""
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -35,6 +36,8 @@ def main(
     something touches there, and sigma, the standard deviation of z that the noise of the slopes
     causes (errors of the calibration add to it; `wedge evaluate` measures those). OUT receives
     one file per frame: PLY for MeshLab, Blender or trimesh, PCD for PCL and ROS, NPZ for NumPy.
+    The table says how many patches are touched, whether the border cuts one, and how much of the
+    contact lies in the shadow of its own dent, where slopes are to be doubted.
 
     Examples:
         wedge cloud units/wedge-001 press.png --out clouds --mesh
@@ -58,6 +61,7 @@ def main(
     from recon.calibration import load_calibration
     from recon.cloud import point_cloud, skin_mesh
     from recon.cloud_files import cloud_bytes
+    from recon.contact_patches import contact_word
     from recon.pipeline import Reconstructor
     from sensor.design_file import load_design
 
@@ -72,6 +76,7 @@ def main(
     with progress("point clouds") as show:
         for name, _, frame in unit_frames(where, calibration.unwarp, frames):
             touch = reconstruct(frame)
+            patches, touching = touch.patches, int(touch.contact.sum())
             cloud, triangles = point_cloud(touch, gel), None
             if mesh:
                 triangles = skin_mesh(touch, gel).triangles
@@ -85,7 +90,10 @@ def main(
                 {
                     "frame": name,
                     "points": len(cloud),
-                    "touching": int(touch.contact.sum()),
+                    "touching": touching,
+                    "contact": contact_word(patches),
+                    "patches": [asdict(patch) for patch in patches],
+                    "in_shadow": float(touch.shadow[touch.contact].mean()) if touching else 0.0,
                     "deepest_mm": float(touch.depth_mm.max()),
                     "sigma_mm": float(np.median(cloud.sigma_mm)) if len(cloud) else None,
                     "markers": touch.markers,
@@ -94,12 +102,17 @@ def main(
             )
             show(len(rows) / max(len(where), len(rows) + 1), name)
     print_table(
-        ["frame", "points", "touching", "deepest [mm]", "sigma z [mm]", "markers", "file"],
+        [
+            *("frame", "points", "touching", "contact", "in shadow", "deepest [mm]"),
+            *("sigma z [mm]", "markers", "file"),
+        ],
         [
             [
                 str(row["frame"]),
                 str(row["points"]),
-                str(row["touching"]) if row["touching"] else "no contact",
+                str(row["touching"]),
+                str(row["contact"]),
+                f"{row['in_shadow']:.0%}",
                 f"{row['deepest_mm']:.3f}",
                 "–" if row["sigma_mm"] is None else f"{row['sigma_mm']:.4f}",
                 str(row["markers"]),

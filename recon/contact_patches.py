@@ -71,8 +71,8 @@ def contact_patches(
 
 
 def contact_word(patches: tuple[ContactPatch, ...]) -> str:
-    """What a mask says, in words: "none", "1 patch", "3 patches, cut by the border"."""
+    """What a mask says, in words: "no contact", "1 patch", "3 patches, cut by the border"."""
     if not patches:
-        return "none"
+        return "no contact"
     word = "1 patch" if len(patches) == 1 else f"{len(patches)} patches"
     return word + (", cut by the border" if any(patch.at_border for patch in patches) else "")

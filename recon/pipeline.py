@@ -12,6 +12,7 @@ from jaxtyping import Float32
 from recon.arrays import ContactMask, DepthMap, Difference, Frame, GradientField
 from recon.calibration import Calibration, load_calibration
 from recon.contact import boundary_of, contact_mask, disturbed_mask
+from recon.contact_patches import ContactPatch, contact_patches
 from recon.estimators import GradientEstimator, gradient_field
 from recon.lights import Axis, unseen_axis
 from recon.markers.filling import fill_gradients
@@ -20,6 +21,7 @@ from recon.missing_axis import infer_missing_axis
 from recon.moved import may_have_moved
 from recon.poisson import Boundary, integrate
 from recon.pressed import Support, nearest_pressed
+from recon.shadows import cast_shadows
 from recon.still import without_still
 from sensor.toml import Pair
 from sensor.unit import MissingAxis
@@ -35,12 +37,26 @@ class Reconstruction:
     contact: ContactMask
     boundary: Boundary
     mm_per_px: Pair
+    lights_deg: Mapping[str, float] | None = None
+    """Where the lights sit; ``None`` where nobody said."""
     doubt: Float32[np.ndarray, "h w"] | None = None
     """How far off an inferred slope is expected to be, mm/mm; ``None`` where both were measured."""
     dots: Tracked | None = None
     """Of a marker gel: where each dot is now."""
     markers: str = "none"
     """A word on the dots: "none", "tracked", "jumped", "lost", or what does not fit the unit."""
+
+    @property
+    def patches(self) -> tuple[ContactPatch, ...]:
+        """The separate places of contact, the largest first."""
+        return contact_patches(self.contact, self.depth_mm, self.mm_per_px)
+
+    @property
+    def shadow(self) -> ContactMask:
+        """Where dented skin keeps a light off: the slopes there are to be doubted."""
+        lights = self.lights_deg or {}
+        shadows = cast_shadows(self.difference, self.depth_mm, lights, self.mm_per_px)
+        return np.asarray(shadows.any(-1))
 
 
 class Reconstructor:
@@ -147,6 +163,7 @@ def reconstruct(
         contact=contact_mask(disturbed, depth, gradient, mm_per_px),
         boundary=boundary,
         mm_per_px=mm_per_px,
+        lights_deg=lights_deg,
         doubt=completed.doubt,
     )
 

@@ -94,6 +94,8 @@ def test_cloud_writes_what_was_asked_for(units, tmp_path):
     assert run(*command, "--form", "npz", "--mesh", "--json", tmp_path / "c.json") == 0
     (row,) = json.loads((tmp_path / "c.json").read_text())["clouds"]
     assert row["markers"] == "tracked" and row["touching"] > 100
+    assert row["contact"].startswith("1 patch") and 0 <= row["in_shadow"] <= 1
+    assert row["patches"][0]["deepest_mm"] == pytest.approx(row["deepest_mm"], rel=0.05)
     with np.load(out / "press00.npz") as read:
         assert len(read["points_mm"]) == SIZE_PX[0] * SIZE_PX[1] == row["points"]
         assert read["points_mm"][:, 2].min() == pytest.approx(-row["deepest_mm"], rel=1e-5)

@@ -24,11 +24,11 @@ def test_patches_come_with_their_place_area_and_deepest_point():
     assert large.deepest_mm == pytest.approx(depth[disc(90, 40, 15)].max())
 
 
-def test_the_word_says_none_how_many_and_whether_the_border_cuts():
+def test_the_word_says_whether_how_many_and_whether_the_border_cuts():
     depth = np.ones(ROWS.shape)
     nothing = np.zeros(ROWS.shape, bool)
     words = {
-        "none": nothing,
+        "no contact": nothing,
         "1 patch": disc(60, 40, 10),
         "2 patches": disc(30, 40, 10) | disc(90, 40, 10),
         "1 patch, cut by the border": disc(0, 40, 10),
