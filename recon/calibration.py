@@ -16,6 +16,8 @@ from recon.estimators import (
     restore_estimator,
     training_pixels,
 )
+from recon.estimators.default import Default
+from recon.estimators.mlp import Mlp
 from recon.images import read_image, write_image
 from recon.lens import Lens, read_lens, write_lens
 from recon.lights import unseen_axis
@@ -123,6 +125,16 @@ def lit_channels(dataset: Dataset) -> tuple[str, MissingAxis]:
     lights_deg = dataset.card.lights_deg
     lit = CHANNELS if lights_deg is None else "".join(c for c in CHANNELS if c in lights_deg)
     return lit, "network" if unseen_axis(lights_deg, lit) else "none"
+
+
+def usual_estimator(dataset: Dataset) -> str:
+    """The estimator that suits a sensor's lights, by name.
+
+    Where they leave one slope unseen, ``default`` overjudges the other (docs/concepts/
+    missing-axis.md has the numbers).
+    """
+    _, missing = lit_channels(dataset)
+    return Default.name if missing == "none" else Mlp.name
 
 
 def calibrate(

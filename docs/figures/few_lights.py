@@ -13,8 +13,8 @@ from validation.figures.few_lights import few_lights_figure
 from validation.figures.png import png_bytes
 
 SHAPES = ("ball_array", "lego", "m2_screw", "screw_cap")
-DPI = 110
-QUALITY = 88
+DPI = 100
+QUALITY = 82
 
 if __name__ == "__main__":
     touches = measure_touches(dataset_folder("twin-standard"), "mlp", SHAPES)

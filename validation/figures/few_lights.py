@@ -42,7 +42,7 @@ def few_lights_figure(touches: Sequence[Touch]) -> Figure:
 
 def _row(figure: Figure, touch: Touch, top: float, side: float, titled: bool) -> None:
     window, pitch = _window(touch.truth_mm), touch.mm_per_px
-    deepest = float(touch.truth_mm.max())
+    deepest = max(float(depth.max()) for depth in (touch.truth_mm, *touch.depth_mm.values()))
     left = MARGIN
     shown = [(touch.name.replace("_", " "), touch.truth_mm)]
     shown += [(TITLES[way] if titled else "", touch.depth_mm[way]) for way, _, _ in WAYS]

@@ -36,7 +36,7 @@ def few_lights_section(measured: Mapping[str, Sequence[Touch]]) -> Section:
                 caption=f"Touches of {dataset}. With Gx set to zero depth is flattened and "
                 "smeared along the lights, and turns negative (orange) beside the contact; with "
                 "the network it is nowhere negative. Doubt: how far off the inferred slope is "
-                "expected to be.",
+                "expected to be. Of the ball the true depth starts at the rim of the contact.",
                 wide=True,
             )
         )
