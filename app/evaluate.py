@@ -19,7 +19,10 @@ if TYPE_CHECKING:
 
 
 def main(
-    what: Annotated[tyro.conf.Positional[tuple[str, ...]], tyro.conf.arg(metavar="UNIT DATASET")],
+    what: Annotated[
+        tyro.conf.Positional[tuple[str, ...]],
+        tyro.conf.arg(metavar="UNIT... DATASET...", help_behavior_hint=""),
+    ],
     out: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None,
     seed: Seed = 0,
     json: OutputFile = None,

@@ -16,7 +16,10 @@ from sensor.files import write_atomic
 
 
 def main(
-    dataset: Annotated[tyro.conf.Positional[tuple[str, ...]], tyro.conf.arg(metavar="DATASET")],
+    dataset: Annotated[
+        tyro.conf.Positional[tuple[str, ...]],
+        tyro.conf.arg(metavar="DATASET...", help_behavior_hint=""),
+    ],
     folds: int = 1,
     estimator: str = "default,mlp,table",
     out: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None,

@@ -6,12 +6,15 @@ import json
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from html.parser import HTMLParser
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import app.table
 import recon.estimators.mlp_training as mlp_training
-from sensor.dataset import write_labels
+from app.__main__ import main
+from sensor.dataset import read_dataset, write_card, write_labels
 from tests.synthetic import make_dataset
 from validation import error_table as module
 from validation.error_table import SUBSETS, configurations, error_table, widest
@@ -164,3 +167,21 @@ def test_markdown_and_html_hold_every_row(tmp_path, one_thread):
     parser.feed(table_html(table))
     assert tags.count("tr") == len(table.rows) + 1
     assert tags.count("caption") == 1
+
+
+def test_several_sets_give_a_table_each_and_a_page(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(app.table, "process_pool", lambda: ThreadPoolExecutor(1))
+    folders = [str(make_dataset(tmp_path / name, presses=5).folder) for name in ("a", "b")]
+    for folder in folders:  # a section each, named like its set
+        card = read_dataset(Path(folder)).card
+        write_card(Path(folder) / "dataset.toml", replace(card, name=Path(folder).name))
+    files = ["--json", str(tmp_path / "t.json"), "--out", str(tmp_path / "page")]
+    with pytest.raises(SystemExit) as left:
+        main(["table", *folders, "--estimator", "table", *files])
+    assert left.value.code in (0, None)
+    tables = json.loads((tmp_path / "t.json").read_text())["tables"]
+    assert [table["dataset"] for table in tables] == ["a", "b"]
+    page = (tmp_path / "page" / "index.html").read_text()
+    assert 'id="a"' in page and 'id="b"' in page
+    printed = capsys.readouterr().out
+    assert all(f"{table['rows'][0]['theta_x_deg']:.2f} [" in printed for table in tables)
