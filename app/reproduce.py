@@ -281,10 +281,11 @@ def _fidelity(known: "Mapping[str, KnownDataset]", executor: Executor) -> "list[
 
 def _few_lights(name: str) -> "list[Touch]":
     """Touches of a rendered set with one light, two and three."""
+    from recon.estimators.mlp import Mlp
     from validation.datasets import dataset_folder
     from validation.few_lights import measure_touches
 
-    return measure_touches(dataset_folder(name), ESTIMATORS[0], FEW_LIGHTS)
+    return measure_touches(dataset_folder(name), Mlp.name, FEW_LIGHTS)  # as calibration chooses
 
 
 def _integrators() -> "Section":

@@ -6,8 +6,16 @@ import cv2
 import numpy as np
 import pytest
 
-from recon.images import write_image
-from tests.synthetic import digitized, gradient_of, make_dataset, shaded, true_depth_mm
+from recon.ball import ball_cap
+from tests.synthetic import (
+    BALL_RADIUS_MM,
+    MM_PER_PX,
+    SIZE_PX,
+    digitized,
+    gradient_of,
+    make_dataset,
+    shaded,
+)
 from validation.few_lights import WAYS, measure_touches
 from validation.figures.few_lights import few_lights_figure
 from validation.report.few_lights import few_lights_section
@@ -24,10 +32,10 @@ def touches(tmp_path_factory):
     place = (press.center_x_px, press.center_y_px, 14.0)
     for name, dent in (("dome", place), ("other", (30.0, 30.0, 12.0))):
         frame = digitized(shaded(gradient_of(dent)))
-        write_image(folder / f"{name}.png", frame)
         cv2.imwrite(str(folder / f"{name}.jpg"), frame[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 98])
-    np.save(folder / "truth" / "dome.npy", true_depth_mm(press).astype(np.float32))
-    np.save(folder / "truth" / "other.npy", true_depth_mm(press).astype(np.float32))
+    cap = ball_cap(SIZE_PX, place[:2], 1.4, BALL_RADIUS_MM, MM_PER_PX)
+    for name in ("dome", "other"):
+        np.save(folder / "truth" / f"{name}.npy", cap.depth_mm.astype(np.float32))
     return measure_touches(folder, "table", ("dome",))
 
 
@@ -39,9 +47,8 @@ def test_a_ball_and_the_shapes_asked_for_are_measured_every_way(touches):
 
 
 def test_the_network_beats_zero_and_is_nowhere_negative(touches):
-    ball = touches[0]
-    assert ball.rmse_mm[NETWORK] < 0.6 * ball.rmse_mm["two lights, zero"]
     for touch in touches:
+        assert touch.rmse_mm[NETWORK] < 0.6 * touch.rmse_mm["two lights, zero"]
         assert touch.lowest(NETWORK) >= 0 and touch.lowest("one light, network") >= 0
         assert touch.lowest("two lights, zero") < 0
 
