@@ -20,7 +20,7 @@ SUBCOMMANDS = {
     "fabricate": "write every file to build a sensor, checked: print, laser, boards, bill, guide",
     "simulate": "render a design's frames, path-traced, as a dataset with ground truth",
     "sweep": "vary a field of a design; predict gradient error and lit area",
-    "data": "list the datasets known by name, with folder and licence",
+    "data": "list the datasets known by name; import raw frames and others' calibrations",
     "capture": "take ball presses from a sensor, good ones only, with a map of the pad",
     "label": "find the circles of ball presses, then mend the doubtful ones in the browser",
     "calibrate": "make a unit folder for one sensor from its ball presses",

@@ -35,6 +35,7 @@ def main(
     scale and circles are then found first and kept as a dataset beside the unit, UNIT-presses.
 
     Example: wedge calibrate taxim-gelsight --out units/bench-001
+
     Example: wedge calibrate my-frames --ball-radius-mm 2.42 --out units/wedge-001
 
     Args:

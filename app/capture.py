@@ -44,6 +44,7 @@ def main(
     once along the finger and once across, from which the scale follows at the end.
 
     Example: wedge capture http://10.55.0.1:8080 --like presses/last-week --out presses/today
+
     Example: wedge capture http://10.55.0.1:8080 --ball-radius-mm 2.42 --caliper-mm 5 --out presses
 
     Args:

@@ -36,6 +36,7 @@ def main(
     presses in all others), for which corners, scale and circles are found.
 
     Example: wedge data path taxim-gelsight
+
     Example: wedge data import gs_sdk/data --mm-per-px 0.0634 --out presses/mini
 
     Args:

@@ -39,6 +39,7 @@ def main(
     are then found anew, as they lie in unwarped pixels.
 
     Example: wedge label presses/2026-11-21
+
     Example: wedge label presses/2026-11-21 --corners
 
     Args:

@@ -51,6 +51,18 @@ def test_each_still_press_is_taken_once_where_it_is() -> None:
     assert watch.coverage.counts[1, 1] == watch.coverage.counts[2, 3] == 1
 
 
+def test_the_first_presses_are_the_calipers_where_one_was_asked_for() -> None:
+    watch = PressWatcher(prepare_unwarp(SIZE_PX, None, None, None), 3.0, (0.1, 0.1), calipers=1)
+    assert "caliper" in shown(watch, BLANK, BLANK_FRAMES)[-1].words
+    first = [v for v in shown(watch, press(), STILL_FRAMES + 2, 1) if v.taken]
+    assert [verdict.circle for verdict in first] == [None]
+    assert watch.coverage.counts.sum() == 0
+    assert "press the ball" in shown(watch, BLANK, 2, 2)[-1].words
+    second = [v for v in shown(watch, press(), STILL_FRAMES + 2, 3) if v.taken]
+    assert len(second) == 1
+    assert second[0].circle is not None
+
+
 def test_a_moving_ball_waits_until_it_holds_still() -> None:
     watch = ready()
     moving = [watch.look(noisy(press(40 + 4 * i), i)) for i in range(10)]
