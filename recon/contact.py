@@ -129,7 +129,7 @@ def contact_mask(
     level = (LEVELS[:-1] + np.diff(LEVELS) / 2)[steepest.argmax(1)]
     within = np.zeros_like(disturbed)
     within[inside] = share > level[owner]
-    return held(depth, gradient, mm_per_px, within)
+    return within & held(depth, gradient, mm_per_px, inside)
 
 
 def pressure_mm(depth: DepthMap, gradient: GradientField, mm_per_px: Pair) -> DepthMap:
