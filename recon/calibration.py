@@ -130,8 +130,8 @@ def lit_channels(dataset: Dataset) -> tuple[str, MissingAxis]:
 def usual_estimator(dataset: Dataset) -> str:
     """The estimator that suits a sensor's lights, by name.
 
-    Where they leave one slope unseen, ``default`` overjudges the other (docs/concepts/
-    missing-axis.md has the numbers).
+    Where they leave one slope unseen, ``default`` overjudges the other; the numbers are in
+    docs/concepts/missing-axis.md.
     """
     _, missing = lit_channels(dataset)
     return Default.name if missing == "none" else Mlp.name
