@@ -28,7 +28,7 @@ def import_source(
         WedgeError: the source is neither, something is missing in it, or ``out`` is kept.
     """
     from app._workers import process_pool
-    from validation.importers.calibrations import find_calibration, import_calibration
+    from validation.importers.calibrations import TEXTS, find_calibration, import_calibration
     from validation.importers.raw_frames import import_raw_frames
 
     for name, value in (("ball-radius-mm", ball_radius_mm), ("mm-per-px", mm_per_px)):
@@ -40,6 +40,11 @@ def import_source(
         raise WedgeError(f"{source} does not exist: name a folder of frames or a data pack.")
     refuse_kept_folder(out)
     found = find_calibration(source)
+    if found is not None and found.kind == TEXTS and mm_per_px is None:
+        print(
+            "The circles in text files are left aside: --mm-per-px says in which pixels they lie."
+        )
+        found = None
     if found is not None:
         if mm_per_px is None:
             raise WedgeError(f"{source} does not say its scale: add --mm-per-px, such as 0.0634.")

@@ -26,6 +26,7 @@ from validation.importers.folder import write_dataset
 from validation.importers.raw_frames import IMAGES, is_background
 
 CATALOG = "catalog.csv"
+TEXTS = "frames with circle texts"
 LARGEST_TEXT, LARGEST_ARCHIVE = 10**7, 4 * 10**9
 """Bytes; an archive's are those that it unpacks to."""
 MOST_PRESSES = 10_000
@@ -194,7 +195,7 @@ def _circle_texts(source: Path) -> Found | None:
         for name, circle in circles.items()
     ]
     return Found(
-        kind="frames with circle texts",
+        kind=TEXTS,
         backgrounds=backgrounds,
         labels=tuple(labels),
         frames=tuple(by_name[name] for name in circles),

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from app.__main__ import main
 from recon.images import read_frame, read_image, write_image
 from sensor.dataset import Dataset, read_dataset
 from sensor.errors import WedgeError
@@ -119,6 +120,18 @@ def test_the_command_imports_and_says_what_it_misses(truth: Dataset, tmp_path: P
     done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert len(read_dataset(tmp_path / "out").labels) == len(truth.labels)
+
+
+def test_circle_texts_without_a_pitch_leave_the_frames_as_ones_own(
+    truth: Dataset, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    source = write_texts(truth, tmp_path / "source")
+    with pytest.raises(SystemExit) as stop:
+        main(["data", "import", str(source), "--out", str(tmp_path / "out")])
+    assert stop.value.code == 2
+    said = capsys.readouterr()
+    assert "left aside" in said.out
+    assert "--ball-radius-mm" in said.err
 
 
 def spoil_pickle(source: Path) -> None:
