@@ -105,13 +105,14 @@ def _times(
         unit="ratio",
         bar=1.5,
     )
-    ours = FastReconstructor(replace(unit, estimator=_default()))
-    taken, floor = _taken_ms([ours, _floor(size_px)], jpegs, ROUNDS)
-    yield Measurement(
-        name=f"fast path: {size} JPEG to depth by our estimator against the same floor",
-        value=median(taken) / median(floor),
-        unit=f"ratio ({median(taken):.1f} ms, {1e3 / median(taken):.0f} frames/s)",
-    )
+    for where, gain in (("these presses", 0.02), ("all of the gel pressed", 1.0)):
+        ours = FastReconstructor(replace(unit, estimator=_default(gain)))
+        taken, floor = _taken_ms([ours, _floor(size_px)], jpegs, ROUNDS)
+        yield Measurement(
+            name=f"fast path: {size} JPEG to depth by our estimator, {where}, against its floor",
+            value=median(taken) / median(floor),
+            unit=f"ratio ({median(taken):.1f} ms, {1e3 / median(taken):.0f} frames/s)",
+        )
     if large:
         plain = _plain_torch(unit)
         slow, again = _taken_ms([plain, quick], jpegs[:3], 2)
@@ -164,12 +165,12 @@ def _floor(size_px: tuple[int, int]) -> Step:
     return floor
 
 
-def _default() -> Default:
-    """Our estimator with any weights: its time does not depend on what it has learnt."""
+def _default(gain: float) -> Default:
+    """Our estimator with weights of no unit: only how far its slopes reach tells in its time."""
     random = np.random.default_rng(0)
     layers = tuple(
         (
-            random.normal(0, 1 / np.sqrt(n), (MEMBERS, n, m)).astype(np.float32),
+            random.normal(0, (gain if m == 2 else 1) / np.sqrt(n), (MEMBERS, n, m)).astype("f4"),
             np.zeros((MEMBERS, m), np.float32),
         )
         for n, m in pairwise((8, *HIDDEN, 2))

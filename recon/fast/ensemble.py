@@ -24,7 +24,7 @@ from recon.estimators.default import (
 )
 from recon.estimators.mlp import channel_indices
 from recon.fast import floating
-from recon.fast.disturbance import median
+from recon.fast.disturbance import SIDE_PX, QuarterMask, median
 from recon.fast.floating import last_layer, rectified_layer
 from recon.fast.kernels import compiled
 from recon.fast.vectors import BLOCK
@@ -51,6 +51,7 @@ class FrameEnsemble:
         self._same[[row - 3 for row in seen[len(lit) :]]] = same[:, len(lit) :].T
         self._weights = _weights(estimator, seen)
         self._settled = np.zeros((3, height, width), np.float32)
+        self._all = np.ones((-(-height // SIDE_PX), -(-width // SIDE_PX)), bool)
         self._lit, self._sigma_px = lit, SMOOTHING * min(size_px)
 
     def prepared(self, difference: Float32[np.ndarray, "3 h w"]) -> Float32[np.ndarray, "3 h w"]:
@@ -68,14 +69,20 @@ class FrameEnsemble:
         settled: Float32[np.ndarray, "3 h w"],
         out: Float32[np.ndarray, "2 h w"],
         rows: slice = slice(None),
+        near: QuarterMask | None = None,
     ) -> None:
-        """Write the gradients of some rows of a prepared image; both are planes."""
+        """Write the gradients of some rows of a prepared image; both are planes.
+
+        They are zero outside ``near``.
+        """
         width = settled.shape[2]
         begin, end, _ = rows.indices(settled.shape[1])
         _frame(
             settled.reshape(3, -1),
             self._same,
             out.reshape(2, -1),
+            self._all if near is None else near,
+            width,
             begin * width,
             end * width,
             *self._weights,
@@ -97,20 +104,39 @@ def _weights(estimator: Default, seen: list[int]) -> tuple[np.ndarray, ...]:
 
 
 def _pixels(
-    settled: Any, same: Any, out: Any, begin: int, end: int, w0: Any, w1: Any, w2: Any, w3: Any
+    settled: Any,
+    same: Any,
+    out: Any,
+    near: Any,
+    width: int,
+    begin: int,
+    end: int,
+    w0: Any,
+    w1: Any,
+    w2: Any,
+    w3: Any,
 ) -> None:
     values, result = np.zeros((INPUTS, BLOCK), np.float32), np.empty((2, BLOCK), np.float32)
     a, b = np.empty((WIDTH, BLOCK), np.float32), np.empty((WIDTH, BLOCK), np.float32)
     groups, members = WIDTH // floating.NEURONS, len(w0)
-    normal = np.empty((2, BLOCK), np.float32)
-    for start in range(begin, end, BLOCK):
-        count = min(BLOCK, end - start)
-        for k in range(3):
-            values[k, :count] = settled[k, start : start + count]
-        for k in range(INPUTS - 3):
-            values[3 + k, :count] = same[k, start : start + count]
+    normal, places = np.empty((2, BLOCK), np.float32), np.empty(BLOCK, np.intp)
+    place = begin
+    while place < end:
+        count = 0
+        while place < end and count < BLOCK:  # the next pixels near a contact
+            if near[place // width // SIDE_PX, place % width // SIDE_PX]:
+                places[count] = place
+                count += 1
+            else:
+                out[0, place] = out[1, place] = 0
+            place += 1
+        for p in range(count):
+            for k in range(3):
+                values[k, p] = settled[k, places[p]]
+            for k in range(INPUTS - 3):
+                values[3 + k, p] = same[k, places[p]]
         normal[:] = 0
-        for m in range(members):
+        for m in range(members if count else 0):
             rectified_layer(values.ctypes.data, w0[m].ctypes.data, a.ctypes.data, INPUTS, groups)
             rectified_layer(a.ctypes.data, w1[m].ctypes.data, b.ctypes.data, WIDTH, groups)
             rectified_layer(b.ctypes.data, w2[m].ctypes.data, a.ctypes.data, WIDTH, groups)
@@ -121,7 +147,7 @@ def _pixels(
             squared = x * x + y * y
             steep = min(squared, STEEPEST)
             scale = math.sqrt(steep / (max(squared, np.float32(1e-12)) * (1 - steep)))
-            out[0, start + p], out[1, start + p] = x * scale, y * scale
+            out[0, places[p]], out[1, places[p]] = x * scale, y * scale
 
 
 _frame = compiled(_pixels)

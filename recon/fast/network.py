@@ -46,10 +46,6 @@ class FrameMlp:
         self._apply = _in_words if self.in_words else _in_floats
         self._weights = fixed_point.packed(layers) if self.in_words else _float_weights(layers)
 
-    def prepared(self, difference: Float32[np.ndarray, "3 h w"]) -> Float32[np.ndarray, "3 h w"]:
-        """The difference as it is."""
-        return difference
-
     def __call__(
         self,
         difference: Float32[np.ndarray, "3 h w"],

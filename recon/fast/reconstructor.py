@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """JPEG bytes to depth in millimetres, with everything prepared that one unit's frames share."""
 
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
@@ -13,7 +14,7 @@ from jaxtyping import Float32
 from recon.arrays import ContactMask, DepthMap, Difference, Frame, GradientField
 from recon.calibration import Calibration, load_calibration
 from recon.contact import contact_mask
-from recon.estimators import GradientEstimator, gradient_field
+from recon.estimators import gradient_field
 from recon.estimators.default import Default
 from recon.estimators.mlp import Mlp
 from recon.fast.disturbance import FrameDisturbance, QuarterMask, border_of, in_pixels, median
@@ -108,8 +109,11 @@ class FastReconstructor:
             border: FrameIntegrator(size_px, card.mm_per_px, border)
             for border in ("dirichlet", "neumann")
         }
-        self._network = _network(calibration.estimator, size_px)
-        self._flatten = FrameStill(size_px) if calibration.estimator.flattens else None
+        estimator = calibration.estimator
+        self._mlp = FrameMlp(estimator, size_px) if isinstance(estimator, Mlp) else None
+        self._ours: tuple[FrameEnsemble, FrameStill] | None = None
+        if isinstance(estimator, Default):
+            self._ours = FrameEnsemble(estimator, size_px), FrameStill(estimator, size_px)
         self._parts = [
             slice(height * i // threads, height * (i + 1) // threads) for i in range(threads)
         ]
@@ -144,9 +148,7 @@ class FastReconstructor:
         self._take_difference(pixels, difference)
         disturbed = self._find_disturbance(difference)
         border = border_of(disturbed)
-        self._take_gradient(difference, gradient)
-        if self._flatten is not None:
-            self._flatten(gradient, disturbed)
+        self._take_gradient(difference, disturbed, gradient)
         depth_mm = self._integrate[border](gradient)
         if border == "neumann" and not disturbed.all():
             some = depth_mm[2::4, 2::4]
@@ -161,17 +163,26 @@ class FastReconstructor:
         )
 
     def _take_gradient(
-        self, difference: Float32[np.ndarray, "3 h w"], out: Float32[np.ndarray, "2 h w"]
+        self,
+        difference: Float32[np.ndarray, "3 h w"],
+        disturbed: QuarterMask,
+        out: Float32[np.ndarray, "2 h w"],
     ) -> None:
-        if self._network is None:
+        apply: Callable[[slice], None]
+        if self._mlp is not None:
+            apply = partial(self._mlp, difference, out)
+        elif self._ours is not None:
+            network, moved_near = self._ours
+            settled = network.prepared(difference)
+            apply = partial(network, settled, out, near=moved_near(settled, disturbed))
+        else:
             whole = np.ascontiguousarray(np.moveaxis(difference, 0, -1))
             out[:] = np.moveaxis(gradient_field(self.calibration.estimator, whole), -1, 0)
             return
-        seen = self._network.prepared(difference)
         if self._pool is None:
-            self._network(seen, out)
+            apply(slice(None))
         else:
-            list(self._pool.map(partial(self._network, seen, out), self._parts))
+            list(self._pool.map(apply, self._parts))
 
     def _by_reference(self, reference: Reconstructor, frame: bytes | Frame) -> Touch:
         found = reference(decode_jpeg(frame) if isinstance(frame, bytes) else frame)
@@ -183,17 +194,6 @@ class FastReconstructor:
             mm_per_px=found.mm_per_px,
             disturbed=found.contact,
         )
-
-
-def _network(
-    estimator: GradientEstimator, size_px: tuple[int, int]
-) -> FrameMlp | FrameEnsemble | None:
-    """The compiled form of an estimator, where there is one."""
-    if isinstance(estimator, Mlp):
-        return FrameMlp(estimator, size_px)
-    if isinstance(estimator, Default):
-        return FrameEnsemble(estimator, size_px)
-    return None
 
 
 def _cut(mask: QuarterMask, like: DepthMap) -> ContactMask:
