@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from recon.arrays import Unwarped
     from recon.markers.tracking import Tracked
     from validation.contact import Overlap
+    from validation.contact_shapes import ShapeContact
     from validation.force import ForceCurve
     from validation.report.page import Section
 
@@ -33,6 +34,7 @@ def touch_sections(names: Sequence[str], estimator: str, executor: Executor) -> 
     from validation.datasets import DATASETS, dataset_folder
     from validation.dots import COUNTED_FRAMES, hand_counted, score_detection
     from validation.importers.wedge_mit import CLIPS
+    from validation.report.contact_shapes import shape_contact_section
     from validation.report.touch import contact_section, marker_section
 
     here = {known.name for known in DATASETS if known.find() is not None}
@@ -41,6 +43,7 @@ def touch_sections(names: Sequence[str], estimator: str, executor: Executor) -> 
         judged = {
             name: executor.submit(_overlaps, dataset_folder(name), estimator) for name in names
         }
+        held = executor.submit(_shapes, dataset_folder(TWIN), estimator) if TWIN in here else None
         clips = [dataset_folder(clip.name) for clip in CLIPS if {clip.name, TWIN} <= here]
         curves = executor.submit(_curves, dataset_folder(TWIN), clips) if clips else None
         counted = {
@@ -56,7 +59,16 @@ def touch_sections(names: Sequence[str], estimator: str, executor: Executor) -> 
             overlaps[name] = future.result()
             show(done / (len(judged) + 1), name)
         found = curves.result() if curves else []
-    return [contact_section(overlaps, found), *sections]
+        shapes = [shape_contact_section(TWIN, held.result())] if held else []
+    return [contact_section(overlaps, found), *shapes, *sections]
+
+
+def _shapes(folder: Path, estimator: str) -> "list[ShapeContact]":
+    from sensor.dataset import read_dataset
+    from sensor.design import STANDARD
+    from validation.contact_shapes import shape_contacts
+
+    return shape_contacts(read_dataset(folder), STANDARD, estimator=estimator)
 
 
 def _overlaps(folder: Path, estimator: str) -> "list[Overlap]":

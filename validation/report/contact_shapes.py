@@ -1,0 +1,54 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Contact masks and shadows on the twin's shapes, as a section of the page."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from validation.contact_shapes import ShapeContact
+from validation.figures.contact import contact_figure
+from validation.figures.png import plot_bytes
+from validation.report.page import Picture, Section, code, figure_html, paragraph, table_html
+
+
+def shape_contact_section(dataset: str, shapes: Sequence[ShapeContact]) -> Section:
+    """How masks and shadows fit what is known of the twin's shapes."""
+    mean = float(np.mean([shape.iou for shape in shapes]))
+    rows = [
+        [
+            shape.name.replace("_", " "),
+            str(int(shape.truth.sum())),
+            f"{shape.iou:.3f}",
+            f"{shape.exact_iou:.3f}",
+            str(shape.shadows.cast_px),
+            f"{shape.shadows.recall:.2f}",
+            f"{shape.shadows.precision:.2f}",
+        ]
+        for shape in shapes
+    ]
+    picture = Picture(
+        content=plot_bytes(contact_figure(shapes)),
+        alt="Contact masks of eight shapes over the pixels that each object holds",
+        caption="Gray: held and found. Orange: found, but the gel only follows. Blue: held, but "
+        f"missed. Mean IoU {mean:.3f}.",
+        wide=True,
+    )
+    return Section(
+        title="Where shapes touch",
+        html=paragraph(
+            f"Shapes of {dataset}, by an estimator that has seen balls alone. The truth is where "
+            "the skin lies on the object; skin that bridges a groove is not held."
+        )
+        + table_html(
+            "Overlap of the mask with the truth, as measured and from the exact skin; cast shadows "
+            "found, and of what was found as shadow the share that lacks half of its light.",
+            [
+                *("shape", "held [px]", "IoU", "IoU, exact skin"),
+                *("cast shadow [px]", "found", "right"),
+            ],
+            rows,
+        )
+        + figure_html(picture)
+        + code("python -m benchmarks.contact"),
+    )
