@@ -44,12 +44,12 @@ def keyframe(
     touch: Touch, T_sensor_object: Transform, covariance: Covariance, registration: Registration
 ) -> Keyframe:
     """A touch, prepared for comparisons."""
-    pyramid = Pyramid(touch)
+    prepared = registration.prepare(touch)
     return Keyframe(
         T_sensor_object=T_sensor_object,
         covariance=covariance,
-        pyramid=pyramid,
-        prepared=registration.prepare(touch),
+        pyramid=prepared if isinstance(prepared, Pyramid) else Pyramid(touch),
+        prepared=prepared,
     )
 
 
