@@ -58,7 +58,10 @@ class RerunFile:
     ) -> None:
         self._recording.flush()
         self._recording.disconnect()
-        self._part.replace(self._path)
+        if isinstance(error, Exception):  # Ctrl-C is the way to end a stream
+            self._part.unlink()
+        else:
+            self._part.replace(self._path)
 
     def add(self, frame: TimedFrame, touch: "Touch | None") -> None:
         """Write one frame and what it says."""

@@ -64,7 +64,9 @@ def test_what_a_stream_showed_is_read_back_by_rerun(tmp_path: Path, unit: Path) 
     for entity in ("raw", "depth", "deepest_mm", "contact_mm2"):
         assert f"/{entity}: " in told.stdout
     assert f"num_rows = {4 * looked_at + 1}\n" in told.stdout  # and one says when it began
-    assert list(tmp_path.glob(".*")) == []  # nothing half-written stays
+    unreachable = f"http://127.0.0.1:{free_port()}"
+    assert run("stream", unreachable, "--seconds", 0.1, "--rerun", tmp_path / "none.rrd") == 2
+    assert list(tmp_path.glob("*none.rrd*")) == []  # nothing half-written stays
 
 
 def test_without_rerun_the_extra_is_named(
