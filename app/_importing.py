@@ -47,7 +47,9 @@ def import_source(
         found = None
     if found is not None:
         if mm_per_px is None:
-            raise WedgeError(f"{source} does not say its scale: add --mm-per-px, such as 0.0634.")
+            raise WedgeError(
+                f"{source} does not say its scale: `wedge data import` takes it, --mm-per-px."
+            )
         with progress(f"importing {source.name}"), new_folder(out) as folder:
             import_calibration(
                 found, source, folder, mm_per_px=mm_per_px, ball_radius_mm=ball_radius_mm

@@ -108,6 +108,11 @@ def _dataset_of(
         if ball_radius_mm is not None:
             raise WedgeError("--ball-radius-mm is for raw frames: a dataset states its own ball.")
         return None
+    if ball_radius_mm is None:
+        raise WedgeError(
+            f"{frames} is not a dataset folder: it has no dataset.toml; where it holds raw frames, "
+            "say how large the ball is with --ball-radius-mm."
+        )
     presses = out.with_name(f"{out.name}-presses")
     import_source(
         frames,
