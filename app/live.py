@@ -120,7 +120,8 @@ def _refuse_taken(address: str, port: int) -> None:
         family = socket.AF_INET6 if ":" in address else socket.AF_INET
         socket.create_server((address, port), family=family).close()
     except OSError as error:
+        reason = str(error.strerror).partition(" (")[0]  # Python adds the address once more
         raise WedgeError(
-            f"{address} port {port} cannot be listened at ({error.strerror}): another program may "
-            "have it; choose another with --port."
+            f"{address} port {port} cannot be listened at ({reason}): another program may have it; "
+            "choose another with --port."
         ) from error

@@ -5,6 +5,7 @@
 import sys
 import threading
 import time
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,7 +16,7 @@ from app._sources import open_live, open_where, refuse_few
 from sensor.errors import WedgeError
 
 if TYPE_CHECKING:
-    from recon.stream import FrameSource, Recorder
+    from recon.stream import FrameSource, Recorder, TimedFrame
 
 
 def main(
@@ -32,7 +33,8 @@ def main(
     tools and `wedge replay` open the file, even where the recorder was killed: a second of frames
     is lost at most. Every frame is kept, none is skipped.
 
-    Ends with the stream, after --seconds, or at Ctrl-C.
+    Ends with the streams, after --seconds, or at Ctrl-C. A stream that fails says why, and the
+    others are recorded on.
 
     Example: wedge record http://10.55.0.1:8080 --unit units/wedge-001 --out touch.mcap
 
@@ -44,6 +46,7 @@ def main(
         json: Write the numbers of frames here as JSON.
     """
     from recon.stream import Recorder
+    from sensor.unit import read_unit_card
 
     if not where:
         raise WedgeError("no stream was named: wedge record WHERE... --out FILE.mcap.")
@@ -57,33 +60,52 @@ def main(
         for place in where:
             sources.append(open_where(place) if len(where) == 1 else open_live(place))
         units = dict(zip(sensors, unit or [None] * len(where), strict=True))
+        sizes_px = {s: read_unit_card(u).frame_size_px for s, u in units.items() if u}
         with Recorder(out, units) as recorder:
-            _record(dict(zip(sensors, sources, strict=True)), recorder, seconds)
+            named = dict(zip(sensors, sources, strict=True))
+            errors = _record(named, sizes_px, recorder, seconds)
     finally:
         for source in sources:
             source.close()
+    if not recorder.frames:
+        out.unlink()
+        raise (
+            errors[0]
+            if errors
+            else WedgeError(f"no frame came from {', '.join(s.name for s in sources)}.")
+        )
     counts = {sensor: s.counts for sensor, s in zip(sensors, sources, strict=True)}
     for sensor, count in counts.items():
         lost = f"dropped {count.dropped}, corrupt {count.corrupt}"
-        print(f"{sensor}: {count.received} frames, {lost}")
+        remark = f"  [{count.remark}]" if count.remark else ""
+        print(f"{sensor}: {count.received} frames, {lost}{remark}")
     print(f"Recording: {out}")
     document = {
         sensor: {"received": c.received, "dropped": c.dropped, "corrupt": c.corrupt}
         for sensor, c in counts.items()
     }
     write_json(json, {"file": str(out), "sensors": document})
+    if errors:
+        raise errors[0]
 
 
-def _record(sources: "dict[str, FrameSource]", recorder: "Recorder", seconds: float | None) -> None:
-    """Pass frames on, a thread for each source, until all end or time is up."""
+def _record(
+    sources: "dict[str, FrameSource]",
+    sizes_px: Mapping[str, tuple[int, int]],
+    recorder: "Recorder",
+    seconds: float | None,
+) -> list[WedgeError]:
+    """Pass frames on, a thread for each source, until all end or time is up; what failed."""
     errors: list[WedgeError] = []
 
     def pass_on(sensor: str) -> None:
         try:
-            for frame in sources[sensor]:
+            for frame in _of_size(sources[sensor], sizes_px.get(sensor)):
                 recorder.add(sensor, frame)
         except WedgeError as error:
             errors.append(error)
+            if len(sources) > 1:
+                print(f"{sensor}: {error}", file=sys.stderr)
 
     threads = [threading.Thread(target=pass_on, args=(name,), daemon=True) for name in sources]
     for thread in threads:
@@ -91,7 +113,7 @@ def _record(sources: "dict[str, FrameSource]", recorder: "Recorder", seconds: fl
     begun = time.monotonic()
     try:
         while any(thread.is_alive() for thread in threads):
-            if errors or (seconds is not None and time.monotonic() - begun >= seconds):
+            if seconds is not None and time.monotonic() - begun >= seconds:
                 break
             threads[0].join(0.2) if threads[0].is_alive() else time.sleep(0.2)
             if sys.stderr.isatty():
@@ -106,5 +128,27 @@ def _record(sources: "dict[str, FrameSource]", recorder: "Recorder", seconds: fl
             thread.join()
         if sys.stderr.isatty():
             print(file=sys.stderr)
-    if errors:
-        raise errors[0]
+    return errors
+
+
+def _of_size(source: "FrameSource", size_px: tuple[int, int] | None) -> "Iterator[TimedFrame]":
+    """The frames of a source, the first whole one held against what its unit is for.
+
+    Raises:
+        WedgeError: it is of another size (width, height).
+    """
+    for frame in source:
+        if size_px is not None:
+            try:
+                height, width = frame.image().shape[:2]
+            except WedgeError:  # damaged within: the next one tells
+                pass
+            else:
+                if (width, height) != size_px:
+                    expected = f"{size_px[0]}x{size_px[1]}"
+                    raise WedgeError(
+                        f"{source.name} gives frames of {width}x{height} pixels, but its unit is "
+                        f"for {expected}."
+                    )
+                size_px = None
+        yield frame

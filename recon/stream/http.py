@@ -3,6 +3,7 @@
 """Frames of a camera server over HTTP, for hours: what breaks is connected again."""
 
 import base64
+import errno
 import http.client
 import re
 import socket
@@ -22,6 +23,10 @@ STALL_S = 1.5
 """Without a whole frame for so long the connection is taken for dead."""
 BACK_OFF_S = (0.05, 0.1, 0.2, 0.4)
 """Pauses between attempts; the last one repeats, so that a frame comes soon after the server."""
+FIRST_FRAME_WITHIN_S = 20.0
+"""From the first connection on: a camera that is being started takes its time."""
+NO_JPEGS = 10
+"""Damaged parts before any whole one: it is no stream of JPEGs that something spoils."""
 _BOUNDARY = re.compile(r'boundary="?([^";\s]+)', re.IGNORECASE)
 _LOST = (OSError, http.client.HTTPException, EOFError, ValueError)
 
@@ -29,7 +34,8 @@ _LOST = (OSError, http.client.HTTPException, EOFError, ValueError)
 class HttpSource:
     """A multipart stream of JPEGs, such as ``http://10.55.0.1:8080/stream.mjpg``.
 
-    The first connection must succeed; later ones are tried again until ``close``.
+    The first connection must succeed and give a frame, or the iteration raises ``WedgeError``;
+    later ones are tried again until ``close``.
     """
 
     live = True
@@ -85,11 +91,14 @@ class HttpSource:
     def _forever(self) -> Iterator[TimedFrame]:
         stream: MultipartReader | None = self._first
         attempt = 0
+        begun_s = time.monotonic()
         while not self._closed.is_set():
             if stream is not None:
                 for frame in self._frames(stream):
                     attempt = 0
                     yield frame
+            if not self.counts.received and not self._closed.is_set():
+                self._refuse_no_frames(time.monotonic() - begun_s)
             if self._closed.wait(BACK_OFF_S[min(attempt, len(BACK_OFF_S) - 1)]):
                 return
             attempt += 1
@@ -98,6 +107,23 @@ class HttpSource:
             except WedgeError as error:
                 stream = None
                 self.counts.remark = f"lost: {error}"
+
+    def _refuse_no_frames(self, waited_s: float) -> None:
+        """Say what a server does that has not given a frame yet; in the end refuse it.
+
+        Raises:
+            WedgeError: what comes are no JPEGs, or nothing has come for too long.
+        """
+        damaged = self.counts.corrupt
+        if damaged >= NO_JPEGS:
+            raise WedgeError(
+                f"{self.name} sends no JPEGs: none of its first {damaged} parts is one. Set the "
+                "camera server to MJPEG."
+            )
+        nothing = f"{self.name} answers but sends no frame: does its camera run?"
+        if waited_s > FIRST_FRAME_WITHIN_S:
+            raise WedgeError(nothing)
+        self.counts.remark = nothing
 
     def _frames(self, stream: MultipartReader) -> Iterator[TimedFrame]:
         last_index: int | None = None
@@ -218,6 +244,8 @@ def _credentials(url: urllib.parse.SplitResult) -> dict[str, str]:
 def _reason(error: Exception) -> str:
     if isinstance(error, TimeoutError):
         return "nothing answers in time; is it switched on, and is this the right network"
+    if isinstance(error, OSError) and error.errno in (errno.EHOSTUNREACH, errno.ENETUNREACH):
+        return "there is no route to it; is the cable in, and is this the right network"
     if isinstance(error, ConnectionRefusedError):
         return "nothing listens at that port; is the camera server running"
     if isinstance(error, socket.gaierror):

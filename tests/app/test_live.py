@@ -4,10 +4,12 @@
 
 import base64
 import contextlib
+import math
 import os
 import shutil
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -20,6 +22,7 @@ from playwright.sync_api import Page, sync_playwright
 from app.__main__ import main
 from app.pages import pictures
 from app.pages.live import HISTORY_S, sparkline
+from app.pages.watching import Watcher
 from recon.calibration import calibrate
 from recon.images import read_image, write_image
 from recon.presses import read_presses
@@ -157,6 +160,30 @@ def test_a_real_clip_shows_its_touch(tmp_path: Path, browser_page: Page) -> None
         assert complaints == []
 
 
+def test_a_frame_of_another_size_stops_that_sensor_alone(tmp_path: Path) -> None:
+    frames = tmp_path / "frames"
+    right, wrong = make_unit((160, 120)), make_unit((80, 60))
+    for index in range(3):
+        write_image(frames / f"{index}.png", pressed(right.background, (60, 60), index))
+    watchers = [Watcher(str(frames), unit, tmp_path) for unit in (wrong, right)]
+    pause = threading.Event()
+    for watcher in watchers:
+        watcher.watched_s = math.inf
+        watcher.start()
+    try:
+        for _ in range(6000):
+            if watchers[0].error and watchers[1].glimpse is not None:
+                break
+            pause.wait(0.01)
+        assert watchers[0].error == "the frame is 160x120 pixels, not 80x60."
+        assert watchers[0].glimpse is None
+        assert watchers[1].glimpse is not None and watchers[1].glimpse.deepest_mm > 0
+        assert watchers[1].error == ""
+    finally:
+        for watcher in watchers:
+            watcher.close()
+
+
 def test_depth_is_drawn_from_dark_to_light() -> None:
     ramp = np.linspace(0, 2, 256, dtype=np.float32)[None]
     colors = pictures.depth_colors(ramp, 1.0)[0].astype(float)
@@ -193,7 +220,7 @@ def test_bad_input_is_a_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[s
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         cases = {
-            ("usb:0", "--port", str(port)): "cannot be listened at",
+            ("usb:0", "--port", str(port)): "listened at (Address already in use): another",
             ("usb:0", "usb:1", "--unit", str(tmp_path / "unit")): "name one for each",
             ("usb:0", "--unit", str(tmp_path)): "not a unit folder",
             ("usb:0", "--port", "99999"): "must lie between",

@@ -3,6 +3,7 @@
 """Streams as a person handles them: watched, recorded, played again, each fault a sentence."""
 
 import json
+import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -13,7 +14,7 @@ from app.__main__ import main
 from recon.stream import McapSource, open_source
 from sensor.wire import Stamp
 from tests.recon.fast.units import make_unit
-from tests.recon.stream.servers import FRAMES, ScriptedServer, free_port, stream, write_clip
+from tests.recon.stream.servers import FRAMES, HEAD, ScriptedServer, free_port, stream, write_clip
 
 
 def run(*words: object) -> int:
@@ -90,6 +91,46 @@ def test_a_damaged_stream_is_recorded_without_what_is_damaged(tmp_path: Path) ->
     counts = json.loads(numbers.read_text())["sensors"]["wedge"]
     assert counts == {"received": 7, "dropped": 1, "corrupt": 1}
     assert [f.jpeg for f in McapSource(out)] == FRAMES[:2] + FRAMES[3:]
+
+
+def test_a_stream_that_fails_leaves_the_other_s_recording_alone(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for size_px in ((160, 120), (80, 60)):
+        make_unit(size_px).save(tmp_path / f"unit{size_px[0]}")
+    clip, out = write_clip(tmp_path / "clip.avi", 9), tmp_path / "touch.mcap"
+    units = ["--unit", tmp_path / "unit80", tmp_path / "unit160"]
+    sentence = refused(capsys, "record", clip, clip, "--out", out, *units)
+    assert "160x120 pixels, but its unit is for 80x60" in sentence
+    assert len(list(McapSource(out, "wedge1"))) == 9
+    assert list(McapSource(out, "wedge0")) == []
+
+
+def test_a_recording_without_a_frame_is_not_kept(
+    tmp_path: Path, unit: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "touch.mcap"
+    with ScriptedServer(HEAD) as server:
+        words = ["record", server.url, "--out", out, "--seconds", 0.1]
+        assert "no frame came from" in refused(capsys, *words)
+    with ScriptedServer(stream(*FRAMES)) as server:
+        words = ["record", server.url, "--out", out, "--unit", unit]
+        assert "32x24 pixels, but its unit is for 160x120" in refused(capsys, *words)
+    assert list(tmp_path.glob("*touch.mcap*")) == []
+
+
+def test_a_recording_says_that_a_clock_is_not_set(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    sent = stream(*FRAMES, stamps=[Stamp(10**9 * (100 + i), 10**7 * i, i) for i in range(8)])
+
+    def send(connection: socket.socket) -> None:
+        connection.sendall(sent)
+        server.over.wait()
+
+    with ScriptedServer(send) as server:
+        assert run("record", server.url, "--out", tmp_path / "a.mcap", "--seconds", 0.2) == 0
+    assert "is not set" in capsys.readouterr().out
 
 
 def test_a_recording_is_sent_as_a_sensor_would(tmp_path: Path) -> None:

@@ -3,7 +3,9 @@
 """A stream goes on through whatever happens to it, and says in a sentence what cannot be helped."""
 
 import base64
+import errno
 import itertools
+import os
 import shutil
 import socket
 import threading
@@ -160,6 +162,50 @@ def test_no_camera_at_the_other_end_is_a_sentence(monkeypatch: pytest.MonkeyPatc
     for address in ("http://", "http://:8080/", "http://pi:notaport/", "http://pi:0/"):
         with pytest.raises(WedgeError, match="no address of a stream"):
             open_source(address)
+
+
+@pytest.mark.parametrize(
+    ("number", "sentence"),
+    [
+        (errno.EHOSTUNREACH, "no route to it; is the cable in"),
+        (errno.ENETUNREACH, "no route to it; is the cable in"),
+        (errno.ETIMEDOUT, "nothing answers in time"),
+    ],
+)
+def test_no_way_there_is_a_sentence(
+    number: int, sentence: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(socket, "create_connection", fail)
+    with pytest.raises(WedgeError, match=sentence):
+        HttpSource("http://10.55.0.1:8080")
+
+
+def test_parts_that_are_no_jpegs_are_refused() -> None:
+    picture = b"\x89PNG\r\n\x1a\n" + bytes(100)
+    with ScriptedServer(stream(*[picture] * http.NO_JPEGS)) as server:
+        with HttpSource(server.url) as source, pytest.raises(WedgeError, match="sends no JPEGs"):
+            next(iter(source))
+
+
+def test_a_camera_that_never_gives_a_frame_is_said_and_left(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    with ScriptedServer(HEAD) as server, HttpSource(server.url) as source:
+        remarks: list[str] = []
+
+        def patience(_self: HttpSource, waited_s: float) -> None:
+            refuse(source, waited_s + 7 * len(remarks))
+            remarks.append(source.counts.remark)
+
+        refuse = HttpSource._refuse_no_frames
+        monkeypatch.setattr(HttpSource, "_refuse_no_frames", patience)
+        with pytest.raises(WedgeError, match="sends no frame: does its camera run"):
+            next(iter(source))
+    assert len(remarks) == 3
+    assert all("sends no frame" in remark for remark in remarks)
 
 
 def test_name_and_password_reach_the_server_alone() -> None:
