@@ -110,6 +110,16 @@ def test_bad_input_is_one_logged_sentence(node: ModuleType, desk: Path) -> None:
         assert "nowhere" in ros.LOGGED[0]
 
 
+def test_a_frame_of_another_size_is_one_logged_sentence(
+    node: ModuleType, desk: Path, tmp_path: Path
+) -> None:
+    Image.fromarray(np.zeros((24, 32, 3), np.uint8)).save(tmp_path / "0.png")
+    status, ros = run(node, source=str(tmp_path), unit=str(desk / "unit"))
+    assert status == 2
+    (sentence,) = ros.LOGGED
+    assert "the frame is 32x24 pixels, not " in sentence
+
+
 def test_without_ros_it_says_what_to_source() -> None:
     done = subprocess.run([sys.executable, FILE], capture_output=True, text=True, check=False)
     assert done.returncode == 2
