@@ -132,7 +132,10 @@ class UsbSource(_Pixels):
             WedgeError: there is none of that number.
         """
         super().__init__(f"usb:{number}")
+        talk = cv2.utils.logging
+        before = talk.setLogLevel(talk.LOG_LEVEL_ERROR)  # its warnings would stand beside ours
         self._capture = cv2.VideoCapture(number)
+        talk.setLogLevel(before)
         if not self._capture.isOpened():
             self._capture.release()
             raise WedgeError(f"usb:{number}: there is no camera of that number; try usb:0.")

@@ -102,7 +102,11 @@ def test_a_file_can_be_watched_like_a_camera(tmp_path: Path) -> None:
     ],
 )
 def test_what_is_no_source_is_a_sentence(
-    where: str, sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    where: str,
+    sentence: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(tmp_path)
     Path("empty").mkdir()
@@ -110,3 +114,4 @@ def test_what_is_no_source_is_a_sentence(
         Path(name).write_text("some words")
     with pytest.raises(WedgeError, match=sentence):
         list(open_source(where))
+    assert capfd.readouterr().err == ""  # OpenCV says nothing beside it
