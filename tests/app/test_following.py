@@ -31,7 +31,7 @@ def test_dots_that_moved_are_counted_and_measured() -> None:
         contact=flat > 0,
         mm_per_px=(0.1, 0.1),
     )
-    found = follow(digitized(dotted([*places, 2.0, 0])), touch, 0.0)
+    found = follow(digitized(dotted(places + np.array([2.0, 0]))), touch, 0.0)
     assert found.markers.startswith(f"{len(places)} of {len(places)} dots seen")
     assert float(found.markers.split("moved ")[1].split()[0]) == pytest.approx(0.2, abs=0.02)
     still = follow(digitized(dotted(places)), touch, 0.1)
