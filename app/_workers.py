@@ -15,9 +15,7 @@ MOST_WORKERS = 2
 def on_one_thread() -> None:
     """Keep linear algebra of this process on one thread; call it before numpy is imported.
 
-    The problems here are small: on two threads they wait for each other. From raw frames to a
-    certificate, 40 presses took 267 s of processor time that way, on a busy machine of two cores,
-    and 90 s on one thread.
+    The problems here are small: on two threads they wait for each other.
     """
     os.environ.setdefault("OMP_NUM_THREADS", "1")
 

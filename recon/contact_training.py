@@ -11,9 +11,8 @@ pixels, and the depth that they integrate to. Needs torch, the extra ``train``.
 import argparse
 import sys
 import time
-from collections import deque
-from collections.abc import Iterator
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from concurrent.futures import Executor, ProcessPoolExecutor
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -26,7 +25,7 @@ from recon.contact_network import CONTACT, network_input
 from recon.contact_presses import random_press
 from recon.contact_surfaces import surface_gradient
 from recon.poisson import integrate
-from recon.unet_torch import UNetLayers
+from recon.unet_torch import UNetLayers, made_ahead
 from recon.unet_training import write_curve
 from recon.unet_weights import save_weights
 
@@ -140,17 +139,6 @@ def learning_rate(step: int, steps: int) -> float:
     return LEARNING_RATE * min(1.0, rise) * 0.5 * (1 + float(np.cos(np.pi * max(0.0, fall))))
 
 
-def _batches(seed: int, steps: int, executor: Executor) -> Iterator[Batch]:
-    """Batches in their order, made a few ahead."""
-    waiting: deque[Future[Batch]] = deque()
-    for step in range(steps):
-        waiting.append(executor.submit(training_batch, seed, step))
-        if len(waiting) > BATCHES_AHEAD:
-            yield waiting.popleft().result()
-    while waiting:
-        yield waiting.popleft().result()
-
-
 def train(
     seed: int, steps: int, channels: tuple[int, ...], executor: Executor
 ) -> tuple[unet.Weights, list[float]]:
@@ -161,7 +149,8 @@ def train(
     optimizer = torch.optim.Adam(network.parameters())
     losses: list[float] = []
     begin = time.monotonic()
-    for step, (maps, truth) in enumerate(_batches(seed, steps, executor)):
+    make = partial(training_batch, seed)
+    for step, (maps, truth) in enumerate(made_ahead(make, range(steps), executor, BATCHES_AHEAD)):
         for group in optimizer.param_groups:
             group["lr"] = learning_rate(step, steps)
         seen = torch.from_numpy(maps).to(memory_format=torch.channels_last)

@@ -3,6 +3,10 @@
 """The layers of ``recon.unet`` in torch, for training; needs the extra ``train``."""
 
 import sys
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Executor, Future
+from typing import TypeVar
 
 import numpy as np
 from jaxtyping import Float
@@ -15,6 +19,8 @@ try:
     from torch.nn import functional
 except ModuleNotFoundError:  # one sentence in place of a traceback
     sys.exit("Training needs torch: install the extra, `pip install gelsight-wedge[train]`.")
+
+Batch = TypeVar("Batch")
 
 
 class UNetLayers(nn.Module):
@@ -67,3 +73,16 @@ class UNetLayers(nn.Module):
         """Copies of all parameters under the names of ``recon.unet``."""
         state = self.layers.state_dict()
         return {name: value.cpu().numpy().copy() for name, value in state.items()}
+
+
+def made_ahead(
+    make: Callable[[int], Batch], steps: Iterable[int], executor: Executor, ahead: int
+) -> Iterator[Batch]:
+    """What ``make`` gives for each step, in their order, up to ``ahead`` made before their turn."""
+    waiting: deque[Future[Batch]] = deque()
+    for step in steps:
+        waiting.append(executor.submit(make, step))
+        if len(waiting) > ahead:
+            yield waiting.popleft().result()
+    while waiting:
+        yield waiting.popleft().result()

@@ -14,10 +14,10 @@ import io
 import json
 import sys
 import time
-from collections import deque
-from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from collections.abc import Callable
+from concurrent.futures import Executor, ProcessPoolExecutor
 from dataclasses import asdict, dataclass
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -34,7 +34,7 @@ from recon.few_lights import measure
 from recon.lights import Axis
 from recon.missing_axis import infer_missing_axis
 from recon.surfaces import RECIPES, Recipe
-from recon.unet_torch import UNetLayers
+from recon.unet_torch import UNetLayers, made_ahead
 from recon.unet_weights import save_weights
 from sensor.errors import WedgeError
 from sensor.files import write_atomic
@@ -124,7 +124,9 @@ class Training:
         """Train to the last step; ``executor`` makes the batches, this process where it is None."""
         settings = self.settings
         steps = range(len(self.losses), settings.steps)
-        for step, (maps, truth) in zip(steps, _batches(settings, steps, executor), strict=True):
+        make = partial(training_batch, settings)
+        batches = made_ahead(make, steps, executor, BATCHES_AHEAD) if executor else map(make, steps)
+        for step, (maps, truth) in zip(steps, batches, strict=True):
             for group in self.optimizer.param_groups:
                 group["lr"] = learning_rate(step, settings.steps, settings.horizon)
             found = self.network(torch.from_numpy(maps).to(self.device))
@@ -199,20 +201,6 @@ def _doubt_loss(found: Float[Tensor, "n 3 h w"], truth: Float[Tensor, "n 2 h w"]
     error = (found[:, 0] - truth[:, 0]).detach().abs()
     log_doubt = found[:, 2].clamp(-8.0, 3.0)
     return (error * torch.exp(-log_doubt) + log_doubt).mean()
-
-
-def _batches(settings: Settings, steps: range, executor: Executor | None) -> Iterator[Batch]:
-    """Batches in their order, made a few ahead where somebody else makes them."""
-    if executor is None:
-        yield from (training_batch(settings, step) for step in steps)
-        return
-    waiting: deque[Future[Batch]] = deque()
-    for step in steps:
-        waiting.append(executor.submit(training_batch, settings, step))
-        if len(waiting) > BATCHES_AHEAD:
-            yield waiting.popleft().result()
-    while waiting:
-        yield waiting.popleft().result()
 
 
 def share_of_zeros_error(

@@ -34,34 +34,6 @@ LENS = Lens(
 )
 
 
-@pytest.fixture(scope="module")
-def calibration(tmp_path_factory):
-    return unit_of(good_set(tmp_path_factory.mktemp("taught") / "set"))
-
-
-@pytest.fixture(scope="module")
-def today(tmp_path_factory):
-    """Frames and labels of another day, to copy and to break."""
-    return good_set(tmp_path_factory.mktemp("today") / "set", 1)
-
-
-@pytest.fixture(scope="module")
-def accepted(calibration, today):
-    return accepted_on(
-        calibration, today, times_ns=[i * 33_000_000 for i in range(30)], indices=range(30)
-    )
-
-
-@pytest.fixture
-def broken(today, tmp_path):
-    """A copy of today's set."""
-    folder = tmp_path / "set"
-    folder.mkdir()
-    for path in today.folder.iterdir():
-        (folder / path.name).write_bytes(path.read_bytes())
-    return read_dataset(folder)
-
-
 def test_a_good_sensor_passes_every_limit(accepted):
     found = grades(accepted.values)
     assert {limit.name for limit in LIMITS} - set(found) == {

@@ -15,39 +15,10 @@ import app.accept
 from app.__main__ import main
 from recon.images import read_image
 from recon.stream import Recorder, TimedFrame
-from sensor.dataset import read_dataset
-from tests.validation.sensors import accepted_on, change_frames, good_set, unit_of
+from tests.validation.sensors import change_frames
 from validation.acceptance.certificate import document, junit_xml, page_html
 from validation.acceptance.limits import GROUPS, LIMITS, Limit, verdict
 from validation.acceptance.sheet import pdf_bytes, sheet
-
-
-@pytest.fixture(scope="module")
-def calibration(tmp_path_factory):
-    return unit_of(good_set(tmp_path_factory.mktemp("taught") / "set"))
-
-
-@pytest.fixture(scope="module")
-def today(tmp_path_factory):
-    """Frames and labels of another day, to copy and to break."""
-    return good_set(tmp_path_factory.mktemp("today") / "set", 1)
-
-
-@pytest.fixture(scope="module")
-def accepted(calibration, today):
-    return accepted_on(
-        calibration, today, times_ns=[i * 33_000_000 for i in range(30)], indices=range(30)
-    )
-
-
-@pytest.fixture
-def broken(today, tmp_path):
-    """A copy of today's set."""
-    folder = tmp_path / "set"
-    folder.mkdir()
-    for path in today.folder.iterdir():
-        (folder / path.name).write_bytes(path.read_bytes())
-    return read_dataset(folder)
 
 
 @pytest.mark.parametrize("limit", LIMITS, ids=lambda limit: limit.name)
