@@ -51,6 +51,7 @@ def main(
     from app._workers import on_one_thread
 
     on_one_thread()
+    from recon.ball_size import doubtful_ball
     from recon.calibration import calibrate, usual_estimator
     from recon.presses import one_sided, read_presses
     from sensor.dataset import read_dataset
@@ -90,8 +91,9 @@ def main(
         )
         unit.save(out)
     print_error_table(measured)
-    if sentence := one_sided(presses):
-        print(sentence)
+    for sentence in (one_sided(presses), doubtful_ball(presses.presses)):
+        if sentence:
+            print(sentence)
     print(f"Unit folder: {out}")
     if folder is not None:
         print(f"Next: wedge accept {out} {folder} --out {out}-certificate")

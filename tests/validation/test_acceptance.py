@@ -202,8 +202,9 @@ def test_labels_beside_the_ball_fail_the_error_along_their_axis(calibration, bro
     }
 
 
-def test_a_wrong_ball_fails_the_depth_and_the_radius_alone(calibration, broken):
-    write_card(broken.folder / "dataset.toml", replace(broken.card, ball_radius_mm=1.9))
+@pytest.mark.parametrize("stated_mm", [1.9, 8.0], ids=["too small", "its diameter"])
+def test_a_wrong_ball_fails_the_depth_and_the_radius_alone(calibration, broken, stated_mm):
+    write_card(broken.folder / "dataset.toml", replace(broken.card, ball_radius_mm=stated_mm))
     failed = failed_of(accepted_on(calibration, read_dataset(broken.folder)))
     assert {"depth_rmse_share", "ball_radius_share"} <= failed <= SLOPES
 
