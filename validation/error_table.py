@@ -14,8 +14,8 @@ from itertools import combinations
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Float32
 
-from recon.arrays import DepthMap
 from recon.estimators import (
     ESTIMATORS,
     GradientEstimator,
@@ -25,7 +25,7 @@ from recon.estimators import (
     training_pixels,
 )
 from recon.lights import sits_like_wedge, unseen_axis
-from recon.pipeline import reconstruct
+from recon.pipeline import Reconstruction, reconstruct
 from recon.pixels import BallPress, Pixels, join, label_pixels
 from recon.presses import LeftOut, PressReader, press_reader, refuse_no_press, unusable
 from sensor.dataset import BallLabel, read_dataset
@@ -34,6 +34,7 @@ from validation.depth import DepthErrors, depth_errors
 from validation.metrics import PIXEL_SETS, Errors, PixelSet, PressErrors, mean_errors, press_errors
 from validation.splits import Split, splits
 
+Slopes = Float32[np.ndarray, "n 2"]
 Progress = Callable[[float, str], None]
 """Called with the share that is done and what was done last."""
 
@@ -198,25 +199,23 @@ def run_task(task: Task) -> TaskResult:
     measured: dict[tuple[MissingAxis, PixelSet], list[PressErrors]] = {}
     depth: list[DepthErrors] = []
     for index in task.split.test:
-        press = labelled.reader.read(labelled.labels[index])
-        for missing in task.missing_axes:
-            errors = measure_press(estimator, press, labelled.pixels[index], missing, lights_deg)
+        press, pixels = labelled.reader.read(labelled.labels[index]), labelled.pixels[index]
+        if task.channels == "RGB":  # no axis is unseen, and the depth is judged too
+            found = _reconstructed(estimator, press, "none", lights_deg)
+            depth.append(depth_errors(found.depth_mm, press, task.folder, estimator))
+            estimated: dict[MissingAxis, Slopes] = {"none": _slopes_in(found, estimator, pixels)}
+        else:
+            estimated = {
+                missing: _slopes_of(estimator, press, pixels, missing, lights_deg)
+                for missing in task.missing_axes
+            }
+        for missing, slopes in estimated.items():
+            errors = _errors_by_set(press.file, slopes, pixels)
             for name, error in zip(PIXEL_SETS, errors, strict=True):
                 measured.setdefault((missing, name), []).append(error)
-        if task.channels == "RGB":
-            found = _full_light_depth(estimator, press)
-            depth.append(depth_errors(found, press, task.folder, estimator))
     return TaskResult(
         presses={key: tuple(errors) for key, errors in measured.items()}, depth=tuple(depth)
     )
-
-
-def _full_light_depth(estimator: GradientEstimator, press: BallPress) -> DepthMap:
-    """Depth of a press with all lights, which leave no axis unseen."""
-    found = reconstruct(
-        press.difference, estimator, missing="none", lights_deg=None, mm_per_px=press.mm_per_px
-    )
-    return found.depth_mm
 
 
 def measure_press(
@@ -227,25 +226,51 @@ def measure_press(
     lights_deg: Mapping[str, float] | None,
 ) -> tuple[PressErrors, ...]:
     """Errors of one press, one entry per pixel set."""
-    if missing == "network" or estimator.flattens:  # looks at the whole frame
-        found = reconstruct(
-            press.difference,
-            estimator,
-            missing=missing,
-            lights_deg=lights_deg,
-            mm_per_px=press.mm_per_px,
-        )
-        estimated = as_labelled(estimator, found.gradient.reshape(-1, 2)[pixels.place], pixels)
-    else:
-        estimated = slopes_at(estimator, press.difference, pixels)
-        unseen = unseen_axis(lights_deg, estimator.channels)
-        if missing == "zero" and unseen:
-            estimated[:, "xy".index(unseen)] = 0
+    slopes = _slopes_of(estimator, press, pixels, missing, lights_deg)
+    return _errors_by_set(press.file, slopes, pixels)
+
+
+def _slopes_of(
+    estimator: GradientEstimator,
+    press: BallPress,
+    pixels: Pixels,
+    missing: MissingAxis,
+    lights_deg: Mapping[str, float] | None,
+) -> Slopes:
+    """Slopes of some pixels as labels mean them; the rest of the frame only where it matters."""
+    if missing == "network" or estimator.flattens:
+        found = _reconstructed(estimator, press, missing, lights_deg)
+        return _slopes_in(found, estimator, pixels)
+    slopes = slopes_at(estimator, press.difference, pixels)
+    unseen = unseen_axis(lights_deg, estimator.channels)
+    if missing == "zero" and unseen:
+        slopes[:, "xy".index(unseen)] = 0
+    return slopes
+
+
+def _reconstructed(
+    estimator: GradientEstimator,
+    press: BallPress,
+    missing: MissingAxis,
+    lights_deg: Mapping[str, float] | None,
+) -> Reconstruction:
+    return reconstruct(
+        press.difference,
+        estimator,
+        missing=missing,
+        lights_deg=lights_deg,
+        mm_per_px=press.mm_per_px,
+    )
+
+
+def _slopes_in(found: Reconstruction, estimator: GradientEstimator, pixels: Pixels) -> Slopes:
+    return as_labelled(estimator, found.gradient.reshape(-1, 2)[pixels.place], pixels)
+
+
+def _errors_by_set(file: str, slopes: Slopes, pixels: Pixels) -> tuple[PressErrors, ...]:
     everything = np.ones(len(pixels), bool)
     chosen: Mapping[PixelSet, np.ndarray] = {"contact+5%": everything, "contact": pixels.contact}
-    return tuple(
-        press_errors(press.file, estimated, pixels.gradient, chosen[name]) for name in PIXEL_SETS
-    )
+    return tuple(press_errors(file, slopes, pixels.gradient, chosen[name]) for name in PIXEL_SETS)
 
 
 def _rows(results: Mapping[Task, TaskResult], seed: int) -> tuple[Row, ...]:
