@@ -35,7 +35,8 @@ def main(
     stream each frame is followed from the last; images are each sought from rest. OUT receives
     markers.csv, a line for each dot of each frame: its row and column on the gel, its place at
     rest and its displacement in mm in the gel frame, and whether it was seen or carried along by
-    its neighbours; and markers.png, the frame in which they moved most.
+    its neighbours; markers.png, the frame in which they moved most; overlay.webp, all frames with
+    arrows; and markers.mcap, dots and shifts as ROS 2 point clouds for Foxglove and RViz.
 
     Examples:
         wedge markers units/wedge-001 press.mp4 --out moved
@@ -53,10 +54,13 @@ def main(
 
     from recon.calibration import load_calibration
     from recon.markers.tracking import marker_tracker
-    from validation.figures.markers import displacement_figure
+    from recon.touch_file import TouchFile
+    from validation.figures.markers import displacement_figure, marker_overlay
+    from validation.figures.overlay import Clip
     from validation.figures.png import png_bytes
 
-    check_outputs(out / "markers.csv", out / "markers.png", json)
+    recording = out / "markers.mcap"
+    check_outputs(*(out / name for name in ("markers.csv", "markers.png", "overlay.webp")), json)
     calibration = load_calibration(unit)
     unwarp, pitch = calibration.unwarp, calibration.card.mm_per_px
     blank = calibration.background if background is None else read_checked(background, unwarp)
@@ -75,13 +79,18 @@ def main(
     rows: list[dict[str, object]] = []
     table = io.StringIO()
     table.write(HEADINGS + "\n")
-    with progress("markers") as show:
+    clip = Clip()
+    recording.unlink(missing_ok=True)
+    with progress("markers") as show, TouchFile(recording) as file:
         for name, time_ns, frame in unit_frames(where, unwarp, frames):
             image = unwarp(frame)
             tracked = tracker.track(image, None if apart else tracked)
             moved_mm = np.hypot(*tracked.displacement_mm(pitch).T)
             seen = moved_mm[tracked.seen]
-            _write_frame(table, name, time_ns, tracked, pitch, image.shape[:2])
+            size_px = image.shape[1], image.shape[0]
+            _write_frame(table, name, time_ns, tracked, pitch, size_px)
+            file.add_dots(time_ns, tracked, pitch, size_px)
+            clip.add(marker_overlay(image, tracked, pitch))
             most = float(seen.max(initial=0.0))
             if most > farthest:
                 farthest, picture = most, (name, image, tracked)
@@ -101,6 +110,7 @@ def main(
     name, image, shown = picture
     figure = displacement_figure(image, shown, pitch, title=f"{Path(name).name}, displacement × 3")
     write_atomic(out / "markers.png", png_bytes(figure))
+    write_atomic(out / "overlay.webp", clip.webp())
     print_table(
         ["frame", "seen", "mean moved [mm]", "most moved [mm]", ""],
         [
@@ -116,6 +126,7 @@ def main(
     )
     if len(rows) > SHOWN_ROWS:
         print(f"and {len(rows) - SHOWN_ROWS} more frames, in {out / 'markers.csv'}")
+    print(f"Open {out / 'overlay.webp'}")
     document = {"unit": str(unit), "markers": markers.card(pitch), "frames": rows}
     write_json(json, document)
 
@@ -126,17 +137,18 @@ def _write_frame(
     time_ns: int,
     tracked: "Tracked",
     mm_per_px: tuple[float, float],
-    shape: tuple[int, int],
+    size_px: tuple[int, int],
 ) -> None:
     """A line for each dot."""
-    rest = tracked.markers.position_px
-    for cell, place, moved, seen in zip(
-        tracked.markers.cell, rest, tracked.displacement_mm(mm_per_px), tracked.seen, strict=True
+    markers = tracked.markers
+    for cell, rest_mm, moved_mm, seen in zip(
+        markers.cell,
+        markers.rest_mm(mm_per_px, size_px),
+        tracked.displacement_mm(mm_per_px),
+        tracked.seen,
+        strict=True,
     ):
-        x_mm, y_mm = (
-            (place[axis] - (shape[1 - axis] - 1) / 2) * mm_per_px[axis] for axis in (0, 1)
-        )
         table.write(
-            f'"{name}",{time_ns},{cell[0]},{cell[1]},{x_mm:.4f},{y_mm:.4f},'
-            f"{moved[0]:.4f},{moved[1]:.4f},{int(seen)}\n"
+            f'"{name}",{time_ns},{cell[0]},{cell[1]},{rest_mm[0]:.4f},{rest_mm[1]:.4f},'
+            f"{moved_mm[0]:.4f},{moved_mm[1]:.4f},{int(seen)}\n"
         )

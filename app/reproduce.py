@@ -309,9 +309,9 @@ def _tracking() -> "Section":
     """Steps on objects of known pose, and a bead that rolls."""
     import numpy as np
 
-    from app.track import clip_bytes
     from benchmarks.tracking import STEPS, roll, step_errors
     from sensor.errors import WedgeError
+    from validation.figures.overlay import clip_bytes
     from validation.figures.png import plot_bytes
     from validation.figures.tracking import anchor_on, overlay, pose_figure, roll_figure, shaded
     from validation.report.page import Picture

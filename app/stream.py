@@ -16,8 +16,9 @@ from app._sources import Rate, open_live, refuse_few, unit_of
 from sensor.errors import WedgeError
 
 if TYPE_CHECKING:
+    from recon.calibration import Calibration
     from recon.fast import FastReconstructor, Touch
-    from recon.stream import Newest
+    from recon.stream import Newest, TimedFrame
     from recon.stream.rerun_file import RerunFile
 
 LINE_S = 1.0
@@ -27,6 +28,7 @@ def main(
     where: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="WHERE")],
     unit: Annotated[Path | None, tyro.conf.arg(metavar="UNIT")] = None,
     seconds: float | None = None,
+    mcap: Annotated[Path | None, tyro.conf.arg(metavar="FILE.mcap")] = None,
     rerun: Annotated[Path | None, tyro.conf.arg(metavar="FILE.rrd")] = None,
     json: OutputFile = None,
 ) -> None:
@@ -37,18 +39,20 @@ def main(
     but did not send, "corrupt" those that came damaged. Latency is from the sensor's first row to
     the whole frame here, where the Pi's clock and this machine's agree.
 
-    Example: wedge stream http://10.55.0.1:8080 --unit units/wedge-001
+    Example: wedge stream http://10.55.0.1:8080 --unit units/wedge-001 --mcap felt.mcap
 
     Args:
         where: http://HOST:PORT/PATH, usb:0, a video, a folder, a dataset, or an MCAP file.
         unit: A unit folder: depth is reconstructed from each frame. A recording brings its own.
         seconds: Stop after so long.
+        mcap: Follow the touched object and a marker gel's dots, and write poses, touched points and
+            shifts here for Foxglove and RViz. Needs the unit; frames are for `wedge record`.
         rerun: Write frames, depth and latency here for Rerun's viewer (the extra `rerun`).
         json: Write the last line's numbers here as JSON.
     """
     from recon.stream import Newest
 
-    check_outputs(json, rerun)
+    check_outputs(json, mcap, rerun)
     refuse_few("seconds", seconds)
     with unit_of(where, unit) as folder:
         reconstruct = None
@@ -56,10 +60,49 @@ def main(
             from recon.fast import FastReconstructor
 
             reconstruct = FastReconstructor.load(folder)
-        with _rerun_file(rerun) as log, Newest(open_live(where)) as newest:
+        with (
+            _felt_file(mcap, reconstruct) as felt,
+            _rerun_file(rerun) as log,
+            Newest(open_live(where)) as newest,
+        ):
             print(f"{newest.source.name} (Ctrl-C ends)", file=sys.stderr)
-            last = _watch(newest, reconstruct, seconds, log)
+            last = _watch(newest, reconstruct, seconds, felt, log)
     write_json(json, last)
+
+
+class FeltFile:
+    """What a sensor feels, followed frame after frame and kept in a file."""
+
+    def __init__(self, path: Path, unit: "Calibration") -> None:
+        from recon.follower import Follower
+        from recon.touch_file import TouchFile
+
+        self._follow, self._file = Follower(unit), TouchFile(path)
+        self.pose = self.markers = ""
+        """What the newest frame says, in words."""
+
+    def __enter__(self) -> "FeltFile":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._file.close()
+
+    def add(self, frame: "TimedFrame", touch: "Touch") -> None:
+        """Take in the next frame and what was reconstructed of it."""
+        felt = self._follow(frame.image(), touch, time.monotonic())
+        self._file.add(frame.time_ns, felt.touch, felt.pose, felt.dots)
+        self.pose = felt.pose.words
+        self.markers = "none" if felt.dots is None else felt.dots.word
+
+
+def _felt_file(
+    path: Path | None, reconstruct: "FastReconstructor | None"
+) -> "FeltFile | nullcontext[None]":
+    if path is None:
+        return nullcontext()
+    if reconstruct is None:
+        raise WedgeError(f"{path} is for what is felt: name the sensor's unit with --unit.")
+    return FeltFile(path, reconstruct.calibration)
 
 
 def _rerun_file(path: Path | None) -> "RerunFile | nullcontext[None]":
@@ -74,6 +117,7 @@ def _watch(
     newest: "Newest",
     reconstruct: "FastReconstructor | None",
     seconds: float | None,
+    felt: "FeltFile | None",
     log: "RerunFile | None",
 ) -> dict[str, Any]:
     """Print a line a second; the numbers of the last one."""
@@ -89,6 +133,8 @@ def _watch(
                 frame.image()
             else:
                 touch = reconstruct(frame)
+                if felt is not None:
+                    felt.add(frame, touch)
             busy_ms.append(1e3 * (time.perf_counter() - start))
             if log is not None:
                 log.add(frame, touch)
@@ -96,7 +142,7 @@ def _watch(
             if frame.latency_ms is not None:
                 latencies_ms.append(frame.latency_ms)
         if newest.ended or time.monotonic() - line >= LINE_S:
-            numbers = _numbers(newest, rate, latencies_ms, busy_ms, touch)
+            numbers = _numbers(newest, rate, latencies_ms, busy_ms, touch, felt)
             print(_text(numbers), flush=True)
             latencies_ms.clear()
             busy_ms.clear()
@@ -114,6 +160,7 @@ def _numbers(
     latencies_ms: list[float],
     busy_ms: list[float],
     touch: "Touch | None",
+    felt: "FeltFile | None",
 ) -> dict[str, Any]:
     counts = newest.source.counts
     return {
@@ -128,6 +175,8 @@ def _numbers(
         "remark": counts.remark,
         "deepest_mm": None if touch is None else touch.deepest_mm,
         "contact_mm2": None if touch is None else touch.contact_mm2,
+        "pose": None if felt is None else felt.pose,
+        "markers": None if felt is None else felt.markers,
     }
 
 
@@ -145,4 +194,6 @@ def _text(numbers: dict[str, Any]) -> str:
             f"deepest {numbers['deepest_mm']:.2f} mm",
             f"contact {numbers['contact_mm2']:.1f} mm²",
         ]
+    if numbers["pose"] is not None:
+        words += [f"pose {numbers['pose']}", f"markers {numbers['markers']}"]
     return "  ".join(words) + (f"  [{numbers['remark']}]" if numbers["remark"] else "")

@@ -18,15 +18,12 @@ from sensor.files import write_atomic
 if TYPE_CHECKING:
     import numpy as np
 
-    from recon.pipeline import Reconstruction
     from recon.pose.tracker import PoseEstimate
 
 MOST_FRAMES = 20_000
-CLIP_FRAMES = 240
-CLIP_MS = 66
 COLUMNS = (
     "frame,time_ns,state,reason,x_mm,y_mm,z_mm,qx,qy,qz,qw,rotation_std_deg,translation_std_mm,"
-    "overlap,explained"
+    "overlap,explained,markers"
 )
 
 
@@ -50,8 +47,9 @@ def main(
 
     Every frame gets a state: tracking; weak (a pose, but the touch does not show every motion, as
     a smooth ball does not show how it turns); frozen (the stream stands still); lost, with the
-    reason. A lost frame has no pose. OUT receives poses.csv, poses.mcap (tf2_msgs/TFMessage, for
-    Foxglove and RViz), poses.png (with two standard deviations) and overlay.webp.
+    reason. A lost frame has no pose. OUT receives poses.csv, poses.png (with two standard
+    deviations), overlay.webp, and poses.mcap for Foxglove and RViz: poses as transforms, their
+    states, the touched points and a marker gel's dots.
 
     Example: wedge track units/wedge-001 press.mp4 --background first --out tracked
 
@@ -68,17 +66,18 @@ def main(
         frames: Stop after so many; needed for a live source, which has no end.
         json: Write the poses here as JSON.
     """
-    import numpy as np
-
     from app._sources import open_where
     from recon.calibration import load_calibration
+    from recon.follower import TRUSTED_MARKERS, doubted
     from recon.images import read_frame
     from recon.pipeline import Reconstructor
     from recon.pose.mesh import read_mesh
     from recon.pose.models import MeshModel
     from recon.pose.tracker import REGISTRATIONS, Tracker
+    from recon.touch_file import TouchFile
     from sensor.files import new_folder
-    from validation.figures.tracking import anchor_on
+    from validation.figures.overlay import Clip
+    from validation.figures.tracking import anchor_on, overlay
 
     if frames is not None and not 0 < frames <= MOST_FRAMES:
         raise WedgeError(f"--frames must be 1 to {MOST_FRAMES}, not {frames}.")
@@ -94,41 +93,46 @@ def main(
     if background not in (None, "first"):
         blank = read_frame(Path(background).parent, Path(background).name)
     found: list[PoseEstimate] = []
-    times_ns: list[int] = []
-    pictures: list[np.ndarray] = []
-    with open_where(source) as stream, progress("tracking") as show:
+    rows: list[list[Any]] = []
+    clip, anchor = Clip(), None
+    with (
+        open_where(source) as stream,
+        new_folder(out) as folder,
+        TouchFile(folder / "poses.mcap") as file,
+        progress("tracking") as show,
+    ):
         if stream.live and frames is None:
             raise WedgeError(f"{source} has no end: say after how many frames with --frames.")
         reconstruct = None
-        anchor = None
         for frame in stream:
             image = frame.image()
             if reconstruct is None:
                 reconstruct = Reconstructor(calibration, image if background == "first" else blank)
-                gel = reconstruct.unwarp
             touch = reconstruct(image)
-            found.append(track(touch))
-            times_ns.append(frame.time_ns)
-            pose = found[-1].T_sensor_object
-            if anchor is None and pose is not None:
-                anchor = anchor_on(touch, pose)
-            pictures.append(_picture(gel(image), touch, found[-1], anchor))
-            if len(pictures) > 2 * CLIP_FRAMES:
-                pictures = pictures[::2]
-            show(len(found) / (frames or len(found) + 1), found[-1].state)
+            pose = doubted(track(touch), touch.markers)
+            found.append(pose)
+            rows.append(_row(len(rows), frame.time_ns, pose, touch.markers))
+            file.add(frame.time_ns, touch, pose, touch.dots)
+            if anchor is None and pose.T_sensor_object is not None:
+                anchor = anchor_on(touch, pose.T_sensor_object)
+            shown = reconstruct.unwarp(image)
+            clip.add(overlay(shown, touch.contact, touch.mm_per_px, pose, anchor))
+            show(len(found) / (frames or len(found) + 1), pose.state)
             if len(found) == (frames or MOST_FRAMES):
                 break
-    if not found:
-        raise WedgeError(f"{source} holds no frame.")
-    with new_folder(out) as folder:
-        _write(folder, times_ns, found, pictures, Path(source).name)
+        if not found:
+            raise WedgeError(f"{source} holds no frame.")
+        _write(folder, rows, found, Path(source).name)
+        write_atomic(folder / "overlay.webp", clip.webp())
     counts = Counter((item.state, item.reason) for item in found)
     print_table(
         ["state", "why", "frames"],
         [[state, reason, str(count)] for (state, reason), count in counts.most_common()],
     )
+    misfit = Counter(row[-1] for row in rows if row[-1] not in TRUSTED_MARKERS)
+    for word, count in misfit.most_common():
+        print(f"The dots on the gel, in {count} of {len(rows)} frames: {word}")
     print(f"Open {out / 'overlay.webp'}")
-    rows = [_row(i, t, item) for i, (t, item) in enumerate(zip(times_ns, found, strict=True))]
     keys = COLUMNS.split(",")
     document = [dict(zip(keys, row, strict=True)) for row in rows]
     write_json(json, {"unit": str(unit), "source": source, "tracker": tracker, "poses": document})
@@ -147,63 +151,21 @@ def _pose(path: Path) -> "np.ndarray":
     return numbers.reshape(4, 4)
 
 
-def _picture(
-    gel: "np.ndarray", touch: "Reconstruction", found: "PoseEstimate", anchor: "np.ndarray | None"
-) -> "np.ndarray":
-    from validation.figures.tracking import overlay
-
-    return overlay(gel, touch.contact, touch.mm_per_px, found, anchor)
-
-
-def _write(
-    folder: Path,
-    times_ns: list[int],
-    found: "list[PoseEstimate]",
-    pictures: "list[np.ndarray]",
-    title: str,
-) -> None:
-    """All files of the result."""
-    from recon.pose.transforms import write_transforms
+def _write(folder: Path, rows: list[list[Any]], found: "list[PoseEstimate]", title: str) -> None:
+    """The table and the plot."""
     from validation.figures.png import png_bytes
     from validation.figures.tracking import pose_figure
 
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow(COLUMNS.split(","))
-    for index, (time_ns, item) in enumerate(zip(times_ns, found, strict=True)):
-        table.writerow(["" if cell is None else cell for cell in _row(index, time_ns, item)])
+    table.writerows(["" if cell is None else cell for cell in row] for row in rows)
     write_atomic(folder / "poses.csv", text.getvalue().encode())
-    posed = [
-        (time_ns, item.T_sensor_object)
-        for time_ns, item in zip(times_ns, found, strict=True)
-        if item.T_sensor_object is not None
-    ]
-    write_transforms(folder / "poses.mcap", posed)
-    times_s = [(time_ns - times_ns[0]) / 1e9 for time_ns in times_ns]
+    times_s = [(row[1] - rows[0][1]) / 1e9 for row in rows]
     write_atomic(folder / "poses.png", png_bytes(pose_figure(times_s, found, title)))
-    write_atomic(folder / "overlay.webp", clip_bytes(pictures[:: 1 + len(pictures) // CLIP_FRAMES]))
 
 
-def clip_bytes(pictures: "list[np.ndarray]") -> bytes:
-    """Pictures as one moving WebP."""
-    from PIL import Image
-
-    first, *rest = (Image.fromarray(picture) for picture in pictures)
-    stream = io.BytesIO()
-    first.save(
-        stream,
-        format="WEBP",
-        save_all=True,
-        append_images=rest,
-        duration=CLIP_MS,
-        loop=0,
-        quality=60,
-        method=2,
-    )
-    return stream.getvalue()
-
-
-def _row(index: int, time_ns: int, item: "PoseEstimate") -> list[Any]:
+def _row(index: int, time_ns: int, item: "PoseEstimate", markers: str) -> list[Any]:
     """The cells of one frame; ``None`` for what is not known."""
     from scipy.spatial.transform import Rotation
 
@@ -214,4 +176,4 @@ def _row(index: int, time_ns: int, item: "PoseEstimate") -> list[Any]:
         spread = [item.rotation_std_deg, item.translation_std_mm]
         pose = [round(float(value), 7) for value in (*numbers, *spread)]
     shares = [round(item.overlap, 3), round(item.explained, 3)]
-    return [index, time_ns, item.state, item.reason, *pose, *shares]
+    return [index, time_ns, item.state, item.reason, *pose, *shares, markers]

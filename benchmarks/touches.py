@@ -16,7 +16,7 @@ from scipy import ndimage
 from scipy.spatial.transform import Rotation
 
 from recon.arrays import ContactMask, DepthMap, GradientField
-from recon.poisson import integrate
+from recon.poisson import Boundary, integrate
 from sensor.toml import Pair
 
 SIZE_PX = (320, 240)
@@ -61,6 +61,7 @@ class SyntheticTouch:
     depth_mm: DepthMap
     contact: ContactMask
     mm_per_px: Pair
+    boundary: Boundary = "dirichlet"
 
 
 def pressed(
@@ -91,7 +92,7 @@ def pressed(
     gradient[edge] = fine[0].mean(1)
     if rng is not None:
         gradient += SLOPE_NOISE * rng.standard_normal(gradient.shape)
-    depth = integrate(gradient, mm_per_px, "dirichlet")
+    depth = integrate(gradient, mm_per_px, SyntheticTouch.boundary)
     gradient, depth = gradient.astype(np.float32), depth.astype(np.float32)
     return SyntheticTouch(
         gradient=gradient, depth_mm=depth, contact=depth > CONTACT_DEPTH_MM, mm_per_px=mm_per_px

@@ -8,14 +8,15 @@ gel. Its uncertainty is along z: what the noise of the slopes becomes when they 
 
 from dataclasses import dataclass, fields
 from functools import lru_cache
+from typing import Protocol
 
 import numpy as np
 from jaxtyping import Bool, Float32, Float64, Int32
 
 from recon.arrays import ContactMask, DepthMap, GradientField
 from recon.ball import normals
-from recon.pipeline import Reconstruction
 from recon.poisson import Boundary
+from recon.pose.registration import Touch
 from sensor.design import Gel
 from sensor.errors import WedgeError
 from sensor.toml import Pair
@@ -24,6 +25,14 @@ DEVIATION = 1.4826
 """Standard deviations in a median absolute deviation, of normal noise."""
 LEAST_UNTOUCHED_PX = 100
 """With less blank gel in the frame, the noise is taken from the whole frame, contact included."""
+
+
+class Skin(Touch, Protocol):
+    """What a cloud needs of a frame; a ``Reconstruction`` and a ``recon.fast.Touch`` are one."""
+
+    @property
+    def boundary(self) -> Boundary:
+        """What the depth was integrated with."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,7 +65,7 @@ class Mesh:
     """Corners counted so that they turn anticlockwise when seen from outside the gel."""
 
 
-def point_cloud(touch: Reconstruction, gel: Gel | None = None) -> PointCloud:
+def point_cloud(touch: Skin, gel: Gel | None = None) -> PointCloud:
     """Every pixel of a reconstruction as a point, row by row.
 
     Args:
@@ -81,7 +90,7 @@ def point_cloud(touch: Reconstruction, gel: Gel | None = None) -> PointCloud:
     )
 
 
-def skin_mesh(touch: Reconstruction, gel: Gel | None = None) -> Mesh:
+def skin_mesh(touch: Skin, gel: Gel | None = None) -> Mesh:
     """The whole skin as triangles, two to a square of pixels; arguments as above."""
     height, width = touch.depth_mm.shape
     number = np.arange(height * width, dtype=np.int32).reshape(height, width)

@@ -4,35 +4,15 @@
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from app.pages import pictures
-from recon.arrays import ContactMask, DepthMap, Frame, GradientField
-from recon.calibration import Calibration
-from recon.markers.tracking import Tracked, marker_tracker
-from recon.pose.registration import Touch
+from recon.follower import Felt
 from recon.pose.rigid import Points
-from recon.pose.tracker import PoseEstimate, Tracker
-from sensor.toml import Pair
+from recon.pose.tracker import PoseEstimate
+from validation.figures.markers import draw_arrows, marker_words
 from validation.figures.tracking import anchor_on, overlay
-
-FORGET_S = 1.0
-"""Without a touch for so long, the next one is another object."""
-EXAGGERATED = 3.0
-"""Length of the dots' arrows."""
-SHAFT, HALO = (255, 255, 255), (0, 0, 0)
-
-
-@dataclass(frozen=True, kw_only=True)
-class KeptTouch:
-    """A touch that the next frame does not overwrite."""
-
-    gradient: GradientField
-    depth_mm: DepthMap
-    contact: ContactMask
-    mm_per_px: Pair
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,45 +26,29 @@ class Followed:
     markers: str
 
 
-class Follower:
-    """Follows what touches one sensor; its first touch is the object, its pose there the origin."""
+class PoseView:
+    """Draws what is felt; keeps the object's axes where the object was first deepest."""
 
-    def __init__(self, unit: Calibration, background: Frame | None) -> None:
-        self._unwarp = unit.unwarp
-        self._dots = marker_tracker(
-            self._unwarp(unit.background if background is None else background)
-        )
-        self._tracked: Tracked | None = None
-        self._track = Tracker()
+    def __init__(self) -> None:
         self._anchor: Points | None = None
-        self._touched_s = 0.0
+        self._object_number = 0
 
-    def __call__(self, frame: Frame, touch: Touch, now_s: float) -> Followed:
-        """Take in a frame and what was reconstructed of it."""
-        kept = KeptTouch(
-            gradient=touch.gradient.copy(),
-            depth_mm=touch.depth_mm.copy(),
-            contact=touch.contact,
-            mm_per_px=touch.mm_per_px,
-        )
-        found = self._track(kept)
-        if found.reason != "nothing touches":
-            self._touched_s = now_s
-        elif now_s - self._touched_s > FORGET_S:
-            self._track, self._anchor = Tracker(), None
-        if self._anchor is None and found.T_sensor_object is not None:
-            self._anchor = anchor_on(kept, found.T_sensor_object)
-        image = self._unwarp(frame)
-        shown = overlay(image, kept.contact, kept.mm_per_px, found, self._anchor)
+    def __call__(self, felt: Felt) -> Followed:
+        """The next moment."""
+        if felt.object_number != self._object_number:
+            self._anchor, self._object_number = None, felt.object_number
+        if self._anchor is None and felt.pose.T_sensor_object is not None:
+            self._anchor = anchor_on(felt.touch, felt.pose.T_sensor_object)
+        touch = felt.touch
+        shown = overlay(felt.image, touch.contact, touch.mm_per_px, felt.pose, self._anchor)
         words = "none on this gel"
-        if self._dots is not None:
-            self._tracked = self._dots.track(image, self._tracked)
-            _draw_arrows(shown, self._tracked, shown.shape[1] / image.shape[1])
-            words = marker_words(self._tracked, kept.mm_per_px)
+        if felt.dots is not None:
+            draw_arrows(shown, felt.dots, shown.shape[1] / felt.image.shape[1])
+            words = marker_words(felt.dots, touch.mm_per_px)
         return Followed(
             picture=pictures.as_url(shown),
-            state=found.state,
-            pose=pose_words(found),
+            state=felt.pose.state,
+            pose=pose_words(felt.pose),
             markers=words,
         )
 
@@ -100,26 +64,3 @@ def pose_words(found: PoseEstimate) -> str:
         + "shift {:+.2f} {:+.2f} {:+.2f} mm ± {:.2f} mm".format(*shift, found.translation_std_mm)
         + (f"; {found.reason}" if found.reason else "")
     )
-
-
-def marker_words(tracked: Tracked, mm_per_px: Pair) -> str:
-    """How many dots are seen and how far they have moved."""
-    seen = tracked.seen
-    count = f"{int(seen.sum())} of {len(seen)} dots seen"
-    if not seen.any() or tracked.word == "lost":
-        return f"{count}: lost"
-    moved_mm = np.hypot(*tracked.displacement_mm(mm_per_px)[seen].T)
-    return (
-        f"{count}, moved {moved_mm.mean():.2f} mm on average, {moved_mm.max():.2f} mm at most"
-        + (": jumped" if tracked.jumped else "")
-    )
-
-
-def _draw_arrows(picture: Frame, tracked: Tracked, scale: float) -> None:
-    """From where each dot rests, longer than it moved; drawn into the picture."""
-    rest = (tracked.markers.position_px + 0.5) * scale
-    ends = rest + EXAGGERATED * scale * tracked.displacement_px
-    for place, goal in zip(rest[tracked.seen], ends[tracked.seen], strict=True):
-        start, end = ([round(float(along)) for along in point] for point in (place, goal))
-        for color, thickness in ((HALO, 3), (SHAFT, 1)):
-            cv2.arrowedLine(picture, start, end, color, thickness, cv2.LINE_AA, tipLength=0.3)

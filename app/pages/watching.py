@@ -14,10 +14,11 @@ import numpy as np
 
 from app._sources import open_live
 from app.pages import pictures
-from app.pages.following import Followed, Follower
+from app.pages.following import Followed, PoseView
 from recon.arrays import Frame
 from recon.calibration import Calibration
 from recon.fast import FastReconstructor
+from recon.follower import Follower
 from recon.images import write_image
 from recon.stream import Newest
 from sensor.errors import WedgeError
@@ -68,6 +69,7 @@ class Watcher:
         self.watched_s = 0.0
         self._background: Frame | None = None
         self._follower: Follower | None = None
+        self._view = PoseView()
         self._taken: list[Frame] | None = None
         self._saved = ""
         self._closed = threading.Event()
@@ -163,7 +165,7 @@ class Watcher:
         """For the blank frame that holds now; ``None`` without a unit."""
         if self.unit is None:
             return None
-        self._follower = Follower(self.unit, self._background)
+        self._follower, self._view = Follower(self.unit, self._background), PoseView()
         return FastReconstructor(self.unit, self._background)
 
     def _collected(self, frame: Frame) -> bool:
@@ -200,7 +202,7 @@ class Watcher:
         self.history.append((time.monotonic(), deepest_mm, contact_mm2))
         assert self._follower is not None
         return Glimpse(
-            followed=self._follower(frame, touch, time.monotonic()),
+            followed=self._view(self._follower(frame, touch, time.monotonic())),
             raw=raw,
             difference=pictures.difference_picture(touch.difference, pitch_mm),
             depth=pictures.depth_picture(touch.depth_mm, contact, scale_mm, pitch_mm),

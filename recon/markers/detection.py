@@ -67,6 +67,10 @@ class Markers:
         """How many."""
         return len(self.position_px)
 
+    def rest_mm(self, mm_per_px: Pair, size_px: tuple[int, int]) -> Points:
+        """Centres in the gel frame, whose origin is the middle of the frame (width, height)."""
+        return (self.position_px - (np.array(size_px) - 1) / 2) * mm_per_px
+
     def card(self, mm_per_px: Pair) -> dict[str, int | float]:
         """What a unit records of them."""
         pitch_mm = float(np.sqrt(np.prod(mm_per_px)))

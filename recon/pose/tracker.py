@@ -94,6 +94,11 @@ class PoseEstimate:
     """Share of the energy of the slopes there that the pose explains."""
 
     @property
+    def words(self) -> str:
+        """The state, and why where there is a reason."""
+        return f"{self.state}: {self.reason}" if self.reason else self.state
+
+    @property
     def rotation_std_deg(self) -> float:
         """Of the rotation vector's length; infinite without a pose."""
         if self.covariance is None:

@@ -44,6 +44,15 @@ def mcap_records() -> ModuleType:
     return mcap.records
 
 
+@dataclass(frozen=True, kw_only=True)
+class MessageType:
+    """A message of ROS 2 as the file describes it."""
+
+    name: str
+    definition: str
+    """As in its .msg file, those of its parts behind it."""
+
+
 @dataclass
 class _Chunk:
     """Messages that are not on the disk yet."""
@@ -56,14 +65,13 @@ class _Chunk:
 
 
 class McapFile:
-    """One schema, some channels, attachments, and messages in chunks."""
+    """Some channels, attachments, and messages in chunks."""
 
-    def __init__(self, path: Path, schema: tuple[str, str, str], attachments: Mapping[str, bytes]):
+    def __init__(self, path: Path, attachments: Mapping[str, bytes]):
         """Begin a file.
 
         Args:
             path: must not exist yet.
-            schema: name, encoding, and text.
             attachments: contents by name.
 
         Raises:
@@ -85,9 +93,7 @@ class McapFile:
             pass_fds=(self._file,),
             start_new_session=True,  # Ctrl-C is for the recorder, which then finishes
         )
-        self._schema = records.Schema(
-            id=1, name=schema[0], encoding=schema[1], data=schema[2].encode()
-        )
+        self._schemas: dict[MessageType, bytes] = {}
         self._channels: list[bytes] = []
         self._chunk = _Chunk()
         self._chunk_indexes = bytearray()
@@ -122,8 +128,18 @@ class McapFile:
         self._end, self._last_index = 0, b""
         self._write(head)
 
-    def add_channel(self, topic: str) -> int:
-        """A new channel of CDR messages; its number."""
+    def add_channel(self, topic: str, kind: MessageType) -> int:
+        """A new channel of CDR messages of one kind; its number."""
+        if kind not in self._schemas:
+            self._schemas[kind] = _bytes(
+                self._records.Schema(
+                    id=len(self._schemas) + 1,
+                    name=kind.name,
+                    encoding="ros2msg",
+                    data=kind.definition.encode(),
+                )
+            )
+            self._chunk.content += self._schemas[kind]
         number = len(self._channels) + 1
         channel = _bytes(
             self._records.Channel(
@@ -131,12 +147,10 @@ class McapFile:
                 topic=topic,
                 message_encoding="cdr",
                 metadata={"offered_qos_profiles": ""},
-                schema_id=1,
+                schema_id=1 + list(self._schemas).index(kind),
             )
         )
         self._channels.append(channel)
-        if number == 1:
-            self._chunk.content += _bytes(self._schema)
         self._chunk.content += channel
         self._messages[number] = 0
         return number
@@ -253,11 +267,11 @@ class McapFile:
             message_start_time=self._times_ns[0],
             message_end_time=self._times_ns[1],
             metadata_count=0,
-            schema_count=1,
+            schema_count=len(self._schemas),
         )
         summary = b"".join(
             (
-                _bytes(self._schema),
+                *self._schemas.values(),
                 *self._channels,
                 _bytes(statistics),
                 self._chunk_indexes,

@@ -13,7 +13,7 @@ from typing import Any
 from recon.stream.frame import Counts, TimedFrame
 from recon.stream.jpeg import encode_jpeg
 from recon.stream.mcap_file import MAGIC, McapFile, mcap_records
-from recon.stream.ros import FORMAT, SCHEMA, SCHEMA_NAME, CompressedImage
+from recon.stream.ros import COMPRESSED_IMAGE, FORMAT, CompressedImage
 from sensor.dataset import LENS_FILE
 from sensor.errors import WedgeError
 from sensor.unit import BACKGROUND_FILE, GRADIENTS_FILE
@@ -51,8 +51,10 @@ class Recorder:
                 raise WedgeError(f"{sensor!r} cannot name a sensor: use a-z, 0-9 and _.")
             attached |= {} if folder is None else _unit_files(sensor, folder)
         self.frames = 0
-        self._file = McapFile(path, (SCHEMA_NAME, "ros2msg", SCHEMA), attached)
-        self._channels = {sensor: self._file.add_channel(topic(sensor)) for sensor in units}
+        self._file = McapFile(path, attached)
+        self._channels = {
+            sensor: self._file.add_channel(topic(sensor), COMPRESSED_IMAGE) for sensor in units
+        }
         self._lock = threading.Lock()
 
     def __enter__(self) -> "Recorder":

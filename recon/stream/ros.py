@@ -1,31 +1,19 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""sensor_msgs/msg/CompressedImage of ROS 2 as bytes, without ROS.
-
-CDR, little-endian: numbers lie at multiples of their size, counted after the four bytes of the
-encapsulation (OMG DDS-XTypes, plain CDR).
-"""
+"""sensor_msgs/msg/CompressedImage of ROS 2 as bytes, and back."""
 
 import struct
 from dataclasses import dataclass
 
-SCHEMA_NAME = "sensor_msgs/msg/CompressedImage"
-SCHEMA = """std_msgs/Header header
-string format
-uint8[] data
-================================================================================
-MSG: std_msgs/Header
-builtin_interfaces/Time stamp
-string frame_id
-================================================================================
-MSG: builtin_interfaces/Time
-int32 sec
-uint32 nanosec
-"""
+from recon.stream.cdr import HEADER_DEFINITION, NS_PER_S, CdrWriter
+from recon.stream.mcap_file import MessageType
+
+COMPRESSED_IMAGE = MessageType(
+    name="sensor_msgs/msg/CompressedImage",
+    definition=f"std_msgs/Header header\nstring format\nuint8[] data\n{HEADER_DEFINITION}",
+)
 FORMAT = "bgr8; jpeg compressed bgr8"
 """What image_transport's publisher writes: subscribers hand out bgr8 images."""
-_LITTLE_ENDIAN = b"\0\1\0\0"
-_NS_PER_S = 10**9
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -40,12 +28,8 @@ class CompressedImage:
 
     def to_cdr(self) -> bytes:
         """The message as bytes."""
-        out = bytearray(struct.pack("<iI", *divmod(self.time_ns, _NS_PER_S)))
-        for text in (self.frame_id, self.format):
-            coded = text.encode() + b"\0"
-            out += b"\0" * (-len(out) % 4) + struct.pack("<I", len(coded)) + coded
-        out += b"\0" * (-len(out) % 4) + struct.pack("<I", len(self.data))
-        return _LITTLE_ENDIAN + bytes(out) + self.data
+        out = CdrWriter().header(self.time_ns, self.frame_id).text(self.format)
+        return out.octets(self.data).message()
 
     @classmethod
     def from_cdr(cls, message: bytes) -> "CompressedImage":
@@ -71,7 +55,7 @@ class CompressedImage:
             texts.append(body[at - length : at])
         frame_id, form, data = texts
         return cls(
-            time_ns=seconds * _NS_PER_S + nanoseconds,
+            time_ns=seconds * NS_PER_S + nanoseconds,
             frame_id=frame_id.rstrip(b"\0").decode(errors="replace"),
             format=form.rstrip(b"\0").decode(errors="replace"),
             data=data,

@@ -6,9 +6,11 @@ import json
 import socket
 import subprocess
 import sys
+from collections import Counter
 from pathlib import Path
 
 import pytest
+from mcap.reader import make_reader
 
 from app.__main__ import main
 from recon.stream import McapSource, open_source
@@ -51,6 +53,24 @@ def test_a_clip_is_recorded_with_its_unit_and_watched_again(
     assert (watched["received"], watched["corrupt"]) == (9, 0)
     assert watched["contact_mm2"] > 0
     assert "deepest" in capsys.readouterr().out
+
+
+def test_what_a_stream_feels_is_kept_for_others(
+    tmp_path: Path, unit: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    clip, kept = write_clip(tmp_path / "clip.avi", 9), tmp_path / "felt.mcap"
+    numbers = tmp_path / "numbers.json"
+    command = ("stream", clip, "--mcap", kept)
+    assert run(*command, "--unit", unit, "--json", numbers) == 0
+    told = json.loads(numbers.read_text())
+    assert told["pose"].split(":")[0] in ("tracking", "weak", "lost", "frozen")
+    assert told["markers"] == "none"
+    assert f"pose {told['pose']}" in capsys.readouterr().out
+    with kept.open("rb") as stream:
+        topics = Counter(channel.topic for _, channel, _ in make_reader(stream).iter_messages())
+    assert topics["/wedge/contact"] == topics["/wedge/pose_state"] == 9 - told["skipped"]
+    assert "exists" in refused(capsys, *command, "--unit", unit)
+    assert "--unit" in refused(capsys, "stream", clip, "--mcap", tmp_path / "none.mcap")
 
 
 def test_what_a_stream_showed_is_read_back_by_rerun(tmp_path: Path, unit: Path) -> None:

@@ -8,6 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from mcap.reader import make_reader
+from PIL import Image
 
 import recon.estimators.mlp_training as mlp_training
 from recon.calibration import calibrate
@@ -84,6 +86,12 @@ def test_markers_follows_dots_through_a_folder_of_frames(units, tmp_path):
     last = [row for row in rows if row["frame"] == rows[-1]["frame"] and row["seen"] == "1"]
     np.testing.assert_allclose([float(row["dx_mm"]) for row in last], 1.0, atol=0.15)
     assert read_image(out / "markers.png").ndim == 3
+    with Image.open(out / "overlay.webp") as clip:
+        assert clip.n_frames == 5
+    with (out / "markers.mcap").open("rb") as stream:
+        topics = [channel.topic for _, channel, _ in make_reader(stream).iter_messages()]
+    assert topics.count("/wedge/markers") == topics.count("/wedge/markers_state") == 5
+    assert run(*command) == 0  # again, over what is there
 
 
 def test_cloud_writes_what_was_asked_for(units, tmp_path):

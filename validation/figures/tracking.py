@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
-from jaxtyping import Float, UInt8
+from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.spatial.transform import Rotation
@@ -16,12 +16,11 @@ from recon.pose.registration import Touch, contact_points
 from recon.pose.rigid import Points, Transform, applied, inverse
 from recon.pose.tracker import PoseEstimate
 from sensor.toml import Pair
+from validation.figures.overlay import Picture, enlarged, with_words
 from validation.figures.style import BLUE, FAINT, FULL_IN, GREEN, ORANGE, RED, SOFT, card, styled
 
 AXES = (("x", BLUE), ("y", ORANGE), ("z", GREEN))
-OVERLAY_WIDTH_PX = 640
 AXIS_MM = 3.0
-BANNER_PX = 44
 WORDS = {"tracking": (90, 200, 120), "weak": (240, 190, 70), "frozen": (90, 170, 240)}
 """RGB of a state's name; red for the rest."""
 LOST = (255, 110, 90)
@@ -99,7 +98,7 @@ def overlay(
     mm_per_px: Pair,
     found: PoseEstimate,
     anchor_mm: Points | None,
-) -> UInt8[np.ndarray, "h2 w2 3"]:
+) -> Picture:
     """A frame with the contact's outline, the object's axes and the state in words.
 
     Args:
@@ -109,38 +108,32 @@ def overlay(
         found: what the tracker says.
         anchor_mm: the point of the object where its axes are drawn; ``None`` before there is one.
     """
-    height, width = contact.shape
-    scale = OVERLAY_WIDTH_PX / width
-    size = OVERLAY_WIDTH_PX, round(height * scale)
-    picture = cv2.resize(
-        (255 * np.clip(image, 0, 1)).astype(np.uint8), size, interpolation=cv2.INTER_LINEAR
-    )
+    picture = enlarged(image)
+    size = picture.shape[1], picture.shape[0]
     mask = cv2.resize(contact.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST)
     edges = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
     cv2.drawContours(picture, edges, -1, (255, 255, 255), 1, cv2.LINE_AA)
-    if found.T_sensor_object is not None and anchor_mm is not None:
-        _draw_axes(picture, found.T_sensor_object, anchor_mm, mm_per_px, scale)
-    banner = np.full((BANNER_PX, size[0], 3), 24, np.uint8)
-    words = found.state if not found.reason else f"{found.state}: {found.reason}"
-    _write(banner, words, (10, 18), WORDS.get(found.state, LOST))
+    color, numbers = WORDS.get(found.state, LOST), ""
     if found.T_sensor_object is not None:
+        if anchor_mm is not None:
+            _draw_axes(picture, found.T_sensor_object, anchor_mm, mm_per_px, contact.shape[1])
         turn = np.degrees(Rotation.from_matrix(found.T_sensor_object[:3, :3]).as_rotvec())
         shift = found.T_sensor_object[:3, 3]
         numbers = "turn {:+.1f} {:+.1f} {:+.1f} deg   shift {:+.2f} {:+.2f} {:+.2f} mm".format(
             *turn, *shift
         )
-        _write(banner, numbers, (10, 37), (220, 220, 220))
-    return np.concatenate([picture, banner])
+    return with_words(picture, found.words, color, numbers)
 
 
 def _draw_axes(
-    picture: np.ndarray, pose: Transform, anchor_mm: Points, mm_per_px: Pair, scale: float
+    picture: Picture, pose: Transform, anchor_mm: Points, mm_per_px: Pair, columns: int
 ) -> None:
-    """The object's axes at a point of it, seen straight through the gel."""
+    """The object's axes at a point of it, seen straight through the gel of so many columns."""
+    scale = picture.shape[1] / columns
     rows = picture.shape[0] / scale
     ends = anchor_mm + np.concatenate([np.zeros((1, 3)), AXIS_MM * np.eye(3)])
     seen = ends @ pose[:3, :3].T + pose[:3, 3]
-    x_px = (seen[:, 0] / mm_per_px[0] + (OVERLAY_WIDTH_PX / scale - 1) / 2 + 0.5) * scale
+    x_px = (seen[:, 0] / mm_per_px[0] + (columns - 1) / 2 + 0.5) * scale
     y_px = (seen[:, 1] / mm_per_px[1] + (rows - 1) / 2 + 0.5) * scale
     places = np.clip(np.round(np.stack([x_px, y_px], 1)), -4000, 4000).astype(int)
     start = tuple(map(int, places[0]))
@@ -149,12 +142,6 @@ def _draw_axes(
         cv2.line(picture, start, tuple(map(int, end)), (20, 20, 20), 5, cv2.LINE_AA)
         cv2.line(picture, start, tuple(map(int, end)), rgb, 3, cv2.LINE_AA)
     cv2.circle(picture, start, 4, (255, 255, 255), -1, cv2.LINE_AA)
-
-
-def _write(
-    picture: np.ndarray, words: str, place: tuple[int, int], color: tuple[int, int, int]
-) -> None:
-    cv2.putText(picture, words, place, cv2.FONT_HERSHEY_SIMPLEX, 0.48, color, 1, cv2.LINE_AA)
 
 
 def _shade(axes: Axes, times: np.ndarray, found: Sequence[PoseEstimate]) -> None:

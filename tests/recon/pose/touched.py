@@ -9,6 +9,7 @@ import numpy as np
 from benchmarks.touches import SyntheticTouch, Thing, bead, cube_corner, motions, pressed
 
 SIZE_PX, MM_PER_PX = (160, 120), (0.1268, 0.1268)
+PAIRS = 8
 
 
 def touch(thing: Thing, pose: np.ndarray, seed: int | None) -> SyntheticTouch:
@@ -21,12 +22,14 @@ def coarse_bead() -> Thing:
 
 
 @cache
+def bead_pair(number: int) -> tuple[SyntheticTouch, SyntheticTouch, np.ndarray]:
+    moved = motions(np.random.default_rng(7), PAIRS)[number]
+    before = touch(coarse_bead(), np.eye(4), 10 + number)
+    return before, touch(coarse_bead(), moved, 50 + number), moved
+
+
 def bead_pairs() -> list[tuple[SyntheticTouch, SyntheticTouch, np.ndarray]]:
-    rng = np.random.default_rng(7)
-    return [
-        (touch(coarse_bead(), np.eye(4), 10 + i), touch(coarse_bead(), moved, 50 + i), moved)
-        for i, moved in enumerate(motions(rng, 8))
-    ]
+    return [bead_pair(number) for number in range(PAIRS)]
 
 
 @cache

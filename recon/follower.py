@@ -1,0 +1,99 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A stream of one sensor to what it feels: the touched object's pose and the gel's dots."""
+
+from dataclasses import dataclass, replace
+
+from recon.arrays import ContactMask, DepthMap, Frame, GradientField, Unwarped
+from recon.calibration import Calibration
+from recon.cloud import Skin
+from recon.markers.tracking import Tracked, marker_tracker
+from recon.poisson import Boundary
+from recon.pose.tracker import PoseEstimate, Tracker
+from sensor.toml import Pair
+
+FORGET_S = 1.0
+"""Without a touch for so long, the next one is another object."""
+TRUSTED_MARKERS = ("none", "tracked", "jumped")
+"""Words on dots with which slopes may be believed: a jump mixes dots up, but not what they hide."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class KeptTouch:
+    """A touch that the next frame does not overwrite."""
+
+    gradient: GradientField
+    depth_mm: DepthMap
+    contact: ContactMask
+    boundary: Boundary
+    mm_per_px: Pair
+
+
+@dataclass(frozen=True, kw_only=True)
+class Felt:
+    """What one frame says."""
+
+    image: Unwarped
+    touch: KeptTouch
+    pose: PoseEstimate
+    object_number: int
+    """Counts the objects: poses of two numbers have nothing to do with each other."""
+    dots: Tracked | None
+    """``None`` on a gel without."""
+
+
+class Follower:
+    """Follows what touches one sensor; its first touch is the object, its pose there the origin."""
+
+    def __init__(self, unit: Calibration, background: Frame | None = None) -> None:
+        """Begin.
+
+        Args:
+            unit: whose frames come.
+            background: a blank frame of today; by default the unit's own.
+        """
+        self._unwarp = unit.unwarp
+        blank = self._unwarp(unit.background if background is None else background)
+        self._find_dots = marker_tracker(blank)
+        self._dots: Tracked | None = None
+        self._track = Tracker()
+        self._object_number = 0
+        self._touched_s = 0.0
+
+    def __call__(self, frame: Frame, touch: Skin, now_s: float) -> Felt:
+        """Take in a frame and what was reconstructed of it, at a time that only grows."""
+        kept = KeptTouch(
+            gradient=touch.gradient.copy(),
+            depth_mm=touch.depth_mm.copy(),
+            contact=touch.contact,
+            boundary=touch.boundary,
+            mm_per_px=touch.mm_per_px,
+        )
+        image = self._unwarp(frame)
+        if self._find_dots is not None:
+            self._dots = self._find_dots.track(image, self._dots)
+        found = self._track(kept)
+        if found.reason != "nothing touches":
+            self._touched_s = now_s
+        elif now_s - self._touched_s > FORGET_S:
+            self._track = Tracker()
+            self._object_number += 1
+        return Felt(
+            image=image,
+            touch=kept,
+            pose=found if self._dots is None else doubted(found, self._dots.word),
+            object_number=self._object_number,
+            dots=self._dots,
+        )
+
+
+def doubted(found: PoseEstimate, markers: str) -> PoseEstimate:
+    """A pose with a warning where the word on the gel's dots puts slopes in doubt.
+
+    Args:
+        found: from these slopes.
+        markers: ``Reconstruction.markers`` or ``Tracked.word``.
+    """
+    if found.state != "tracking" or markers in TRUSTED_MARKERS:
+        return found
+    return replace(found, state="weak", reason=f"the dots on the gel: {markers}")

@@ -1,0 +1,75 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Object after object and dots beside it, from the frames of one sensor."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from recon.follower import FORGET_S, Follower, doubted
+from recon.pose.tracker import PoseEstimate
+from tests.dotted import dotted, grid_px
+from tests.recon.fast.units import make_unit
+from tests.recon.pose.touched import MM_PER_PX, SIZE_PX, bead_pair, blank
+from tests.synthetic import digitized
+
+PLACES = grid_px(16.0, size=SIZE_PX)
+
+
+def dotted_frame(by_px=(0.0, 0.0), places=PLACES):
+    gel = np.full((*SIZE_PX[::-1], 3), 0.5)
+    return digitized(dotted(places + np.array(by_px), 2.0, gel))
+
+
+def test_after_a_second_without_touch_the_next_object_is_new():
+    first, second, _ = bead_pair(0)
+    unit = make_unit(SIZE_PX)
+    follow = Follower(unit)
+    for now_s, touch, state, number in (
+        (0.0, blank(), "lost", 0),
+        (0.1, first, "tracking", 0),
+        (0.2, second, "tracking", 0),
+        (0.3, blank(), "lost", 0),
+        (0.4 + FORGET_S, blank(), "lost", 1),
+        (0.5 + FORGET_S, second, "tracking", 1),
+    ):
+        felt = follow(unit.background, touch, now_s)
+        assert (felt.pose.state, felt.object_number, felt.dots) == (state, number, None)
+    np.testing.assert_array_equal(felt.pose.T_sensor_object, np.eye(4))
+
+
+def test_what_is_felt_outlives_the_next_frame():
+    first, second, _ = bead_pair(0)
+    gradient = first.gradient.copy()
+    felt = Follower(make_unit(SIZE_PX))(
+        make_unit(SIZE_PX).background, replace(first, gradient=gradient), 0.0
+    )
+    gradient[:] = second.gradient  # as FastReconstructor does
+    np.testing.assert_array_equal(felt.touch.gradient, first.gradient)
+
+
+def test_dots_are_followed_from_frame_to_frame_beyond_their_spacing():
+    unit = replace(make_unit(SIZE_PX), background=dotted_frame())
+    follow = Follower(unit)
+    for step in range(9):
+        felt = follow(dotted_frame((2.5 * step, 0.0)), blank(), 0.1 * step)
+    shift_mm = felt.dots.displacement_mm(MM_PER_PX)[felt.dots.seen]
+    np.testing.assert_allclose(np.median(shift_mm, axis=0), (20 * MM_PER_PX[0], 0), atol=0.03)
+    assert felt.dots.word == "tracked"
+
+
+def test_a_pose_on_a_marker_gel_without_its_dots_is_doubted():
+    unit = replace(make_unit(SIZE_PX), background=dotted_frame())
+    felt = Follower(unit)(dotted_frame(places=PLACES[:3]), bead_pair(0)[0], 0.0)
+    assert felt.pose.words == "weak: the dots on the gel: lost"
+    assert felt.pose.T_sensor_object is not None
+
+
+@pytest.mark.parametrize("word", ["lost", "240 dots, but the unit was calibrated without"])
+def test_only_a_pose_that_was_sure_changes_by_a_word_on_dots(word):
+    sure = PoseEstimate(state="tracking", T_sensor_object=np.eye(4))
+    lost = PoseEstimate(state="lost", reason="nothing touches")
+    assert doubted(sure, word).state == "weak" and word in doubted(sure, word).reason
+    assert doubted(lost, word) is lost
+    assert doubted(sure, "tracked") is doubted(sure, "none") is sure
