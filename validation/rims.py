@@ -1,0 +1,117 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How steep the skin is found round a ball's labelled circle, ring by ring.
+
+A label says that the skin follows the ball up to the circle. Where the slope that is found peaks
+before it, the skin has let go of the ball, or no colour tells steeper skin apart; an estimator that
+learnt to agree there would have learnt where balls end. ``python -m validation.rims DATASET`` fits
+by five folds and prints both slopes.
+"""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from recon.arrays import GradientField
+from recon.ball import offsets_mm
+from recon.estimators import fit_estimator, gradient_field, training_pixels
+from recon.pixels import BallPress, join, positions
+from recon.presses import read_presses
+from sensor.dataset import read_dataset
+from sensor.errors import WedgeError
+from validation.datasets import dataset_folder
+from validation.splits import splits
+
+RINGS = np.round(np.arange(0.3, 1.51, 0.05), 2)
+"""Edges of the rings, in labelled contact radii."""
+FOLDS = 5
+SEED = 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class RimProfile:
+    """Mean slope toward the centre, mm/mm, on each ring between ``RINGS``; means of presses."""
+
+    found: Float[np.ndarray, " k"]
+    labelled: Float[np.ndarray, " k"]
+    """The ball's, and zero outside the circle."""
+    presses: int
+
+    @property
+    def middles(self) -> Float[np.ndarray, " k"]:
+        """Radii of the rings, in labelled contact radii."""
+        return (RINGS[1:] + RINGS[:-1]) / 2
+
+    @property
+    def steepest_at(self) -> float:
+        """Where the found slope peaks, in labelled contact radii."""
+        return float(self.middles[self.found.argmax()])
+
+
+def rim_profile(presses: Sequence[BallPress], fields: Sequence[GradientField]) -> RimProfile:
+    """Azimuthal means round the circles of presses.
+
+    Args:
+        presses: with circles that lie inside the frame.
+        fields: of each, the gradients of what is pressed in.
+    """
+    sums = [_ring_means(press, field) for press, field in zip(presses, fields, strict=True)]
+    found, labelled = np.nanmean(sums, 0)
+    return RimProfile(found=found, labelled=labelled, presses=len(presses))
+
+
+def _ring_means(press: BallPress, field: GradientField) -> Float[np.ndarray, "2 k"]:
+    x_mm, y_mm = offsets_mm(press.size_px, press.center_px, press.mm_per_px)
+    away_mm = np.hypot(x_mm, y_mm)
+    ball_mm = press.ball_radius_mm
+    inward = -(field[..., 0] * x_mm + field[..., 1] * y_mm) / np.maximum(away_mm, 1e-9)
+    inside_mm = np.minimum(away_mm, 0.999 * ball_mm)
+    cap = np.where(
+        away_mm < press.contact_radius_mm, inside_mm / np.sqrt(ball_mm**2 - inside_mm**2), 0
+    )
+    ring = np.digitize((away_mm / press.contact_radius_mm).ravel(), RINGS) - 1
+    count = np.bincount(ring[ring >= 0], minlength=len(RINGS))[: len(RINGS) - 1]
+    means = np.full((2, len(RINGS) - 1), np.nan)
+    for row, values in enumerate((inward, cap)):
+        total = np.bincount(ring[ring >= 0], values.ravel()[ring >= 0], len(RINGS))
+        np.divide(total[: len(RINGS) - 1], count, out=means[row], where=count > 0)
+    return means
+
+
+def held_out_profile(dataset: str, estimator: str) -> RimProfile:
+    """The rings of all presses, each found by an estimator that has not learnt from it."""
+    presses = list(read_presses(read_dataset(dataset_folder(dataset))).presses)
+    lessons = [training_pixels(estimator, press, i, SEED) for i, press in enumerate(presses)]
+    judged: list[BallPress] = []
+    fields: list[GradientField] = []
+    for split in splits(len(presses), FOLDS, SEED):
+        taught = join([lessons[i] for i in split.train])
+        fitted = fit_estimator(estimator, taught, "RGB", SEED)
+        for i in split.test:
+            judged.append(presses[i])
+            lean = fitted.lean(positions(presses[i].size_px))
+            fields.append(gradient_field(fitted, presses[i].difference) - lean)
+    return rim_profile(judged, fields)
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(prog="python -m validation.rims", description=__doc__)
+    parser.add_argument("dataset")
+    parser.add_argument("--estimator", default="default")
+    options = parser.parse_args()
+    try:
+        profile = held_out_profile(options.dataset, options.estimator)
+    except WedgeError as error:
+        sys.exit(str(error))
+    print(f"{profile.presses} presses; the slope found peaks at {profile.steepest_at:.2f} radii")
+    for row in zip(profile.middles, profile.labelled, profile.found, strict=True):
+        print("radii {:.3f}  labelled {:.3f}  found {:.3f}".format(*row))
+
+
+if __name__ == "__main__":
+    main()
