@@ -105,6 +105,9 @@ def _run(name: str, words: list[str]) -> int:
     """Read the words as the parameters of the subcommand's `main` and call it."""
     import tyro
 
+    from app._workers import on_one_thread
+
+    on_one_thread()
     command = importlib.import_module(f"app.{name}").main
     result = tyro.cli(
         command, prog=f"wedge {name}", args=words, config=(tyro.conf.FlagCreatePairsOff,)

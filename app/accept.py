@@ -50,9 +50,6 @@ def main(
         json: Write measurements, limits and grade here as JSON.
         junit: Write them here as JUnit XML, one test case a limit.
     """
-    from app._workers import on_one_thread
-
-    on_one_thread()
     from recon.calibration import load_calibration
     from sensor.dataset import read_dataset
     from sensor.files import write_atomic

@@ -48,9 +48,6 @@ def main(
         seed: Seed of the split, drawn pixels and training.
         json: Write the errors on the held-out presses here as JSON.
     """
-    from app._workers import on_one_thread
-
-    on_one_thread()
     from recon.ball_size import doubtful_ball
     from recon.calibration import calibrate, usual_estimator
     from recon.presses import one_sided, read_presses
