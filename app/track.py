@@ -66,6 +66,8 @@ def main(
         frames: Stop after so many; needed for a live source, which has no end.
         json: Write the poses here as JSON.
     """
+    import numpy as np
+
     from app._sources import open_where
     from recon.calibration import load_calibration
     from recon.follower import TRUSTED_MARKERS, doubted
@@ -94,7 +96,7 @@ def main(
         blank = read_frame(Path(background).parent, Path(background).name)
     found: list[PoseEstimate] = []
     rows: list[list[Any]] = []
-    clip, anchor = Clip(), None
+    clip, anchor, before = Clip(), None, None
     with (
         open_where(source) as stream,
         new_folder(out) as folder,
@@ -109,7 +111,8 @@ def main(
             if reconstruct is None:
                 reconstruct = Reconstructor(calibration, image if background == "first" else blank)
             touch = reconstruct(image)
-            pose = doubted(track(touch), touch.markers)
+            still = before is not None and np.array_equal(before, image)
+            pose, before = doubted(track(touch), touch.markers, still=still), image
             found.append(pose)
             rows.append(_row(len(rows), frame.time_ns, pose, touch.markers))
             file.add(frame.time_ns, touch, pose, touch.dots)

@@ -4,6 +4,8 @@
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from recon.arrays import ContactMask, DepthMap, Frame, GradientField, Unwarped
 from recon.calibration import Calibration
 from recon.cloud import Skin
@@ -56,6 +58,7 @@ class Follower:
         blank = self._unwarp(unit.background if background is None else background)
         self._find_dots = marker_tracker(blank)
         self._dots: Tracked | None = None
+        self._before: Frame | None = None
         self._track = Tracker()
         self._object_number = 0
         self._touched_s = 0.0
@@ -70,6 +73,8 @@ class Follower:
             mm_per_px=touch.mm_per_px,
         )
         image = self._unwarp(frame)
+        still = self._before is not None and np.array_equal(self._before, frame)
+        self._before = frame.copy()
         if self._find_dots is not None:
             self._dots = self._find_dots.track(image, self._dots)
         found = self._track(kept)
@@ -81,19 +86,24 @@ class Follower:
         return Felt(
             image=image,
             touch=kept,
-            pose=found if self._dots is None else doubted(found, self._dots.word),
+            pose=doubted(found, "none" if self._dots is None else self._dots.word, still=still),
             object_number=self._object_number,
             dots=self._dots,
         )
 
 
-def doubted(found: PoseEstimate, markers: str) -> PoseEstimate:
-    """A pose with a warning where the word on the gel's dots puts slopes in doubt.
+def doubted(found: PoseEstimate, markers: str, *, still: bool) -> PoseEstimate:
+    """What a tracker says of the slopes, with what else is known of the frame.
 
     Args:
         found: from these slopes.
-        markers: ``Reconstruction.markers`` or ``Tracked.word``.
+        markers: ``Reconstruction.markers`` or ``Tracked.word``: where it puts slopes in doubt, a
+            pose is weak.
+        still: the frame is that before to the last bit, as no camera's is: where nothing touches,
+            nothing can be known of it.
     """
+    if found.state == "lost" and still:
+        return replace(found, reason="the stream stands still")
     if found.state != "tracking" or markers in TRUSTED_MARKERS:
         return found
     return replace(found, state="weak", reason=f"the dots on the gel: {markers}")

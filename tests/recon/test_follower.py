@@ -14,6 +14,8 @@ from tests.recon.fast.units import make_unit
 from tests.recon.pose.touched import MM_PER_PX, SIZE_PX, bead_pair, blank
 from tests.synthetic import digitized
 
+SURE = PoseEstimate(state="tracking", T_sensor_object=np.eye(4))
+LOST = PoseEstimate(state="lost", reason="nothing touches")
 PLACES = grid_px(16.0, size=SIZE_PX)
 
 
@@ -68,8 +70,27 @@ def test_a_pose_on_a_marker_gel_without_its_dots_is_doubted():
 
 @pytest.mark.parametrize("word", ["lost", "240 dots, but the unit was calibrated without"])
 def test_only_a_pose_that_was_sure_changes_by_a_word_on_dots(word):
-    sure = PoseEstimate(state="tracking", T_sensor_object=np.eye(4))
-    lost = PoseEstimate(state="lost", reason="nothing touches")
-    assert doubted(sure, word).state == "weak" and word in doubted(sure, word).reason
-    assert doubted(lost, word) is lost
-    assert doubted(sure, "tracked") is doubted(sure, "none") is sure
+    assert doubted(SURE, word, still=False).state == "weak"
+    assert word in doubted(SURE, word, still=False).reason
+    assert doubted(LOST, word, still=False) is LOST
+    for trusted in ("tracked", "none"):
+        assert doubted(SURE, trusted, still=False) is SURE
+
+
+def test_a_frozen_stream_is_told_with_and_without_a_touch():
+    unit = make_unit(SIZE_PX)
+    follow, first = Follower(unit), bead_pair(0)[0]
+    changed = unit.background.copy()
+    changed[0, 0] += 1
+    frames = [unit.background, changed, changed, changed, changed]
+    felt = [
+        follow(frame, touch, 0.1)
+        for frame, touch in zip(frames, (blank(), blank(), blank(), first, first), strict=True)
+    ]
+    assert [item.pose.words for item in felt] == [
+        "lost: nothing touches",
+        "lost: nothing touches",
+        "lost: the stream stands still",
+        "tracking",
+        "frozen: the stream stands still",
+    ]
