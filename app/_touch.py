@@ -12,6 +12,7 @@ from app._progress import progress
 if TYPE_CHECKING:
     from recon.arrays import Unwarped
     from recon.markers.tracking import Tracked
+    from sensor.toml import Pair
     from validation.contact import Overlap
     from validation.contact_shapes import ShapeContact
     from validation.force import ForceCurve
@@ -19,8 +20,9 @@ if TYPE_CHECKING:
 
 TWIN = "twin-standard"
 FOLDS = 3
-SHOWN = ("wedge-lab", "ball-8.jpg")
-"""A press on a real marker gel."""
+SHOWN = "wedge-lab"
+"""A real marker gel, by presses of it."""
+SHOWN_PRESSES = tuple(f"ball-{number}.jpg" for number in range(8, 20))
 
 
 def touch_sections(names: Sequence[str], estimator: str, executor: Executor) -> "list[Section]":
@@ -52,8 +54,8 @@ def touch_sections(names: Sequence[str], estimator: str, executor: Executor) -> 
             if name in here and (frame := hand_counted(name)) is not None
         }
         scores = {name: score_detection(*frame) for name, frame in counted.items()}
-        if SHOWN[0] in scores:
-            sections.append(marker_section(scores, _shown(dataset_folder(SHOWN[0]))))
+        if SHOWN in scores:
+            sections.append(marker_section(scores, SHOWN, *_shown(dataset_folder(SHOWN))))
         overlaps = {}
         for done, (name, future) in enumerate(judged.items(), start=1):
             overlaps[name] = future.result()
@@ -86,14 +88,16 @@ def _curves(twin: Path, clips: list[Path]) -> "list[ForceCurve]":
     return [force_curve(read_dataset(clip), lent) for clip in clips]
 
 
-def _shown(folder: Path) -> "tuple[str, Unwarped, Tracked, tuple[float, float]]":
-    """Name, frame, dots and pitch of a press."""
+def _shown(folder: Path) -> "tuple[list[tuple[str, Unwarped, Tracked]], Pair]":
+    """Name, frame and dots of some presses, and their pitch."""
     from recon.images import read_frame
     from recon.presses import press_reader
     from sensor.dataset import read_dataset
 
     reader = press_reader(read_dataset(folder))
-    image = reader.unwarp(read_frame(folder, SHOWN[1]))
     assert reader.dots is not None
-    title = f"{SHOWN[1]} of {SHOWN[0]}"
-    return title, image, reader.dots.track(image), reader.dataset.card.mm_per_px
+    shown = []
+    for name in SHOWN_PRESSES:
+        image = reader.unwarp(read_frame(folder, name))
+        shown.append((name, image, reader.dots.track(image)))
+    return shown, reader.dataset.card.mm_per_px

@@ -44,9 +44,11 @@ def test_the_picture_of_dots_keeps_the_frames_shape_and_shows_what_moved():
 def test_the_section_on_dots_says_what_was_counted_and_found():
     image, dots = tracked((3.0, 0.0))
     score = DetectionScore(whole=123, found=121, false=4, rms_px=0.57)
-    html = marker_section({"a-gel": score}, ("press 7", image, dots, (0.1, 0.1))).html
-    for words in ("a-gel", "123", "121", "<td>4</td>", "0.57", "press 7", f"of {len(PLACES)} dots"):
+    presses = [("press 7", image, dots), ("press 8", image, dots)]
+    html = marker_section({"a-gel": score}, "a-gel", presses, (0.1, 0.1)).html
+    for words in ("123", "121", "<td>4</td>", "0.57", "press 7 of a-gel", f"of {len(PLACES)} dots"):
         assert words in html
+    assert "2 presses on a-gel" in html and html.count("<img") == 2
 
 
 def test_the_section_on_contact_says_mean_and_least_overlap_and_how_force_goes_along():

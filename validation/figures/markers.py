@@ -18,6 +18,8 @@ LONGER_SIDE_IN = 5.6
 MARGIN_IN = 0.08
 EXAGGERATED = 3.0
 """Length of the arrows, of the way that a dot moved."""
+LEAST_ARROW_PX = 5.0
+"""Of the picture: shorter ones would be heads alone."""
 SHAFT, HALO, CARRIED = (255, 255, 255), (0, 0, 0), (240, 150, 40)
 WORDS: dict[str, Color] = {"tracked": (90, 200, 120), "jumped": (240, 190, 70)}
 """RGB of a word; red for the rest."""
@@ -112,9 +114,9 @@ def draw_arrows(picture: Picture, tracked: Tracked, scale: float) -> None:
         return
     rest = (tracked.markers.position_px + 0.5) * scale
     moved = scale * tracked.displacement_px
-    for place, goal in zip(
-        rest[tracked.seen], (rest + EXAGGERATED * moved)[tracked.seen], strict=True
-    ):
+    ends = rest + EXAGGERATED * moved
+    drawn = tracked.seen & (np.hypot(*(ends - rest).T) >= LEAST_ARROW_PX)
+    for place, goal in zip(rest[drawn], ends[drawn], strict=True):
         start, end = ([round(float(along)) for along in point] for point in (place, goal))
         for color, thickness in ((HALO, 3), (SHAFT, 1)):
             cv2.arrowedLine(picture, start, end, color, thickness, cv2.LINE_AA, tipLength=0.3)

@@ -10,29 +10,55 @@ from sensor.toml import Pair
 from validation.contact import Overlap, mean_iou
 from validation.dots import DetectionScore
 from validation.figures.force import force_figure
-from validation.figures.markers import displacement_figure
+from validation.figures.markers import displacement_figure, marker_overlay
+from validation.figures.overlay import clip_bytes
 from validation.figures.png import frames_bytes, plot_bytes
 from validation.force import ForceCurve
-from validation.report.page import Picture, Section, code, figure_html, paragraph, table_html
+from validation.report.page import (
+    Picture,
+    Section,
+    code,
+    figure_html,
+    gallery_html,
+    paragraph,
+    table_html,
+)
+
+PRESS_MS = 500
+"""Of each press in the clip."""
 
 
 def marker_section(
     scores: Mapping[str, DetectionScore],
-    example: tuple[str, Unwarped, Tracked, Pair],
+    gel: str,
+    presses: Sequence[tuple[str, Unwarped, Tracked]],
+    mm_per_px: Pair,
 ) -> Section:
     """How the dots of real gels were found and followed.
 
     Args:
         scores: by dataset, against dots counted by eye.
-        example: a press of one of them: name, frame, its dots and mm/px.
+        gel: one of them, that is shown.
+        presses: of it: name, frame and its dots; the first in a still picture, all in a clip.
+        mm_per_px: of these frames.
     """
-    name, image, tracked, mm_per_px = example
+    name, image, tracked = presses[0]
+    name = f"{name} of {gel}"
+    clip = Picture(
+        content=clip_bytes(
+            [marker_overlay(frame, dots, mm_per_px) for _, frame, dots in presses], PRESS_MS
+        ),
+        alt="Press after press on the same gel, arrows on the dots that moved",
+        caption=f"{len(presses)} presses on {gel}, as wedge markers shows them. A ring marks a dot "
+        "that its neighbours carry along: "
+        f"{sum(int((~dots.seen).sum()) for *_, dots in presses)} of "
+        f"{sum(len(dots.seen) for *_, dots in presses)}.",
+    )
     picture = Picture(
         content=frames_bytes(displacement_figure(image, tracked, mm_per_px, title=name)),
         alt=f"A press on a gel of {len(tracked.markers)} dots; arrows from where each dot rests",
         caption=f"{name}: {int(tracked.seen.sum())} of {len(tracked.markers)} dots seen. "
         "Arrows begin where the dot rests and are three times as long as it moved.",
-        wide=True,
     )
     rows = [
         [
@@ -56,7 +82,7 @@ def marker_section(
             ["gel", "counted", "found", "found where none is", "RMS to the hand's places [px]"],
             rows,
         )
-        + figure_html(picture)
+        + gallery_html([picture, clip])
         + paragraph("The ways of filling, compared in one table:")
         + code("wedge bench"),
     )
