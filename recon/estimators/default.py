@@ -23,6 +23,7 @@ from jaxtyping import Float32
 from recon.arrays import Difference
 from recon.estimators.lean import FLAT, Lean, fit_lean, lean_at
 from recon.estimators.mlp import CHUNK_ROWS, channel_indices
+from recon.estimators.shown import shown_axes
 from recon.pixels import Pixels
 from sensor.errors import WedgeError
 
@@ -213,9 +214,14 @@ def fit_default(
     mean, spread = raw.mean(0), np.maximum(raw.std(0), 1e-3)
     fold = np.unique(pixels.press, return_inverse=True)[1] % MEMBERS
     inputs = (raw - mean) / spread
-    gel = fit_lean(pixels, chosen)
+    shown = shown_axes(pixels, chosen)
+    gel = fit_lean(pixels, chosen, shown)
     dent = pixels.gradient + pixels.contact[:, None] * lean_at(gel, pixels.position)
-    layers = train(inputs, normal_of(dent), fold, seed, progress)
+    if len(shown) == 2:
+        layers = train(inputs, normal_of(dent), fold, seed, progress)
+    else:  # a normal whose one component is guessed would make the other slope too steep
+        alone = dent / np.sqrt(1 + dent**2)
+        layers = _silent_but(shown, train(inputs, alone, fold, seed, progress))
     made = Default(
         channels=channels,
         light=light,
@@ -230,6 +236,13 @@ def fit_default(
         left_out = fold == member
         unseen[left_out] = slopes_of(made._member(inputs[left_out], member))
     return replace(made, error90=_error90(unseen, np.abs(unseen - dent)))
+
+
+def _silent_but(axes: list[int], layers: tuple[Layer, ...]) -> tuple[Layer, ...]:
+    """Networks that answer zero but for some axes."""
+    spoken = np.isin([0, 1], axes).astype(np.float32)
+    weight, bias = layers[-1]
+    return (*layers[:-1], (weight * spoken, bias * spoken))
 
 
 def _error90(

@@ -12,7 +12,7 @@ are fitted at once, by least squares.
 from itertools import combinations_with_replacement
 
 import numpy as np
-from jaxtyping import Float32, Float64
+from jaxtyping import Bool, Float32, Float64
 
 from recon.pixels import Pixels
 
@@ -34,12 +34,17 @@ def lean_at(lean: Lean, position: Float32[np.ndarray, "*n 2"]) -> Float32[np.nda
     return np.asarray(lean[:, 0] + lean[:, 1] * position, np.float32)
 
 
-def fit_lean(pixels: Pixels, columns: list[int]) -> Lean:
+def fit_lean(pixels: Pixels, columns: list[int], axes: list[int]) -> Lean:
     """The lean that presses agree on; what they do not agree on is taken as flat.
+
+    So is the lean along other axes than those that the colours show. The frame's middle is taken as
+    level where there are no more colours than axes: that a dent keeps light away, as it does, is
+    then not to be told from a slope.
 
     Args:
         pixels: labelled, of several presses.
         columns: of the colours that are looked at.
+        axes: whose slopes they show, of 0 and 1.
     """
     gentle = np.linalg.norm(pixels.gradient, axis=1) < GENTLE
     chosen = pixels[pixels.contact & gentle]
@@ -51,8 +56,10 @@ def fit_lean(pixels: Pixels, columns: list[int]) -> Lean:
         chosen = chosen[np.sort(random.choice(len(chosen), LOOKED_AT, replace=False))]
     terms = _shading_terms(chosen, columns)
     fold = np.searchsorted(presses, chosen.press) % FOLDS
-    whole = _fitted(terms, chosen)
-    parts = np.stack([_fitted(terms[fold != k], chosen[fold != k]) for k in range(FOLDS)])
+    free = np.zeros((2, 2), bool)
+    free[axes] = [len(columns) > len(axes), True]
+    whole = _fitted(terms, chosen, free)
+    parts = np.stack([_fitted(terms[fold != k], chosen[fold != k], free) for k in range(FOLDS)])
     variance = (FOLDS - 1) * parts.var(0)  # the jackknife's
     certain = np.maximum(0, 1 - variance / np.maximum(whole**2, 1e-12))
     return np.asarray(whole * certain, np.float32)
@@ -72,13 +79,16 @@ def _shading_terms(pixels: Pixels, columns: list[int]) -> Float64[np.ndarray, "n
     return np.stack([shade * place for shade in shades for place in places], 1)
 
 
-def _fitted(terms: Float64[np.ndarray, "n t"], pixels: Pixels) -> Float64[np.ndarray, "2 2"]:
+def _fitted(
+    terms: Float64[np.ndarray, "n t"], pixels: Pixels, free: Bool[np.ndarray, "2 2"]
+) -> Float64[np.ndarray, "2 2"]:
+    """The lean by least squares; what is not ``free`` is zero."""
     lean = np.zeros((2, 2))
-    for axis in (0, 1):
+    for axis in np.flatnonzero(free.any(1)):
         along = pixels.position[:, axis].astype(np.float64)
-        own = np.stack([np.ones_like(along), along], 1)
+        own = np.stack([np.ones_like(along), along], 1)[:, free[axis]]
         found = np.linalg.lstsq(
             np.concatenate([terms, own], 1), pixels.gradient[:, axis].astype(float), rcond=None
         )[0]
-        lean[axis] = -found[-2:]
+        lean[axis, free[axis]] = -found[terms.shape[1] :]
     return lean

@@ -11,6 +11,7 @@ from recon.estimators.lean import FEWEST_PRESSES, FLAT, fit_lean, lean_at
 from recon.pixels import Pixels
 
 ROOM = st.floats(-0.3, 0.3)
+BOTH = [0, 1]
 
 
 def domed(lean, presses=24, per_press=300, seed=0):
@@ -42,25 +43,25 @@ def domed(lean, presses=24, per_press=300, seed=0):
 @settings(max_examples=8, deadline=None)
 def test_the_lean_that_was_put_in_comes_out(along_x, along_y):
     lean = np.array([[0.0, along_x], [0.0, along_y]])
-    np.testing.assert_allclose(fit_lean(domed(lean), [0, 1, 2]), lean, atol=0.02)
+    np.testing.assert_allclose(fit_lean(domed(lean), [0, 1, 2], BOTH), lean, atol=0.02)
 
 
 def test_a_dome_whose_top_is_off_the_middle_is_found():
     lean = np.array([[0.05, -0.2], [-0.04, -0.1]])
-    np.testing.assert_allclose(fit_lean(domed(lean), [0, 1, 2]), lean, atol=0.02)
+    np.testing.assert_allclose(fit_lean(domed(lean), [0, 1, 2], BOTH), lean, atol=0.02)
 
 
 def test_what_presses_do_not_agree_on_is_taken_as_flat():
     pixels = domed(FLAT)
     shifts = np.random.default_rng(1).normal(0, 0.05, (24, 2)).astype(np.float32)
     rough = pixels.gradient + shifts[pixels.press]  # circles drawn a little off
-    found = fit_lean(Pixels(**{**vars(pixels), "gradient": rough}), [0, 1, 2])
+    found = fit_lean(Pixels(**{**vars(pixels), "gradient": rough}), [0, 1, 2], BOTH)
     assert np.abs(found).max() < 0.06
 
 
 def test_few_presses_say_nothing():
     lean = np.array([[0.0, 0.2], [0.0, 0.2]])
-    assert (fit_lean(domed(lean, presses=FEWEST_PRESSES - 1), [0, 1, 2]) == 0).all()
+    assert (fit_lean(domed(lean, presses=FEWEST_PRESSES - 1), [0, 1, 2], BOTH) == 0).all()
 
 
 @pytest.mark.parametrize("columns", [[0, 1, 2], [0, 2]])
@@ -69,5 +70,21 @@ def test_colours_that_are_not_lit_are_not_looked_at(columns):
     pixels = domed(lean)
     blind = pixels.color.copy()
     blind[:, [c for c in range(3) if c not in columns]] = np.nan
-    seen = fit_lean(Pixels(**{**vars(pixels), "color": blind}), columns)
+    seen = fit_lean(Pixels(**{**vars(pixels), "color": blind}), columns, BOTH)
     assert np.isfinite(seen).all()
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_the_lean_along_an_axis_that_is_not_seen_is_not_fitted(axis):
+    lean = np.array([[0.1, -0.2], [0.1, -0.2]])
+    found = fit_lean(domed(lean), [0, 1, 2], [axis])
+    assert (found[1 - axis] == 0).all()
+    np.testing.assert_allclose(found[axis], lean[axis], atol=0.02)
+
+
+def test_with_as_many_colours_as_axes_the_middle_is_taken_as_level():
+    """A dent takes light from all of its pixels, which one light alone takes for a slope."""
+    lean = np.array([[0.0, 0.0], [0.0, -0.2]])
+    pixels = domed(lean)
+    shaded = Pixels(**{**vars(pixels), "color": pixels.color - np.float32(0.02)})
+    assert (fit_lean(shaded, [1], [1])[:, 0] == 0).all()
