@@ -42,7 +42,7 @@ def main(
         dataset: A dataset folder, a name that `wedge data list` knows, or a folder of raw frames.
         out: The unit folder to write; it must not exist, or be empty.
         estimator: default (ours), mlp (the paper's network) or table (the lookup table that it
-            replaced). Unless given: default, but mlp where the lights leave one slope unseen.
+            replaced). Unless given: default, but mlp for a sensor with a single light.
         design: The design the sensor was built from: standard, finger or a .toml file.
         ball_radius_mm: Radius of the ball, for raw frames.
         seed: Seed of the split, drawn pixels and training.

@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from recon.arrays import DepthMap, GradientField
+from recon.columns import depth_by_columns
 from recon.lights import Axis
 from recon.pressed import Support, pressed_depth
 from sensor.toml import Pair
@@ -32,10 +33,8 @@ def by_columns(known: Slopes, axis: Axis, mm_per_px: Pair) -> GradientField:
     """
     if axis == "y":
         return swapped(by_columns(known.T, "x", mm_per_px[::-1]))
-    depth = (np.cumsum(known, axis=0) - known / 2) * mm_per_px[1]
-    share = (np.arange(len(known)) + 0.5) / len(known)
-    depth = depth - share[:, None] * (depth[-1] + known[-1] / 2 * mm_per_px[1])
-    return _with_slope_of(np.maximum(depth, 0), known, mm_per_px)
+    depth, _ = depth_by_columns(known, np.ones(known.shape, bool), mm_per_px[1])
+    return _with_slope_of(depth, known, mm_per_px)
 
 
 def by_convex_fit(

@@ -130,11 +130,11 @@ def lit_channels(dataset: Dataset) -> tuple[str, MissingAxis]:
 def usual_estimator(dataset: Dataset) -> str:
     """The estimator that suits a sensor's lights, by name.
 
-    Where they leave one slope unseen, ``default`` overjudges the other; the numbers are in
-    docs/concepts/missing-axis.md.
+    A single light saturates and darkens skin that tilts either way: of it, the paper's network says
+    a little more; the numbers are in docs/concepts/missing-axis.md.
     """
-    _, missing = lit_channels(dataset)
-    return Default.name if missing == "none" else Mlp.name
+    lit, _ = lit_channels(dataset)
+    return Default.name if len(lit) > 1 else Mlp.name
 
 
 def calibrate(

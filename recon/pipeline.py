@@ -11,6 +11,7 @@ from jaxtyping import Float32
 
 from recon.arrays import ContactMask, DepthMap, Difference, Frame, GradientField
 from recon.calibration import Calibration, load_calibration
+from recon.columns import weigh_columns
 from recon.contact import boundary_of, contact_mask, disturbed_mask
 from recon.contact_patches import ContactPatch, contact_patches
 from recon.estimators import GradientEstimator, gradient_field
@@ -195,10 +196,11 @@ def complete_gradient(
     unseen: Axis | None,
     mm_per_px: Pair,
 ) -> CompletedField:
-    """The gradient field with its unseen axis replaced by zero or by the network's inference.
+    """The gradient field with its unseen axis replaced by zero or by what is inferred of it.
 
-    Where the gel cannot have moved, the network is shown flat gel and answers with it. The axis
-    that was measured comes back from the network cleaned.
+    The inference is the network's, and that of plain integrals as far as they close. Where the gel
+    cannot have moved, the network is shown flat gel and answers with it. The axis that was measured
+    comes back from the network cleaned.
     """
     if missing == "none" or unseen is None:
         return CompletedField(gradient=gradient)
@@ -212,4 +214,5 @@ def complete_gradient(
         may_have_moved(disturbed, seen) if unseen == "x" else may_have_moved(disturbed.T, seen.T).T
     )
     found = infer_missing_axis(seen, unseen, mm_per_px, support=support)
-    return CompletedField(gradient=found.gradient, doubt=found.doubt, support=support)
+    joined = weigh_columns(found.gradient, seen, unseen, support, mm_per_px)
+    return CompletedField(gradient=joined, doubt=found.doubt, support=support)

@@ -44,4 +44,3 @@ def test_colours_show_the_slopes_that_their_lights_sit_along(azimuths_deg):
 
 def test_one_light_across_the_frame_shows_something_of_both():
     assert shown_axes(lit_from((45,)), [0]) == [0, 1]
-
