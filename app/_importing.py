@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What `wedge data import` and `wedge calibrate` share: someone's folder to a dataset folder."""
 
+from collections.abc import Sequence
+from math import hypot
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +13,7 @@ from sensor.files import new_folder, refuse_kept_folder
 from sensor.toml import Pair
 
 if TYPE_CHECKING:
+    from sensor.dataset import BallLabel
     from validation.importers.raw_frames import Prepared
 
 
@@ -28,6 +31,7 @@ def import_source(
         WedgeError: the source is neither, something is missing in it, or ``out`` is kept.
     """
     from app._workers import process_pool
+    from sensor.dataset import read_dataset
     from validation.importers.calibrations import TEXTS, find_calibration, import_calibration
     from validation.importers.raw_frames import import_raw_frames
 
@@ -42,19 +46,21 @@ def import_source(
     found = find_calibration(source)
     if found is not None and found.kind == TEXTS and mm_per_px is None:
         print(
-            "The circles in text files are left aside: --mm-per-px says in which pixels they lie."
+            "The circles in text files are left aside, as nothing says in which pixels they lie: "
+            "circles are found anew. `wedge data import` takes them, with --mm-per-px."
         )
         found = None
     if found is not None:
         if mm_per_px is None:
             raise WedgeError(
-                f"{source} does not say its scale: `wedge data import` takes it, --mm-per-px."
+                f"{source} does not say its scale: `wedge data import` takes it, --mm-per-px"
+                " (gs_sdk's own settings call it ppmm)."
             )
         with progress(f"importing {source.name}"), new_folder(out) as folder:
             import_calibration(
                 found, source, folder, mm_per_px=mm_per_px, ball_radius_mm=ball_radius_mm
             )
-        print(f"{found.kind}: {len(found.labels)} labelled presses, circles refitted.")
+        _say_refitted(found.kind, found.labels, read_dataset(out).labels)
     else:
         if not source.is_dir():
             raise WedgeError(f"{source} is no calibration data that is known here.")
@@ -105,8 +111,36 @@ def _say(prepared: "Prepared") -> None:
             f"No picture of a caliper: the pad is taken to be {length:g} x {width:g} mm. Press a "
             "caliper's jaws 5 mm apart, along and across, and name the pictures 5mm-1.jpg, ..."
         )
+    found = {x.file for x in prepared.labels}
+    without = [name for name in prepared.presses if name not in found]
     doubtful = [x for x in prepared.labels if x.quality is not None and x.quality < DOUBTFUL]
     print(
-        f"Balls found in {len(prepared.labels)} of {prepared.presses} pictures, "
+        f"Balls found in {len(found)} of {len(prepared.presses)} pictures, "
         f"{len(doubtful)} of them doubtful."
     )
+    if without:
+        print(f"None in {', '.join(without[:5])}{' ...' if len(without) > 5 else ''}.")
+
+
+def _say_refitted(
+    kind: str, theirs: "Sequence[BallLabel]", refitted: "Sequence[BallLabel]"
+) -> None:
+    """How far refitting to the shading took the circles from where somebody drew them."""
+    from statistics import median
+
+    from recon.labelling import DOUBTFUL
+
+    drawn = {label.file: label for label in theirs}
+    pairs = [(drawn[label.file], label) for label in refitted]
+    moved_px = median(
+        hypot(a.center_x_px - b.center_x_px, a.center_y_px - b.center_y_px) for a, b in pairs
+    )
+    times = median(b.contact_radius_px / a.contact_radius_px for a, b in pairs)
+    doubtful = sum(x.quality is not None and x.quality < DOUBTFUL for x in refitted)
+    print(
+        f"{kind}: {len(theirs)} labelled presses. Their circles are refitted to the ball's "
+        f"shading, on median {moved_px:.1f} px away and {times:.2f} times as wide; {doubtful} are "
+        "doubtful."
+    )
+    if len(pairs) < len(theirs):
+        print(f"{len(theirs) - len(pairs)} show no contact in their circles and are left out.")

@@ -249,8 +249,8 @@ class _Shown:
         import sys
 
         if words != self.last:
-            share = watcher.coverage.share
-            line = f"{taken:3d}/{self.presses}  pad {share:4.0%}  {words}"
+            coverage = watcher.coverage
+            line = f"{taken:3d}/{self.presses}  pad {coverage.share:4.0%} {coverage}  {words}"
             print(line, file=sys.stderr, flush=True)
         self.last = words
 

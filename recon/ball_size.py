@@ -16,8 +16,9 @@ import numpy as np
 from recon.ball import offsets_mm
 from recon.pixels import RIM_PX, BallPress
 
-HALF = 0.5
-"""Of the stated radius: no contact is wider where that is the diameter."""
+NARROW = 0.55
+"""Of the stated radius: no contact is wider than half where that is the diameter, but circles
+found with a ball too large come out wider, up to 0.52 on a real Wedge."""
 WIDEST = 0.95
 """Quantile of the contacts' radii: hand-drawn circles stray."""
 FEWEST_CONTACTS = 5
@@ -35,7 +36,7 @@ def doubtful_ball(presses: Sequence[BallPress]) -> str | None:
     enough = {r: x for r, x in sorted(by_radius.items()) if len(x) >= FEWEST_CONTACTS}
     for radius_mm, alike in enough.items():
         widest = float(np.quantile([x.contact_radius_mm for x in alike], WIDEST)) / radius_mm
-        if widest <= HALF:
+        if widest <= NARROW:
             return (
                 f"The widest contacts reach {widest:.2f} of the ball's radius, {radius_mm:g} mm: "
                 "if that is its diameter, halve it; if not, press deeper, as slopes beyond "

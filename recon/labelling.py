@@ -45,7 +45,13 @@ def automatic_label(reader: PressReader, file: str) -> BallLabel | None:
         WedgeError: the frame is missing, damaged or of another size.
     """
     card = reader.dataset.card
-    difference = reader.unwarp(read_frame(reader.dataset.folder, file)) - reader.blank
+    frame = read_frame(reader.dataset.folder, file)
+    try:
+        difference = reader.unwarp(frame) - reader.blank
+    except WedgeError as error:
+        raise WedgeError(
+            f"{reader.dataset.folder / file}: {error} Is it another camera's? Take it out."
+        ) from error
     circle = find_circle(difference, card.ball_radius_mm, card.mm_per_px)
     if circle is None:
         return None

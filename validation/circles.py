@@ -29,6 +29,7 @@ COMPARED_AT_PX = 320
 RIGHT_WITHIN_PX = 3.5
 RIGHT_RADIUS = (0.7, 1.25)
 """Of the radius in the set: a fit with such a radius and near enough is right."""
+RESAMPLES = 1000
 SETS = ("taxim-gelsight", "known-depth", "twin-standard", "twin-finger")
 
 
@@ -112,9 +113,23 @@ def area_under_curve(fits: Sequence[tuple[float, bool]]) -> float:
     return float(excess / (count * (len(fits) - count)))
 
 
+def interval(found: Sequence[Found], seed: int = 0) -> tuple[float, float]:
+    """95 % interval of that area over presses drawn anew, each with all of its fits."""
+    rng = np.random.default_rng(seed)
+    areas = []
+    for _ in range(RESAMPLES):
+        drawn = [
+            fit for index in rng.integers(len(found), size=len(found)) for fit in found[index].fits
+        ]
+        if len({right for _, right in drawn}) == 2:
+            areas.append(area_under_curve(drawn))
+    low, high = np.quantile(areas, [0.025, 0.975])
+    return float(low), float(high)
+
+
 def measure(names: Sequence[str], pool: Executor) -> Mapping[str, object]:
     """Rows of the sets that this machine has, and how well the quality tells right from wrong."""
-    rows, fits = [], []
+    rows, looked = [], []
     for name in names:
         try:
             reader, labels = labelled(name)
@@ -123,12 +138,22 @@ def measure(names: Sequence[str], pool: Executor) -> Mapping[str, object]:
             continue
         found = list(pool.map(partial(look, reader), labels, chunksize=2))
         rows.append(summary(name, found))
-        fits += [fit for one in found for fit in one.fits]
+        looked += found
         print(_line(rows[-1]), flush=True)
-    auc = area_under_curve(fits)
+    fits = [fit for one in looked for fit in one.fits]
+    auc, (low, high) = area_under_curve(fits), interval(looked)
     right = sum(is_right for _, is_right in fits)
-    print(f"quality tells {right} right fits from {len(fits) - right} wrong ones: AUC {auc:.3f}")
-    return {"sets": [asdict(row) for row in rows], "fits": len(fits), "right": right, "auc": auc}
+    print(
+        f"quality tells {right} right fits from {len(fits) - right} wrong ones: AUC {auc:.3f} "
+        f"({low:.3f}-{high:.3f}, 95 % over {len(looked)} presses)"
+    )
+    return {
+        "sets": [asdict(row) for row in rows],
+        "fits": len(fits),
+        "right": right,
+        "auc": auc,
+        "auc_ci95": [low, high],
+    }
 
 
 def _line(row: CircleErrors) -> str:

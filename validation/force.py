@@ -73,7 +73,7 @@ def force_curve(clip: Dataset, lent: Lent) -> ForceCurve:
     Raises:
         WedgeError: the forces are missing or damaged.
     """
-    forces = _forces(clip.folder / FORCES)
+    forces = measured_forces(clip.folder / FORCES)
     reader = press_reader(clip)
     ratio = lent.blank.mean((0, 1)) / np.maximum(reader.blank.mean((0, 1)), 1e-3)
     rows = []
@@ -93,7 +93,12 @@ def force_curve(clip: Dataset, lent: Lent) -> ForceCurve:
     return ForceCurve(name=clip.card.name, force_n=force, area_mm2=area_mm2, deepest_mm=deepest)
 
 
-def _forces(path: Path) -> Float64[np.ndarray, " n"]:
+def measured_forces(path: Path) -> Float64[np.ndarray, " n"]:
+    """Force at every frame of a clip, in N: less its reading at rest, positive when gripped.
+
+    Raises:
+        WedgeError: the table is missing or damaged.
+    """
     try:
         with path.open(encoding="utf-8-sig", newline="") as stream:
             values = np.array([float(row["force_N"]) for row in csv.DictReader(stream)])

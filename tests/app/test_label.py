@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`wedge label`: the command, the book of labels, and the page in a real browser."""
 
+import errno
 import os
 import shutil
 import socket
@@ -12,11 +13,20 @@ from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from recon.labelling import CERTAIN, LabelBook, doubtful_first, pressed_frames
+from recon.images import write_image
+from recon.labelling import (
+    CERTAIN,
+    LabelBook,
+    automatic_label,
+    doubtful_first,
+    pressed_frames,
+)
+from recon.presses import press_reader
 from sensor.dataset import read_dataset
 from sensor.errors import WedgeError
 from tests.synthetic import make_dataset
@@ -41,6 +51,13 @@ def test_circles_are_found_without_a_label(tmp_path: Path) -> None:
         off = (circle.center_x_px - label.center_x_px, circle.center_y_px - label.center_y_px)
         assert np.hypot(*off) < 1.0
         assert circle.contact_radius_px == pytest.approx(label.contact_radius_px, rel=0.15)
+
+
+def test_a_frame_of_another_camera_is_named(tmp_path: Path) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=1)
+    write_image(dataset.folder / "odd.png", np.zeros((64, 48, 3), np.uint8))
+    with pytest.raises(WedgeError, match=r"odd\.png: .*48x64.*Take it out"):
+        automatic_label(press_reader(dataset), "odd.png")
 
 
 def test_every_change_is_on_disk_at_once_and_can_be_undone(tmp_path: Path) -> None:
@@ -68,6 +85,27 @@ def test_labels_changed_by_another_hand_are_not_overwritten(tmp_path: Path) -> N
         book.remove(dataset.labels[0].file)
     assert path.read_bytes() == edited
     assert book.label(dataset.labels[0].file) is not None
+
+
+def test_a_read_only_folder_is_a_sentence_and_nothing_is_lost(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=2)
+    book, first = LabelBook(dataset), dataset.labels[0]
+    before = (dataset.folder / "labels.csv").read_bytes()
+    opened = Path.open
+
+    def read_only(path: Path, mode: str = "r", *rest: Any, **options: Any) -> Any:
+        if "r" not in mode or "+" in mode:
+            raise OSError(errno.EROFS, os.strerror(errno.EROFS))
+        return opened(path, mode, *rest, **options)
+
+    monkeypatch.setattr(Path, "open", read_only)
+    with pytest.raises(WedgeError, match=r"labels\.csv cannot be written: Read-only file system"):
+        book.put(replace(first, center_x_px=first.center_x_px + 1))
+    assert book.label(first.file) == first
+    assert book.undo() is None
+    assert (dataset.folder / "labels.csv").read_bytes() == before
 
 
 def test_the_doubtful_come_first_and_the_seen_last(tmp_path: Path) -> None:
@@ -142,6 +180,10 @@ def test_a_circle_is_dragged_resized_and_undone_in_a_browser(address: str, tmp_p
         page.keyboard.press("Control+z")
         page.keyboard.press("Control+z")
         expect(heading).to_contain_text("not scored")
-        browser.close()
+        assert {item.file: item for item in read_dataset(folder).labels}[file] == label
+        page.keyboard.press("ArrowRight")
+        expect(heading).to_contain_text("quality 1.00")
+        browser.close()  # in the middle: nothing was said to be finished
     after = {item.file: item for item in read_dataset(folder).labels}
-    assert after[file] == label
+    assert after[file].center_x_px == pytest.approx(label.center_x_px + 1)
+    assert after.keys() == before.keys()

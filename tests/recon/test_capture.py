@@ -49,6 +49,7 @@ def test_each_still_press_is_taken_once_where_it_is() -> None:
     assert len(taken) == 2
     assert watch.coverage.counts.sum() == 2
     assert watch.coverage.counts[1, 1] == watch.coverage.counts[2, 3] == 1
+    assert str(watch.coverage) == "[..... .1... ...1. .....]"
 
 
 def test_the_first_presses_are_the_calipers_where_one_was_asked_for() -> None:

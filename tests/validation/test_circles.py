@@ -10,7 +10,7 @@ import pytest
 
 from recon.presses import press_reader
 from tests.synthetic import make_dataset
-from validation.circles import COMPARED_AT_PX, area_under_curve, look, summary
+from validation.circles import COMPARED_AT_PX, Found, area_under_curve, interval, look, summary
 
 
 def test_a_moved_label_is_seen_as_that_much_off(tmp_path: Path) -> None:
@@ -32,3 +32,17 @@ def test_the_area_is_the_share_of_pairs_in_the_right_order() -> None:
     fits = [(0.9, True), (0.5, True), (0.6, False), (0.1, False), (0.5, False)]
     pairs = [a - b for a, right in fits if right for b, wrong in fits if not wrong]
     assert area_under_curve(fits) == pytest.approx(np.mean([(d > 0) + (d == 0) / 2 for d in pairs]))
+
+
+def test_the_interval_holds_the_area_and_narrows_with_presses() -> None:
+    rng = np.random.default_rng(0)
+    found = [
+        Found(None, ((rng.normal(1.0), True), (rng.normal(0.0), False), (rng.normal(0.0), False)))
+        for _ in range(160)
+    ]
+    width = {}
+    for count in (20, 160):
+        low, high = interval(found[:count])
+        width[count] = high - low
+        assert low <= area_under_curve([x for one in found[:count] for x in one.fits]) <= high
+    assert width[160] == pytest.approx(width[20] / np.sqrt(8), rel=0.5)

@@ -125,7 +125,8 @@ def _gs_sdk(source: Path) -> Found:
         if not any(row):
             continue
         cells = dict(zip(header, (cell.strip() for cell in row), strict=False))
-        press = _inside(source, cells.get("experiment_reldir", ""), f"{CATALOG}, line {line}")
+        folder = cells.get("experiment_reldir", "").replace("\\", "/")  # written on Windows
+        press = _inside(source, folder, f"{CATALOG}, line {line}")
         if not (press / "label.npz").is_file():
             continue  # their tool labels one after the other; the rest are not labelled yet
         diameter_mm = _number(cells.get("diameter(mm)", ""), f"{source / CATALOG}, line {line}")

@@ -53,7 +53,8 @@ class Prepared:
     """What was found out about a sensor from its frames."""
 
     card: DatasetCard
-    presses: int
+    presses: tuple[str, ...]
+    """Names of the pictures that were searched."""
     labels: tuple[BallLabel, ...]
     scale: Scale | None
     """From the caliper, in the pixels of the pad as first taken; ``None`` without one."""
@@ -142,7 +143,7 @@ def import_raw_frames(
     write_dataset(folder, card, labels)
     return Prepared(
         card=read_dataset(folder).card,
-        presses=len(pictures.presses),
+        presses=pictures.presses,
         labels=tuple(labels),
         scale=scale,
         caliper=len(pictures.caliper),

@@ -36,7 +36,10 @@ def write_gs_sdk(truth: Dataset, source: Path) -> Path:
         write_image(press / "gelsight.png", read_image(truth.folder / label.file))
         x, y, radius = circle(label)
         np.savez(press / "label.npz", center=np.array([x, y]), radius=np.array(radius))
-        lines.append(f"{press.relative_to(source)},{2 * BALL_RADIUS_MM}")
+        name = str(press.relative_to(source))
+        if index == 1:  # collected on Windows
+            name = name.replace("/", "\\")
+        lines.append(f"{name},{2 * BALL_RADIUS_MM}")
     waiting = source / "unlabelled"  # their tool goes through the presses one by one
     write_image(waiting / "gelsight.png", read_image(truth.folder / "background.png"))
     lines.append(f"unlabelled,{2 * BALL_RADIUS_MM}")
@@ -120,6 +123,8 @@ def test_the_command_imports_and_says_what_it_misses(truth: Dataset, tmp_path: P
     done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert len(read_dataset(tmp_path / "out").labels) == len(truth.labels)
+    assert f"{len(truth.labels)} labelled presses" in done.stdout
+    assert "refitted to the ball's shading" in done.stdout
 
 
 def test_circle_texts_without_a_pitch_leave_the_frames_as_ones_own(

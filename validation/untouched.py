@@ -1,0 +1,176 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Is a ball found where nothing touches?
+
+``python -m validation.untouched`` looks at real frames: those of the clips before anything is
+gripped, by the force that was measured beside them; every set's blank frame as its camera would
+see it again, with noise, flicker, drift, stains and JPEG (``validation.contact``); and what of
+each press lies farther than three radii from the ball, where shadows and the gel's bulge remain.
+It prints one row a set and takes about four minutes.
+"""
+
+import argparse
+import json
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Executor, ProcessPoolExecutor
+from dataclasses import asdict, dataclass
+from functools import partial
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float32
+
+from recon.arrays import Difference
+from recon.find_circle import find_circle
+from recon.images import read_frame
+from recon.labelling import automatic_label, pressed_frames
+from recon.presses import PressReader, press_reader
+from sensor.dataset import BallLabel, read_dataset
+from sensor.errors import WedgeError
+from validation.contact import drifted, noisy
+from validation.datasets import dataset_folder
+from validation.force import FORCES, measured_forces
+from validation.importers.wedge_mit import CLIPS
+
+Part = Float32[np.ndarray, "rows columns 3"]
+Kind = Literal["before the grip", "seen again", "beside a press"]
+SETS = ("taxim-gelsight", "known-depth", "wedge-lab", "marker-balls-a", "marker-balls-b")
+BALLS_MM = (1.5, 2.4, 4.0)
+"""Radii that a clip's frames are searched for, as no ball of known size was pressed there."""
+FREE_BELOW_N = 0.1
+"""Of the force's reading at rest."""
+CLEAR_OF_BALL = 3.0
+"""Contact radii."""
+LEAST_SIDE = 0.25
+"""Of the frame's shorter side: a part with a shorter one is left out."""
+JPEG_QUALITY = 90
+SEEN_AGAIN = 20
+
+
+@dataclass(frozen=True, kw_only=True)
+class FalseCircles:
+    """One set's row."""
+
+    name: str
+    kind: Kind
+    searches: int
+    found: tuple[str, ...]
+    """Names of the frames on which a ball was found."""
+
+
+def before_the_grip(name: str) -> FalseCircles:
+    """Frames of a clip until the force first rises.
+
+    Raises:
+        WedgeError: the clip is not on this machine, or its forces are damaged.
+    """
+    reader = press_reader(read_dataset(dataset_folder(name)))
+    folder, pitch = reader.dataset.folder, reader.dataset.card.mm_per_px
+    gripped = np.abs(measured_forces(folder / FORCES)) > FREE_BELOW_N
+    first = int(gripped.argmax()) if gripped.any() else len(gripped)
+    found, searches = [], 0
+    for path in sorted(folder.glob("frame-*.png")):
+        if 0 < int(path.stem.removeprefix("frame-")) < first:
+            difference = reader.unwarp(read_frame(folder, path.name)) - reader.blank
+            balls = [find_circle(difference, ball_mm, pitch) for ball_mm in BALLS_MM]
+            searches += len(balls)
+            found += [path.name for ball in balls if ball is not None]
+    return FalseCircles(name=name, kind="before the grip", searches=searches, found=tuple(found))
+
+
+def seen_again(name: str, count: int = SEEN_AGAIN) -> FalseCircles:
+    """A set's blank frame against noisy copies of it.
+
+    Raises:
+        WedgeError: the set is not on this machine.
+    """
+    reader = press_reader(read_dataset(dataset_folder(name)))
+    card, rng = reader.dataset.card, np.random.default_rng(0)
+    found = []
+    for index in range(count):
+        frame = noisy(drifted(reader.background, rng), JPEG_QUALITY, rng)
+        if find_circle(reader.unwarp(frame) - reader.blank, card.ball_radius_mm, card.mm_per_px):
+            found.append(f"copy {index}")
+    return FalseCircles(name=name, kind="seen again", searches=count, found=tuple(found))
+
+
+def beside_presses(name: str) -> FalseCircles:
+    """The largest part of each press's frame that is clear of its ball.
+
+    Raises:
+        WedgeError: the set is not on this machine.
+    """
+    reader = press_reader(read_dataset(dataset_folder(name)))
+    card, found, searches = reader.dataset.card, [], 0
+    for label in reader.dataset.labels or tuple(_automatic(reader)):
+        difference = reader.unwarp(read_frame(reader.dataset.folder, label.file)) - reader.blank
+        part = clear_part(difference, label)
+        if part is not None:
+            searches += 1
+            if find_circle(part, card.ball_radius_mm, card.mm_per_px):
+                found.append(label.file)
+    return FalseCircles(name=name, kind="beside a press", searches=searches, found=tuple(found))
+
+
+def clear_part(difference: Difference, label: BallLabel) -> Part | None:
+    """The largest of the four parts beside a ball, over the frame's whole width or height."""
+    height, width = difference.shape[:2]
+    reach = CLEAR_OF_BALL * label.contact_radius_px
+    left, right = label.center_x_px - reach, label.center_x_px + reach
+    top, bottom = label.center_y_px - reach, label.center_y_px + reach
+    parts = (
+        difference[:, : max(0, int(left))],
+        difference[:, min(width, int(np.ceil(right))) :],
+        difference[: max(0, int(top))],
+        difference[min(height, int(np.ceil(bottom))) :],
+    )
+    wide = [x for x in parts if min(x.shape[:2]) >= LEAST_SIDE * min(height, width)]
+    return np.ascontiguousarray(max(wide, key=lambda x: x.size)) if wide else None
+
+
+def measure(pool: Executor) -> list[FalseCircles]:
+    """Rows of all sets that this machine has."""
+    tasks = [partial(before_the_grip, clip.name) for clip in CLIPS]
+    tasks += [partial(search, name) for search in (seen_again, beside_presses) for name in SETS]
+    rows = []
+    for future in [pool.submit(task) for task in tasks]:
+        try:
+            rows.append(future.result())
+        except WedgeError as error:
+            print(error)
+            continue
+        row = rows[-1]
+        where = f": {', '.join(row.found)}" if row.found else ""
+        print(f"{row.name}, {row.kind}: {len(row.found)} of {row.searches}{where}", flush=True)
+    return rows
+
+
+def _automatic(reader: PressReader) -> Iterator[BallLabel]:
+    for file in pressed_frames(reader.dataset.folder, reader.dataset.card):
+        label = automatic_label(reader, file)
+        if label is not None:
+            yield label
+
+
+def _total(rows: Sequence[FalseCircles], kinds: Sequence[Kind]) -> str:
+    chosen = [row for row in rows if row.kind in kinds]
+    return f"{sum(len(x.found) for x in chosen)} of {sum(x.searches for x in chosen)}"
+
+
+def main() -> None:
+    """Measure, print, and write JSON where asked."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--json", type=Path, help="write the numbers here")
+    arguments = parser.parse_args()
+    with ProcessPoolExecutor(2) as pool:
+        rows = measure(pool)
+    blank = _total(rows, ("before the grip", "seen again"))
+    print(f"balls found on blank frames: {blank}; beside presses: ", end="")
+    print(_total(rows, ("beside a press",)))
+    if arguments.json:
+        arguments.json.write_text(json.dumps([asdict(row) for row in rows], indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()
