@@ -35,6 +35,7 @@ def main(
     mesh: Path | None = None,
     start: Path | None = None,
     background: str | None = None,
+    begin: int = 0,
     frames: int | None = None,
     json: OutputFile = None,
 ) -> None:
@@ -63,6 +64,7 @@ def main(
         start: The first pose: a text file of 4 x 4 numbers, T_sensor_object in mm.
         background: A blank frame of today, or `first` where the source begins with one; by default
             the unit's own.
+        begin: Pass over so many frames: a light first touch is a poor likeness of the object.
         frames: Stop after so many; needed for a live source, which has no end.
         json: Write the poses here as JSON.
     """
@@ -83,6 +85,8 @@ def main(
 
     if frames is not None and not 0 < frames <= MOST_FRAMES:
         raise WedgeError(f"--frames must be 1 to {MOST_FRAMES}, not {frames}.")
+    if begin < 0:
+        raise WedgeError(f"--begin {begin} must be 0 or above.")
     check_outputs(out / "poses.csv", json)
     calibration = load_calibration(unit)
     model = (
@@ -106,15 +110,19 @@ def main(
         if stream.live and frames is None:
             raise WedgeError(f"{source} has no end: say after how many frames with --frames.")
         reconstruct = None
-        for frame in stream:
+        for index, frame in enumerate(stream):
+            if index == 0 and background == "first":
+                blank = frame.image()
+            if index < begin:
+                continue
             image = frame.image()
             if reconstruct is None:
-                reconstruct = Reconstructor(calibration, image if background == "first" else blank)
+                reconstruct = Reconstructor(calibration, blank)
             touch = reconstruct(image)
             still = before is not None and np.array_equal(before, image)
             pose, before = doubted(track(touch), touch.markers, still=still), image
             found.append(pose)
-            rows.append(_row(len(rows), frame.time_ns, pose, touch.markers))
+            rows.append(_row(index, frame.time_ns, pose, touch.markers))
             file.add(frame.time_ns, touch, pose, touch.dots)
             if anchor is None and pose.T_sensor_object is not None:
                 anchor = anchor_on(touch, pose.T_sensor_object)
@@ -124,7 +132,7 @@ def main(
             if len(found) == (frames or MOST_FRAMES):
                 break
         if not found:
-            raise WedgeError(f"{source} holds no frame.")
+            raise WedgeError(f"{source} holds no frame" + (f" {begin}." if begin else "."))
         _write(folder, rows, found, Path(source).name)
         write_atomic(folder / "overlay.webp", clip.webp())
     counts = Counter((item.state, item.reason) for item in found)

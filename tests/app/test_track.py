@@ -70,9 +70,19 @@ def test_a_clip_becomes_poses_a_plot_an_overlay_and_transforms(workplace, tmp_pa
     assert {row["markers"] for row in rows} == {"none"}
 
 
+def test_frames_before_the_beginning_are_passed_over_but_for_the_blank_one(workplace, tmp_path):
+    words = (workplace / "unit", workplace / "clip", "--background", "first", "--begin", 2)
+    assert run("track", *words, "--out", tmp_path / "out", "--json", tmp_path / "poses.json") == 0
+    poses = json.loads((tmp_path / "poses.json").read_text())["poses"]
+    assert [row["frame"] for row in poses] == [2, 3, 4]
+    assert poses[0]["state"] == "tracking" and poses[0]["x_mm"] == 0  # the object as it is there
+
+
 @pytest.mark.parametrize(
     ("extra", "words"),
     [
+        (("--begin", "-1"), "--begin"),
+        (("--begin", "99"), "holds no frame 99"),
         (("--frames", "0"), "--frames"),
         (("--mesh", "nowhere.stl"), "nowhere.stl"),
         (("--start", "nowhere.txt"), "nowhere.txt"),
