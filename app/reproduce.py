@@ -358,22 +358,22 @@ def _tracking() -> "Section":
         ["object, tracker", "angle [°]", "shift [µm]", "time [ms]", "squared error"],
         rows,
         [
+            picture,
             Picture(
                 content=clip,
                 alt="The bead's slopes as light, its contact outlined, its axes turning once round",
                 caption="The same roll, every third step: contact, the object's axes, and the "
                 "tracker's words.",
             ),
-            picture,
             Picture(
                 content=plot_bytes(plot),
                 alt="Rotation vector and shift over one turn, in bands of two deviations",
-                caption="What `joint` says of it: rotation and shift with two standard deviations; "
+                caption="What joint says of it: rotation and shift with two standard deviations; "
                 "hatched where it warns.",
                 wide=True,
             ),
         ],
-        f"n = {STEPS} steps for each object. `joint` fits slopes and depth together, `gicp` aligns "
+        f"n = {STEPS} steps for each object. joint fits slopes and depth together, gicp aligns "
         "point clouds by small_gicp.",
     )
 
