@@ -61,19 +61,23 @@ def pose_figure(times_s: Sequence[float], found: Sequence[PoseEstimate], title: 
 def series(
     found: Sequence[PoseEstimate],
 ) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"], Float[np.ndarray, "n 6"]]:
-    """Rotation vectors in degrees without jumps, shifts in mm, deviations; NaN where lost."""
+    """Rotation vectors in degrees without jumps, shifts in mm, deviations; NaN where lost.
+
+    Beyond half a turn a vector is that of the rest, and whole turns about the axis where it got
+    there: near a whole turn, the vector of all of it would point anywhere.
+    """
     turn, shift = np.full((len(found), 3), np.nan), np.full((len(found), 3), np.nan)
     spread = np.full((len(found), 6), np.nan)
-    last = np.zeros(3)
+    whole, last = np.zeros(3), np.zeros(3)
     for index, item in enumerate(found):
         if item.T_sensor_object is None or item.covariance is None:
             continue
-        vector = Rotation.from_matrix(item.T_sensor_object[:3, :3]).as_rotvec()
-        angle = float(np.linalg.norm(vector))
-        if angle > 0:  # of all vectors of this rotation, the one nearest to the last
-            turns = np.round((last @ vector / angle - angle) / (2 * np.pi))
-            vector = vector * (1 + 2 * np.pi * turns / angle)
-        last = vector
+        rest = Rotation.from_matrix(item.T_sensor_object[:3, :3]).as_rotvec()
+        once = 2 * np.pi * rest / max(float(np.linalg.norm(rest)), 1e-12)
+        choices = whole - once, whole, whole + once
+        away = [np.linalg.norm(choice + rest - last) for choice in choices]
+        whole = choices[int(np.argmin(away))]
+        vector = last = whole + rest
         turn[index], shift[index] = np.degrees(vector), item.T_sensor_object[:3, 3]
         deviation = np.sqrt(np.maximum(np.diag(item.covariance), 0))
         spread[index] = np.concatenate([np.degrees(deviation[:3]), deviation[3:]])

@@ -1,5 +1,7 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
+from dataclasses import replace
+
 import numpy as np
 
 from recon.pose.rigid import motion
@@ -22,6 +24,16 @@ def test_a_turn_beyond_half_a_circle_has_no_jump():
     np.testing.assert_allclose(turn[:, 2], [0, 90, 170, 190, 270, 350], atol=1e-6)
     np.testing.assert_allclose(shift, 0, atol=1e-12)
     np.testing.assert_allclose(spread[0], [*3 * [np.degrees(0.01)], *3 * [0.01]])
+
+
+def test_after_a_whole_turn_an_error_is_not_blown_up():
+    """At half a turn an error of the axis weighs pi / 2, and whole turns about it weigh double."""
+    wrong = motion(np.array([np.radians(1), 0, 0, 0, 0, 0]))
+    found = [turned(angle) for angle in range(0, 361, 10)]
+    found = [replace(item, T_sensor_object=item.T_sensor_object @ wrong) for item in found]
+    turn, _, _ = series(found)
+    np.testing.assert_allclose(turn[:, 2], np.arange(0, 361, 10), atol=0.1)
+    assert np.abs(turn[:, :2]).max() < 1.001 * np.pi
 
 
 def test_what_is_lost_is_a_gap():
