@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from app._frames import read_checked
 from app._output import OutputFile, check_outputs, print_table, write_json
 from app._progress import progress
 from sensor.errors import WedgeError
@@ -43,32 +44,23 @@ def main(
     import numpy as np
 
     from recon.calibration import load_calibration
-    from recon.images import read_frame
     from recon.pipeline import Reconstructor
     from validation.figures.depth_map import depth_figure, doubt_figure
     from validation.figures.png import png_bytes
 
-    def read(name: str) -> np.ndarray:
-        frame = read_frame(Path(name).parent, Path(name).name)
-        try:
-            unwarp.check(frame)
-        except WedgeError as error:
-            raise WedgeError(f"{name}: {error}") from error
-        return frame
-
     calibration = load_calibration(unit)
     unwarp = calibration.unwarp
-    blank = None if background is None else read(background)
+    blank = None if background is None else read_checked(background, unwarp)
     reconstruct = Reconstructor(calibration, blank)
     names = output_names(image)
     check_outputs(*(out / f"{name}.npy" for name in names), json)
     with progress("reconstruction") as show:
         for done, name in enumerate(image, start=1):
-            read(name)
+            read_checked(name, unwarp)
             show(0.3 * done / len(image), "checking images")
         rows = []
         for done, (name, stem) in enumerate(zip(image, names, strict=True), start=1):
-            result = reconstruct(read(name))
+            result = reconstruct(read_checked(name, unwarp))
             stream = io.BytesIO()
             np.save(stream, result.depth_mm)
             write_atomic(out / f"{stem}.npy", stream.getvalue())

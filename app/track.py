@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
+from app._frames import read_checked
 from app._output import OutputFile, check_outputs, print_table, write_json
 from app._progress import progress
 from sensor.errors import WedgeError
@@ -73,7 +74,6 @@ def main(
     from app._sources import open_where
     from recon.calibration import load_calibration
     from recon.follower import TRUSTED_MARKERS, doubted
-    from recon.images import read_frame
     from recon.pipeline import Reconstructor
     from recon.pose.mesh import read_mesh
     from recon.pose.models import MeshModel
@@ -97,7 +97,7 @@ def main(
     track = Tracker(tracker, model, None if start is None else _pose(start))
     blank = None
     if background not in (None, "first"):
-        blank = read_frame(Path(background).parent, Path(background).name)
+        blank = read_checked(background, calibration.unwarp)
     found: list[PoseEstimate] = []
     rows: list[list[Any]] = []
     clip, anchor, before = Clip(), None, None
