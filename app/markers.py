@@ -3,6 +3,7 @@
 """`wedge markers`: the dots of a marker gel, found and followed."""
 
 import io
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -80,9 +81,11 @@ def main(
     table = io.StringIO()
     table.write(HEADINGS + "\n")
     clip = Clip()
-    recording.unlink(missing_ok=True)
-    with progress("markers") as show, TouchFile(recording) as file:
+    with progress("markers") as show, ExitStack() as kept:
         for name, time_ns, frame in unit_frames(where, unwarp, frames):
+            if not rows:
+                recording.unlink(missing_ok=True)
+                file = kept.enter_context(TouchFile(recording))
             image = unwarp(frame)
             tracked = tracker.track(image, None if apart else tracked)
             moved_mm = np.hypot(*tracked.displacement_mm(pitch).T)

@@ -8,18 +8,19 @@ solve for a membrane and for a thin plate that the pixels around a dot hold with
 there is averaged, not copied. ``surface`` fills both slopes at once, as two plates that must be
 the slopes of one surface: the curl of a gradient is zero, so what is known of one slope says how
 the other goes on. Each of the three is the minimum of a quadratic energy, so what it puts under a
-dot is a fixed matrix times the values around it: made once for a shape of dot, and kept while
-dots stand still.
+dot is a fixed matrix times the values around it: made once for a shape of dot that comes often, and
+kept while dots stand still. Before, and where dots move, the shape's equations are solved, a band.
 """
 
 from collections.abc import Callable, Mapping
-from functools import lru_cache
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
 
 import numpy as np
 from jaxtyping import Float, Float32, Float64, Int64
 from scipy import ndimage
 from scipy.interpolate import griddata
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import cho_solve_banded, cholesky_banded
 from scipy.spatial import KDTree
 
 from recon.arrays import ContactMask
@@ -43,6 +44,9 @@ LARGEST_PX = 500
 TILE_PX = 16
 """Hidden pixels that hang together are cut into tiles of this side where they are more."""
 EVERY_SIDE = np.ones((3, 3), bool)
+
+OFTEN = 3
+"""Fillings of one shape of dot after which its matrix is made, which costs as much as some."""
 
 Block = tuple[Int64[np.ndarray, "k n"], Int64[np.ndarray, "k m"], Float32[np.ndarray, "k n m"]]
 """Of k dots: places to fill, places listened to (both padded), and the matrices between them."""
@@ -127,16 +131,22 @@ def _interpolated(hidden: ContactMask, around: ContactMask, method: str) -> Fill
 
 def _elastic(hidden: ContactMask, method: str, aspect: float) -> Fill:
     together = 2 if method == "surface" else 1
-    blocks = _blocks(hidden, method, aspect, together)
-    reached = np.zeros(together * hidden.size + 1, bool)
-    for places, _, _ in blocks:
-        reached[places] = True
+    dots = _placed_dots(hidden, method, aspect, together)
+    reached = np.zeros(together * hidden.size, bool)
+    for dot in dots:
+        reached[dot.places] = True
     # In the midst of a wide hidden area nothing is known within the ring.
-    far = hidden & ~reached[:-1].reshape(*hidden.shape, together)[..., 0]
+    far = hidden & ~reached.reshape(*hidden.shape, together)[..., 0]
     around = ndimage.binary_dilation(hidden, EVERY_SIDE) & ~hidden
     rough = _nearest(far, around) if far.any() else None
+    blocks: list[Block] = []
+    single = dots
 
     def fill(field: Field) -> Field:
+        nonlocal blocks, single
+        if any(dot.shape.solved >= OFTEN for dot in single):
+            single = [dot for dot in dots if dot.shape.solved < OFTEN]
+            blocks = _blocks([dot for dot in dots if dot.shape.solved >= OFTEN], reached.size)
         values = (field if rough is None else rough(field)).reshape(hidden.size * together, -1)
         # Padding reads and writes one row beyond the field.
         flat = np.empty((len(values) + 1, values.shape[1]), field.dtype)
@@ -144,17 +154,29 @@ def _elastic(hidden: ContactMask, method: str, aspect: float) -> Fill:
         flat[-1] = 0
         for places, sources, weights in blocks:
             flat[places] = weights @ flat[sources]
+        for dot in single:
+            flat[dot.places] = dot.shape.solve(flat[dot.sources])
         return flat[:-1].reshape(field.shape)
 
     return fill
 
 
-def _blocks(hidden: ContactMask, method: str, aspect: float, together: int) -> list[Block]:
-    """The matrices of all dots, in groups of like size; ``together`` values a pixel in one."""
+@dataclass(frozen=True, kw_only=True)
+class _Dot:
+    """A shape at its place."""
+
+    places: Int64[np.ndarray, " n"]
+    sources: Int64[np.ndarray, " m"]
+    """What is filled and what is listened to, as rows of the field."""
+    shape: "_Shape"
+
+
+def _placed_dots(hidden: ContactMask, method: str, aspect: float, together: int) -> list[_Dot]:
+    """Every dot with something known around it; ``together`` values a pixel."""
     ring_px = RING_PX[method]
     width = hidden.shape[1]
     dots = _parts(hidden)
-    found: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
+    found: list[_Dot] = []
     for number, place in enumerate(ndimage.find_objects(dots), start=1):
         if place is None:
             continue
@@ -164,20 +186,29 @@ def _blocks(hidden: ContactMask, method: str, aspect: float, together: int) -> l
         known = ndimage.binary_dilation(dot, EVERY_SIDE, iterations=ring_px) & ~hidden[window]
         if not known.any():
             continue
-        weights = _weights(dot.tobytes(), known.tobytes(), dot.shape, method, aspect)
         places, sources = (
-            np.add.outer(np.arange(together), together * ((rows + top) * width + columns + left))
+            _each((rows + top) * width + columns + left, together)
             for rows, columns in map(np.nonzero, (dot, known))
         )
-        found.append((places.ravel(), sources.ravel(), weights))
-    found.sort(key=lambda item: item[2].size)
-    groups: list[list[tuple[np.ndarray, np.ndarray, np.ndarray]]] = []
-    for item in found:
-        if groups and item[2].size <= WIDEST_GROUP * groups[-1][0][2].size:
-            groups[-1].append(item)
+        shape = _shape(dot.tobytes(), known.tobytes(), dot.shape, method, aspect)
+        found.append(_Dot(places=places, sources=sources, shape=shape))
+    return found
+
+
+def _each(pixels: Int64[np.ndarray, " n"], together: int) -> Int64[np.ndarray, " m"]:
+    """The ``together`` values of each pixel, one after the other."""
+    return (together * pixels[:, None] + np.arange(together)).ravel()
+
+
+def _blocks(dots: list[_Dot], beyond: int) -> list[Block]:
+    """The matrices of dots, in groups of like size."""
+    groups: list[list[_Dot]] = []
+    for dot in sorted(dots, key=lambda dot: dot.shape.weights.size):
+        if groups and dot.shape.weights.size <= WIDEST_GROUP * groups[-1][0].shape.weights.size:
+            groups[-1].append(dot)
         else:
-            groups.append([item])
-    return [_block(group, together * hidden.size) for group in groups]
+            groups.append([dot])
+    return [_block(group, beyond) for group in groups]
 
 
 def _parts(hidden: ContactMask) -> Int64[np.ndarray, "h w"]:
@@ -191,49 +222,101 @@ def _parts(hidden: ContactMask) -> Int64[np.ndarray, "h w"]:
     return np.where(large, count + 1 + tile, dots).astype(np.int64)
 
 
-def _block(group: list[tuple[np.ndarray, np.ndarray, np.ndarray]], beyond: int) -> Block:
+def _block(group: list[_Dot], beyond: int) -> Block:
     """Dots of like size, padded to the largest."""
-    rows = max(len(places) for places, _, _ in group)
-    columns = max(len(sources) for _, sources, _ in group)
+    rows = max(len(dot.places) for dot in group)
+    columns = max(len(dot.sources) for dot in group)
     all_places = np.full((len(group), rows), beyond, np.int64)
     all_sources = np.full((len(group), columns), beyond, np.int64)
     all_weights = np.zeros((len(group), rows, columns), np.float32)
-    for index, (places, sources, weights) in enumerate(group):
-        all_places[index, : len(places)] = places
-        all_sources[index, : len(sources)] = sources
-        all_weights[index, : len(places), : len(sources)] = weights
+    for index, dot in enumerate(group):
+        all_places[index, : len(dot.places)] = dot.places
+        all_sources[index, : len(dot.sources)] = dot.sources
+        all_weights[index, : len(dot.places), : len(dot.sources)] = dot.shape.weights
     return all_places, all_sources, all_weights
 
 
-@lru_cache(maxsize=1024)
-def _weights(
-    dot: bytes, known: bytes, shape: tuple[int, int], method: str, aspect: float
-) -> Float32[np.ndarray, "n m"]:
-    """What each value around a dot adds to each value under it.
+class _Shape:
+    """A dot and its surroundings, wherever they are: the factors of its energy."""
 
-    Minimises ``sum over known (u - g)^2 + stiffness * sum (differences of u)^2`` over the dot
+    def __init__(
+        self, factors: Float64[np.ndarray, "b n"], filled: np.ndarray, listened: np.ndarray
+    ) -> None:
+        self._factors, self._filled, self._listened = factors, filled, listened
+        self.solved = 0
+        """How often; a benign race where two threads fill."""
+
+    def solve(self, known: Float[np.ndarray, "m c"]) -> Float64[np.ndarray, "n c"]:
+        """What stands under the dot, from what stands around it."""
+        self.solved += 1
+        pull = np.zeros((self._factors.shape[1], known.shape[1]))
+        pull[self._listened] = known
+        return self._solution(pull)[self._filled]
+
+    @cached_property
+    def weights(self) -> Float32[np.ndarray, "n m"]:
+        """What each value around a dot adds to each value under it."""
+        # The energy is symmetric, so a row of its inverse is a column.
+        rows = self._solution(np.eye(self._factors.shape[1])[:, self._filled]).T
+        return rows[:, self._listened].astype(np.float32)
+
+    def _solution(self, pull: Float64[np.ndarray, "n k"]) -> Float64[np.ndarray, "n k"]:
+        return np.asarray(cho_solve_banded((self._factors, True), pull, check_finite=False))
+
+
+Terms = tuple[np.ndarray, float, np.ndarray]
+"""Places (t, s), a factor and weights (s): of an energy ``factor * (weights @ u[places])^2``."""
+
+
+@lru_cache(maxsize=1024)
+def _shape(dot: bytes, known: bytes, shape: tuple[int, int], method: str, aspect: float) -> _Shape:
+    """The energy of a dot, in factors.
+
+    It is ``sum over known (u - g)^2 + stiffness * sum (differences of u)^2`` over the dot
     and the pixels around it: first differences for a membrane; second differences, the mixed one
-    twice, for a plate. ``surface`` has two such u, one after the other, and adds ``stiffness *
-    sum (du_y/dx - du_x/dy)^2``. Where the frame's edge or another dot cuts the surroundings, the
-    energy has fewer terms: a natural border.
+    twice, for a plate. ``surface`` has two such u, and adds ``stiffness * sum (du_y/dx -
+    du_x/dy)^2``. Where the frame's edge or another dot cuts the surroundings, the energy has fewer
+    terms: a natural border. Pixels are numbered row by row and a term spans three rows at most,
+    so the matrix is a band.
     """
     hidden, held = (np.frombuffer(mask, bool).reshape(shape) for mask in (dot, known))
-    part = hidden | held
+    together = 2 if method == "surface" else 1
     number = np.full(shape, -1)
-    number[part] = np.arange(part.sum())
-    bending = np.concatenate([_terms(number, stencil) for stencil in STENCILS[method]])
-    energy = STIFFNESS[method] * bending.T @ bending
-    energy[np.diag_indices_from(energy)] += held[part] + 1e-9
-    filled, listened = number[hidden], number[held]
+    number[hidden | held] = np.arange(np.count_nonzero(hidden | held))
+    terms: list[Terms] = [
+        (together * places + part, STIFFNESS[method], weights)
+        for places, weights in (_terms(number, stencil) for stencil in STENCILS[method])
+        for part in range(together)
+    ]
     if method == "surface":
-        curl = np.concatenate([-_terms(number, ALONG_Y) / aspect, _terms(number, ALONG_X)], 1)
-        energy = np.kron(np.eye(2), energy) + CURL_STIFFNESS * curl.T @ curl
-        filled, listened = (
-            np.concatenate([chosen, chosen + part.sum()]) for chosen in (filled, listened)
-        )
-    # The energy is symmetric, so a row of its inverse is a column.
-    rows = cho_solve(cho_factor(energy), np.eye(len(energy))[:, filled]).T
-    return rows[:, listened].astype(np.float32)
+        along_x, weights_x = _terms(number, ALONG_X)
+        along_y, weights_y = _terms(number, ALONG_Y)
+        weights = np.concatenate([-weights_y / aspect, weights_x])
+        both = np.concatenate([together * along_y, together * along_x + 1], 1)
+        terms.append((both, CURL_STIFFNESS, weights))
+    filled, listened = (_each(number[mask], together) for mask in (hidden, held))
+    energy = _band(terms, together * (int(number.max()) + 1))
+    energy[0, listened] += 1
+    energy[0] += 1e-9
+    factors = cholesky_banded(energy, overwrite_ab=True, lower=True, check_finite=False)
+    return _Shape(factors, filled, listened)
+
+
+def _band(terms: list[Terms], size: int) -> Float64[np.ndarray, "b n"]:
+    """The sum of all terms as LAPACK's lower band of a symmetric matrix."""
+    rows, columns, values = [], [], []
+    for places, factor, weights in terms:
+        first, second = np.broadcast_arrays(places[:, :, None], places[:, None, :])
+        product = np.broadcast_to(factor * np.outer(weights, weights), first.shape)
+        lower = first >= second
+        rows.append(first[lower])
+        columns.append(second[lower])
+        values.append(product[lower])
+    column = np.concatenate(columns)
+    below = np.concatenate(rows) - column
+    height = int(below.max(initial=0)) + 1
+    sums = np.bincount(below * size + column, np.concatenate(values), height * size)
+    return sums.reshape(height, size)
 
 
 Stencil = tuple[tuple[int, int, float], ...]
@@ -253,15 +336,13 @@ ALONG_Y: Stencil = ((0, 0, -0.5), (0, 1, -0.5), (1, 0, 0.5), (1, 1, 0.5))
 """Slopes between four pixels."""
 
 
-def _terms(number: Int64[np.ndarray, "h w"], stencil: Stencil) -> Float64[np.ndarray, "t n"]:
-    """One row for every place where the whole stencil lies on numbered pixels."""
+def _terms(
+    number: Int64[np.ndarray, "h w"], stencil: Stencil
+) -> tuple[Int64[np.ndarray, "t s"], Float64[np.ndarray, " s"]]:
+    """The numbers at every place where the whole stencil is on numbered pixels; its weights."""
     padded = np.pad(number, ((0, 2), (0, 2)), constant_values=-1)
     height, width = number.shape
-    parts = np.stack(
+    places = np.stack(
         [padded[row : row + height, column : column + width] for row, column, _ in stencil], -1
     )
-    parts = parts[(parts >= 0).all(-1)]
-    terms = np.zeros((len(parts), number.max() + 1))
-    for column, (_, _, weight) in enumerate(stencil):
-        terms[np.arange(len(parts)), parts[:, column]] = weight
-    return terms
+    return places[(places >= 0).all(-1)], np.array([weight for *_, weight in stencil])

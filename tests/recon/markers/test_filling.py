@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from recon.ball import ball_cap
-from recon.markers.filling import METHODS, fill_gradients, prepare_fill
+from recon.markers.filling import METHODS, OFTEN, fill_gradients, prepare_fill
 from sensor.errors import WedgeError
 
 WIDTH, HEIGHT = 64, 48
@@ -140,6 +140,23 @@ def test_what_is_prepared_once_fills_every_field():
     for seed in range(3):
         field = random_field(seed)
         np.testing.assert_allclose(fill(field), fill_gradients(field, HIDDEN), atol=1e-6)
+
+
+@pytest.mark.parametrize("method", ELASTIC)
+def test_dots_are_filled_alike_whether_solved_or_by_their_matrices(method):
+    """The matrices are made when a shape has come often, whatever else is hidden then."""
+    hidden = dots(at=(5.0, 3.0), radius_px=3.7)  # no other test has cached these shapes
+    field = random_field(5)
+    fill = prepare_fill(hidden, method)
+    first = fill(field)
+    for _ in range(OFTEN + 1):
+        np.testing.assert_allclose(fill(field), first, atol=1e-5)
+    hidden[20:26, 30:33] = True
+    grown = prepare_fill(hidden, method)
+    once = grown(field)
+    for _ in range(OFTEN + 1):
+        np.testing.assert_allclose(grown(field), once, atol=1e-5)
+    np.testing.assert_allclose(once[:12], first[:12], atol=1e-5)
 
 
 def test_an_unknown_way_is_refused_by_name():
