@@ -5,13 +5,13 @@
 ``python -m validation.untouched`` looks at real frames: those of the clips before anything is
 gripped, by the force that was measured beside them; every set's blank frame as its camera would
 see it again, with noise, flicker, drift, stains and JPEG (``validation.contact``); and what of
-each press lies farther than three radii from the ball, where shadows and the gel's bulge remain.
-It prints one row a set and takes about four minutes.
+each labelled press lies farther than three radii from the ball, where shadows and the gel's bulge
+remain. It prints one row a set and takes some minutes.
 """
 
 import argparse
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -24,8 +24,7 @@ from jaxtyping import Float32
 from recon.arrays import Difference
 from recon.find_circle import find_circle
 from recon.images import read_frame
-from recon.labelling import automatic_label, pressed_frames
-from recon.presses import PressReader, press_reader
+from recon.presses import press_reader
 from sensor.dataset import BallLabel, read_dataset
 from sensor.errors import WedgeError
 from validation.contact import drifted, noisy
@@ -35,7 +34,8 @@ from validation.importers.wedge_mit import CLIPS
 
 Part = Float32[np.ndarray, "rows columns 3"]
 Kind = Literal["before the grip", "seen again", "beside a press"]
-SETS = ("taxim-gelsight", "known-depth", "wedge-lab", "marker-balls-a", "marker-balls-b")
+LABELLED = ("taxim-gelsight", "known-depth", "wedge-lab")
+SETS = (*LABELLED, "marker-balls-a", "marker-balls-b")
 BALLS_MM = (1.5, 2.4, 4.0)
 """Radii that a clip's frames are searched for, as no ball of known size was pressed there."""
 FREE_BELOW_N = 0.1
@@ -103,7 +103,7 @@ def beside_presses(name: str) -> FalseCircles:
     """
     reader = press_reader(read_dataset(dataset_folder(name)))
     card, found, searches = reader.dataset.card, [], 0
-    for label in reader.dataset.labels or tuple(_automatic(reader)):
+    for label in reader.dataset.labels:
         difference = reader.unwarp(read_frame(reader.dataset.folder, label.file)) - reader.blank
         part = clear_part(difference, label)
         if part is not None:
@@ -132,7 +132,8 @@ def clear_part(difference: Difference, label: BallLabel) -> Part | None:
 def measure(pool: Executor) -> list[FalseCircles]:
     """Rows of all sets that this machine has."""
     tasks = [partial(before_the_grip, clip.name) for clip in CLIPS]
-    tasks += [partial(search, name) for search in (seen_again, beside_presses) for name in SETS]
+    tasks += [partial(seen_again, name) for name in SETS]
+    tasks += [partial(beside_presses, name) for name in LABELLED]
     rows = []
     for future in [pool.submit(task) for task in tasks]:
         try:
@@ -144,13 +145,6 @@ def measure(pool: Executor) -> list[FalseCircles]:
         where = f": {', '.join(row.found)}" if row.found else ""
         print(f"{row.name}, {row.kind}: {len(row.found)} of {row.searches}{where}", flush=True)
     return rows
-
-
-def _automatic(reader: PressReader) -> Iterator[BallLabel]:
-    for file in pressed_frames(reader.dataset.folder, reader.dataset.card):
-        label = automatic_label(reader, file)
-        if label is not None:
-            yield label
 
 
 def _total(rows: Sequence[FalseCircles], kinds: Sequence[Kind]) -> str:
