@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What `wedge data import` and `wedge calibrate` share: someone's folder to a dataset folder."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from math import hypot
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -56,7 +57,11 @@ def import_source(
                 f"{source} does not say its scale: `wedge data import` takes it, --mm-per-px"
                 " (gs_sdk's own settings call it ppmm)."
             )
-        with progress(f"importing {source.name}"), new_folder(out) as folder:
+        with (
+            progress(f"importing {source.name}"),
+            new_folder(out) as folder,
+            _blamed_on(source, folder),
+        ):
             import_calibration(
                 found, source, folder, mm_per_px=mm_per_px, ball_radius_mm=ball_radius_mm
             )
@@ -70,6 +75,7 @@ def import_source(
             progress(f"importing {source.name}") as show,
             process_pool() as pool,
             new_folder(out) as folder,
+            _blamed_on(source, folder),
         ):
             prepared = import_raw_frames(
                 source,
@@ -81,6 +87,15 @@ def import_source(
             )
         _say(prepared)
     print(f"Dataset: {out}")
+
+
+@contextmanager
+def _blamed_on(source: Path, folder: Path) -> Iterator[None]:
+    """Name the source in errors, not the passing folder into which it is copied."""
+    try:
+        yield
+    except WedgeError as error:
+        raise WedgeError(str(error).replace(str(folder), str(source))) from error
 
 
 def _say(prepared: "Prepared") -> None:

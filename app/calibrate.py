@@ -102,9 +102,11 @@ def _dataset_of(
 ) -> Path | None:
     """The dataset made from a folder of raw frames; ``None`` where it is none."""
     from app._importing import import_source
+    from validation.datasets import dataset_folder
 
     if not frames.is_dir() or (frames / "dataset.toml").exists():
         if ball_radius_mm is not None:
+            dataset_folder(frames)  # says so where there is neither
             raise WedgeError("--ball-radius-mm is for raw frames: a dataset states its own ball.")
         return None
     if ball_radius_mm is None:

@@ -39,7 +39,7 @@ def doubtful_ball(presses: Sequence[BallPress]) -> str | None:
         if widest <= NARROW:
             return (
                 f"The widest contacts reach {widest:.2f} of the ball's radius, {radius_mm:g} mm: "
-                "if that is its diameter, halve it; if not, press deeper, as slopes beyond "
+                "is that its radius, not its diameter? If it is, press deeper, as slopes beyond "
                 f"{np.degrees(np.arcsin(widest)):.0f}° were never learnt."
             )
     answers = {radius_mm: answer_to_lean(alike) for radius_mm, alike in enough.items()}

@@ -139,6 +139,21 @@ def test_circle_texts_without_a_pitch_leave_the_frames_as_ones_own(
     assert "--ball-radius-mm" in said.err
 
 
+def test_backgrounds_that_disagree_are_named_where_they_lie(
+    truth: Dataset, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    source = tmp_path / "frames"
+    for name, file in (("bg-0", "background.png"), ("bg-1", truth.labels[0].file)):
+        write_image(source / f"{name}.png", read_image(truth.folder / file))
+    write_image(source / "press.png", read_image(truth.folder / truth.labels[1].file))
+    with pytest.raises(SystemExit) as stop:
+        words = ["--out", str(tmp_path / "out"), "--ball-radius-mm", f"{BALL_RADIUS_MM}"]
+        main(["data", "import", str(source), *words])
+    assert stop.value.code == 2
+    assert f"{source / 'bg-1.png'} and bg-0.png disagree" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
 def spoil_pickle(source: Path) -> None:
     np.savez(source / "dataPack.npz", f0=np.array([{}], dtype=object))
 
