@@ -6,6 +6,7 @@ from functools import partial
 
 import cv2
 import numpy as np
+from jaxtyping import Float, Int
 from scipy import ndimage
 
 from recon.arrays import ContactMask, DepthMap, Difference, GradientField
@@ -35,11 +36,16 @@ SHALLOWEST = 0.1
 """Of the deepest point: what lies shallower is gel that follows, or a drift of the slopes."""
 LEVELS = np.arange(0.02, 0.8125, 0.02)
 """Of its patch's depth: the pressures at which a contact's edge is looked for."""
-LEVEL_SMOOTHING = 1.5
+LEVEL_SMOOTHING = 3.0
 """In levels."""
-AS_STEEP = 0.98
-"""Of the steepest contour's slope: along a plane face every contour is as steep, and the last one
-is the edge."""
+SLOPE_SHARE, AS_STEEP = (0.79, 0.86), (0.99, 0.9)
+"""Mean slope within the steepest contour over that on it, and what share of its slope the last
+steep contour must have. On a round object slopes grow toward the edge (share 2/3) and the steepest
+contour is the edge; plane flanks (share 1) are as steep all the way, and the last one is."""
+FALLS = 0.8
+"""The lowest contours' slope over the steepest one's: a collar that shows is less steep than this;
+where none shows, pressure ends where the contact does."""
+LOWEST_LEVELS = 4
 
 
 def disturbed_mask(difference: Difference) -> ContactMask:
@@ -93,10 +99,9 @@ def contact_mask(
 ) -> ContactMask:
     """Where something presses on the gel; the rest, the collar, only follows.
 
-    Each patch of dented gel ends where its pressure falls to a level, and the level is the lowest
-    one along whose contour the skin is steepest on average: around a ball as at the edge of a flat
-    face, slopes are largest where the contact ends. Within, grooves that the skin bridges are left
-    out by a network (``recon.contact_network``).
+    A network tells what is held (``recon.contact_network``). It takes a collar that begins gently,
+    as those of real gels do, for the object's flank; so each patch of dented gel ends besides where
+    its pressure falls to the level of ``edge_levels``.
 
     Args:
         disturbed: where the colour changed; a dent counts where it holds some of it.
@@ -117,19 +122,47 @@ def contact_mask(
     np.maximum.at(deepest, owner, depth[inside])
     share = pressure_mm(depth, gradient, mm_per_px)[inside] / deepest[owner]
     steep = np.hypot(gradient[..., 0], gradient[..., 1])[inside]
+    within = np.zeros_like(disturbed)
+    within[inside] = share > edge_levels(owner, share, steep, count)[owner]
+    return within & held(depth, gradient, mm_per_px, inside)
+
+
+def edge_levels(
+    owner: Int[np.ndarray, " n"],
+    share: Float[np.ndarray, " n"],
+    steep: Float[np.ndarray, " n"],
+    count: int,
+) -> Float[np.ndarray, " count"]:
+    """The pressure at which each patch's contact ends, as a share of its depth.
+
+    It is that of the last contour along which the skin is about as steep on average as along the
+    steepest. -inf where slopes do not fall toward the patch's rim: no collar shows.
+
+    Args:
+        owner: the patch that each pixel belongs to.
+        share: pressure there over the patch's greatest depth.
+        steep: slope there.
+        count: of patches.
+    """
     bins = len(LEVELS) + 1
     place = owner * bins + np.digitize(share, LEVELS)
     pixels, slopes = (
-        np.bincount(place, weights, minlength=count * bins).reshape(count, bins)[:, 1:-1]
+        np.bincount(place, weights, minlength=count * bins)
+        .reshape(count, bins)[:, 1:]
+        .astype(float)
         for weights in (None, steep)
     )
     along_levels = partial(ndimage.gaussian_filter1d, sigma=LEVEL_SMOOTHING, axis=1)
-    mean_slope = along_levels(slopes) / np.maximum(along_levels(pixels.astype(float)), 1e-9)
-    steepest = mean_slope >= AS_STEEP * mean_slope.max(1, keepdims=True)
-    level = (LEVELS[:-1] + np.diff(LEVELS) / 2)[steepest.argmax(1)]
-    within = np.zeros_like(disturbed)
-    within[inside] = share > level[owner]
-    return within & held(depth, gradient, mm_per_px, inside)
+    mean_slope = along_levels(slopes[:, :-1]) / np.maximum(along_levels(pixels[:, :-1]), 1e-9)
+    peak, patch = mean_slope.argmax(1), np.arange(count)
+    steepest = np.maximum(mean_slope[patch, peak], 1e-9)
+    above_peak = np.arange(bins - 1) >= peak[:, None]
+    enclosed = (slopes * above_peak).sum(1) / np.maximum((pixels * above_peak).sum(1), 1)
+    enough = np.interp(enclosed / steepest, SLOPE_SHARE, AS_STEEP) * steepest
+    last = (mean_slope >= enough[:, None]).argmax(1)
+    level = (LEVELS[:-1] + np.diff(LEVELS) / 2)[last]
+    falls = mean_slope[:, :LOWEST_LEVELS].mean(1) < FALLS * steepest
+    return np.where(falls, level, -np.inf)
 
 
 def pressure_mm(depth: DepthMap, gradient: GradientField, mm_per_px: Pair) -> DepthMap:

@@ -6,12 +6,22 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from recon.ball import ball_cap
-from recon.contact import BORDER_PX, boundary_of, contact_mask, disturbed_mask, pressure_mm
+from recon.contact import (
+    BORDER_PX,
+    LEVEL_SMOOTHING,
+    LEVELS,
+    boundary_of,
+    contact_mask,
+    disturbed_mask,
+    edge_levels,
+    pressure_mm,
+)
 from recon.fast.disturbance import FrameDisturbance, in_pixels
 from tests.synthetic import digitized, gradient_of, shaded
 
 seeds = st.integers(0, 2**32 - 1)
 WIDTH, HEIGHT = 160, 120
+LEVEL_STEP = LEVELS[1] - LEVELS[0]
 
 
 def disc(x, y, radius, shape=(HEIGHT, WIDTH)):
@@ -194,6 +204,30 @@ def test_pressure_is_zero_where_gel_only_follows_and_not_where_it_is_held():
     edge_mm = away_mm[touched].max()
     assert (pressure[away_mm < edge_mm - 0.4] > 0.1).all()
     assert np.abs(pressure[away_mm > edge_mm + 0.5]).max() < 0.02
+
+
+def contours(slope_at):
+    """A patch whose pressure falls evenly from its middle to its rim, and its slope at each."""
+    share = np.linspace(0, 1, 5001)[1:-1] ** 2
+    return edge_levels(np.ones(len(share), int), share, slope_at(share), 2)[1]
+
+
+def test_a_round_contact_ends_where_its_slope_is_largest():
+    edge = 0.3
+    level = contours(lambda share: np.where(share > edge, np.sqrt(1 - share), share / edge * 0.8))
+    assert abs(level - edge) <= LEVEL_SMOOTHING * LEVEL_STEP
+
+
+@pytest.mark.parametrize("tilt", [-0.06, 0.0, 0.06])
+def test_a_plane_flank_ends_at_its_last_steep_contour(tilt):
+    """Though its slope, as an estimator has it, grows a little toward the middle."""
+    edge = 0.3
+    level = contours(lambda share: np.where(share > edge, 1 + tilt * share, share / edge * 0.8))
+    assert abs(level - edge) <= LEVEL_SMOOTHING * LEVEL_STEP
+
+
+def test_no_contour_ends_a_contact_without_a_collar():
+    assert contours(lambda share: 0.5 + 0.05 * share) == -np.inf
 
 
 def test_a_shallow_contact_beside_a_deep_one_is_kept():
