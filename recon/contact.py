@@ -46,6 +46,8 @@ FALLS = 0.8
 """The lowest contours' slope over the steepest one's: a collar that shows is less steep than this;
 where none shows, pressure ends where the contact does."""
 LOWEST_LEVELS = 4
+CREST = 0.3
+"""Of the steep slopes within the contours: what is held and flatter than this is no collar."""
 
 
 def disturbed_mask(difference: Difference) -> ContactMask:
@@ -124,7 +126,34 @@ def contact_mask(
     steep = np.hypot(gradient[..., 0], gradient[..., 1])[inside]
     within = np.zeros_like(disturbed)
     within[inside] = share > edge_levels(owner, share, steep, count)[owner]
-    return within & held(depth, gradient, mm_per_px, inside)
+    return with_crests(within, held(depth, gradient, mm_per_px, inside), gradient)
+
+
+def with_crests(within: ContactMask, found: ContactMask, gradient: GradientField) -> ContactMask:
+    """Held gel within the contours, and beyond them what rises to a crest or a face of its own.
+
+    Their level is a share of a patch's deepest point, too high for what is shallow and hangs
+    together with it: a bolt's shank beside its head. A collar has no crest, it falls all the way.
+    What is beyond belongs to a crest where that is nearer than gel within.
+
+    Args:
+        within: the contours.
+        found: what is held, by the network.
+        gradient: mm/mm.
+    """
+    kept, beyond = within & found, found & ~within
+    if not beyond.any() or not kept.any():
+        return kept
+    steep = cv2.GaussianBlur(np.hypot(gradient[..., 0], gradient[..., 1]), (0, 0), 1.0)
+    level = beyond & (steep < CREST * np.quantile(steep[kept], 0.9))
+    crest = cv2.morphologyEx(level.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+    if not crest.any():
+        return kept
+    to_crest, to_kept = (
+        cv2.distanceTransform((place == 0).astype(np.uint8), cv2.DIST_L2, 5)
+        for place in (crest, kept)
+    )
+    return kept | (beyond & (to_crest < to_kept))
 
 
 def edge_levels(

@@ -237,6 +237,22 @@ def test_a_shallow_contact_beside_a_deep_one_is_kept():
     assert overlap(found, deep | shallow) > 0.9
 
 
+@pytest.mark.parametrize("shank", ["bar", "rod"])
+@pytest.mark.parametrize("height_mm", [0.2, 0.4])
+def test_a_shallow_shank_that_hangs_together_with_its_head_is_kept(shank, height_mm):
+    rows, columns = np.indices((HEIGHT, WIDTH))
+    x, y = (columns - 80.3) / 10, (rows - 59.6) / 10
+    head = np.where(np.hypot(x + 3, y) < 2, 1.0, -1.0)
+    falls = 1 - np.sqrt(np.maximum(1 - y**2, 0)) if shank == "rod" else 0
+    floor = np.maximum(head, np.where((abs(x - 1) < 4) & (abs(y) < 1), height_mm - falls, -1.0))
+    depth = skin_over(floor)
+    touched = (floor > 0) & (depth - floor < 1e-3)
+    gradient = slopes(depth)
+    disturbed = np.hypot(*np.moveaxis(gradient, -1, 0)) > 0.1
+    found = contact_mask(disturbed, depth, gradient, (0.1, 0.1))
+    assert overlap(found, touched) > 0.9
+
+
 def test_a_flat_face_is_contact_though_its_colour_does_not_change():
     """Its slope is zero, as on blank gel: only the rim looks disturbed."""
     depth = skin_over(object_mm("flat punch"))
