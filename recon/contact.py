@@ -46,8 +46,8 @@ FALLS = 0.8
 """The lowest contours' slope over the steepest one's: a collar that shows is less steep than this;
 where none shows, pressure ends where the contact does."""
 LOWEST_LEVELS = 4
-CREST = 0.3
-"""Of the steep slopes within the contours: what is held and flatter than this is no collar."""
+CREST_SLOPE, CREST_SMOOTHING_PX = 0.3, 2.5
+"""A crest beside a deeper contact is flatter than this share of the slopes there."""
 
 
 def disturbed_mask(difference: Difference) -> ContactMask:
@@ -122,30 +122,45 @@ def contact_mask(
     owner = patches[inside]
     deepest = np.zeros(count)
     np.maximum.at(deepest, owner, depth[inside])
-    share = pressure_mm(depth, gradient, mm_per_px)[inside] / deepest[owner]
+    pressure = pressure_mm(depth, gradient, mm_per_px)
+    share = pressure[inside] / deepest[owner]
     steep = np.hypot(gradient[..., 0], gradient[..., 1])[inside]
     within = np.zeros_like(disturbed)
     within[inside] = share > edge_levels(owner, share, steep, count)[owner]
-    return with_crests(within, held(depth, gradient, mm_per_px, inside), gradient)
+    found = held(depth, gradient, mm_per_px, inside)
+    return with_crests(within, found, gradient, depth, pressure)
 
 
-def with_crests(within: ContactMask, found: ContactMask, gradient: GradientField) -> ContactMask:
+def with_crests(
+    within: ContactMask,
+    found: ContactMask,
+    gradient: GradientField,
+    depth: DepthMap,
+    pressure: DepthMap,
+) -> ContactMask:
     """Held gel within the contours, and beyond them what rises to a crest or a face of its own.
 
     Their level is a share of a patch's deepest point, too high for what is shallow and hangs
-    together with it: a bolt's shank beside its head. A collar has no crest, it falls all the way.
-    What is beyond belongs to a crest where that is nearer than gel within.
+    together with it: a bolt's shank beside its head. A collar has no crest: where it is flat it
+    hollows, so that less presses on it than its depth says. What is beyond belongs to a crest
+    where that is nearer than gel within. What the frame cuts is not told from a drift.
 
     Args:
         within: the contours.
         found: what is held, by the network.
         gradient: mm/mm.
+        depth: mm.
+        pressure: of ``pressure_mm``.
     """
-    kept, beyond = within & found, found & ~within
+    kept = within & found
+    _, parts = cv2.connectedComponents((found & ~within).astype(np.uint8), connectivity=8)
+    cut = np.unique(np.concatenate([parts[[0, -1]].ravel(), parts[:, [0, -1]].ravel()]))
+    beyond = ~np.isin(parts, np.append(cut, 0))
     if not beyond.any() or not kept.any():
         return kept
     steep = cv2.GaussianBlur(np.hypot(gradient[..., 0], gradient[..., 1]), (0, 0), 1.0)
-    level = beyond & (steep < CREST * np.quantile(steep[kept], 0.9))
+    level = beyond & (steep < CREST_SLOPE * np.quantile(steep[kept], 0.9))
+    level &= cv2.GaussianBlur(pressure - depth, (0, 0), CREST_SMOOTHING_PX) > 0
     crest = cv2.morphologyEx(level.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
     if not crest.any():
         return kept
