@@ -20,9 +20,10 @@ from scipy import fft
 from benchmarks.measurement import Measurement
 from recon.arrays import Frame
 from recon.calibration import Calibration
-from recon.estimators.default import HIDDEN, LIGHT_POWERS, MEMBERS, SLOPE_KNOTS, Default
+from recon.estimators.default import HIDDEN, MEMBERS, SLOPE_KNOTS, Default
 from recon.estimators.lean import FLAT
 from recon.estimators.mlp import Mlp
+from recon.estimators.shading import LIGHT_POWERS
 from recon.fast import FastReconstructor
 from recon.pipeline import Reconstructor
 from recon.pixels import positions

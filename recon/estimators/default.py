@@ -18,25 +18,33 @@ from typing import ClassVar
 
 import cv2
 import numpy as np
-from jaxtyping import Float32
+from jaxtyping import Float32, Int
 
 from recon.arrays import Difference
 from recon.estimators.lean import FLAT, Lean, fit_lean, lean_at
 from recon.estimators.mlp import CHUNK_ROWS, channel_indices
+from recon.estimators.shading import (
+    LIGHT_POWERS,
+    Light,
+    Taught,
+    blank_colors,
+    fit_light,
+    moved,
+)
 from recon.estimators.shown import shown_axes
 from recon.pixels import Pixels
 from sensor.errors import WedgeError
 
 HIDDEN = (32, 32, 32)
 MEMBERS = 3
-"""Networks, each fitted without every third press: what it says there measures the error."""
+"""Networks whose mean is taken."""
+PARTS = 3
+"""Of the presses. A network that is fitted without one and then forgotten measures the error."""
 SMOOTHING = 1 / 240
 """Of the frame's shorter side: standard deviation of the Gaussian, less than a press' collar."""
 DRIFT_STEP_PX = 8
 LARGEST_DRIFT = 0.04
 """Of full scale, ten grey levels: a larger median is a contact and not the light's."""
-LIGHT_POWERS = tuple((i, j) for i in range(5) for j in range(5 - i))
-"""Powers of x and y: the blank gel's colour is smooth."""
 STEEPEST_SLOPE = 4.0
 SLOPE_KNOTS = np.array([0, 0.05, 0.1, 0.2, 0.4, 0.7, 1, 1.5, 2.5], np.float32)
 """Slopes at which the error was measured."""
@@ -52,8 +60,7 @@ class Default:
     name: ClassVar[str] = "default"
     flattens: ClassVar[bool] = True
     channels: str
-    light: Float32[np.ndarray, "p c"]
-    """The blank gel's colours as polynomials of the position."""
+    light: Light
     mean: Float32[np.ndarray, " f"]
     spread: Float32[np.ndarray, " f"]
     """Of each input among the pixels it was fitted on."""
@@ -163,20 +170,11 @@ def settled(difference: Difference) -> Difference:
     return cv2.GaussianBlur(difference - drift.astype(np.float32), (0, 0), sigma_px)
 
 
-def light_terms(position: Float32[np.ndarray, "n 2"]) -> Float32[np.ndarray, "n p"]:
-    """The polynomial's terms at some positions."""
-    x, y = position.T
-    return np.stack([x**i * y**j for i, j in LIGHT_POWERS], 1)
-
-
 def raw_inputs(
-    seen: Float32[np.ndarray, "n c"],
-    light: Float32[np.ndarray, "p c"],
-    position: Float32[np.ndarray, "n 2"],
+    seen: Float32[np.ndarray, "n c"], light: Light, position: Float32[np.ndarray, "n 2"]
 ) -> Float32[np.ndarray, "n f"]:
     """Difference, blank gel's colour, x and y of each pixel."""
-    blank = np.clip(light_terms(position) @ light, 0, 1)
-    return np.concatenate([seen, blank, position], 1)
+    return np.concatenate([seen, blank_colors(light, position), position], 1)
 
 
 def normal_of(slopes: Float32[np.ndarray, "n 2"]) -> Float32[np.ndarray, "n 2"]:
@@ -207,35 +205,68 @@ def fit_default(
             "calibration needs torch: install the extra, `pip install gelsight-wedge[train]`."
         ) from error
     chosen = channel_indices(channels)
-    terms = light_terms(pixels.position).astype(np.float64)
-    light = np.linalg.lstsq(terms, pixels.blank[:, chosen].astype(np.float64), rcond=None)[0]
-    light = light.astype(np.float32)
-    raw = raw_inputs(pixels.color[:, chosen], light, pixels.position)
-    mean, spread = raw.mean(0), np.maximum(raw.std(0), 1e-3)
-    fold = np.unique(pixels.press, return_inverse=True)[1] % MEMBERS
-    inputs = (raw - mean) / spread
+    light = fit_light(pixels.position, pixels.blank[:, chosen])
     shown = shown_axes(pixels, chosen)
     gel = fit_lean(pixels, chosen, shown)
-    dent = pixels.gradient + pixels.contact[:, None] * lean_at(gel, pixels.position)
-    if len(shown) == 2:
-        layers = train(inputs, normal_of(dent), fold, seed, progress)
-    else:  # a normal whose one component is guessed would make the other slope too steep
-        alone = dent / np.sqrt(1 + dent**2)
-        layers = _silent_but(shown, train(inputs, alone, fold, seed, progress))
+    taught = Taught(
+        color=pixels.color[:, chosen],
+        position=pixels.position,
+        slopes=pixels.gradient + pixels.contact[:, None] * lean_at(gel, pixels.position),
+        press=pixels.press,
+    )
+    raw = raw_inputs(taught.color, light, taught.position)
+    mean, spread = raw.mean(0), np.maximum(raw.std(0), 1e-3)
+    part = np.unique(pixels.press, return_inverse=True)[1] % PARTS
+    target = normal_of if len(shown) == 2 else _alone
+    lessons = [
+        _lesson(some, light, target, seed)
+        for some in (taught, *(taught[_others(part, k)] for k in range(PARTS)))
+    ]
+    ends = np.cumsum([len(inputs) for inputs, _ in lessons])
+    rows = np.split(np.arange(ends[-1]), ends[:-1])
+    layers = train(
+        (np.concatenate([inputs for inputs, _ in lessons]) - mean) / spread,
+        np.concatenate([normal for _, normal in lessons]),
+        [rows[0]] * MEMBERS + rows[1:],
+        seed,
+        progress,
+    )
+    layers = _silent_but(shown, layers)
     made = Default(
         channels=channels,
         light=light,
         mean=mean,
         spread=spread,
-        layers=layers,
+        layers=tuple((weight[:MEMBERS], bias[:MEMBERS]) for weight, bias in layers),
         gel=gel,
         error90=np.zeros((len(SLOPE_KNOTS), 2), np.float32),
     )
-    unseen = np.zeros_like(pixels.gradient)
-    for member in range(MEMBERS):
-        left_out = fold == member
-        unseen[left_out] = slopes_of(made._member(inputs[left_out], member))
-    return replace(made, error90=_error90(unseen, np.abs(unseen - dent)))
+    unseen = np.zeros_like(taught.slopes)
+    for k in range(PARTS):
+        judge = replace(made, layers=tuple((w[[MEMBERS + k]], b[[MEMBERS + k]]) for w, b in layers))
+        left_out = part == k
+        unseen[left_out] = judge.slopes(pixels.color[left_out], pixels.position[left_out])
+    return replace(made, error90=_error90(unseen, np.abs(unseen - taught.slopes)))
+
+
+def _lesson(
+    taught: Taught, light: Light, target: Callable[[np.ndarray], np.ndarray], seed: int
+) -> tuple[Float32[np.ndarray, "n f"], Float32[np.ndarray, "n 2"]]:
+    """Raw inputs and targets of taught pixels and of those that the shading model moves."""
+    both = taught, moved(taught, light, seed)
+    inputs = [raw_inputs(pixels.color, light, pixels.position) for pixels in both]
+    return np.concatenate(inputs), np.concatenate([target(pixels.slopes) for pixels in both])
+
+
+def _others(part: Int[np.ndarray, " n"], left_out: int) -> Int[np.ndarray, " m"]:
+    """The pixels of the other parts; all, where that part is all there is."""
+    others = np.flatnonzero(part != left_out)
+    return others if len(others) else np.arange(len(part))
+
+
+def _alone(slopes: Float32[np.ndarray, "n 2"]) -> Float32[np.ndarray, "n 2"]:
+    """Each slope's normal as if the other were zero: a guessed one would make it too steep."""
+    return slopes / np.sqrt(1 + slopes**2)
 
 
 def _silent_but(axes: list[int], layers: tuple[Layer, ...]) -> tuple[Layer, ...]:

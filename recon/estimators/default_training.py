@@ -2,14 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Training of the default estimator: all its networks side by side, with torch on one thread."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 import numpy as np
 import torch
 from jaxtyping import Float32, Int
 
-from recon.estimators.default import HIDDEN, MEMBERS, Layer
+from recon.estimators.default import HIDDEN, Layer
 
 STEPS = 4000
 BATCH = 512
@@ -21,11 +21,11 @@ REPORT_EVERY = 200
 def train(
     inputs: Float32[np.ndarray, "n f"],
     normal: Float32[np.ndarray, "n 2"],
-    fold: Int[np.ndarray, " n"],
+    taught: Sequence[Int[np.ndarray, " _"]],
     seed: int,
     progress: Callable[[float], None],
 ) -> tuple[Layer, ...]:
-    """Fit each network by mean squared error to the pixels that are not in its fold.
+    """Fit a network to each choice of pixels, by mean squared error.
 
     The mean and not the median, as a median is biased where noise is skewed, and a bias of slopes
     adds up to depth. The same seed gives the same layers.
@@ -34,7 +34,7 @@ def train(
     torch.set_num_threads(1)
     try:
         random = torch.Generator().manual_seed(seed)
-        layers = _fit(inputs, normal, fold, random, progress)
+        layers = _fit(inputs, normal, taught, random, progress)
     finally:
         torch.set_num_threads(threads)
     return tuple((w.detach().numpy().copy(), b.detach().numpy()[:, 0].copy()) for w, b in layers)
@@ -43,14 +43,15 @@ def train(
 def _fit(
     inputs: Float32[np.ndarray, "n f"],
     normal: Float32[np.ndarray, "n 2"],
-    fold: Int[np.ndarray, " n"],
+    taught: Sequence[Int[np.ndarray, " _"]],
     random: torch.Generator,
     progress: Callable[[float], None],
 ) -> list[tuple[torch.Tensor, torch.Tensor]]:
     x, y = torch.from_numpy(inputs), torch.from_numpy(normal)
-    own = [torch.from_numpy(_taught(fold, member)) for member in range(MEMBERS)]
+    own = [torch.from_numpy(chosen) for chosen in taught]
+    count = len(own)
     layers = [
-        (_uniform((MEMBERS, i, o), i, random), _uniform((MEMBERS, 1, o), i, random))
+        (_uniform((count, i, o), i, random), _uniform((count, 1, o), i, random))
         for i, o in pairwise((x.shape[1], *HIDDEN, 2))
     ]
     optimizer = torch.optim.Adam([part for layer in layers for part in layer])
@@ -70,12 +71,6 @@ def _fit(
         if (step + 1) % REPORT_EVERY == 0:
             progress((step + 1) / STEPS)
     return layers
-
-
-def _taught(fold: Int[np.ndarray, " n"], member: int) -> Int[np.ndarray, " m"]:
-    """The pixels a member learns from; all, where its fold is all there is."""
-    others = np.flatnonzero(fold != member)
-    return others if len(others) else np.arange(len(fold))
 
 
 def _uniform(shape: tuple[int, ...], fan_in: int, random: torch.Generator) -> torch.Tensor:

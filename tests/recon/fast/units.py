@@ -10,6 +10,7 @@ from recon.calibration import Calibration
 from recon.estimators import default
 from recon.estimators.default import Default
 from recon.estimators.mlp import HIDDEN, Mlp
+from recon.estimators.shading import LIGHT_POWERS
 from sensor.unit import UnitCard
 
 
@@ -39,7 +40,7 @@ def random_default(seed: int = 0, channels: str = "RGB") -> Default:
         )
         for n, m in pairwise(sizes)
     )
-    light = rng.normal(0, 0.05, (len(default.LIGHT_POWERS), count))
+    light = rng.normal(0, 0.05, (len(LIGHT_POWERS), count))
     light[0] = 0.5
     return Default(
         channels=channels,
