@@ -199,7 +199,7 @@ class Tracker:
             return PoseEstimate(state="lost", reason="the object should not touch here")
         found = self._compared(known, seen, last)
         for other in (self._recent, self.model.near(last, touch)):
-            if found.state == "lost" and other is not None and other is not known:
+            if not self._believable(found) and other is not None and other is not known:
                 known, found = other, self._compared(other, seen, last)
         if found.T_sensor_object is None:
             self._keyframe = None
@@ -212,7 +212,7 @@ class Tracker:
                 overlap=found.overlap,
                 explained=found.explained,
             )
-        if self._estimate.state == "lost" and found.explained < FOUND_AGAIN:
+        if not self._believable(found):
             return PoseEstimate(
                 state="lost",
                 reason="not sure that it is the same object again",
@@ -227,6 +227,15 @@ class Tracker:
         if found.overlap < KEYFRAME_OVERLAP or remoteness(known, found.T_sensor_object) > SWITCH:
             found = self._switched(seen, touch, found)
         return self._made_sure(seen, found)
+
+    def _believable(self, found: PoseEstimate) -> bool:
+        """Whether it is a pose; after a loss, one of which enough is seen to tell it from others.
+
+        A pattern that repeats, as studs do, fits half of itself one step further as well.
+        """
+        if found.state == "lost" or self._estimate.state != "lost":
+            return found.state != "lost"
+        return found.explained >= FOUND_AGAIN and found.overlap >= KEYFRAME_OVERLAP
 
     def _made_sure(self, seen: Keyframe, found: PoseEstimate) -> PoseEstimate:
         """Where there is doubt, ask the keyframe whose pose is surest; else say it."""

@@ -8,14 +8,23 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from benchmarks.touches import bead
+from benchmarks.touches import SyntheticTouch, bead
 from recon.pose.joint import PRIOR_DEG, Joint
 from recon.pose.models import TouchModel, touches
 from recon.pose.pyramid import Pyramid
+from recon.pose.registration import pixel_grid_mm
 from recon.pose.rigid import angle_deg, inverse, motion, rigid, shift_mm
 from recon.pose.tracker import REGISTRATIONS, Tracker
 from sensor.errors import WedgeError
-from tests.recon.pose.touched import bead_pairs, blank, coarse_bead, corner, touch
+from tests.recon.pose.touched import (
+    MM_PER_PX,
+    SIZE_PX,
+    bead_pairs,
+    blank,
+    coarse_bead,
+    corner,
+    touch,
+)
 
 every_tracker = pytest.mark.parametrize("name", REGISTRATIONS)
 ACCURACY = {"joint": (0.5, 0.03), "gicp": (0.7, 0.04), "plane": (4.0, 0.4)}
@@ -50,6 +59,34 @@ def test_a_given_first_pose_carries_over(name):
     plain(first), placed(first)
     expected = plain(second).T_sensor_object @ start
     np.testing.assert_allclose(placed(second).T_sensor_object, expected, atol=1e-6)
+
+
+def studs(shift_mm: float) -> SyntheticTouch:
+    """Two by two round studs, 6 mm apart, moved along x."""
+    x_mm, y_mm = np.meshgrid(*pixel_grid_mm(SIZE_PX, MM_PER_PX))
+    depth, gradient = np.zeros(x_mm.shape), np.zeros((*x_mm.shape, 2))
+    for stud_x, stud_y in ((-3, -3), (-3, 3), (3, -3), (3, 3)):
+        dx, dy = x_mm - stud_x - shift_mm, y_mm - stud_y
+        away = np.hypot(dx, dy) + 1e-9
+        edge = np.tanh((away - 1.7) / 0.3)
+        depth += 0.2 * (1 - edge)
+        gradient += -0.2 / 0.3 * ((1 - edge**2) / away)[..., None] * np.stack([dx, dy], -1)
+    noise = 0.02 * np.random.default_rng(round(100 * shift_mm)).standard_normal(gradient.shape)
+    return SyntheticTouch(
+        gradient=(gradient + noise).astype(np.float32),
+        depth_mm=depth.astype(np.float32),
+        contact=depth > 0.05,
+        mm_per_px=MM_PER_PX,
+    )
+
+
+def test_a_pattern_that_comes_back_one_step_further_is_not_taken_for_itself():
+    track = Tracker()
+    assert track(studs(0.0)).state == "tracking"
+    assert track(studs(0.3)).state == "tracking"
+    assert track(blank()).state == "lost"
+    assert track(studs(5.9)).state == "lost"  # half of the studs where others were
+    assert track(studs(0.5)).state == "tracking"
 
 
 @every_tracker
