@@ -92,7 +92,7 @@ class FeltFile:
         felt = self._follow(frame.image(), touch, time.monotonic())
         self._file.add(frame.time_ns, felt.touch, felt.pose, felt.dots)
         self.pose = felt.pose.words
-        self.markers = "none" if felt.dots is None else felt.dots.word
+        self.markers = felt.markers
 
 
 def _felt_file(

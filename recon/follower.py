@@ -9,6 +9,7 @@ import numpy as np
 from recon.arrays import ContactMask, DepthMap, Frame, GradientField, Unwarped
 from recon.calibration import Calibration
 from recon.cloud import Skin
+from recon.markers.detection import unexpected_dots
 from recon.markers.tracking import Tracked, marker_tracker
 from recon.poisson import Boundary
 from recon.pose.tracker import PoseEstimate, Tracker
@@ -42,6 +43,8 @@ class Felt:
     """Counts the objects: poses of two numbers have nothing to do with each other."""
     dots: Tracked | None
     """``None`` on a gel without."""
+    markers: str
+    """A word on them, as ``Reconstruction.markers``."""
 
 
 class Follower:
@@ -59,6 +62,7 @@ class Follower:
         self._find_dots = marker_tracker(blank)
         self._dots: Tracked | None = None
         self._before: Frame | None = None
+        self._misfit = ""
         self._track = Tracker()
         self._object_number = 0
         self._touched_s = 0.0
@@ -74,9 +78,12 @@ class Follower:
         )
         image = self._unwarp(frame)
         still = self._before is not None and np.array_equal(self._before, frame)
-        self._before = frame.copy()
         if self._find_dots is not None:
             self._dots = self._find_dots.track(image, self._dots)
+        elif self._before is None:
+            self._misfit = unexpected_dots(image)
+        word = self._misfit or "none" if self._dots is None else self._dots.word
+        self._before = frame.copy()
         found = self._track(kept)
         if found.reason != "nothing touches":
             self._touched_s = now_s
@@ -86,9 +93,10 @@ class Follower:
         return Felt(
             image=image,
             touch=kept,
-            pose=doubted(found, "none" if self._dots is None else self._dots.word, still=still),
+            pose=doubted(found, word, still=still),
             object_number=self._object_number,
             dots=self._dots,
+            markers=word,
         )
 
 

@@ -16,6 +16,7 @@ from recon.contact import boundary_of, contact_mask, disturbed_mask
 from recon.contact_patches import ContactPatch, contact_patches
 from recon.estimators import GradientEstimator, gradient_field
 from recon.lights import Axis, unseen_axis
+from recon.markers.detection import unexpected_dots
 from recon.markers.filling import fill_gradients
 from recon.markers.tracking import MarkerTracker, Tracked, marker_tracker
 from recon.missing_axis import infer_missing_axis
@@ -84,6 +85,7 @@ class Reconstructor:
         self._blank = self.unwarp(calibration.background if background is None else background)
         self._tracker = marker_tracker(self._blank)
         self._misfit = _misfit(calibration.card.markers, self._tracker)
+        self._seen_frame = False
 
     @classmethod
     def load(cls, folder: str | Path, background: Frame | None = None) -> "Reconstructor":
@@ -107,6 +109,9 @@ class Reconstructor:
             dots = self._tracker.track(image)
             hidden = self._tracker.hidden(dots)
             difference = fill_gradients(difference, hidden, "harmonic")
+        elif not self._seen_frame:
+            self._seen_frame = True
+            self._misfit = self._misfit or unexpected_dots(image)
         found = reconstruct(
             difference,
             self.calibration.estimator,

@@ -41,7 +41,7 @@ class PoseView:
             self._anchor = anchor_on(felt.touch, felt.pose.T_sensor_object)
         touch = felt.touch
         shown = overlay(felt.image, touch.contact, touch.mm_per_px, felt.pose, self._anchor)
-        words = "none on this gel"
+        words = "none on this gel" if felt.markers == "none" else felt.markers
         if felt.dots is not None:
             draw_arrows(shown, felt.dots, shown.shape[1] / felt.image.shape[1])
             words = marker_words(felt.dots, touch.mm_per_px)

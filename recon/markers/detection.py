@@ -40,6 +40,8 @@ FOUND_WITHIN = 0.3
 LEAST_DOTS = 9
 LEAST_ON_GRID = 0.7
 """Share of the candidates that lie on one grid; fewer are specks, scratches, texture."""
+MOST_OF_FRAME = 0.5
+"""Of each side: a gel's own dots are all over it."""
 CLOSING = 6.0
 """Width of what is taken for a dot and bridged, in standard deviations of the dots' filter."""
 FARTHEST = 3.0
@@ -134,6 +136,23 @@ def find_markers(image: Unwarped) -> Markers | None:
         spacing_px=lattice.spacing_px,
         diameter_px=_diameter_px(image, position[order], scale_px),
     )
+
+
+def unexpected_dots(image: Unwarped) -> str:
+    """A word where a frame of a gel whose blank frame has no dots shows a grid of them; else empty.
+
+    Args:
+        image: the unwarped frame, blank or pressed. What touches may be dotted too, so only a grid
+            over most of the frame counts.
+    """
+    found = find_markers(image)
+    if found is None or (np.ptp(found.position_px, axis=0) < MOST_OF_FRAME * _size_px(image)).any():
+        return ""
+    return f"{len(found)} dots, but the blank frame has none: is this the unit's gel?"
+
+
+def _size_px(image: Unwarped) -> np.ndarray:
+    return np.array(image.shape[1::-1])
 
 
 def inside(position_px: Points, shape: tuple[int, int]) -> Bool[np.ndarray, " n"]:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from recon.follower import FORGET_S, Follower, doubted
+from recon.pipeline import Reconstructor
 from recon.pose.tracker import PoseEstimate
 from tests.dotted import dotted, grid_px
 from tests.recon.fast.units import make_unit
@@ -66,6 +67,16 @@ def test_a_pose_on_a_marker_gel_without_its_dots_is_doubted():
     felt = Follower(unit)(dotted_frame(places=PLACES[:3]), bead_pair(0)[0], 0.0)
     assert felt.pose.words == "weak: the dots on the gel: lost"
     assert felt.pose.T_sensor_object is not None
+
+
+def test_dots_on_a_gel_that_should_have_none_are_told_by_stream_and_by_reconstruction():
+    unit, dots = make_unit(SIZE_PX), f"{len(PLACES)} dots, but the blank frame has none"
+    felt = Follower(unit)(dotted_frame(), bead_pair(0)[0], 0.0)
+    assert felt.markers.startswith(dots) and felt.pose.words.startswith("weak: the dots on the gel")
+    assert Reconstructor(unit)(dotted_frame()).markers.startswith(dots)
+    assert Reconstructor(unit)(unit.background).markers == "none"
+    corner = dotted_frame(places=PLACES[(PLACES < 75).all(1)])  # as a dotted object's
+    assert Reconstructor(unit)(corner).markers == "none"
 
 
 @pytest.mark.parametrize("word", ["lost", "240 dots, but the unit was calibrated without"])
