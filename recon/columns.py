@@ -6,7 +6,7 @@ Along each line of lights the depth is the integral of the slope that they show,
 of the disturbed gel. A groove that runs along the lights is seen at its two ends only: such
 integrals carry it from one to the other, where the network, which knows what contacts look like,
 smears it. But they add up noise along each line. What is left at a line's far end, the misclosure,
-tells how much; network and integrals are weighed by it as by a variance.
+tells how much: where integrals and network differ by more, the integrals are believed.
 """
 
 import cv2
@@ -23,13 +23,13 @@ Slopes = Float[np.ndarray, "h w"]
 SMOOTHING = 1 / 160
 """Of the frame's shorter side: standard deviation of a Gaussian across the lines, whose noise is
 alike along a line and differs between neighbours."""
-NETWORK_ERROR = 0.15
-"""Misclosure over depth at which both are believed alike."""
+NEIGHBOURHOOD = 3 / 160
+"""Likewise, of the Gaussian over which a difference is held against the noise."""
 
 
 def depth_by_columns(
     known: Slopes, support: Support, pitch_mm: float
-) -> tuple[Float[np.ndarray, "h w"], Float[np.ndarray, " w"]]:
+) -> tuple[Float32[np.ndarray, "h w"], Float32[np.ndarray, " w"]]:
     """Depth (mm) from each column's slopes, and each column's misclosure (mm).
 
     The misclosure is shared out over the column's disturbed gel; depth below zero is cut off.
@@ -39,12 +39,14 @@ def depth_by_columns(
         support: where the gel may have moved; it is flat elsewhere.
         pitch_mm: of the pixels along y.
     """
-    slopes = np.where(support, known, 0)
-    depth = (np.cumsum(slopes, axis=0) - slopes / 2) * pitch_mm
-    misclosure = slopes.sum(axis=0) * pitch_mm
-    passed = np.cumsum(support, axis=0) - support / 2
-    share = passed / np.maximum(support.sum(axis=0), 1)
-    return np.maximum(depth - share * misclosure, 0) * support, misclosure
+    disturbed = support.astype(np.float32)
+    climb_mm = known.astype(np.float32) * disturbed * np.float32(pitch_mm)
+    misclosure = climb_mm.sum(axis=0)
+    per_pixel_mm = misclosure / np.maximum(disturbed.sum(axis=0), 1)
+    climb_mm -= per_pixel_mm * disturbed
+    depth = np.cumsum(climb_mm, axis=0)
+    depth -= climb_mm / 2  # at the pixels' middles
+    return np.maximum(depth, 0) * disturbed, misclosure
 
 
 def weigh_columns(
@@ -64,17 +66,21 @@ def weigh_columns(
         found = weigh_columns(swapped, known.T, "x", support.T, mm_per_px[::-1])
         return np.ascontiguousarray(found.transpose(1, 0, 2)[..., ::-1])
     height, width = support.shape
-    depth, misclosure = depth_by_columns(known, support, mm_per_px[1])
-    deepest_mm = float(np.linalg.norm(depth.max(axis=0, initial=0)))
-    if width < 2 or deepest_mm == 0:
+    if width < 2 or not support.any():
         return gradient
-    open_share = float(np.linalg.norm(misclosure)) / deepest_mm
-    weight = 1 / (1 + (open_share / NETWORK_ERROR) ** 2)
-    sigma_px = SMOOTHING * min(height, width)
-    across: Float32[np.ndarray, "h w"] = cv2.GaussianBlur(
-        depth.astype(np.float32), (0, 0), sigmaX=sigma_px, sigmaY=1e-3
+    depth, misclosure = depth_by_columns(known, support, mm_per_px[1])
+    by_columns, noise = (
+        np.gradient(_across(lines, SMOOTHING * min(height, width)), mm_per_px[0], axis=1)
+        for lines in (depth, misclosure[None, :])
     )
-    by_columns = np.gradient(across, axis=1) / mm_per_px[0] * support
+    apart = (by_columns - gradient[..., 0]) * support
+    least = float(np.square(noise[0, support.any(axis=0)]).mean())  # its noise, squared
+    around = cv2.GaussianBlur(apart**2, (0, 0), NEIGHBOURHOOD * min(height, width))
     joined = gradient.copy()
-    joined[..., 0] += np.float32(weight) * (by_columns - gradient[..., 0])
+    joined[..., 0] += apart * around / (around + max(least, 1e-12))
     return joined
+
+
+def _across(lines: Float32[np.ndarray, "n w"], sigma_px: float) -> Float32[np.ndarray, "n w"]:
+    """Columns blurred into their neighbours."""
+    return cv2.GaussianBlur(lines, (0, 0), sigmaX=sigma_px, sigmaY=1e-3)
