@@ -32,8 +32,10 @@ PRIOR_DEG, PRIOR_MM = 5.0, 0.5
 """Standard deviation of a motion nobody saw: where the touch says nothing, the guess stays."""
 TILES = 5
 """Along each side of the contact."""
-CORRELATED_PX = (4.0, 3.35, 3.35)
-"""By level: after smoothing, neighbours share noise, and so many say as much as one alone would."""
+CORRELATED_PX = (8.0, 3.35, 3.35)
+"""By level: after smoothing, neighbours share noise, and so many say as much as one alone would. At
+full resolution half of the noise is taken out, all of it such as no motion looks like: what is left
+says half as much as its size would."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -18,6 +18,7 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Int, Int32
 
+from recon.integrable import integrable
 from recon.pose.registration import Touch, pixel_grid_mm
 from recon.pose.rigid import Covariance, Points, Transform
 from sensor.toml import Pair
@@ -90,10 +91,11 @@ class Pyramid:
     """One touch at all resolutions; as a reference, with its templates."""
 
     def __init__(self, touch: Touch) -> None:
-        self.touch = touch
-        self._coarse = _coarse_levels(touch)
         contact_px = int(np.count_nonzero(touch.contact))
         self.finest = 0 if contact_px < FULL_RESOLUTION_PX else 1
+        self.touch = touch
+        self._values = _values(touch, of_a_surface=self.finest == 0)
+        self._coarse = _coarse_levels(touch, self._values)
 
     def level(self, halvings: int) -> Level:
         """The touch at one resolution."""
@@ -101,7 +103,7 @@ class Pyramid:
 
     @cached_property
     def _full(self) -> Level:
-        return _full_level(self.touch)
+        return _full_level(self.touch, self._values)
 
     @cached_property
     def templates(self) -> dict[int, Template]:
@@ -178,20 +180,20 @@ def _cubic(along: Float32[np.ndarray, " n"]) -> Taps:
     return second.astype(np.int32) - 1, [ends[0], *inner, ends[1]]
 
 
-def _full_level(touch: Touch) -> Level:
+def _full_level(touch: Touch, values: Float32[np.ndarray, "h w 3"]) -> Level:
     """Every pixel; beside the contact the gel only follows, so it is continued from inside."""
     mask = touch.contact.astype(np.float32)
     height, width = mask.shape
     x_mm, y_mm = pixel_grid_mm((width, height), touch.mm_per_px)
-    samples = np.dstack([_continued(_values(touch), mask), mask])
-    values = cv2.sepFilter2D(samples, -1, ON_PIXEL, ON_PIXEL)
-    values[..., 3] = mask
-    return Level(values=values, samples=samples, x_mm=x_mm, y_mm=y_mm, halvings=0)
+    samples = np.dstack([_continued(values, mask), mask])
+    smoothed = cv2.sepFilter2D(samples, -1, ON_PIXEL, ON_PIXEL)
+    smoothed[..., 3] = mask
+    return Level(values=smoothed, samples=samples, x_mm=x_mm, y_mm=y_mm, halvings=0)
 
 
-def _coarse_levels(touch: Touch) -> list[Level]:
+def _coarse_levels(touch: Touch, values: Float32[np.ndarray, "h w 3"]) -> list[Level]:
     """Halved again and again, from pixels of the contact alone."""
-    mask, values = touch.contact.astype(np.float32), _values(touch)
+    mask = touch.contact.astype(np.float32)
     height, width = mask.shape
     x_mm, y_mm = pixel_grid_mm((width, height), touch.mm_per_px)
     levels = []
@@ -206,8 +208,24 @@ def _coarse_levels(touch: Touch) -> list[Level]:
     return levels
 
 
-def _values(touch: Touch) -> Float32[np.ndarray, "h w 3"]:
-    return np.dstack([touch.gradient, touch.depth_mm]).astype(np.float32)
+def _values(touch: Touch, *, of_a_surface: bool) -> Float32[np.ndarray, "h w 3"]:
+    """Slopes and depth; of a surface, what no depth can have is taken out of the slopes.
+
+    Gel around the contact takes part in that: that depth there is continuous is all it says, so a
+    collar that follows the object does no harm.
+    """
+    values = np.dstack([touch.gradient, touch.depth_mm]).astype(np.float32)
+    rows, columns = (np.flatnonzero(touch.contact.any(axis)) for axis in (1, 0))
+    if of_a_surface and len(rows):
+        window = _widened(rows), _widened(columns)
+        values[*window, :2] = integrable(values[*window, :2], touch.mm_per_px)
+    return values
+
+
+def _widened(touched: Int[np.ndarray, " n"]) -> slice:
+    """From the first to the last, and as far again on both sides."""
+    first, last = int(touched[0]), int(touched[-1])
+    return slice(max(2 * first - last - 1, 0), 2 * last - first + 2)
 
 
 def _template(level: Level, touch: Touch) -> Template:
