@@ -18,6 +18,7 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Int, Int32
 
+from recon.arrays import ContactMask
 from recon.integrable import integrable
 from recon.pose.registration import Touch, pixel_grid_mm
 from recon.pose.rigid import Covariance, Points, Transform
@@ -31,6 +32,10 @@ LEAST_PX = 40
 MOST_PX = 6000
 DETAIL_PX = 2.0
 CONTINUATION_SIGMA_PX = 1.0
+CONTINUED_PX = 8
+"""Beyond the contact, at full resolution."""
+AROUND = 2.0
+"""Gel that tells which slopes a surface can have: so far around, in roots of the contact's area."""
 STENCIL = np.array([[1, -8, 0, 8, -1]], np.float32) / 12
 ON_PIXEL = np.array([1, 4, 1], np.float32) / 6
 """Weights of a cubic B-spline at a pixel."""
@@ -185,10 +190,12 @@ def _full_level(touch: Touch, values: Float32[np.ndarray, "h w 3"]) -> Level:
     mask = touch.contact.astype(np.float32)
     height, width = mask.shape
     x_mm, y_mm = pixel_grid_mm((width, height), touch.mm_per_px)
+    rows, columns = _window(touch.contact, CONTINUED_PX)
+    mask, values = mask[rows, columns], values[rows, columns]
     samples = np.dstack([_continued(values, mask), mask])
     smoothed = cv2.sepFilter2D(samples, -1, ON_PIXEL, ON_PIXEL)
     smoothed[..., 3] = mask
-    return Level(values=smoothed, samples=samples, x_mm=x_mm, y_mm=y_mm, halvings=0)
+    return Level(values=smoothed, samples=samples, x_mm=x_mm[columns], y_mm=y_mm[rows], halvings=0)
 
 
 def _coarse_levels(touch: Touch, values: Float32[np.ndarray, "h w 3"]) -> list[Level]:
@@ -215,17 +222,21 @@ def _values(touch: Touch, *, of_a_surface: bool) -> Float32[np.ndarray, "h w 3"]
     collar that follows the object does no harm.
     """
     values = np.dstack([touch.gradient, touch.depth_mm]).astype(np.float32)
-    rows, columns = (np.flatnonzero(touch.contact.any(axis)) for axis in (1, 0))
-    if of_a_surface and len(rows):
-        window = _widened(rows), _widened(columns)
+    if of_a_surface:
+        around_px = round(np.sqrt(np.count_nonzero(touch.contact)) * AROUND)
+        window = _window(touch.contact, around_px)
         values[*window, :2] = integrable(values[*window, :2], touch.mm_per_px)
     return values
 
 
-def _widened(touched: Int[np.ndarray, " n"]) -> slice:
-    """From the first to the last, and as far again on both sides."""
-    first, last = int(touched[0]), int(touched[-1])
-    return slice(max(2 * first - last - 1, 0), 2 * last - first + 2)
+def _window(contact: ContactMask, margin_px: int) -> tuple[slice, slice]:
+    """Rows and columns of the contact with a margin; all of them where there is none."""
+    spans = []
+    for axis in (1, 0):
+        touched = np.flatnonzero(contact.any(axis))
+        first, last = (touched[0], touched[-1]) if len(touched) else (0, contact.shape[1 - axis])
+        spans.append(slice(max(int(first) - margin_px, 0), int(last) + margin_px + 1))
+    return spans[0], spans[1]
 
 
 def _template(level: Level, touch: Touch) -> Template:
