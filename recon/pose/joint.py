@@ -32,10 +32,10 @@ PRIOR_DEG, PRIOR_MM = 5.0, 0.5
 """Standard deviation of a motion nobody saw: where the touch says nothing, the guess stays."""
 TILES = 5
 """Along each side of the contact."""
-CORRELATED_PX = (8.0, 3.35, 3.35)
-"""By level: after smoothing, neighbours share noise, and so many say as much as one alone would. At
-full resolution half of the noise is taken out, all of it such as no motion looks like: what is left
-says half as much as its size would."""
+CORRELATED_PX = (8.0, 6.7, 6.7)
+"""By level: so many residuals say as much as one of independent noise would. Smoothing lets
+neighbours share noise; and what no surface can have is gone, half of the noise, but little of what
+a motion could be taken for."""
 
 
 @dataclass(frozen=True, kw_only=True)

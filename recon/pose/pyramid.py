@@ -34,8 +34,6 @@ DETAIL_PX = 2.0
 CONTINUATION_SIGMA_PX = 1.0
 CONTINUED_PX = 8
 """Beyond the contact, at full resolution."""
-AROUND = 2.0
-"""Gel that tells which slopes a surface can have: so far around, in roots of the contact's area."""
 STENCIL = np.array([[1, -8, 0, 8, -1]], np.float32) / 12
 ON_PIXEL = np.array([1, 4, 1], np.float32) / 6
 """Weights of a cubic B-spline at a pixel."""
@@ -99,7 +97,7 @@ class Pyramid:
         contact_px = int(np.count_nonzero(touch.contact))
         self.finest = 0 if contact_px < FULL_RESOLUTION_PX else 1
         self.touch = touch
-        self._values = _values(touch, of_a_surface=self.finest == 0)
+        self._values = _values(touch, self.finest)
         self._coarse = _coarse_levels(touch, self._values)
 
     def level(self, halvings: int) -> Level:
@@ -215,18 +213,35 @@ def _coarse_levels(touch: Touch, values: Float32[np.ndarray, "h w 3"]) -> list[L
     return levels
 
 
-def _values(touch: Touch, *, of_a_surface: bool) -> Float32[np.ndarray, "h w 3"]:
-    """Slopes and depth; of a surface, what no depth can have is taken out of the slopes.
+def _values(touch: Touch, finest: int) -> Float32[np.ndarray, "h w 3"]:
+    """Slopes of a surface, and depth above the gel that lies still around.
 
-    Gel around the contact takes part in that: that depth there is continuous is all it says, so a
-    collar that follows the object does no harm.
+    What no depth can have is taken out of the slopes, as finely as they will be read. The gel
+    around serves only by being continuous there, so its collar may follow as it likes.
     """
     values = np.dstack([touch.gradient, touch.depth_mm]).astype(np.float32)
-    if of_a_surface:
-        around_px = round(np.sqrt(np.count_nonzero(touch.contact)) * AROUND)
-        window = _window(touch.contact, around_px)
-        values[*window, :2] = integrable(values[*window, :2], touch.mm_per_px)
+    window = still_window(touch.contact)
+    slopes = values[*window, :2]
+    if finest == 0:
+        slopes[:] = integrable(slopes, touch.mm_per_px)
+    else:
+        half = cv2.pyrDown(slopes)
+        swirl = half - integrable(half, (2 * touch.mm_per_px[0], 2 * touch.mm_per_px[1]))
+        slopes -= cv2.pyrUp(swirl, dstsize=slopes.shape[1::-1])
+    still = np.ones_like(touch.contact[window])
+    still[1:-1, 1:-1] = False
+    still &= ~touch.contact[window]
+    if still.any():
+        values[..., 2] -= values[*window, 2][still].mean()
     return values
+
+
+def still_window(contact: ContactMask) -> tuple[slice, slice]:
+    """Rows and columns around the contact, as far as the root of its area.
+
+    Around a disc that is 2.8 radii from its middle: there the collar has ended.
+    """
+    return _window(contact, round(np.sqrt(np.count_nonzero(contact))))
 
 
 def _window(contact: ContactMask, margin_px: int) -> tuple[slice, slice]:
@@ -309,12 +324,11 @@ def depth_weight(touch: Touch) -> float:
 
     The mean depth over a disc of radius a in a zero ring of radius b, integrated from white slope
     noise s at a pitch h, has the variance ``h^2 s^2 (ln(b/a) + 1/4) / (2 pi)``: the potential of a
-    charged disc, averaged over the disc.
+    charged disc, averaged over the disc. The ring is the border of the window.
     """
-    height, width = touch.contact.shape
     contact_px = np.count_nonzero(touch.contact) + 1
     pitch_x, pitch_y = touch.mm_per_px
-    ratio = max(np.sqrt(height * width / contact_px), 1.0)
+    ratio = max(np.sqrt(touch.contact[still_window(touch.contact)].size / contact_px), 1.0)
     spread = (np.log(ratio) + 0.25) / (2 * np.pi)
     return float(1 / (contact_px * pitch_x * pitch_y * spread))
 
