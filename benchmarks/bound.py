@@ -6,15 +6,19 @@
 
 Slopes of two touches carry independent noise, so no unbiased estimate of the motion has a smaller
 covariance than ``2 s^2 inverse(J^T J)``, J being the change of the noiseless slopes with a twist,
-here by central differences of whole touches. Inside the contact's outline slopes do not see
-height; depth does, as one measurement (recon.pose.pyramid).
+here by central differences of whole touches. Where the contact's outline is not used, nobody knows
+how the gel follows around it, but it stays a surface: of all changes of depth there that join those
+inside, and are zero where the gel lies still, the one of least slope is as little as slopes around
+can say.
 """
 
 import numpy as np
-from scipy import ndimage
+from jaxtyping import Bool, Float
+from scipy import ndimage, sparse
+from scipy.sparse.linalg import spsolve
 
 from benchmarks.touches import MM_PER_PX, SLOPE_NOISE, cube_corner, pressed
-from recon.pose.pyramid import depth_weight
+from recon.pose.pyramid import still_window
 from recon.pose.rigid import Covariance, motion
 
 STEP_MM = 0.25 * MM_PER_PX[0]
@@ -27,26 +31,46 @@ def bound(*, outline: bool) -> Covariance:
     """Of the twist (rad, mm) between two touches of the bench's cube corner.
 
     Args:
-        outline: whether the pixels that the contact's outline crosses and those beyond count; on a
-            real gel a collar blurs them.
+        outline: whether the pixels that the contact's outline crosses and those beyond count as
+            they are; on a real gel a collar blurs them.
     """
     thing = cube_corner()
     still = pressed(thing, np.eye(4))
     used = np.ones_like(still.contact)
     if not outline:
         used = ndimage.binary_erosion(still.contact, np.ones((3, 3)))
-    columns = []
+    slopes, depths = [], []
     for axis in range(6):
         twist = np.zeros(6)
         twist[axis] = STEP_MM / (LEVER_MM if axis < 3 else 1.0)
-        ahead, behind = (pressed(thing, motion(sign * twist)).gradient[used] for sign in (1, -1))
-        columns.append((ahead - behind).ravel() / (2 * twist[axis]))
-    change = np.stack(columns, -1).astype(float)
+        ahead, behind = (pressed(thing, motion(sign * twist)) for sign in (1, -1))
+        apart = 2 * twist[axis]
+        slopes.append((ahead.gradient - behind.gradient)[used].ravel() / apart)
+        depths.append((ahead.depth_mm - behind.depth_mm) / apart)
+    change = np.stack(slopes, -1).astype(float)
     information = change.T @ change
     if not outline:
-        information[5, 5] += depth_weight(still) * np.count_nonzero(still.contact)
+        window = still_window(still.contact)
+        information += _around(used[window], np.stack(depths, -1)[window].astype(float))
     covariance: Covariance = 2 * SLOPE_NOISE**2 * np.linalg.inv(information)
     return covariance
+
+
+def _around(inside: Bool[np.ndarray, "h w"], change_mm: Float[np.ndarray, "h w 6"]) -> Covariance:
+    """Products of the least slopes around that join changes of depth inside; zero at the border."""
+    differences = [
+        sparse.diags([1.0, -1.0], [0, -1], shape=(count + 1, count)) for count in inside.shape
+    ]
+    down = sparse.kron(differences[0], sparse.eye(inside.shape[1]))
+    across = sparse.kron(sparse.eye(inside.shape[0]), differences[1])
+    slope = sparse.vstack([down, across]).tocsr() / MM_PER_PX[0]
+    known = inside.ravel()
+    slope = slope[np.asarray(abs(slope[:, ~known]).sum(1)).ravel() > 0]  # those not all inside
+    free = slope[:, ~known]
+    fixed = slope[:, known] @ change_mm[inside]
+    least = fixed - free @ spsolve((free.T @ free).tocsc(), free.T @ fixed)
+    products: Covariance = least.T @ least
+    return products
 
 
 def median_error(covariance: Covariance) -> tuple[float, float]:

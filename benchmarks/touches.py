@@ -35,6 +35,8 @@ SUBPIXELS, EDGE_SUBPIXELS = 2, 8
 or the contact's outline crosses it."""
 EDGE_SLOPE = 0.1
 """Samples of one pixel that differ by more."""
+WINDOW_PX = 8
+"""Where an object touches is first looked for on so coarse a lattice."""
 
 Points = Float[np.ndarray, "*n 3"]
 Transform = Float[np.ndarray, "4 4"]
@@ -85,9 +87,13 @@ def pressed(
         (np.arange(n) - (n - 1) / 2) * pitch for n, pitch in zip(size_px, mm_per_px, strict=True)
     )
     centres = np.stack(np.meshgrid(x_mm, y_mm), -1)
-    coarse = _samples(thing, T_sensor_object, centres, mm_per_px, SUBPIXELS)
-    gradient = coarse.mean(2)
-    edge = ndimage.binary_dilation(np.ptp(coarse, axis=2).max(-1) > EDGE_SLOPE, np.ones((3, 3)))
+    gradient = np.zeros_like(centres)
+    window = _window(thing, T_sensor_object, centres)
+    coarse = _samples(thing, T_sensor_object, centres[window], mm_per_px, SUBPIXELS)
+    gradient[window] = coarse.mean(2)
+    sharp = np.ptp(coarse, axis=2).max(-1) > EDGE_SLOPE
+    edge = np.zeros(gradient.shape[:2], bool)
+    edge[window] = ndimage.binary_dilation(sharp, np.ones((3, 3)))
     fine = _samples(thing, T_sensor_object, centres[edge][None], mm_per_px, EDGE_SUBPIXELS)
     gradient[edge] = fine[0].mean(1)
     if rng is not None:
@@ -96,6 +102,22 @@ def pressed(
     gradient, depth = gradient.astype(np.float32), depth.astype(np.float32)
     return SyntheticTouch(
         gradient=gradient, depth_mm=depth, contact=depth > CONTACT_DEPTH_MM, mm_per_px=mm_per_px
+    )
+
+
+def _window(
+    thing: Thing, T_sensor_object: Transform, centres_mm: Float[np.ndarray, "h w 2"]
+) -> tuple[slice, slice]:
+    """Rows and columns where the object may touch, from every eighth pixel."""
+    every = centres_mm[::WINDOW_PX, ::WINDOW_PX]
+    touched = lowest_surface(thing, T_sensor_object, every)[0] < 0
+    rows, columns = (np.flatnonzero(touched.any(axis)) for axis in (1, 0))
+    if not len(rows):
+        return slice(None), slice(None)
+    top, left = (max(int(first[0]) - 2, 0) * WINDOW_PX for first in (rows, columns))
+    return (
+        slice(top, (int(rows[-1]) + 3) * WINDOW_PX),
+        slice(left, (int(columns[-1]) + 3) * WINDOW_PX),
     )
 
 

@@ -24,10 +24,10 @@ SEED = 1
 ROLL_STEP_DEG = 2.5
 ROLL_SIZE_PX, ROLL_MM_PER_PX = (160, 120), (0.1268, 0.1268)
 BARS = {
-    "cube corner": (0.09, 0.0024),
-    "shallow texture": (0.04, 0.0055),
+    "cube corner": (0.09, 0.0024, 60),
+    "shallow texture": (0.04, 0.0055, 24),
 }
-"""Degrees and mm."""
+"""Degrees, mm, and the number of steps whose medians are held against them."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,8 +47,10 @@ class StepErrors:
     """Processor time to prepare the touch and to align it."""
 
 
-def step_errors(names: Sequence[str], trackers: Sequence[str]) -> list[StepErrors]:
-    """Each tracker on the same pairs of touches of each object.
+def step_errors(
+    names: Sequence[str], trackers: Sequence[str], steps: int = STEPS
+) -> list[StepErrors]:
+    """Each tracker on the same pairs of touches, so many of each object.
 
     Raises:
         WedgeError: a tracker's library is not installed.
@@ -60,7 +62,7 @@ def step_errors(names: Sequence[str], trackers: Sequence[str]) -> list[StepError
         rng = np.random.default_rng(SEED)
         pairs = [
             (pressed(thing, np.eye(4), rng), pressed(thing, moved, rng), moved)
-            for moved in motions(rng, STEPS)
+            for moved in motions(rng, steps)
         ]
         found += [_errors(name, tracker, pairs) for tracker in trackers]
     return found
@@ -139,9 +141,9 @@ def roll(trackers: Sequence[str] = ("joint", "gicp"), to_deg: float = 360.0) -> 
 
 def measure() -> Iterator[Measurement]:
     """Every figure of tracking."""
-    for item in step_errors(list(BARS), ["joint"]):
-        bar_deg, bar_mm = BARS[item.thing]
-        what = f"tracking a {item.thing}, 2.5° and 0.2 mm a step, slope noise 0.05"
+    for thing, (bar_deg, bar_mm, steps) in BARS.items():
+        (item,) = step_errors([thing], ["joint"], steps)
+        what = f"tracking a {thing}, {steps} steps of 2.5° and 0.2 mm, slope noise 0.05"
         yield Measurement(name=f"{what}: angle", value=item.angle_deg, unit="°", bar=bar_deg)
         yield Measurement(name=f"{what}: shift", value=item.shift_mm, unit="mm", bar=bar_mm)
     yield from _time()

@@ -176,6 +176,29 @@ def test_errors_that_are_alike_over_millimetres_are_stated():
     assert turns[1] < np.sqrt(3) * np.radians(PRIOR_DEG) * 1.001
 
 
+def test_gel_that_only_follows_moves_no_pose():
+    """A surface around the contact may take any shape, and the whole frame any height."""
+    first, second, _ = bead_pairs()[0]
+    rows, columns = np.nonzero(second.contact)
+    height, width = second.contact.shape
+    x, y = np.meshgrid(np.arange(width), np.arange(height))
+    apart = np.hypot(x - columns.mean(), y - rows.mean()) - 42
+    assert np.hypot(columns - columns.mean(), rows - rows.mean()).max() < 30
+    ridge = np.exp(-((apart / 4) ** 2)) * (2 + np.sin(5 * np.arctan2(y - 60, x - 80)))
+    along_y, along_x = np.gradient(ridge)
+    followed = replace(
+        second,
+        gradient=second.gradient + 0.2 * np.stack([along_x, along_y], -1).astype(np.float32),
+        depth_mm=second.depth_mm + np.float32(0.3),
+    )
+    plain, other = (
+        Joint().align(Pyramid(first), Pyramid(seen), np.eye(4)).T_current_reference
+        for seen in (second, followed)
+    )
+    assert angle_deg(inverse(plain) @ other) < 0.02
+    assert shift_mm(inverse(plain) @ other) < 0.001
+
+
 def test_after_a_loss_the_object_is_recognized_as_it_was_first_seen():
     track = Tracker()
     for angle in (0.0, 6.0, 12.0, 18.0, 24.0, 30.0):
