@@ -63,7 +63,7 @@ LEAST_EXPLAINED = 0.5
 FOUND_AGAIN = 0.7
 """To believe a pose after a loss, when no motion from the last one vouches for it."""
 RECOGNIZED = 4
-"""Keyframes that are tried after a loss, the surest first."""
+"""Keyframes that are tried when lost or adrift, the surest first."""
 LEAST_ALIKE = 0.4
 """Correlation of details; a shape without any, such as a smooth ball's, has none."""
 KEYFRAME_OVERLAP = 0.75
@@ -73,6 +73,8 @@ LONGEST_STEP_DEG, LONGEST_STEP_MM = 12.0, 1.2
 """From one touch to the next; a longer way is a jump."""
 WEAK_DEG, WEAK_MM = 1.5, 0.15
 """Standard deviations that deserve a warning."""
+ADRIFT_DEG = 4.0
+"""A standard deviation from which keyframes are tried wherever they are."""
 ALIKE = 0.03
 """Poses whose explained shares differ by less cannot be told apart."""
 
@@ -170,7 +172,8 @@ class Tracker:
             self._estimate = self._searched(touch)
         else:
             found = self._followed(touch, self._last)
-            if self._estimate.state == "lost" and found.state != "tracking":
+            adrift = found.state == "weak" and found.rotation_std_deg > ADRIFT_DEG
+            if adrift or (self._estimate.state == "lost" and found.state != "tracking"):
                 found = self._recognized(touch, found)
             self._estimate = found
         if self._estimate.T_sensor_object is not None:
@@ -271,7 +274,7 @@ class Tracker:
         return found
 
     def _recognized(self, touch: Touch, doubtful: PoseEstimate) -> PoseEstimate:
-        """After a loss, the pose of a keyframe that looks like this, wherever the object was."""
+        """When lost or adrift, the pose of a keyframe that looks like this, wherever that was."""
         seen = self._seen(touch)
         for known in self.model.surest_first()[:RECOGNIZED]:
             found = self._compared(known, seen, known.T_sensor_object)

@@ -224,6 +224,19 @@ def test_doubt_that_has_added_up_ends_at_a_surer_keyframe_and_is_said_without():
         assert (found.rotation_std_deg < 1) == others and bool(found.reason) != others
 
 
+def test_who_is_adrift_recognizes_the_object_wherever_it_was():
+    track = Tracker()
+    track(touch(coarse_bead(), rolled(0), 20))
+    assert isinstance(track.model, TouchModel)
+    (first,) = track.model.keyframes
+    adrift = replace(first, T_sensor_object=rolled(40), covariance=0.01 * np.eye(6))
+    track._keyframe, track._last = adrift, adrift.T_sensor_object
+    track.model.keyframes[:] = [adrift, first]
+    found = track(touch(coarse_bead(), rolled(1.0), 21))
+    assert found.state == "tracking"
+    assert angle_deg(inverse(rolled(1.0)) @ found.T_sensor_object) < 0.5
+
+
 def test_what_a_smooth_ball_hides_is_said():
     smooth = bead(press_mm=1.4, amplitude_mm=0.0)
     track = Tracker()
