@@ -175,6 +175,8 @@ def _clips() -> Iterator[Measurement]:
             ("there and back", found.returned_deg, found.returned_mm, (1.0, 0.1)),
             (anew, found.apart_deg, found.apart_mm, (None, None)),
         ):
+            if bars[0] is None and not np.isfinite(angle):  # it says itself that it is lost
+                continue
             yield Measurement(
                 name=f"{name}: {way}, {found.frames} frames", value=angle, unit="°", bar=bars[0]
             )
