@@ -24,6 +24,7 @@ from recon.presses import read_presses
 from sensor.dataset import read_dataset
 from sensor.errors import WedgeError
 from validation.datasets import dataset_folder
+from validation.depth import cap_of
 from validation.splits import splits
 
 RINGS = np.round(np.arange(0.3, 1.51, 0.05), 2)
@@ -67,18 +68,14 @@ def rim_profile(presses: Sequence[BallPress], fields: Sequence[GradientField]) -
 def _ring_means(press: BallPress, field: GradientField) -> Float[np.ndarray, "2 k"]:
     x_mm, y_mm = offsets_mm(press.size_px, press.center_px, press.mm_per_px)
     away_mm = np.hypot(x_mm, y_mm)
-    ball_mm = press.ball_radius_mm
-    inward = -(field[..., 0] * x_mm + field[..., 1] * y_mm) / np.maximum(away_mm, 1e-9)
-    inside_mm = np.minimum(away_mm, 0.999 * ball_mm)
-    cap = np.where(
-        away_mm < press.contact_radius_mm, inside_mm / np.sqrt(ball_mm**2 - inside_mm**2), 0
-    )
-    ring = np.digitize((away_mm / press.contact_radius_mm).ravel(), RINGS) - 1
-    count = np.bincount(ring[ring >= 0], minlength=len(RINGS))[: len(RINGS) - 1]
+    ring = np.digitize(away_mm / press.contact_radius_mm, RINGS) - 1
+    inside = (ring >= 0) & (ring < len(RINGS) - 1)
+    count = np.bincount(ring[inside], minlength=len(RINGS) - 1)
     means = np.full((2, len(RINGS) - 1), np.nan)
-    for row, values in enumerate((inward, cap)):
-        total = np.bincount(ring[ring >= 0], values.ravel()[ring >= 0], len(RINGS))
-        np.divide(total[: len(RINGS) - 1], count, out=means[row], where=count > 0)
+    for row, slopes in enumerate((field, cap_of(press).gradient)):
+        inward = -(slopes[..., 0] * x_mm + slopes[..., 1] * y_mm) / np.maximum(away_mm, 1e-9)
+        total = np.bincount(ring[inside], inward[inside], len(RINGS) - 1)
+        np.divide(total, count, out=means[row], where=count > 0)
     return means
 
 
