@@ -57,7 +57,7 @@ def shapes_by_estimator(
 
 
 def beside_each_other(
-    measured: "DatasetResults", others: Sequence[str], folds: int, seed: int, executor: Executor
+    measured: "DatasetResults", others: Sequence[str], seed: int, executor: Executor
 ) -> "list[Unseen]":
     """Contact pixels of the first fold by every estimator; the first one's are there already."""
     from validation.side_by_side import unseen_slopes
@@ -65,7 +65,7 @@ def beside_each_other(
     folder, name = measured.dataset.folder, measured.dataset.card.name
     with progress(f"estimators on {name}") as show:
         futures = [
-            executor.submit(unseen_slopes, folder, estimator, folds=folds, seed=seed)
+            executor.submit(unseen_slopes, folder, measured.table.folds_fitted[estimator][0], seed)
             for estimator in others
         ]
         found = [measured.held_out.unseen]

@@ -15,22 +15,26 @@ if TYPE_CHECKING:
     from sensor.toml import Pair
     from validation.contact import Overlap
     from validation.contact_shapes import ShapeContact
+    from validation.error_table import ErrorTable
+    from validation.folds import Fold
     from validation.force import ForceCurve
     from validation.report.page import Section
 
 TWIN = "twin-standard"
-FOLDS = 3
 SHOWN = "wedge-lab"
 """A real marker gel, by presses of it."""
 SHOWN_PRESSES = tuple(f"ball-{number}.jpg" for number in range(8, 20))
 
 
-def touch_sections(names: Sequence[str], estimator: str, executor: Executor) -> "list[Section]":
+def touch_sections(
+    tables: "Sequence[ErrorTable]", estimator: str, executor: Executor
+) -> "list[Section]":
     """The sections, of the sets that are here.
 
     Args:
-        names: of datasets with labelled balls on this machine.
-        estimator: what masks and depths are made with.
+        tables: of datasets with labelled balls on this machine; masks are judged on the presses
+            that each fold of the table holds out.
+        estimator: what masks and depths are made with; one of the tables'.
         executor: does the sets side by side.
     """
     from validation.datasets import DATASETS, dataset_folder
@@ -43,7 +47,10 @@ def touch_sections(names: Sequence[str], estimator: str, executor: Executor) -> 
     sections: list[Section] = []
     with progress("contact and dots") as show:
         judged = {
-            name: executor.submit(_overlaps, dataset_folder(name), estimator) for name in names
+            table.dataset: executor.submit(
+                _overlaps, dataset_folder(table.dataset), table.folds_fitted[estimator]
+            )
+            for table in tables
         }
         held = executor.submit(_shapes, dataset_folder(TWIN), estimator) if TWIN in here else None
         clips = [dataset_folder(clip.name) for clip in CLIPS if {clip.name, TWIN} <= here]
@@ -73,11 +80,13 @@ def _shapes(folder: Path, estimator: str) -> "list[ShapeContact]":
     return shape_contacts(read_dataset(folder), STANDARD, estimator=estimator)
 
 
-def _overlaps(folder: Path, estimator: str) -> "list[Overlap]":
+def _overlaps(folder: Path, folds: "Sequence[Fold]") -> "list[Overlap]":
+    from recon.presses import read_presses
     from sensor.dataset import read_dataset
     from validation.contact import ball_overlaps
 
-    return ball_overlaps(read_dataset(folder), estimator=estimator, folds=FOLDS)
+    dataset = read_dataset(folder)
+    return ball_overlaps(dataset, read_presses(dataset).presses, folds)
 
 
 def _curves(twin: Path, clips: list[Path]) -> "list[ForceCurve]":

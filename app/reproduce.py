@@ -110,9 +110,7 @@ def main(out: Path = Path("build"), folds: int = 5, seed: Seed = 0) -> int:
                     measured.dataset.folder, unit, ESTIMATORS[1:], seed, executor
                 )
             if dataset.name in SIDE_BY_SIDE:
-                beside[dataset.name] = beside_each_other(
-                    measured, ESTIMATORS[1:], folds, seed, executor
-                )
+                beside[dataset.name] = beside_each_other(measured, ESTIMATORS[1:], seed, executor)
             _replace_unit(out / "units" / dataset.name, unit)
             if dataset.name in KNOWN_DEPTH:
                 extra.append(known_depth(KNOWN_DEPTH[dataset.name], unit))
@@ -120,7 +118,7 @@ def main(out: Path = Path("build"), folds: int = 5, seed: Seed = 0) -> int:
         likeness = _fidelity(known, executor) if shapes else []
         touches = dict(zip(shapes, (future.result() for future in few_lights), strict=True))
         tracking = executor.submit(_tracking)
-        touch = touch_sections([dataset.name for dataset in present], TOUCHED, executor)
+        touch = touch_sections([item.table for item in results], TOUCHED, executor)
         tracked = tracking.result()
     with progress("figures and page") as show:
         sections = [headline_section(results), files]
@@ -207,7 +205,6 @@ def _measure(
     with progress(dataset.name) as show:
         show(0.0, "importing")
         folder = dataset_folder(dataset.name)
-        shown = executor.submit(held_out, folder, ESTIMATORS[0], folds=folds, seed=seed)
         fitted = executor.submit(fit_unit, folder, dataset.name, seed, ESTIMATORS[0])
         try:
             table = error_table(
@@ -220,9 +217,9 @@ def _measure(
                 progress=show,
             )
         except BaseException:
-            shown.cancel()
             fitted.cancel()
             raise
+        shown = executor.submit(held_out, folder, table.folds_fitted[ESTIMATORS[0]][0], seed)
         unit = fitted.result()
         results = DatasetResults(
             dataset=read_dataset(folder),

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from recon.presses import read_presses
 from sensor.dataset import read_dataset
 from sensor.design_file import DESIGNS
 from sensor.errors import WedgeError
@@ -22,9 +23,11 @@ from sensor.files import write_atomic
 from validation.contact import ball_overlaps, blank_frames_in_contact, mean_iou
 from validation.contact_shapes import ShapeContact, shape_contacts
 from validation.datasets import dataset_folder
+from validation.folds import fit_folds
 
 TWINS = {"twin-standard": "standard", "twin-finger": "finger"}
 BALLS = ("taxim-gelsight", "known-depth", "wedge-lab", "twin-standard", "twin-finger")
+FOLDS = 3
 BLANK_GELS = (
     *("taxim-gelsight", "known-depth", "wedge-lab", "marker-balls-a", "twin-standard"),
     *("twin-finger", "wedge-mit-golf-ball", "wedge-mit-lego", "wedge-mit-bolt"),
@@ -86,7 +89,10 @@ def ball_rows(estimator: str) -> list[dict[str, object]]:
         except WedgeError:
             print(f"{name}: not here")
             continue
-        found = ball_overlaps(read_dataset(folder), estimator=estimator)
+        dataset = read_dataset(folder)
+        presses = read_presses(dataset).presses
+        fitted = fit_folds(presses, estimator, "RGB", folds=FOLDS, seed=0)
+        found = ball_overlaps(dataset, presses, fitted)
         ratio = float(np.mean([item.radius_ratio for item in found]))
         least = min(item.iou for item in found)
         rows.append(

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Contact masks against labelled balls and rendered shapes, and against blank gel."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -11,12 +11,12 @@ import numpy as np
 from recon.arrays import ContactMask, Frame, Unwarped
 from recon.ball import offsets_mm
 from recon.contact import disturbed_mask
-from recon.estimators import fit_estimator
 from recon.markers.filling import fill_gradients
 from recon.pipeline import reconstruct
-from recon.pixels import BallPress, join, label_pixels
-from recon.presses import press_reader, read_background, read_presses
+from recon.pixels import BallPress
+from recon.presses import press_reader, read_background
 from sensor.dataset import Dataset
+from validation.folds import Fold
 
 READ_NOISE_LEVELS, SHOT_NOISE, FLICKER = (0.5, 2.0), 0.02, 0.002
 COLOUR_DRIFT, STAIN, STAINS_ACROSS = 0.012, 0.003, (16, 12)
@@ -46,34 +46,28 @@ def iou(one: ContactMask, two: ContactMask) -> float:
 
 
 def ball_overlaps(
-    dataset: Dataset,
-    *,
-    estimator: str = "mlp",
-    folds: int = 3,
-    seed: int = 0,
-    progress: Callable[[float], None] = lambda _: None,
+    dataset: Dataset, presses: Sequence[BallPress], folds: Iterable[Fold]
 ) -> list[Overlap]:
-    """Masks of presses that the estimator has not seen, against their labelled discs."""
-    presses = read_presses(dataset).presses
-    order = np.random.default_rng(seed).permutation(len(presses))
+    """Masks of presses that no estimator has learnt from, against their labelled discs.
+
+    Args:
+        dataset: where the presses come from.
+        presses: its usable ones, in order.
+        folds: estimators of all lights, and the presses that each is judged on.
+    """
     found = []
-    for fold in range(folds):
-        judged = order[fold::folds]
-        rest = np.setdiff1d(order, judged)
-        train = join([label_pixels(presses[i], k, seed) for k, i in enumerate(rest)])
-        fitted = fit_estimator(estimator, train, "RGB", seed)
-        for index in judged:
+    for fold in folds:
+        for index in fold.test:
             press = presses[index]
             touch = reconstruct(
                 press.difference,
-                fitted,
+                fold.estimator,
                 missing="none",
                 lights_deg=dataset.card.lights_deg,
                 mm_per_px=press.mm_per_px,
                 hidden=press.hidden,
             )
             found.append(_overlap(press.file, touch.contact, disc(press)))
-        progress((fold + 1) / folds)
     return found
 
 

@@ -12,10 +12,8 @@ import numpy as np
 
 from recon.arrays import ContactMask, Difference
 from recon.contact import contact_mask, disturbed_mask
-from recon.estimators import fit_estimator
 from recon.images import read_frame
 from recon.pipeline import Reconstruction, reconstruct
-from recon.pixels import join, label_pixels
 from recon.presses import press_reader, read_presses
 from recon.shadows import cast_shadows
 from sensor.dataset import Dataset
@@ -24,6 +22,7 @@ from simulation.indenters import shapes
 from simulation.presses import Press, skin_under
 from simulation.skin import Skin, View
 from validation.contact import iou
+from validation.folds import fit_presses
 from validation.shadows import ShadowScore, score_shadows, true_shadows
 
 
@@ -68,8 +67,7 @@ def shape_contacts(
         progress: called with the share that is done.
     """
     presses = read_presses(dataset).presses
-    pixels = join([label_pixels(press, number, seed) for number, press in enumerate(presses)])
-    fitted = fit_estimator(estimator, pixels, "RGB", seed)
+    fitted = fit_presses(presses, range(len(presses)), estimator, "RGB", seed)
     reader = press_reader(dataset)
     card = dataset.card
     lights: Mapping[str, float] = card.lights_deg or {}

@@ -31,6 +31,7 @@ from recon.presses import LeftOut, PressReader, press_reader, refuse_no_press, u
 from sensor.dataset import BallLabel, read_dataset
 from sensor.unit import MissingAxis
 from validation.depth import DepthErrors, depth_errors
+from validation.folds import Fold
 from validation.metrics import PIXEL_SETS, Errors, PixelSet, PressErrors, mean_errors, press_errors
 from validation.splits import Split, splits
 
@@ -74,6 +75,8 @@ class ErrorTable:
     """Per estimator, one entry a held-out press, with all lights."""
     left_out: tuple[tuple[str, str], ...]
     """Presses that could not be used, and why."""
+    folds_fitted: Mapping[str, tuple[Fold, ...]]
+    """Per estimator, what each split taught it, with all lights."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,6 +98,7 @@ class TaskResult:
     presses: Mapping[tuple[MissingAxis, PixelSet], tuple[PressErrors, ...]]
     depth: tuple[DepthErrors, ...]
     """Only where all channels of the dataset are lit."""
+    fitted: GradientEstimator
 
 
 def error_table(
@@ -168,6 +172,14 @@ def error_table(
             for estimator in estimators
         },
         left_out=tuple((press.file, press.reason) for press in survey.left_out),
+        folds_fitted={
+            estimator: tuple(
+                Fold(estimator=result.fitted, test=task.split.test)
+                for task, result in results.items()
+                if (task.estimator, task.channels) == (estimator, "RGB")
+            )
+            for estimator in estimators
+        },
     )
 
 
@@ -214,7 +226,9 @@ def run_task(task: Task) -> TaskResult:
             for name, error in zip(PIXEL_SETS, errors, strict=True):
                 measured.setdefault((missing, name), []).append(error)
     return TaskResult(
-        presses={key: tuple(errors) for key, errors in measured.items()}, depth=tuple(depth)
+        presses={key: tuple(errors) for key, errors in measured.items()},
+        depth=tuple(depth),
+        fitted=estimator,
     )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float32
 
 from recon.calibration import lit_channels
-from recon.estimators import GradientEstimator, fit_estimator, slopes_at, training_pixels
+from recon.estimators import GradientEstimator, slopes_at
 from recon.images import read_frame
 from recon.pipeline import reconstruct
 from recon.pixels import BallPress, Pixels, join, label_pixels
@@ -18,8 +18,8 @@ from sensor.dataset import Dataset, read_dataset
 from sensor.unit import MissingAxis
 from validation.depth import DepthErrors, cap_of, depth_errors, true_depth
 from validation.figures.ball_press import PressPicture
+from validation.folds import Fold
 from validation.side_by_side import Unseen, interval_half_width
-from validation.splits import splits
 
 RANKS = {"median": 0.5, "worst": 1.0}
 """Places in the order of depth RMSE, 0 the best."""
@@ -62,27 +62,23 @@ class HeldOut:
         )
 
 
-def held_out(folder: Path, estimator: str, *, folds: int, seed: int) -> HeldOut:
-    """Fit on the first split of the error table and look at the presses that it holds out.
+def held_out(folder: Path, fold: Fold, seed: int) -> HeldOut:
+    """Look at the presses that an estimator has not learnt from.
 
     The examples are the median press and the worst, by depth RMSE.
 
     Args:
         folder: the dataset.
-        estimator: its name.
-        folds: as for the error table.
-        seed: as for the error table.
+        fold: an estimator of all lit colours, and the presses to look at.
+        seed: of the drawn pixels.
 
     Raises:
         WedgeError: the dataset cannot be used.
     """
     dataset = read_dataset(folder)
     presses = read_presses(dataset)
-    split = splits(len(presses.presses), folds, seed)[0]
-    channels, missing = lit_channels(dataset)
-    train = join([training_pixels(estimator, presses.presses[i], i, seed) for i in split.train])
-    fitted = fit_estimator(estimator, train, channels, seed)
-    judged = [(presses.presses[i], label_pixels(presses.presses[i], i, seed)) for i in split.test]
+    fitted, (_, missing) = fold.estimator, lit_channels(dataset)
+    judged = [(presses.presses[i], label_pixels(presses.presses[i], i, seed)) for i in fold.test]
     estimated = [slopes_at(fitted, press.difference, pixels) for press, pixels in judged]
 
     def rmse_mm(index: int) -> float:
@@ -96,14 +92,14 @@ def held_out(folder: Path, estimator: str, *, folds: int, seed: int) -> HeldOut:
         )
         return depth_errors(found.depth_mm, press, folder, fitted).rmse_mm
 
-    ranked = sorted(split.test, key=rmse_mm)
+    ranked = sorted(fold.test, key=rmse_mm)
     chosen = {ranked[round(RANKS[rank] * (len(ranked) - 1))]: rank for rank in RANKS}
     return HeldOut(
         pixels=join([pixels for _, pixels in judged]),
         estimated=np.concatenate(estimated),
         half_width=interval_half_width(fitted, np.concatenate(estimated)),
-        estimator=estimator,
-        n_presses=len(split.test),
+        estimator=fitted.name,
+        n_presses=len(fold.test),
         examples=tuple(
             replace(
                 example(fitted, missing, dataset, presses, presses.presses[i]),

@@ -17,13 +17,13 @@ from scipy.stats import rankdata
 
 from recon.arrays import Unwarped
 from recon.contact import disturbed_mask
-from recon.estimators import GradientEstimator, fit_estimator
+from recon.estimators import GradientEstimator
 from recon.images import read_frame
 from recon.pipeline import reconstruct
-from recon.pixels import join, label_pixels
 from recon.presses import press_reader, read_presses
 from sensor.dataset import Dataset
 from sensor.errors import WedgeError
+from validation.folds import fit_presses
 
 FORCES = "force.csv"
 REST_FRAMES = 3
@@ -60,9 +60,9 @@ class Lent:
 def lend(twin: Dataset, estimator: str = "mlp", seed: int = 0) -> Lent:
     """Fit an estimator to all presses of the twin."""
     presses = read_presses(twin)
-    pixels = join([label_pixels(press, k, seed) for k, press in enumerate(presses.presses)])
+    everything = range(len(presses.presses))
     return Lent(
-        estimator=fit_estimator(estimator, pixels, "RGB", seed),
+        estimator=fit_presses(presses.presses, everything, estimator, "RGB", seed),
         blank=presses.unwarp(presses.background),
     )
 

@@ -8,12 +8,11 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float, Float32
 
-from recon.calibration import lit_channels
-from recon.estimators import GradientEstimator, fit_estimator, slopes_at, training_pixels
-from recon.pixels import Pixels, join, label_pixels
+from recon.estimators import GradientEstimator, slopes_at
+from recon.pixels import label_pixels
 from recon.presses import press_reader, unusable
-from sensor.dataset import BallLabel, read_dataset
-from validation.splits import splits
+from sensor.dataset import read_dataset
+from validation.folds import Fold
 
 LEAST_PIXELS = 10
 """In a bin that is shown."""
@@ -42,43 +41,33 @@ class Unseen:
         return np.linalg.norm(self.truth.astype(float), axis=1)
 
 
-def unseen_slopes(folder: Path, estimator: str, *, folds: int, seed: int) -> Unseen:
-    """Fit on the first split of the error table and look at the presses that it holds out.
+def unseen_slopes(folder: Path, fold: Fold, seed: int) -> Unseen:
+    """What an estimator says of the contacts that it has not learnt from.
 
     Args:
         folder: the dataset.
-        estimator: its name.
-        folds: as for the error table.
-        seed: as for the error table.
+        fold: an estimator and the presses to look at.
+        seed: of the drawn pixels.
 
     Raises:
         WedgeError: the dataset cannot be used.
     """
     dataset = read_dataset(folder)
     reader = press_reader(dataset)  # few frames in memory: other work goes on beside this
-    labels: list[BallLabel] = []
-    lessons: list[Pixels] = []
-    for label in dataset.labels:
-        press = reader.read(label)
-        if unusable(press) is None:
-            lessons.append(training_pixels(estimator, press, len(labels), seed))
-            labels.append(label)
-    split = splits(len(labels), folds, seed)[0]
-    train = join([lessons[index] for index in split.train])
-    fitted = fit_estimator(estimator, train, lit_channels(dataset)[0], seed)
+    labels = [label for label in dataset.labels if unusable(reader.read(label)) is None]
     truth, estimated = [], []
-    for index in split.test:
+    for index in fold.test:
         press = reader.read(labels[index])
         pixels = label_pixels(press, index, seed)
         pixels = pixels[pixels.contact]
         truth.append(pixels.gradient)
-        estimated.append(slopes_at(fitted, press.difference, pixels))
+        estimated.append(slopes_at(fold.estimator, press.difference, pixels))
     return Unseen(
-        estimator=estimator,
+        estimator=fold.estimator.name,
         truth=np.concatenate(truth),
         estimated=np.concatenate(estimated),
-        half_width=interval_half_width(fitted, np.concatenate(estimated)),
-        n_presses=len(split.test),
+        half_width=interval_half_width(fold.estimator, np.concatenate(estimated)),
+        n_presses=len(fold.test),
     )
 
 

@@ -19,9 +19,10 @@ from benchmarks.integrators import BOUNDARIES, bump_error, three_caps
 from recon.estimators import GradientEstimator, fit_estimator
 from recon.pixels import Pixels
 from recon.poisson import integrate
+from recon.presses import read_presses
 from sensor.errors import WedgeError
 from tests.synthetic import make_dataset, make_fabrication
-from validation import examples
+from validation import folds
 from validation.error_table import error_table
 from validation.examples import held_out, label_shift_deg
 from validation.figures.maps import blank
@@ -78,7 +79,7 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> DatasetResults:
         dataset=dataset,
         about="an ideal sensor",
         table=table,
-        held_out=held_out(dataset.folder, "table", folds=2, seed=0),
+        held_out=held_out(dataset.folder, table.folds_fitted["table"][0], 0),
         command="wedge table set --folds 2 <&>",
     )
 
@@ -256,8 +257,10 @@ def test_held_out_presses_are_no_training_presses(
         learnt.extend(np.unique(pixels.press))
         return fit_estimator(name, pixels, *rest)
 
-    monkeypatch.setattr(examples, "fit_estimator", fit)
-    held = examples.held_out(results.dataset.folder, "table", folds=3, seed=0)
+    monkeypatch.setattr(folds, "fit_estimator", fit)
+    presses = read_presses(results.dataset).presses
+    first = next(folds.fit_folds(presses, "table", "RGB", folds=3, seed=0))
+    held = held_out(results.dataset.folder, first, 0)
     judged = set(np.unique(held.pixels.press))
     assert (len(learnt), len(judged), held.n_presses) == (4, 2, 2)
     assert judged.isdisjoint(learnt)

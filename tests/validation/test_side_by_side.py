@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
+from recon.presses import read_presses
 from tests.synthetic import make_dataset
 from validation.examples import held_out
 from validation.figures.side_by_side import side_by_side_figure
+from validation.folds import fit_folds
 from validation.report.side_by_side import side_by_side_section
 from validation.side_by_side import Unseen, by_steepness, covered, error_map_deg, unseen_slopes
 
@@ -53,9 +55,10 @@ def test_curves_follow_the_slope():
 
 
 def test_the_headline_estimators_pixels_are_those_of_the_others(tmp_path):
-    folder = make_dataset(tmp_path / "set", presses=8).folder
-    alone = unseen_slopes(folder, "table", folds=1, seed=0)
-    beside = held_out(folder, "table", folds=1, seed=0).unseen
+    dataset = make_dataset(tmp_path / "set", presses=8)
+    (fold,) = fit_folds(read_presses(dataset).presses, "table", "RGB", folds=1, seed=0)
+    alone = unseen_slopes(dataset.folder, fold, 0)
+    beside = held_out(dataset.folder, fold, 0).unseen
     assert (alone.truth == beside.truth).all() and (alone.estimated == beside.estimated).all()
     assert alone.error_deg.mean() < 2 and alone.half_width is None
 

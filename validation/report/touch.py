@@ -111,7 +111,7 @@ def contact_section(
         "A contact ends at the contour of pressure along which the skin is steepest on average; "
         "gel that only follows is left out."
     ) + table_html(
-        "Contact masks against the labelled discs of ball presses, 3-fold by press.",
+        "Contact masks against the labelled discs of ball presses not learnt from.",
         ["dataset", "presses", "mean IoU", "least IoU", "radius, found to labelled"],
         rows,
     )
