@@ -50,15 +50,17 @@ class Verdict:
 
 @dataclass
 class Coverage:
-    """How many presses lie in each cell of the pad."""
+    """Where on the pad presses lie, and how many in each of its cells."""
 
     size_px: tuple[int, int]
     counts: Int[np.ndarray, "rows columns"] = field(
         default_factory=lambda: np.zeros((ROWS, COLUMNS), np.int64)
     )
+    centers_px: list[Pair] = field(default_factory=list)
 
     def add(self, center_px: Pair) -> None:
         """Count a press by its centre."""
+        self.centers_px.append(center_px)
         column = int(np.clip(center_px[0] / self.size_px[0] * COLUMNS, 0, COLUMNS - 1))
         row = int(np.clip(center_px[1] / self.size_px[1] * ROWS, 0, ROWS - 1))
         self.counts[row, column] += 1
@@ -69,11 +71,30 @@ class Coverage:
         return f"[{' '.join(rows)}]"
 
     @property
-    def emptiest(self) -> str:
+    def next_cell(self) -> tuple[int, int]:
+        """Row and column of the cell to press next: of the emptiest, the farthest from any press.
+
+        After any number of presses they then lie all over the pad, and no part waits for the last.
+        """
+        cell_px = np.array(self.size_px) / (COLUMNS, ROWS)
+        middles_px = (
+            np.stack(np.meshgrid(np.arange(COLUMNS), np.arange(ROWS)), -1) + 0.5
+        ) * cell_px
+        if not self.centers_px:  # the first goes to the middle
+            gap_px = -np.linalg.norm(middles_px - np.array(self.size_px) / 2, axis=-1)
+        else:
+            away_px = middles_px[:, :, None] - np.array(self.centers_px)
+            gap_px = np.linalg.norm(away_px, axis=-1).min(-1)
+        emptiest = self.counts == self.counts.min()
+        row, column = np.unravel_index(np.where(emptiest, gap_px, -np.inf).argmax(), gap_px.shape)
+        return int(row), int(column)
+
+    @property
+    def next_place(self) -> str:
         """Where to press next, in words."""
-        row, column = np.unravel_index(self.counts.argmin(), self.counts.shape)
-        across = ("top", "upper middle", "lower middle", "bottom")[int(row)]
-        along = ("left (base)", "centre left", "centre", "centre right", "right (tip)")[int(column)]
+        row, column = self.next_cell
+        across = ("top", "upper middle", "lower middle", "bottom")[row]
+        along = ("left (base)", "centre left", "centre", "centre right", "right (tip)")[column]
         return f"{across}, {along}"
 
     @property
@@ -158,7 +179,7 @@ class PressWatcher:
         if self.calipers_left:
             along = "across" if self.calipers_left % 2 else "along"
             return f"press the caliper's jaws, the gap measured {along} the finger"
-        return f"press the ball, {self.coverage.emptiest} is empty"
+        return f"press the ball, next at: {self.coverage.next_place}"
 
     def _look_at_blank(self, frame: Frame, moved: float) -> Verdict:
         if self._blanks and len(self._steps) > 1 and moved > 3 * max(*self._steps, LEAST_STILL):
