@@ -16,7 +16,7 @@ from app.__main__ import main
 from recon.images import read_image
 from recon.stream import Recorder, TimedFrame
 from tests.validation.sensors import change_frames
-from validation.acceptance.certificate import document, junit_xml, page_html
+from validation.acceptance.certificate import document, junit_xml, lines, page_html
 from validation.acceptance.limits import GROUPS, LIMITS, Limit, verdict
 from validation.acceptance.sheet import pdf_bytes, sheet
 
@@ -37,6 +37,13 @@ def test_the_worst_grade_decides(accepted):
     assert verdict(values | {"moved_px": {"": 2.0}}) == "B"
     assert verdict(values | {"moved_px": {"": float("inf")}}) == "fail"
     assert verdict(values | {"contrast_grey_levels": {"R": 30.0, "G": 1.0, "B": 30.0}}) == "fail"
+
+
+def test_no_two_grades_share_one_bound(accepted):
+    shown = {line.title: line for line in lines(accepted)}
+    assert all(line.limit_a != line.limit_b for line in shown.values())
+    counted = shown["colours in another's place"]
+    assert (counted.limit_a, counted.limit_b) == ("≤ 0", "–")
 
 
 def test_every_form_of_the_certificate_says_the_same(calibration, accepted):

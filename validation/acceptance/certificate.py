@@ -106,7 +106,7 @@ def lines(found: Acceptance) -> list[Line]:
             title=limit.title,
             value=shown_value(limit, found.values[limit.name]),
             limit_a=_bound(limit, limit.grade_a),
-            limit_b=_bound(limit, limit.grade_b),
+            limit_b=_bound_b(limit),
             grade=grade_of(limit, found.values[limit.name]),
             reason=limit.reason,
         )
@@ -234,3 +234,9 @@ def _bound(limit: Limit, value: float) -> str:
     # Half a colour is no colour: what is counted has whole limits.
     whole = math.floor(value) if limit.unit == "colours" else value
     return f"{sign} {limit.shown_times * whole:g}"
+
+
+def _bound_b(limit: Limit) -> str:
+    """Grade B's limit; a dash where a count cannot lie between those of A and B."""
+    bound = _bound(limit, limit.grade_b)
+    return "–" if bound == _bound(limit, limit.grade_a) else bound
