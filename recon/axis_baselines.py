@@ -34,7 +34,7 @@ def by_columns(known: Slopes, axis: Axis, mm_per_px: Pair) -> GradientField:
     if axis == "y":
         return swapped(by_columns(known.T, "x", mm_per_px[::-1]))
     depth, _ = depth_by_columns(known, np.ones(known.shape, bool), mm_per_px[1])
-    return _with_slope_of(depth, known, mm_per_px)
+    return _with_slope_of(np.maximum(depth, 0), known, mm_per_px)
 
 
 def by_convex_fit(

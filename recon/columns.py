@@ -5,8 +5,10 @@
 Along each line of lights the depth is the integral of the slope that they show, zero at both ends
 of the disturbed gel. A groove that runs along the lights is seen at its two ends only: such
 integrals carry it from one to the other, where the network, which knows what contacts look like,
-smears it. But they add up noise along each line. What is left at a line's far end, the misclosure,
-tells how much: where integrals and network differ by more, the integrals are believed.
+smears it. But they add up noise and false slopes along each line. What is left at a line's far end,
+the misclosure, and depth that comes out below zero tell how much: where integrals and network
+differ by more, the integrals are believed, and with them the slope as it was measured, which the
+network smears as well.
 """
 
 import cv2
@@ -32,7 +34,7 @@ def depth_by_columns(
 ) -> tuple[Float32[np.ndarray, "h w"], Float32[np.ndarray, " w"]]:
     """Depth (mm) from each column's slopes, and each column's misclosure (mm).
 
-    The misclosure is shared out over the column's disturbed gel; depth below zero is cut off.
+    The misclosure is shared out over the column's disturbed gel. Errors may leave depth below zero.
 
     Args:
         known: ∂depth/∂y, mm/mm.
@@ -46,13 +48,13 @@ def depth_by_columns(
     climb_mm -= per_pixel_mm * disturbed
     depth = np.cumsum(climb_mm, axis=0)
     depth -= climb_mm / 2  # at the pixels' middles
-    return np.maximum(depth, 0) * disturbed, misclosure
+    return depth * disturbed, misclosure
 
 
 def weigh_columns(
     gradient: GradientField, known: Slopes, unseen: Axis, support: Support, mm_per_px: Pair
 ) -> GradientField:
-    """The gradient field whose inferred slope is a mean of the network's and the integrals'.
+    """The gradient field between the network's and that of the integrals and the measured slope.
 
     Args:
         gradient: (h, w, 2), mm/mm, as the network completed it.
@@ -69,15 +71,17 @@ def weigh_columns(
     if width < 2 or not support.any():
         return gradient
     depth, misclosure = depth_by_columns(known, support, mm_per_px[1])
-    by_columns, noise = (
+    by_columns, above_gel, unclosed = (
         np.gradient(_across(lines, SMOOTHING * min(height, width)), mm_per_px[0], axis=1)
-        for lines in (depth, misclosure[None, :])
+        for lines in (np.maximum(depth, 0), np.minimum(depth, 0), misclosure[None, :])
     )
     apart = (by_columns - gradient[..., 0]) * support
-    least = float(np.square(noise[0, support.any(axis=0)]).mean())  # its noise, squared
+    noise = np.square(unclosed[0, support.any(axis=0)]).mean() + np.square(above_gel).max(axis=0)
     around = cv2.GaussianBlur(apart**2, (0, 0), NEIGHBOURHOOD * min(height, width))
+    believed = around / (around + np.maximum(noise, np.float32(1e-12)))
     joined = gradient.copy()
-    joined[..., 0] += apart * around / (around + max(least, 1e-12))
+    joined[..., 0] += believed * apart
+    joined[..., 1] += believed * (known * support - gradient[..., 1])
     return joined
 
 

@@ -4,7 +4,8 @@
 
 Skin that tilts across the lights hardly changes its colour. So a contact appears to such lights as
 two halves, one on the near side and one on the far side, often with a gap or a notch between them;
-what lies between the two has moved as well.
+what lies between the two has moved as well. For the same reason its flanks to the left and right
+of the lights reach farther than their colour tells.
 """
 
 import cv2
@@ -15,6 +16,8 @@ Mask = Bool[np.ndarray, "h w"]
 
 MARGIN_PX = 3
 """The disturbed gel's outline is smoothed: gel may have moved this far around it."""
+FLANK = 1 / 30
+"""Of the frame's shorter side: gel may have moved this far across the lights beside what shows."""
 CROSS = np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8)
 """A pixel and its four neighbours."""
 STILL_DOWN = 0.35
@@ -22,7 +25,7 @@ STILL_DOWN = 0.35
 
 
 def may_have_moved(disturbed: Mask, known: Float[np.ndarray, "h w"]) -> Mask:
-    """Disturbed gel with a margin, and what lies between its parts along the lights.
+    """Disturbed gel with a margin, its flanks, and what lies between its parts along the lights.
 
     Between means: where the slopes above lead down and those below lead up again, whatever patch
     they belong to; and in a column between two pixels of one patch.
@@ -45,4 +48,5 @@ def may_have_moved(disturbed: Mask, known: Float[np.ndarray, "h w"]) -> Mask:
         part = patches[box] == patch
         below, above = np.maximum.accumulate(part), np.maximum.accumulate(part[::-1])[::-1]
         moved[box] |= below & above
-    return moved
+    flanks = np.ones((1, 2 * round(FLANK * min(disturbed.shape, default=0)) + 1), np.uint8)
+    return np.asarray(cv2.dilate(moved.astype(np.uint8), flanks), bool)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from recon.ball import ball_cap
-from recon.moved import MARGIN_PX, may_have_moved
+from recon.moved import FLANK, MARGIN_PX, may_have_moved
 
 CAP = ball_cap((96, 80), (50.0, 38.0), 20.0, 26.0, (1.0, 1.0))
 ALONG_Y = CAP.gradient[..., 1].astype(np.float32)
@@ -48,7 +48,16 @@ def test_nothing_disturbed_is_nothing_moved():
 
 
 def test_the_outline_of_disturbed_gel_has_a_margin():
-    dot = np.zeros((21, 21), bool)
-    dot[10, 10] = True
+    dot = np.zeros((90, 90), bool)
+    dot[40, 40] = True
     moved = may_have_moved(dot, np.zeros(dot.shape))
-    assert moved[10, 10 + MARGIN_PX] and not moved[10, 11 + MARGIN_PX]
+    across_px = MARGIN_PX + round(FLANK * 90)
+    assert moved[40, 40 + across_px] and not moved[40, 41 + across_px]
+    assert moved[40 + MARGIN_PX, 40] and not moved[41 + MARGIN_PX, 40]
+
+
+def test_flanks_that_tilt_across_the_lights_count_as_moved():
+    shown = halves(0.8)
+    with_margin = cv2.dilate(shown.astype(np.uint8), np.ones((1, 2 * MARGIN_PX + 1)))
+    assert not with_margin.any(0)[30:71].all()  # of the columns from rim to rim
+    assert may_have_moved(shown, ALONG_Y)[38, 30:71].all()
