@@ -5,13 +5,14 @@
 ``python -m validation.beyond shapes DATASET`` teaches the presses of a set and reconstructs its
 shapes; ``other TAUGHT JUDGED`` teaches one set and judges the presses of another; ``fewer DATASET``
 teaches ten presses and all, by five folds; ``intervals DATASET`` counts the held-out truths inside
-the intervals. ``--json FILE`` keeps the numbers.
+the intervals. Few presses are chosen twice: as a capture leads them over the pad, and evenly
+through the list, which leaves parts of the pad out. ``--json FILE`` keeps the numbers.
 """
 
 import argparse
 import json
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -25,7 +26,7 @@ from recon.estimators import GradientEstimator, fit_estimator, training_pixels
 from recon.estimators.default import Default
 from recon.pipeline import reconstruct
 from recon.pixels import BallPress, join, label_pixels
-from recon.presses import PressSet, read_presses
+from recon.presses import read_presses
 from sensor.dataset import Dataset, read_dataset
 from sensor.errors import WedgeError
 from sensor.files import write_atomic
@@ -48,21 +49,22 @@ Row = dict[str, Any]
 def shapes(taught: str, names: Sequence[str], count: int | None = None) -> list[Row]:
     """Depth errors of a set's shapes, by estimators that were taught its presses, or some."""
     folder = dataset_folder(taught)
-    dataset, presses = read_dataset(folder), read_presses(read_dataset(folder))
-    if count is not None:
-        spread = np.linspace(0, len(presses.presses) - 1, count).round().astype(int)
-        presses = _only(presses, [int(i) for i in spread])
+    dataset, every = read_dataset(folder), read_presses(read_dataset(folder))
     rows: list[Row] = []
-    for name in names:
-        unit = calibrate(
-            dataset, presses, estimator=name, serial="s", created="-", metrics={}, seed=SEED
-        )
-        rows += [
-            {"estimator": name, "shape": shape.name, "presses": len(presses.presses)}
-            | {"rmse_mm": shape.rmse_mm, "bias_mm": shape.bias_mm}
-            for shape in measure_shapes(folder, unit)
-        ]
-    return _with_ratio(rows, "shape", "rmse_mm")
+    for how in EVERY if count is None else CHOICES:
+        presses = replace(every, presses=tuple(_chosen(every.presses, count, how)))
+        some: list[Row] = []
+        for name in names:
+            unit = calibrate(
+                dataset, presses, estimator=name, serial="s", created="-", metrics={}, seed=SEED
+            )
+            some += [
+                {"estimator": name, "shape": shape.name, "presses": len(presses.presses)}
+                | {"chosen": how, "rmse_mm": shape.rmse_mm, "bias_mm": shape.bias_mm}
+                for shape in measure_shapes(folder, unit)
+            ]
+        rows += _with_ratio(some, "shape", "rmse_mm")
+    return rows
 
 
 def other(taught: str, judged: str, names: Sequence[str]) -> list[Row]:
@@ -93,12 +95,12 @@ def fewer(of: str, names: Sequence[str], count: int) -> list[Row]:
     presses, dataset = _read(of)
     rows: list[Row] = []
     for name in names:
-        for taught in (count, None):
+        for how in (*CHOICES, *EVERY):
             fitted = []
             for split in splits(len(presses), FOLDS, SEED):
-                train = _spread([presses[i] for i in split.train], taught)
+                train = _chosen([presses[i] for i in split.train], count, how)
                 fitted.append((_fit(name, train, dataset), [presses[i] for i in split.test]))
-            rows.append({"estimator": name, "presses": taught or len(train)}
+            rows.append({"estimator": name, "presses": len(train), "chosen": how}
                         | _pooled(fitted, dataset))  # fmt: skip
     return rows
 
@@ -133,15 +135,33 @@ def _read(name: str) -> tuple[list[BallPress], Dataset]:
     return list(read_presses(dataset).presses), dataset
 
 
-def _only(presses: PressSet, chosen: Sequence[int]) -> PressSet:
-    return replace(presses, presses=tuple(presses.presses[i] for i in chosen))
+def _over_the_pad(presses: Presses, count: int) -> list[int]:
+    """That many as a capture leads them: one in the middle, each next far from all before."""
+    size_px = np.array(presses[0].size_px)
+    places = np.array([press.center_px for press in presses])
+    chosen = [int(np.linalg.norm(places - size_px / 2, axis=1).argmin())]
+    while len(chosen) < count:
+        away_px = np.linalg.norm(places[:, None] - places[chosen], axis=-1).min(1)
+        chosen.append(int(away_px.argmax()))
+    return sorted(chosen)
 
 
-def _spread(presses: Presses, count: int | None) -> Presses:
+def _as_listed(presses: Presses, count: int) -> list[int]:
     """That many, evenly through the list."""
-    if count is None or count >= len(presses):
+    return [int(i) for i in np.linspace(0, len(presses) - 1, count).round()]
+
+
+CHOICES: Mapping[str, Callable[[Presses, int], list[int]]] = {
+    "over the pad": _over_the_pad,
+    "as listed": _as_listed,
+}
+EVERY = ("every one",)
+
+
+def _chosen(presses: Presses, count: int | None, how: str) -> Presses:
+    if how not in CHOICES or count is None or count >= len(presses):
         return presses
-    return [presses[i] for i in np.linspace(0, len(presses) - 1, count).round().astype(int)]
+    return [presses[i] for i in CHOICES[how](presses, count)]
 
 
 def _fit(name: str, presses: Presses, dataset: Dataset) -> GradientEstimator:

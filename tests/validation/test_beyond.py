@@ -31,8 +31,9 @@ def test_a_shapes_ratio_is_to_the_papers_error_of_that_shape(folder, monkeypatch
     rows = beyond.shapes(str(folder), ["table"])
     assert [row["shape"] for row in rows] == ["cap"] and rows[0]["ratio"] == 1.0
     assert rows[0]["rmse_mm"] >= abs(rows[0]["bias_mm"])
-    (few,) = beyond.shapes(str(folder), ["table"], count=6)
-    assert few["presses"] == 6
+    few = beyond.shapes(str(folder), ["table"], count=6)
+    assert [row["presses"] for row in few] == [6, 6]
+    assert [row["chosen"] for row in few] == list(beyond.CHOICES)
 
 
 def test_another_set_is_judged_by_what_one_set_taught_and_by_its_own_folds(folder, tmp_path):
@@ -44,10 +45,24 @@ def test_another_set_is_judged_by_what_one_set_taught_and_by_its_own_folds(folde
 
 
 def test_fewer_presses_are_as_many_as_asked_for(folder):
-    few, every = beyond.fewer(str(folder), ["table"], 4)
-    assert few["presses"] == 4 < every["presses"] < 12
-    assert few["judged"] == every["judged"] == 12
-    assert few["contact theta_deg"] >= every["contact theta_deg"]
+    *few, every = beyond.fewer(str(folder), ["table"], 4)
+    assert [row["presses"] for row in few] == [4, 4]
+    assert 4 < every["presses"] < 12
+    for row in few:
+        assert row["judged"] == every["judged"] == 12
+        assert row["contact theta_deg"] >= every["contact theta_deg"]
+
+
+def test_presses_chosen_over_the_pad_leave_no_press_far_from_them(folder):
+    presses, _ = beyond._read(str(folder))
+    places = np.array([press.center_px for press in presses])
+    farthest = {}
+    for how in beyond.CHOICES:
+        chosen = np.array([press.center_px for press in beyond._chosen(presses, 5, how)])
+        assert len(np.unique(chosen, axis=0)) == 5
+        away = np.linalg.norm(places[:, None] - chosen, axis=-1)
+        farthest[how] = away.min(1).max()
+    assert farthest["over the pad"] < farthest["as listed"]
 
 
 def test_the_command_prints_and_keeps_the_rows(folder, tmp_path, monkeypatch, capsys):
