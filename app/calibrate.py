@@ -50,7 +50,7 @@ def main(
     """
     from recon.ball_size import doubtful_ball
     from recon.calibration import calibrate, usual_estimator
-    from recon.presses import one_sided, read_presses
+    from recon.presses import left_out_places, read_presses
     from sensor.dataset import read_dataset
     from sensor.design_file import load_design
     from sensor.files import refuse_kept_folder
@@ -88,7 +88,7 @@ def main(
         )
         unit.save(out)
     print_error_table(measured)
-    for sentence in (one_sided(presses), doubtful_ball(presses.presses)):
+    for sentence in (left_out_places(presses), doubtful_ball(presses.presses)):
         if sentence:
             print(sentence)
     print(f"Unit folder: {out}")

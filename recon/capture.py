@@ -2,16 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which frames of a live sensor are good ball presses, and where on the pad some are missing."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Literal
 
 import cv2
 import numpy as np
-from jaxtyping import Float32, Int
+from jaxtyping import Float32
 
 from recon.arrays import Difference, Frame, Unwarped
 from recon.circles import Circle
 from recon.contact import disturbed_mask
+from recon.coverage import Coverage
 from recon.find_circle import find_circle
 from recon.unwarp import Unwarp
 from sensor.toml import Pair
@@ -32,7 +33,6 @@ MOST_SATURATED = 0.3
 `wedge accept` fails a sensor beyond it; real presses that calibrate lie far below:
 at most 0.12 of 22 of one sensor, none of 98 of two others.
 """
-COLUMNS, ROWS = 5, 4
 
 State = Literal["blank", "waiting", "lift"]
 
@@ -46,61 +46,6 @@ class Verdict:
     """For the person at the sensor: what happened, and what to do next."""
     circle: Circle | None = None
     """Of a ball's frame that was taken; ``None`` for a caliper's."""
-
-
-@dataclass
-class Coverage:
-    """Where on the pad presses lie, and how many in each of its cells."""
-
-    size_px: tuple[int, int]
-    counts: Int[np.ndarray, "rows columns"] = field(
-        default_factory=lambda: np.zeros((ROWS, COLUMNS), np.int64)
-    )
-    centers_px: list[Pair] = field(default_factory=list)
-
-    def add(self, center_px: Pair) -> None:
-        """Count a press by its centre."""
-        self.centers_px.append(center_px)
-        column = int(np.clip(center_px[0] / self.size_px[0] * COLUMNS, 0, COLUMNS - 1))
-        row = int(np.clip(center_px[1] / self.size_px[1] * ROWS, 0, ROWS - 1))
-        self.counts[row, column] += 1
-
-    def __str__(self) -> str:
-        """The map in one line: a group a row from the top, a character a cell, dots empty."""
-        rows = ("".join("." if n == 0 else str(min(n, 9)) for n in row) for row in self.counts)
-        return f"[{' '.join(rows)}]"
-
-    @property
-    def next_cell(self) -> tuple[int, int]:
-        """Row and column of the cell to press next: of the emptiest, the farthest from any press.
-
-        After any number of presses they then lie all over the pad, and no part waits for the last.
-        """
-        cell_px = np.array(self.size_px) / (COLUMNS, ROWS)
-        middles_px = (
-            np.stack(np.meshgrid(np.arange(COLUMNS), np.arange(ROWS)), -1) + 0.5
-        ) * cell_px
-        if not self.centers_px:  # the first goes to the middle
-            gap_px = -np.linalg.norm(middles_px - np.array(self.size_px) / 2, axis=-1)
-        else:
-            away_px = middles_px[:, :, None] - np.array(self.centers_px)
-            gap_px = np.linalg.norm(away_px, axis=-1).min(-1)
-        emptiest = self.counts == self.counts.min()
-        row, column = np.unravel_index(np.where(emptiest, gap_px, -np.inf).argmax(), gap_px.shape)
-        return int(row), int(column)
-
-    @property
-    def next_place(self) -> str:
-        """Where to press next, in words."""
-        row, column = self.next_cell
-        across = ("top", "upper middle", "lower middle", "bottom")[row]
-        along = ("left (base)", "centre left", "centre", "centre right", "right (tip)")[column]
-        return f"{across}, {along}"
-
-    @property
-    def share(self) -> float:
-        """Of the cells that hold a press."""
-        return float((self.counts > 0).mean())
 
 
 class PressWatcher:

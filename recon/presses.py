@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from recon.arrays import Frame, Unwarped
+from recon.coverage import Coverage
 from recon.images import read_frame
 from recon.lens import Lens, read_lens
 from recon.markers.filling import fill_gradients
@@ -19,8 +20,6 @@ from sensor.dataset import LENS_FILE, BallLabel, Dataset
 from sensor.errors import WedgeError
 
 LEAST_RADIUS_PX = 3.0
-REGIONS, FEWEST_REGIONS = 3, 4
-"""Along each side of the pad, and how many of them must have a press."""
 BLANK_SMOOTH_PX, MOST_BLANK_CHANGE = 2.0, 12
 """Grey levels of 255, noise smoothed, that 1 % of the pixels of two blank frames may differ by."""
 LEAST_CHANGE = 2 / 255
@@ -165,19 +164,12 @@ def refuse_no_press(dataset: Dataset, usable: int, left_out: Sequence[LeftOut]) 
         )
 
 
-def one_sided(presses: PressSet) -> str | None:
-    """A sentence where the presses leave most of the pad out; ``None`` where they do not."""
-    centers = np.array([press.center_px for press in presses.presses])
-    width, height = presses.unwarp.size_px
-    columns = np.clip((centers[:, 0] / width * REGIONS).astype(int), 0, REGIONS - 1)
-    rows = np.clip((centers[:, 1] / height * REGIONS).astype(int), 0, REGIONS - 1)
-    touched = len(set(zip(rows.tolist(), columns.tolist(), strict=True)))
-    if touched >= FEWEST_REGIONS:
-        return None
-    return (
-        f"The presses lie in {touched} of {REGIONS**2} regions of the pad: elsewhere its colours "
-        "were never learnt. Press the ball over the whole pad."
-    )
+def left_out_places(presses: PressSet) -> str | None:
+    """A sentence where the presses leave part of the pad out; ``None`` where they do not."""
+    coverage = Coverage(presses.unwarp.size_px)
+    for press in presses.presses:
+        coverage.add(press.center_px)
+    return coverage.left_out
 
 
 def read_background(dataset: Dataset) -> Frame:

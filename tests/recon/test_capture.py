@@ -5,15 +5,7 @@
 import cv2
 import numpy as np
 
-from recon.capture import (
-    BLANK_FRAMES,
-    COLUMNS,
-    ROWS,
-    STILL_FRAMES,
-    Coverage,
-    PressWatcher,
-    Verdict,
-)
+from recon.capture import BLANK_FRAMES, STILL_FRAMES, PressWatcher, Verdict
 from recon.unwarp import prepare_unwarp
 from tests.shading import as_frame, pressed
 
@@ -58,23 +50,6 @@ def test_each_still_press_is_taken_once_where_it_is() -> None:
     assert watch.coverage.counts.sum() == 2
     assert watch.coverage.counts[1, 1] == watch.coverage.counts[2, 3] == 1
     assert str(watch.coverage) == "[..... .1... ...1. .....]"
-
-
-def test_who_presses_where_he_is_told_covers_the_pad_at_any_number() -> None:
-    coverage = Coverage((320, 240))
-    rows, columns = [], []
-    for _ in range(2 * ROWS * COLUMNS):
-        row, column = coverage.next_cell
-        rows.append(row)
-        columns.append(column)
-        coverage.add(((column + 0.5) * 320 / COLUMNS, (row + 0.5) * 240 / ROWS))
-    assert (coverage.counts == 2).all()
-    assert np.hypot(rows[0] - (ROWS - 1) / 2, columns[0] - (COLUMNS - 1) / 2) < 1  # the middle
-    first = set(zip(rows[:5], columns[:5], strict=True))
-    assert {(0, 0), (0, COLUMNS - 1), (ROWS - 1, 0), (ROWS - 1, COLUMNS - 1)} <= first
-    for count in range(8, 20):  # each half of the pad has its share
-        assert abs(np.mean(rows[:count]) - (ROWS - 1) / 2) < 0.35
-        assert abs(np.mean(columns[:count]) - (COLUMNS - 1) / 2) < 0.45
 
 
 def test_the_first_presses_are_the_calipers_where_one_was_asked_for() -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from recon.images import read_image, write_image
 from recon.lens import Lens, write_lens
-from recon.presses import one_sided, read_background, read_presses
+from recon.presses import left_out_places, read_background, read_presses
 from sensor.dataset import LENS_FILE, BallLabel, read_dataset, write_card, write_labels
 from sensor.errors import WedgeError
 from tests.synthetic import (
@@ -219,8 +219,9 @@ def test_blank_frames_that_disagree_are_refused_and_noise_is_not(tmp_path):
 
 def test_presses_in_one_corner_are_said_to_leave_the_pad_out(tmp_path):
     presses = read_presses(make_dataset(tmp_path, presses=12))
-    assert one_sided(presses) is None
+    assert left_out_places(presses) is None
     corner = [p for p in presses.presses if p.center_px[0] < 60 and p.center_px[1] < 45]
-    sentence = one_sided(replace(presses, presses=tuple(corner)))
+    sentence = left_out_places(replace(presses, presses=tuple(corner)))
     assert sentence is not None
+    assert "such as bottom, right (tip), lie" in sentence
     assert "Press the ball over the whole pad" in sentence

@@ -1,0 +1,51 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The map of presses leads over the whole pad and says what they leave out."""
+
+import numpy as np
+import pytest
+
+from recon.coverage import COLUMNS, FAR, ROWS, Coverage
+
+
+def led(presses: int) -> Coverage:
+    """Presses in the middle of each cell that the map asked for."""
+    coverage = Coverage((320, 240))
+    for _ in range(presses):
+        row, column = coverage.next_cell
+        coverage.add(((column + 0.5) * 320 / COLUMNS, (row + 0.5) * 240 / ROWS))
+    return coverage
+
+
+def test_presses_where_the_map_asks_for_them_cover_the_pad_at_any_number() -> None:
+    coverage = Coverage((320, 240))
+    rows: list[int] = []
+    columns: list[int] = []
+    for _ in range(2 * ROWS * COLUMNS):
+        row, column = coverage.next_cell
+        rows.append(row)
+        columns.append(column)
+        coverage.add(((column + 0.5) * 320 / COLUMNS, (row + 0.5) * 240 / ROWS))
+    assert (coverage.counts == 2).all()
+    assert np.hypot(rows[0] - (ROWS - 1) / 2, columns[0] - (COLUMNS - 1) / 2) < 1  # the middle
+    first = set(zip(rows[:5], columns[:5], strict=True))
+    assert {(0, 0), (0, COLUMNS - 1), (ROWS - 1, 0), (ROWS - 1, COLUMNS - 1)} <= first
+    for count in range(8, 20):  # each half of the pad has its share
+        assert abs(np.mean(rows[:count]) - (ROWS - 1) / 2) < 0.35
+        assert abs(np.mean(columns[:count]) - (COLUMNS - 1) / 2) < 0.45
+
+
+@pytest.mark.parametrize("presses", [8, 10, 14, 20, 40])
+def test_ten_presses_where_they_were_asked_for_leave_nothing_out(presses: int) -> None:
+    assert led(presses).left_out is None
+    assert led(presses).gaps_px.max() < FAR * 320
+
+
+def test_what_lies_far_from_every_press_is_named() -> None:
+    upper = Coverage((320, 240))
+    for row in range(2):
+        for column in range(COLUMNS):
+            upper.add(((column + 0.5) * 64, (row + 0.5) * 60))
+    assert upper.left_out is not None
+    assert upper.left_out.startswith("5 of 20 places of the pad, such as bottom, left (base), lie")
+    assert Coverage((320, 240)).left_out is not None
