@@ -20,9 +20,11 @@ from scipy import fft
 from benchmarks.measurement import Measurement
 from recon.arrays import Frame
 from recon.calibration import Calibration
-from recon.estimators.default import HIDDEN, MEMBERS, SLOPE_KNOTS, Default
+from recon.estimators.context import no_context
+from recon.estimators.default import MEMBERS, SLOPE_KNOTS, Default
 from recon.estimators.lean import FLAT
 from recon.estimators.mlp import Mlp
+from recon.estimators.networks import HIDDEN
 from recon.estimators.shading import LIGHT_POWERS
 from recon.fast import FastReconstructor
 from recon.pipeline import Reconstructor
@@ -174,7 +176,7 @@ def _default(gain: float) -> Default:
             random.normal(0, (gain if m == 2 else 1) / np.sqrt(n), (MEMBERS, n, m)).astype("f4"),
             np.zeros((MEMBERS, m), np.float32),
         )
-        for n, m in pairwise((8, *HIDDEN, 2))
+        for n, m in pairwise((12, *HIDDEN, 2))
     )
     return Default(
         channels="RGB",
@@ -183,7 +185,8 @@ def _default(gain: float) -> Default:
         spread=np.full(8, 0.1, np.float32),
         layers=layers,
         gel=FLAT,
-        error90=np.zeros((len(SLOPE_KNOTS), 2), np.float32),
+        context=no_context(3, 8),
+        error90=np.zeros((2, len(SLOPE_KNOTS), 2), np.float32),
     )
 
 

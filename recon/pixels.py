@@ -54,8 +54,8 @@ class BallPress:
 class Pixels:
     """Labelled pixels of one or more presses."""
 
-    color: Float32[np.ndarray, "n 3"]
-    """Difference to the background, RGB."""
+    color: Float32[np.ndarray, "n k"]
+    """Difference to the background, RGB; a lesson may have more columns."""
     position: Float32[np.ndarray, "n 2"]
     """Along x and y, -1 to 1 across the frame."""
     gradient: Float32[np.ndarray, "n 2"]

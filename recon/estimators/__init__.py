@@ -10,7 +10,8 @@ import numpy as np
 from jaxtyping import Float32
 
 from recon.arrays import Difference, GradientField
-from recon.estimators.default import Default, fit_default
+from recon.estimators.default import Default
+from recon.estimators.default_fit import fit_default
 from recon.estimators.lesson import lesson_pixels
 from recon.estimators.lookup_table import LookupTable, fit_lookup_table
 from recon.estimators.mlp import Mlp, fit_mlp
@@ -33,11 +34,11 @@ class GradientEstimator(Protocol):
     def channels(self) -> str:
         """The colours it looks at, some of "RGB" in that order."""
 
-    def prepared(self, difference: Difference) -> Difference:
-        """A frame's difference as its ``slopes`` want it."""
+    def prepared(self, difference: Difference) -> Float32[np.ndarray, "h w k"]:
+        """A frame's difference as its ``slopes`` want it; first three colours."""
 
     def slopes(
-        self, color: Float32[np.ndarray, "n 3"], position: Float32[np.ndarray, "n 2"]
+        self, color: Float32[np.ndarray, "n k"], position: Float32[np.ndarray, "n 2"]
     ) -> Float32[np.ndarray, "n 2"]:
         """Gradients (mm/mm) of pixels, from prepared colours and positions (-1 to 1)."""
 
@@ -119,7 +120,7 @@ def gradient_field(estimator: GradientEstimator, difference: Difference) -> Grad
     """Gradients of a whole difference image, (h, w, 2) float32."""
     height, width = difference.shape[:2]
     position = positions((width, height)).reshape(-1, 2)
-    seen = estimator.prepared(difference).reshape(-1, 3)
+    seen = estimator.prepared(difference).reshape(height * width, -1)
     return estimator.slopes(seen, position).reshape(height, width, 2)
 
 
@@ -127,7 +128,8 @@ def slopes_at(
     estimator: GradientEstimator, difference: Difference, pixels: Pixels
 ) -> Float32[np.ndarray, "n 2"]:
     """Gradients of some pixels of a difference image, as their labels mean them."""
-    seen = estimator.prepared(difference).reshape(-1, 3)[pixels.place]
+    prepared = estimator.prepared(difference)
+    seen = prepared.reshape(-1, prepared.shape[2])[pixels.place]
     return as_labelled(estimator, estimator.slopes(seen, pixels.position), pixels)
 
 

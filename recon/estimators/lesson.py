@@ -16,11 +16,13 @@ and would be taken for steeper slopes by who has never seen them.
 
 from dataclasses import dataclass, replace
 
+import cv2
 import numpy as np
 from jaxtyping import Float
 from scipy.optimize import least_squares
 
 from recon.ball import offsets_mm
+from recon.estimators.context import quartered, surroundings
 from recon.estimators.default import settled
 from recon.pixels import RIM_PX, STEEPEST, BallPress, Pixels, blank_at, positions
 
@@ -41,8 +43,10 @@ DEEPEST = 0.7
 
 
 def lesson_pixels(press: BallPress, index: int, seed: int) -> Pixels:
-    """The pixels of one press to learn from, their colours prepared as the estimator does."""
+    """The pixels of one press to learn from: settled colours, then what lies around them."""
     prepared = settled(press.difference)
+    around = surroundings(quartered(prepared))
+    seen = np.concatenate([prepared, cv2.resize(around, press.size_px)], -1)
     contact_fit = fit_elastic(replace(press, difference=prepared))
     radius_mm = contact_fit.radius_mm
     x_mm, y_mm = offsets_mm(press.size_px, press.center_px, press.mm_per_px)
@@ -67,7 +71,7 @@ def lesson_pixels(press: BallPress, index: int, seed: int) -> Pixels:
     slope = contact_fit.slopes(away_mm, ball_mm) / np.maximum(away_mm, 1e-9)
     gradient = -np.stack([x_mm.ravel()[taken], y_mm.ravel()[taken]], 1) * slope[:, None]
     return Pixels(
-        color=prepared.reshape(-1, 3)[taken],
+        color=seen.reshape(-1, 6)[taken],
         position=positions(press.size_px).reshape(-1, 2)[taken],
         gradient=np.where(is_flat[:, None], 0, gradient).astype(np.float32),
         contact=is_contact,

@@ -13,16 +13,16 @@ import cv2
 import numpy as np
 from jaxtyping import Float32
 
+from recon.estimators.context import SMOOTHING, sampled
 from recon.estimators.default import (
     DRIFT_STEP_PX,
-    HIDDEN,
     LARGEST_DRIFT,
-    SMOOTHING,
     STEEPEST_SLOPE,
     Default,
     raw_inputs,
 )
 from recon.estimators.mlp import channel_indices
+from recon.estimators.networks import HIDDEN
 from recon.fast import floating
 from recon.fast.disturbance import SIDE_PX, QuarterMask, median
 from recon.fast.floating import last_layer, rectified_layer
@@ -30,8 +30,10 @@ from recon.fast.kernels import compiled
 from recon.fast.vectors import BLOCK
 from recon.pixels import positions
 
-INPUTS = 8
-"""Settled R, G, B, blank R, G, B, X, Y: colours that are not looked at have no weight."""
+PREPARED = 7
+"""Settled R, G, B; what is familiar around in R, G, B, and how familiar it is."""
+INPUTS = PREPARED + 5
+"""Beside the prepared: blank R, G, B, X, Y. Colours that are not looked at have no weight."""
 WIDTH = HIDDEN[0]
 STEEPEST = np.float32(STEEPEST_SLOPE**2 / (1 + STEEPEST_SLOPE**2))
 """Square of the steepest normal's component."""
@@ -44,29 +46,46 @@ class FrameEnsemble:
         """Lay out weights and what every frame shares, for frames of (width, height)."""
         width, height = size_px
         lit = channel_indices(estimator.channels)
-        seen = [*lit, *(3 + channel for channel in lit), 6, 7]
+        blank, beside = range(PREPARED, PREPARED + 3), (INPUTS - 2, INPUTS - 1)
+        around = [3 + channel for channel in lit]
+        seen = [*lit, *(blank[channel] for channel in lit), *beside, *around, PREPARED - 1]
         place = positions(size_px).reshape(-1, 2)
         same = raw_inputs(np.zeros((len(place), len(lit)), np.float32), estimator.light, place)
-        self._same = np.zeros((INPUTS - 3, len(place)), np.float32)
-        self._same[[row - 3 for row in seen[len(lit) :]]] = same[:, len(lit) :].T
+        self._same = np.zeros((INPUTS - PREPARED, len(place)), np.float32)
+        own = seen[len(lit) : 2 * len(lit) + 2]
+        self._same[[row - PREPARED for row in own]] = same[:, len(lit) :].T
         self._weights = _weights(estimator, seen)
-        self._settled = np.zeros((3, height, width), np.float32)
-        self._all = np.ones((-(-height // SIDE_PX), -(-width // SIDE_PX)), bool)
+        self._estimator, self._size_px = estimator, size_px
+        self._prepared = np.zeros((PREPARED, height, width), np.float32)
+        quarter = -(-height // SIDE_PX), -(-width // SIDE_PX)
+        self.small = np.zeros((PREPARED, *quarter), np.float32)
+        """What was prepared last, at a quarter of the resolution."""
+        self._rows, self._columns = np.ix_(sampled(height), sampled(width))
+        self._all = np.ones(quarter, bool)
         self._lit, self._sigma_px = lit, SMOOTHING * min(size_px)
 
-    def prepared(self, difference: Float32[np.ndarray, "3 h w"]) -> Float32[np.ndarray, "3 h w"]:
-        """The difference without drift and grain, as planes; the next call overwrites it."""
+    def prepared(self, difference: Float32[np.ndarray, "3 h w"]) -> Float32[np.ndarray, "7 h w"]:
+        """What the estimator prepares of a difference, as planes; the next call overwrites it."""
         for channel in self._lit:
             some = difference[channel, ::DRIFT_STEP_PX, ::DRIFT_STEP_PX].ravel()
             drift = min(max(float(median(some)), -LARGEST_DRIFT), LARGEST_DRIFT)
-            plane = self._settled[channel]
+            plane = self._prepared[channel]
             cv2.GaussianBlur(difference[channel], (0, 0), self._sigma_px, dst=plane)
             plane -= np.float32(drift)
-        return self._settled
+            small = self.small[channel]
+            cv2.resize(plane, small.shape[::-1], dst=small, interpolation=cv2.INTER_AREA)
+        some = self._prepared[:3, self._rows, self._columns]
+        colors = np.ascontiguousarray(np.moveaxis(self.small[:3], 0, -1))
+        around = self._estimator.around(colors, np.moveaxis(some, 0, -1))
+        self.small[3:] = np.moveaxis(around, -1, 0)
+        for channel in (*self._lit, 3):
+            plane = self._prepared[3 + channel]
+            cv2.resize(self.small[3 + channel], self._size_px, dst=plane)
+        return self._prepared
 
     def __call__(
         self,
-        settled: Float32[np.ndarray, "3 h w"],
+        prepared: Float32[np.ndarray, "7 h w"],
         out: Float32[np.ndarray, "2 h w"],
         rows: slice = slice(None),
         near: QuarterMask | None = None,
@@ -75,10 +94,10 @@ class FrameEnsemble:
 
         They are zero outside ``near``.
         """
-        width = settled.shape[2]
-        begin, end, _ = rows.indices(settled.shape[1])
+        width = prepared.shape[2]
+        begin, end, _ = rows.indices(prepared.shape[1])
         _frame(
-            settled.reshape(3, -1),
+            prepared.reshape(PREPARED, -1),
             self._same,
             out.reshape(2, -1),
             self._all if near is None else near,
@@ -93,8 +112,11 @@ def _weights(estimator: Default, seen: list[int]) -> tuple[np.ndarray, ...]:
     """For each layer, a row for each member; the inputs' mean and spread are worked in."""
     weight, bias = (part.astype(np.float64) for part in estimator.layers[0])
     first = np.zeros((len(weight), INPUTS, WIDTH))
-    first[:, seen] = weight / estimator.spread[:, None]
-    shifted = bias - (estimator.mean / estimator.spread) @ weight
+    colors = len(estimator.channels)
+    spread = np.concatenate([estimator.spread, estimator.context.spread, [0.5]])
+    mean = np.concatenate([estimator.mean, np.zeros(colors), [0.5]])
+    first[:, seen] = weight / spread[:, None]
+    shifted = bias - (mean / spread) @ weight
     layers = [(first, shifted), *estimator.layers[1:]]
     neurons = [floating.NEURONS] * len(HIDDEN) + [floating.LAST]
     return tuple(
@@ -104,7 +126,7 @@ def _weights(estimator: Default, seen: list[int]) -> tuple[np.ndarray, ...]:
 
 
 def _pixels(
-    settled: Any,
+    prepared: Any,
     same: Any,
     out: Any,
     near: Any,
@@ -131,10 +153,10 @@ def _pixels(
                 out[0, place] = out[1, place] = 0
             place += 1
         for p in range(count):
-            for k in range(3):
-                values[k, p] = settled[k, places[p]]
-            for k in range(INPUTS - 3):
-                values[3 + k, p] = same[k, places[p]]
+            for k in range(PREPARED):
+                values[k, p] = prepared[k, places[p]]
+            for k in range(INPUTS - PREPARED):
+                values[PREPARED + k, p] = same[k, places[p]]
         normal[:] = 0
         for m in range(members if count else 0):
             rectified_layer(values.ctypes.data, w0[m].ctypes.data, a.ctypes.data, INPUTS, groups)

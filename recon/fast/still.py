@@ -27,7 +27,6 @@ class FrameStill:
         self._size = -(-width // SIDE_PX), -(-height // SIDE_PX)
         shape = self._size[::-1]
         self._network = FrameEnsemble(estimator, self._size)
-        self._color = np.zeros((3, *shape), np.float32)
         self._slopes = np.zeros((2, *shape), np.float32)
         side_px = min(size_px)
         # Variances add: what the averages have not smoothed yet, in averages.
@@ -37,12 +36,10 @@ class FrameStill:
         self._around = np.ones((width_px, width_px), np.uint8)
 
     def __call__(
-        self, settled: Float32[np.ndarray, "3 h w"], disturbed: QuarterMask
+        self, small: Float32[np.ndarray, "7 qh qw"], disturbed: QuarterMask
     ) -> QuarterMask:
-        """Where colour or slope tells of a contact nearby, from a prepared difference."""
-        for plane, small in zip(settled, self._color, strict=True):
-            cv2.resize(plane, self._size, dst=small, interpolation=cv2.INTER_AREA)
-        self._network(self._color, self._slopes)
+        """Where colour or slope tells of a contact nearby, from what was prepared, quartered."""
+        self._network(small, self._slopes)
         for slopes in self._slopes:
             cv2.GaussianBlur(slopes, (0, 0), self._sigma, dst=slopes)
         steep = np.square(self._slopes).sum(0) > CLEAR_SLOPE**2

@@ -141,7 +141,8 @@ def test_the_compiled_ensemble_is_the_estimator(
 
 def test_slopes_near_a_contact_are_those_of_the_whole_frame() -> None:
     network = FrameEnsemble(random_default(), (50, 11))
-    seen = np.random.default_rng(0).normal(0, 0.2, (3, 11, 50)).astype(np.float32)
+    difference = np.random.default_rng(0).normal(0, 0.2, (3, 11, 50)).astype(np.float32)
+    seen = network.prepared(difference)
     whole, part = np.full((2, 2, 11, 50), np.nan, np.float32)
     network(seen, whole)
     near = np.random.default_rng(1).random((3, 13)) < 0.3
@@ -168,10 +169,11 @@ def test_rows_can_be_shared_out(estimator: GradientEstimator) -> None:
     kind = {"mlp": FrameMlp, "default": FrameEnsemble}[estimator.name]
     network = kind(estimator, (50, 11))
     difference = np.random.default_rng(0).normal(0, 0.1, (3, 11, 50)).astype(np.float32)
+    seen = network.prepared(difference) if isinstance(network, FrameEnsemble) else difference
     whole, shared = np.zeros((2, 2, 11, 50), np.float32)
-    network(difference, whole)
+    network(seen, whole)
     for rows in (slice(0, 3), slice(3, 4), slice(4, 11)):
-        network(difference, shared, rows)
+        network(seen, shared, rows)
     np.testing.assert_allclose(shared, whole, atol=1e-6)
 
 
