@@ -48,6 +48,9 @@ where none shows, pressure ends where the contact does."""
 LOWEST_LEVELS = 4
 CREST_SLOPE, CREST_SMOOTHING_PX = 0.3, 2.5
 """A crest beside a deeper contact is flatter than this share of the slopes there."""
+CREST_PRESS = 0.15
+"""More presses on a crest than its depth says, by this share of it. Where collars run out the two
+differ by 0.03 to 0.09, on crests by 0.3 to 0.75 (averages of 9 patches on balls and shapes)."""
 
 
 def disturbed_mask(difference: Difference) -> ContactMask:
@@ -160,7 +163,7 @@ def with_crests(
         return kept
     steep = cv2.GaussianBlur(np.hypot(gradient[..., 0], gradient[..., 1]), (0, 0), 1.0)
     level = beyond & (steep < CREST_SLOPE * np.quantile(steep[kept], 0.9))
-    level &= cv2.GaussianBlur(pressure - depth, (0, 0), CREST_SMOOTHING_PX) > 0
+    level &= cv2.GaussianBlur(pressure - depth, (0, 0), CREST_SMOOTHING_PX) > CREST_PRESS * depth
     crest = cv2.morphologyEx(level.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
     if not crest.any():
         return kept

@@ -16,7 +16,12 @@ from recon.unet_weights import Purpose, shipped_weights
 from sensor.toml import Pair
 
 CONTACT = Purpose(
-    name="contact", version="1", inputs=4, outputs=1, training="recon.contact_training"
+    name="contact",
+    version="2",
+    inputs=4,
+    outputs=1,
+    training="recon.contact_training",
+    fine=(12, 12),
 )
 LARGEST_PX = 400
 """A frame with a longer side is looked at in coarser pixels: the collar is 2 to 9 of them long."""

@@ -2,17 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """Train the network that tells held gel from gel that follows, on random presses alone.
 
-``python -m recon.contact_training --out FILE`` made the shipped weights. Every batch is drawn anew
-from the seed. What is learnt from is not the skin but what a calibrated sensor would measure of it:
-slopes that saturate, that are lost where they are small, and that are wrong over patches of some
-pixels, and the depth that they integrate to. Needs torch, the extra ``train``.
+``python -m recon.contact_training --out FILE`` made the shipped weights. Presses are made once from
+the seed and seen many times, each time mirrored, turned and measured anew. What is learnt from is
+not the skin but what a calibrated sensor would measure of it: slopes that saturate, that are lost
+where they are small, and that are wrong over patches of some pixels, and the depth that they
+integrate to. Needs torch, the extra ``train``.
 """
 
 import argparse
 import sys
 import time
+from collections.abc import Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
-from functools import partial
+from dataclasses import dataclass
+from functools import lru_cache, partial
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -36,11 +39,14 @@ try:
 except ModuleNotFoundError:  # one sentence in place of a traceback
     sys.exit("Training needs torch: install the extra, `pip install gelsight-wedge[train]`.")
 
-FRAME_PX = (96, 128)
+CHANNELS = (16, 24, 32, 48)
+FRAME_PX = (96, 96)
+"""Square: a press is seen in any of its eight mirrored and turned ways."""
 FRAMES = 8
+PRESSES = 6000
+"""Pressed once and kept; each time that one is seen it is measured anew."""
 EMPTY_SHARE = 0.03
 """Untouched gel, so that noise alone is answered with none."""
-LEARNING_RATE = 3e-3
 WARM_UP = 0.1  # of the steps
 STEEPEST_STEP = 0.5  # norm that the loss's gradient is clipped to
 NEAR_PX = 9  # pixels so near to a contact count several times
@@ -54,20 +60,45 @@ TESTED = 200
 Batch = tuple[Float32[np.ndarray, "n 4 h w"], Bool[np.ndarray, "n h w"]]
 
 
+@dataclass(frozen=True, kw_only=True)
+class Course:
+    """How wrong the slopes are that a part of the training sees, and how fast it learns."""
+
+    lost: float
+    """Slopes about as gentle as this come out half as steep, at the worst."""
+    bent: float
+    """How much less or more of a slope is seen, by where it faces: a deviation."""
+    patchy: float
+    """How far off slopes are over some pixels, of themselves, at the worst."""
+    rate: float
+
+
+COURSES = (
+    Course(lost=0.16, bent=0.06, patchy=0.2, rate=3e-3),
+    Course(lost=0.1, bent=0.03, patchy=0.15, rate=1.2e-3),
+)
+"""The second begins with what the first has learnt."""
+
+
 class ContactNet(UNetLayers):
     """The network of ``recon.contact_network``, for training."""
 
     def __init__(self, channels: tuple[int, ...]) -> None:
-        super().__init__(channels, CONTACT.inputs, CONTACT.outputs)
-        nn.init.constant_(self.layers["out"].get_parameter("bias"), FIRST_SCORE)
+        super().__init__(channels, CONTACT.inputs, CONTACT.outputs, CONTACT.fine)
+        nn.init.constant_(self.layers["last"].get_parameter("bias"), FIRST_SCORE)
 
     def forward(self, maps: Float[Tensor, "n 4 h w"]) -> Float[Tensor, "n h w"]:
         """Log odds of being held."""
-        return functional.pixel_shuffle(self.layers["out"](self.features(maps)), 2)[:, 0]
+        found = functional.pixel_shuffle(self.layers["out"](self.features(maps)), 2).relu()
+        found = torch.cat([maps, found], dim=1)
+        for layer in range(len(CONTACT.fine)):
+            found = self.layers[f"fine{layer}"](found).relu()
+        score: Tensor = self.layers["last"](found)[:, 0]
+        return score
 
 
 def measured_gradient(
-    rng: np.random.Generator, skin_px: Float32[np.ndarray, "h w"]
+    rng: np.random.Generator, skin_px: Float32[np.ndarray, "h w"], course: Course
 ) -> Float32[np.ndarray, "h w 2"]:
     """The slopes of a skin as a random calibrated sensor would measure them, px/px.
 
@@ -79,12 +110,13 @@ def measured_gradient(
     if blur_px > 0.3:
         slopes = np.asarray(cv2.GaussianBlur(slopes, (0, 0), blur_px), np.float32)
     steep = np.hypot(slopes[..., 0], slopes[..., 1])
-    lost = rng.uniform(0, 0.06)
+    lost = course.lost * rng.random() ** 2
     most = _log_uniform(rng, 0.9, 4.0)
     gain = steep**2 / (steep**2 + lost**2 + 1e-9) / np.sqrt(1 + (steep / most) ** 2)
+    gain *= _by_direction(rng, slopes, course.bent)
     slopes *= gain[..., None] * rng.uniform(0.85, 1.1, 2).astype(np.float32)
     steep = np.minimum(steep, 1.5)
-    patchy, grain = _log_uniform(rng, 0.01, 0.15), _log_uniform(rng, 0.0005, 0.03)
+    patchy, grain = _log_uniform(rng, 0.01, course.patchy), _log_uniform(rng, 0.0005, 0.03)
     everywhere = 1 if rng.random() < 0.5 else np.minimum(1, steep / 0.05)
     for axis in (0, 1):
         slopes[..., axis] += (
@@ -97,12 +129,50 @@ def measured_gradient(
     return slopes
 
 
-def training_frame(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """The network's input of one press, and where it is held."""
-    skin, touched, _ = random_press(rng, *FRAME_PX)
+def _by_direction(
+    rng: np.random.Generator, slopes: Float32[np.ndarray, "h w 2"], bent: float
+) -> Float32[np.ndarray, "h w"]:
+    """What lights that are not alike make of slopes that face them and of others."""
+    toward = np.arctan2(slopes[..., 1], slopes[..., 0])
+    first, second = rng.normal(0, bent, (2, 2))
+    return np.asarray(
+        1
+        + first[0] * np.cos(toward) + first[1] * np.sin(toward)
+        + second[0] * np.cos(2 * toward) + second[1] * np.sin(2 * toward),
+        np.float32,
+    )  # fmt: skip
+
+
+@lru_cache(maxsize=1)
+def presses(
+    seed: int, count: int
+) -> tuple[Float32[np.ndarray, "n h w"], Bool[np.ndarray, "n h w"]]:
+    """So many skins, in pixels, and where they are held."""
+    skins = np.empty((count, *FRAME_PX), np.float32)
+    touched = np.empty(skins.shape, bool)
+    for index in range(count):
+        rng = np.random.default_rng([seed, count, index])
+        skins[index], touched[index], _ = random_press(rng, *FRAME_PX)
+    return skins, touched
+
+
+def turned(rng: np.random.Generator, maps: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """Square maps, all in the same one of eight ways."""
+    quarters, mirrored = int(rng.integers(4)), bool(rng.integers(2))
+    return [np.rot90(item.T if mirrored else item, quarters).copy() for item in maps]
+
+
+def training_frame(
+    rng: np.random.Generator,
+    course: Course,
+    skin: Float32[np.ndarray, "h w"],
+    touched: Bool[np.ndarray, "h w"],
+) -> tuple[np.ndarray, np.ndarray]:
+    """The network's input of one press, measured and turned at random, and where it is held."""
+    skin, touched = turned(rng, (skin, touched))
     if rng.random() < EMPTY_SHARE:
         skin, touched = np.zeros_like(skin), np.zeros_like(touched)
-    slopes = measured_gradient(rng, skin)
+    slopes = measured_gradient(rng, skin, course)
     border = max(skin[[0, -1]].max(), skin[:, [0, -1]].max())
     if border > CUT * skin.max() > 0:
         depth = integrate(slopes, (1.0, 1.0), "neumann")
@@ -113,10 +183,13 @@ def training_frame(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     return network_input(depth, slopes), touched
 
 
-def training_batch(seed: int, step: int) -> Batch:
-    """Inputs and truth of fresh presses."""
+def training_batch(seed: int, count: int, course: Course, step: int) -> Batch:
+    """Inputs and truth of some of so many presses."""
+    skins, held = presses(seed, count)
     rng = np.random.default_rng([seed, step])
-    maps, touched = zip(*(training_frame(rng) for _ in range(FRAMES)), strict=True)
+    chosen = rng.integers(count, size=FRAMES)
+    frames = [training_frame(rng, course, skins[i], held[i]) for i in chosen]
+    maps, touched = zip(*frames, strict=True)
     return np.stack(maps), np.stack(touched)
 
 
@@ -132,46 +205,62 @@ def loss_of(score: Float[Tensor, "n h w"], truth: Float[Tensor, "n h w"]) -> Ten
     return 2 * (entropy * weight).sum() / weight.sum() + missed
 
 
-def learning_rate(step: int, steps: int) -> float:
+def learning_rate(course: Course, step: int, steps: int) -> float:
     """Up on a line, down on a cosine to zero."""
     share = step / steps
     rise, fall = (share + 1 / steps) / WARM_UP, (share - WARM_UP) / (1 - WARM_UP)
-    return LEARNING_RATE * min(1.0, rise) * 0.5 * (1 + float(np.cos(np.pi * max(0.0, fall))))
+    return course.rate * min(1.0, rise) * 0.5 * (1 + float(np.cos(np.pi * max(0.0, fall))))
 
 
 def train(
-    seed: int, steps: int, channels: tuple[int, ...], executor: Executor
+    seed: int,
+    steps: Sequence[int],
+    channels: tuple[int, ...],
+    executor: Executor,
+    *,
+    count: int = PRESSES,
 ) -> tuple[unet.Weights, list[float]]:
-    """The trained weights and the loss of every step; progress on stdout."""
+    """The trained weights and the loss of every step; progress on stdout.
+
+    Args:
+        seed: of weights, presses and errors.
+        steps: of each course.
+        channels: feature maps on each level of the U-Net.
+        executor: makes the batches.
+        count: of presses.
+    """
     torch.manual_seed(seed)
     network = ContactNet(channels)
     network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]  # torch's stubs
-    optimizer = torch.optim.Adam(network.parameters())
     losses: list[float] = []
     begin = time.monotonic()
-    make = partial(training_batch, seed)
-    for step, (maps, truth) in enumerate(made_ahead(make, range(steps), executor, BATCHES_AHEAD)):
-        for group in optimizer.param_groups:
-            group["lr"] = learning_rate(step, steps)
-        seen = torch.from_numpy(maps).to(memory_format=torch.channels_last)
-        loss = loss_of(network(seen), torch.from_numpy(truth).float())
-        optimizer.zero_grad()
-        loss.backward()
-        nn.utils.clip_grad_norm_(network.parameters(), STEEPEST_STEP)
-        optimizer.step()
-        losses.append(loss.item())
-        if (step + 1) % 100 == 0:
-            mean, spent = np.mean(losses[-100:]), time.monotonic() - begin
-            print(f"step {step + 1}/{steps}  loss {mean:.4f}  {spent:.0f} s", flush=True)
+    for course, last in zip(COURSES, steps, strict=True):
+        optimizer = torch.optim.Adam(network.parameters())
+        make = partial(training_batch, seed, count, course)
+        for step, batch in enumerate(made_ahead(make, range(last), executor, BATCHES_AHEAD)):
+            maps, truth = (torch.from_numpy(values) for values in batch)
+            for group in optimizer.param_groups:
+                group["lr"] = learning_rate(course, step, last)
+            score = network(maps.to(memory_format=torch.channels_last))
+            loss = loss_of(score, truth.float())
+            optimizer.zero_grad()
+            loss.backward()
+            nn.utils.clip_grad_norm_(network.parameters(), STEEPEST_STEP)
+            optimizer.step()
+            losses.append(loss.item())
+            if len(losses) % 100 == 0:
+                mean, spent = np.mean(losses[-100:]), time.monotonic() - begin
+                print(f"step {len(losses)}  loss {mean:.4f}  {spent:.0f} s", flush=True)
     return network.weights(), losses
 
 
-def overlap_on_fresh_presses(weights: unet.Weights, presses: int, seed: int) -> float:
+def overlap_on_fresh_presses(weights: unet.Weights, count: int, seed: int) -> float:
     """Mean intersection over union with the truth of presses that nobody learnt from."""
     rng = np.random.default_rng([seed, 2**31])
     found = []
-    for _ in range(presses):
-        maps, truth = training_frame(rng)
+    for _ in range(count):
+        skin, touched, _ = random_press(rng, *FRAME_PX)
+        maps, truth = training_frame(rng, COURSES[-1], skin, touched)
         if truth.any():
             mask = unet.through_layers(weights, maps)[0] > 0
             found.append((mask & truth).sum() / (mask | truth).sum())
@@ -182,19 +271,22 @@ def main() -> None:
     """Train, save the weights and the loss, and print the overlap on fresh presses."""
     parser = argparse.ArgumentParser(prog="python -m recon.contact_training", description=__doc__)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--steps", type=int, default=5000, help="batches, 2 at least")
-    parser.add_argument("--channels", default=",".join(map(str, unet.CHANNELS)))
+    parser.add_argument("--steps", default="7000,1800", help="batches of each course")
+    parser.add_argument("--channels", default=",".join(map(str, CHANNELS)))
     parser.add_argument("--out", type=Path, required=True, help="the safetensors file to write")
     options = parser.parse_args()
     try:
-        channels = tuple(int(count) for count in options.channels.split(","))
+        channels, steps = (
+            tuple(int(count) for count in text.split(","))
+            for text in (options.channels, options.steps)
+        )
     except ValueError:
-        parser.error("--channels must be whole numbers with commas between them")
-    if options.steps < 2 or len(channels) < 2 or min(channels) < 1:
-        parser.error("--steps and --channels need two at least")
+        parser.error("--steps and --channels must be whole numbers with commas between them")
+    if len(steps) != len(COURSES) or min(steps) < 2 or len(channels) < 2 or min(channels) < 1:
+        parser.error("--steps needs two numbers from 2 up, --channels two or more from 1 up")
     torch.set_num_threads(1)
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:
-        weights, losses = train(options.seed, options.steps, channels, executor)
+        weights, losses = train(options.seed, steps, channels, executor)
     command = (
         f"python -m recon.contact_training --seed {options.seed} --steps {options.steps} "
         f"--channels {','.join(map(str, channels))} --out {options.out.name}"

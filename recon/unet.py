@@ -36,7 +36,10 @@ Features = Float32[np.ndarray, "channels h w"]
 
 
 def layer_shapes(
-    channels: Sequence[int], inputs: int = INPUTS, outputs: int = OUTPUTS
+    channels: Sequence[int],
+    inputs: int = INPUTS,
+    outputs: int = OUTPUTS,
+    fine: Sequence[int] = (),
 ) -> dict[str, tuple[int, int, int]]:
     """Name → (channels out, channels in, kernel side) of every convolution.
 
@@ -44,6 +47,8 @@ def layer_shapes(
         channels: feature maps on each level.
         inputs: maps in.
         outputs: maps out.
+        fine: feature maps of the layers at full resolution behind the U-Net, if there are any; the
+            first of them sees its maps and what went in.
     """
     shapes: dict[str, tuple[int, int, int]] = {}
     for level, (above, here) in enumerate(pairwise((4 * inputs, *channels))):
@@ -53,7 +58,11 @@ def layer_shapes(
         shapes[f"lift{level}"] = (here, below, 1)
         shapes[f"up{level}a"] = (here, 2 * here, 3)
         shapes[f"up{level}b"] = (here, here, 3)
-    shapes["out"] = (4 * outputs, channels[0], 1)
+    shapes["out"] = (4 * (fine[0] if fine else outputs), channels[0], 1)
+    for layer, (above, here) in enumerate(pairwise((inputs + fine[0], *fine) if fine else ())):
+        shapes[f"fine{layer}"] = (here, above, 3)
+    if fine:
+        shapes["last"] = (outputs, fine[-1], 1)
     return shapes
 
 
@@ -114,11 +123,19 @@ def through_layers(weights: Weights, maps: Features) -> Float32[np.ndarray, "out
         lifted = _double(_convolve(weights, f"lift{level}", features))
         features = _relu(_convolve(weights, f"up{level}a", skips[level], lifted))
         features = _relu(_convolve(weights, f"up{level}b", features))
-    return _unfold(_convolve(weights, "out", features))
+    found = _unfold(_convolve(weights, "out", features))
+    if "last.weight" not in weights:
+        return found
+    features = _relu(_convolve(weights, "fine0", maps, _relu(found)))
+    layer = 1
+    while f"fine{layer}.weight" in weights:
+        features = _relu(_convolve(weights, f"fine{layer}", features))
+        layer += 1
+    return _convolve(weights, "last", features)
 
 
 def _convolve(
-    weights: Weights, layer: str, *parts: Features
+    weights: Weights, layer: str, *parts: Float32[np.ndarray, "_ h w"]
 ) -> Float32[np.ndarray, "channels_out h w"]:
     """Zero-padded convolution of the parts' channels, one matrix product per row of the kernel.
 

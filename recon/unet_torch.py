@@ -30,22 +30,25 @@ class UNetLayers(nn.Module):
         channels: feature maps on each level.
         inputs: maps in.
         outputs: maps out.
+        fine: feature maps of the layers at full resolution, if there are any.
     """
 
-    def __init__(self, channels: tuple[int, ...], inputs: int, outputs: int) -> None:
+    def __init__(
+        self, channels: tuple[int, ...], inputs: int, outputs: int, fine: tuple[int, ...] = ()
+    ) -> None:
         super().__init__()
         self.depth = len(channels)
         self.layers = nn.ModuleDict(
             {
                 name: nn.Conv2d(wide_in, wide_out, side, padding="same")
                 for name, (wide_out, wide_in, side) in unet.layer_shapes(
-                    channels, inputs, outputs
+                    channels, inputs, outputs, fine
                 ).items()
             }
         )
         # He's scale keeps signals alive through all layers; the zero spares unlearning an offset.
         for name, layer in self.layers.items():
-            if name == "out":
+            if name == ("last" if fine else "out"):
                 nn.init.zeros_(layer.get_parameter("weight"))
             else:
                 nn.init.kaiming_normal_(layer.get_parameter("weight"), nonlinearity="relu")

@@ -29,6 +29,8 @@ class Purpose:
     outputs: int
     training: str
     """The module that trains it."""
+    fine: tuple[int, ...] = ()
+    """Feature maps of its layers at full resolution."""
 
     @property
     def file(self) -> Path:
@@ -112,7 +114,7 @@ def sha256_of(weights: Mapping[str, np.ndarray]) -> str:
 def _fit_together(weights: Mapping[str, np.ndarray], purpose: Purpose) -> bool:
     """Whether these are all arrays of one U-Net."""
     channels = unet.channels_of(weights)
-    layers = unet.layer_shapes(channels, purpose.inputs, purpose.outputs)
+    layers = unet.layer_shapes(channels, purpose.inputs, purpose.outputs, purpose.fine)
     expected: dict[str, tuple[int, ...]] = {}
     for name, (wide_out, wide_in, side) in layers.items():
         expected |= {f"{name}.weight": (wide_out, wide_in, side, side), f"{name}.bias": (wide_out,)}

@@ -15,6 +15,7 @@ from recon.contact import (
     disturbed_mask,
     edge_levels,
     pressure_mm,
+    with_crests,
 )
 from recon.fast.disturbance import FrameDisturbance, in_pixels
 from tests.synthetic import digitized, gradient_of, shaded
@@ -251,6 +252,17 @@ def test_a_shallow_shank_that_hangs_together_with_its_head_is_kept(shank, height
     disturbed = np.hypot(*np.moveaxis(gradient, -1, 0)) > 0.1
     found = contact_mask(disturbed, depth, gradient, (0.1, 0.1))
     assert overlap(found, touched) > 0.9
+
+
+@pytest.mark.parametrize(("more", "kept"), [(0.05, False), (0.4, True)])
+def test_a_crest_presses_more_than_its_depth_says(more, kept):
+    """A collar that turns out flat, as those of real gels do, is none."""
+    head, beside = disc(45, 60, 20), disc(115, 60, 12)
+    depth = 1.0 * head + 0.2 * beside
+    gradient = np.zeros((HEIGHT, WIDTH, 2))
+    gradient[head] = 0.5
+    found = with_crests(head, head | beside, gradient, depth, depth * (1 + more * beside))
+    assert found[head].all() and found[beside].any() == kept
 
 
 def test_a_flat_face_is_contact_though_its_colour_does_not_change():
