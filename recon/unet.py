@@ -4,7 +4,8 @@
 
 After Ronneberger, Fischer and Brox, MICCAI 2015 (https://arxiv.org/abs/1505.04597), made small.
 Four neighbouring pixels enter as one, each with its own maps, and leave again as four: nothing of
-the picture is lost, and the costly finest level has a quarter of the places. It need not find the
+the picture is lost, and the costly finest level has a quarter of the places. Where single pixels
+decide, as at a contact's edge, a few layers can follow at full resolution. It need not find the
 depth of a large contact by itself: that comes in from a convex fit, which it corrects. Halving is
 by the mean and not by the maximum, since the mean of noisy slopes is what an integral needs.
 ``unet_training`` holds the same network in torch.
