@@ -219,7 +219,6 @@ def _depths(fitted: GradientEstimator, presses: Presses, dataset: Dataset) -> Ro
             ).depth_mm,
             press,
             dataset.folder,
-            fitted,
         )
         for press in presses
     ]

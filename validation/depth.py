@@ -3,8 +3,9 @@
 """Depth against the truth, press by press.
 
 The truth is the ball's cap in closed form; it starts at the rim of the contact circle, so the
-reconstruction's mean error just inside the rim is taken off first. Where a dataset knows the depth
-itself (``truth/NAME.npy``), the reconstruction is judged against that, nothing taken off.
+reconstruction's mean error just inside the rim is taken off first. On a domed gel it is the same
+cap, as a ball sinks in along the gel's own normal. Where a dataset knows the depth itself
+(``truth/NAME.npy``), the reconstruction is judged against that, nothing taken off.
 """
 
 from dataclasses import dataclass
@@ -14,8 +15,7 @@ import numpy as np
 
 from recon.arrays import DepthMap
 from recon.ball import BallCap, ball_cap, offsets_mm
-from recon.estimators import GradientEstimator
-from recon.pixels import BallPress, positions
+from recon.pixels import BallPress
 from sensor.errors import WedgeError
 
 RIM_WIDTH_PX = 1.5
@@ -38,25 +38,18 @@ class DepthErrors:
     peak_truth_mm: float
 
 
-def depth_errors(
-    depth: DepthMap, press: BallPress, folder: Path, estimator: GradientEstimator | None = None
-) -> DepthErrors:
+def depth_errors(depth: DepthMap, press: BallPress, folder: Path) -> DepthErrors:
     """Judge a reconstruction of a press.
 
     Args:
         depth: of the dent, mm.
         press: what was pressed.
         folder: of the dataset, which may know the dent's depth.
-        estimator: that the depth comes from. It knows how a domed gel leans; that is taken off
-            where the truth is the ball's cap, which does not.
 
     Raises:
         WedgeError: the truth file cannot be read or has another size.
     """
     truth = true_depth(depth, press, folder)
-    if estimator is not None and truth.name == "ball cap":
-        depth = depth - _lean_mm(estimator, press)
-        truth = true_depth(depth, press, folder)
     depth = depth - truth.rim_mm
     error = (depth - truth.depth_mm)[truth.depth_mm > 0]
     disc = _distance_mm(press) < max(PEAK_RADIUS * press.contact_radius_mm, max(press.mm_per_px))
@@ -130,16 +123,6 @@ def read_truth(folder: Path, press: BallPress) -> DepthMap | None:
     if not np.isfinite(truth).all() or not (truth > 0).any():
         raise WedgeError(f"{path} must hold finite depths in mm, some of them above zero.")
     return truth
-
-
-def _lean_mm(estimator: GradientEstimator, press: BallPress) -> DepthMap:
-    """Height of the surface with the lean's slopes, each of which depends on its own axis alone."""
-    lean = estimator.lean(positions(press.size_px))
-    along_x, along_y = (
-        (np.cumsum(slopes) - slopes / 2) * pitch_mm
-        for slopes, pitch_mm in zip((lean[0, :, 0], lean[:, 0, 1]), press.mm_per_px, strict=True)
-    )
-    return along_x[None, :] + along_y[:, None]
 
 
 def _distance_mm(press: BallPress) -> DepthMap:

@@ -214,7 +214,7 @@ def run_task(task: Task) -> TaskResult:
         press, pixels = labelled.reader.read(labelled.labels[index]), labelled.pixels[index]
         if task.channels == "RGB":  # no axis is unseen, and the depth is judged too
             found = _reconstructed(estimator, press, "none", lights_deg)
-            depth.append(depth_errors(found.depth_mm, press, task.folder, estimator))
+            depth.append(depth_errors(found.depth_mm, press, task.folder))
             estimated: dict[MissingAxis, Slopes] = {"none": _slopes_in(found, estimator, pixels)}
         else:
             estimated = {

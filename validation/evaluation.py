@@ -181,7 +181,7 @@ def _judge(
             lights_deg=lights_deg,
             mm_per_px=press.mm_per_px,
         )
-        depth.append(depth_errors(found.depth_mm, press, dataset.folder, estimator))
+        depth.append(depth_errors(found.depth_mm, press, dataset.folder))
         progress(done / len(judged))
     return Judged(per_press=tuple(per_press), depth=tuple(depth))
 

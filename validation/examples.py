@@ -90,7 +90,7 @@ def held_out(folder: Path, fold: Fold, seed: int) -> HeldOut:
             lights_deg=dataset.card.lights_deg,
             mm_per_px=press.mm_per_px,
         )
-        return depth_errors(found.depth_mm, press, folder, fitted).rmse_mm
+        return depth_errors(found.depth_mm, press, folder).rmse_mm
 
     ranked = sorted(fold.test, key=rmse_mm)
     chosen = {ranked[round(RANKS[rank] * (len(ranked) - 1))]: rank for rank in RANKS}
@@ -141,7 +141,7 @@ def example(
             contact_radius_mm=press.contact_radius_mm,
             mm_per_px=press.mm_per_px,
         ),
-        depth=depth_errors(found.depth_mm, press, dataset.folder, estimator),
+        depth=depth_errors(found.depth_mm, press, dataset.folder),
     )
 
 

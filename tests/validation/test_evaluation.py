@@ -6,11 +6,15 @@ import numpy as np
 import pytest
 
 import recon.estimators.mlp_training as mlp_training
-from recon.ball import offsets_mm
 from recon.calibration import calibrate
+from recon.pixels import BallPress
 from recon.poisson import integrate
 from recon.presses import read_presses
+from sensor.design import STANDARD
 from sensor.errors import WedgeError
+from simulation.indenters import calibration_ball
+from simulation.presses import ball_presses, contact_circle_px, skin_under
+from simulation.skin import gel_view, rest_height_mm
 from tests.synthetic import MM_PER_PX, SIZE_PX, make_dataset, true_depth_mm
 from validation.depth import cap_of, depth_errors, read_truth
 from validation.evaluation import evaluate_unit, held_out_metrics, hold_out
@@ -46,30 +50,26 @@ def test_true_gradients_give_the_true_depth(dataset):
     assert errors.peak_mm == pytest.approx(errors.peak_truth_mm, rel=0.02)
 
 
-def test_the_lean_of_a_domed_gel_is_no_error_of_the_depth(dataset):
-    class Domed:
-        name, channels, flattens = "domed", "RGB", False
-
-        def prepared(self, difference):
-            return difference
-
-        def slopes(self, color, position):
-            return np.zeros_like(position)
-
-        def lean(self, position):
-            return np.float32([0.02, 0]) + np.float32([-0.1, -0.2]) * position
-
-        def tensors(self):
-            return {}
-
-    press = read_presses(dataset).presses[0]
-    cap, gel = cap_of(press), Domed()
-    x_mm, y_mm = offsets_mm(press.size_px, (59.5, 44.5), MM_PER_PX)  # the frame's middle
-    dome = 0.02 * x_mm - 0.1 * x_mm**2 / 12 - 0.2 * y_mm**2 / 9
-    dent = depth_of(cap.gradient) + dome
-    as_dome = depth_errors(dent, press, dataset.folder, gel)
-    assert as_dome.rmse_mm < 0.01 * as_dome.peak_truth_mm
-    assert depth_errors(dent, press, dataset.folder).rmse_mm > 2 * as_dome.rmse_mm
+def test_the_dent_of_a_ball_in_a_domed_gel_is_its_cap_and_does_not_lean_as_the_gel_does(tmp_path):
+    view, off, leant = gel_view(STANDARD, 240), [], []
+    dome = rest_height_mm(STANDARD.gel, *view.grid_mm)
+    for place in ball_presses(STANDARD, calibration_ball(), 3, seed=0):
+        skin = skin_under(STANDARD, view, place)
+        *center_px, radius_px = contact_circle_px(skin)
+        press = BallPress(
+            file="ball.png",
+            difference=np.zeros((*dome.shape, 3), np.float32),
+            center_px=tuple(center_px),
+            contact_radius_px=radius_px,
+            ball_radius_mm=place.indenter.round_mm,
+            mm_per_px=view.mm_per_px,
+        )
+        errors = depth_errors(skin.depth_mm, press, tmp_path)
+        off.append(errors.rmse_mm / errors.peak_truth_mm)
+        leaning = depth_errors(skin.depth_mm + dome, press, tmp_path)
+        leant.append(leaning.rmse_mm / errors.peak_truth_mm)
+    assert np.mean(off) < 0.05
+    assert np.mean(leant) > 2 * np.mean(off)
 
 
 def test_half_the_slope_is_half_the_depth(dataset):
