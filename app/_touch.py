@@ -15,10 +15,10 @@ if TYPE_CHECKING:
     from sensor.toml import Pair
     from validation.contact import Overlap
     from validation.contact_shapes import ShapeContact
-    from validation.error_table import ErrorTable
     from validation.folds import Fold
     from validation.force import ForceCurve
     from validation.report.page import Section
+    from validation.report.results import DatasetResults
 
 TWIN = "twin-standard"
 SHOWN = "wedge-lab"
@@ -27,13 +27,13 @@ SHOWN_PRESSES = tuple(f"ball-{number}.jpg" for number in range(8, 20))
 
 
 def touch_sections(
-    tables: "Sequence[ErrorTable]", estimator: str, executor: Executor
+    results: "Sequence[DatasetResults]", estimator: str, executor: Executor
 ) -> "list[Section]":
     """The sections, of the sets that are here.
 
     Args:
-        tables: of datasets with labelled balls on this machine; masks are judged on the presses
-            that each fold of the table holds out.
+        results: of datasets with labelled balls on this machine; masks are judged on the presses
+            that each fold of the error table holds out.
         estimator: what masks and depths are made with; one of the tables'.
         executor: does the sets side by side.
     """
@@ -47,10 +47,10 @@ def touch_sections(
     sections: list[Section] = []
     with progress("contact and dots") as show:
         judged = {
-            table.dataset: executor.submit(
-                _overlaps, dataset_folder(table.dataset), table.folds_fitted[estimator]
+            item.table.dataset: executor.submit(
+                _overlaps, item.dataset.folder, item.table.folds_fitted[estimator]
             )
-            for table in tables
+            for item in results
         }
         held = executor.submit(_shapes, dataset_folder(TWIN), estimator) if TWIN in here else None
         clips = [dataset_folder(clip.name) for clip in CLIPS if {clip.name, TWIN} <= here]

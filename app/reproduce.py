@@ -118,7 +118,7 @@ def main(out: Path = Path("build"), folds: int = 5, seed: Seed = 0) -> int:
         likeness = _fidelity(known, executor) if shapes else []
         touches = dict(zip(shapes, (future.result() for future in few_lights), strict=True))
         tracking = executor.submit(_tracking)
-        touch = touch_sections([item.table for item in results], TOUCHED, executor)
+        touch = touch_sections(results, TOUCHED, executor)
         tracked = tracking.result()
     with progress("figures and page") as show:
         sections = [headline_section(results), files]

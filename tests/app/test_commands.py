@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import recon.estimators.default_training as default_training
 import recon.estimators.mlp_training as mlp_training
 from app.__main__ import main
 from recon.images import read_image, write_image
@@ -32,8 +33,7 @@ def workplace(tmp_path_factory):
     folder = tmp_path_factory.mktemp("workplace")
     make_dataset(folder / "set", presses=12)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(mlp_training, "PIXELS", 8000)
-        patch.setattr(mlp_training, "BATCH", 128)
+        patch.setattr(default_training, "STEPS", 600)
         assert run("calibrate", folder / "set", "--out", folder / "unit") == 0
     return folder
 
@@ -58,10 +58,17 @@ def contents(folder):
     return {p.relative_to(folder): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
 
 
-@pytest.mark.parametrize("options", [{}, {"corners_px": KEYSTONE_PX}, {"in_npz": True}])
-def test_presses_to_depth(tmp_path, capsys, options):
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({}, ()),
+        ({"corners_px": KEYSTONE_PX}, ("--estimator", "table")),
+        ({"in_npz": True}, ("--estimator", "table")),
+    ],
+)
+def test_presses_to_depth(tmp_path, capsys, options, words):
     dataset = make_dataset(tmp_path / "set", presses=12, **options)
-    assert run("calibrate", dataset.folder, "--out", tmp_path / "unit") == 0
+    assert run("calibrate", dataset.folder, *words, "--out", tmp_path / "unit") == 0
     assert sorted(p.name for p in (tmp_path / "unit").iterdir()) == [
         "background.png",
         "gradients.safetensors",
@@ -292,7 +299,7 @@ def test_disk_full_leaves_nothing_half_written(workplace, tmp_path, monkeypatch,
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "fsync", full)
-    words = ["calibrate", workplace / "set", "--out", tmp_path / "unit"]
+    words = ["calibrate", workplace / "set", "--estimator", "table", "--out", tmp_path / "unit"]
     assert "No space left" in refused(capsys, *words)
     words = ["table", workplace / "set", "--estimator", "table", "--json", tmp_path / "t.json"]
     assert "t.json" in refused(capsys, *words)
