@@ -22,10 +22,10 @@ from typing import Any
 import numpy as np
 
 from recon.calibration import calibrate, lit_channels
-from recon.estimators import GradientEstimator, fit_estimator, training_pixels
+from recon.estimators import GradientEstimator
 from recon.estimators.default import Default
 from recon.pipeline import reconstruct
-from recon.pixels import BallPress, join, label_pixels
+from recon.pixels import BallPress, label_pixels
 from recon.presses import read_presses
 from sensor.dataset import Dataset, read_dataset
 from sensor.errors import WedgeError
@@ -33,6 +33,7 @@ from sensor.files import write_atomic
 from validation.datasets import dataset_folder
 from validation.depth import depth_errors
 from validation.error_table import measure_press
+from validation.folds import fit_presses
 from validation.metrics import PIXEL_SETS, PressErrors, mean_errors
 from validation.shapes import measure_shapes
 from validation.splits import splits
@@ -165,8 +166,7 @@ def _chosen(presses: Presses, count: int | None, how: str) -> Presses:
 
 
 def _fit(name: str, presses: Presses, dataset: Dataset) -> GradientEstimator:
-    pixels = join([training_pixels(name, press, i, SEED) for i, press in enumerate(presses)])
-    return fit_estimator(name, pixels, lit_channels(dataset)[0], SEED)
+    return fit_presses(presses, range(len(presses)), name, lit_channels(dataset)[0], SEED)
 
 
 def _field(fitted: GradientEstimator, press: BallPress, dataset: Dataset) -> np.ndarray:

@@ -18,14 +18,14 @@ from jaxtyping import Float
 
 from recon.arrays import GradientField
 from recon.ball import offsets_mm
-from recon.estimators import fit_estimator, gradient_field, training_pixels
-from recon.pixels import BallPress, join, positions
+from recon.estimators import gradient_field
+from recon.pixels import BallPress, positions
 from recon.presses import read_presses
 from sensor.dataset import read_dataset
 from sensor.errors import WedgeError
 from validation.datasets import dataset_folder
 from validation.depth import cap_of
-from validation.splits import splits
+from validation.folds import fit_folds
 
 RINGS = np.round(np.arange(0.3, 1.51, 0.05), 2)
 """Edges of the rings, in labelled contact radii."""
@@ -82,16 +82,13 @@ def _ring_means(press: BallPress, field: GradientField) -> Float[np.ndarray, "2 
 def held_out_profile(dataset: str, estimator: str) -> RimProfile:
     """The rings of all presses, each found by an estimator that has not learnt from it."""
     presses = list(read_presses(read_dataset(dataset_folder(dataset))).presses)
-    lessons = [training_pixels(estimator, press, i, SEED) for i, press in enumerate(presses)]
     judged: list[BallPress] = []
     fields: list[GradientField] = []
-    for split in splits(len(presses), FOLDS, SEED):
-        taught = join([lessons[i] for i in split.train])
-        fitted = fit_estimator(estimator, taught, "RGB", SEED)
-        for i in split.test:
+    for fold in fit_folds(presses, estimator, "RGB", folds=FOLDS, seed=SEED):
+        for i in fold.test:
             judged.append(presses[i])
-            lean = fitted.lean(positions(presses[i].size_px))
-            fields.append(gradient_field(fitted, presses[i].difference) - lean)
+            lean = fold.estimator.lean(positions(presses[i].size_px))
+            fields.append(gradient_field(fold.estimator, presses[i].difference) - lean)
     return rim_profile(judged, fields)
 
 
