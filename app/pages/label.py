@@ -157,6 +157,7 @@ class LabelPage:
         x, y, radius = label.center_x_px, label.center_y_px, label.contact_radius_px
         scale = float(np.sqrt(np.prod(self.reader.dataset.card.mm_per_px)))
         known = "not scored" if label.quality is None else f"quality {label.quality:.2f}"
+        known = "let go to keep" if self.moved else known
         self.heading.set_text(
             f"{self.file}: centre ({x:.2f}, {y:.2f}) px, radius {radius:.2f} px"
             f" = {radius * scale:.2f} mm, {known}"

@@ -110,6 +110,8 @@ def test_a_folded_pad_and_a_card_changed_meanwhile_are_refused(tmp_path: Path) -
 def test_a_corner_is_dragged_in_a_browser_and_survives_a_kill(tmp_path: Path) -> None:
     from playwright.sync_api import expect, sync_playwright
 
+    expect.set_options(timeout=30_000)
+
     folder = raw_set(tmp_path / "set", quality=0.9).folder
     with closing(socket.socket()) as probe:
         probe.bind(("127.0.0.1", 0))

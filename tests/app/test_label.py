@@ -145,6 +145,8 @@ def address(tmp_path: Path) -> Iterator[str]:
 def test_a_circle_is_dragged_resized_and_undone_in_a_browser(address: str, tmp_path: Path) -> None:
     from playwright.sync_api import expect, sync_playwright
 
+    expect.set_options(timeout=30_000)
+
     folder = tmp_path / "set"
     before = {label.file: label for label in read_dataset(folder).labels}
     with sync_playwright() as playwright:
@@ -161,6 +163,7 @@ def test_a_circle_is_dragged_resized_and_undone_in_a_browser(address: str, tmp_p
         expect(heading).to_contain_text("centre")
         file = heading.inner_text().split(":")[0]
         picture = page.locator("#picture img").first
+        expect(picture).to_have_js_property("complete", True)
         box = picture.bounding_box()
         assert box is not None
         scale = box["width"] / 120
@@ -170,6 +173,8 @@ def test_a_circle_is_dragged_resized_and_undone_in_a_browser(address: str, tmp_p
         page.mouse.move(x, y)
         page.mouse.down()
         page.mouse.move(x + 5 * scale, y, steps=3)
+        expect(heading).to_contain_text("let go to keep")
+        assert read_dataset(folder).labels == tuple(before.values())
         page.mouse.up()
         expect(heading).to_contain_text("quality 1.00")
         moved = {item.file: item for item in read_dataset(folder).labels}[file]
