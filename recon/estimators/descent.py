@@ -1,0 +1,192 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How the small networks learn: backpropagation written out, Adam, one cycle of its rates.
+
+A step of so small a network is over sooner than autograd has noted down what it did. So the
+gradient is written here by hand, into buffers that stay, and all weights lie in one array, which
+Adam changes at once. ``tests/recon/test_descent.py`` holds each against torch's own.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from math import cos, pi, sqrt
+
+import torch
+
+PEAK_LEARNING_RATE = 1e-2
+"""Of a one-cycle schedule (Smith and Topin, 2018)."""
+RISES = 0.3
+"""Share of the steps in which the rate rises; it then falls. The defaults of torch, as all here."""
+FIRST_RATE, LAST_RATE = PEAK_LEARNING_RATE / 25, PEAK_LEARNING_RATE / 25e4
+MOST_MEMORY, LEAST_MEMORY = 0.95, 0.85
+"""Adam's beta 1, which falls while the rate rises."""
+SQUARES_MEMORY, LEAST_ROOT = 0.999, 1e-8
+"""Adam's beta 2 and epsilon (Kingma and Ba, 2015)."""
+REPORT_EVERY = 200
+
+Layer = tuple[torch.Tensor, torch.Tensor]
+"""Weight (member, in, out) and bias (member, 1, out)."""
+Batch = tuple[torch.Tensor, torch.Tensor]
+"""Inputs (member, row, in) and what is wanted of them (member, row, out)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Activation:
+    """A function between layers; both work in place."""
+
+    apply: Callable[[torch.Tensor], torch.Tensor]
+    weigh: Callable[[torch.Tensor, torch.Tensor], torch.Tensor]
+    """Multiply a gradient by the derivative where the function's values are these; the values
+    are spent."""
+
+
+_ONE = torch.ones(1)
+RECTIFIER = Activation(
+    apply=lambda values: values.clamp_min_(0),
+    weigh=lambda gradient, values: gradient.mul_(values.sign_()),
+)
+TANH = Activation(
+    apply=lambda values: values.tanh_(),
+    weigh=lambda gradient, values: gradient.mul_(
+        torch.addcmul(_ONE, values, values, value=-1, out=values)  # rounds as autograd does
+    ),
+)
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Torch on one thread and without autograd: small batches do not pay for two."""
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        with torch.inference_mode():
+            yield
+    finally:
+        torch.set_num_threads(threads)
+
+
+def descend(
+    first: Sequence[Layer],
+    activation: Activation,
+    batches: Iterable[Batch],
+    steps: int,
+    progress: Callable[[float], None],
+) -> tuple[Layer, ...]:
+    """Networks side by side after one step of Adam for each batch, by mean squared error.
+
+    Args:
+        first: weights to begin with.
+        activation: after every layer but the last.
+        batches: as many as ``steps``.
+        steps: of the one cycle.
+        progress: called with the share that is done.
+    """
+    weights = torch.cat([part.reshape(-1) for layer in first for part in layer])
+    gradient = torch.zeros_like(weights)
+    layers, slopes = _views(weights, first), _views(gradient, first)
+    mean, squares = torch.zeros_like(weights), torch.zeros_like(weights)
+    rooms: dict[int, Room] = {}
+    for step, (inputs, wanted) in enumerate(batches, start=1):
+        rows = inputs.shape[1]  # an epoch's last batch may have fewer
+        room = rooms.get(rows) or rooms.setdefault(rows, room_for(layers, rows))
+        backpropagate(layers, activation, inputs, wanted, slopes, room)
+        rate, memory = one_cycle(step - 1, steps)
+        adam(weights, gradient, mean, squares, step, rate, memory)
+        if step % REPORT_EVERY == 0 or step == steps:
+            progress(step / steps)
+    return layers
+
+
+@dataclass(frozen=True, kw_only=True)
+class Room:
+    """Where a step writes: for each layer (member, row, out)."""
+
+    values: tuple[torch.Tensor, ...]
+    errors: tuple[torch.Tensor, ...]
+
+
+def room_for(layers: Sequence[Layer], rows: int) -> Room:
+    """Room for batches of that many rows."""
+    shapes = [(len(bias), rows, bias.shape[2]) for _, bias in layers]
+    return Room(
+        values=tuple(torch.empty(shape) for shape in shapes),
+        errors=tuple(torch.empty(shape) for shape in shapes),
+    )
+
+
+def backpropagate(
+    layers: Sequence[Layer],
+    activation: Activation,
+    inputs: torch.Tensor,
+    wanted: torch.Tensor,
+    slopes: Sequence[Layer],
+    room: Room,
+) -> None:
+    """The gradient of each network's mean squared error by its weights and biases.
+
+    Args:
+        layers: of the networks.
+        activation: after every layer but the last.
+        inputs: (member, row, in).
+        wanted: (member, row, out).
+        slopes: of the layers' shapes; the gradient is written here.
+        room: for as many rows; what it held is lost.
+    """
+    seen = inputs
+    for index, (weight, bias) in enumerate(layers):
+        torch.baddbmm(bias, seen, weight, out=room.values[index])
+        if index < len(layers) - 1:
+            seen = activation.apply(room.values[index])
+    error = torch.sub(room.values[-1], wanted, out=room.errors[-1]).mul_(2 / wanted[0].numel())
+    for index in reversed(range(len(layers))):
+        seen = room.values[index - 1] if index else inputs
+        torch.bmm(seen.mT, error, out=slopes[index][0])
+        torch.sum(error, 1, keepdim=True, out=slopes[index][1])
+        if index:
+            torch.bmm(error, layers[index][0].mT, out=room.errors[index - 1])
+            error = activation.weigh(room.errors[index - 1], seen)
+
+
+def adam(
+    weights: torch.Tensor,
+    gradient: torch.Tensor,
+    mean: torch.Tensor,
+    squares: torch.Tensor,
+    step: int,
+    rate: float,
+    memory: float,
+) -> None:
+    """One step of Adam, in place; ``step`` counts from 1, ``memory`` is beta 1."""
+    mean.lerp_(gradient, 1 - memory)
+    squares.mul_(SQUARES_MEMORY).addcmul_(gradient, gradient, value=1 - SQUARES_MEMORY)
+    root = squares.sqrt().div_(sqrt(1 - SQUARES_MEMORY**step)).add_(LEAST_ROOT)
+    weights.addcdiv_(mean, root, value=-rate / (1 - memory**step))
+
+
+def one_cycle(step: int, steps: int) -> tuple[float, float]:
+    """The learning rate and Adam's beta 1 at a step, counted from 0: both on half a cosine."""
+    top = RISES * steps - 1
+    if step <= top:
+        share = step / top
+        rates, memories = (FIRST_RATE, PEAK_LEARNING_RATE), (MOST_MEMORY, LEAST_MEMORY)
+    else:
+        share = (step - top) / (steps - 1 - top)
+        rates, memories = (PEAK_LEARNING_RATE, LAST_RATE), (LEAST_MEMORY, MOST_MEMORY)
+    left = (1 + cos(pi * share)) / 2
+    rate, memory = (end + (start - end) * left for start, end in (rates, memories))
+    return rate, memory
+
+
+def uniform(shape: tuple[int, ...], fan_in: int, random: torch.Generator) -> torch.Tensor:
+    """First weights within 1 / sqrt(fan in), as torch draws them for one layer."""
+    bound = fan_in**-0.5
+    return torch.empty(shape).uniform_(-bound, bound, generator=random)
+
+
+def _views(flat: torch.Tensor, like: Sequence[Layer]) -> tuple[Layer, ...]:
+    """Layers of these shapes that lie one after the other in a flat array."""
+    shapes = [part.shape for layer in like for part in layer]
+    pieces = flat.split([shape.numel() for shape in shapes])
+    parts = [piece.view(shape) for piece, shape in zip(pieces, shapes, strict=True)]
+    return tuple(zip(parts[::2], parts[1::2], strict=True))
