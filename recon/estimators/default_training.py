@@ -50,9 +50,10 @@ def _batches(
     random: torch.Generator,
 ) -> Iterator[Batch]:
     """Pixels drawn for each network from its own."""
+    every, counts = torch.cat(list(own)), [len(pixels) for pixels in own]
+    begins = torch.tensor([0, *counts[:-1]]).cumsum(0)[:, None]
     for _ in range(steps):
-        rows = torch.cat(
-            [pixels[torch.randint(len(pixels), (BATCH,), generator=random)] for pixels in own]
-        )
+        drawn = [torch.randint(count, (BATCH,), generator=random) for count in counts]
+        rows = every.index_select(0, (torch.stack(drawn) + begins).view(-1))
         seen, answer = (table.index_select(0, rows) for table in (x, y))
         yield seen.view(len(own), BATCH, -1), answer.view(len(own), BATCH, -1)
