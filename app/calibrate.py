@@ -11,6 +11,7 @@ import tyro
 from app._output import OutputFile, check_outputs, print_error_table, write_json
 from app._progress import progress
 from app._seed import Seed
+from app._workers import process_pool
 from sensor.design import Wedge
 from sensor.errors import WedgeError
 
@@ -49,7 +50,8 @@ def main(
         json: Write the errors on the held-out presses here as JSON.
     """
     from recon.ball_size import doubtful_ball
-    from recon.calibration import calibrate, usual_estimator
+    from recon.calibration import lit_channels, unit_of, usual_estimator
+    from recon.estimators import fit_estimator, lesson_of
     from recon.presses import left_out_places, read_presses
     from sensor.dataset import read_dataset
     from sensor.design_file import load_design
@@ -66,25 +68,27 @@ def main(
     folder = _dataset_of(Path(dataset), out, built_from, ball_radius_mm)
     source = read_dataset(folder or dataset_folder(dataset))
     estimator = estimator or usual_estimator(source)
-    with progress(f"calibration on {dataset}") as show:
+    with process_pool() as pool, progress(f"calibration on {dataset}") as show:
         presses = read_presses(source, lambda share: show(0.2 * share, "reading presses"))
+        everything = lesson_of(estimator, presses.presses, range(len(presses.presses)), seed)
+        lit, _ = lit_channels(source)
+        kept = pool.submit(fit_estimator, estimator, everything, lit, seed)  # beside what follows
         measured = hold_out(
             source,
             presses,
             estimator,
             seed=seed,
-            progress=lambda share: show(0.2 + 0.4 * share, "measuring held-out presses"),
+            progress=lambda share: show(0.2 + 0.7 * share, "measuring held-out presses"),
         )
-        unit = calibrate(
+        show(0.9, "fitting all presses")
+        unit = unit_of(
             source,
             presses,
-            estimator=estimator,
+            kept.result(),
             serial=out.resolve().name,
             created=datetime.now(UTC).date().isoformat(),
             metrics=held_out_metrics(measured, fitted_presses=len(presses.presses)),
-            seed=seed,
             design=built_from,
-            progress=lambda share: show(0.6 + 0.4 * share, "fitting all presses"),
         )
         unit.save(out)
     print_error_table(measured)

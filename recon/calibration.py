@@ -13,15 +13,14 @@ from recon.arrays import Frame
 from recon.estimators import (
     GradientEstimator,
     fit_estimator,
+    lesson_of,
     restore_estimator,
-    training_pixels,
 )
 from recon.estimators.default import Default
 from recon.estimators.mlp import Mlp
 from recon.images import read_image, write_image
 from recon.lens import Lens, read_lens, write_lens
 from recon.lights import unseen_axis
-from recon.pixels import join
 from recon.presses import PressSet
 from recon.unwarp import Unwarp, prepare_unwarp
 from sensor.dataset import LENS_FILE, Dataset
@@ -162,18 +161,39 @@ def calibrate(
         design: the design that the unit was built from.
         progress: called with the share that is done.
     """
-    labelled = [
-        training_pixels(estimator, press, i, seed) for i, press in enumerate(presses.presses)
-    ]
-    lit, missing = lit_channels(dataset)
+    lit, _ = lit_channels(dataset)
+    everything = lesson_of(estimator, presses.presses, range(len(presses.presses)), seed)
+    return unit_of(
+        dataset,
+        presses,
+        fit_estimator(estimator, everything, lit, seed, progress),
+        serial=serial,
+        created=created,
+        metrics=metrics,
+        design=design,
+    )
+
+
+def unit_of(
+    dataset: Dataset,
+    presses: PressSet,
+    fitted: GradientEstimator,
+    *,
+    serial: str,
+    created: str,
+    metrics: Mapping[str, int | float],
+    design: Wedge,
+) -> Calibration:
+    """Describe the unit whose estimator was fitted to a dataset's presses; as ``calibrate``."""
+    _, missing = lit_channels(dataset)
     card = UnitCard(
         serial=serial,
         created=created,
         design_sha256=design.sha256,
         dataset=dataset.card.name,
         dataset_sha256=dataset.sha256,
-        estimator=estimator,
-        channels=lit,
+        estimator=fitted.name,
+        channels=fitted.channels,
         missing_axis=missing,
         mm_per_px=dataset.card.mm_per_px,
         frame_size_px=presses.unwarp.frame_size_px,
@@ -187,6 +207,6 @@ def calibrate(
     return Calibration(
         card=card,
         background=presses.background,
-        estimator=fit_estimator(estimator, join(labelled), lit, seed, progress),
+        estimator=fitted,
         lens=presses.lens,
     )

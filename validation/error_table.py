@@ -244,6 +244,13 @@ def measure_press(
     return _errors_by_set(press.file, slopes, pixels)
 
 
+def errors_in(
+    found: Reconstruction, estimator: GradientEstimator, file: str, pixels: Pixels
+) -> tuple[PressErrors, ...]:
+    """Errors of one press that was reconstructed already, one entry per pixel set."""
+    return _errors_by_set(file, _slopes_in(found, estimator, pixels), pixels)
+
+
 def _slopes_of(
     estimator: GradientEstimator,
     press: BallPress,

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from statistics import fmean
 
 from recon.calibration import Calibration, lit_channels
-from recon.estimators import GradientEstimator, fit_estimator, training_pixels
+from recon.estimators import GradientEstimator, fit_estimator, lesson_of
 from recon.pipeline import reconstruct
-from recon.pixels import join, label_pixels
+from recon.pixels import label_pixels
 from recon.presses import PressSet, read_presses
 from sensor.dataset import Dataset
 from sensor.errors import WedgeError
 from sensor.unit import MissingAxis
 from validation.depth import DepthErrors, depth_errors
-from validation.error_table import ErrorTable, Row, measure_press
+from validation.error_table import ErrorTable, Row, errors_in
 from validation.metrics import PIXEL_SETS, PressErrors, mean_errors
 from validation.splits import splits
 
@@ -124,9 +124,7 @@ def hold_out(
     """
     (split,) = splits(len(presses.presses), 1, seed)
     channels, missing = lit_channels(dataset)
-    train = join(
-        [training_pixels(estimator, presses.presses[index], index, seed) for index in split.train]
-    )
+    train = lesson_of(estimator, presses.presses, split.train, seed)
     fitted = fit_estimator(estimator, train, channels, seed, lambda share: progress(share / 2))
     judged = _judge(
         fitted,
@@ -173,7 +171,6 @@ def _judge(
     for done, index in enumerate(judged, start=1):
         press = presses.presses[index]
         pixels = label_pixels(press, index, seed)
-        per_press.append(measure_press(estimator, press, pixels, missing, lights_deg))
         found = reconstruct(
             press.difference,
             estimator,
@@ -181,6 +178,7 @@ def _judge(
             lights_deg=lights_deg,
             mm_per_px=press.mm_per_px,
         )
+        per_press.append(errors_in(found, estimator, press.file, pixels))
         depth.append(depth_errors(found.depth_mm, press, dataset.folder))
         progress(done / len(judged))
     return Judged(per_press=tuple(per_press), depth=tuple(depth))

@@ -5,8 +5,8 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from recon.estimators import GradientEstimator, fit_estimator, training_pixels
-from recon.pixels import BallPress, join
+from recon.estimators import GradientEstimator, fit_estimator, lesson_of
+from recon.pixels import BallPress
 from validation.splits import splits
 
 
@@ -43,5 +43,4 @@ def fit_presses(
     presses: Sequence[BallPress], chosen: Sequence[int], estimator: str, channels: str, seed: int
 ) -> GradientEstimator:
     """Fit the estimator of that name to some presses of a dataset."""
-    lessons = [training_pixels(estimator, presses[i], i, seed) for i in chosen]
-    return fit_estimator(estimator, join(lessons), channels, seed)
+    return fit_estimator(estimator, lesson_of(estimator, presses, chosen, seed), channels, seed)

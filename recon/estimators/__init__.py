@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What turns colour into slope: one contract, and the estimators by name."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Protocol, runtime_checkable
 
@@ -15,7 +15,7 @@ from recon.estimators.default_fit import fit_default
 from recon.estimators.lesson import lesson_pixels
 from recon.estimators.lookup_table import LookupTable, fit_lookup_table
 from recon.estimators.mlp import Mlp, fit_mlp
-from recon.pixels import BallPress, Pixels, label_pixels, positions
+from recon.pixels import BallPress, Pixels, join, label_pixels, positions
 from sensor.errors import WedgeError
 
 Progress = Callable[[float], None]
@@ -84,6 +84,15 @@ def training_pixels(name: str, press: BallPress, index: int, seed: int) -> Pixel
         WedgeError: no estimator has that name.
     """
     return _known(name).teach(press, index, seed)
+
+
+def lesson_of(name: str, presses: Sequence[BallPress], chosen: Sequence[int], seed: int) -> Pixels:
+    """All that the estimator of that name learns from the chosen of a dataset's presses.
+
+    Raises:
+        WedgeError: no estimator has that name.
+    """
+    return join([training_pixels(name, presses[index], index, seed) for index in chosen])
 
 
 def fit_estimator(

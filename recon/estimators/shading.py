@@ -132,8 +132,9 @@ def moved(taught: Taught, light: Light, seed: int) -> Taught:
 
 
 def _powers(position: np.ndarray, powers: tuple[tuple[int, int], ...]) -> np.ndarray:
-    x, y = position.T
-    return np.stack([x**i * y**j for i, j in powers], 1)
+    highest = 1 + max(i for i, _ in powers)
+    x, y = ([along**i for i in range(highest)] for along in position.T)
+    return np.stack([x[i] * y[j] for i, j in powers], 1)
 
 
 def _terms(slopes: Pairs, position: Pairs) -> Float64[np.ndarray, "n t"]:

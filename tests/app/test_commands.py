@@ -8,15 +8,20 @@ And with bad input: one sentence that names the file and the fault, status 2, no
 import json
 import os
 import shutil
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import app.calibrate
 import recon.estimators.default_training as default_training
 import recon.estimators.mlp_training as mlp_training
 from app.__main__ import main
+from app._workers import process_pool
+from recon.calibration import calibrate, load_calibration
 from recon.images import read_image, write_image
+from recon.presses import read_presses
 from tests.synthetic import KEYSTONE_PX, SIZE_PX, make_dataset, true_depth_mm
 
 
@@ -25,6 +30,13 @@ def quick_training(monkeypatch):
     monkeypatch.setattr(mlp_training, "PIXELS", 4000)
     monkeypatch.setattr(mlp_training, "EPOCHS", 20)
     monkeypatch.setattr(mlp_training, "BATCH", 128)
+    monkeypatch.setattr(default_training, "STEPS", 600)
+    monkeypatch.setattr(app.calibrate, "process_pool", in_this_process)
+
+
+def in_this_process():
+    """A process of its own would know nothing of what is patched here."""
+    return ThreadPoolExecutor(1)
 
 
 @pytest.fixture(scope="module")
@@ -34,6 +46,7 @@ def workplace(tmp_path_factory):
     make_dataset(folder / "set", presses=12)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(default_training, "STEPS", 600)
+        patch.setattr(app.calibrate, "process_pool", in_this_process)
         assert run("calibrate", folder / "set", "--out", folder / "unit") == 0
     return folder
 
@@ -92,6 +105,28 @@ def test_presses_to_depth(tmp_path, capsys, options, words):
     )
     picture = read_image(depth_file.with_suffix(".png"))
     assert picture.std() > 10
+
+
+def test_the_process_beside_fits_what_this_one_would(tmp_path, monkeypatch):
+    monkeypatch.setattr(app.calibrate, "process_pool", process_pool)
+    dataset = make_dataset(tmp_path / "set", presses=12)
+    words = ["--estimator", "table", "--seed", 3, "--out", tmp_path / "unit"]
+    assert run("calibrate", dataset.folder, *words) == 0
+    kept = load_calibration(tmp_path / "unit")
+    here = calibrate(
+        dataset,
+        read_presses(dataset),
+        estimator="table",
+        serial="unit",
+        created=kept.card.created,
+        metrics=kept.card.metrics,
+        seed=3,
+    )
+    assert here.card == kept.card
+    fitted = kept.estimator.tensors()
+    assert all(
+        np.array_equal(fitted[key], value) for key, value in here.estimator.tensors().items()
+    )
 
 
 @pytest.mark.parametrize("lights_deg", [{"R": 90.0, "B": -90.0}, None], ids=["two", "three"])

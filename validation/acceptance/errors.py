@@ -3,7 +3,7 @@
 """Errors on balls: of slope per axis and per light configuration, of depth, of the radius."""
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor
+from concurrent.futures import Executor, Future
 from statistics import fmean, median
 
 import numpy as np
@@ -15,7 +15,7 @@ from recon.pixels import BallPress, label_pixels
 from sensor.dataset import Dataset
 from sensor.unit import UnitCard
 from validation.acceptance.limits import Parts
-from validation.error_table import ErrorTable, Task, run_task
+from validation.error_table import ErrorTable, Task, TaskResult, run_task
 from validation.metrics import mean_errors
 from validation.splits import splits
 
@@ -53,18 +53,10 @@ def fewer_lights(card: UnitCard) -> list[str]:
     return [channels for channels in FEWER if set(channels) < set(card.channels)]
 
 
-def fewer_lights_values(
-    card: UnitCard,
-    dataset: Dataset,
-    usable: int,
-    *,
-    seed: int,
-    executor: Executor,
-    progress: Callable[[float], None] = lambda _: None,
-) -> dict[str, Parts]:
-    """Angle errors on contact of estimators fitted to some of the lights, on presses held out.
-
-    Only the axes that these lights see are judged.
+def fit_fewer_lights(
+    card: UnitCard, dataset: Dataset, usable: int, *, seed: int, executor: Executor
+) -> dict[str, Future[TaskResult]]:
+    """Begin to fit estimators to some of the lights, and to judge them on presses held out.
 
     Args:
         card: the unit's; its estimator is fitted anew to most presses of the dataset.
@@ -72,13 +64,15 @@ def fewer_lights_values(
         usable: how many of them can be used.
         seed: of the split and the drawn pixels.
         executor: fits the configurations side by side.
-        progress: called with the share that is done.
+
+    Returns:
+        What becomes known of each configuration; nothing of lights that do not sit as a Wedge's.
     """
     configurations = fewer_lights(card)
     if not configurations or usable < 2:
         return {}
     (split,) = splits(usable, 1, seed)
-    futures = {
+    return {
         channels: executor.submit(
             run_task,
             Task(
@@ -92,6 +86,18 @@ def fewer_lights_values(
         )
         for channels in configurations
     }
+
+
+def fewer_lights_values(
+    card: UnitCard,
+    futures: Mapping[str, Future[TaskResult]],
+    seed: int,
+    progress: Callable[[float], None],
+) -> dict[str, Parts]:
+    """Angle errors on contact of what ``fit_fewer_lights`` began; waits for it.
+
+    Only the axes that these lights see are judged.
+    """
     values: dict[str, dict[str, float]] = {}
     for done, (channels, future) in enumerate(futures.items(), start=1):
         found = mean_errors(future.result().presses["none", "contact"], seed).values

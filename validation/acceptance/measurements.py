@@ -17,6 +17,7 @@ from validation.acceptance.errors import (
     ball_radius_values,
     error_values,
     fewer_lights_values,
+    fit_fewer_lights,
 )
 from validation.acceptance.gel import (
     blank_values,
@@ -85,10 +86,11 @@ def accept_unit(
         WedgeError: the dataset cannot be used, or comes from another sensor.
     """
     card, channels = calibration.card, calibration.card.channels
-    presses = read_presses(dataset, lambda share: progress(0.3 * share))
+    presses = read_presses(dataset, lambda share: progress(0.1 * share))
     refuse_other_sensor(calibration, dataset, presses)
+    fewer = fit_fewer_lights(card, dataset, len(presses.presses), seed=seed, executor=executor)
     errors = judge_presses(
-        calibration, dataset, presses, seed=seed, progress=lambda x: progress(0.3 + 0.3 * x)
+        calibration, dataset, presses, seed=seed, progress=lambda x: progress(0.1 + 0.3 * x)
     )
     held_out = dataset.sha256 != card.dataset_sha256
     unseen = unseen_axis(card.lights_deg, channels)
@@ -102,17 +104,9 @@ def accept_unit(
     axes = "xy" if unseen is None else "y" if unseen == "x" else "x"
     usable = usable_area(gel, response, noise, axes, channels)
     pictured, absent = picture_values(presses, calibrated, roundness(presses.presses, seed))
-    progress(0.7)
+    progress(0.5)
     values: dict[str, Parts] = {
         **error_values(errors, card, held_out),
-        **fewer_lights_values(
-            card,
-            dataset,
-            len(presses.presses),
-            seed=seed,
-            executor=executor,
-            progress=lambda share: progress(0.7 + 0.3 * share),
-        ),
         **ball_radius_values(calibration.estimator, presses.presses, unseen),
         **light_values(response, channels, card.lights_deg, unseen is None),
         **still,
@@ -125,6 +119,8 @@ def accept_unit(
     }
     typical = median(press.contact_radius_px for press in presses.presses)
     shown = min(presses.presses, key=lambda press: abs(press.contact_radius_px - typical))
+    pictured_press = example(calibration.estimator, card.missing_axis, dataset, presses, shown)
+    values |= fewer_lights_values(card, fewer, seed, lambda share: progress(0.5 + 0.5 * share))
     return Acceptance(
         values={limit.name: values[limit.name] for limit in LIMITS if limit.name in values},
         absent={**_reasons(values, len(times_ns)), **absent},
@@ -134,7 +130,7 @@ def accept_unit(
         gel=gel,
         covered=covered,
         usable=usable,
-        press=example(calibration.estimator, card.missing_axis, dataset, presses, shown),
+        press=pictured_press,
     )
 
 
