@@ -103,31 +103,33 @@ def _unexplained(
     ball_radius_px: float,
 ) -> np.ndarray:
     """Weighted colours less their projection on the shading's terms, in one row."""
-    terms = _shading(parameters, x, y, ball_radius_px) * weight[:, None]
+    terms = _shading(parameters, x, y, ball_radius_px)
+    terms *= weight
     seen = color * weight[:, None]
     # Normal equations: few and well scaled, and many times faster here than an orthogonal basis.
-    shares = np.linalg.lstsq(terms.T @ terms, terms.T @ seen, rcond=None)[0]
-    rest: np.ndarray = seen - terms @ shares
+    shares = np.linalg.lstsq(terms @ terms.T, terms @ seen, rcond=None)[0]
+    rest: np.ndarray = seen - terms.T @ shares
     return rest.ravel()
 
 
 def _shading(
     parameters: np.ndarray, x: np.ndarray, y: np.ndarray, ball_radius_px: float
 ) -> np.ndarray:
-    """Terms of the colour at each pixel: the normal's components up to the third power.
+    """Terms of the colour, a row each: the normal's components up to the third power.
 
     Parameters are the centre, the radius, and the logarithm of the length over which the slope
     fades outside.
     """
     center_x, center_y, radius, log_fade = parameters
     dx, dy = x - center_x, y - center_y
-    distance = np.hypot(dx, dy) + 1e-9
+    distance = np.sqrt(dx * dx + dy * dy) + 1e-9
     inside = np.minimum(distance, radius)
     slope = inside / np.sqrt(ball_radius_px**2 - inside**2)
     slope = slope * np.exp(-np.maximum(distance - radius, 0) / np.exp(log_fade))
     sine = slope / np.sqrt(1 + slope**2)
     nx, ny = -dx / distance * sine, -dy / distance * sine
-    return np.stack([nx, ny, nx * ny, nx**2 - ny**2, sine**2, nx * sine**2, ny * sine**2], 1)
+    flat = sine**2
+    return np.stack([nx, ny, nx * ny, nx**2 - ny**2, flat, nx * flat, ny * flat])
 
 
 def _pixels_near(
