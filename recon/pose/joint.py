@@ -8,10 +8,11 @@ back and compared. So derivatives are those of the reference, taken once (Baker 
 
 The weight of depth against slopes follows from the noise. White noise on slopes makes that of
 depth, its integral, so smooth that a contact's whole depth counts as one measurement; what it adds
-to the slopes is the height of the contact, which they do not see.
+to the slopes is the height of the contact, which they do not see. At full resolution one more step
+takes in the height of the contact's rim, as far as it can be believed (``recon.pose.rim``).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float32
@@ -19,10 +20,13 @@ from jaxtyping import Float32
 from recon.pose.pyramid import LEAST_PX, Level, Pyramid, Template, residuals
 from recon.pose.registration import Alignment, Touch
 from recon.pose.rigid import Covariance, Transform, Twist, motion
+from recon.pose.rim import rim
 
 STEPS_PER_LEVEL = 8
-STILL = 1e-5
-"""A step of so many radians, and ten times as many mm, ends a level."""
+STILL = 3e-5
+"""A step of so many radians, and ten times as many mm, ends the finest level."""
+ALMOST_STILL = 10 * STILL
+"""The same of the levels before, which serve as its guess."""
 OUTLIER = 3.0
 """Residuals of so many standard deviations weigh half."""
 RAYLEIGH_MEDIAN = 1.1774
@@ -52,16 +56,21 @@ class Joint:
         """Refine a guess from the coarsest level to the finest."""
         guess = T_current_reference
         equations = None
+        finest = min(reference.templates, default=None)
         for index, template in reference.templates.items():
             level = current.level(index)
+            still = STILL if index == finest else ALMOST_STILL
             for _ in range(STEPS_PER_LEVEL):
                 equations = _linearized(template, level, guess)
                 if equations is None:
                     break
                 step = equations.step(_small_twist(T_current_reference, guess))
                 guess = guess @ motion(step)
-                if np.abs(step[:3]).max() < STILL and np.abs(step[3:]).max() < 10 * STILL:
+                if np.abs(step[:3]).max() < still and np.abs(step[3:]).max() < 10 * still:
                     break
+        if equations is not None and finest == 0:
+            equations = _with_rim(equations, reference, current, guess)
+            guess = guess @ motion(equations.step(_small_twist(T_current_reference, guess)))
         covariance = _prior() if equations is None else equations.covariance()
         return Alignment(T_current_reference=guess, covariance=covariance)
 
@@ -140,6 +149,24 @@ def _linearized(template: Template, level: Level, guess: Transform) -> _Equation
         noise=noise,
         variance=noise**2 * CORRELATED_PX[level.halvings],
     )
+
+
+def _with_rim(
+    found: _Equations, reference: Pyramid, current: Pyramid, guess: Transform
+) -> _Equations:
+    """The equations at the guess they led to, with heights of the rim beside its depths."""
+    equations = _linearized(found.template, current.level(0), guess) or found
+    edge = rim(reference, current, equations.weight[0] > 0, guess)
+    if edge is None:
+        return equations
+    added = np.float32(edge.weight * edge.believed(equations.variance, equations.covariance()))
+    weight, residual = equations.weight.copy(), equations.residual.copy()
+    depth = weight[2, edge.pixels]
+    pull = depth * residual[2, edge.pixels] + added * edge.residual
+    weight[2, edge.pixels] = depth + added
+    residual[2, edge.pixels] = pull / (depth + added)
+    normal = equations.normal + added * (edge.change.T @ edge.change)
+    return replace(equations, weight=weight, residual=residual, normal=normal)
 
 
 def _small_twist(start: Transform, end: Transform) -> Twist:

@@ -34,6 +34,10 @@ DETAIL_PX = 2.0
 CONTINUATION_SIGMA_PX = 1.0
 CONTINUED_PX = 8
 """Beyond the contact, at full resolution."""
+BESIDE_PX, BESIDE_SIGMA_PX = 2, 3.0
+"""The gel right beside: so far beyond the contact, with the outline between, and its mean."""
+LEAST_BESIDE = 0.001
+"""Share of that mean's weights on gel: with less, none is near."""
 STENCIL = np.array([[1, -8, 0, 8, -1]], np.float32) / 12
 ON_PIXEL = np.array([1, 4, 1], np.float32) / 6
 """Weights of a cubic B-spline at a pixel."""
@@ -55,6 +59,14 @@ class Level:
     def pitch_mm(self) -> Pair:
         """Between neighbours along x and y."""
         return float(self.x_mm[1] - self.x_mm[0]), float(self.y_mm[1] - self.y_mm[0])
+
+    def place(self, points: Points) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
+        """Columns and rows of points, not rounded."""
+        pitch_x, pitch_y = self.pitch_mm
+        return (
+            (points[:, 0] - np.float32(self.x_mm[0])) * np.float32(1 / pitch_x),
+            (points[:, 1] - np.float32(self.y_mm[0])) * np.float32(1 / pitch_y),
+        )
 
     @cached_property
     def detail(self) -> "Level":
@@ -109,6 +121,29 @@ class Pyramid:
         return _full_level(self.touch, self._values)
 
     @cached_property
+    def beside(self) -> Level:
+        """Full resolution, with heights above the gel right beside the contact for depth.
+
+        They run on across the outline, and are NaN where no gel is near.
+        """
+        rows, columns = _window(self.touch.contact, CONTINUED_PX)
+        contact = self.touch.contact[rows, columns].astype(np.uint8)
+        wide, narrow = (
+            cv2.dilate(contact, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)))
+            for side in (2 * BESIDE_PX + 1, 2 * BESIDE_PX - 1)
+        )
+        ring = (wide - narrow).astype(np.float32)
+        depth = self._values[rows, columns, 2]
+        share = cv2.GaussianBlur(ring, (0, 0), BESIDE_SIGMA_PX)
+        total = cv2.GaussianBlur(depth * ring, (0, 0), BESIDE_SIGMA_PX)
+        height = depth - total / np.where(share > LEAST_BESIDE, share, np.nan)
+        level = self.level(0)
+        values, samples = level.values.copy(), level.samples.copy()
+        values[..., 2] = cv2.sepFilter2D(height, -1, ON_PIXEL, ON_PIXEL)
+        samples[..., 2] = height
+        return replace(level, values=values, samples=samples)
+
+    @cached_property
     def templates(self) -> dict[int, Template]:
         """By level, those of too few pixels left out, the coarsest first."""
         made = {
@@ -144,9 +179,7 @@ def looked_up(level: Level, points: Points) -> Float32[np.ndarray, "n 4"]:
     Signal Processing Magazine 16(6), 1999). Coarser levels are smooth enough.
     """
     height, width = level.samples.shape[:2]
-    pitch_x, pitch_y = level.pitch_mm
-    x = (points[:, 0] - np.float32(level.x_mm[0])) * np.float32(1 / pitch_x)
-    y = (points[:, 1] - np.float32(level.y_mm[0])) * np.float32(1 / pitch_y)
+    x, y = level.place(points)
     weights = _bilinear if level.halvings else _cubic
     left, across = weights(x)
     top, down = weights(y)
