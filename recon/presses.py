@@ -76,7 +76,7 @@ class PressReader:
         difference, hidden = image - self.blank, None
         if self.dots is not None:
             hidden = self.dots.hidden(self.dots.track(image))
-            difference = fill_gradients(difference, hidden, "harmonic")
+            difference = fill_gradients(difference, hidden, "harmonic", repeatable=True)
         return BallPress(
             file=label.file,
             difference=difference,

@@ -57,6 +57,8 @@ def fill_gradients(
     hidden: ContactMask,
     method: str = "surface",
     mm_per_px: Pair = (1.0, 1.0),
+    *,
+    repeatable: bool = False,
 ) -> Field:
     """A field with its hidden pixels filled from around them.
 
@@ -66,6 +68,7 @@ def fill_gradients(
         hidden: (h, w), true under dots.
         method: one of ``METHODS``.
         mm_per_px: pixel pitch along x and y; only their ratio matters, and only to ``surface``.
+        repeatable: round alike whatever was filled before, which takes longer: no matrix is made.
 
     Returns:
         A new field of the same dtype; pixels that are not hidden are untouched.
@@ -73,11 +76,16 @@ def fill_gradients(
     Raises:
         WedgeError: no method has that name.
     """
-    return _prepared(hidden.tobytes(), hidden.shape, method, mm_per_px[1] / mm_per_px[0])(gradient)
+    aspect = mm_per_px[1] / mm_per_px[0]
+    return _prepared(hidden.tobytes(), hidden.shape, method, aspect, repeatable)(gradient)
 
 
 def prepare_fill(
-    hidden: ContactMask, method: str = "surface", mm_per_px: Pair = (1.0, 1.0)
+    hidden: ContactMask,
+    method: str = "surface",
+    mm_per_px: Pair = (1.0, 1.0),
+    *,
+    repeatable: bool = False,
 ) -> Fill:
     """All that depends only on where the dots are, done once; arguments as above.
 
@@ -93,12 +101,15 @@ def prepare_fill(
         return _nearest(hidden, around)
     if method in ("linear", "cubic"):
         return _interpolated(hidden, around, method)
-    return _elastic(hidden, method, mm_per_px[1] / mm_per_px[0])
+    return _elastic(hidden, method, mm_per_px[1] / mm_per_px[0], repeatable)
 
 
 @lru_cache(maxsize=4)
-def _prepared(hidden: bytes, shape: tuple[int, int], method: str, aspect: float) -> Fill:
-    return prepare_fill(np.frombuffer(hidden, bool).reshape(shape), method, (1.0, aspect))
+def _prepared(
+    hidden: bytes, shape: tuple[int, int], method: str, aspect: float, repeatable: bool
+) -> Fill:
+    mask = np.frombuffer(hidden, bool).reshape(shape)
+    return prepare_fill(mask, method, (1.0, aspect), repeatable=repeatable)
 
 
 def _nearest(hidden: ContactMask, around: ContactMask) -> Fill:
@@ -129,7 +140,7 @@ def _interpolated(hidden: ContactMask, around: ContactMask, method: str) -> Fill
     return fill
 
 
-def _elastic(hidden: ContactMask, method: str, aspect: float) -> Fill:
+def _elastic(hidden: ContactMask, method: str, aspect: float, repeatable: bool) -> Fill:
     together = 2 if method == "surface" else 1
     dots = _placed_dots(hidden, method, aspect, together)
     reached = np.zeros(together * hidden.size, bool)
@@ -144,7 +155,7 @@ def _elastic(hidden: ContactMask, method: str, aspect: float) -> Fill:
 
     def fill(field: Field) -> Field:
         nonlocal blocks, single
-        if any(dot.shape.solved >= OFTEN for dot in single):
+        if not repeatable and any(dot.shape.solved >= OFTEN for dot in single):
             single = [dot for dot in dots if dot.shape.solved < OFTEN]
             blocks = _blocks([dot for dot in dots if dot.shape.solved >= OFTEN], reached.size)
         values = (field if rough is None else rough(field)).reshape(hidden.size * together, -1)

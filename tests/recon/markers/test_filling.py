@@ -162,3 +162,13 @@ def test_dots_are_filled_alike_whether_solved_or_by_their_matrices(method):
 def test_an_unknown_way_is_refused_by_name():
     with pytest.raises(WedgeError, match="no way of filling is called 'telea'"):
         fill_gradients(random_field(0), HIDDEN, "telea")
+
+
+@pytest.mark.parametrize("method", ["harmonic", "biharmonic", "surface"])
+def test_repeatable_filling_rounds_alike_whatever_was_filled_before(method):
+    field = random_field(0)
+    first = fill_gradients(field, HIDDEN, method, repeatable=True)
+    for _ in range(OFTEN + 1):
+        fill_gradients(field, HIDDEN, method)
+    after = fill_gradients(field, HIDDEN, method, repeatable=True)
+    np.testing.assert_array_equal(after, first)
