@@ -34,8 +34,8 @@ DETAIL_PX = 2.0
 CONTINUATION_SIGMA_PX = 1.0
 CONTINUED_PX = 8
 """Beyond the contact, at full resolution."""
-BESIDE_PX, BESIDE_SIGMA_PX = 2, 3.0
-"""The gel right beside: so far beyond the contact, with the outline between, and its mean."""
+BESIDE_PX, BESIDE_SIGMA_PX = 3, 3.0
+"""The gel right beside is so far beyond the contact: masks end before a gentle flank does."""
 LEAST_BESIDE = 0.001
 """Share of that mean's weights on gel: with less, none is near."""
 STENCIL = np.array([[1, -8, 0, 8, -1]], np.float32) / 12
