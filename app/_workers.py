@@ -5,8 +5,10 @@
 import multiprocessing
 import os
 from collections.abc import Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor
 from contextlib import contextmanager
+
+from sensor.errors import WedgeError
 
 MOST_WORKERS = 2
 """Each keeps the presses of one dataset, about 400 MB for 48 frames of 640x480."""
@@ -22,7 +24,11 @@ def on_one_thread() -> None:
 
 @contextmanager
 def process_pool() -> Iterator[Executor]:
-    """Fresh processes, numerics on one thread each; ended at once when the block fails."""
+    """Fresh processes, numerics on one thread each; ended at once when the block fails.
+
+    Raises:
+        WedgeError: one of them ended before its work was done.
+    """
     on_one_thread()
     others = set(multiprocessing.active_children())
     pool = ProcessPoolExecutor(
@@ -31,9 +37,14 @@ def process_pool() -> Iterator[Executor]:
     )
     try:
         yield pool
-    except BaseException:  # what is queued would otherwise be computed to its end
+    except BaseException as fault:  # what is queued would otherwise be computed to its end
         for worker in set(multiprocessing.active_children()) - others:
             worker.terminate()
         pool.shutdown(cancel_futures=True)
+        if isinstance(fault, BrokenExecutor):
+            raise WedgeError(
+                "a process of this command was ended from outside, for want of memory perhaps: "
+                "close other programs and run it again."
+            ) from fault
         raise
     pool.shutdown()

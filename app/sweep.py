@@ -73,8 +73,8 @@ def main(
 
     size = SweepSize(presses=presses, samples=samples, width_px=width_px, seed=seed)
     pool = cluster_pool(cluster) if cluster else process_pool()
-    try:
-        with pool as executor, progress(f"sweep of {field}") as show:
+    with pool as executor, progress(f"sweep of {field}") as show:
+        try:
             points = sweep(
                 designs,
                 field=field,
@@ -84,11 +84,11 @@ def main(
                 executor=executor,
                 progress=show,
             )
-    except BrokenExecutor as error:
-        raise WedgeError(
-            "a worker process ended, perhaps for want of memory: run the same command again; what "
-            "is rendered is kept."
-        ) from error
+        except BrokenExecutor as error:
+            raise WedgeError(
+                "a worker process ended, perhaps for want of memory: run the same command again; "
+                "what is rendered is kept."
+            ) from error
     write_atomic(out / "sweep.png", png_bytes(sweep_figure(field, points)))
     print_table(
         [field, "Gx contact", "Gy contact", "Gx contact+5%", "Gy contact+5%", "mean |G|", "lit"],

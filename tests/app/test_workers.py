@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from app._workers import process_pool
+from sensor.errors import WedgeError
 
 
 def never_ends(signal_file: Path) -> None:
@@ -24,6 +25,12 @@ def test_when_the_block_fails_no_worker_computes_on(tmp_path, fault):
             pool.submit(never_ends, tmp_path / "signal")
         assert (tmp_path / "signal").read_text().startswith("running")
         raise fault
+    assert multiprocessing.active_children() == []
+
+
+def test_a_process_that_was_killed_is_said_in_a_sentence():
+    with pytest.raises(WedgeError, match="memory"), process_pool() as pool:
+        pool.submit(os._exit, 9).result()
     assert multiprocessing.active_children() == []
 
 
