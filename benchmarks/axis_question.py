@@ -25,21 +25,20 @@ from recon.contact import disturbed_mask
 from recon.estimators import (
     GradientEstimator,
     as_labelled,
-    fit_estimator,
     gradient_field,
-    training_pixels,
 )
 from recon.images import read_frame
 from recon.lights import Axis
 from recon.missing_axis import infer_missing_axis
 from recon.moved import may_have_moved
-from recon.pixels import BallPress, join, label_pixels
+from recon.pixels import BallPress, label_pixels
 from recon.presses import press_reader, read_presses
 from sensor.dataset import read_dataset
 from sensor.errors import WedgeError
 from sensor.files import write_atomic
 from sensor.toml import Pair
 from validation.datasets import dataset_folder
+from validation.folds import fit_presses
 
 BENCH = "taxim-gelsight"
 TWINS = ("twin-standard", "twin-finger")
@@ -92,12 +91,8 @@ def moved(disturbed: Mask, known: Slopes, axis: Axis) -> Mask:
 def _bench() -> tuple[GradientEstimator, list[tuple[int, BallPress]]]:
     """An estimator, and the presses that it has not learnt from with their numbers."""
     presses = read_presses(read_dataset(dataset_folder(BENCH))).presses
-    lessons = [
-        training_pixels(ESTIMATOR, press, index, SEED)
-        for index, press in enumerate(presses)
-        if index % HELD_OUT
-    ]
-    estimator = fit_estimator(ESTIMATOR, join(lessons), "RGB", SEED)
+    taught = [index for index in range(len(presses)) if index % HELD_OUT]
+    estimator = fit_presses(presses, taught, ESTIMATOR, "RGB", SEED)
     return estimator, list(enumerate(presses))[::HELD_OUT]
 
 

@@ -26,14 +26,14 @@ from recon.estimators import (
     as_labelled,
     fit_estimator,
     gradient_field,
-    training_pixels,
+    lesson_of,
 )
 from recon.images import read_frame
 from recon.lights import unseen_axis
 from recon.markers.filling import fill_gradients
 from recon.moved import may_have_moved
 from recon.pipeline import reconstruct
-from recon.pixels import BallPress, join, label_pixels
+from recon.pixels import BallPress, label_pixels
 from recon.presses import press_reader, read_presses
 from sensor.dataset import Dataset, read_dataset
 from sensor.errors import WedgeError
@@ -113,8 +113,8 @@ def compare(name: str, estimator: str) -> Iterator[Comparison]:
     if unseen_axis(lights_deg, "RB") != "x":
         raise WedgeError(f"{name}: red and blue do not shine along y, so they hide no axis.")
     presses = read_presses(dataset).presses
-    lessons = [training_pixels(estimator, press, i, SEED) for i, press in enumerate(presses)]
-    taught = join([lesson for i, lesson in enumerate(lessons) if i % HELD_OUT])
+    others = [index for index in range(len(presses)) if index % HELD_OUT]
+    taught = lesson_of(estimator, presses, others, SEED)
     fitted = {lit: fit_estimator(estimator, taught, lit, SEED) for lit in ("R", "RB", "RGB")}
     balls = {i: press for i, press in enumerate(presses) if i % HELD_OUT == 0}
     for lit in ("RB", "R"):

@@ -14,10 +14,9 @@ import numpy as np
 from jaxtyping import Float32
 
 from recon.arrays import DepthMap, Difference
-from recon.estimators import GradientEstimator, fit_estimator, training_pixels
+from recon.estimators import GradientEstimator, fit_estimator, lesson_of
 from recon.images import read_frame
 from recon.pipeline import Reconstruction, reconstruct
-from recon.pixels import join
 from recon.presses import press_reader, unusable
 from sensor.dataset import Dataset, read_dataset
 from sensor.toml import Pair
@@ -73,12 +72,8 @@ def measure_touches(
     reader = press_reader(dataset)
     presses = [press for press in map(reader.read, dataset.labels) if not unusable(press)]
     widest = max(range(len(presses)), key=lambda i: presses[i].contact_radius_px)
-    lessons = [
-        training_pixels(estimator, press, index, seed)
-        for index, press in enumerate(presses)
-        if index != widest
-    ]
-    taught = join(lessons)
+    others = [index for index in range(len(presses)) if index != widest]
+    taught = lesson_of(estimator, presses, others, seed)
     fitted = {
         lit: fit_estimator(estimator, taught, lit, seed)
         for lit in dict.fromkeys(lit for _, lit, _ in WAYS)
