@@ -146,7 +146,7 @@ def main(out: Path = Path("build"), folds: int = 5, seed: Seed = 0) -> int:
         page = write_report(
             out,
             title="GelSight Wedge: from a ball press to depth",
-            lead="Colour to slope, slope to depth: measured on real presses that the estimator has "
+            lead="Colour to slope, slope to depth: measured on presses that the estimator has "
             f"not learnt from, by {command}.",
             sections=sections,
         )

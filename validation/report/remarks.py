@@ -19,10 +19,11 @@ def weakness_section(results: Sequence[DatasetResults]) -> Section:
     return Section(
         title="What is weak",
         html=paragraph(
-            "Every press on this page is a ball. A low error on balls can hide a worse depth on "
-            "edges, corners and textures, for which these sets hold no truth. The paper's values "
-            "come from another sensor, other presses and slopes that it does not state, so they "
-            "stand here for orientation and are no comparison."
+            "Every labelled press is a ball. A low error on balls can hide a worse depth on edges, "
+            "corners and textures, of which only rendered sets hold the truth; no real one has "
+            "been measured here. The paper's values come from another sensor, other presses and "
+            "slopes that it does not state, so they stand here for orientation and are no "
+            "comparison."
         )
         + "".join(parts),
     )
