@@ -20,12 +20,12 @@ from scipy import fft
 from benchmarks.measurement import Measurement
 from recon.arrays import Frame
 from recon.calibration import Calibration
-from recon.estimators.context import no_context
 from recon.estimators.default import MEMBERS, SLOPE_KNOTS, Default
 from recon.estimators.lean import FLAT
 from recon.estimators.mlp import Mlp
 from recon.estimators.networks import HIDDEN
 from recon.estimators.shading import LIGHT_POWERS
+from recon.estimators.surroundings import ASPECTS
 from recon.fast import FastReconstructor
 from recon.pipeline import Reconstructor
 from recon.pixels import positions
@@ -34,6 +34,8 @@ from recon.stream.jpeg import decode_jpeg, encode_jpeg
 ROUNDS = 6
 QUALITY = 85
 JPEGS = 10
+FEATURES = 3 * (2 + ASPECTS) + 2
+"""Of the default estimator with three lights."""
 LARGE, SMALL = (640, 480), (320, 240)
 Step = Callable[[bytes], object]
 
@@ -176,17 +178,16 @@ def _default(gain: float) -> Default:
             random.normal(0, (gain if m == 2 else 1) / np.sqrt(n), (MEMBERS, n, m)).astype("f4"),
             np.zeros((MEMBERS, m), np.float32),
         )
-        for n, m in pairwise((12, *HIDDEN, 2))
+        for n, m in pairwise((FEATURES, *HIDDEN, 2))
     )
     return Default(
         channels="RGB",
         light=np.full((len(LIGHT_POWERS), 3), 0.05, np.float32),
-        mean=np.zeros(8, np.float32),
-        spread=np.full(8, 0.1, np.float32),
+        mean=np.zeros(FEATURES, np.float32),
+        spread=np.full(FEATURES, 0.1, np.float32),
         layers=layers,
         gel=FLAT,
-        context=no_context(3, 8),
-        error90=np.zeros((2, len(SLOPE_KNOTS), 2), np.float32),
+        error90=np.zeros((len(SLOPE_KNOTS), 2), np.float32),
     )
 
 

@@ -38,10 +38,26 @@ def random_press(
 ) -> tuple[Map, Bool[np.ndarray, "h w"], float]:
     """Depth of the skin in pixels, where it is touched, and the collar's length in pixels."""
     collar = _log_uniform(rng, *COLLAR_PX)
+    reach = random_objects(rng, height_px, width_px, collar)
+    skin, touched = pressed_skin(reach, collar)
+    return skin, touched, collar
+
+
+def random_objects(
+    rng: np.random.Generator, height_px: int, width_px: int, collar_px: float
+) -> Map:
+    """How far one object or some reach below the untouched skin, in pixels.
+
+    Args:
+        rng: the only source of chance.
+        height_px: rows.
+        width_px: columns.
+        collar_px: of the gel, over which its skin springs back; depths are drawn in these.
+    """
     reach = np.full((height_px, width_px), NOTHING_PX, np.float32)
     single = rng.random() < 0.6
     room = min(height_px, width_px) * (1.0 if single else 0.6)
-    deepest = collar * _log_uniform(rng, *DEPTH_COLLARS)
+    deepest = collar_px * _log_uniform(rng, *DEPTH_COLLARS)
     for _ in range(1 if single else rng.integers(2, 5)):
         half = rng.uniform(*HALF_SHARE) * room
         margin = half * (0.3 if rng.random() < 0.15 else 1.0) + 2
@@ -60,8 +76,7 @@ def random_press(
         inside = top > NOTHING_PX / 2
         if inside.any():
             reach = np.maximum(reach, np.where(inside, top - top[inside].max() + depth, NOTHING_PX))
-    skin, touched = pressed_skin(reach, collar)
-    return skin, touched, collar
+    return reach
 
 
 def pressed_skin(reach_px: Map, collar_px: float) -> tuple[Map, Bool[np.ndarray, "h w"]]:

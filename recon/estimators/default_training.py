@@ -22,12 +22,11 @@ def train(
     taught: Sequence[Int[np.ndarray, " _"]],
     seed: int,
     progress: Callable[[float], None],
-    share: float = 1.0,
 ) -> tuple[Layer, ...]:
     """Fit a network to each choice of pixels, by mean squared error.
 
     The mean and not the median, as a median is biased where noise is skewed, and a bias of slopes
-    adds up to depth. The same seed gives the same layers. ``share`` of ``STEPS`` is done.
+    adds up to depth. The same seed gives the same layers.
     """
     random = torch.Generator().manual_seed(seed)
     x, y = torch.from_numpy(inputs), torch.from_numpy(wanted)
@@ -36,9 +35,8 @@ def train(
         (uniform((len(own), i, o), i, random), uniform((len(own), 1, o), i, random))
         for i, o in pairwise((x.shape[1], *HIDDEN, y.shape[1]))
     ]
-    steps = round(share * STEPS)
     with one_thread():
-        layers = descend(first, RECTIFIER, _batches(x, y, own, steps, random), steps, progress)
+        layers = descend(first, RECTIFIER, _batches(x, y, own, STEPS, random), STEPS, progress)
     return tuple((weight.numpy().copy(), bias[:, 0].numpy().copy()) for weight, bias in layers)
 
 

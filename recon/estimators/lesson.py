@@ -16,14 +16,12 @@ and would be taken for steeper slopes by who has never seen them.
 
 from dataclasses import dataclass, replace
 
-import cv2
 import numpy as np
 from jaxtyping import Float
 from scipy.optimize import least_squares
 
 from recon.ball import offsets_mm
-from recon.estimators.context import quartered, surroundings
-from recon.estimators.default import settled
+from recon.estimators.default import prepared_colors
 from recon.pixels import RIM_PX, STEEPEST, BallPress, Pixels, blank_at, positions
 
 CONTACT_PIXELS = 1500
@@ -44,10 +42,8 @@ DEEPEST = 0.7
 
 def lesson_pixels(press: BallPress, index: int, seed: int) -> Pixels:
     """The pixels of one press to learn from: settled colours, then what lies around them."""
-    prepared = settled(press.difference)
-    around = surroundings(quartered(prepared))
-    seen = np.concatenate([prepared, cv2.resize(around, press.size_px)], -1)
-    contact_fit = fit_elastic(replace(press, difference=prepared))
+    seen = prepared_colors(press.difference)
+    contact_fit = fit_elastic(replace(press, difference=seen[..., :3]))
     radius_mm = contact_fit.radius_mm
     x_mm, y_mm = offsets_mm(press.size_px, press.center_px, press.mm_per_px)
     distance_mm = np.hypot(x_mm, y_mm)
@@ -71,7 +67,7 @@ def lesson_pixels(press: BallPress, index: int, seed: int) -> Pixels:
     slope = contact_fit.slopes(away_mm, ball_mm) / np.maximum(away_mm, 1e-9)
     gradient = -np.stack([x_mm.ravel()[taken], y_mm.ravel()[taken]], 1) * slope[:, None]
     return Pixels(
-        color=seen.reshape(-1, 6)[taken],
+        color=seen.reshape(-1, seen.shape[2])[taken],
         position=positions(press.size_px).reshape(-1, 2)[taken],
         gradient=np.where(is_flat[:, None], 0, gradient).astype(np.float32),
         contact=is_contact,

@@ -1,24 +1,23 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How the gel's colour answers its tilt, as a model of few numbers, and pixels moved by it.
+"""How the gel's colour answers its tilt, as a model of few numbers.
 
-Few presses leave most of the pad untouched, and networks guess there. But light changes slowly from
-place to place: the colour's change, as a share of the blank gel's, is close to a cubic of the
-normal's components times a quadratic of the place, and ten presses fix that nearly as well as forty
-do. The model is not inverted. It moves taught pixels: to another place and another azimuth, with
-the same steepness and half as much again of the model's error, so that slopes are as likely as they
-were and colours no cleaner. The networks learn from moved pixels beside the real ones.
+Light changes slowly from place to place: the colour's change, as a share of the blank gel's, is
+close to a cubic of the normal's components times a quadratic of the place. Ten presses fix that
+nearly as well as forty do.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float32, Float64, Int32
+from jaxtyping import Float, Float32, Float64, Int32
 
 Pairs = Float32[np.ndarray, "n 2"]
 Colors = Float32[np.ndarray, "n c"]
 Light = Float32[np.ndarray, "p c"]
 """The blank gel's colours as polynomials of the position."""
+Shading = Float[np.ndarray, "t k"]
+"""The share of each term in the change of each colour."""
 
 LIGHT_POWERS = tuple((i, j) for i in range(5) for j in range(5 - i))
 """Powers of x and y: the blank gel's colour is smooth."""
@@ -32,11 +31,6 @@ FOLDS = 4
 """Parts of the presses, each of which is left out once to choose the penalty."""
 DARKEST = 0.02
 """Of full scale: a blank gel darker than this is taken to be as bright as this."""
-FEW_PRESSES = 10
-"""All pixels are moved, once. Of more presses, only a share that falls with their square."""
-
-ROUGHER = 1.5
-"""Errors of moved pixels over the model's: other shapes shade and light themselves more."""
 
 
 def fit_light(position: Pairs, blank: Colors) -> Light:
@@ -67,19 +61,9 @@ class Taught:
         return Taught(**{name: values[chosen] for name, values in vars(self).items()})
 
 
-@dataclass(frozen=True, kw_only=True)
-class Shading:
-    """The fitted model."""
-
-    light: Light
-    shares: Float64[np.ndarray, "t c"]
-    """Of each term in the relative change of each colour."""
-
-    def colors(self, slopes: Pairs, position: Pairs) -> Colors:
-        """Differences to the blank gel where the gel has some slopes at some positions."""
-        blank = blank_colors(self.light, position)
-        change = (_terms(slopes, position) @ self.shares) * np.maximum(blank, DARKEST)
-        return np.asarray(np.clip(change, -blank, 1 - blank), np.float32)
+def color_changes(shading: Shading, slopes: Pairs, position: Pairs) -> Colors:
+    """Of the colours, as shares of the blank gel's, where it has some slopes at some positions."""
+    return np.asarray(_terms(slopes, position) @ shading, np.float32)
 
 
 def fit_shading(taught: Taught, light: Light) -> Shading:
@@ -107,28 +91,7 @@ def fit_shading(taught: Taught, light: Light) -> Shading:
         return total
 
     best = min(PENALTIES, key=missed)
-    return Shading(light=light, shares=_solved(square + best * weight, product))
-
-
-def moved(taught: Taught, light: Light, seed: int) -> Taught:
-    """Pixels like the taught ones elsewhere on the pad, tilted another way; drawn with the seed."""
-    random = np.random.default_rng(seed)
-    share = min(1.0, FEW_PRESSES / len(np.unique(taught.press))) ** 2
-    chosen = random.choice(len(taught.press), round(share * len(taught.press)), replace=False)
-    source = taught[np.sort(chosen)]
-    model = fit_shading(taught, light)
-    error = source.color - model.colors(source.slopes, source.position)
-    position = random.uniform(-1, 1, source.position.shape).astype(np.float32)
-    azimuth = random.uniform(0, 2 * np.pi, len(position))
-    steepness = np.linalg.norm(source.slopes, axis=1, keepdims=True)
-    directions = np.stack([np.cos(azimuth), np.sin(azimuth)], 1)
-    slopes = np.asarray(steepness * directions, np.float32)
-    return Taught(
-        color=np.asarray(model.colors(slopes, position) + ROUGHER * error, np.float32),
-        position=position,
-        slopes=slopes,
-        press=source.press,
-    )
+    return _solved(square + best * weight, product)
 
 
 def _powers(position: np.ndarray, powers: tuple[tuple[int, int], ...]) -> np.ndarray:

@@ -7,22 +7,29 @@ bits leave of an error by up to 70.
 """
 
 import math
-from typing import Any
+from functools import lru_cache
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
 from jaxtyping import Float32
 
-from recon.estimators.context import SMOOTHING, sampled
 from recon.estimators.default import (
     DRIFT_STEP_PX,
     LARGEST_DRIFT,
     STEEPEST_SLOPE,
     Default,
-    raw_inputs,
 )
 from recon.estimators.mlp import channel_indices
 from recon.estimators.networks import HIDDEN
+from recon.estimators.shading import blank_colors
+from recon.estimators.surroundings import (
+    ASPECTS,
+    LEVELS,
+    SMOOTHING,
+    columns_around,
+    surroundings,
+)
 from recon.fast import floating
 from recon.fast.disturbance import SIDE_PX, QuarterMask, median
 from recon.fast.floating import last_layer, rectified_layer
@@ -30,13 +37,23 @@ from recon.fast.kernels import compiled
 from recon.fast.vectors import BLOCK
 from recon.pixels import positions
 
-PREPARED = 7
-"""Settled R, G, B; what is familiar around in R, G, B, and how familiar it is."""
-INPUTS = PREPARED + 5
-"""Beside the prepared: blank R, G, B, X, Y. Colours that are not looked at have no weight."""
+COLORS, AROUND = 3, 3 * ASPECTS
+OWN_OFF = 3 * LEVELS
+"""Of what lies around, these are taken less the pixel's own colour."""
+INPUTS = COLORS + AROUND + 5
+"""At last blank R, G, B, X, Y. Colours that are not looked at have no weight."""
 WIDTH = HIDDEN[0]
+ONE = np.float32(1)
 STEEPEST = np.float32(STEEPEST_SLOPE**2 / (1 + STEEPEST_SLOPE**2))
 """Square of the steepest normal's component."""
+
+
+class Seen(NamedTuple):
+    """What the estimator prepares of a difference, before it is brought to one size."""
+
+    settled: Float32[np.ndarray, "3 h w"]
+    around: Float32[np.ndarray, "qh qw a"]
+    """What lies around, at a quarter of the difference's resolution."""
 
 
 class FrameEnsemble:
@@ -46,58 +63,54 @@ class FrameEnsemble:
         """Lay out weights and what every frame shares, for frames of (width, height)."""
         width, height = size_px
         lit = channel_indices(estimator.channels)
-        blank, beside = range(PREPARED, PREPARED + 3), (INPUTS - 2, INPUTS - 1)
-        around = [3 + channel for channel in lit]
-        seen = [*lit, *(blank[channel] for channel in lit), *beside, *around, PREPARED - 1]
+        blank, beside = range(COLORS + AROUND, INPUTS - 2), (INPUTS - 2, INPUTS - 1)
+        seen = [*lit, *(blank[channel] for channel in lit), *beside, *columns_around(lit)]
         place = positions(size_px).reshape(-1, 2)
-        same = raw_inputs(np.zeros((len(place), len(lit)), np.float32), estimator.light, place)
-        self._same = np.zeros((INPUTS - PREPARED, len(place)), np.float32)
+        same = np.concatenate([blank_colors(estimator.light, place), place], 1)
+        self._same = np.zeros((INPUTS - COLORS - AROUND, len(place)), np.float32)
         own = seen[len(lit) : 2 * len(lit) + 2]
-        self._same[[row - PREPARED for row in own]] = same[:, len(lit) :].T
+        self._same[[row - COLORS - AROUND for row in own]] = same.T
         self._weights = _weights(estimator, seen)
-        self._estimator, self._size_px = estimator, size_px
-        self._prepared = np.zeros((PREPARED, height, width), np.float32)
+        self._settled = np.zeros((COLORS, height, width), np.float32)
         quarter = -(-height // SIDE_PX), -(-width // SIDE_PX)
-        self.small = np.zeros((PREPARED, *quarter), np.float32)
-        """What was prepared last, at a quarter of the resolution."""
-        self._rows, self._columns = np.ix_(sampled(height), sampled(width))
+        self._small = np.zeros((COLORS, *quarter), np.float32)
         self._all = np.ones(quarter, bool)
         self._lit, self._sigma_px = lit, SMOOTHING * min(size_px)
 
-    def prepared(self, difference: Float32[np.ndarray, "3 h w"]) -> Float32[np.ndarray, "7 h w"]:
-        """What the estimator prepares of a difference, as planes; the next call overwrites it."""
+    def prepared(self, difference: Float32[np.ndarray, "3 h w"]) -> tuple[Seen, Seen]:
+        """What the estimator prepares, of the frame and of a quarter of its rows and columns.
+
+        The next call overwrites it.
+        """
         for channel in self._lit:
             some = difference[channel, ::DRIFT_STEP_PX, ::DRIFT_STEP_PX].ravel()
             drift = min(max(float(median(some)), -LARGEST_DRIFT), LARGEST_DRIFT)
-            plane = self._prepared[channel]
+            plane = self._settled[channel]
             cv2.GaussianBlur(difference[channel], (0, 0), self._sigma_px, dst=plane)
             plane -= np.float32(drift)
-            small = self.small[channel]
+            small = self._small[channel]
             cv2.resize(plane, small.shape[::-1], dst=small, interpolation=cv2.INTER_AREA)
-        some = self._prepared[:3, self._rows, self._columns]
-        colors = np.ascontiguousarray(np.moveaxis(self.small[:3], 0, -1))
-        around = self._estimator.around(colors, np.moveaxis(some, 0, -1))
-        self.small[3:] = np.moveaxis(around, -1, 0)
-        for channel in (*self._lit, 3):
-            plane = self._prepared[3 + channel]
-            cv2.resize(self.small[3 + channel], self._size_px, dst=plane)
-        return self._prepared
+        around = surroundings(np.ascontiguousarray(np.moveaxis(self._small, 0, -1)))
+        return Seen(self._settled, around), Seen(self._small, around)
 
     def __call__(
         self,
-        prepared: Float32[np.ndarray, "7 h w"],
+        seen: Seen,
         out: Float32[np.ndarray, "2 h w"],
         rows: slice = slice(None),
         near: QuarterMask | None = None,
     ) -> None:
-        """Write the gradients of some rows of a prepared image; both are planes.
+        """Write the gradients, as planes, of some rows of what was prepared.
 
         They are zero outside ``near``.
         """
-        width = prepared.shape[2]
-        begin, end, _ = rows.indices(prepared.shape[1])
+        _, height, width = seen.settled.shape
+        begin, end, _ = rows.indices(height)
         _frame(
-            prepared.reshape(PREPARED, -1),
+            seen.settled.reshape(COLORS, -1),
+            seen.around,
+            *_between(height, seen.around.shape[0]),
+            *_between(width, seen.around.shape[1]),
             self._same,
             out.reshape(2, -1),
             self._all if near is None else near,
@@ -108,15 +121,24 @@ class FrameEnsemble:
         )
 
 
+@lru_cache(maxsize=8)
+def _between(count: int, few: int) -> tuple[np.ndarray, np.ndarray]:
+    """Of each of many places along an axis: the last of few before it, and how far beyond it is.
+
+    As OpenCV resizes with bilinear interpolation.
+    """
+    place = np.clip((np.arange(count) + 0.5) * few / count - 0.5, 0, few - 1)
+    first = np.minimum(place.astype(np.intp), max(few - 2, 0))
+    return first, (place - first).astype(np.float32)
+
+
 def _weights(estimator: Default, seen: list[int]) -> tuple[np.ndarray, ...]:
     """For each layer, a row for each member; the inputs' mean and spread are worked in."""
     weight, bias = (part.astype(np.float64) for part in estimator.layers[0])
     first = np.zeros((len(weight), INPUTS, WIDTH))
-    colors = len(estimator.channels)
-    spread = np.concatenate([estimator.spread, estimator.context.spread, [0.5]])
-    mean = np.concatenate([estimator.mean, np.zeros(colors), [0.5]])
+    spread = estimator.spread.astype(np.float64)
     first[:, seen] = weight / spread[:, None]
-    shifted = bias - (mean / spread) @ weight
+    shifted = bias - (estimator.mean / spread) @ weight
     layers = [(first, shifted), *estimator.layers[1:]]
     neurons = [floating.NEURONS] * len(HIDDEN) + [floating.LAST]
     return tuple(
@@ -126,7 +148,12 @@ def _weights(estimator: Default, seen: list[int]) -> tuple[np.ndarray, ...]:
 
 
 def _pixels(
-    prepared: Any,
+    settled: Any,
+    around: Any,
+    above: Any,
+    down: Any,
+    left: Any,
+    right: Any,
     same: Any,
     out: Any,
     near: Any,
@@ -142,6 +169,8 @@ def _pixels(
     a, b = np.empty((WIDTH, BLOCK), np.float32), np.empty((WIDTH, BLOCK), np.float32)
     groups, members = WIDTH // floating.NEURONS, len(w0)
     normal, places = np.empty((2, BLOCK), np.float32), np.empty(BLOCK, np.intp)
+    few_rows, few, _ = around.shape
+    line, row = np.empty((few, AROUND), np.float32), -1  # what lies around a row of pixels
     place = begin
     while place < end:
         count = 0
@@ -153,10 +182,25 @@ def _pixels(
                 out[0, place] = out[1, place] = 0
             place += 1
         for p in range(count):
-            for k in range(PREPARED):
-                values[k, p] = prepared[k, places[p]]
-            for k in range(INPUTS - PREPARED):
-                values[PREPARED + k, p] = same[k, places[p]]
+            y, x = places[p] // width, places[p] % width
+            if y != row:
+                row, top, share = y, above[y], down[y]
+                bottom = min(top + 1, few_rows - 1)
+                for c in range(few):
+                    for k in range(AROUND):
+                        line[c, k] = (ONE - share) * around[top, c, k] + share * around[
+                            bottom, c, k
+                        ]
+            west, share = left[x], right[x]
+            east = min(west + 1, few - 1)
+            for k in range(COLORS):
+                values[k, p] = settled[k, places[p]]
+            for k in range(AROUND):
+                values[COLORS + k, p] = (ONE - share) * line[west, k] + share * line[east, k]
+            for k in range(OWN_OFF):
+                values[COLORS + k, p] -= values[k % COLORS, p]
+            for k in range(INPUTS - COLORS - AROUND):
+                values[COLORS + AROUND + k, p] = same[k, places[p]]
         normal[:] = 0
         for m in range(members if count else 0):
             rectified_layer(values.ctypes.data, w0[m].ctypes.data, a.ctypes.data, INPUTS, groups)

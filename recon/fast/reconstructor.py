@@ -173,8 +173,8 @@ class FastReconstructor:
             apply = partial(self._mlp, difference, out)
         elif self._ours is not None:
             network, moved_near = self._ours
-            prepared = network.prepared(difference)
-            apply = partial(network, prepared, out, near=moved_near(network.small, disturbed))
+            seen, small = network.prepared(difference)
+            apply = partial(network, seen, out, near=moved_near(small, disturbed))
         else:
             whole = np.ascontiguousarray(np.moveaxis(difference, 0, -1))
             out[:] = np.moveaxis(gradient_field(self.calibration.estimator, whole), -1, 0)

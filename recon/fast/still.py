@@ -10,11 +10,10 @@ import math
 
 import cv2
 import numpy as np
-from jaxtyping import Float32
 
 from recon.estimators.default import Default
 from recon.fast.disturbance import SIDE_PX, QuarterMask
-from recon.fast.ensemble import FrameEnsemble
+from recon.fast.ensemble import FrameEnsemble, Seen
 from recon.still import CLEAR_SLOPE, MARGIN, SMOOTHING
 
 
@@ -35,9 +34,7 @@ class FrameStill:
         width_px = 2 * round(MARGIN * side_px / SIDE_PX) + 1
         self._around = np.ones((width_px, width_px), np.uint8)
 
-    def __call__(
-        self, small: Float32[np.ndarray, "7 qh qw"], disturbed: QuarterMask
-    ) -> QuarterMask:
+    def __call__(self, small: Seen, disturbed: QuarterMask) -> QuarterMask:
         """Where colour or slope tells of a contact nearby, from what was prepared, quartered."""
         self._network(small, self._slopes)
         for slopes in self._slopes:

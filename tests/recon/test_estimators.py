@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """One contract, held by every estimator that has a name."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -16,6 +18,7 @@ from recon.estimators import (
     restore_estimator,
     slopes_at,
 )
+from recon.estimators.default import PREPARED, prepared_colors
 from recon.pixels import join, label_pixels
 from recon.presses import read_presses
 from sensor.errors import WedgeError
@@ -32,17 +35,25 @@ def presses(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def pixels(presses):
-    return join([label_pixels(press, i, 0) for i, press in enumerate(presses)])
+    """Labelled pixels, with all that each estimator looks at."""
+    labelled = [label_pixels(press, i, 0) for i, press in enumerate(presses)]
+    prepared = [prepared_colors(press.difference).reshape(-1, PREPARED) for press in presses]
+    with_around = [
+        replace(some, color=seen[some.place]) for some, seen in zip(labelled, prepared, strict=True)
+    ]
+    made = {width(name): join(labelled) for name in ESTIMATORS} | {PREPARED: join(with_around)}
+    return lambda name: made[width(name)]
 
 
 @pytest.fixture(scope="module")
 def fitted(pixels):
     """Each estimator on ten presses, for any channels, fitted when it is first asked for."""
     pytest.importorskip("torch")
-    train, made = pixels[pixels.press < 10], {}
+    made = {}
 
     def fit(name, channels="RGB"):
         if (name, channels) not in made:
+            train = pixels(name)[pixels(name).press < 10]
             made[name, channels] = fit_estimator(name, train, channels, seed=0)
         return made[name, channels]
 
@@ -56,20 +67,25 @@ def short_training():
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(mlp_training, "EPOCHS", 12)
-        patch.setattr(default_training, "STEPS", 600)
+        patch.setattr(default_training, "STEPS", 1200)
         patch.setattr(default_training, "BATCH", 128)
         yield
 
 
-def random_pixels(seed, count):
+def width(name):
+    """Columns that an estimator prepares of a pixel."""
+    return PREPARED if name == "default" else 3
+
+
+def random_pixels(seed, count, name="mlp"):
     rng = np.random.default_rng(seed)
-    color = rng.uniform(-0.4, 0.4, (count, 3)).astype(np.float32)
+    color = rng.uniform(-0.4, 0.4, (count, width(name))).astype(np.float32)
     return color, rng.uniform(-1, 1, (count, 2)).astype(np.float32)
 
 
 @EVERY
 def test_presses_held_out_are_seen_with_a_small_error(fitted, pixels, name):
-    held_out = pixels[pixels.press >= 10]
+    held_out = pixels(name)[pixels(name).press >= 10]
     found, contact = fitted(name).slopes(held_out.color, held_out.position), held_out.contact
     error, truth = np.abs(found - held_out.gradient), held_out.gradient
     assert np.abs(truth[contact]).mean() > 0.1
@@ -99,20 +115,20 @@ def test_what_it_learnt_comes_back_bit_by_bit(fitted, name, channels):
     assert all(t.dtype == np.float32 and t.flags.c_contiguous for t in tensors.values())
     copies = {key: values.copy() for key, values in tensors.items()}
     again = restore_estimator(name, copies, channels)
-    color, position = random_pixels(1, 9000)
+    color, position = random_pixels(1, 9000, name)
     np.testing.assert_array_equal(again.slopes(color, position), estimator.slopes(color, position))
 
 
 @EVERY
 def test_the_same_seed_learns_the_same(pixels, name):
-    one, two = (fit_estimator(name, pixels, "RGB", seed=5).tensors() for _ in range(2))
+    one, two = (fit_estimator(name, pixels(name), "RGB", seed=5).tensors() for _ in range(2))
     assert one.keys() == two.keys()
     for key, values in one.items():
         np.testing.assert_array_equal(values, two[key])
 
 
 def test_another_seed_trains_another_network(pixels):
-    one, two = (fit_estimator("mlp", pixels, "RGB", seed=seed).tensors() for seed in (5, 6))
+    one, two = (fit_estimator("mlp", pixels("mlp"), "RGB", seed=seed).tensors() for seed in (5, 6))
     assert not np.array_equal(one["weight0"], two["weight0"])
 
 
@@ -122,7 +138,7 @@ def test_training_does_not_depend_on_the_callers_random_state(pixels):
     made = []
     for state in (1, 2):
         torch.manual_seed(state)
-        made.append(fit_estimator("mlp", pixels, "RGB", seed=0).tensors()["weight0"])
+        made.append(fit_estimator("mlp", pixels("mlp"), "RGB", seed=0).tensors()["weight0"])
     np.testing.assert_array_equal(*made)
 
 
@@ -132,11 +148,11 @@ def test_dropped_channels_are_not_looked_at(fitted, name, channels):
     if name == "mlp" and len(channels) == 2:
         channels = "RB"  # one pair is enough for what trains slowly
     estimator = fitted(name, channels)
-    color, position = random_pixels(2, 200)
+    color, position = random_pixels(2, 200, name)
     changed = color.copy()
     for column, channel in enumerate("RGB"):
         if channel not in channels:
-            changed[:, column] = np.linspace(-1, 1, 200)
+            changed[:, column::3] = np.linspace(-1, 1, 200)[:, None]
     expected = estimator.slopes(color, position)
     np.testing.assert_array_equal(estimator.slopes(changed, position), expected)
     for channel in channels:
@@ -147,7 +163,9 @@ def test_dropped_channels_are_not_looked_at(fitted, name, channels):
 
 @EVERY
 def test_no_pixel_gives_no_slope(fitted, name):
-    slopes = fitted(name).slopes(np.zeros((0, 3), np.float32), np.zeros((0, 2), np.float32))
+    slopes = fitted(name).slopes(
+        np.zeros((0, width(name)), np.float32), np.zeros((0, 2), np.float32)
+    )
     assert slopes.shape == (0, 2) and slopes.dtype == np.float32
 
 
@@ -156,7 +174,7 @@ def test_no_pixel_gives_no_slope(fitted, name):
 @settings(max_examples=20)
 def test_each_pixel_is_judged_alone_whatever_its_place_in_the_list(fitted, name, seed, count):
     estimator = fitted(name)
-    color, position = random_pixels(seed, count)
+    color, position = random_pixels(seed, count, name)
     order = np.random.default_rng(seed).permutation(count)
     slopes = estimator.slopes(color, position)
     # Rounding may depend on the row in a matrix product.
@@ -171,7 +189,7 @@ def test_each_pixel_is_judged_alone_whatever_its_place_in_the_list(fitted, name,
 def test_rows_beyond_one_chunk_are_judged_too(fitted, name):
     from recon.estimators.mlp import CHUNK_ROWS
 
-    color, position = random_pixels(3, CHUNK_ROWS + 17)
+    color, position = random_pixels(3, CHUNK_ROWS + 17, name)
     slopes = fitted(name).slopes(color, position)
     tail = slice(CHUNK_ROWS - 5, None)
     np.testing.assert_allclose(
@@ -181,7 +199,7 @@ def test_rows_beyond_one_chunk_are_judged_too(fitted, name):
 
 @EVERY
 def test_colours_beyond_all_that_was_learnt_stay_finite(fitted, name):
-    color = np.array([[1, 1, 1], [-1, -1, -1], [1, -1, 1]], np.float32)
+    color = np.tile(np.float32([[1, 1, 1], [-1, -1, -1], [1, -1, 1]]), width(name) // 3)
     assert np.isfinite(fitted(name).slopes(color, np.zeros((3, 2), np.float32))).all()
 
 
@@ -194,14 +212,15 @@ def test_the_table_is_blind_to_position_and_the_network_is_not(fitted):
 
 @EVERY
 def test_one_pixel_is_enough_to_fit(pixels, name):
-    estimator = fit_estimator(name, pixels[np.array([0])], "RGB", seed=0)
-    assert np.isfinite(estimator.slopes(pixels.color[:5], pixels.position[:5])).all()
+    some = pixels(name)
+    estimator = fit_estimator(name, some[np.array([0])], "RGB", seed=0)
+    assert np.isfinite(estimator.slopes(some.color[:5], some.position[:5])).all()
 
 
 @EVERY
 def test_progress_ends_at_one_and_never_goes_back(pixels, name):
     shares = []
-    fit_estimator(name, pixels, "RGB", 0, shares.append)
+    fit_estimator(name, pixels(name), "RGB", 0, shares.append)
     assert shares[-1] == 1.0 and shares == sorted(shares)
 
 
@@ -228,7 +247,7 @@ def test_an_unknown_name_is_refused_with_the_known_ones(pixels):
     with pytest.raises(
         WedgeError, match="no estimator is called 'cnn': known are default, mlp, table"
     ):
-        fit_estimator("cnn", pixels, "RGB", 0)
+        fit_estimator("cnn", pixels("mlp"), "RGB", 0)
     with pytest.raises(WedgeError, match="no estimator is called 'cnn'"):
         restore_estimator("cnn", {}, "RGB")
 
@@ -269,7 +288,7 @@ def test_the_network_is_the_papers(fitted):
 
 @EVERY
 def test_labels_and_slopes_differ_in_contact_alone_and_by_the_lean(fitted, pixels, name):
-    estimator, some = fitted(name), pixels[np.arange(0, len(pixels), 7)]
+    estimator, some = fitted(name), pixels(name)[np.arange(0, len(pixels(name)), 7)]
     lean = estimator.lean(some.position)
     assert lean.shape == some.position.shape and np.isfinite(lean).all()
     shifted = as_labelled(estimator, some.gradient, some) - some.gradient

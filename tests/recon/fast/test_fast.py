@@ -133,7 +133,7 @@ def test_the_compiled_ensemble_is_the_estimator(
     difference = noise.astype(np.float32)
     network, out = FrameEnsemble(estimator, size_px), np.full((2, height, width), np.nan)
     out = out.astype(np.float32)
-    network(network.prepared(planes(difference)), out)
+    network(network.prepared(planes(difference))[0], out)
     truth = gradient_field(estimator, difference)
     assert np.abs(np.moveaxis(out, 0, -1) - truth).max() < SLOPE / 2
     assert np.linalg.norm(truth, axis=-1).max() > 0.1
@@ -142,7 +142,7 @@ def test_the_compiled_ensemble_is_the_estimator(
 def test_slopes_near_a_contact_are_those_of_the_whole_frame() -> None:
     network = FrameEnsemble(random_default(), (50, 11))
     difference = np.random.default_rng(0).normal(0, 0.2, (3, 11, 50)).astype(np.float32)
-    seen = network.prepared(difference)
+    seen, _ = network.prepared(difference)
     whole, part = np.full((2, 2, 11, 50), np.nan, np.float32)
     network(seen, whole)
     near = np.random.default_rng(1).random((3, 13)) < 0.3
@@ -169,7 +169,7 @@ def test_rows_can_be_shared_out(estimator: GradientEstimator) -> None:
     kind = {"mlp": FrameMlp, "default": FrameEnsemble}[estimator.name]
     network = kind(estimator, (50, 11))
     difference = np.random.default_rng(0).normal(0, 0.1, (3, 11, 50)).astype(np.float32)
-    seen = network.prepared(difference) if isinstance(network, FrameEnsemble) else difference
+    seen = network.prepared(difference)[0] if isinstance(network, FrameEnsemble) else difference
     whole, shared = np.zeros((2, 2, 11, 50), np.float32)
     network(seen, whole)
     for rows in (slice(0, 3), slice(3, 4), slice(4, 11)):

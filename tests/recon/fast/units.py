@@ -2,17 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Units that nobody calibrated: a random network, a blank frame, any geometry."""
 
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
 from recon.calibration import Calibration
 from recon.estimators import default
-from recon.estimators.context import Context, no_context
 from recon.estimators.default import Default
 from recon.estimators.mlp import HIDDEN, Mlp
 from recon.estimators.shading import LIGHT_POWERS
+from recon.estimators.surroundings import ASPECTS
 from sensor.unit import UnitCard
 
 
@@ -34,36 +33,24 @@ def random_mlp(seed: int = 0, channels: str = "RGB") -> Mlp:
 def random_default(seed: int = 0, channels: str = "RGB") -> Default:
     """Networks that differ, on light that no polynomial leaves dark."""
     rng, count = np.random.default_rng(seed), len(channels)
-    own = 2 * count + 2
+    features = (2 + ASPECTS) * count + 2
     layers = tuple(
         (
             rng.normal(0, 1.2 / np.sqrt(n), (default.MEMBERS, n, m)).astype(np.float32),
             rng.normal(0, 0.1, (default.MEMBERS, m)).astype(np.float32),
         )
-        for n, m in pairwise((own + count + 1, *default.HIDDEN, 2))
+        for n, m in pairwise((features, *default.HIDDEN, 2))
     )
     light = rng.normal(0, 0.05, (len(LIGHT_POWERS), count))
     light[0] = 0.5
     return Default(
         channels=channels,
         light=light.astype(np.float32),
-        mean=rng.normal(0, 0.1, own).astype(np.float32),
-        spread=rng.uniform(0.3, 0.6, own).astype(np.float32),
+        mean=rng.normal(0, 0.1, features).astype(np.float32),
+        spread=rng.uniform(0.3, 0.6, features).astype(np.float32),
         layers=layers,
         gel=np.zeros((2, 2), np.float32),
-        context=random_context(rng, own, count),
-        error90=np.zeros((2, len(default.SLOPE_KNOTS), 2), np.float32),
-    )
-
-
-def random_context(rng: np.random.Generator, own: int, colors: int) -> Context:
-    """Some of what lies around is familiar, some is not."""
-    return replace(
-        no_context(colors, own),
-        spread=rng.uniform(0.05, 0.1, colors).astype(np.float32),
-        edges=np.sort(rng.uniform(0.2, 1, default.BINS - 1)).astype(np.float32),
-        precision=np.tile(np.eye(colors, dtype=np.float32) / 9, (default.BINS, 1, 1)),
-        limit=np.array([0.4], np.float32),
+        error90=np.zeros((len(default.SLOPE_KNOTS), 2), np.float32),
     )
 
 

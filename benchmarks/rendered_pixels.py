@@ -1,0 +1,131 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Pixels of rendered presses, from which the default estimator learns beside a sensor's balls.
+
+    python -m benchmarks.rendered_pixels --out FILE --sensor NAME BALLS SETS --sensor ...
+
+BALLS is a dataset of the sensor's labelled balls, which teach the model of its light; SETS are
+those of ``benchmarks.rendered_presses``, of which some pixels of every press are kept. What made
+the file that comes with this package is in ``recon/weights/README.md``.
+"""
+
+import argparse
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from safetensors.numpy import save
+
+from recon.estimators import lesson_of
+from recon.estimators.default import Default, prepared_colors
+from recon.estimators.lean import fit_lean, lean_at
+from recon.estimators.rendered import VERSION
+from recon.estimators.shading import DARKEST, Taught, blank_colors, fit_light, fit_shading
+from recon.images import read_frame
+from recon.pixels import positions
+from recon.presses import press_reader, read_presses
+from recon.unet_weights import sha256_of
+from sensor.dataset import read_dataset
+from sensor.errors import WedgeError
+from sensor.files import write_atomic
+from validation.datasets import dataset_folder
+
+DENTED: Final = 0.01
+"""Of the deepest point: skin deeper than this is taken as dented."""
+BESIDE: Final = 0.2
+"""Of a press's pixels lie where it is not."""
+PIXELS: Final = 40_000
+"""Of each sensor."""
+SEED: Final = 0
+RGB: Final = [0, 1, 2]
+
+Arrays = dict[str, np.ndarray]
+
+
+def sensor_pixels(balls: Path, rendered: Sequence[Path]) -> Arrays:
+    """What ``RenderedSensor`` holds of one sensor.
+
+    Args:
+        balls: a set of its labelled balls.
+        rendered: sets of random objects pressed into it, with the skin's depth.
+
+    Raises:
+        WedgeError: a set cannot be used.
+    """
+    labelled = read_presses(read_dataset(balls)).presses
+    pixels = lesson_of(Default.name, labelled, range(len(labelled)), SEED)
+    light = fit_light(pixels.position, pixels.blank)
+    lean = lean_at(fit_lean(pixels, RGB, [0, 1]), pixels.position)
+    taught = Taught(
+        color=pixels.color[:, :3],
+        position=pixels.position,
+        slopes=pixels.gradient + pixels.contact[:, None] * lean,
+        press=pixels.press,
+    )
+    names = [(folder, path.stem) for folder in rendered
+             for path in sorted((folder / "truth").glob("*.npy"))]  # fmt: skip
+    readers = {folder: press_reader(read_dataset(folder)) for folder in rendered}
+    pitch = {folder: read_dataset(folder).card.mm_per_px for folder in rendered}
+    random = np.random.default_rng(SEED)
+    kept: list[tuple[np.ndarray, ...]] = []
+    for folder, name in names:
+        frame = readers[folder].unwarp(read_frame(folder, f"{name}.jpg"))
+        depth_mm = np.load(folder / "truth" / f"{name}.npy", allow_pickle=False)
+        if depth_mm.shape != frame.shape[:2]:
+            raise WedgeError(f"{folder}: {name} has another size than its truth.")
+        seen = prepared_colors(frame - readers[folder].blank).reshape(depth_mm.size, -1)
+        along_y, along_x = np.gradient(depth_mm, *pitch[folder][::-1])
+        dented = (depth_mm > DENTED * depth_mm.max()).ravel()
+        count = PIXELS // len(names)
+        some = _drawn(random, dented, round((1 - BESIDE) * count))
+        some = np.concatenate([some, _drawn(random, ~dented, count - len(some))])
+        position = positions(depth_mm.shape[::-1]).reshape(-1, 2)[some]
+        blank = np.maximum(blank_colors(light, position), DARKEST)
+        slopes = np.stack([along_x, along_y], -1).reshape(-1, 2)[some]
+        shares = seen[some] / np.tile(blank, seen.shape[1] // 3)
+        kept.append((shares[:, :3], shares[:, 3:], position, slopes))
+    change, around, position, slopes = (np.concatenate(part) for part in zip(*kept, strict=True))
+    return {
+        "change": change.astype(np.float16),
+        "around": around.astype(np.float16),
+        "position": position.astype(np.float16),
+        "slopes": slopes.astype(np.float16),
+        "shading": fit_shading(taught, light).astype(np.float32),
+    }
+
+
+def _drawn(random: np.random.Generator, mask: np.ndarray, count: int) -> np.ndarray:
+    places = np.flatnonzero(mask)
+    return random.choice(places, min(count, len(places)), replace=False)
+
+
+def main() -> None:
+    """Write the file."""
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.rendered_pixels",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        "--sensor", nargs="+", action="append", required=True, metavar="NAME BALLS SETS"
+    )
+    parser.add_argument("--out", type=Path, required=True, help="the safetensors file to write")
+    options = parser.parse_args()
+    arrays: Arrays = {}
+    try:
+        for name, balls, *sets in options.sensor:
+            found = sensor_pixels(dataset_folder(balls), [Path(folder) for folder in sets])
+            arrays |= {f"{name}.{key}": values for key, values in found.items()}
+            print(f"{name}: {len(found['slopes'])} pixels")
+        made = json.dumps({"version": VERSION, "sha256": sha256_of(arrays)})
+        # One entry only: safetensors writes several in an order of chance.
+        write_atomic(options.out, save(arrays, {"rendered": made}))
+    except WedgeError as error:
+        parser.error(str(error))
+    print(f"sha256 {sha256_of(arrays)}")
+
+
+if __name__ == "__main__":
+    main()

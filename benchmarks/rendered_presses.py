@@ -1,0 +1,135 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Random objects pressed into the twin of a design, traced: things that no calibration presses.
+
+    python -m benchmarks.rendered_presses standard build/standard
+
+The objects are those of ``recon.contact_presses``, one or a few in a square at a place drawn from
+the pad. OUT becomes a dataset folder without a label, with the skin's depth of every frame in
+truth/; ``benchmarks.rendered_pixels`` takes what the default estimator learns from.
+"""
+
+import argparse
+import multiprocessing
+import os
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from recon.contact_presses import NOTHING_PX, random_objects
+from sensor.design import Wedge
+from sensor.design_file import load_design
+from sensor.errors import WedgeError
+from sensor.files import new_folder
+from simulation.dataset import Recipe, write_set
+from simulation.engine import best_engine
+from simulation.indenters import Indenter
+from simulation.presses import DEEPEST, Press
+from simulation.skin import View, collar_mm, gel_view, rest_height_mm
+
+WIDTH_PX: Final = 320
+SIDES_PX: Final = (96, 160)
+"""Of the squares that objects of one press lie in."""
+COLLARS: Final = (0.7, 1.4)
+"""Of the gel's own, for which depths are drawn."""
+
+
+def random_presses(design: Wedge, sides_px: Sequence[int], count: int, seed: int) -> list[Press]:
+    """Presses of random objects at random places, each by its own seed."""
+    view = gel_view(design, WIDTH_PX)
+    return [_press(design, view, sides_px, index, seed) for index in range(count)]
+
+
+def _press(design: Wedge, view: View, sides_px: Sequence[int], index: int, seed: int) -> Press:
+    rng = np.random.default_rng([seed, index])
+    side = int(rng.choice(sides_px))
+    pitch = view.mm_per_px[0]
+    collar_px = collar_mm(design.gel) / pitch * rng.uniform(*COLLARS)
+    reach = random_objects(rng, side, side, collar_px)
+    corner = [rng.integers(0, max(1, size - side)) for size in view.size_px]
+    middle = [
+        float(along[at + side // 2])
+        for along, at in zip((view.x_mm, view.y_mm), corner, strict=True)
+    ]
+    deepest = min(float(reach.max()) * pitch, DEEPEST * design.gel.thickness_at_mm(*middle))
+    heights = (reach.max() - reach) * pitch
+    heights[reach < NOTHING_PX / 2] = np.inf
+    underside = partial(
+        _underside, heights_mm=heights, pitch_mm=pitch, design=design, middle_mm=middle
+    )
+    indenter = Indenter(
+        name="random", profile=underside, size_mm=(side * pitch,) * 2, depth_mm=deepest
+    )
+    return Press(
+        name=f"press_{index:03d}",
+        indenter=indenter,
+        centre_mm=(middle[0], middle[1]),
+        depth_mm=deepest,
+    )
+
+
+def _underside(
+    x: np.ndarray,
+    y: np.ndarray,
+    *,
+    heights_mm: np.ndarray,
+    pitch_mm: float,
+    design: Wedge,
+    middle_mm: list[float],
+) -> np.ndarray:
+    """Heights of the objects, bent as the untouched gel is, so that all of them touch it."""
+    side = len(heights_mm)
+    column, row = (np.round(along / pitch_mm).astype(int) + side // 2 for along in (x, y))
+    inside = np.logical_and.reduce([(at >= 0) & (at < side) for at in (column, row)])
+    found = np.full(x.shape, np.inf)
+    found[inside] = heights_mm[row[inside], column[inside]]
+    at_x, at_y = x + middle_mm[0], y + middle_mm[1]
+    bent = rest_height_mm(design.gel, at_x, at_y)
+    return found + bent - rest_height_mm(design.gel, *(np.array(at) for at in middle_mm))
+
+
+def main() -> None:
+    """Render a set."""
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.rendered_presses", description=__doc__
+    )
+    parser.add_argument("design", help="standard, finger or a TOML file")
+    parser.add_argument("out", type=Path, help="the folder to make; new or empty")
+    parser.add_argument("--presses", type=int, default=130)
+    parser.add_argument(
+        "--sides-px", type=int, nargs="+", default=SIDES_PX, help="of the squares of objects"
+    )
+    parser.add_argument("--samples", type=int, default=128, help="light paths a pixel")
+    parser.add_argument("--seed", type=int, default=0)
+    options = parser.parse_args()
+    try:
+        design = load_design(options.design)
+        recipe = Recipe(
+            engine=best_engine(),
+            design=design,
+            width_px=WIDTH_PX,
+            samples=options.samples,
+            seed=options.seed,
+        )
+        os.environ.setdefault("OMP_NUM_THREADS", "1")
+        spawn = multiprocessing.get_context("spawn")
+        with new_folder(options.out) as folder, ProcessPoolExecutor(2, spawn) as executor:
+            write_set(
+                folder,
+                recipe,
+                random_presses(design, options.sides_px, options.presses, options.seed),
+                source=f"random presses on the {design.name} design",
+                executor=executor,
+                threads=1,
+                progress=lambda share, what: print(f"{share:4.0%} {what}", flush=True),
+            )
+    except WedgeError as error:
+        parser.error(str(error))
+
+
+if __name__ == "__main__":
+    main()

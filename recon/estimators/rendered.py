@@ -1,0 +1,177 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Pixels of things that no calibration presses, rendered, as the sensor at hand would see them.
+
+Balls teach what balls look like: walls, edges, grooves and what they do to the light beside them
+are missing. Random objects were pressed into rendered sensors (``benchmarks.rendered_presses``),
+and some of their pixels come with this package. No two sensors are lit alike. But what a tilt does
+to the colours of one is close to a mix of what it does to those of another, a mix that changes
+linearly from place to place. A sensor's own balls tell that mix: the rendered sensor's model of
+its light (``shading``) says which colours it would have had there. On three real sensors the mix
+leaves 5 to 6 % of the squared change of colour unexplained.
+"""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float32, Float64
+from safetensors import SafetensorError, safe_open
+
+from recon.estimators.shading import (
+    DARKEST,
+    Light,
+    Shading,
+    Taught,
+    blank_colors,
+    color_changes,
+)
+from recon.estimators.surroundings import ASPECTS
+from recon.unet_weights import sha256_of
+from sensor.errors import WedgeError
+
+FILE = Path(__file__).parents[1] / "weights" / "rendered.safetensors"
+VERSION = "1"
+"""Of the arrays and of what is looked at around a pixel."""
+GENTLEST, STEEPEST = 0.02, 1.0
+"""Slopes of the balls' pixels from which the mix is told: rendered balls are not pressed deeper."""
+RIDGE = 1e-3
+"""Of each term's own square."""
+LIKENESS = 6
+"""Rendered sensors count by the power of what they leave unexplained: the likest count most."""
+WANTED = ("change", "around", "position", "slopes", "shading")
+
+Mix = Float64[np.ndarray, "9 c"]
+"""From three colours' changes, each times 1, x and y, to those of the sensor at hand."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RenderedSensor:
+    """Pixels of one rendered sensor; colours change by shares of its blank gel's."""
+
+    change: Float32[np.ndarray, "n 3"]
+    around: Float32[np.ndarray, "n a"]
+    """What lies around, in shares of the blank gel at the pixel itself."""
+    position: Float32[np.ndarray, "n 2"]
+    slopes: Float32[np.ndarray, "n 2"]
+    """Of the dent, mm/mm."""
+    shading: Shading
+
+
+@dataclass(frozen=True, kw_only=True)
+class SeenPixels:
+    """Rendered pixels as the sensor at hand would see them."""
+
+    color: Float32[np.ndarray, "n c"]
+    around: Float32[np.ndarray, "n a"]
+    position: Float32[np.ndarray, "n 2"]
+    slopes: Float32[np.ndarray, "n 2"]
+
+
+def rendered_pixels(taught: Taught, light: Light, count: int, seed: int) -> SeenPixels:
+    """That many pixels of rendered presses, or fewer where no rendered sensor is lit alike.
+
+    Args:
+        taught: pixels of the sensor's own balls.
+        light: of its blank gel.
+        count: of pixels, times the share of the balls' colours that the likest sensor explains.
+        seed: draws them.
+
+    Raises:
+        WedgeError: the pixels that come with this package are missing or damaged.
+    """
+    sensors = rendered_sensors()
+    matched = [matched_light(sensor.shading, taught, light) for sensor in sensors]
+    unexplained = np.array([left for _, left in matched])
+    weight = np.maximum(unexplained, 1e-3) ** -LIKENESS
+    count = round(count * max(0.0, 1 - unexplained.min()))
+    random = np.random.default_rng(seed)
+    from_each = random.multinomial(count, weight / weight.sum())
+    seen = [
+        _seen(sensor, random.integers(len(sensor.slopes), size=some), mix, light)
+        for sensor, (mix, _), some in zip(sensors, matched, from_each, strict=True)
+    ]
+    return SeenPixels(
+        **{name: np.concatenate([vars(part)[name] for part in seen]) for name in vars(seen[0])}
+    )
+
+
+def matched_light(shading: Shading, taught: Taught, light: Light) -> tuple[Mix, float]:
+    """How a rendered sensor's colours mix to a sensor's own, and what that leaves unexplained.
+
+    The latter is the share of the squared change of colour; 1 where no pixel tells.
+    """
+    steepness = np.linalg.norm(taught.slopes, axis=1)
+    some = taught[np.flatnonzero((steepness > GENTLEST) & (steepness < STEEPEST))]
+    terms = _placed(color_changes(shading, some.slopes, some.position), some.position)
+    wanted = some.color / np.maximum(blank_colors(light, some.position), DARKEST)
+    square = terms.T @ terms
+    ridge = np.diag(RIDGE * np.diag(square) + 1e-9)
+    mix = np.linalg.solve(square + ridge, terms.T @ wanted.astype(np.float64))
+    total = float((wanted**2).sum())
+    left = float(((wanted - terms @ mix) ** 2).sum())
+    return mix, left / total if total > 0 else 1.0
+
+
+@lru_cache
+def rendered_sensors() -> Sequence[RenderedSensor]:
+    """Those that come with this package.
+
+    Raises:
+        WedgeError: the file is missing, damaged, or of another version.
+    """
+    return read_rendered(FILE)
+
+
+def read_rendered(path: Path) -> Sequence[RenderedSensor]:
+    """Rendered sensors of a file, checked before use.
+
+    Raises:
+        WedgeError: it is missing, damaged, or of another version.
+    """
+    try:
+        with safe_open(path, framework="numpy") as file:
+            made = json.loads((file.metadata() or {}).get("rendered", "{}"))
+            arrays = {name: file.get_tensor(name) for name in file.keys()}
+    except (OSError, SafetensorError, json.JSONDecodeError) as error:
+        raise WedgeError(f"{path} cannot be read: {error}; install it again.") from error
+    version = made.get("version", "unknown") if isinstance(made, dict) else "unknown"
+    if version != VERSION:
+        raise WedgeError(
+            f"{path} is of version {version}, version {VERSION} is needed: install it again."
+        )
+    if made.get("sha256") != sha256_of(arrays):
+        raise WedgeError(f"{path} is damaged, its hash does not match: install it again.")
+    names = sorted({name.partition(".")[0] for name in arrays})
+    return tuple(
+        RenderedSensor(**{key: arrays[f"{name}.{key}"].astype(np.float32) for key in WANTED})
+        for name in names
+    )
+
+
+def _seen(sensor: RenderedSensor, some: np.ndarray, mix: Mix, light: Light) -> SeenPixels:
+    """Some pixels of a rendered sensor, in the colours of the sensor at hand."""
+    position = sensor.position[some]
+    blank = np.maximum(blank_colors(light, position), DARKEST)
+
+    def mixed(change: Float32[np.ndarray, "m 3"]) -> Float32[np.ndarray, "m c"]:
+        return np.asarray(_placed(change, position) @ mix * blank, np.float32)
+
+    around = sensor.around[some]
+    return SeenPixels(
+        color=mixed(sensor.change[some]),
+        around=np.concatenate(
+            [mixed(around[:, 3 * aspect : 3 * aspect + 3]) for aspect in range(ASPECTS)], 1
+        ),
+        position=position,
+        slopes=sensor.slopes[some],
+    )
+
+
+def _placed(change: np.ndarray, position: np.ndarray) -> Float64[np.ndarray, "n 9"]:
+    """Each colour's change times 1, x and y."""
+    places = np.concatenate([np.ones((len(position), 1)), position], 1)
+    return (change[:, :, None] * places[:, None, :]).reshape(len(change), 3 * change.shape[1])

@@ -1,0 +1,170 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Rendered pixels, seen by sensors whose light is a known mix of the rendered one's."""
+
+import json
+
+import numpy as np
+import pytest
+from PIL import Image
+from safetensors.numpy import save
+
+from benchmarks.rendered_pixels import sensor_pixels
+from benchmarks.rendered_presses import random_presses
+from recon.estimators.rendered import (
+    FILE,
+    STEEPEST,
+    VERSION,
+    matched_light,
+    read_rendered,
+    rendered_pixels,
+    rendered_sensors,
+)
+from recon.estimators.shading import Taught, blank_colors, color_changes, fit_light
+from recon.estimators.surroundings import ASPECTS
+from recon.unet_weights import sha256_of
+from sensor.design_file import load_design
+from sensor.errors import WedgeError
+from simulation.presses import skin_under
+from simulation.skin import gel_view
+from tests.synthetic import SIZE_PX, gradient_of, make_dataset, shaded, true_depth_mm
+
+
+def mixed(change, position, columns=3):
+    """Colours swapped, weakened, and more so to one side."""
+    swapped = change[:, [2, 0, 1]][:, :columns] * np.float32([0.8, 0.5, 1.2])[:columns]
+    return swapped * (1 + 0.3 * position[:, :1])
+
+
+def balls(sensor, columns=3, noise=0.0, seed=0):
+    """Pixels as a sensor of such mixed light has them, and its light."""
+    rng = np.random.default_rng(seed)
+    slopes, position = rng.uniform(-0.7, 0.7, (2, 3000, 2)).astype(np.float32)
+    blank = np.tile(np.float32([0.4, 0.5, 0.6])[:columns], (3000, 1))
+    change = mixed(color_changes(sensor.shading, slopes, position), position, columns)
+    color = change * blank + noise * rng.standard_normal(blank.shape)
+    press = np.repeat(np.arange(10, dtype=np.int32), 300)
+    taught = Taught(color=color.astype(np.float32), position=position, slopes=slopes, press=press)
+    return taught, fit_light(position, blank)
+
+
+def described(pixels):
+    """Place and slope of each."""
+    return map(tuple, np.concatenate([pixels.position, pixels.slopes], 1).tolist())
+
+
+def test_the_shipped_sensors_have_slopes_that_no_ball_shows_and_gel_that_is_flat():
+    for sensor in rendered_sensors():
+        steepness = np.linalg.norm(sensor.slopes, axis=1)
+        assert (steepness > STEEPEST).mean() > 0.01 and (steepness < 0.01).mean() > 0.1
+        assert sensor.around.shape == (len(sensor.slopes), 3 * ASPECTS)
+        assert np.abs(sensor.position).max() <= 1
+        assert all(np.isfinite(values).all() for values in vars(sensor).values())
+
+
+def test_the_shading_of_each_shipped_sensor_tells_most_of_its_gentle_pixels_colours():
+    for sensor in rendered_sensors():
+        steepness = np.linalg.norm(sensor.slopes, axis=1)
+        some = (steepness > 0.1) & (steepness < 0.5)
+        told = color_changes(sensor.shading, sensor.slopes[some], sensor.position[some])
+        left = ((sensor.change[some] - told) ** 2).sum() / (sensor.change[some] ** 2).sum()
+        assert left < 0.5
+
+
+@pytest.mark.parametrize("columns", [3, 2, 1])
+def test_a_mixed_light_is_matched_whatever_colours_are_lit(columns):
+    sensor = rendered_sensors()[0]
+    taught, light = balls(sensor, columns)
+    mix, unexplained = matched_light(sensor.shading, taught, light)
+    assert mix.shape == (9, columns) and unexplained < 1e-4
+
+
+def test_pixels_come_in_the_colours_of_the_sensor_at_hand():
+    sensor = rendered_sensors()[0]
+    taught, light = balls(sensor)
+    seen = rendered_pixels(taught, light, 4000, seed=0)
+    assert 3900 < len(seen.slopes) <= 4000
+    # Flat gel of several presses may lie at one place.
+    known = {pixel: at for at, pixel in enumerate(described(sensor)) if any(pixel[2:])}
+    own = [(at, known[pixel]) for at, pixel in enumerate(described(seen)) if pixel in known]
+    here, there = np.array(own).T
+    assert len(here) > 2000  # the sensor whose light fits counts most
+    place = sensor.position[there]
+    blank = blank_colors(light, place)
+    np.testing.assert_allclose(
+        seen.color[here], mixed(sensor.change[there], place) * blank, atol=2e-3
+    )
+    wide = sensor.around[there][:, 3:6]
+    np.testing.assert_allclose(seen.around[here, 3:6], mixed(wide, place) * blank, atol=2e-3)
+
+
+def test_the_less_a_light_is_like_any_rendered_one_the_fewer_pixels_come():
+    taught, light = balls(rendered_sensors()[0], noise=0.3)
+    few = len(rendered_pixels(taught, light, 1000, seed=0).slopes)
+    noise = Taught(**{**vars(taught), "color": np.zeros_like(taught.color)})
+    assert 0 < few < 700 and len(rendered_pixels(noise, light, 1000, seed=0).slopes) == 0
+
+
+def test_the_same_seed_draws_the_same():
+    taught, light = balls(rendered_sensors()[0])
+    one, two, other = (rendered_pixels(taught, light, 50, seed=seed) for seed in (1, 1, 2))
+    np.testing.assert_array_equal(one.color, two.color)
+    assert not np.array_equal(one.color, other.color)
+
+
+def test_a_file_of_another_version_or_with_other_numbers_is_refused(tmp_path):
+    arrays = {"a.change": np.zeros((1, 3), np.float16)}
+    good = {"version": VERSION, "sha256": sha256_of(arrays)}
+    for made, word in (
+        ({**good, "version": "0"}, "is of version 0"),
+        ({**good, "sha256": "0"}, "is damaged"),
+        ([], "is of version unknown"),
+    ):
+        path = tmp_path / "rendered.safetensors"
+        path.write_bytes(save(arrays, {"rendered": json.dumps(made)}))
+        with pytest.raises(WedgeError, match=word):
+            read_rendered(path)
+    path.write_bytes(FILE.read_bytes()[:5000])
+    with pytest.raises(WedgeError, match="cannot be read"):
+        read_rendered(path)
+    with pytest.raises(WedgeError, match="cannot be read"):
+        read_rendered(tmp_path / "none.safetensors")
+
+
+def test_random_objects_press_into_the_gel_and_come_again():
+    design = load_design("standard")
+    view = gel_view(design, 320)
+    some = random_presses(design, (96,), 4, seed=3)
+    again, others = (random_presses(design, (96,), 4, seed=seed) for seed in (3, 4))
+    for press, same, other in zip(some, again, others, strict=True):
+        skin, twice, else_ = (skin_under(design, view, one) for one in (press, same, other))
+        assert 0.5 * press.depth_mm < skin.depth_mm.max() <= press.depth_mm + 1e-9
+        assert skin.contact.any() and (skin.depth_mm[skin.contact] > 0).all()
+        np.testing.assert_array_equal(skin.depth_mm, twice.depth_mm)
+        assert not np.array_equal(skin.depth_mm, else_.depth_mm)
+
+
+def test_pixels_that_are_kept_have_the_slopes_and_the_colours_of_their_frames(tmp_path):
+    balls = make_dataset(tmp_path / "balls", presses=10)
+    pressed = make_dataset(tmp_path / "pressed", presses=2, seed=5, noise_grey_levels=0)
+    (tmp_path / "pressed" / "truth").mkdir()
+    for label in pressed.labels:
+        name = label.file.removesuffix(".png")
+        frame = Image.open(tmp_path / "pressed" / label.file)
+        frame.save(tmp_path / "pressed" / f"{name}.jpg", quality=100, subsampling=0)
+        np.save(tmp_path / "pressed" / "truth" / f"{name}.npy", true_depth_mm(label))
+    kept = sensor_pixels(balls.folder, [tmp_path / "pressed"])
+    width, height = SIZE_PX
+    column, row = ((kept["position"] + 1) * [width, height] / 2 - 0.5).round().astype(int).T
+    slopes = np.stack([gradient_of((x.center_x_px, x.center_y_px, x.contact_radius_px))
+                       for x in pressed.labels])  # fmt: skip
+    of = np.repeat([0, 1], len(row) // 2)
+    true = slopes[of, row, column]
+    inside = (true != 0).any(1) & (kept["slopes"] != 0).all(1)
+    assert inside.sum() > 500
+    assert np.abs(kept["slopes"] - true)[inside].mean() < 0.02  # the rim is sharp
+    light, blank = np.stack([shaded(one) for one in slopes]), shaded(0 * slopes[0])
+    change = light[of, row, column] / blank[row, column] - 1
+    assert np.abs(kept["change"] - change)[inside].mean() < 0.03
+    told = color_changes(kept["shading"], true.astype(np.float32), np.float32(kept["position"]))
+    assert np.abs(told - change)[inside].mean() < 0.1 * np.abs(change)[inside].mean()

@@ -1,0 +1,84 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What lies around a pixel, of patterns whose derivatives are known."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from recon.estimators.default import PREPARED, prepared_colors
+from recon.estimators.surroundings import (
+    ASPECTS,
+    FAR,
+    NEAR,
+    columns_around,
+    full_size,
+    quartered,
+    surroundings,
+)
+
+INNER = np.s_[60:-60, 60:-60]
+
+
+def around(pattern):
+    """Of one colour: (h, w, aspect) at full size, the middle of the frame."""
+    colors = np.repeat(pattern[..., None], 3, -1).astype(np.float32)
+    every = full_size(surroundings(quartered(colors)), colors)
+    assert every.shape == (*pattern.shape, 3 * ASPECTS)
+    np.testing.assert_array_equal(every[..., 0::3], every[..., 2::3])
+    return every[INNER][..., 0::3]
+
+
+def grid(height=240, width=320):
+    y, x = np.mgrid[:height, :width]
+    return (x - width / 2) / height, (y - height / 2) / height
+
+
+def test_of_one_colour_nothing_lies_around():
+    assert np.abs(around(np.full((240, 320), 0.3))).max() < 1e-6
+
+
+def test_a_steady_change_is_told_along_each_axis_near_and_far_and_bends_nowhere():
+    x, y = grid()
+    found = around(0.5 * x - 0.2 * y)
+    expected = [0, 0, 0.5 * NEAR, -0.2 * NEAR, 0, 0, 0.5 * FAR, -0.2 * FAR]
+    np.testing.assert_allclose(found, np.broadcast_to(expected, found.shape), atol=2e-4)
+
+
+@pytest.mark.parametrize(
+    ("pattern", "more_along_x", "twisted"), [(lambda x, y: x**2 - y**2, 4, 0), (np.multiply, 0, 2)]
+)
+def test_a_saddle_is_told_from_the_same_turned_by_an_eighth(pattern, more_along_x, twisted):
+    found = around(pattern(*grid()))
+    np.testing.assert_allclose(found[..., 4], more_along_x * NEAR**2, rtol=0.02, atol=1e-5)
+    np.testing.assert_allclose(found[..., 5], twisted * NEAR**2, rtol=0.02, atol=1e-5)
+
+
+def test_a_bump_is_darker_around_and_most_so_widely():
+    x, y = grid()
+    found = around(np.exp(-(x**2 + y**2) / (2 * 0.05**2)))
+    middle = found[found.shape[0] // 2, found.shape[1] // 2]
+    assert middle[1] < 2 * middle[0] < 0
+    assert np.abs(middle[2:]).max() < 0.01
+
+
+@given(st.sampled_from([(120, 160), (240, 320), (480, 640), (239, 311), (320, 320)]))
+def test_frames_of_any_size_show_the_same(size):
+    x, y = grid(*size)
+    pattern = np.sin(9 * x) * np.cos(7 * y)
+    large = np.sin(9 * grid(960, 1280)[0]) * np.cos(7 * grid(960, 1280)[1])
+
+    def middle(of):
+        colors = np.repeat(of[..., None], 3, -1).astype(np.float32)
+        found = prepared_colors(colors)
+        return found[of.shape[0] // 2, of.shape[1] // 2]
+
+    found, expected = middle(pattern), middle(large)
+    assert found.shape == (PREPARED,)
+    np.testing.assert_allclose(found, expected, atol=0.03)
+
+
+def test_the_columns_of_some_colours_are_theirs():
+    assert columns_around([0, 1, 2]) == list(range(3, PREPARED))
+    assert columns_around([0, 2])[:4] == [3, 5, 6, 8]
