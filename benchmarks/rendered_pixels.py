@@ -11,18 +11,20 @@ the file that comes with this package is in ``recon/weights/README.md``.
 
 import argparse
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 from safetensors.numpy import save
 
+from recon.calibration import CHANNELS
 from recon.estimators import lesson_of
 from recon.estimators.default import Default, prepared_colors
-from recon.estimators.lean import fit_lean, lean_at
+from recon.estimators.default_fit import dents
+from recon.estimators.mlp import channel_indices
 from recon.estimators.rendered import VERSION
-from recon.estimators.shading import DARKEST, Taught, blank_colors, fit_light, fit_shading
+from recon.estimators.shading import DARKEST, blank_colors, fit_shading
 from recon.images import read_frame
 from recon.pixels import positions
 from recon.presses import press_reader, read_presses
@@ -35,11 +37,10 @@ from validation.datasets import dataset_folder
 DENTED: Final = 0.01
 """Of the deepest point: skin deeper than this is taken as dented."""
 BESIDE: Final = 0.2
-"""Of a press's pixels lie where it is not."""
+"""Of a press's pixels: the share that lies where the skin is not dented."""
 PIXELS: Final = 40_000
 """Of each sensor."""
 SEED: Final = 0
-RGB: Final = [0, 1, 2]
 
 Arrays = dict[str, np.ndarray]
 
@@ -56,44 +57,46 @@ def sensor_pixels(balls: Path, rendered: Sequence[Path]) -> Arrays:
     """
     labelled = read_presses(read_dataset(balls)).presses
     pixels = lesson_of(Default.name, labelled, range(len(labelled)), SEED)
-    light = fit_light(pixels.position, pixels.blank)
-    lean = lean_at(fit_lean(pixels, RGB, [0, 1]), pixels.position)
-    taught = Taught(
-        color=pixels.color[:, :3],
-        position=pixels.position,
-        slopes=pixels.gradient + pixels.contact[:, None] * lean,
-        press=pixels.press,
-    )
-    names = [(folder, path.stem) for folder in rendered
-             for path in sorted((folder / "truth").glob("*.npy"))]  # fmt: skip
-    readers = {folder: press_reader(read_dataset(folder)) for folder in rendered}
-    pitch = {folder: read_dataset(folder).card.mm_per_px for folder in rendered}
+    taught, light, _, _ = dents(pixels, channel_indices(CHANNELS))
+    depths = [sorted((folder / "truth").glob("*.npy")) for folder in rendered]
+    each = PIXELS // max(1, sum(map(len, depths)))
     random = np.random.default_rng(SEED)
-    kept: list[tuple[np.ndarray, ...]] = []
-    for folder, name in names:
-        frame = readers[folder].unwarp(read_frame(folder, f"{name}.jpg"))
-        depth_mm = np.load(folder / "truth" / f"{name}.npy", allow_pickle=False)
-        if depth_mm.shape != frame.shape[:2]:
-            raise WedgeError(f"{folder}: {name} has another size than its truth.")
-        seen = prepared_colors(frame - readers[folder].blank).reshape(depth_mm.size, -1)
-        along_y, along_x = np.gradient(depth_mm, *pitch[folder][::-1])
-        dented = (depth_mm > DENTED * depth_mm.max()).ravel()
-        count = PIXELS // len(names)
-        some = _drawn(random, dented, round((1 - BESIDE) * count))
-        some = np.concatenate([some, _drawn(random, ~dented, count - len(some))])
-        position = positions(depth_mm.shape[::-1]).reshape(-1, 2)[some]
-        blank = np.maximum(blank_colors(light, position), DARKEST)
-        slopes = np.stack([along_x, along_y], -1).reshape(-1, 2)[some]
-        shares = seen[some] / np.tile(blank, seen.shape[1] // 3)
-        kept.append((shares[:, :3], shares[:, 3:], position, slopes))
-    change, around, position, slopes = (np.concatenate(part) for part in zip(*kept, strict=True))
+    kept = [
+        press
+        for folder, paths in zip(rendered, depths, strict=True)
+        for press in _kept_of_set(folder, paths, each, random)
+    ]
+    if not kept:
+        raise WedgeError(f"{balls}: no rendered press has its depth in truth/.")
+    seen, position, slopes = (np.concatenate(part) for part in zip(*kept, strict=True))
+    shares = seen / np.tile(np.maximum(blank_colors(light, position), DARKEST), seen.shape[1] // 3)
     return {
-        "change": change.astype(np.float16),
-        "around": around.astype(np.float16),
+        "change": shares[:, :3].astype(np.float16),
+        "around": shares[:, 3:].astype(np.float16),
         "position": position.astype(np.float16),
         "slopes": slopes.astype(np.float16),
         "shading": fit_shading(taught, light).astype(np.float32),
     }
+
+
+def _kept_of_set(
+    folder: Path, depths: Sequence[Path], each: int, random: np.random.Generator
+) -> Iterator[tuple[np.ndarray, ...]]:
+    """Of every press some pixels: prepared colours, positions, the skin's slopes."""
+    dataset = read_dataset(folder)
+    reader = press_reader(dataset)
+    for path in depths:
+        frame = reader.unwarp(read_frame(folder, f"{path.stem}.jpg"))
+        depth_mm = np.load(path, allow_pickle=False)
+        if depth_mm.shape != frame.shape[:2]:
+            raise WedgeError(f"{path} has another size than its frame.")
+        seen = prepared_colors(frame - reader.blank).reshape(depth_mm.size, -1)
+        along_y, along_x = np.gradient(depth_mm, *dataset.card.mm_per_px[::-1])
+        dented = (depth_mm > DENTED * depth_mm.max()).ravel()
+        some = _drawn(random, dented, round((1 - BESIDE) * each))
+        some = np.concatenate([some, _drawn(random, ~dented, each - len(some))])
+        place = positions(depth_mm.shape[::-1]).reshape(-1, 2)
+        yield seen[some], place[some], np.stack([along_x, along_y], -1).reshape(-1, 2)[some]
 
 
 def _drawn(random: np.random.Generator, mask: np.ndarray, count: int) -> np.ndarray:
@@ -113,6 +116,8 @@ def main() -> None:
     )
     parser.add_argument("--out", type=Path, required=True, help="the safetensors file to write")
     options = parser.parse_args()
+    if any(len(words) < 3 for words in options.sensor):
+        parser.error("--sensor takes a name, a set of balls, and one or more rendered sets")
     arrays: Arrays = {}
     try:
         for name, balls, *sets in options.sensor:

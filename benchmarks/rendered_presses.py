@@ -46,50 +46,51 @@ def random_presses(design: Wedge, sides_px: Sequence[int], count: int, seed: int
 
 def _press(design: Wedge, view: View, sides_px: Sequence[int], index: int, seed: int) -> Press:
     rng = np.random.default_rng([seed, index])
-    side = int(rng.choice(sides_px))
-    pitch = view.mm_per_px[0]
-    collar_px = collar_mm(design.gel) / pitch * rng.uniform(*COLLARS)
-    reach = random_objects(rng, side, side, collar_px)
-    corner = [rng.integers(0, max(1, size - side)) for size in view.size_px]
-    middle = [
-        float(along[at + side // 2])
-        for along, at in zip((view.x_mm, view.y_mm), corner, strict=True)
-    ]
-    deepest = min(float(reach.max()) * pitch, DEEPEST * design.gel.thickness_at_mm(*middle))
-    heights = (reach.max() - reach) * pitch
-    heights[reach < NOTHING_PX / 2] = np.inf
+    side_px = int(rng.choice(sides_px))
+    pitch_mm = view.mm_per_px[0]
+    collar_px = collar_mm(design.gel) / pitch_mm * rng.uniform(*COLLARS)
+    reach_px = random_objects(rng, side_px, side_px, collar_px)
+    corner_px = [rng.integers(0, max(1, size - side_px)) for size in view.size_px]
+    x_mm, y_mm = (
+        float(along_mm[at + side_px // 2])
+        for along_mm, at in zip((view.x_mm, view.y_mm), corner_px, strict=True)
+    )
+    deepest_px = reach_px.max()
+    depth_mm = min(float(deepest_px) * pitch_mm, DEEPEST * design.gel.thickness_at_mm(x_mm, y_mm))
+    heights_mm = (deepest_px - reach_px) * pitch_mm
+    heights_mm[reach_px < NOTHING_PX / 2] = np.inf
     underside = partial(
-        _underside, heights_mm=heights, pitch_mm=pitch, design=design, middle_mm=middle
+        _underside,
+        heights_mm=heights_mm,
+        pitch_mm=pitch_mm,
+        design=design,
+        centre_mm=(x_mm, y_mm),
     )
     indenter = Indenter(
-        name="random", profile=underside, size_mm=(side * pitch,) * 2, depth_mm=deepest
+        name="random", profile=underside, size_mm=(side_px * pitch_mm,) * 2, depth_mm=depth_mm
     )
     return Press(
-        name=f"press_{index:03d}",
-        indenter=indenter,
-        centre_mm=(middle[0], middle[1]),
-        depth_mm=deepest,
+        name=f"press_{index:03d}", indenter=indenter, centre_mm=(x_mm, y_mm), depth_mm=depth_mm
     )
 
 
 def _underside(
-    x: np.ndarray,
-    y: np.ndarray,
+    x_mm: np.ndarray,
+    y_mm: np.ndarray,
     *,
     heights_mm: np.ndarray,
     pitch_mm: float,
     design: Wedge,
-    middle_mm: list[float],
+    centre_mm: tuple[float, float],
 ) -> np.ndarray:
     """Heights of the objects, bent as the untouched gel is, so that all of them touch it."""
-    side = len(heights_mm)
-    column, row = (np.round(along / pitch_mm).astype(int) + side // 2 for along in (x, y))
-    inside = np.logical_and.reduce([(at >= 0) & (at < side) for at in (column, row)])
-    found = np.full(x.shape, np.inf)
-    found[inside] = heights_mm[row[inside], column[inside]]
-    at_x, at_y = x + middle_mm[0], y + middle_mm[1]
-    bent = rest_height_mm(design.gel, at_x, at_y)
-    return found + bent - rest_height_mm(design.gel, *(np.array(at) for at in middle_mm))
+    side_px = len(heights_mm)
+    column, row = (np.round(along / pitch_mm).astype(int) + side_px // 2 for along in (x_mm, y_mm))
+    inside = np.logical_and.reduce([(at >= 0) & (at < side_px) for at in (column, row)])
+    found_mm = np.full(x_mm.shape, np.inf)
+    found_mm[inside] = heights_mm[row[inside], column[inside]]
+    bent_mm = rest_height_mm(design.gel, x_mm + centre_mm[0], y_mm + centre_mm[1])
+    return found_mm + bent_mm - rest_height_mm(design.gel, *(np.array(at) for at in centre_mm))
 
 
 def main() -> None:

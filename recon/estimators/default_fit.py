@@ -78,18 +78,27 @@ class _Told:
     """Of the balls' presses, to which each of their pixels belongs."""
 
 
-def _told(pixels: Pixels, channels: str, seed: int) -> _Told:
-    """The dent's slopes and each pixel's scaled inputs, from labels and prepared colours."""
-    chosen = channel_indices(channels)
-    light = fit_light(pixels.position, pixels.blank[:, chosen])
-    shown = shown_axes(pixels, chosen)
-    gel = fit_lean(pixels, chosen, shown)
+def dents(pixels: Pixels, columns: list[int]) -> tuple[Taught, Light, Lean, list[int]]:
+    """Labelled balls as the dents that they leave.
+
+    With them the light of the blank gel, its lean, and the axes whose slopes the colours show.
+    """
+    light = fit_light(pixels.position, pixels.blank[:, columns])
+    shown = shown_axes(pixels, columns)
+    gel = fit_lean(pixels, columns, shown)
     taught = Taught(
-        color=pixels.color[:, chosen],
+        color=pixels.color[:, columns],
         position=pixels.position,
         slopes=pixels.gradient + pixels.contact[:, None] * lean_at(gel, pixels.position),
         press=pixels.press,
     )
+    return taught, light, gel, shown
+
+
+def _told(pixels: Pixels, channels: str, seed: int) -> _Told:
+    """The dent's slopes and each pixel's scaled inputs, from labels and prepared colours."""
+    chosen = channel_indices(channels)
+    taught, light, gel, shown = dents(pixels, chosen)
     own = raw_inputs(taught.color, pixels.color[:, columns_around(chosen)], light, taught.position)
     other = rendered_pixels(taught, light, len(own), seed)
     others = raw_inputs(other.color, other.around, light, other.position)

@@ -53,7 +53,7 @@ class Seen(NamedTuple):
 
     settled: Float32[np.ndarray, "3 h w"]
     around: Float32[np.ndarray, "qh qw a"]
-    """What lies around, at a quarter of the difference's resolution."""
+    """What lies around, at a quarter of the frame's resolution."""
 
 
 class FrameEnsemble:
@@ -184,13 +184,11 @@ def _pixels(
         for p in range(count):
             y, x = places[p] // width, places[p] % width
             if y != row:
-                row, top, share = y, above[y], down[y]
-                bottom = min(top + 1, few_rows - 1)
+                row, share = y, down[y]
+                north, south = around[above[y]], around[min(above[y] + 1, few_rows - 1)]
                 for c in range(few):
                     for k in range(AROUND):
-                        line[c, k] = (ONE - share) * around[top, c, k] + share * around[
-                            bottom, c, k
-                        ]
+                        line[c, k] = (ONE - share) * north[c, k] + share * south[c, k]
             west, share = left[x], right[x]
             east = min(west + 1, few - 1)
             for k in range(COLORS):
