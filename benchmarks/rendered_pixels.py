@@ -11,7 +11,7 @@ the file that comes with this package is in ``recon/weights/README.md``.
 
 import argparse
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
@@ -25,9 +25,9 @@ from recon.estimators.default_fit import dents
 from recon.estimators.mlp import channel_indices
 from recon.estimators.rendered import VERSION
 from recon.estimators.shading import DARKEST, blank_colors, fit_shading
-from recon.images import read_frame
 from recon.pixels import positions
-from recon.presses import press_reader, read_presses
+from recon.presses import read_presses
+from recon.rendered_presses import RenderedPress, depth_files, rendered_presses
 from recon.unet_weights import sha256_of
 from sensor.dataset import read_dataset
 from sensor.errors import WedgeError
@@ -58,13 +58,10 @@ def sensor_pixels(balls: Path, rendered: Sequence[Path]) -> Arrays:
     labelled = read_presses(read_dataset(balls)).presses
     pixels = lesson_of(Default.name, labelled, range(len(labelled)), SEED)
     taught, light, _, _ = dents(pixels, channel_indices(CHANNELS))
-    depths = [sorted((folder / "truth").glob("*.npy")) for folder in rendered]
-    each = PIXELS // max(1, sum(map(len, depths)))
+    each = PIXELS // max(1, sum(len(depth_files(folder)) for folder in rendered))
     random = np.random.default_rng(SEED)
     kept = [
-        press
-        for folder, paths in zip(rendered, depths, strict=True)
-        for press in _kept_of_set(folder, paths, each, random)
+        _kept_of(press, each, random) for folder in rendered for press in rendered_presses(folder)
     ]
     if not kept:
         raise WedgeError(f"{balls}: no rendered press has its depth in truth/.")
@@ -79,24 +76,18 @@ def sensor_pixels(balls: Path, rendered: Sequence[Path]) -> Arrays:
     }
 
 
-def _kept_of_set(
-    folder: Path, depths: Sequence[Path], each: int, random: np.random.Generator
-) -> Iterator[tuple[np.ndarray, ...]]:
-    """Of every press some pixels: prepared colours, positions, the skin's slopes."""
-    dataset = read_dataset(folder)
-    reader = press_reader(dataset)
-    for path in depths:
-        frame = reader.unwarp(read_frame(folder, f"{path.stem}.jpg"))
-        depth_mm = np.load(path, allow_pickle=False)
-        if depth_mm.shape != frame.shape[:2]:
-            raise WedgeError(f"{path} has another size than its frame.")
-        seen = prepared_colors(frame - reader.blank).reshape(depth_mm.size, -1)
-        along_y, along_x = np.gradient(depth_mm, *dataset.card.mm_per_px[::-1])
-        dented = (depth_mm > DENTED * depth_mm.max()).ravel()
-        some = _drawn(random, dented, round((1 - BESIDE) * each))
-        some = np.concatenate([some, _drawn(random, ~dented, each - len(some))])
-        place = positions(depth_mm.shape[::-1]).reshape(-1, 2)
-        yield seen[some], place[some], np.stack([along_x, along_y], -1).reshape(-1, 2)[some]
+def _kept_of(
+    press: RenderedPress, each: int, random: np.random.Generator
+) -> tuple[np.ndarray, ...]:
+    """Some pixels of a press: prepared colours, positions, the skin's slopes."""
+    depth_mm = press.depth_mm
+    seen = prepared_colors(press.difference).reshape(depth_mm.size, -1)
+    along_y, along_x = np.gradient(depth_mm, *press.mm_per_px[::-1])
+    dented = (depth_mm > DENTED * depth_mm.max()).ravel()
+    some = _drawn(random, dented, round((1 - BESIDE) * each))
+    some = np.concatenate([some, _drawn(random, ~dented, each - len(some))])
+    place = positions(depth_mm.shape[::-1]).reshape(-1, 2)
+    return seen[some], place[some], np.stack([along_x, along_y], -1).reshape(-1, 2)[some]
 
 
 def _drawn(random: np.random.Generator, mask: np.ndarray, count: int) -> np.ndarray:

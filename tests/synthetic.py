@@ -8,6 +8,7 @@ A small dataset folder in one line, of any shape that the format allows::
     dataset = make_dataset(tmp_path / "set", corners_px=KEYSTONE_PX)  # raw frames need unwarping
     dataset = make_dataset(tmp_path / "set", in_npz=True)  # frames.npz#0, #1, ...
     dataset = make_dataset(tmp_path / "set", lights_deg={"R": 90.0, "B": -90.0})  # x is unseen
+    dataset = make_rendered_set(tmp_path / "set")  # with JPEGs and true depths
 """
 
 import json
@@ -16,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from PIL import Image
 
 from recon.ball import ball_cap
 from recon.images import write_image
@@ -93,6 +95,18 @@ def make_dataset(
     write_card(folder / "dataset.toml", card)
     write_labels(folder / "labels.csv", labels)
     return read_dataset(folder)
+
+
+def make_rendered_set(folder: Path, **options: Any) -> Dataset:
+    """Like ``make_dataset``, with a JPEG of every press and its depth in truth/."""
+    dataset = make_dataset(folder, **options)
+    (folder / "truth").mkdir()
+    for label in dataset.labels:
+        name = Path(label.file).stem
+        frame = Image.open(folder / label.file)
+        frame.save(folder / f"{name}.jpg", quality=100, subsampling=0)
+        np.save(folder / "truth" / f"{name}.npy", true_depth_mm(label))
+    return dataset
 
 
 def pad_size_mm() -> tuple[float, float]:

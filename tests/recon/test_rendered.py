@@ -6,7 +6,6 @@ import json
 
 import numpy as np
 import pytest
-from PIL import Image
 from safetensors.numpy import save
 
 from benchmarks.rendered_pixels import sensor_pixels
@@ -27,7 +26,7 @@ from sensor.design_file import load_design
 from sensor.errors import WedgeError
 from simulation.presses import skin_under
 from simulation.skin import gel_view
-from tests.synthetic import SIZE_PX, gradient_of, make_dataset, shaded, true_depth_mm
+from tests.synthetic import SIZE_PX, gradient_of, make_dataset, make_rendered_set, shaded
 
 
 def mixed(change, position, columns=3):
@@ -146,14 +145,8 @@ def test_random_objects_press_into_the_gel_and_come_again():
 
 def test_pixels_that_are_kept_have_the_slopes_and_the_colours_of_their_frames(tmp_path):
     balls = make_dataset(tmp_path / "balls", presses=10)
-    pressed = make_dataset(tmp_path / "pressed", presses=2, seed=5, noise_grey_levels=0)
-    (tmp_path / "pressed" / "truth").mkdir()
-    for label in pressed.labels:
-        name = label.file.removesuffix(".png")
-        frame = Image.open(tmp_path / "pressed" / label.file)
-        frame.save(tmp_path / "pressed" / f"{name}.jpg", quality=100, subsampling=0)
-        np.save(tmp_path / "pressed" / "truth" / f"{name}.npy", true_depth_mm(label))
-    kept = sensor_pixels(balls.folder, [tmp_path / "pressed"])
+    pressed = make_rendered_set(tmp_path / "pressed", presses=2, seed=5, noise_grey_levels=0)
+    kept = sensor_pixels(balls.folder, [pressed.folder])
     width, height = SIZE_PX
     column, row = ((kept["position"] + 1) * [width, height] / 2 - 0.5).round().astype(int).T
     slopes = np.stack([gradient_of((x.center_x_px, x.center_y_px, x.contact_radius_px))
