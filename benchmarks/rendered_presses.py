@@ -6,7 +6,8 @@
 
 The objects are those of ``recon.contact_presses``, one or a few in a square at a place drawn from
 the pad. OUT becomes a dataset folder without a label, with the skin's depth of every frame in
-truth/; ``benchmarks.rendered_pixels`` takes what the default estimator learns from.
+truth/ and where the object holds it in held/. The default estimator learns from some of its pixels
+(``benchmarks.rendered_pixels``), the contact's network from all (``recon.contact_further``).
 """
 
 import argparse
@@ -28,7 +29,7 @@ from sensor.files import new_folder
 from simulation.dataset import Recipe, write_set
 from simulation.engine import best_engine
 from simulation.indenters import Indenter
-from simulation.presses import DEEPEST, Press
+from simulation.presses import DEEPEST, Press, skin_under
 from simulation.skin import View, collar_mm, gel_view, rest_height_mm
 
 WIDTH_PX: Final = 320
@@ -119,15 +120,20 @@ def main() -> None:
         os.environ.setdefault("OMP_NUM_THREADS", "1")
         spawn = multiprocessing.get_context("spawn")
         with new_folder(options.out) as folder, ProcessPoolExecutor(2, spawn) as executor:
+            presses = random_presses(design, options.sides_px, options.presses, options.seed)
             write_set(
                 folder,
                 recipe,
-                random_presses(design, options.sides_px, options.presses, options.seed),
+                presses,
                 source=f"random presses on the {design.name} design",
                 executor=executor,
                 threads=1,
                 progress=lambda share, what: print(f"{share:4.0%} {what}", flush=True),
             )
+            (folder / "held").mkdir()
+            for press in presses:
+                held = skin_under(design, recipe.view, press).contact
+                np.save(folder / "held" / f"{press.name}.npy", held)
     except WedgeError as error:
         parser.error(str(error))
 

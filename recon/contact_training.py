@@ -12,7 +12,7 @@ integrate to. Needs torch, the extra ``train``.
 import argparse
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache, partial
@@ -183,13 +183,13 @@ def training_frame(
     return network_input(depth, slopes), touched
 
 
-def training_batch(seed: int, count: int, course: Course, step: int) -> Batch:
-    """Inputs and truth of some of so many presses."""
+def training_batch(seed: int, count: int, course: Course, step: int, frames: int = FRAMES) -> Batch:
+    """Inputs and truth of so many frames, of some of so many presses."""
     skins, held = presses(seed, count)
     rng = np.random.default_rng([seed, step])
-    chosen = rng.integers(count, size=FRAMES)
-    frames = [training_frame(rng, course, skins[i], held[i]) for i in chosen]
-    maps, touched = zip(*frames, strict=True)
+    chosen = rng.integers(count, size=frames)
+    seen = [training_frame(rng, course, skins[i], held[i]) for i in chosen]
+    maps, touched = zip(*seen, strict=True)
     return np.stack(maps), np.stack(touched)
 
 
@@ -231,27 +231,37 @@ def train(
     """
     torch.manual_seed(seed)
     network = ContactNet(channels)
+    losses: list[float] = []
+    for course, last in zip(COURSES, steps, strict=True):
+        make = partial(training_batch, seed, count, course)
+        batches = made_ahead(make, range(last), executor, BATCHES_AHEAD)
+        losses += follow(network, course, batches, last)
+    return network.weights(), losses
+
+
+def follow(
+    network: ContactNet, course: Course, batches: Iterable[Batch], steps: int
+) -> list[float]:
+    """Teach a network a course of so many batches; the loss of each, progress on stdout."""
     network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]  # torch's stubs
+    optimizer = torch.optim.Adam(network.parameters())
     losses: list[float] = []
     begin = time.monotonic()
-    for course, last in zip(COURSES, steps, strict=True):
-        optimizer = torch.optim.Adam(network.parameters())
-        make = partial(training_batch, seed, count, course)
-        for step, batch in enumerate(made_ahead(make, range(last), executor, BATCHES_AHEAD)):
-            maps, truth = (torch.from_numpy(values) for values in batch)
-            for group in optimizer.param_groups:
-                group["lr"] = learning_rate(course, step, last)
-            score = network(maps.to(memory_format=torch.channels_last))
-            loss = loss_of(score, truth.float())
-            optimizer.zero_grad()
-            loss.backward()
-            nn.utils.clip_grad_norm_(network.parameters(), STEEPEST_STEP)
-            optimizer.step()
-            losses.append(loss.item())
-            if len(losses) % 100 == 0:
-                mean, spent = np.mean(losses[-100:]), time.monotonic() - begin
-                print(f"step {len(losses)}  loss {mean:.4f}  {spent:.0f} s", flush=True)
-    return network.weights(), losses
+    for step, batch in enumerate(batches):
+        maps, truth = (torch.from_numpy(values) for values in batch)
+        for group in optimizer.param_groups:
+            group["lr"] = learning_rate(course, step, steps)
+        score = network(maps.to(memory_format=torch.channels_last))
+        loss = loss_of(score, truth.float())
+        optimizer.zero_grad()
+        loss.backward()
+        nn.utils.clip_grad_norm_(network.parameters(), STEEPEST_STEP)
+        optimizer.step()
+        losses.append(loss.item())
+        if len(losses) % 100 == 0:
+            mean, spent = np.mean(losses[-100:]), time.monotonic() - begin
+            print(f"step {len(losses)}/{steps}  loss {mean:.4f}  {spent:.0f} s", flush=True)
+    return losses
 
 
 def overlap_on_fresh_presses(weights: unet.Weights, count: int, seed: int) -> float:

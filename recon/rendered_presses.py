@@ -3,7 +3,8 @@
 """Presses of a rendered set: what the camera sees of them, beside the skin's true depth.
 
 Such a set is a dataset folder whose frames ``NAME.jpg`` need no label, as ``truth/NAME.npy`` holds
-the depth of every pixel of the unwarped frame (``benchmarks/rendered_presses.py`` makes them).
+the depth of every pixel of the unwarped frame and ``held/NAME.npy`` which of them the object holds
+(``benchmarks/rendered_presses.py`` makes them).
 """
 
 from collections.abc import Iterator
@@ -12,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from recon.arrays import DepthMap, Difference
+from recon.arrays import ContactMask, DepthMap, Difference
 from recon.images import read_frame
 from recon.presses import press_reader
 from sensor.dataset import read_dataset
@@ -29,6 +30,8 @@ class RenderedPress:
     """(h, w, 3), to the blank gel."""
     depth_mm: DepthMap
     """(h, w), of the skin, below where it rests."""
+    held: ContactMask | None
+    """(h, w), where the object touches; ``None`` where the set does not say."""
     mm_per_px: Pair
 
 
@@ -41,19 +44,26 @@ def rendered_presses(folder: Path) -> Iterator[RenderedPress]:
     """The presses of a set one at a time, in the order of their names.
 
     Raises:
-        WedgeError: the set or a frame of it cannot be read, or a depth has another size than its
+        WedgeError: the set or a frame of it cannot be read, or a truth has another size than its
             frame. The sentence names the file.
     """
     dataset = read_dataset(folder)
     reader = press_reader(dataset)
     for path in depth_files(folder):
         frame = reader.unwarp(read_frame(folder, f"{path.stem}.jpg"))
-        depth_mm = np.load(path, allow_pickle=False)
-        if depth_mm.shape != frame.shape[:2]:
-            raise WedgeError(f"{path} has another size than its frame.")
+        depth_mm = _of_size(path, frame.shape[:2])
+        held_file = folder / "held" / path.name
         yield RenderedPress(
             name=path.stem,
             difference=frame - reader.blank,
             depth_mm=depth_mm,
+            held=_of_size(held_file, frame.shape[:2]) if held_file.is_file() else None,
             mm_per_px=dataset.card.mm_per_px,
         )
+
+
+def _of_size(path: Path, shape: tuple[int, ...]) -> np.ndarray:
+    truth: np.ndarray = np.load(path, allow_pickle=False)
+    if truth.shape != shape:
+        raise WedgeError(f"{path} has another size than its frame.")
+    return truth

@@ -98,14 +98,17 @@ def make_dataset(
 
 
 def make_rendered_set(folder: Path, **options: Any) -> Dataset:
-    """Like ``make_dataset``, with a JPEG of every press and its depth in truth/."""
+    """Like ``make_dataset``; with JPEGs, depths in truth/, and where the balls touch in held/."""
     dataset = make_dataset(folder, **options)
     (folder / "truth").mkdir()
+    (folder / "held").mkdir()
     for label in dataset.labels:
         name = Path(label.file).stem
         frame = Image.open(folder / label.file)
         frame.save(folder / f"{name}.jpg", quality=100, subsampling=0)
-        np.save(folder / "truth" / f"{name}.npy", true_depth_mm(label))
+        depth_mm = true_depth_mm(label)
+        np.save(folder / "truth" / f"{name}.npy", depth_mm)
+        np.save(folder / "held" / f"{name}.npy", depth_mm > 0)
     return dataset
 
 

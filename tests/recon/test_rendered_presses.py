@@ -17,6 +17,7 @@ def test_presses_come_in_order_with_what_changed_and_their_own_depth(tmp_path):
     for press, label in zip(found, made.labels, strict=True):
         assert press.mm_per_px == MM_PER_PX and press.name in label.file
         np.testing.assert_array_equal(press.depth_mm, true_depth_mm(label))
+        np.testing.assert_array_equal(press.held, true_depth_mm(label) > 0)
         place = label.center_x_px, label.center_y_px, label.contact_radius_px
         change = shaded(gradient_of(place)) - shaded(gradient_of(None))
         pressed = press.depth_mm > 0
@@ -24,11 +25,19 @@ def test_presses_come_in_order_with_what_changed_and_their_own_depth(tmp_path):
         assert np.abs(change)[pressed].mean() > 0.03
 
 
-def test_a_depth_of_another_size_is_refused(tmp_path):
+@pytest.mark.parametrize("truth", ["truth", "held"])
+def test_a_truth_of_another_size_is_refused(truth, tmp_path):
     made = make_rendered_set(tmp_path / "set", presses=2)
     first, last = depth_files(made.folder)
-    np.save(last, np.zeros((3, 4)))
+    np.save(made.folder / truth / last.name, np.zeros((3, 4)))
     presses = rendered_presses(made.folder)
     assert next(presses).name == first.stem
-    with pytest.raises(WedgeError, match=rf"{last.name} has another size"):
+    with pytest.raises(WedgeError, match=rf"{truth}/{last.name} has another size"):
         next(presses)
+
+
+def test_a_set_need_not_say_what_is_held(tmp_path):
+    made = make_rendered_set(tmp_path / "set", presses=1)
+    (made.folder / "held" / depth_files(made.folder)[0].name).unlink()
+    (press,) = rendered_presses(made.folder)
+    assert press.held is None
