@@ -5,10 +5,12 @@
 After Ronneberger, Fischer and Brox, MICCAI 2015 (https://arxiv.org/abs/1505.04597), made small.
 Four neighbouring pixels enter as one, each with its own maps, and leave again as four: nothing of
 the picture is lost, and the costly finest level has a quarter of the places. Where single pixels
-decide, as at a contact's edge, a few layers can follow at full resolution. It need not find the
-depth of a large contact by itself: that comes in from a convex fit, which it corrects. Halving is
-by the mean and not by the maximum, since the mean of noisy slopes is what an integral needs.
-``unet_training`` holds the same network in torch.
+decide, as at a contact's edge, a few layers can follow at full resolution. A last map that tells
+how far off the others are can have layers of its own: the features were learnt to tell slopes, and
+no sum of them tells their error well. The network need not find the depth of a large contact by
+itself: that comes in from a convex fit, which it corrects. Halving is by the mean and not by the
+maximum, since the mean of noisy slopes is what an integral needs. ``unet_training`` holds the same
+network in torch.
 """
 
 from collections.abc import Mapping, Sequence
@@ -29,7 +31,7 @@ OUTPUTS = 3
 DEPTH_UNIT_PX = 8.0  # brings depths to about the size of slopes
 COARSENESS = 4  # of the depth that the network is given
 
-STRIP_ROWS = 16
+STRIP_ROWS = 12
 """Of a level that are convolved at a time."""
 
 Weights = Mapping[str, Float32[np.ndarray, "..."]]
@@ -41,6 +43,7 @@ def layer_shapes(
     inputs: int = INPUTS,
     outputs: int = OUTPUTS,
     fine: Sequence[int] = (),
+    doubt: int = 0,
 ) -> dict[str, tuple[int, int, int]]:
     """Name → (channels out, channels in, kernel side) of every convolution.
 
@@ -50,6 +53,8 @@ def layer_shapes(
         outputs: maps out.
         fine: feature maps of the layers at full resolution behind the U-Net, if there are any; the
             first of them sees its maps and what went in.
+        doubt: feature maps behind a correction of the last map out, if there is any. They see the
+            second level as the network has it on its way down, halved, and on its way up.
     """
     shapes: dict[str, tuple[int, int, int]] = {}
     for level, (above, here) in enumerate(pairwise((4 * inputs, *channels))):
@@ -64,6 +69,9 @@ def layer_shapes(
         shapes[f"fine{layer}"] = (here, above, 3)
     if fine:
         shapes["last"] = (outputs, fine[-1], 1)
+    if doubt:
+        shapes["doubt0"] = (doubt, channels[0] + channels[1], 3)
+        shapes["doubt1"] = (1, doubt, 1)
     return shapes
 
 
@@ -71,6 +79,11 @@ def channels_of(weights: Weights) -> tuple[int, ...]:
     """Feature maps on each level of the network of these weights."""
     count = sum(name.startswith("down") and name.endswith("a.bias") for name in weights)
     return tuple(len(weights.get(f"down{level}a.bias", ())) for level in range(count))
+
+
+def doubt_of(weights: Weights) -> int:
+    """Feature maps of the doubt's own in the network of these weights; 0 where it has none."""
+    return len(weights.get("doubt0.bias", ()))
 
 
 def stride(weights: Weights) -> int:
@@ -114,45 +127,63 @@ def through_layers(weights: Weights, maps: Features) -> Float32[np.ndarray, "out
     last = len(channels_of(weights)) - 1
     features = _fold(maps)  # (12, h / 2, w / 2)
     skips: list[Features] = []
+    coarse: list[Features] = []  # both (c, h / 4, w / 4)
     for level in range(last + 1):
         if level > 0:
             features = _halve(features)
-        features = _relu(_convolve(weights, f"down{level}a", features))
-        features = _relu(_convolve(weights, f"down{level}b", features))  # (c, h / 2^(l+1), ...)
+        if level == 1:
+            coarse.append(features)
+        features = _rectified(weights, f"down{level}a", features)
+        features = _rectified(weights, f"down{level}b", features)  # (c, h / 2^(l+1), ...)
         skips.append(features)
     for level in reversed(range(last)):
-        lifted = _double(_convolve(weights, f"lift{level}", features))
-        features = _relu(_convolve(weights, f"up{level}a", skips[level], lifted))
-        features = _relu(_convolve(weights, f"up{level}b", features))
-    found = _unfold(_convolve(weights, "out", features))
+        if level == 0:
+            coarse.append(features)
+        lifted = _double(_pointwise(weights, f"lift{level}", features))
+        features = _rectified(weights, f"up{level}a", skips[level], lifted)
+        features = _rectified(weights, f"up{level}b", features)
+    found = _pointwise(weights, "out", features)
+    if doubt_of(weights):
+        seen = _rectified(weights, "doubt0", *coarse)
+        found[-4:] += _double(_pointwise(weights, "doubt1", seen))
+    found = _unfold(found)
     if "last.weight" not in weights:
         return found
-    features = _relu(_convolve(weights, "fine0", maps, _relu(found)))
+    features = _rectified(weights, "fine0", maps, np.maximum(found, 0, out=found))
     layer = 1
     while f"fine{layer}.weight" in weights:
-        features = _relu(_convolve(weights, f"fine{layer}", features))
+        features = _rectified(weights, f"fine{layer}", features)
         layer += 1
-    return _convolve(weights, "last", features)
+    return _pointwise(weights, "last", features)
 
 
-def _convolve(
+def _pointwise(
+    weights: Weights, layer: str, features: Features
+) -> Float32[np.ndarray, "channels_out h w"]:
+    """Convolution with a kernel of one pixel."""
+    kernel, bias = weights[f"{layer}.weight"], weights[f"{layer}.bias"]  # (out, in, 1, 1), (out)
+    _, h, w = features.shape
+    flat = kernel[..., 0, 0] @ features.reshape(-1, h * w)
+    flat += bias[:, None]
+    return flat.reshape(-1, h, w)
+
+
+def _rectified(
     weights: Weights, layer: str, *parts: Float32[np.ndarray, "_ h w"]
 ) -> Float32[np.ndarray, "channels_out h w"]:
-    """Zero-padded convolution of the parts' channels, one matrix product per row of the kernel.
+    """Zero-padded 3 x 3 convolution of the parts' channels, rectified.
 
-    The frame, shifted left and right by a pixel, is stacked three high; a shift by a row is then a
-    shift along memory. A strip at a time, so that the stack stays in the cache.
+    One matrix product per row of the kernel. The frame, shifted left and right by a pixel, is
+    stacked three high; a shift by a row is then a shift along memory. A strip at a time, so that
+    all that is done to it happens in the cache.
     """
-    kernel, bias = weights[f"{layer}.weight"], weights[f"{layer}.bias"]  # (out, in, k, k), (out)
-    wide_out, wide_in, side, _ = kernel.shape
+    kernel, bias = weights[f"{layer}.weight"], weights[f"{layer}.bias"]  # (out, in, 3, 3), (out)
+    wide_out, wide_in, _, _ = kernel.shape
     _, h, w = parts[0].shape
-    if side == 1:
-        flat = kernel[..., 0, 0] @ parts[0].reshape(wide_in, h * w)
-        flat += bias[:, None]
-        return flat.reshape(wide_out, h, w)
     taps = kernel.transpose(2, 0, 3, 1).reshape(3, wide_out, 3 * wide_in)
     total = np.empty((wide_out, h, w), np.float32)
-    stack = np.zeros((3, wide_in, STRIP_ROWS + 2, w), np.float32)
+    stack = np.empty((3, wide_in, STRIP_ROWS + 2, w), np.float32)
+    stack[0, :, :, 0] = stack[2, :, :, -1] = stack[:, :, 0] = 0
     line = stack.reshape(3 * wide_in, (STRIP_ROWS + 2) * w)
     for top in range(0, h, STRIP_ROWS):
         count = min(STRIP_ROWS, h - top)
@@ -170,12 +201,8 @@ def _convolve(
         strip += bias[:, None]
         for row in (1, 2):
             strip += taps[row] @ line[:, row * w : (row + count) * w]
-        total[:, top : top + count] = strip.reshape(wide_out, count, w)
+        np.maximum(strip.reshape(wide_out, count, w), 0, out=total[:, top : top + count])
     return total
-
-
-def _relu(features: Features) -> Features:
-    return np.maximum(features, 0.0, out=features)
 
 
 def _fold(maps: Features) -> Float32[np.ndarray, "channels*4 h//2 w//2"]:
@@ -186,8 +213,11 @@ def _fold(maps: Features) -> Float32[np.ndarray, "channels*4 h//2 w//2"]:
 
 def _unfold(maps: Features) -> Float32[np.ndarray, "channels//4 h*2 w*2"]:
     channels, h, w = maps.shape
-    blocks = maps.reshape(channels // 4, 2, 2, h, w).transpose(0, 3, 1, 4, 2)
-    return blocks.reshape(channels // 4, 2 * h, 2 * w)
+    blocks = maps.reshape(channels // 4, 2, 2, h, w)
+    found = np.empty((channels // 4, h, 2, w, 2), np.float32)
+    for row, column in np.ndindex(2, 2):  # four plain copies are quicker than one of all axes
+        found[:, :, row, :, column] = blocks[:, row, column]
+    return found.reshape(channels // 4, 2 * h, 2 * w)
 
 
 def _halve(features: Features) -> Float32[np.ndarray, "channels h//2 w//2"]:
@@ -196,4 +226,4 @@ def _halve(features: Features) -> Float32[np.ndarray, "channels h//2 w//2"]:
 
 
 def _double(features: Features) -> Float32[np.ndarray, "channels 2*h 2*w"]:
-    return features.repeat(2, axis=1).repeat(2, axis=2)
+    return features.repeat(2, axis=2).repeat(2, axis=1)

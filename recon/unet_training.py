@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Train the U-Net of the missing gradient axis on random surfaces alone.
 
-``python -m recon.unet_training --out FILE`` made the shipped weights. Every batch is drawn anew
-from the seed, so that no surface is seen twice and none needs storing. Beside FILE it keeps a
-checkpoint, from which an interrupted training goes on, and the loss as FILE.csv and FILE.png. It
-runs on a GPU where there is one, else on one core. Needs torch, the extra ``train``.
+``python -m recon.unet_training --out FILE`` made the weights from which
+``recon.rendered_training`` went on to those that ship. Every batch is drawn anew from the seed, so
+that no surface is seen twice and none needs storing. Beside FILE it keeps a checkpoint, from which
+an interrupted training goes on, and the loss as FILE.csv and FILE.png. It runs on a GPU where there
+is one, else on one core. Needs torch, the extra ``train``.
 """
 
 import argparse
@@ -89,20 +90,36 @@ class Settings:
 
 
 class UNet(UNetLayers):
-    """The network of ``recon.unet``, layer for layer, for training."""
+    """The network of ``recon.unet``, layer for layer, for training.
 
-    def __init__(self, channels: tuple[int, ...]) -> None:
-        super().__init__(channels, unet.INPUTS, unet.OUTPUTS)
+    Args:
+        channels: feature maps on each level.
+        doubt: feature maps of the doubt's own, if there are any.
+    """
+
+    def __init__(self, channels: tuple[int, ...], doubt: int = 0) -> None:
+        super().__init__(channels, unet.INPUTS, unet.OUTPUTS, doubt=doubt)
+        self.doubt = doubt
         with torch.no_grad():
             self.layers["out"].get_parameter("bias")[8:] = FIRST_LOG_DOUBT
 
+    def take(self, weights: unet.Weights) -> None:
+        """Go on from these, which need not have what the doubt has of its own."""
+        with torch.no_grad():
+            for name, parameter in self.layers.named_parameters():
+                if name in weights:
+                    parameter.copy_(torch.from_numpy(np.array(weights[name])))
+
     def forward(self, maps: Float[Tensor, "n 3 h w"]) -> Float[Tensor, "n 3 h w"]:
         """Gradients and doubt; the shapes of ``recon.unet.forward`` with n frames in front."""
-        features = self.features(maps)
+        features, coarse = self.all_features(maps)
         weight, bias = (self.layers["out"].get_parameter(name) for name in ("weight", "bias"))
         slopes = functional.conv2d(features, weight[:8], bias[:8])
         # The doubt learns from the features without shaping them: its gradients are far larger.
         doubt = functional.conv2d(features.detach(), weight[8:], bias[8:])
+        if self.doubt:
+            seen = self.layers["doubt0"](coarse.detach()).relu()
+            doubt = doubt + functional.interpolate(self.layers["doubt1"](seen), scale_factor=2.0)
         found = functional.pixel_shuffle(torch.cat([slopes, doubt], dim=1), 2)
         return torch.cat([found[:, :2] + maps[:, :2], found[:, 2:]], dim=1)
 
@@ -133,7 +150,7 @@ class Training:
             true = torch.from_numpy(truth).to(self.device)
             loss = 2 * functional.huber_loss(found[:, :2], true, delta=HUBER_SLOPE)
             self.optimizer.zero_grad()
-            (loss + DOUBT_SHARE * _doubt_loss(found, true)).backward()
+            (loss + DOUBT_SHARE * doubt_losses(found, true).mean()).backward()
             nn.utils.clip_grad_norm_(self.network.parameters(), STEEPEST_STEP)
             self.optimizer.step()
             self.losses.append(loss.item())
@@ -196,11 +213,13 @@ def learning_rate(step: int, steps: int, horizon: int) -> float:
     return LEARNING_RATE * fall * 0.5 * (1 + cosine)
 
 
-def _doubt_loss(found: Float[Tensor, "n 3 h w"], truth: Float[Tensor, "n 2 h w"]) -> Tensor:
+def doubt_losses(
+    found: Float[Tensor, "n 3 h w"], truth: Float[Tensor, "n 2 h w"]
+) -> Float[Tensor, "n h w"]:
     """Minus the log likelihood of the x slope's error under Laplace's law."""
     error = (found[:, 0] - truth[:, 0]).detach().abs()
     log_doubt = found[:, 2].clamp(-8.0, 3.0)
-    return (error * torch.exp(-log_doubt) + log_doubt).mean()
+    return error * torch.exp(-log_doubt) + log_doubt
 
 
 def share_of_zeros_error(

@@ -40,7 +40,7 @@ class Purpose:
 
 MISSING_AXIS = Purpose(
     name="missing_axis",
-    version="2",
+    version="3",
     inputs=unet.INPUTS,
     outputs=unet.OUTPUTS,
     training="recon.unet_training",
@@ -114,7 +114,9 @@ def sha256_of(weights: Mapping[str, np.ndarray]) -> str:
 def _fit_together(weights: Mapping[str, np.ndarray], purpose: Purpose) -> bool:
     """Whether these are all arrays of one U-Net."""
     channels = unet.channels_of(weights)
-    layers = unet.layer_shapes(channels, purpose.inputs, purpose.outputs, purpose.fine)
+    layers = unet.layer_shapes(
+        channels, purpose.inputs, purpose.outputs, purpose.fine, unet.doubt_of(weights)
+    )
     expected: dict[str, tuple[int, ...]] = {}
     for name, (wide_out, wide_in, side) in layers.items():
         expected |= {f"{name}.weight": (wide_out, wide_in, side, side), f"{name}.bias": (wide_out,)}

@@ -183,7 +183,7 @@ def flip_last_byte(content):
         (lambda content: content[:-1], "cannot be read as network weights"),
         (lambda content: b"", "cannot be read as network weights"),
         (
-            lambda content: content.replace(b'\\"version\\": \\"2', b'\\"version\\": \\"9'),
+            lambda content: content.replace(b'\\"version\\": \\"3', b'\\"version\\": \\"9'),
             "version 9",
         ),
     ],

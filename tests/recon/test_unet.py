@@ -30,18 +30,22 @@ def settings(training, steps, **others):
     return training.Settings(steps=steps, horizon=steps, channels=CHANNELS, **others)
 
 
-@pytest.mark.parametrize("channels", [unet.CHANNELS, CHANNELS])
-def test_the_numpy_network_is_the_torch_network(training, channels):
+@pytest.mark.parametrize(
+    ("channels", "doubt"), [(unet.CHANNELS, 12), (CHANNELS, 0), (CHANNELS, 5), ((4, 6), 3)]
+)
+def test_the_numpy_network_is_the_torch_network(training, channels, doubt):
     torch = training.torch
     torch.manual_seed(0)
-    network = training.UNet(channels)
-    torch.nn.init.normal_(network.layers["out"].weight)  # it starts at zero, which proves nothing
+    network = training.UNet(channels, doubt)
+    for last in ("out", "doubt1") if doubt else ("out",):
+        torch.nn.init.normal_(network.layers[last].weight)  # zero at first, which proves nothing
     maps = np.random.default_rng(6).normal(size=(unet.INPUTS, 96, 160)).astype(np.float32)
     with torch.no_grad():
         expected = network(torch.from_numpy(maps)[None])[0].numpy()
     found = unet.forward(network.weights(), maps)
     np.testing.assert_allclose(found, expected, atol=2e-4)
     assert unet.channels_of(network.weights()) == channels
+    assert unet.doubt_of(network.weights()) == doubt
     assert np.abs(expected[:2] - maps[:2]).max() > 1e-2
 
 

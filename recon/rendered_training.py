@@ -1,0 +1,161 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Train the U-Net of the missing gradient axis further, on presses rendered for sensors.
+
+``python -m recon.rendered_training FIRST --sensor BALLS SETS --out FILE`` goes on from weights
+that random surfaces taught (``recon.unet_training``). Half of every step is still such surfaces;
+the other half is what calibrated estimators read off rendered frames
+(``recon.measured_presses``). What is kept lies between the weights before and after, which stays
+as good on what the second course does not show (Wortsman et al., CVPR 2022,
+https://arxiv.org/abs/2109.01903). Last it teaches the doubt anew (``recon.doubt_training``), as
+slopes that err less elsewhere err in other places. Needs torch, the extra ``train``.
+"""
+
+import argparse
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from recon import unet
+from recon.doubt_training import train_doubt
+from recon.measured_presses import MeasuredPress, measured_presses
+from recon.unet_training import (
+    DOUBT_SHARE,
+    HUBER_SLOPE,
+    STEEPEST_STEP,
+    Settings,
+    UNet,
+    doubt_losses,
+    learning_rate,
+    print_measures,
+    training_batch,
+    write_curve,
+)
+from recon.unet_weights import load_weights, save_weights
+from sensor.errors import WedgeError
+
+try:
+    import torch
+    from torch import Tensor, nn
+    from torch.nn import functional
+except ModuleNotFoundError:  # one sentence in place of a traceback
+    sys.exit("Training needs torch: install the extra, `pip install gelsight-wedge[train]`.")
+
+STEPS = 1000
+SEED = 1  # the first course's is 0
+PEAK = 2 / 3
+"""Of the first course's learning rate."""
+PRESSES_A_STEP = 3  # beside a batch of random surfaces
+SHARE = 0.6
+"""Of a press in the loss, by the gel that moved; a batch of surfaces is 1."""
+LEAST_MOVED_PX = 400  # so that a small press does not count for more than a large one
+AFTER = 0.8
+"""Share of the weights after in those kept: with more of them, balls become too steep."""
+DOUBT_STEPS = 600
+
+
+def train_further(
+    first: unet.Weights, presses: Sequence[MeasuredPress], steps: int, seed: int
+) -> tuple[dict[str, np.ndarray], list[float]]:
+    """The kept weights, and the loss on rendered presses of every step; progress on stdout.
+
+    Args:
+        first: weights before.
+        presses: rendered, as sensors measured them.
+        steps: batches.
+        seed: of surfaces and of the order of presses; not the first course's, whose surfaces
+            the network has seen.
+    """
+    network = UNet(unet.channels_of(first))
+    network.take(first)
+    optimizer = torch.optim.Adam(network.parameters())
+    settings = Settings(seed=seed, steps=steps, horizon=steps, channels=unet.channels_of(first))
+    losses: list[float] = []
+    begin = time.monotonic()
+    for step in range(steps):
+        for group in optimizer.param_groups:
+            group["lr"] = PEAK * learning_rate(step, steps, steps)
+        optimizer.zero_grad()
+        maps, truth = (torch.from_numpy(item) for item in training_batch(settings, step))
+        found = network(maps)
+        loss = 2 * functional.huber_loss(found[:, :2], truth, delta=HUBER_SLOPE)
+        (loss + DOUBT_SHARE * doubt_losses(found, truth).mean()).backward()
+        rng = np.random.default_rng([seed, step, 1])
+        chosen = rng.integers(len(presses), size=PRESSES_A_STEP)
+        off = [_learn_from(network, presses[index].mirrored(rng)) for index in chosen]
+        nn.utils.clip_grad_norm_(network.parameters(), STEEPEST_STEP)
+        optimizer.step()
+        losses.append(float(np.mean(off)))
+        if (step + 1) % 100 == 0 or step + 1 == steps:
+            mean, spent = np.mean(losses[-100:]), time.monotonic() - begin
+            print(f"step {step + 1}/{steps}  loss {mean:.5f}  {spent:.0f} s", flush=True)
+    after = network.weights()
+    kept = {
+        name: np.float32(AFTER) * after[name] + np.float32(1 - AFTER) * np.asarray(first[name])
+        for name in after
+    }
+    return kept, losses
+
+
+def _learn_from(network: UNet, press: MeasuredPress) -> float:
+    """Add a press's gradients; its loss."""
+    maps, truth = (torch.from_numpy(item[None]) for item in (press.maps, press.truth))
+    support = torch.from_numpy(press.support)
+    found: Tensor = network(maps)
+    off = functional.huber_loss(found[:, :2] * support, truth, delta=HUBER_SLOPE, reduction="sum")
+    off = off / (2 * max(float(press.support.sum()), LEAST_MOVED_PX))
+    (SHARE / PRESSES_A_STEP * (off + DOUBT_SHARE * doubt_losses(found, truth).mean())).backward()
+    return off.item()
+
+
+def main() -> None:
+    """Train, save the weights and print the numbers that their README states."""
+    parser = argparse.ArgumentParser(prog="python -m recon.rendered_training", description=__doc__)
+    parser.add_argument("first", type=Path, help="weights of recon.unet_training")
+    parser.add_argument(
+        "--sensor",
+        nargs="+",
+        action="append",
+        required=True,
+        type=Path,
+        metavar=("BALLS", "SETS"),
+        help="a dataset of labelled balls, and sets of rendered presses of the same sensor",
+    )
+    parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--steps", type=int, default=STEPS, help="batches")
+    parser.add_argument("--doubt-steps", type=int, default=DOUBT_STEPS, help="batches after them")
+    parser.add_argument("--out", type=Path, required=True, help="the safetensors file to write")
+    options = parser.parse_args()
+    if min(options.steps, options.doubt_steps) < 2:
+        parser.error("--steps and --doubt-steps must be 2 at least")
+    torch.set_num_threads(1)
+    try:
+        first = load_weights(options.first)
+        presses = [
+            press
+            for balls, *rendered in options.sensor
+            for press in measured_presses(balls, rendered, unet.stride(first), options.seed)
+        ]
+    except WedgeError as error:
+        parser.error(str(error))
+    if not presses:
+        parser.error("no rendered press moves the gel: name sets of benchmarks.rendered_presses")
+    print(f"{len(presses)} measured presses", flush=True)
+    kept, losses = train_further(first, presses, options.steps, options.seed)
+    kept = train_doubt(kept, presses, options.doubt_steps, options.seed + 1)
+    sensors = [" ".join(["--sensor", *(path.name for path in paths)]) for paths in options.sensor]
+    command = (
+        f"python -m recon.rendered_training {options.first.name} {' '.join(sensors)}"
+        f" --seed {options.seed} --steps {options.steps}"
+        f" --doubt-steps {options.doubt_steps} --out {options.out.name}"
+    )
+    save_weights(options.out, kept, command, options.seed)
+    write_curve(options.out, losses)
+    print_measures(kept)
+
+
+if __name__ == "__main__":
+    main()
