@@ -38,10 +38,13 @@ LEVELS = np.arange(0.02, 0.8125, 0.02)
 """Of its patch's depth: the pressures at which a contact's edge is looked for."""
 LEVEL_SMOOTHING = 3.0
 """In levels."""
-SLOPE_SHARE, AS_STEEP = (0.79, 0.86), (0.99, 0.9)
-"""Mean slope within the steepest contour over that on it, and what share of its slope the last
-steep contour must have. On a round object slopes grow toward the edge (share 2/3) and the steepest
-contour is the edge; plane flanks (share 1) are as steep all the way, and the last one is."""
+WITHIN, CROWN = (0.70, 0.76), (0.75, 0.84)
+"""Mean slope within the steepest contour over that on it, and of what is pressed on hardest over
+that on the middle contour: above both ranges flanks are plane, below either an object is round."""
+AS_STEEP = (0.99, 0.7)
+"""What share of the steepest contour's slope the last one must have, of round objects and of plane
+flanks. On the former slopes grow toward the edge and the steepest contour is the edge; the latter
+are as steep all the way, but for the errors of an estimator."""
 FALLS = 0.8
 """The lowest contours' slope over the steepest one's: a collar that shows is less steep than this;
 where none shows, pressure ends where the contact does."""
@@ -205,7 +208,13 @@ def edge_levels(
     steepest = np.maximum(mean_slope[patch, peak], 1e-9)
     above_peak = np.arange(bins - 1) >= peak[:, None]
     enclosed = (slopes * above_peak).sum(1) / np.maximum((pixels * above_peak).sum(1), 1)
-    enough = np.interp(enclosed / steepest, SLOPE_SHARE, AS_STEEP) * steepest
+    crown = (
+        slopes[:, -1] / np.maximum(pixels[:, -1], 1) / np.maximum(np.median(mean_slope, 1), 1e-9)
+    )
+    plane = np.minimum(
+        np.interp(enclosed / steepest, WITHIN, (0, 1)), np.interp(crown, CROWN, (0, 1))
+    )
+    enough = np.interp(plane, (0, 1), AS_STEEP) * steepest
     last = (mean_slope >= enough[:, None]).argmax(1)
     level = (LEVELS[:-1] + np.diff(LEVELS) / 2)[last]
     falls = mean_slope[:, :LOWEST_LEVELS].mean(1) < FALLS * steepest

@@ -227,6 +227,24 @@ def test_a_plane_flank_ends_at_its_last_steep_contour(tilt):
     assert abs(level - edge) <= LEVEL_SMOOTHING * LEVEL_STEP
 
 
+@pytest.mark.parametrize("more", [0.2, 0.35])
+def test_a_plane_flank_is_not_cut_though_it_is_read_steeper_toward_its_crest(more):
+    edge = 0.3
+    level = contours(lambda share: np.where(share > edge, 1 + more * share, share / edge * 0.6))
+    assert abs(level - edge) <= LEVEL_SMOOTHING * LEVEL_STEP
+
+
+def test_a_round_contact_ends_where_it_is_steepest_though_its_crown_is_read_too_steep():
+    """A crown that is not level is no plane flank while slopes grow toward the edge."""
+    edge = 0.3
+
+    def slope_at(share):
+        round_one = np.maximum(np.sqrt(1 - share), np.where(share > 0.9, 0.6, 0))
+        return np.where(share > edge, round_one, share / edge * 0.8)
+
+    assert abs(contours(slope_at) - edge) <= LEVEL_SMOOTHING * LEVEL_STEP
+
+
 def test_no_contour_ends_a_contact_without_a_collar():
     assert contours(lambda share: 0.5 + 0.05 * share) == -np.inf
 
