@@ -19,7 +19,7 @@ from sensor.errors import WedgeError
 def main(
     dataset: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="DATASET")],
     out: Path,
-    estimator: str | None = None,
+    estimator: str = "default",
     design: str = "standard",
     ball_radius_mm: float | None = None,
     seed: Seed = 0,
@@ -43,14 +43,14 @@ def main(
         dataset: A dataset folder, a name that `wedge data list` knows, or a folder of raw frames.
         out: The unit folder to write; it must not exist, or be empty.
         estimator: default (ours), mlp (the paper's network) or table (the lookup table that it
-            replaced). Unless given: default, but mlp for a sensor with a single light.
+            replaced).
         design: The design the sensor was built from: standard, finger or a .toml file.
         ball_radius_mm: Radius of the ball, for raw frames.
         seed: Seed of the split, drawn pixels and training.
         json: Write the errors on the held-out presses here as JSON.
     """
     from recon.ball_size import doubtful_ball
-    from recon.calibration import lit_channels, unit_of, usual_estimator
+    from recon.calibration import lit_channels, unit_of
     from recon.estimators import fit_estimator, lesson_of
     from recon.presses import left_out_places, read_presses
     from sensor.dataset import read_dataset
@@ -67,7 +67,6 @@ def main(
     built_from = load_design(design)
     folder = _dataset_of(Path(dataset), out, built_from, ball_radius_mm)
     source = read_dataset(folder or dataset_folder(dataset))
-    estimator = estimator or usual_estimator(source)
     with process_pool() as pool, progress(f"calibration on {dataset}") as show:
         presses = read_presses(source, lambda share: show(0.2 * share, "reading presses"))
         everything = lesson_of(estimator, presses.presses, range(len(presses.presses)), seed)

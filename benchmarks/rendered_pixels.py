@@ -57,7 +57,7 @@ def sensor_pixels(balls: Path, rendered: Sequence[Path]) -> Arrays:
     """
     labelled = read_presses(read_dataset(balls)).presses
     pixels = lesson_of(Default.name, labelled, range(len(labelled)), SEED)
-    taught, light, _, _ = dents(pixels, channel_indices(CHANNELS))
+    taught, light, _ = dents(pixels, channel_indices(CHANNELS))
     each = PIXELS // max(1, sum(len(depth_files(folder)) for folder in rendered))
     random = np.random.default_rng(SEED)
     kept = [

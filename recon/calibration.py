@@ -16,8 +16,6 @@ from recon.estimators import (
     lesson_of,
     restore_estimator,
 )
-from recon.estimators.default import Default
-from recon.estimators.mlp import Mlp
 from recon.images import read_image, write_image
 from recon.lens import Lens, read_lens, write_lens
 from recon.lights import unseen_axis
@@ -124,16 +122,6 @@ def lit_channels(dataset: Dataset) -> tuple[str, MissingAxis]:
     lights_deg = dataset.card.lights_deg
     lit = CHANNELS if lights_deg is None else "".join(c for c in CHANNELS if c in lights_deg)
     return lit, "network" if unseen_axis(lights_deg, lit) else "none"
-
-
-def usual_estimator(dataset: Dataset) -> str:
-    """The estimator that suits a sensor's lights, by name.
-
-    A single light saturates and darkens skin that tilts either way: of it, the paper's network says
-    a little more; the numbers are in docs/concepts/missing-axis.md.
-    """
-    lit, _ = lit_channels(dataset)
-    return Default.name if len(lit) > 1 else Mlp.name
 
 
 def calibrate(

@@ -28,6 +28,9 @@ from recon.still import without_still
 from sensor.toml import Pair
 from sensor.unit import MissingAxis
 
+HINT_SHARE = 0.25
+"""Of an unseen slope is taken from an estimator that looks around, the rest from the network."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Reconstruction:
@@ -154,7 +157,9 @@ def reconstruct(
         gradient = fill_gradients(gradient, hidden, method, mm_per_px)
     if estimator.flattens and missing != "network":  # which knows itself what cannot have moved
         gradient = without_still(gradient, disturbed)
-    completed = complete_gradient(gradient, disturbed, missing, unseen, mm_per_px)
+    completed = complete_gradient(
+        gradient, disturbed, missing, unseen, mm_per_px, hinted=estimator.looks_around
+    )
     gradient = completed.gradient
     boundary = boundary_of(disturbed)
     depth = integrate(gradient, mm_per_px, boundary)
@@ -200,12 +205,15 @@ def complete_gradient(
     missing: MissingAxis,
     unseen: Axis | None,
     mm_per_px: Pair,
+    *,
+    hinted: bool = False,
 ) -> CompletedField:
     """The gradient field with its unseen axis replaced by zero or by what is inferred of it.
 
     The inference is the network's, and that of plain integrals as far as they close. Where the gel
     cannot have moved, the network is shown flat gel and answers with it. The axis that was measured
-    comes back from the network cleaned.
+    comes back from the network cleaned. What the gradient field itself says of the unseen axis
+    counts as a hint by ``HINT_SHARE`` where it is one (``hinted``), and else not at all.
     """
     if missing == "none" or unseen is None:
         return CompletedField(gradient=gradient)
@@ -220,4 +228,7 @@ def complete_gradient(
     )
     found = infer_missing_axis(seen, unseen, mm_per_px, support=support)
     joined = weigh_columns(found.gradient, seen, unseen, support, mm_per_px)
+    if hinted:
+        hint = gradient[..., 1 - known] * support
+        joined[..., 1 - known] += HINT_SHARE * (hint - joined[..., 1 - known])
     return CompletedField(gradient=joined, doubt=found.doubt, support=support)

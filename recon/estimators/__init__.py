@@ -29,6 +29,9 @@ class GradientEstimator(Protocol):
     name: ClassVar[str]
     flattens: ClassVar[bool]
     """Whether slopes of gel that did not move are taken for zero."""
+    looks_around: ClassVar[bool]
+    """Whether it sees more than single pixels, so that what it says of a slope across the lights is
+    a hint and not a guess."""
 
     @property
     def channels(self) -> str:

@@ -56,6 +56,7 @@ class Default:
 
     name: ClassVar[str] = "default"
     flattens: ClassVar[bool] = True
+    looks_around: ClassVar[bool] = True
     channels: str
     light: Light
     mean: Float32[np.ndarray, " f"]

@@ -46,9 +46,7 @@ def fit_default(pixels: Pixels, channels: str, seed: int, progress: Progress) ->
             "calibration needs torch: install the extra, `pip install gelsight-wedge[train]`."
         ) from error
     told = _told(pixels, channels, seed)
-    target = normal_of if len(told.shown) == 2 else _alone
-    taught = train(told.inputs, target(told.slopes), _choices(told), seed, progress)
-    layers = _silent_but(told.shown, taught)
+    layers = train(told.inputs, normal_of(told.slopes), _choices(told), seed, progress)
     return Default(
         channels=channels,
         light=told.light,
@@ -66,8 +64,6 @@ class _Told:
 
     light: Light
     gel: Lean
-    shown: list[int]
-    """The axes whose slopes the colours show, of 0 and 1."""
     mean: Float32[np.ndarray, " f"]
     spread: Float32[np.ndarray, " f"]
     inputs: Inputs
@@ -78,27 +74,23 @@ class _Told:
     """Of the balls' presses, to which each of their pixels belongs."""
 
 
-def dents(pixels: Pixels, columns: list[int]) -> tuple[Taught, Light, Lean, list[int]]:
-    """Labelled balls as the dents that they leave.
-
-    With them the light of the blank gel, its lean, and the axes whose slopes the colours show.
-    """
+def dents(pixels: Pixels, columns: list[int]) -> tuple[Taught, Light, Lean]:
+    """Labelled balls as the dents that they leave, the light of the blank gel, and its lean."""
     light = fit_light(pixels.position, pixels.blank[:, columns])
-    shown = shown_axes(pixels, columns)
-    gel = fit_lean(pixels, columns, shown)
+    gel = fit_lean(pixels, columns, shown_axes(pixels, columns))
     taught = Taught(
         color=pixels.color[:, columns],
         position=pixels.position,
         slopes=pixels.gradient + pixels.contact[:, None] * lean_at(gel, pixels.position),
         press=pixels.press,
     )
-    return taught, light, gel, shown
+    return taught, light, gel
 
 
 def _told(pixels: Pixels, channels: str, seed: int) -> _Told:
     """The dent's slopes and each pixel's scaled inputs, from labels and prepared colours."""
     chosen = channel_indices(channels)
-    taught, light, gel, shown = dents(pixels, chosen)
+    taught, light, gel = dents(pixels, chosen)
     own = raw_inputs(taught.color, pixels.color[:, columns_around(chosen)], light, taught.position)
     other = rendered_pixels(taught, light, len(own), seed)
     others = raw_inputs(other.color, other.around, light, other.position)
@@ -106,7 +98,6 @@ def _told(pixels: Pixels, channels: str, seed: int) -> _Told:
     return _Told(
         light=light,
         gel=gel,
-        shown=shown,
         mean=mean,
         spread=spread,
         inputs=(np.concatenate([own, others]) - mean) / spread,
@@ -133,18 +124,6 @@ def _measured_error90(told: _Told, layers: tuple[Layer, ...]) -> Float32[np.ndar
         left_out = np.flatnonzero(told.part == k)
         unseen[left_out] = slopes_of(answers(layers, MEMBERS + k, told.inputs[left_out]))
     return _error90(unseen, np.abs(unseen - truth))
-
-
-def _alone(slopes: Float32[np.ndarray, "n 2"]) -> Float32[np.ndarray, "n 2"]:
-    """Each slope's normal as if the other were zero: a guessed one would make it too steep."""
-    return slopes / np.sqrt(1 + slopes**2)
-
-
-def _silent_but(axes: list[int], layers: tuple[Layer, ...]) -> tuple[Layer, ...]:
-    """Networks that answer zero but for some axes."""
-    spoken = np.isin([0, 1], axes).astype(np.float32)
-    weight, bias = layers[-1]
-    return (*layers[:-1], (weight * spoken, bias * spoken))
 
 
 def _error90(

@@ -31,6 +31,7 @@ class LookupTable:
 
     name: ClassVar[str] = "table"
     flattens: ClassVar[bool] = False
+    looks_around: ClassVar[bool] = False
     channels: str
     low: Float32[np.ndarray, " c"]
     high: Float32[np.ndarray, " c"]

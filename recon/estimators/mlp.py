@@ -31,6 +31,7 @@ class Mlp:
 
     name: ClassVar[str] = "mlp"
     flattens: ClassVar[bool] = False
+    looks_around: ClassVar[bool] = False
     channels: str
     color_scale: Float32[np.ndarray, " c"]
     """Each channel is divided by its spread among the pixels it was fitted on."""

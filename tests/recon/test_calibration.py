@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from safetensors.numpy import load_file, save_file
 
-from recon.calibration import calibrate, lit_channels, load_calibration, usual_estimator
+from recon.calibration import calibrate, lit_channels, load_calibration
 from recon.images import write_image
 from recon.lens import Lens, write_lens
 from recon.presses import read_presses
@@ -126,7 +126,6 @@ def test_only_lit_colours_are_looked_at(tmp_path, lights_deg, expected):
     dataset = make_dataset(tmp_path, presses=1)
     dataset = replace(dataset, card=replace(dataset.card, lights_deg=lights_deg))
     assert lit_channels(dataset) == expected
-    assert usual_estimator(dataset) == ("mlp" if len(expected[0]) == 1 else "default")
     card = calibrated(dataset).card
     assert (card.channels, card.missing_axis) == expected
 

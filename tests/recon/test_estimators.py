@@ -18,7 +18,8 @@ from recon.estimators import (
     restore_estimator,
     slopes_at,
 )
-from recon.estimators.default import PREPARED, prepared_colors
+from recon.estimators.default import PREPARED, Default, prepared_colors
+from recon.estimators.mlp import Mlp
 from recon.pixels import join, label_pixels
 from recon.presses import read_presses
 from sensor.errors import WedgeError
@@ -92,6 +93,16 @@ def test_presses_held_out_are_seen_with_a_small_error(fitted, pixels, name):
     assert error[contact].mean() <= 0.02 and error[~contact].mean() <= 0.01
     gain = (found * truth).sum(0) / (truth**2).sum(0)
     np.testing.assert_allclose(gain, 1, atol=0.05)
+
+
+def test_who_looks_around_tells_a_slope_that_its_lights_do_not_show(fitted, pixels):
+    share = {}
+    for name, kind in (("default", Default), ("mlp", Mlp)):
+        held_out = pixels(name)[(pixels(name).press >= 10) & pixels(name).contact]
+        found = fitted(name, "RB").slopes(held_out.color, held_out.position)[:, 0]
+        across = held_out.gradient[:, 0]
+        share[kind.looks_around] = np.abs(found - across).mean() / np.abs(across).mean()
+    assert share[True] < 0.5 < share[False]
 
 
 @EVERY

@@ -16,7 +16,7 @@ from recon.calibration import calibrate
 from recon.contact import boundary_of, disturbed_mask
 from recon.images import read_frame
 from recon.moved import FLANK, MARGIN_PX
-from recon.pipeline import Reconstructor, complete_gradient, reconstruct
+from recon.pipeline import HINT_SHARE, Reconstructor, complete_gradient, reconstruct
 from recon.presses import read_presses
 from sensor.errors import WedgeError
 from tests.synthetic import (
@@ -205,6 +205,23 @@ def test_the_unseen_axis_is_replaced_and_not_looked_at(unseen, lost, missing):
 
 
 @pytest.mark.parametrize(("unseen", "lost"), [("x", 0), ("y", 1)])
+def test_of_a_hint_a_share_is_taken_where_the_gel_may_have_moved(unseen, lost):
+    left = EVERYWHERE.copy()
+    left[:, 12:] = False
+    inferred, told = (
+        complete_gradient(GRADIENT, left, "network", unseen, MM_PER_PX, hinted=hinted)
+        for hinted in (False, True)
+    )
+    support = told.support
+    assert support is not None
+    expected = inferred.gradient.copy()
+    expected[..., lost] *= 1 - HINT_SHARE
+    expected[..., lost] += HINT_SHARE * GRADIENT[..., lost] * support
+    np.testing.assert_allclose(told.gradient, expected, atol=1e-6)
+    assert np.abs(told.gradient - inferred.gradient).max() > 0.01
+
+
+@pytest.mark.parametrize(("unseen", "lost"), [("x", 0), ("y", 1)])
 def test_where_nothing_moved_the_network_answers_with_flat_gel(unseen, lost):
     left = EVERYWHERE.copy()
     left[:, 12:] = False
@@ -222,6 +239,7 @@ class Known:
     name = "known"
     channels = "RGB"
     flattens = False
+    looks_around = False
 
     def __init__(self, gradient):
         self.gradient = gradient.astype(np.float32)
