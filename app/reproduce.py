@@ -44,8 +44,6 @@ KNOWN_DEPTH = {"known-depth": "known-depth-spheres"}
 lights do not sit as the Wedge's, so that it is judged with all of them alone."""
 ESTIMATORS = ("default", "mlp", "table")
 """The first makes the units and the pictures."""
-ALL_LIGHTS_ONLY = ("default", "table")
-"""With fewer lights the paper's network is what calibration takes; these would take minutes."""
 TOUCHED = "mlp"
 """What contact is found with: gentle slopes, which end a contact, are read best by it."""
 SIDE_BY_SIDE = ("taxim-gelsight", "wedge-lab")
@@ -205,6 +203,8 @@ def _measure(
     with progress(dataset.name) as show:
         show(0.0, "importing")
         folder = dataset_folder(dataset.name)
+        known = read_dataset(folder)
+        all_lights_only = _all_lights_only(dataset.name, known.card.lights_deg)
         fitted = executor.submit(fit_unit, folder, dataset.name, seed, ESTIMATORS[0])
         try:
             table = error_table(
@@ -213,7 +213,7 @@ def _measure(
                 folds=folds,
                 seed=seed,
                 executor=executor,
-                all_lights_only=ESTIMATORS if dataset.name in KNOWN_DEPTH else ALL_LIGHTS_ONLY,
+                all_lights_only=all_lights_only,
                 progress=show,
             )
         except BaseException:
@@ -222,7 +222,7 @@ def _measure(
         shown = executor.submit(held_out, folder, table.folds_fitted[ESTIMATORS[0]][0], seed)
         unit = fitted.result()
         results = DatasetResults(
-            dataset=read_dataset(folder),
+            dataset=known,
             about=dataset.summary,
             table=table,
             held_out=shown.result(),
@@ -280,13 +280,21 @@ def _fidelity(known: "Mapping[str, KnownDataset]", executor: Executor) -> "list[
         return [fidelity_section([future.result() for future in sensors], found)]
 
 
+def _all_lights_only(name: str, lights_deg: Mapping[str, float] | None) -> tuple[str, ...]:
+    """Estimators that are judged with all lights alone; some of them take minutes more."""
+    from recon.lights import sits_like_wedge
+
+    if name in KNOWN_DEPTH:
+        return ESTIMATORS
+    return ("table",) if sits_like_wedge(lights_deg) else ("default", "table")
+
+
 def _few_lights(name: str) -> "list[Touch]":
     """Touches of a rendered set with one light, two and three."""
-    from recon.estimators.mlp import Mlp
     from validation.datasets import dataset_folder
     from validation.few_lights import measure_touches
 
-    return measure_touches(dataset_folder(name), Mlp.name, FEW_LIGHTS)  # as calibration chooses
+    return measure_touches(dataset_folder(name), ESTIMATORS[0], FEW_LIGHTS)
 
 
 def _integrators() -> "Section":

@@ -17,7 +17,7 @@ DPI = 100
 QUALITY = 82
 
 if __name__ == "__main__":
-    touches = measure_touches(dataset_folder("twin-standard"), "mlp", SHAPES)
+    touches = measure_touches(dataset_folder("twin-standard"), "default", SHAPES)
     for touch in touches:
         numbers = "  ".join(
             f"{way} {touch.rmse_mm[way]:.3f} mm ({100 * touch.lowest(way):.0f} %)"

@@ -46,9 +46,9 @@ def few_lights_section(measured: Mapping[str, Sequence[Touch]]) -> Section:
         title="One light or two",
         html=paragraph(
             "Lights on one line show one slope. The other is inferred: a depth that is pressed in "
-            "only explains the slope that was seen, and a network trained on random surfaces "
-            "corrects it. A unit calibrated with such lights does so by itself, with the paper's "
-            "estimator, which errs less than ours where lights are few."
+            "only explains the slope that was seen, and a network trained on random surfaces and "
+            "rendered presses corrects it; what lies around a pixel gives a hint. A unit "
+            "calibrated with such lights does so by itself."
         )
         + table_html(
             "Depth RMSE in mm where the skin is deeper than 0.02 mm, and the least depth in per "
