@@ -5,8 +5,7 @@
 ``python -m recon.contact_further FIRST --sensor BALLS SETS --out FILE`` goes on from weights that
 random presses taught (``recon.contact_training``). A quarter of every step is still such presses;
 the rest is what calibrated estimators read off rendered frames (``recon.felt_presses``). What is
-kept lies between the weights before and after, which stays as good on what is read well (Wortsman
-et al., CVPR 2022, https://arxiv.org/abs/2109.01903). Needs torch, the extra ``train``.
+kept lies between the weights before and after. Needs torch, the extra ``train``.
 """
 
 import argparse
@@ -29,6 +28,7 @@ from recon.contact_training import (
     training_batch,
 )
 from recon.felt_presses import FeltPress, felt_presses, seen_anew
+from recon.further_courses import between, name_sensors, words_of
 from recon.unet_training import write_curve
 from recon.unet_weights import load_weights, save_weights
 from sensor.errors import WedgeError
@@ -68,12 +68,7 @@ def train_further(
             parameter.copy_(torch.from_numpy(np.array(first[name])))
     batches = (further_batch(presses, seed, step) for step in range(steps))
     losses = follow(network, COURSE, batches, steps)
-    after = network.weights()
-    kept = {
-        name: np.float32(AFTER) * values + np.float32(1 - AFTER) * np.asarray(first[name])
-        for name, values in after.items()
-    }
-    return kept, losses
+    return between(first, network.weights(), AFTER), losses
 
 
 def further_batch(presses: Sequence[FeltPress], seed: int, step: int) -> Batch:
@@ -90,15 +85,7 @@ def main() -> None:
     """Train, save the weights and the loss, and print the overlap on fresh presses."""
     parser = argparse.ArgumentParser(prog="python -m recon.contact_further", description=__doc__)
     parser.add_argument("first", type=Path, help="weights of recon.contact_training")
-    parser.add_argument(
-        "--sensor",
-        nargs="+",
-        action="append",
-        required=True,
-        type=Path,
-        metavar=("BALLS", "SETS"),
-        help="a dataset of labelled balls, and sets of rendered presses of the same sensor",
-    )
+    name_sensors(parser)
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--steps", type=int, default=STEPS, help="batches")
     parser.add_argument("--out", type=Path, required=True, help="the safetensors file to write")
@@ -119,9 +106,8 @@ def main() -> None:
         parser.error("no rendered press is felt: name sets of benchmarks.rendered_presses")
     print(f"{len(presses)} presses as felt", flush=True)
     weights, losses = train_further(first, presses, options.steps, options.seed)
-    sensors = [" ".join(["--sensor", *(path.name for path in paths)]) for paths in options.sensor]
     command = (
-        f"python -m recon.contact_further {options.first.name} {' '.join(sensors)}"
+        f"python -m recon.contact_further {options.first.name} {words_of(options.sensor)}"
         f" --seed {options.seed} --steps {options.steps} --out {options.out.name}"
     )
     save_weights(options.out, weights, command, options.seed, CONTACT)

@@ -13,6 +13,7 @@ from jaxtyping import Bool, Float, Float32
 
 from recon import unet
 from recon.unet_weights import Purpose, shipped_weights
+from recon.windows import window_about
 from sensor.toml import Pair
 
 CONTACT = Purpose(
@@ -64,17 +65,10 @@ def held(
         return found
     if weights is None:
         weights = shipped_weights(CONTACT)
-    rows, columns = (_reach(np.asarray(near.any(axis))) for axis in (1, 0))
+    rows, columns = window_about(near, MARGIN_PX)
     score = _score(depth_mm[rows, columns], gradient[rows, columns], mm_per_px, near.shape, weights)
     found[rows, columns] = (score > 0) & near[rows, columns]
     return found
-
-
-def _reach(some: Bool[np.ndarray, " n"]) -> slice:
-    places = np.flatnonzero(some)
-    return slice(
-        max(0, int(places[0]) - MARGIN_PX), min(len(some), int(places[-1]) + MARGIN_PX + 1)
-    )
 
 
 def _score(

@@ -27,7 +27,7 @@ MAPS = 12
 """Feature maps of the doubt's own: with more, nothing is told better."""
 PEAK = 2.0
 """Of the first course's learning rate: few weights, and none of them deep."""
-PRESSES_A_STEP = 3
+PRESSES_A_STEP = 3  # beside a batch of random surfaces
 LEAST_MOVED_PX = 400  # so that a small press does not count for more than a large one
 STEEPEST_STEP = 1.0
 

@@ -22,6 +22,7 @@ from recon.estimators import GradientEstimator, fit_estimator, lesson_of
 from recon.pipeline import reconstruct
 from recon.presses import read_presses
 from recon.rendered_presses import rendered_presses
+from recon.windows import window_about
 from sensor.dataset import read_dataset
 from sensor.errors import WedgeError
 
@@ -117,17 +118,12 @@ def _cut_to_what_is_dented(
     depth_px: DepthMap, gradient: GradientField, held: ContactMask
 ) -> FeltPress:
     dented = held | (depth_px > DENTED * depth_px.max())
-    rows, columns = (_reach(np.asarray(dented.any(axis))) for axis in (1, 0))
+    rows, columns = window_about(dented, MARGIN_PX)
     return FeltPress(
         depth_px=depth_px[rows, columns].astype(np.float32),
         gradient=gradient[rows, columns].astype(np.float32),
         held=held[rows, columns].copy(),
     )
-
-
-def _reach(some: Bool[np.ndarray, " n"]) -> slice:
-    places = np.flatnonzero(some)
-    return slice(max(0, int(places[0]) - MARGIN_PX), int(places[-1]) + MARGIN_PX + 1)
 
 
 def _square_at_contact(

@@ -21,6 +21,7 @@ from recon.lights import unseen_axis
 from recon.moved import may_have_moved
 from recon.presses import read_presses
 from recon.rendered_presses import rendered_presses
+from recon.windows import window_about
 from sensor.dataset import read_dataset
 from sensor.errors import WedgeError
 
@@ -104,7 +105,7 @@ def _cut_to_what_moved(
     """The window about what moved or seems to have moved, with flat gel up to whole strides."""
     maps = unet.network_input(measured, support, both=False)
     moved = support | dented
-    rows, columns = _reach(moved.any(1)), _reach(moved.any(0))
+    rows, columns = window_about(moved, MARGIN_PX)
     flat = [(0, -(part.stop - part.start) % stride) for part in (rows, columns)]
 
     def cut(whole: np.ndarray) -> np.ndarray:
@@ -113,9 +114,3 @@ def _cut_to_what_moved(
     return MeasuredPress(
         maps=cut(maps), truth=cut(truth.transpose(2, 0, 1)), support=cut(support.astype(np.float32))
     )
-
-
-def _reach(some: Bool[np.ndarray, " n"]) -> slice:
-    places = np.flatnonzero(some)
-    first, last = int(places[0]) - MARGIN_PX, int(places[-1]) + MARGIN_PX + 1
-    return slice(max(0, first), min(len(some), last))

@@ -5,10 +5,9 @@
 ``python -m recon.rendered_training FIRST --sensor BALLS SETS --out FILE`` goes on from weights
 that random surfaces taught (``recon.unet_training``). Half of every step is still such surfaces;
 the other half is what calibrated estimators read off rendered frames
-(``recon.measured_presses``). What is kept lies between the weights before and after, which stays
-as good on what the second course does not show (Wortsman et al., CVPR 2022,
-https://arxiv.org/abs/2109.01903). Last it teaches the doubt anew (``recon.doubt_training``), as
-slopes that err less elsewhere err in other places. Needs torch, the extra ``train``.
+(``recon.measured_presses``). What is kept lies between the weights before and after. Last it
+teaches the doubt anew (``recon.doubt_training``), as slopes that err less elsewhere err in other
+places. Needs torch, the extra ``train``.
 """
 
 import argparse
@@ -20,7 +19,8 @@ from pathlib import Path
 import numpy as np
 
 from recon import unet
-from recon.doubt_training import train_doubt
+from recon.doubt_training import LEAST_MOVED_PX, PRESSES_A_STEP, train_doubt
+from recon.further_courses import between, name_sensors, words_of
 from recon.measured_presses import MeasuredPress, measured_presses
 from recon.unet_training import (
     DOUBT_SHARE,
@@ -48,10 +48,8 @@ STEPS = 1000
 SEED = 1  # the first course's is 0
 PEAK = 2 / 3
 """Of the first course's learning rate."""
-PRESSES_A_STEP = 3  # beside a batch of random surfaces
 SHARE = 0.6
 """Of a press in the loss, by the gel that moved; a batch of surfaces is 1."""
-LEAST_MOVED_PX = 400  # so that a small press does not count for more than a large one
 AFTER = 0.8
 """Share of the weights after in those kept: with more of them, balls become too steep."""
 DOUBT_STEPS = 600
@@ -92,12 +90,7 @@ def train_further(
         if (step + 1) % 100 == 0 or step + 1 == steps:
             mean, spent = np.mean(losses[-100:]), time.monotonic() - begin
             print(f"step {step + 1}/{steps}  loss {mean:.5f}  {spent:.0f} s", flush=True)
-    after = network.weights()
-    kept = {
-        name: np.float32(AFTER) * after[name] + np.float32(1 - AFTER) * np.asarray(first[name])
-        for name in after
-    }
-    return kept, losses
+    return between(first, network.weights(), AFTER), losses
 
 
 def _learn_from(network: UNet, press: MeasuredPress) -> float:
@@ -115,15 +108,7 @@ def main() -> None:
     """Train, save the weights and print the numbers that their README states."""
     parser = argparse.ArgumentParser(prog="python -m recon.rendered_training", description=__doc__)
     parser.add_argument("first", type=Path, help="weights of recon.unet_training")
-    parser.add_argument(
-        "--sensor",
-        nargs="+",
-        action="append",
-        required=True,
-        type=Path,
-        metavar=("BALLS", "SETS"),
-        help="a dataset of labelled balls, and sets of rendered presses of the same sensor",
-    )
+    name_sensors(parser)
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--steps", type=int, default=STEPS, help="batches")
     parser.add_argument("--doubt-steps", type=int, default=DOUBT_STEPS, help="batches after them")
@@ -146,9 +131,8 @@ def main() -> None:
     print(f"{len(presses)} measured presses", flush=True)
     kept, losses = train_further(first, presses, options.steps, options.seed)
     kept = train_doubt(kept, presses, options.doubt_steps, options.seed + 1)
-    sensors = [" ".join(["--sensor", *(path.name for path in paths)]) for paths in options.sensor]
     command = (
-        f"python -m recon.rendered_training {options.first.name} {' '.join(sensors)}"
+        f"python -m recon.rendered_training {options.first.name} {words_of(options.sensor)}"
         f" --seed {options.seed} --steps {options.steps}"
         f" --doubt-steps {options.doubt_steps} --out {options.out.name}"
     )
