@@ -302,3 +302,18 @@ def test_still_gel_is_made_flat_for_estimators_that_ask_for_it(flattens):
     ).gradient
     np.testing.assert_array_equal(found[cap.contact], np.float32(wrong)[cap.contact])
     assert (found[:, 40:] == 0).all() == flattens
+
+
+def test_hints_come_from_estimators_that_look_around():
+    cap = ball_cap((60, 40), (30.0, 20.0), 1.2, 2.0, MM_PER_PX)
+    difference = (cap.contact[..., None] * np.array([0.2, 0.0, 0.1])).astype(np.float32)
+
+    def across(error, looks_around):
+        known = Known(cap.gradient + np.array([error, 0.0]))
+        known.channels, known.looks_around = "RB", looks_around
+        options = {"lights_deg": {"R": 90.0, "B": -90.0}, "mm_per_px": MM_PER_PX}
+        return reconstruct(difference, known, missing="network", **options).gradient[..., 0]
+
+    np.testing.assert_array_equal(across(0.4, False), across(0.0, False))
+    raised = (across(0.4, True) - across(0.0, True))[cap.contact]
+    np.testing.assert_allclose(raised, 0.4 * HINT_SHARE, atol=1e-5)
