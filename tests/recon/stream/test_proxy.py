@@ -7,6 +7,7 @@ import shutil
 import socket
 import threading
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack, suppress
 from functools import partial
 from urllib.parse import urlsplit
 
@@ -73,11 +74,12 @@ def camera() -> Iterator[tuple[str, int, str]]:
 def from_camera(host: str, port: int, path: str) -> tuple[socket.socket, Iterator[bytes]]:
     """A connection to VLC, which now and then hangs up before it answers, and what it sends."""
     for _ in range(100):
-        behind = socket.create_connection((host, port))
-        behind.sendall(f"GET {path} HTTP/1.1\r\nHost: {host}\r\n\r\n".encode())
-        if first := behind.recv(500):
-            return behind, itertools.chain([first], iter(partial(behind.recv, 500), b""))
-        behind.close()
+        with suppress(OSError), ExitStack() as unanswered:
+            behind = unanswered.enter_context(socket.create_connection((host, port)))
+            behind.sendall(f"GET {path} HTTP/1.1\r\nHost: {host}\r\n\r\n".encode())
+            if first := behind.recv(500):
+                unanswered.pop_all()
+                return behind, itertools.chain([first], iter(partial(behind.recv, 500), b""))
         threading.Event().wait(0.02)
     raise AssertionError("VLC never answered")
 
