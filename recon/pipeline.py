@@ -25,6 +25,7 @@ from recon.poisson import Boundary, integrate
 from recon.pressed import Support, nearest_pressed
 from recon.shadows import cast_shadows
 from recon.still import without_still
+from recon.weighed import weighed_depth
 from sensor.toml import Pair
 from sensor.unit import MissingAxis
 
@@ -155,7 +156,8 @@ def reconstruct(
         # Slopes of which one is not seen are not yet those of one surface.
         method = "surface" if unseen is None else "biharmonic"
         gradient = fill_gradients(gradient, hidden, method, mm_per_px)
-    if estimator.flattens and missing != "network":  # which knows itself what cannot have moved
+    knows_still = estimator.flattens and missing != "network"  # which knows it by itself
+    if knows_still:
         gradient = without_still(gradient, disturbed)
     completed = complete_gradient(
         gradient, disturbed, missing, unseen, mm_per_px, hinted=estimator.looks_around
@@ -163,6 +165,8 @@ def reconstruct(
     gradient = completed.gradient
     boundary = boundary_of(disturbed)
     depth = integrate(gradient, mm_per_px, boundary)
+    if knows_still:
+        depth = weighed_depth(depth, gradient, mm_per_px, boundary)
     if boundary == "neumann" and not disturbed.all():
         depth -= np.median(depth[~disturbed])  # untouched gel lies at zero
     if completed.support is not None:

@@ -23,6 +23,7 @@ from recon.fast.network import FrameMlp
 from recon.fast.poisson import FrameIntegrator
 from recon.fast.still import FrameStill
 from recon.fast.unwarping import FrameDifference
+from recon.fast.weighing import FrameWeighing
 from recon.lights import unseen_axis
 from recon.markers.tracking import marker_tracker
 from recon.pipeline import Reconstructor
@@ -105,15 +106,19 @@ class FastReconstructor:
         self._gradient = np.zeros((2, height, width), np.float32)
         self._take_difference = FrameDifference(unwarp, blank)
         self._find_disturbance = FrameDisturbance(size_px, calibration.estimator.channels)
-        self._integrate = {
+        self._integrate: dict[Boundary, FrameIntegrator] = {
             border: FrameIntegrator(size_px, card.mm_per_px, border)
             for border in ("dirichlet", "neumann")
         }
         estimator = calibration.estimator
         self._mlp = FrameMlp(estimator, size_px) if isinstance(estimator, Mlp) else None
         self._ours: tuple[FrameEnsemble, FrameStill] | None = None
+        self._weigh: dict[Boundary, FrameWeighing] = {}
         if isinstance(estimator, Default):
             self._ours = FrameEnsemble(estimator, size_px), FrameStill(estimator, size_px)
+            self._weigh = {
+                border: FrameWeighing(size_px, card.mm_per_px, border) for border in self._integrate
+            }
         self._parts = [
             slice(height * i // threads, height * (i + 1) // threads) for i in range(threads)
         ]
@@ -150,6 +155,8 @@ class FastReconstructor:
         border = border_of(disturbed)
         self._take_gradient(difference, disturbed, gradient)
         depth_mm = self._integrate[border](gradient)
+        if self._weigh:
+            self._weigh[border](gradient, depth_mm)
         if border == "neumann" and not disturbed.all():
             some = depth_mm[2::4, 2::4]
             depth_mm -= median(some[~_cut(disturbed, some)])

@@ -17,7 +17,9 @@ from recon.contact import boundary_of, disturbed_mask
 from recon.images import read_frame
 from recon.moved import FLANK, MARGIN_PX
 from recon.pipeline import HINT_SHARE, Reconstructor, complete_gradient, reconstruct
+from recon.poisson import integrate
 from recon.presses import read_presses
+from recon.weighed import weighed_depth
 from sensor.errors import WedgeError
 from tests.synthetic import (
     BALL_RADIUS_MM,
@@ -302,6 +304,20 @@ def test_still_gel_is_made_flat_for_estimators_that_ask_for_it(flattens):
     ).gradient
     np.testing.assert_array_equal(found[cap.contact], np.float32(wrong)[cap.contact])
     assert (found[:, 40:] == 0).all() == flattens
+
+
+@pytest.mark.parametrize("flattens", [False, True])
+def test_slopes_count_by_their_doubt_where_still_gel_is_known(flattens):
+    cap = ball_cap((60, 40), (30.0, 20.0), 0.8, 1.6, MM_PER_PX)
+    known = Known(cap.gradient * np.array([1.0, 0.7]) + 0.1 * np.sign(cap.gradient))
+    known.flattens = flattens
+    difference = (cap.contact[..., None] * np.array([0.2, -0.1, 0.1])).astype(np.float32)
+    found = reconstruct(difference, known, missing="none", lights_deg=None, mm_per_px=MM_PER_PX)
+    assert found.boundary == "dirichlet"
+    free = integrate(found.gradient, MM_PER_PX, "dirichlet")
+    wanted = weighed_depth(free, found.gradient, MM_PER_PX, "dirichlet") if flattens else free
+    np.testing.assert_array_equal(found.depth_mm, wanted)
+    assert np.allclose(found.depth_mm, free, atol=1e-4) != flattens
 
 
 def test_hints_come_from_estimators_that_look_around():

@@ -26,10 +26,12 @@ from recon.fast.ensemble import FrameEnsemble
 from recon.fast.network import FrameMlp
 from recon.fast.poisson import FrameIntegrator
 from recon.fast.unwarping import FrameDifference
+from recon.fast.weighing import FrameWeighing
 from recon.pipeline import Reconstructor
-from recon.poisson import integrate
+from recon.poisson import Boundary, integrate
 from recon.stream.frame import TimedFrame
 from recon.stream.jpeg import decode_jpeg, encode_jpeg
+from recon.weighed import weighed_depth
 from sensor.errors import WedgeError
 from tests.recon.fast.units import blank_frame, make_unit, pressed, random_default, random_mlp
 
@@ -197,6 +199,26 @@ def test_the_integrator_solves_the_same_equations(size_px: tuple, boundary: str)
     for _ in range(2):  # what a call leaves behind must not reach the next
         depth = found(planes(gradient.astype(np.float32)))
         assert np.abs(depth - truth).max() < 2e-6 * np.ptp(truth) + 1e-7
+
+
+@pytest.mark.parametrize("boundary", ["dirichlet", "neumann"])
+@pytest.mark.parametrize("size_px", [(190, 131), (96, 64), (5, 4)])
+def test_doubted_slopes_count_as_little_as_in_the_reference(
+    size_px: tuple, boundary: Boundary, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("recon.weighed.STEPS", 4)  # later, rounding errors part them for a while
+    width, height = size_px
+    random = np.random.default_rng(1)
+    pitch_mm = (0.05, 0.08)
+    weigh = FrameWeighing(size_px, pitch_mm, boundary)
+    for share in (1.0, 0.3):  # what a call leaves behind must not reach the next
+        gradient = random.normal(size=(height, width, 2)).astype(np.float32)
+        gradient *= random.uniform(size=(height, width, 1)) < share
+        free = integrate(gradient, pitch_mm, boundary)
+        truth = weighed_depth(free, gradient, pitch_mm, boundary)
+        found = free.copy()
+        weigh(planes(gradient), found)
+        assert np.abs(found - truth).max() < 2e-5 * np.ptp(truth)
 
 
 def test_disturbed_gel_is_found_where_the_reference_finds_it() -> None:

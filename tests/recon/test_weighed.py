@@ -1,0 +1,135 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Depth by slopes that count by their doubt: its minimum, its limits, what it mends."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import sparse
+from scipy.sparse.linalg import spsolve
+
+from recon.ball import ball_cap
+from recon.poisson import integrate
+from recon.weighed import CELLS, slope_doubt, weighed_depth
+
+BORDERS = ("dirichlet", "neumann")
+
+
+def pressed_ball(size_px, center_px, radius_px, pitch):
+    """Depth and slopes of a ball with half of its radius in the gel."""
+    cap = ball_cap(size_px, center_px, radius_px * pitch[0], 1.2 * radius_px * pitch[0], pitch)
+    return cap.depth_mm.astype(np.float32), cap.gradient.astype(np.float32)
+
+
+def exact(gradient, pitch, boundary):
+    """The minimum at full resolution, by a sparse solver."""
+    height, width = gradient.shape[:2]
+    ring = 1 if boundary == "dirichlet" else 0
+    slopes = np.pad(gradient, ((ring, ring), (ring, ring), (0, 0))).astype(float)
+    variance = slope_doubt(slopes.astype(np.float32)).astype(float) ** 2
+    number = np.pad(np.arange(height * width).reshape(height, width), ring, constant_values=-1)
+    rows, columns, values, wanted = [], [], [], []
+    for axis in (1, 0):
+        cut = np.s_[ring : slopes.shape[1 - axis] - ring]
+        before, after = (
+            (np.s_[cut, :-1], np.s_[cut, 1:]) if axis else (np.s_[:-1, cut], np.s_[1:, cut])
+        )
+        root = np.sqrt(2 / (variance[before] + variance[after])).ravel()
+        known = (slopes[before] + slopes[after])[..., 1 - axis].ravel() / 2
+        start = len(wanted)
+        wanted += list(root * known)
+        for side, sign in ((before, -1), (after, 1)):
+            at = number[side].ravel()
+            inside = np.flatnonzero(at >= 0)
+            rows += list(start + inside)
+            columns += list(at[inside])
+            values += list(sign * root[inside] / pitch[1 - axis])
+    matrix = sparse.csr_matrix((values, (rows, columns)), (len(wanted), height * width))
+    if boundary == "neumann":  # a constant is free: let the first pixel's be zero
+        matrix = sparse.vstack(
+            [matrix, sparse.csr_matrix(([1.0], ([0], [0])), (1, height * width))]
+        )
+        wanted.append(0.0)
+    depth = spsolve((matrix.T @ matrix).tocsc(), matrix.T @ np.array(wanted)).reshape(height, width)
+    return depth if ring else depth - depth.mean()
+
+
+def misread(gradient, rng):
+    """A wall read too flat on one side, noise where the gel moved, none where it is still."""
+    moved = np.linalg.norm(gradient, axis=-1, keepdims=True) > 0
+    found = gradient + moved * rng.normal(0, 0.03, gradient.shape)
+    found[..., 0] *= np.where(found[..., 0] > 0, 0.8, 1.0)
+    return found.astype(np.float32)
+
+
+@pytest.mark.parametrize("boundary", BORDERS)
+@pytest.mark.parametrize("pitch", [(0.05, 0.05), (0.05, 0.065)])
+def test_it_comes_close_to_the_minimum_at_full_resolution(boundary, pitch):
+    truth, slopes = pressed_ball((160, 122), (60.0, 66.0), 22.0, pitch)
+    found = misread(slopes, np.random.default_rng(0))
+    free = integrate(found, pitch, boundary)
+    wanted = exact(found, pitch, boundary)
+    changed = wanted - free
+    left = wanted - weighed_depth(free, found, pitch, boundary)
+    assert np.abs(changed).max() > 0.02 * truth.max()
+    assert np.sqrt(np.mean(left**2)) < 0.2 * np.sqrt(np.mean(changed**2))
+
+
+def test_cells_as_small_as_pixels_give_the_minimum_itself(monkeypatch):
+    monkeypatch.setattr("recon.weighed.CELLS", 1000)
+    monkeypatch.setattr("recon.weighed.STEPS", 300)
+    monkeypatch.setattr("recon.weighed.ENOUGH", 0.0)
+    pitch = (0.05, 0.06)
+    _, slopes = pressed_ball((60, 48), (25.0, 22.0), 14.0, pitch)
+    found = misread(slopes, np.random.default_rng(1))
+    for boundary in BORDERS:
+        free = integrate(found, pitch, boundary)
+        depth, wanted = weighed_depth(free, found, pitch, boundary), exact(found, pitch, boundary)
+        np.testing.assert_allclose(depth, wanted, atol=2e-3 * wanted.max())
+
+
+def test_a_misread_wall_tilts_the_gel_around_it_no_more():
+    pitch = (0.05, 0.05)
+    truth, slopes = pressed_ball((320, 240), (150.0, 120.0), 50.0, pitch)
+    found = slopes.copy()
+    found[..., 0] *= np.where(found[..., 0] > 0, 0.8, 1.0)
+    free = integrate(found, pitch, "dirichlet")
+    weighed = weighed_depth(free, found, pitch, "dirichlet")
+    around = truth == 0
+    assert np.abs(weighed[around]).mean() < 0.3 * np.abs(free[around]).mean()
+    assert np.abs(weighed - truth).mean() < np.abs(free - truth).mean()
+
+
+@given(
+    st.integers(1, 150),
+    st.integers(1, 150),
+    st.sampled_from(BORDERS),
+    st.floats(0.0, 1.0),
+)
+@settings(max_examples=40, deadline=None)
+def test_any_size_has_a_finite_answer_that_lacks_no_more(height, width, boundary, share):
+    rng = np.random.default_rng(height)
+    slopes = rng.normal(0, 0.5, (height, width, 2)).astype(np.float32)
+    slopes *= rng.uniform(size=(height, width, 1)) < share
+    free = integrate(slopes, (0.1, 0.1), boundary)
+    found = weighed_depth(free, slopes, (0.1, 0.1), boundary)
+    assert found.shape == free.shape and found.dtype == free.dtype and np.isfinite(found).all()
+    assert np.abs(found).max() <= 4 * np.abs(slopes).max() * 0.1 * (height + width) + 1e-6
+
+
+def test_blank_gel_stays_at_zero():
+    flat = np.zeros((CELLS + 7, 90, 2), np.float32)
+    for boundary in BORDERS:
+        assert not weighed_depth(flat[..., 0], flat, (0.1, 0.1), boundary).any()
+
+
+def test_one_doubt_everywhere_is_the_plain_integral(monkeypatch):
+    monkeypatch.setattr("recon.weighed.STILL", 1.0)
+    monkeypatch.setattr("recon.weighed.MORE_PER_SLOPE", 0.0)
+    _, slopes = pressed_ball((160, 122), (60.0, 66.0), 22.0, (0.1, 0.1))
+    found = misread(slopes, np.random.default_rng(3))
+    for boundary in BORDERS:  # a zero border lies a few pixels farther off
+        free = integrate(found, (0.1, 0.1), boundary)
+        again = weighed_depth(free, found, (0.1, 0.1), boundary)
+        np.testing.assert_allclose(again, free, atol=0.01 * free.max())
