@@ -17,7 +17,7 @@ from recon.arrays import Difference
 
 SIDE_PX = 4
 """Of the averages along each axis."""
-SMOOTHING = 1 / 240
+SMOOTHING = 1 / 340
 """Of the frame's shorter side, as all below: standard deviation of the Gaussian that takes off
 grain, less than a press' collar."""
 NEAR, NEAR_SMOOTHING = 1 / 60, 1 / 80
