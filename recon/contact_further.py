@@ -45,9 +45,9 @@ RANDOM_FRAMES, FELT_FRAMES = 2, 6
 """In every step."""
 PRESSES = 1500
 """Random ones, pressed once and measured anew each time."""
-AFTER = 0.65
-"""Share of the weights after in those kept: with more of them, sharp ridges read without an error
-are taken for the gel beside their crest."""
+AFTER = 0.35
+"""Share of the weights after in those kept: with more of them, the print that an object leaves for a
+moment is taken for held."""
 
 
 def train_further(
