@@ -282,6 +282,12 @@ def test_gel_that_did_not_move_is_flat_where_the_reference_says_so() -> None:
     assert (flat == ~touch.gradient.any(-1)).mean() > 0.94
     both = flat == ~touch.gradient.any(-1)
     assert np.abs(touch.gradient - truth.gradient)[both].max() < SLOPE
+    pitch_mm, border = unit.card.mm_per_px, touch.boundary
+    plain_mm = integrate(touch.gradient, pitch_mm, border)
+    wanted_mm = weighed_depth(plain_mm, touch.gradient, pitch_mm, border)
+    most_mm = np.abs(wanted_mm - plain_mm).max()  # what still gel counts for
+    assert most_mm > 0.2 * np.ptp(plain_mm)
+    assert np.abs(touch.depth_mm - wanted_mm).max() < 0.01 * most_mm
 
 
 def test_any_estimator_goes() -> None:
