@@ -156,7 +156,8 @@ def reconstruct(
         # Slopes of which one is not seen are not yet those of one surface.
         method = "surface" if unseen is None else "biharmonic"
         gradient = fill_gradients(gradient, hidden, method, mm_per_px)
-    knows_still = estimator.flattens and missing != "network"  # which knows it by itself
+    # What infers an axis finds by itself what cannot have moved.
+    knows_still = estimator.flattens and missing != "network"
     if knows_still:
         gradient = without_still(gradient, disturbed)
     completed = complete_gradient(
