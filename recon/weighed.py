@@ -119,18 +119,18 @@ def spread(change: Cells, shape: tuple[int, ...], boundary: Boundary) -> Map:
     return inside if ring_px else inside - inside.mean()
 
 
-def cells_change(between: BetweenCells, pitch: Pair, boundary: Boundary) -> Cells:
+def cells_change(between: BetweenCells, pitch_mm: Pair, boundary: Boundary) -> Cells:
     """Of each cell's depth, mm, by preconditioned conjugate gradients.
 
     Args:
         between: weights, and what is lacking.
-        pitch: of the cells, mm.
+        pitch_mm: of the cells, along x and y.
         boundary: zero or free.
     """
-    across, along = between.weight_x / pitch[0] ** 2, between.weight_y / pitch[1] ** 2
-    residual = -np.diff(between.pull_x, axis=1) / pitch[0]
-    residual -= np.diff(between.pull_y, axis=0) / pitch[1]
-    inverse = -1 / eigenvalues(*residual.shape, pitch, boundary, "f")
+    across, along = between.weight_x / pitch_mm[0] ** 2, between.weight_y / pitch_mm[1] ** 2
+    residual = -np.diff(between.pull_x, axis=1) / pitch_mm[0]
+    residual -= np.diff(between.pull_y, axis=0) / pitch_mm[1]
+    inverse = -1 / eigenvalues(*residual.shape, pitch_mm, boundary, "f")
     forth, back, kind = fft.dctn, fft.idctn, 2
     if boundary == "dirichlet":
         forth, back, kind = fft.dstn, fft.idstn, 1

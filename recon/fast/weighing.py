@@ -32,7 +32,7 @@ class FrameWeighing:
         """Prepare for frames of (width, height)."""
         self._shape, self._boundary = size_px[::-1], boundary
         side_px, ring_px = cell_sides_px(self._shape, boundary)
-        self._pitch = side_px * mm_per_px[0], side_px * mm_per_px[1]
+        self._pitch_mm = side_px * mm_per_px[0], side_px * mm_per_px[1]
         self._per_mm = 1 / np.asarray(mm_per_px, np.float32)
         rows, columns = (-(-(size + 2 * ring_px) // side_px) for size in self._shape)
         self._inside = tuple(slice(ring_px, ring_px + size) for size in self._shape)
@@ -57,7 +57,7 @@ class FrameWeighing:
             weight_y=without_ring(self._y[0].T, self._boundary).T,
             pull_y=without_ring(self._y[1].T, self._boundary).T,
         )
-        change = cells_change(between, self._pitch, self._boundary)
+        change = cells_change(between, self._pitch_mm, self._boundary)
         depth_mm += spread(change, self._shape, self._boundary)
 
 
