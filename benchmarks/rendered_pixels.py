@@ -21,7 +21,7 @@ from safetensors.numpy import save
 from recon.calibration import CHANNELS
 from recon.estimators import lesson_of
 from recon.estimators.default import Default, prepared_colors
-from recon.estimators.default_fit import dents
+from recon.estimators.default_fit import collar_of, dents
 from recon.estimators.mlp import channel_indices
 from recon.estimators.rendered import VERSION
 from recon.estimators.shading import DARKEST, blank_colors, fit_shading
@@ -73,6 +73,7 @@ def sensor_pixels(balls: Path, rendered: Sequence[Path]) -> Arrays:
         "position": position.astype(np.float16),
         "slopes": slopes.astype(np.float16),
         "shading": fit_shading(taught, light).astype(np.float32),
+        "collar": np.array([collar_of(pixels)], np.float32),
     }
 
 

@@ -45,6 +45,11 @@ class BallPress:
         return width, height
 
     @property
+    def shorter_side_mm(self) -> float:
+        """Of the frame."""
+        return min(np.multiply(self.size_px, self.mm_per_px))
+
+    @property
     def contact_radius_mm(self) -> float:
         """Radius of the contact circle."""
         return self.contact_radius_px * float(np.sqrt(np.prod(self.mm_per_px)))
@@ -68,6 +73,9 @@ class Pixels:
     """Under a dot: judged by, but not learnt from."""
     blank: Float32[np.ndarray, "n 3"]
     """Colour of the blank gel there, RGB; grey where it is not known."""
+    collar: Float32[np.ndarray, " n"]
+    """How far the gel beside its contact follows, in shares of the frame's shorter side; NaN where
+    that was not fitted."""
 
     def __len__(self) -> int:
         """Number of pixels."""
@@ -107,6 +115,7 @@ def label_pixels(press: BallPress, index: int, seed: int) -> Pixels:
         place=taken.astype(np.int32),
         hidden=np.zeros(len(taken), bool) if press.hidden is None else press.hidden.ravel()[taken],
         blank=blank_at(press, taken),
+        collar=np.full(len(taken), np.nan, np.float32),
     )
 
 

@@ -28,6 +28,8 @@ from sensor.errors import WedgeError
 
 PARTS = 3
 """Of the presses. A network that is fitted without one and then forgotten measures the error."""
+FEWEST_COLLARS = 3
+"""Presses whose gel beside the contact was fitted, from which a sensor's is told."""
 
 Progress = Callable[[float], None]
 Inputs = Float32[np.ndarray, "n f"]
@@ -87,12 +89,22 @@ def dents(pixels: Pixels, columns: list[int]) -> tuple[Taught, Light, Lean]:
     return taught, light, gel
 
 
+def collar_of(pixels: Pixels) -> float:
+    """How far the gel beside contacts follows, in shares of the frame's shorter side.
+
+    The median press's; NaN where it was fitted to too few.
+    """
+    first = np.unique(pixels.press, return_index=True)[1]
+    fitted = pixels.collar[first][np.isfinite(pixels.collar[first])]
+    return float(np.median(fitted)) if len(fitted) >= FEWEST_COLLARS else np.nan
+
+
 def _told(pixels: Pixels, channels: str, seed: int) -> _Told:
     """The dent's slopes and each pixel's scaled inputs, from labels and prepared colours."""
     chosen = channel_indices(channels)
     taught, light, gel = dents(pixels, chosen)
     own = raw_inputs(taught.color, pixels.color[:, columns_around(chosen)], light, taught.position)
-    other = rendered_pixels(taught, light, len(own), seed)
+    other = rendered_pixels(taught, light, collar_of(pixels), len(own), seed)
     others = raw_inputs(other.color, other.around, light, other.position)
     mean, spread = own.mean(0), np.maximum(own.std(0), 1e-3)
     return _Told(

@@ -75,6 +75,7 @@ def lesson_pixels(press: BallPress, index: int, seed: int) -> Pixels:
         place=taken.astype(np.int32),
         hidden=np.zeros(len(taken), bool) if press.hidden is None else press.hidden.ravel()[taken],
         blank=blank_at(press, taken),
+        collar=np.full(len(taken), contact_fit.collar_mm / press.shorter_side_mm, np.float32),
     )
 
 
@@ -85,6 +86,11 @@ class ElasticContact:
     radius_mm: float
     stretch: float | None
     """Of the half-space's collar toward the rim; ``None`` where none was fitted."""
+
+    @property
+    def collar_mm(self) -> float:
+        """The length on which the collar rises as a half-space's does on the contact's radius."""
+        return np.nan if self.stretch is None else self.radius_mm / self.stretch
 
     def slopes(
         self, away_mm: Float[np.ndarray, " n"], ball_radius_mm: float

@@ -8,12 +8,13 @@ and some of their pixels come with this package. No two sensors are lit alike. B
 to the colours of one is close to a mix of what it does to those of another, a mix that changes
 linearly from place to place. A sensor's own balls tell that mix: the rendered sensor's model of
 its light (``shading``) says which colours it would have had there. On three real sensors the mix
-leaves 5 to 6 % of the squared change of colour unexplained.
+leaves 5 to 6 % of the squared change of colour unexplained. Most of that slope and place explain:
+a model of what is left is added.
 """
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -28,21 +29,26 @@ from recon.estimators.shading import (
     Taught,
     blank_colors,
     color_changes,
+    fit_shading,
 )
 from recon.estimators.surroundings import ASPECTS
 from recon.unet_weights import sha256_of
 from sensor.errors import WedgeError
 
 FILE = Path(__file__).parents[1] / "weights" / "rendered.safetensors"
-VERSION = "1"
+VERSION = "2"
 """Of the arrays and of what is looked at around a pixel."""
 GENTLEST, STEEPEST = 0.02, 1.0
 """Slopes of the balls' pixels from which the mix is told: rendered balls are not pressed deeper."""
 RIDGE = 1e-3
 """Of each term's own square."""
+MOST = 0.98
+"""Of the balls' tilted pixels: no slope steeper than theirs is told to the model of what is left."""
 LIKENESS = 6
 """Rendered sensors count by the power of what they leave unexplained: the likest count most."""
-WANTED = ("change", "around", "position", "slopes", "shading")
+COLLAR_SPREAD = 0.2
+"""Of the logarithm of the collar's length: rendered sensors count by a Gaussian of it as well."""
+WANTED = ("change", "around", "position", "slopes", "shading", "collar")
 
 Mix = Float64[np.ndarray, "9 c"]
 """From three colours' changes, each times 1, x and y, to those of the sensor at hand."""
@@ -59,6 +65,8 @@ class RenderedSensor:
     slopes: Float32[np.ndarray, "n 2"]
     """Of the dent, mm/mm."""
     shading: Shading
+    collar: Float32[np.ndarray, "1"]
+    """How far its gel follows beside a ball, in shares of the frame's shorter side."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,12 +79,15 @@ class SeenPixels:
     slopes: Float32[np.ndarray, "n 2"]
 
 
-def rendered_pixels(taught: Taught, light: Light, count: int, seed: int) -> SeenPixels:
+def rendered_pixels(
+    taught: Taught, light: Light, collar: float, count: int, seed: int
+) -> SeenPixels:
     """That many pixels of rendered presses, or fewer where no rendered sensor is lit alike.
 
     Args:
         taught: pixels of the sensor's own balls.
         light: of its blank gel.
+        collar: how far its gel follows beside them, in shares of the frame's shorter side, or NaN.
         count: of pixels, times the share of the balls' colours that the likest sensor explains.
         seed: draws them.
 
@@ -87,13 +98,20 @@ def rendered_pixels(taught: Taught, light: Light, count: int, seed: int) -> Seen
     matched = [matched_light(sensor.shading, taught, light) for sensor in sensors]
     unexplained = np.array([left for _, left in matched])
     weight = np.maximum(unexplained, 1e-3) ** -LIKENESS
+    if np.isfinite(collar):
+        apart = np.log([float(sensor.collar[0]) / collar for sensor in sensors]) / COLLAR_SPREAD
+        weight *= np.exp((np.min(apart**2) - apart**2) / 2)
     count = round(count * max(0.0, 1 - unexplained.min()))
     random = np.random.default_rng(seed)
     from_each = random.multinomial(count, weight / weight.sum())
-    seen = [
-        _seen(sensor, random.integers(len(sensor.slopes), size=some), mix, light)
-        for sensor, (mix, _), some in zip(sensors, matched, from_each, strict=True)
-    ]
+    steepness = np.linalg.norm(taught.slopes, axis=1)
+    steepest = float(np.quantile(steepness[steepness > 0], MOST)) if count else 0.0
+    seen = []
+    for sensor, (mix, _), some in zip(sensors, matched, from_each, strict=True):
+        chosen = random.integers(len(sensor.slopes), size=some)
+        nothing = np.zeros((len(sensor.shading), mix.shape[1]))
+        left = left_by_mix(sensor.shading, mix, taught, light) if some else nothing
+        seen.append(_seen(sensor, chosen, mix, left, steepest, light))
     return SeenPixels(
         **{name: np.concatenate([vars(part)[name] for part in seen]) for name in vars(seen[0])}
     )
@@ -114,6 +132,14 @@ def matched_light(shading: Shading, taught: Taught, light: Light) -> tuple[Mix, 
     total = float((wanted**2).sum())
     left = float(((wanted - terms @ mix) ** 2).sum())
     return mix, left / total if total > 0 else 1.0
+
+
+def left_by_mix(shading: Shading, mix: Mix, taught: Taught, light: Light) -> Shading:
+    """What the mix leaves of the balls' changes of colour, by slope and place."""
+    blank = np.maximum(blank_colors(light, taught.position), DARKEST)
+    change = color_changes(shading, taught.slopes, taught.position)
+    mixed = _placed(change, taught.position) @ mix * blank
+    return fit_shading(replace(taught, color=np.asarray(taught.color - mixed, np.float32)), light)
 
 
 @lru_cache
@@ -152,22 +178,31 @@ def read_rendered(path: Path) -> Sequence[RenderedSensor]:
     )
 
 
-def _seen(sensor: RenderedSensor, some: np.ndarray, mix: Mix, light: Light) -> SeenPixels:
+def _seen(
+    sensor: RenderedSensor,
+    some: np.ndarray,
+    mix: Mix,
+    left: Shading,
+    steepest: float,
+    light: Light,
+) -> SeenPixels:
     """Some pixels of a rendered sensor, in the colours of the sensor at hand."""
-    position = sensor.position[some]
+    position, slopes = sensor.position[some], sensor.slopes[some]
     blank = np.maximum(blank_colors(light, position), DARKEST)
+    steepness = np.maximum(np.linalg.norm(slopes, axis=1, keepdims=True), steepest)
+    unmixed = color_changes(left, slopes * (steepest / steepness), position) * blank
 
     def mixed(change: Float32[np.ndarray, "m 3"]) -> Float32[np.ndarray, "m c"]:
         return np.asarray(_placed(change, position) @ mix * blank, np.float32)
 
     around = sensor.around[some]
     return SeenPixels(
-        color=mixed(sensor.change[some]),
+        color=mixed(sensor.change[some]) + unmixed,
         around=np.concatenate(
             [mixed(around[:, 3 * aspect : 3 * aspect + 3]) for aspect in range(ASPECTS)], 1
         ),
         position=position,
-        slopes=sensor.slopes[some],
+        slopes=slopes,
     )
 
 

@@ -23,7 +23,7 @@ LIGHT_POWERS = tuple((i, j) for i in range(5) for j in range(5 - i))
 """Powers of x and y: the blank gel's colour is smooth."""
 PLACE_POWERS = tuple((i, j) for i in range(3) for j in range(3 - i))
 """Powers of x and y that the shading varies with."""
-PENALTIES = (1e-1, 3e-2, 1e-2, 1e-3, 1e-4, 1e-5)
+PENALTIES = (10.0, 1.0, 1e-1, 3e-2, 1e-2, 1e-3, 1e-4, 1e-5)
 """Tried; shares of each term's own square. Terms weigh by the square of their place's power."""
 SAME_EVERYWHERE = 0.03
 """What terms that do not vary with the place weigh instead."""
@@ -108,7 +108,8 @@ def _terms(slopes: Pairs, position: Pairs) -> Float64[np.ndarray, "n t"]:
     tilts = [x, y, fallen, x**2 - y**2, x * y, x * fallen, y * fallen]
     tilts += [x**3 - 3 * x * y**2, 3 * x**2 * y - y**3]
     places = _powers(position.astype(np.float64), PLACE_POWERS)
-    return (np.stack(tilts, 1)[:, :, None] * places[:, None, :]).reshape(len(slopes), -1)
+    products = np.stack(tilts, 1)[:, :, None] * places[:, None, :]
+    return products.reshape(len(slopes), len(tilts) * places.shape[1])
 
 
 def _solved(square: Float64[np.ndarray, "t t"], product: Float64[np.ndarray, "t c"]) -> np.ndarray:

@@ -36,6 +36,7 @@ def domed(lean, presses=24, per_press=300, seed=0):
         place=np.arange(count, dtype=np.int32),
         hidden=np.zeros(count, bool),
         blank=np.full((count, 3), 0.5, np.float32),
+        collar=np.full(count, np.nan, np.float32),
     )
 
 

@@ -18,6 +18,7 @@ from recon.estimators.default import (
     settled,
     slopes_of,
 )
+from recon.estimators.default_fit import collar_of
 from recon.estimators.lesson import COLLAR_PIXELS, FLAT_FROM, elastic_fade, fit_elastic
 from recon.pixels import BallPress, join, label_pixels
 from recon.presses import read_presses
@@ -69,6 +70,18 @@ def test_a_contact_too_deep_for_the_half_space_keeps_its_label_and_teaches_no_co
     assert fit_elastic(press).stretch is None
     pixels = training_pixels("default", press, 0, 0)
     assert (pixels.gradient[~pixels.contact] == 0).all()
+
+
+def test_the_collar_is_a_share_of_the_frame_and_told_by_the_median_press():
+    pixels = [training_pixels("default", elastic_press(share * TRUE_MM), k, 0)
+              for k, share in enumerate((0.9, 1.0, 1.1))]  # fmt: skip
+    # A half-space rises on the contact's own radius.
+    assert collar_of(join(pixels)) == pytest.approx(TRUE_MM / 14.0, rel=0.15)
+    assert np.isnan(collar_of(join(pixels[:2])))
+    deep = replace(elastic_press(TRUE_MM), ball_radius_mm=1.1 * TRUE_MM)
+    untold = training_pixels("default", deep, 3, 0)
+    assert np.isnan(untold.collar).all()
+    assert collar_of(join([*pixels, untold])) == collar_of(join(pixels))
 
 
 def test_contact_has_the_balls_slope_the_collar_its_own_and_what_is_far_away_none():

@@ -35,12 +35,21 @@ def mixed(change, position, columns=3):
     return swapped * (1 + 0.3 * position[:, :1])
 
 
-def balls(sensor, columns=3, noise=0.0, seed=0):
-    """Pixels as a sensor of such mixed light has them, and its light."""
+def twisted(slopes):
+    """The product of the normal's components along x and y."""
+    return (slopes[:, :1] * slopes[:, 1:]) / (1 + (slopes**2).sum(1, keepdims=True))
+
+
+def balls(sensor, columns=3, noise=0.0, seed=0, own=0.0):
+    """Pixels as a sensor of such mixed light has them, and its light.
+
+    ``own`` is how much it answers, with all colours alike, to slopes that rise to the upper right.
+    """
     rng = np.random.default_rng(seed)
     slopes, position = rng.uniform(-0.7, 0.7, (2, 3000, 2)).astype(np.float32)
     blank = np.tile(np.float32([0.4, 0.5, 0.6])[:columns], (3000, 1))
     change = mixed(color_changes(sensor.shading, slopes, position), position, columns)
+    change += own * twisted(slopes)
     color = change * blank + noise * rng.standard_normal(blank.shape)
     press = np.repeat(np.arange(10, dtype=np.int32), 300)
     taught = Taught(color=color.astype(np.float32), position=position, slopes=slopes, press=press)
@@ -81,7 +90,7 @@ def test_a_mixed_light_is_matched_whatever_colours_are_lit(columns):
 def test_pixels_come_in_the_colours_of_the_sensor_at_hand():
     sensor = rendered_sensors()[0]
     taught, light = balls(sensor)
-    seen = rendered_pixels(taught, light, 4000, seed=0)
+    seen = rendered_pixels(taught, light, np.nan, 4000, seed=0)
     assert 3900 < len(seen.slopes) <= 4000
     # Flat gel of several presses may lie at one place.
     known = {pixel: at for at, pixel in enumerate(described(sensor)) if any(pixel[2:])}
@@ -97,16 +106,50 @@ def test_pixels_come_in_the_colours_of_the_sensor_at_hand():
     np.testing.assert_allclose(seen.around[here, 3:6], mixed(wide, place) * blank, atol=2e-3)
 
 
+def test_what_no_mix_explains_is_told_by_the_balls_and_kept_within_their_slopes():
+    sensor = rendered_sensors()[0]
+    taught, light = balls(sensor, own=0.2)
+    seen = rendered_pixels(taught, light, np.nan, 4000, seed=0)
+    known = {pixel: at for at, pixel in enumerate(described(sensor)) if any(pixel[2:])}
+    own = [(at, known[pixel]) for at, pixel in enumerate(described(seen)) if pixel in known]
+    here, there = np.array(own).T
+    place, slopes = sensor.position[there], sensor.slopes[there]
+    steepness = np.linalg.norm(slopes, axis=1)
+    gentle = steepness < 0.6
+    blank = blank_colors(light, place)
+    by_mix = mixed(sensor.change[there], place)
+    missed = np.abs(seen.color[here] / blank - by_mix - 0.2 * twisted(slopes))[gentle]
+    assert missed.mean() < 0.15 * np.abs(0.2 * twisted(slopes))[gentle].mean()
+    beyond = np.abs(seen.color[here] / blank - by_mix)[steepness > 1.2]
+    assert len(beyond) > 20 and beyond.max() < 0.2 * np.abs(twisted(taught.slopes)).max() * 1.5
+
+
+def test_a_sensor_whose_gel_follows_as_far_is_drawn_from_most():
+    one, other = rendered_sensors()
+    assert abs(np.log(one.collar[0] / other.collar[0])) > 0.3
+    taught, light = balls(one, noise=0.3)  # neither explains much
+    places = [set(described(sensor)) for sensor in (one, other)]
+
+    def shares(collar):
+        seen = list(described(rendered_pixels(taught, light, float(collar), 3000, seed=0)))
+        return [sum(pixel in known for pixel in seen) / len(seen) for known in places]
+
+    unknown, as_one, as_other = (shares(at) for at in (np.nan, one.collar[0], other.collar[0]))
+    assert as_one[0] > unknown[0] > as_other[0] and as_other[1] > unknown[1] > as_one[1]
+    beyond = shares(100 * max(one.collar[0], other.collar[0]))
+    assert beyond[int(one.collar[0] < other.collar[0])] > 0.95  # the nearest, however far
+
+
 def test_the_less_a_light_is_like_any_rendered_one_the_fewer_pixels_come():
     taught, light = balls(rendered_sensors()[0], noise=0.3)
-    few = len(rendered_pixels(taught, light, 1000, seed=0).slopes)
+    few = len(rendered_pixels(taught, light, np.nan, 1000, seed=0).slopes)
     noise = Taught(**{**vars(taught), "color": np.zeros_like(taught.color)})
-    assert 0 < few < 700 and len(rendered_pixels(noise, light, 1000, seed=0).slopes) == 0
+    assert 0 < few < 700 and len(rendered_pixels(noise, light, np.nan, 1000, seed=0).slopes) == 0
 
 
 def test_the_same_seed_draws_the_same():
     taught, light = balls(rendered_sensors()[0])
-    one, two, other = (rendered_pixels(taught, light, 50, seed=seed) for seed in (1, 1, 2))
+    one, two, other = (rendered_pixels(taught, light, np.nan, 50, seed=seed) for seed in (1, 1, 2))
     np.testing.assert_array_equal(one.color, two.color)
     assert not np.array_equal(one.color, other.color)
 
@@ -147,6 +190,7 @@ def test_pixels_that_are_kept_have_the_slopes_and_the_colours_of_their_frames(tm
     balls = make_dataset(tmp_path / "balls", presses=10)
     pressed = make_rendered_set(tmp_path / "pressed", presses=2, seed=5, noise_grey_levels=0)
     kept = sensor_pixels(balls.folder, [pressed.folder])
+    assert np.isfinite(kept["collar"]).all() and kept["collar"].shape == (1,)
     width, height = SIZE_PX
     column, row = ((kept["position"] + 1) * [width, height] / 2 - 0.5).round().astype(int).T
     slopes = np.stack([gradient_of((x.center_x_px, x.center_y_px, x.contact_radius_px))

@@ -28,6 +28,7 @@ def lit_from(azimuths_deg, count=2000, seed=0):
         place=np.arange(count, dtype=np.int32),
         hidden=np.zeros(count, bool),
         blank=np.full((count, 3), 0.5, np.float32),
+        collar=np.full(count, np.nan, np.float32),
     )
 
 
