@@ -43,7 +43,7 @@ GENTLEST, STEEPEST = 0.02, 1.0
 RIDGE = 1e-3
 """Of each term's own square."""
 MOST = 0.98
-"""Of the balls' tilted pixels: no slope steeper than theirs is told to the model of what is left."""
+"""Of the balls' tilted pixels: what the mix leaves is told of no slope steeper than theirs."""
 LIKENESS = 6
 """Rendered sensors count by the power of what they leave unexplained: the likest count most."""
 COLLAR_SPREAD = 0.2
