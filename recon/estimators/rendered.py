@@ -134,7 +134,9 @@ def matched_light(shading: Shading, taught: Taught, light: Light) -> tuple[Mix, 
     return mix, left / total if total > 0 else 1.0
 
 
-def left_by_mix(shading: Shading, mix: Mix, taught: Taught, light: Light) -> Shading:
+def left_by_mix(
+    shading: Shading, mix: Mix, taught: Taught, light: Light
+) -> Float64[np.ndarray, "t c"]:
     """What the mix leaves of the balls' changes of colour, by slope and place."""
     blank = np.maximum(blank_colors(light, taught.position), DARKEST)
     change = color_changes(shading, taught.slopes, taught.position)
@@ -182,7 +184,7 @@ def _seen(
     sensor: RenderedSensor,
     some: np.ndarray,
     mix: Mix,
-    left: Shading,
+    left: Float64[np.ndarray, "t c"],
     steepest: float,
     light: Light,
 ) -> SeenPixels:

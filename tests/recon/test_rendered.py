@@ -106,9 +106,10 @@ def test_pixels_come_in_the_colours_of_the_sensor_at_hand():
     np.testing.assert_allclose(seen.around[here, 3:6], mixed(wide, place) * blank, atol=2e-3)
 
 
-def test_what_no_mix_explains_is_told_by_the_balls_and_kept_within_their_slopes():
+@pytest.mark.parametrize("columns", [3, 1])
+def test_what_no_mix_explains_is_told_by_the_balls_and_kept_within_their_slopes(columns):
     sensor = rendered_sensors()[0]
-    taught, light = balls(sensor, own=0.2)
+    taught, light = balls(sensor, columns, own=0.2)
     seen = rendered_pixels(taught, light, np.nan, 4000, seed=0)
     known = {pixel: at for at, pixel in enumerate(described(sensor)) if any(pixel[2:])}
     own = [(at, known[pixel]) for at, pixel in enumerate(described(seen)) if pixel in known]
@@ -117,7 +118,7 @@ def test_what_no_mix_explains_is_told_by_the_balls_and_kept_within_their_slopes(
     steepness = np.linalg.norm(slopes, axis=1)
     gentle = steepness < 0.6
     blank = blank_colors(light, place)
-    by_mix = mixed(sensor.change[there], place)
+    by_mix = mixed(sensor.change[there], place, columns)
     missed = np.abs(seen.color[here] / blank - by_mix - 0.2 * twisted(slopes))[gentle]
     assert missed.mean() < 0.15 * np.abs(0.2 * twisted(slopes))[gentle].mean()
     beyond = np.abs(seen.color[here] / blank - by_mix)[steepness > 1.2]
