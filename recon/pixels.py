@@ -46,7 +46,7 @@ class BallPress:
 
     @property
     def shorter_side_mm(self) -> float:
-        """Of the frame."""
+        """The frame's, which lengths are shares of."""
         return min(np.multiply(self.size_px, self.mm_per_px))
 
     @property

@@ -61,6 +61,16 @@ def described(pixels):
     return map(tuple, np.concatenate([pixels.position, pixels.slopes], 1).tolist())
 
 
+def found_again(seen, sensor):
+    """Where pixels that are seen are, and where they come from in the rendered sensor's.
+
+    Flat gel of several presses may lie at one place, and is left out.
+    """
+    known = {pixel: at for at, pixel in enumerate(described(sensor)) if any(pixel[2:])}
+    own = [(at, known[pixel]) for at, pixel in enumerate(described(seen)) if pixel in known]
+    return np.array(own).T
+
+
 def test_the_shipped_sensors_have_slopes_that_no_ball_shows_and_gel_that_is_flat():
     for sensor in rendered_sensors():
         steepness = np.linalg.norm(sensor.slopes, axis=1)
@@ -92,10 +102,7 @@ def test_pixels_come_in_the_colours_of_the_sensor_at_hand():
     taught, light = balls(sensor)
     seen = rendered_pixels(taught, light, np.nan, 4000, seed=0)
     assert 3900 < len(seen.slopes) <= 4000
-    # Flat gel of several presses may lie at one place.
-    known = {pixel: at for at, pixel in enumerate(described(sensor)) if any(pixel[2:])}
-    own = [(at, known[pixel]) for at, pixel in enumerate(described(seen)) if pixel in known]
-    here, there = np.array(own).T
+    here, there = found_again(seen, sensor)
     assert len(here) > 2000  # the sensor whose light fits counts most
     place = sensor.position[there]
     blank = blank_colors(light, place)
@@ -111,9 +118,7 @@ def test_what_no_mix_explains_is_told_by_the_balls_and_kept_within_their_slopes(
     sensor = rendered_sensors()[0]
     taught, light = balls(sensor, columns, own=0.2)
     seen = rendered_pixels(taught, light, np.nan, 4000, seed=0)
-    known = {pixel: at for at, pixel in enumerate(described(sensor)) if any(pixel[2:])}
-    own = [(at, known[pixel]) for at, pixel in enumerate(described(seen)) if pixel in known]
-    here, there = np.array(own).T
+    here, there = found_again(seen, sensor)
     place, slopes = sensor.position[there], sensor.slopes[there]
     steepness = np.linalg.norm(slopes, axis=1)
     gentle = steepness < 0.6
