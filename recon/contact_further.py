@@ -46,8 +46,8 @@ RANDOM_FRAMES, FELT_FRAMES = 2, 6
 PRESSES = 1500
 """Random ones, pressed once and measured anew each time."""
 AFTER = 0.35
-"""Share of the weights after in those kept: with more of them, the print that an object leaves in
-the gel for a moment is taken for held."""
+"""Share of the weights after in those kept: with more of them, sharp ridges read without an error
+are taken for the gel beside their crest."""
 
 
 def train_further(

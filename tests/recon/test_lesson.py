@@ -89,6 +89,20 @@ def test_the_collar_is_a_share_of_the_frame_and_told_by_the_median_press(stretch
     assert collar_of(join([*pixels, untold])) == collar_of(join(pixels))
 
 
+def test_rendered_pixels_are_drawn_by_the_collar_that_the_balls_tell(monkeypatch):
+    class EnoughError(Exception):
+        pass
+
+    def drawn(taught, light, collar, count, seed):
+        raise EnoughError(collar)
+
+    monkeypatch.setattr("recon.estimators.default_fit.rendered_pixels", drawn)
+    pixels = join([training_pixels("default", elastic_press(TRUE_MM), k, 0) for k in range(3)])
+    with pytest.raises(EnoughError) as told:
+        fit_estimator("default", pixels, "RGB", 0)
+    assert told.value.args == (collar_of(pixels),)
+
+
 def test_contact_has_the_balls_slope_the_collar_its_own_and_what_is_far_away_none():
     press = elastic_press(TRUE_MM)
     pixels = training_pixels("default", press, 0, 0)
