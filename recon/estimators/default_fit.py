@@ -30,6 +30,9 @@ PARTS = 3
 """Of the presses. A network that is fitted without one and then forgotten measures the error."""
 FEWEST_COLLARS = 3
 """Presses whose gel beside the contact was fitted, from which a sensor's is told."""
+UNLIKE = 0.25
+"""Of the balls' change of colour: a rendered sensor that leaves as much of it unexplained does not
+say how the gel beside a contact looks."""
 
 Progress = Callable[[float], None]
 Inputs = Float32[np.ndarray, "n f"]
@@ -99,12 +102,25 @@ def collar_of(pixels: Pixels) -> float:
     return float(np.median(fitted)) if len(fitted) >= FEWEST_COLLARS else np.nan
 
 
+def with_some_collars(pixels: Pixels, share: float, seed: int) -> Int[np.ndarray, " _"]:
+    """The pixels, of the gel beside the contacts that share only, drawn by the seed.
+
+    Its slopes are a fit, in a light that scatters from the contact; a rendered skin's are known.
+    """
+    collar = ~pixels.contact & pixels.gradient.any(1)
+    beside = np.flatnonzero(collar)
+    drawn = np.random.default_rng([seed, 1]).choice(beside, round(share * len(beside)), False)
+    return np.sort(np.concatenate([np.flatnonzero(~collar), drawn]))
+
+
 def _told(pixels: Pixels, channels: str, seed: int) -> _Told:
     """The dent's slopes and each pixel's scaled inputs, from labels and prepared colours."""
     chosen = channel_indices(channels)
     taught, light, gel = dents(pixels, chosen)
-    own = raw_inputs(taught.color, pixels.color[:, columns_around(chosen)], light, taught.position)
-    other = rendered_pixels(taught, light, collar_of(pixels), len(own), seed)
+    other, unexplained = rendered_pixels(taught, light, collar_of(pixels), len(pixels), seed)
+    kept = with_some_collars(pixels, min(1.0, unexplained / UNLIKE) ** 2, seed)
+    around = pixels.color[kept][:, columns_around(chosen)]
+    own = raw_inputs(taught.color[kept], around, light, taught.position[kept])
     others = raw_inputs(other.color, other.around, light, other.position)
     mean, spread = own.mean(0), np.maximum(own.std(0), 1e-3)
     return _Told(
@@ -113,8 +129,8 @@ def _told(pixels: Pixels, channels: str, seed: int) -> _Told:
         mean=mean,
         spread=spread,
         inputs=(np.concatenate([own, others]) - mean) / spread,
-        slopes=np.concatenate([taught.slopes, other.slopes]),
-        part=np.unique(pixels.press, return_inverse=True)[1] % PARTS,
+        slopes=np.concatenate([taught.slopes[kept], other.slopes]),
+        part=np.unique(pixels.press[kept], return_inverse=True)[1] % PARTS,
     )
 
 

@@ -81,8 +81,10 @@ class SeenPixels:
 
 def rendered_pixels(
     taught: Taught, light: Light, collar: float, count: int, seed: int
-) -> SeenPixels:
+) -> tuple[SeenPixels, float]:
     """That many pixels of rendered presses, or fewer where no rendered sensor is lit alike.
+
+    And what the likest sensor leaves unexplained of the balls' squared change of colour.
 
     Args:
         taught: pixels of the sensor's own balls.
@@ -101,7 +103,8 @@ def rendered_pixels(
     if np.isfinite(collar):
         apart = np.log([float(sensor.collar[0]) / collar for sensor in sensors]) / COLLAR_SPREAD
         weight *= np.exp((np.min(apart**2) - apart**2) / 2)
-    count = round(count * max(0.0, 1 - unexplained.min()))
+    least = float(unexplained.min())
+    count = round(count * max(0.0, 1 - least))
     random = np.random.default_rng(seed)
     from_each = random.multinomial(count, weight / weight.sum())
     steepness = np.linalg.norm(taught.slopes, axis=1)
@@ -112,9 +115,8 @@ def rendered_pixels(
         nothing = np.zeros((len(sensor.shading), mix.shape[1]))
         left = left_by_mix(sensor.shading, mix, taught, light) if some else nothing
         seen.append(_seen(sensor, chosen, mix, left, steepest, light))
-    return SeenPixels(
-        **{name: np.concatenate([vars(part)[name] for part in seen]) for name in vars(seen[0])}
-    )
+    joined = {name: np.concatenate([vars(part)[name] for part in seen]) for name in vars(seen[0])}
+    return SeenPixels(**joined), least
 
 
 def matched_light(shading: Shading, taught: Taught, light: Light) -> tuple[Mix, float]:

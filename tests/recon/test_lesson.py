@@ -18,8 +18,10 @@ from recon.estimators.default import (
     settled,
     slopes_of,
 )
-from recon.estimators.default_fit import collar_of
+from recon.estimators.default_fit import UNLIKE, collar_of, with_some_collars
 from recon.estimators.lesson import COLLAR_PIXELS, FLAT_FROM, elastic_fade, fit_elastic
+from recon.estimators.rendered import SeenPixels
+from recon.estimators.surroundings import ASPECTS
 from recon.pixels import BallPress, join, label_pixels
 from recon.presses import read_presses
 from tests.synthetic import make_dataset
@@ -101,6 +103,47 @@ def test_rendered_pixels_are_drawn_by_the_collar_that_the_balls_tell(monkeypatch
     with pytest.raises(EnoughError) as told:
         fit_estimator("default", pixels, "RGB", 0)
     assert told.value.args == (collar_of(pixels),)
+
+
+@pytest.mark.parametrize(
+    ("unexplained", "share"), [(0.0, 0.0), (UNLIKE / 2, 0.25), (UNLIKE, 1), (1.0, 1)]
+)
+def test_the_less_a_light_is_like_a_rendered_one_the_more_of_its_own_collars_are_taught(
+    monkeypatch, unexplained, share
+):
+    """Contacts and still gel are taught whatever the light is like."""
+    rendered, learnt = [], []
+
+    def drawn(taught, light, collar, count, seed):
+        nothing = [np.zeros((0, columns), np.float32) for columns in (3, 3 * ASPECTS, 2, 2)]
+        rendered.append(count)
+        return SeenPixels(
+            **dict(zip(SeenPixels.__annotations__, nothing, strict=True))
+        ), unexplained
+
+    def trained(inputs, wanted, taught, seed, progress):
+        learnt.append(wanted[taught[0]])
+        raise InterruptedError
+
+    monkeypatch.setattr("recon.estimators.default_fit.rendered_pixels", drawn)
+    monkeypatch.setattr("recon.estimators.default_training.train", trained)
+    pixels = join([training_pixels("default", elastic_press(TRUE_MM), k, 0) for k in range(3)])
+    with pytest.raises(InterruptedError):
+        fit_estimator("default", pixels, "RGB", 0)
+    collars = round(share * 3 * COLLAR_PIXELS)
+    assert len(learnt[0]) == len(pixels) - 3 * COLLAR_PIXELS + collars
+    assert (~learnt[0].any(1)).sum() == (~pixels.gradient.any(1)).sum()
+    assert rendered == [len(pixels)]  # rendered pixels take the place of what is left out
+
+
+def test_some_collars_are_drawn_by_the_seed_and_from_all_presses():
+    pixels = join([training_pixels("default", elastic_press(TRUE_MM), k, 0) for k in range(3)])
+    one, again, other = (with_some_collars(pixels, 0.3, seed) for seed in (0, 0, 1))
+    np.testing.assert_array_equal(one, again)
+    assert not np.array_equal(one, other) and len(np.unique(one)) == len(one)
+    left_out = np.setdiff1d(np.arange(len(pixels)), one)
+    assert not pixels.contact[left_out].any() and pixels.gradient[left_out].any(1).all()
+    assert set(pixels.press[left_out]) == {0, 1, 2}
 
 
 def test_contact_has_the_balls_slope_the_collar_its_own_and_what_is_far_away_none():
