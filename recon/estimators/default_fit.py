@@ -118,6 +118,7 @@ def _told(pixels: Pixels, channels: str, seed: int) -> _Told:
     chosen = channel_indices(channels)
     taught, light, gel = dents(pixels, chosen)
     other, unexplained = rendered_pixels(taught, light, collar_of(pixels), len(pixels), seed)
+    # Squared, as even of a light that is much alike a little is left unexplained.
     kept = with_some_collars(pixels, min(1.0, unexplained / UNLIKE) ** 2, seed)
     around = pixels.color[kept][:, columns_around(chosen)]
     own = raw_inputs(taught.color[kept], around, light, taught.position[kept])

@@ -10,8 +10,10 @@ Contact Mechanics, 1985, section 4.2; r is the distance over a)
 which falls steeply at first and then ever more slowly. A circle drawn round the visible disc takes
 that collar for contact; one that lets the slope fade at once is too small. Both bias every slope,
 so the circle's radius is fitted anew here, with that collar stretched to suit the gel. The collar
-is taught as well: colours there are darker than in the contact, as the dent keeps some light away,
-and would be taken for steeper slopes by who has never seen them.
+is a lesson as well: colours there are darker than in the contact, as the dent keeps some light
+away, and would be taken for steeper slopes by who has never seen them. How much of it is taught
+``default_fit`` decides: a circle's collar is a fit to colours, which scatter farther than skin
+slopes.
 """
 
 from dataclasses import dataclass, replace
