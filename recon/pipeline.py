@@ -29,6 +29,9 @@ from recon.weighed import weighed_depth
 from sensor.toml import Pair
 from sensor.unit import MissingAxis
 
+SEEN_SHARE = 0.5
+"""Of the slope that was measured is kept, the rest is what the network makes of it: it steepens
+walls that were read too gentle, and crests that were not."""
 HINT_SHARE = 0.25
 """Of an unseen slope is taken from an estimator that looks around, the rest from the network."""
 
@@ -216,9 +219,10 @@ def complete_gradient(
     """The gradient field with its unseen axis replaced by zero or by what is inferred of it.
 
     The inference is the network's, and that of plain integrals as far as they close. Where the gel
-    cannot have moved, the network is shown flat gel and answers with it. The axis that was measured
-    comes back from the network cleaned. What the gradient field itself says of the unseen axis
-    counts as a hint by ``HINT_SHARE`` where it is one (``hinted``), and else not at all.
+    cannot have moved, the network is shown flat gel and answers with it. Of the axis that was
+    measured a share is kept (``SEEN_SHARE``), the rest is as the network corrects it. What the
+    gradient field itself says of the unseen axis counts as a hint by ``HINT_SHARE`` where it is one
+    (``hinted``), and else not at all.
     """
     if missing == "none" or unseen is None:
         return CompletedField(gradient=gradient)
@@ -233,6 +237,7 @@ def complete_gradient(
     )
     found = infer_missing_axis(seen, unseen, mm_per_px, support=support)
     joined = weigh_columns(found.gradient, seen, unseen, support, mm_per_px)
+    joined[..., known] += SEEN_SHARE * (seen * support - joined[..., known])
     if hinted:
         hint = gradient[..., 1 - known] * support
         joined[..., 1 - known] += HINT_SHARE * (hint - joined[..., 1 - known])

@@ -13,10 +13,12 @@ import recon
 import sensor
 from recon.ball import ball_cap
 from recon.calibration import calibrate
+from recon.columns import weigh_columns
 from recon.contact import boundary_of, disturbed_mask
 from recon.images import read_frame
+from recon.missing_axis import infer_missing_axis
 from recon.moved import FLANK, MARGIN_PX
-from recon.pipeline import HINT_SHARE, Reconstructor, complete_gradient, reconstruct
+from recon.pipeline import HINT_SHARE, SEEN_SHARE, Reconstructor, complete_gradient, reconstruct
 from recon.poisson import integrate
 from recon.presses import read_presses
 from recon.weighed import weighed_depth
@@ -221,6 +223,20 @@ def test_of_a_hint_a_share_is_taken_where_the_gel_may_have_moved(unseen, lost):
     expected[..., lost] += HINT_SHARE * GRADIENT[..., lost] * support
     np.testing.assert_allclose(told.gradient, expected, atol=1e-6)
     assert np.abs(told.gradient - inferred.gradient).max() > 0.01
+
+
+@pytest.mark.parametrize(("unseen", "lost"), [("x", 0), ("y", 1)])
+def test_of_the_seen_slope_a_share_is_kept_where_the_gel_may_have_moved(unseen, lost):
+    left = EVERYWHERE.copy()
+    left[:, 12:] = False
+    found = complete_gradient(GRADIENT, left, "network", unseen, MM_PER_PX)
+    support, seen = found.support, GRADIENT[..., 1 - lost]
+    assert support is not None and not support.all()
+    inferred = infer_missing_axis(seen, unseen, MM_PER_PX, support=support)
+    cleaned = weigh_columns(inferred.gradient, seen, unseen, support, MM_PER_PX)[..., 1 - lost]
+    expected = (1 - SEEN_SHARE) * cleaned + SEEN_SHARE * seen * support
+    np.testing.assert_allclose(found.gradient[..., 1 - lost], expected, atol=1e-6)
+    assert np.abs(cleaned - seen * support).max() > 0.05
 
 
 @pytest.mark.parametrize(("unseen", "lost"), [("x", 0), ("y", 1)])

@@ -95,6 +95,22 @@ def test_the_second_course_keeps_weights_between_before_and_after(small, monkeyp
     assert "step 8/8" in capsys.readouterr().out
 
 
+def test_errors_that_neighbours_share_cost_more_than_noise_and_only_where_gel_may_have_moved(small):
+    torch = pytest.importorskip("torch")
+    errors_of, rows = small[0]._errors, np.indices((32, 32)).sum(0)
+    support = torch.from_numpy((rows < 32).astype(np.float32))
+    truth = torch.zeros(1, 2, 32, 32)
+    alike, noise = (
+        torch.from_numpy(np.broadcast_to(np.float32(0.04) * sign, (1, 2, 32, 32)).copy())
+        for sign in (np.ones((32, 32), np.float32), np.where(rows % 2, 1, -1).astype(np.float32))
+    )
+    shared, single = (float(errors_of(error, truth, support)) for error in (alike, noise))
+    assert single == pytest.approx(0.04**2 / 2, rel=0.1)
+    assert 2.5 * single < shared < 3 * single + 1e-9
+    beyond = errors_of(alike * (1 - support), truth, support)
+    assert float(beyond) == 0
+
+
 def test_the_doubt_learns_where_slopes_err_and_leaves_them_alone(small):
     """Half of a press is rough across the lights as well, of which nothing was measured."""
     _, training = small
