@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Protocol, runtime_checkable
 
+import cv2
 import numpy as np
 from jaxtyping import Float32
 
@@ -39,6 +40,9 @@ class GradientEstimator(Protocol):
 
     def prepared(self, difference: Difference) -> Float32[np.ndarray, "h w k"]:
         """A frame's difference as its ``slopes`` want it; first three colours."""
+
+    def asked(self, difference: Difference) -> Float32[np.ndarray, "ah aw k"]:
+        """The same for all of a frame, perhaps at a lower resolution."""
 
     def slopes(
         self, color: Float32[np.ndarray, "n k"], position: Float32[np.ndarray, "n 2"]
@@ -130,10 +134,12 @@ def restore_estimator(
 
 def gradient_field(estimator: GradientEstimator, difference: Difference) -> GradientField:
     """Gradients of a whole difference image, (h, w, 2) float32."""
-    height, width = difference.shape[:2]
+    seen = estimator.asked(difference)
+    height, width, count = seen.shape
     position = positions((width, height)).reshape(-1, 2)
-    seen = estimator.prepared(difference).reshape(height * width, -1)
-    return estimator.slopes(seen, position).reshape(height, width, 2)
+    slopes = estimator.slopes(seen.reshape(height * width, count), position)
+    field, size_px = slopes.reshape(height, width, 2), difference.shape[1::-1]
+    return field if (width, height) == size_px else cv2.resize(field, size_px)
 
 
 def slopes_at(

@@ -40,14 +40,16 @@ MEMBERS = 3
 DRIFT_STEP_PX = 8
 LARGEST_DRIFT = 0.04
 """Of full scale, ten grey levels: a larger median is a contact and not the light's."""
+LARGE_PX = 480
+"""Shorter side from which on a frame's colours are smoothed by 1.4 pixels and more."""
 STEEPEST_SLOPE = 2.1
 """That anything teaches: balls pressed to nine tenths of their radius have 2.06."""
 SLOPE_KNOTS = np.array([0, 0.05, 0.1, 0.2, 0.4, 0.7, 1, 1.5, 2.5], np.float32)
 """Slopes at which the error was measured."""
 
 PREPARED = 3 * (1 + ASPECTS)
-Prepared = Float32[np.ndarray, "h w p"]
-"""Settled R, G, B, then what lies around."""
+Prepared = Float32[np.ndarray, "ph pw p"]
+"""Of as many pixels as slopes are asked for. Settled R, G, B, then what lies around."""
 ARRAYS = ("light", "mean", "spread", "gel", "error90")
 
 
@@ -72,6 +74,10 @@ class Default:
     def prepared(self, difference: Difference) -> Prepared:
         """The difference without the frame's drift and grain, and what lies around."""
         return prepared_colors(difference)
+
+    def asked(self, difference: Difference) -> Prepared:
+        """The same at half of a large frame's resolution: smoothed colours say as much there."""
+        return prepared_colors(difference, asked_size_px(difference.shape[1::-1]))
 
     def slopes(
         self, color: Float32[np.ndarray, "n k"], position: Float32[np.ndarray, "n 2"]
@@ -141,10 +147,24 @@ class Default:
         return cls(channels=channels, **{key: tensors[key] for key in ARRAYS}, layers=tuple(layers))
 
 
-def prepared_colors(difference: Difference) -> Prepared:
-    """The difference without the frame's drift and grain, and what lies around."""
+def asked_size_px(size_px: tuple[int, int]) -> tuple[int, int]:
+    """Width and height in which slopes of a frame are asked for: half of a large one's."""
+    if min(size_px) < LARGE_PX:
+        return size_px
+    width, height = size_px
+    return -(-width // 2), -(-height // 2)
+
+
+def prepared_colors(difference: Difference, size_px: tuple[int, int] | None = None) -> Prepared:
+    """The difference without the frame's drift and grain, and what lies around.
+
+    At some (width, height); by default the frame's own.
+    """
     clean = settled(difference)
-    return np.concatenate([clean, full_size(surroundings(quartered(clean)), clean)], -1)
+    around = surroundings(quartered(clean))
+    if size_px not in (None, clean.shape[1::-1]):
+        clean = cv2.resize(clean, size_px, interpolation=cv2.INTER_AREA)
+    return np.concatenate([clean, full_size(around, clean)], -1)
 
 
 def settled(difference: Difference) -> Difference:

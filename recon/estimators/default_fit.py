@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float32, Int
+from jaxtyping import Bool, Float32, Int
 
 from recon.estimators.default import (
     MEMBERS,
@@ -26,8 +26,8 @@ from recon.estimators.surroundings import columns_around
 from recon.pixels import Pixels
 from sensor.errors import WedgeError
 
-PARTS = 3
-"""Of the presses. A network that is fitted without one and then forgotten measures the error."""
+LEFT_OUT = 3
+"""Of so many presses one is left out by a network that measures the error and is then forgotten."""
 FEWEST_COLLARS = 3
 """Presses whose gel beside the contact was fitted, from which a sensor's is told."""
 UNLIKE = 0.25
@@ -75,8 +75,8 @@ class _Told:
     """Of mean 0 and spread 1 among the balls' pixels."""
     slopes: Float32[np.ndarray, "n 2"]
     """Of the dent, mm/mm."""
-    part: Int[np.ndarray, " b"]
-    """Of the balls' presses, to which each of their pixels belongs."""
+    unseen: Bool[np.ndarray, " b"]
+    """Which of the balls' pixels measure the error."""
 
 
 def dents(pixels: Pixels, columns: list[int]) -> tuple[Taught, Light, Lean]:
@@ -131,28 +131,25 @@ def _told(pixels: Pixels, channels: str, seed: int) -> _Told:
         spread=spread,
         inputs=(np.concatenate([own, others]) - mean) / spread,
         slopes=np.concatenate([taught.slopes[kept], other.slopes]),
-        part=np.unique(pixels.press[kept], return_inverse=True)[1] % PARTS,
+        unseen=np.unique(pixels.press[kept], return_inverse=True)[1] % LEFT_OUT == 0,
     )
 
 
 def _choices(told: _Told) -> list[Int[np.ndarray, " _"]]:
-    """What each network learns from: ``MEMBERS`` from everything, then one without each part."""
-    balls = np.arange(len(told.part))
-    rendered = np.arange(len(balls), len(told.inputs))
-    parts = [np.flatnonzero(told.part != left_out) for left_out in range(PARTS)]
-    # All, where that part is all there is.
-    others = [part if len(part) else balls for part in parts]
-    return [np.concatenate([some, rendered]) for some in [balls] * MEMBERS + others]
+    """What each network learns from: ``MEMBERS`` from everything, the last without some presses."""
+    everything = np.arange(len(told.inputs))
+    rendered = everything[len(told.unseen) :]
+    others = np.flatnonzero(~told.unseen)
+    # All, where the presses left out are all there are.
+    part = np.concatenate([others, rendered]) if len(others) else everything
+    return [everything] * MEMBERS + [part]
 
 
 def _measured_error90(told: _Told, layers: tuple[Layer, ...]) -> Float32[np.ndarray, "k 2"]:
-    """The errors' quantiles on balls, by networks that saw no such press."""
-    truth = told.slopes[: len(told.part)]
-    unseen = np.zeros_like(truth)
-    for k in range(PARTS):
-        left_out = np.flatnonzero(told.part == k)
-        unseen[left_out] = slopes_of(answers(layers, MEMBERS + k, told.inputs[left_out]))
-    return _error90(unseen, np.abs(unseen - truth))
+    """The errors' quantiles on presses that the last network did not see."""
+    left_out = np.flatnonzero(told.unseen)
+    slopes = slopes_of(answers(layers, MEMBERS, told.inputs[left_out]))
+    return _error90(slopes, np.abs(slopes - told.slopes[left_out]))
 
 
 def _error90(

@@ -42,6 +42,10 @@ class LookupTable:
         """The difference as it is."""
         return difference
 
+    def asked(self, difference: Difference) -> Difference:
+        """The difference as it is."""
+        return difference
+
     def slopes(
         self,
         color: Float32[np.ndarray, "n 3"],

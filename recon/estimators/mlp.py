@@ -41,6 +41,10 @@ class Mlp:
         """The difference as it is."""
         return difference
 
+    def asked(self, difference: Difference) -> Difference:
+        """The difference as it is."""
+        return difference
+
     def slopes(
         self, color: Float32[np.ndarray, "n 3"], position: Float32[np.ndarray, "n 2"]
     ) -> Float32[np.ndarray, "n 2"]:

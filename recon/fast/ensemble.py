@@ -19,6 +19,7 @@ from recon.estimators.default import (
     LARGEST_DRIFT,
     STEEPEST_SLOPE,
     Default,
+    asked_size_px,
 )
 from recon.estimators.mlp import channel_indices
 from recon.estimators.networks import HIDDEN
@@ -52,6 +53,7 @@ class Seen(NamedTuple):
     """What the estimator prepares of a difference, before it is brought to one size."""
 
     settled: Float32[np.ndarray, "3 h w"]
+    """At the size at which slopes are asked for."""
     around: Float32[np.ndarray, "qh qw a"]
     """What lies around, at a quarter of the frame's resolution."""
 
@@ -59,19 +61,34 @@ class Seen(NamedTuple):
 class FrameEnsemble:
     """Applies one estimator to frames of one size."""
 
-    def __init__(self, estimator: Default, size_px: tuple[int, int]) -> None:
-        """Lay out weights and what every frame shares, for frames of (width, height)."""
+    def __init__(
+        self,
+        estimator: Default,
+        size_px: tuple[int, int],
+        asked_px: tuple[int, int] | None = None,
+    ) -> None:
+        """Lay out weights and what every frame shares.
+
+        Args:
+            estimator: ours.
+            size_px: (width, height) of the frames.
+            asked_px: of the slopes; by default what the estimator asks for.
+        """
         width, height = size_px
+        self.asked_px = asked_size_px(size_px) if asked_px is None else asked_px
         lit = channel_indices(estimator.channels)
         blank, beside = range(COLORS + AROUND, INPUTS - 2), (INPUTS - 2, INPUTS - 1)
         seen = [*lit, *(blank[channel] for channel in lit), *beside, *columns_around(lit)]
-        place = positions(size_px).reshape(-1, 2)
+        place = positions(self.asked_px).reshape(-1, 2)
         same = np.concatenate([blank_colors(estimator.light, place), place], 1)
         self._same = np.zeros((INPUTS - COLORS - AROUND, len(place)), np.float32)
         own = seen[len(lit) : 2 * len(lit) + 2]
         self._same[[row - COLORS - AROUND for row in own]] = same.T
         self._weights = _weights(estimator, seen)
         self._settled = np.zeros((COLORS, height, width), np.float32)
+        large = self.asked_px != size_px
+        self._asked = np.zeros((COLORS, *self.asked_px[::-1]), np.float32) if large else None
+        self._near_px = SIDE_PX // 2 if large else SIDE_PX
         quarter = -(-height // SIDE_PX), -(-width // SIDE_PX)
         self._small = np.zeros((COLORS, *quarter), np.float32)
         self._all = np.ones(quarter, bool)
@@ -88,10 +105,13 @@ class FrameEnsemble:
             plane = self._settled[channel]
             cv2.GaussianBlur(difference[channel], (0, 0), self._sigma_px, dst=plane)
             plane -= np.float32(drift)
-            small = self._small[channel]
-            cv2.resize(plane, small.shape[::-1], dst=small, interpolation=cv2.INTER_AREA)
+            for fewer in (self._small, self._asked):
+                if fewer is not None:
+                    size_px = fewer.shape[:0:-1]
+                    cv2.resize(plane, size_px, dst=fewer[channel], interpolation=cv2.INTER_AREA)
         around = surroundings(np.ascontiguousarray(np.moveaxis(self._small, 0, -1)))
-        return Seen(self._settled, around), Seen(self._small, around)
+        asked = self._settled if self._asked is None else self._asked
+        return Seen(asked, around), Seen(self._small, around)
 
     def __call__(
         self,
@@ -102,7 +122,7 @@ class FrameEnsemble:
     ) -> None:
         """Write the gradients, as planes, of some rows of what was prepared.
 
-        They are zero outside ``near``.
+        They are zero outside ``near``, which has a pixel for every four by four of the frame.
         """
         _, height, width = seen.settled.shape
         begin, end, _ = rows.indices(height)
@@ -114,6 +134,7 @@ class FrameEnsemble:
             self._same,
             out.reshape(2, -1),
             self._all if near is None else near,
+            self._near_px,
             width,
             begin * width,
             end * width,
@@ -157,6 +178,7 @@ def _pixels(
     same: Any,
     out: Any,
     near: Any,
+    near_px: int,
     width: int,
     begin: int,
     end: int,
@@ -175,7 +197,7 @@ def _pixels(
     while place < end:
         count = 0
         while place < end and count < BLOCK:  # the next pixels near a contact
-            if near[place // width // SIDE_PX, place % width // SIDE_PX]:
+            if near[place // width // near_px, place % width // near_px]:
                 places[count] = place
                 count += 1
             else:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+import cv2
 import numpy as np
 from jaxtyping import Float32
 
@@ -113,14 +114,19 @@ class FastReconstructor:
         estimator = calibration.estimator
         self._mlp = FrameMlp(estimator, size_px) if isinstance(estimator, Mlp) else None
         self._ours: tuple[FrameEnsemble, FrameStill] | None = None
+        self._asked = self._gradient
         self._weigh: dict[Boundary, FrameWeighing] = {}
         if isinstance(estimator, Default):
             self._ours = FrameEnsemble(estimator, size_px), FrameStill(estimator, size_px)
+            asked_px = self._ours[0].asked_px
+            if asked_px != size_px:
+                self._asked = np.zeros((2, *asked_px[::-1]), np.float32)
             self._weigh = {
                 border: FrameWeighing(size_px, card.mm_per_px, border) for border in self._integrate
             }
+        rows = self._asked.shape[1]
         self._parts = [
-            slice(height * i // threads, height * (i + 1) // threads) for i in range(threads)
+            slice(rows * i // threads, rows * (i + 1) // threads) for i in range(threads)
         ]
         self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
         self(calibration.background)  # what must be compiled is, before the first frame comes
@@ -177,11 +183,11 @@ class FastReconstructor:
     ) -> None:
         apply: Callable[[slice], None]
         if self._mlp is not None:
-            apply = partial(self._mlp, difference, out)
+            apply = partial(self._mlp, difference, self._asked)
         elif self._ours is not None:
             network, moved_near = self._ours
             seen, small = network.prepared(difference)
-            apply = partial(network, seen, out, near=moved_near(small, disturbed))
+            apply = partial(network, seen, self._asked, near=moved_near(small, disturbed))
         else:
             whole = np.ascontiguousarray(np.moveaxis(difference, 0, -1))
             out[:] = np.moveaxis(gradient_field(self.calibration.estimator, whole), -1, 0)
@@ -190,6 +196,9 @@ class FastReconstructor:
             apply(slice(None))
         else:
             list(self._pool.map(apply, self._parts))
+        if self._asked is not out:
+            for few, every in zip(self._asked, out, strict=True):
+                cv2.resize(few, every.shape[::-1], dst=every)
 
     def _by_reference(self, reference: Reconstructor, frame: bytes | Frame) -> Touch:
         found = reference(decode_jpeg(frame) if isinstance(frame, bytes) else frame)

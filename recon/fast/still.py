@@ -25,7 +25,7 @@ class FrameStill:
         width, height = size_px
         self._size = -(-width // SIDE_PX), -(-height // SIDE_PX)
         shape = self._size[::-1]
-        self._network = FrameEnsemble(estimator, self._size)
+        self._network = FrameEnsemble(estimator, self._size, self._size)
         self._slopes = np.zeros((2, *shape), np.float32)
         side_px = min(size_px)
         # Variances add: what the averages have not smoothed yet, in averages.

@@ -4,6 +4,7 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -20,7 +21,7 @@ from recon.estimators import (
 )
 from recon.estimators.default import PREPARED, Default, prepared_colors
 from recon.estimators.mlp import Mlp
-from recon.pixels import join, label_pixels
+from recon.pixels import join, label_pixels, positions
 from recon.presses import read_presses
 from sensor.errors import WedgeError
 from tests.synthetic import make_dataset
@@ -114,6 +115,18 @@ def test_a_whole_frame_gives_a_gradient_field_of_its_shape(fitted, presses, name
     rows, columns = np.unravel_index(one.place, press.difference.shape[:2])
     direct = slopes_at(fitted(name), press.difference, one)
     np.testing.assert_allclose(field[rows, columns], direct, atol=1e-5)
+
+
+def test_at_half_a_large_frame_s_resolution_slopes_are_those_of_every_pixel(fitted, presses):
+    estimator = fitted("default")
+    large = cv2.resize(presses[11].difference, (640, 480), interpolation=cv2.INTER_CUBIC)
+    place = positions((640, 480)).reshape(-1, 2)
+    every = estimator.slopes(estimator.prepared(large).reshape(len(place), -1), place)
+    field = gradient_field(estimator, large)
+    assert estimator.asked(large).shape[:2] == (240, 320)
+    assert field.shape == (480, 640, 2)
+    error = field.reshape(-1, 2) - every
+    assert np.sqrt(np.mean(error**2)) < 0.025 * np.sqrt(np.mean(every**2))
 
 
 @EVERY

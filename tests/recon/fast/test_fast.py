@@ -10,6 +10,7 @@ import tracemalloc
 from dataclasses import replace
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -124,7 +125,7 @@ print(fixed_point.AVAILABLE, vectors.LANES, error < 1e-4)
 @given(
     seed=st.integers(0, 99),
     channels=st.sampled_from(["RGB", "RB", "G"]),
-    size_px=st.sampled_from([(90, 40), (33, 70), (9, 9)]),
+    size_px=st.sampled_from([(90, 40), (33, 70), (9, 9), (600, 480), (481, 502)]),
     drift=st.sampled_from([-0.1, 0.0, 0.02]),
 )
 def test_the_compiled_ensemble_is_the_estimator(
@@ -133,9 +134,10 @@ def test_the_compiled_ensemble_is_the_estimator(
     estimator, (width, height) = random_default(seed, channels), size_px
     noise = np.random.default_rng(seed).normal(drift, 0.2, (height, width, 3))
     difference = noise.astype(np.float32)
-    network, out = FrameEnsemble(estimator, size_px), np.full((2, height, width), np.nan)
-    out = out.astype(np.float32)
+    network = FrameEnsemble(estimator, size_px)
+    out = np.full((2, *network.asked_px[::-1]), np.nan, np.float32)
     network(network.prepared(planes(difference))[0], out)
+    out = np.stack([cv2.resize(plane, size_px) for plane in out])
     truth = gradient_field(estimator, difference)
     assert np.abs(np.moveaxis(out, 0, -1) - truth).max() < SLOPE / 2
     assert np.linalg.norm(truth, axis=-1).max() > 0.1
@@ -269,6 +271,15 @@ def test_every_kind_of_frame_gives_the_same() -> None:
     ]
     for depth in depths[1:]:
         np.testing.assert_allclose(depth, depths[0], atol=1e-6)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_large_frame_s_slopes_are_asked_for_as_the_reference_does(threads: int) -> None:
+    unit = make_unit((640, 480), estimator=random_default())  # steep everywhere: no gel is still
+    frame = pressed(unit.background, (320, 240))
+    touch, truth = FastReconstructor(unit, threads=threads)(frame), Reconstructor(unit)(frame)
+    assert np.abs(touch.gradient - truth.gradient).max() < SLOPE
+    assert np.abs(truth.gradient).max() > 0.1
 
 
 def test_gel_that_did_not_move_is_flat_where_the_reference_says_so() -> None:
