@@ -127,9 +127,13 @@ def restore_estimator(
     try:
         return _known(name).restore(tensors, channels)
     except KeyError as error:
-        raise WedgeError(f"the {name} estimator lacks the array {error}.") from error
+        raise WedgeError(
+            f"the {name} estimator lacks the array {error}; calibrate again."
+        ) from error
     except ValueError as error:
-        raise WedgeError(f"the arrays of the {name} estimator do not fit: {error}.") from error
+        raise WedgeError(
+            f"the arrays of the {name} estimator do not fit: {error}; calibrate again."
+        ) from error
 
 
 def gradient_field(estimator: GradientEstimator, difference: Difference) -> GradientField:
