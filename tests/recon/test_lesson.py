@@ -13,6 +13,7 @@ from recon.ball import offsets_mm
 from recon.estimators import fit_estimator, gradient_field, training_pixels
 from recon.estimators.default import (
     LARGEST_DRIFT,
+    MEMBERS,
     STEEPEST_SLOPE,
     normal_of,
     settled,
@@ -134,6 +135,28 @@ def test_the_less_a_light_is_like_a_rendered_one_the_more_of_its_own_collars_are
     assert len(learnt[0]) == len(pixels) - 3 * COLLAR_PIXELS + collars
     assert (~learnt[0].any(1)).sum() == (~pixels.gradient.any(1)).sum()
     assert rendered == [len(pixels)]  # rendered pixels take the place of what is left out
+
+
+def test_of_the_networks_one_leaves_every_third_press_out_and_the_others_none(monkeypatch):
+    taught = []
+
+    def drawn(balls, light, collar, count, seed):
+        one = [np.ones((1, columns), np.float32) for columns in (3, 3 * ASPECTS, 2, 2)]
+        return SeenPixels(**dict(zip(SeenPixels.__annotations__, one, strict=True))), 1.0
+
+    def trained(inputs, wanted, chosen, seed, progress):
+        taught.extend(chosen)
+        raise InterruptedError
+
+    monkeypatch.setattr("recon.estimators.default_fit.rendered_pixels", drawn)
+    monkeypatch.setattr("recon.estimators.default_training.train", trained)
+    pixels = join([training_pixels("default", elastic_press(TRUE_MM), k, 0) for k in range(5)])
+    with pytest.raises(InterruptedError):
+        fit_estimator("default", pixels, "RGB", 0)
+    *members, last = [set(chosen.tolist()) for chosen in taught]
+    everything = set(range(len(pixels) + 1))  # the rendered pixel comes last
+    assert members == [everything] * MEMBERS
+    assert everything - last == set(np.flatnonzero(pixels.press % 3 == 0).tolist())
 
 
 def test_some_collars_are_drawn_by_the_seed_and_from_all_presses():

@@ -143,23 +143,20 @@ def test_the_compiled_ensemble_is_the_estimator(
     assert np.linalg.norm(truth, axis=-1).max() > 0.1
 
 
-def test_slopes_near_a_contact_are_those_of_the_whole_frame() -> None:
-    network = FrameEnsemble(random_default(), (50, 11))
+@pytest.mark.parametrize(("asked_px", "side_px"), [((50, 11), 4), ((25, 6), 2)])
+def test_slopes_near_a_contact_are_those_of_the_whole_frame(asked_px: tuple, side_px: int) -> None:
+    network = FrameEnsemble(random_default(), (50, 11), asked_px)
     difference = np.random.default_rng(0).normal(0, 0.2, (3, 11, 50)).astype(np.float32)
     seen, _ = network.prepared(difference)
-    whole, part = np.full((2, 2, 11, 50), np.nan, np.float32)
+    width, height = asked_px
+    whole, part = np.full((2, 2, height, width), np.nan, np.float32)
     network(seen, whole)
     near = np.random.default_rng(1).random((3, 13)) < 0.3
-    for rows in (slice(0, 5), slice(5, 11)):
+    for rows in (slice(0, 5), slice(5, height)):
         network(seen, part, rows, near)
-    kept = in_pixels_of(near, (50, 11))
+    kept = near.repeat(side_px, 0).repeat(side_px, 1)[:height, :width]
     np.testing.assert_allclose(part, whole * kept, atol=1e-6)
     assert 0 < kept.mean() < 1
-
-
-def in_pixels_of(quarter: np.ndarray, size_px: tuple) -> np.ndarray:
-    width, height = size_px
-    return quarter.repeat(4, 0).repeat(4, 1)[:height, :width]
 
 
 def test_the_median_is_the_median() -> None:
