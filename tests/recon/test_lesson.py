@@ -106,6 +106,12 @@ def test_rendered_pixels_are_drawn_by_the_collar_that_the_balls_tell(monkeypatch
     assert told.value.args == (collar_of(pixels),)
 
 
+def rendered_of(count: int) -> SeenPixels:
+    """So many pixels, all ones."""
+    columns = dict(zip(SeenPixels.__annotations__, (3, 3 * ASPECTS, 2, 2), strict=True))
+    return SeenPixels(**{name: np.ones((count, n), np.float32) for name, n in columns.items()})
+
+
 @pytest.mark.parametrize(
     ("unexplained", "share"), [(0.0, 0.0), (UNLIKE / 2, 0.25), (UNLIKE, 1), (1.0, 1)]
 )
@@ -116,11 +122,8 @@ def test_the_less_a_light_is_like_a_rendered_one_the_more_of_its_own_collars_are
     rendered, learnt = [], []
 
     def drawn(taught, light, collar, count, seed):
-        nothing = [np.zeros((0, columns), np.float32) for columns in (3, 3 * ASPECTS, 2, 2)]
         rendered.append(count)
-        return SeenPixels(
-            **dict(zip(SeenPixels.__annotations__, nothing, strict=True))
-        ), unexplained
+        return rendered_of(0), unexplained
 
     def trained(inputs, wanted, taught, seed, progress):
         learnt.append(wanted[taught[0]])
@@ -140,15 +143,13 @@ def test_the_less_a_light_is_like_a_rendered_one_the_more_of_its_own_collars_are
 def test_of_the_networks_one_leaves_every_third_press_out_and_the_others_none(monkeypatch):
     taught = []
 
-    def drawn(balls, light, collar, count, seed):
-        one = [np.ones((1, columns), np.float32) for columns in (3, 3 * ASPECTS, 2, 2)]
-        return SeenPixels(**dict(zip(SeenPixels.__annotations__, one, strict=True))), 1.0
-
     def trained(inputs, wanted, chosen, seed, progress):
         taught.extend(chosen)
         raise InterruptedError
 
-    monkeypatch.setattr("recon.estimators.default_fit.rendered_pixels", drawn)
+    monkeypatch.setattr(
+        "recon.estimators.default_fit.rendered_pixels", lambda *_: (rendered_of(1), 1.0)
+    )
     monkeypatch.setattr("recon.estimators.default_training.train", trained)
     pixels = join([training_pixels("default", elastic_press(TRUE_MM), k, 0) for k in range(5)])
     with pytest.raises(InterruptedError):
