@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Draw the README's picture: one real press that the calibration has not seen, from frame to depth.
 
-The frames come from the ``taxim`` wheel (Carnegie Mellon University, MIT). Takes about 15 s.
+The frames come from the ``taxim`` wheel (Carnegie Mellon University, MIT). Takes about 30 s.
 """
 
 import dataclasses
@@ -45,7 +45,7 @@ def reconstruct() -> tuple[np.ndarray, Reconstruction, np.ndarray, Pair]:
         unit = calibrate(
             dataset,
             dataclasses.replace(presses, presses=others),
-            estimator="mlp",
+            estimator="default",
             serial="readme",
             created="2026-01-01",
             metrics={},
@@ -82,7 +82,7 @@ def draw_cut(
     axes.axhline(0, color=SOFT, lw=0.5)
     axes.set_aspect("equal")
     axes.set_xlim(-5.4, 5.4)
-    axes.set_ylim(1.9, -0.25)
+    axes.set_ylim(2.15, -0.25)
     axes.set_xlabel("distance from the contact's centre [mm]")
     axes.set_ylabel("depth [mm]")
     axes.set_title("A cut through its centre, in true proportions")
