@@ -11,8 +11,9 @@ from jaxtyping import Float32, Int
 
 from recon.estimators.descent import RECTIFIER, Batch, descend, one_thread, uniform
 from recon.estimators.networks import HIDDEN, Layer
+from recon.estimators.soap import soap_rule
 
-STEPS = 4000
+STEPS = 2000
 BATCH = 512
 
 
@@ -36,7 +37,8 @@ def train(
         for i, o in pairwise((x.shape[1], *HIDDEN, y.shape[1]))
     ]
     with one_thread():
-        layers = descend(first, RECTIFIER, _batches(x, y, own, STEPS, random), STEPS, progress)
+        every = _batches(x, y, own, STEPS, random)
+        layers = descend(first, RECTIFIER, every, STEPS, progress, soap_rule)
     return tuple((weight.numpy().copy(), bias[:, 0].numpy().copy()) for weight, bias in layers)
 
 

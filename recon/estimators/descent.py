@@ -3,8 +3,8 @@
 """How the small networks learn: backpropagation written out, Adam, one cycle of its rates.
 
 A step of so small a network is over sooner than autograd has noted down what it did. So the
-gradient is written here by hand, into buffers that stay, and all weights lie in one array, which
-Adam changes at once. ``tests/recon/test_descent.py`` holds each against torch's own.
+gradient is written here by hand, into buffers that stay. ``tests/recon/test_descent.py`` holds
+each against torch's own.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -29,6 +29,8 @@ Layer = tuple[torch.Tensor, torch.Tensor]
 """Weight (member, in, out) and bias (member, 1, out)."""
 Batch = tuple[torch.Tensor, torch.Tensor]
 """Inputs (member, row, in) and what is wanted of them (member, row, out)."""
+Rule = Callable[[int, float, float], None]
+"""One change of the weights: the step, counted from 1, the learning rate, Adam's beta 1."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,8 +74,9 @@ def descend(
     batches: Iterable[Batch],
     steps: int,
     progress: Callable[[float], None],
+    rule_for: "Callable[[Learning], Rule]",
 ) -> tuple[Layer, ...]:
-    """Networks side by side after one step of Adam for each batch, by mean squared error.
+    """Networks side by side after one step for each batch, by mean squared error.
 
     Args:
         first: weights to begin with.
@@ -81,21 +84,31 @@ def descend(
         batches: as many as ``steps``.
         steps: of the one cycle.
         progress: called with the share that is done.
+        rule_for: of what learns, how each gradient changes it.
     """
-    weights = torch.cat([part.reshape(-1) for layer in first for part in layer])
-    gradient = torch.zeros_like(weights)
-    layers, slopes = _views(weights, first), _views(gradient, first)
-    mean, squares = torch.zeros_like(weights), torch.zeros_like(weights)
+    learning = _learning(first)
+    layers, change = learning.layers, rule_for(learning)
     rooms: dict[int, Room] = {}
     for step, (inputs, wanted) in enumerate(batches, start=1):
         rows = inputs.shape[1]  # an epoch's last batch may have fewer
         room = rooms.get(rows) or rooms.setdefault(rows, room_for(layers, rows))
-        backpropagate(layers, activation, inputs, wanted, slopes, room)
-        rate, memory = one_cycle(step - 1, steps)
-        adam(weights, gradient, mean, squares, step, rate, memory)
+        backpropagate(layers, activation, inputs, wanted, learning.slopes, room)
+        change(step, *one_cycle(step - 1, steps))
         if step % REPORT_EVERY == 0 or step == steps:
             progress(step / steps)
     return layers
+
+
+@dataclass(frozen=True, kw_only=True)
+class Learning:
+    """Networks that learn: all weights and biases in one array, and the gradient in another."""
+
+    weights: torch.Tensor
+    gradient: torch.Tensor
+    layers: tuple[Layer, ...]
+    """Views of the weights."""
+    slopes: tuple[Layer, ...]
+    """Views of the gradient, of the layers' shapes."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,11 +121,8 @@ class Room:
 
 def room_for(layers: Sequence[Layer], rows: int) -> Room:
     """Room for batches of that many rows."""
-    shapes = [(len(bias), rows, bias.shape[2]) for _, bias in layers]
-    return Room(
-        values=tuple(torch.empty(shape) for shape in shapes),
-        errors=tuple(torch.empty(shape) for shape in shapes),
-    )
+    empty = [bias.new_empty(len(bias), rows, bias.shape[2]) for _, bias in layers]
+    return Room(values=tuple(empty), errors=tuple(torch.empty_like(room) for room in empty))
 
 
 def backpropagate(
@@ -146,6 +156,13 @@ def backpropagate(
         if index:
             torch.bmm(error, layers[index][0].mT, out=room.errors[index - 1])
             error = activation.weigh(room.errors[index - 1], seen)
+
+
+def adam_rule(learning: Learning) -> Rule:
+    """All weights and biases at once by Adam."""
+    weights, gradient = learning.weights, learning.gradient
+    mean, squares = torch.zeros_like(weights), torch.zeros_like(weights)
+    return lambda step, rate, memory: adam(weights, gradient, mean, squares, step, rate, memory)
 
 
 def adam(
@@ -182,6 +199,17 @@ def uniform(shape: tuple[int, ...], fan_in: int, random: torch.Generator) -> tor
     """First weights within 1 / sqrt(fan in), as torch draws them for one layer."""
     bound = fan_in**-0.5
     return torch.empty(shape).uniform_(-bound, bound, generator=random)
+
+
+def _learning(first: Sequence[Layer]) -> Learning:
+    weights = torch.cat([part.reshape(-1) for layer in first for part in layer])
+    gradient = torch.zeros_like(weights)
+    return Learning(
+        weights=weights,
+        gradient=gradient,
+        layers=_views(weights, first),
+        slopes=_views(gradient, first),
+    )
 
 
 def _views(flat: torch.Tensor, like: Sequence[Layer]) -> tuple[Layer, ...]:

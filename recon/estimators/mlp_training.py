@@ -9,7 +9,7 @@ import numpy as np
 import torch
 from jaxtyping import Float32
 
-from recon.estimators.descent import TANH, Batch, descend, one_thread, uniform
+from recon.estimators.descent import TANH, Batch, adam_rule, descend, one_thread, uniform
 from recon.estimators.mlp import HIDDEN, Layer
 
 PIXELS = 150_000
@@ -35,7 +35,7 @@ def train(
     batches = max(1, len(x) // BATCH)
     with one_thread():
         every = _batches(x, y, batches, random)
-        layers = descend(first, TANH, every, EPOCHS * batches, progress)
+        layers = descend(first, TANH, every, EPOCHS * batches, progress, adam_rule)
     return tuple((weight[0].numpy().copy(), bias[0, 0].numpy().copy()) for weight, bias in layers)
 
 

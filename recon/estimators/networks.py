@@ -5,7 +5,7 @@
 import numpy as np
 from jaxtyping import Float32
 
-HIDDEN = (64, 64, 64)
+HIDDEN = (48, 48, 48)
 
 Layer = tuple[np.ndarray, np.ndarray]
 """Weight (member, in, out) and bias (member, out)."""

@@ -10,6 +10,7 @@ import torch
 from recon.estimators.descent import (
     RECTIFIER,
     TANH,
+    adam_rule,
     backpropagate,
     descend,
     one_cycle,
@@ -93,7 +94,7 @@ def test_weights_end_where_torchs_adam_brings_them(name):
         schedule.step()
     shares = []
     with one_thread():
-        found = descend(first, ours, batches, 30, shares.append)
+        found = descend(first, ours, batches, 30, shares.append, adam_rule)
     assert shares == [1.0]
     flat = [[part for layer in ends for part in layer] for ends in (found, layers, first)]
     for end, truth, start in zip(*flat, strict=True):

@@ -1,0 +1,82 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""SOAP sees what a layer learns, and not the axes in which its inputs happen to be written."""
+
+from itertools import islice
+
+import pytest
+import torch
+
+from recon.estimators.descent import RECTIFIER, adam_rule, descend, one_thread
+from recon.estimators.soap import soap_rule
+
+SIZE, ROWS, MEMBERS = 5, 64, 2
+
+
+@pytest.fixture(params=range(3))
+def random(request):
+    return torch.Generator().manual_seed(request.param)
+
+
+def drawn(random, *shape):
+    return torch.randn(shape, generator=random, dtype=torch.float64)
+
+
+def some_turn(random):
+    return torch.linalg.qr(drawn(random, SIZE, SIZE))[0]
+
+
+def some_batches(random, mix):
+    """Inputs, mixed, and a linear answer to them."""
+    wanted = 0.5 * drawn(random, SIZE, SIZE)
+    while True:
+        inputs = drawn(random, MEMBERS, ROWS, SIZE) @ mix
+        yield inputs, inputs @ wanted
+
+
+def first_layer(random):
+    return 0.5 * drawn(random, MEMBERS, SIZE, SIZE), torch.zeros(MEMBERS, 1, SIZE).double()
+
+
+def learnt(first, batches, rule):
+    """Weight and bias of one layer."""
+    with one_thread():
+        (layer,) = descend([first], RECTIFIER, batches, len(batches), lambda _share: None, rule)
+    return layer
+
+
+def apart_when_turned(random, rule):
+    """How far apart weights are that turned inputs teach, and turned weights that inputs teach."""
+    turn, (weight, bias) = some_turn(random), first_layer(random)
+    batches = list(islice(some_batches(random, drawn(random, SIZE, SIZE)), 60))
+    end, _ = learnt((weight, bias), batches, rule)
+    turned = [(inputs @ turn, wanted) for inputs, wanted in batches]
+    other, _ = learnt((turn.mT @ weight, bias), turned, rule)
+    assert (end - weight).abs().max() > 0.1  # there was something to learn
+    return float((other - turn.mT @ end).abs().max())
+
+
+def test_turned_inputs_are_learnt_the_same(random):
+    assert apart_when_turned(random, soap_rule) < 1e-6
+
+
+def test_adam_alone_is_bound_to_its_axes(random):
+    assert apart_when_turned(random, adam_rule) > 0.02
+
+
+def test_what_a_layer_can_say_is_learnt(random):
+    batches = list(islice(some_batches(random, some_turn(random)), 600))
+    first = first_layer(random)
+
+    def missed(weight, bias):
+        inputs, wanted = batches[-1]
+        return float(((inputs @ weight + bias - wanted) ** 2).mean())
+
+    assert missed(*learnt(first, batches, soap_rule)) < 0.01 * missed(*first)
+
+
+def test_same_batches_teach_the_same(random):
+    first, batches = first_layer(random), list(islice(some_batches(random, some_turn(random)), 45))
+    once, again = (learnt(first, batches, soap_rule) for _ in range(2))
+    assert torch.equal(once[0], again[0])
+    assert torch.equal(once[1], again[1])
