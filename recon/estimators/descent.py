@@ -24,6 +24,7 @@ MOST_MEMORY, LEAST_MEMORY = 0.95, 0.85
 SQUARES_MEMORY, LEAST_ROOT = 0.999, 1e-8
 """Adam's beta 2 and epsilon (Kingma and Ba, 2015)."""
 REPORT_EVERY = 200
+FEW_COLUMNS = 8
 
 Layer = tuple[torch.Tensor, torch.Tensor]
 """Weight (member, in, out) and bias (member, 1, out)."""
@@ -49,9 +50,10 @@ RECTIFIER = Activation(
     weigh=lambda gradient, values: gradient.mul_(values.sign_()),
 )
 TANH = Activation(
-    apply=lambda values: values.tanh_(),
+    # tanh x = 2 sigmoid(2 x) - 1: torch takes a third of its tanh's time for it.
+    apply=lambda values: values.mul_(2).sigmoid_().mul_(2).sub_(1),
     weigh=lambda gradient, values: gradient.mul_(
-        torch.addcmul(_ONE, values, values, value=-1, out=values)  # rounds as autograd does
+        torch.addcmul(_ONE, values, values, value=-1, out=values)
     ),
 )
 
@@ -145,17 +147,24 @@ def backpropagate(
     """
     seen = inputs
     for index, (weight, bias) in enumerate(layers):
-        torch.baddbmm(bias, seen, weight, out=room.values[index])
+        _multiply(seen, weight, room.values[index]).add_(bias)
         if index < len(layers) - 1:
             seen = activation.apply(room.values[index])
     error = torch.sub(room.values[-1], wanted, out=room.errors[-1]).mul_(2 / wanted[0].numel())
     for index in reversed(range(len(layers))):
         seen = room.values[index - 1] if index else inputs
-        torch.bmm(seen.mT, error, out=slopes[index][0])
+        _multiply(seen.mT, error, slopes[index][0])
         torch.sum(error, 1, keepdim=True, out=slopes[index][1])
         if index:
-            torch.bmm(error, layers[index][0].mT, out=room.errors[index - 1])
-            error = activation.weigh(room.errors[index - 1], seen)
+            error = _multiply(error, layers[index][0].mT, room.errors[index - 1])
+            error = activation.weigh(error, seen)
+
+
+def _multiply(left: torch.Tensor, right: torch.Tensor, out: torch.Tensor) -> torch.Tensor:
+    """The product of each network's matrices; one of few columns is faster made of its rows."""
+    if out.shape[2] >= FEW_COLUMNS:
+        return torch.bmm(left, right, out=out)
+    return out.copy_(torch.bmm(right.mT.contiguous(), left.mT).mT)
 
 
 def adam_rule(learning: Learning) -> Rule:
