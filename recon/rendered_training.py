@@ -42,6 +42,8 @@ try:
     import torch
     from torch import Tensor, nn
     from torch.nn import functional
+
+    from recon.optimizers import Soap
 except ModuleNotFoundError:  # one sentence in place of a traceback
     sys.exit("Training needs torch: install the extra, `pip install gelsight-wedge[train]`.")
 
@@ -72,13 +74,11 @@ def train_further(
     """
     network = UNet(unet.channels_of(first))
     network.take(first)
-    optimizer = torch.optim.Adam(network.parameters())
+    optimizer = Soap(network.parameters())
     settings = Settings(seed=seed, steps=steps, horizon=steps, channels=unet.channels_of(first))
     losses: list[float] = []
     begin = time.monotonic()
     for step in range(steps):
-        for group in optimizer.param_groups:
-            group["lr"] = PEAK * learning_rate(step, steps, steps)
         optimizer.zero_grad()
         maps, truth = (torch.from_numpy(item) for item in training_batch(settings, step))
         found = network(maps)
@@ -88,7 +88,7 @@ def train_further(
         chosen = rng.integers(len(presses), size=PRESSES_A_STEP)
         off = [_learn_from(network, presses[index].mirrored(rng)) for index in chosen]
         nn.utils.clip_grad_norm_(network.parameters(), STEEPEST_STEP)
-        optimizer.step()
+        optimizer.step(PEAK * learning_rate(step, steps, steps))
         losses.append(float(np.mean(off)))
         if (step + 1) % 100 == 0 or step + 1 == steps:
             mean, spent = np.mean(losses[-100:]), time.monotonic() - begin

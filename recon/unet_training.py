@@ -44,6 +44,8 @@ try:
     import torch
     from torch import Tensor, nn
     from torch.nn import functional
+
+    from recon.optimizers import Soap
 except ModuleNotFoundError:  # one sentence in place of a traceback
     sys.exit("Training needs torch: install the extra, `pip install gelsight-wedge[train]`.")
 
@@ -132,7 +134,7 @@ class Training:
         self.device = "cuda" if torch.cuda.is_available() else "cpu"
         torch.manual_seed(settings.seed)
         self.network = UNet(settings.channels).to(self.device)
-        self.optimizer = torch.optim.Adam(self.network.parameters())
+        self.optimizer = Soap(self.network.parameters())
         self.losses: list[float] = []
 
     def run(
@@ -144,15 +146,13 @@ class Training:
         make = partial(training_batch, settings)
         batches = made_ahead(make, steps, executor, BATCHES_AHEAD) if executor else map(make, steps)
         for step, (maps, truth) in zip(steps, batches, strict=True):
-            for group in self.optimizer.param_groups:
-                group["lr"] = learning_rate(step, settings.steps, settings.horizon)
             found = self.network(torch.from_numpy(maps).to(self.device))
             true = torch.from_numpy(truth).to(self.device)
             loss = 2 * functional.huber_loss(found[:, :2], true, delta=HUBER_SLOPE)
             self.optimizer.zero_grad()
             (loss + DOUBT_SHARE * doubt_losses(found, true).mean()).backward()
             nn.utils.clip_grad_norm_(self.network.parameters(), STEEPEST_STEP)
-            self.optimizer.step()
+            self.optimizer.step(learning_rate(step, settings.steps, settings.horizon))
             self.losses.append(loss.item())
             report(step + 1)
 
@@ -182,9 +182,11 @@ class Training:
         self.losses = tensors["losses"].tolist()
         for name, parameter in self.network.layers.named_parameters():
             parameter.data.copy_(torch.from_numpy(tensors[f"weights.{name}"]))
+            kept = {key.partition(".")[::2]: values for key, values in tensors.items()}
             self.optimizer.state[parameter] = {
-                key: torch.from_numpy(tensors[f"{key}.{name}"])
-                for key in ("step", "exp_avg", "exp_avg_sq")
+                key: torch.from_numpy(values).to(self.device)
+                for (key, of), values in kept.items()
+                if of == name and key != "weights"
             }
 
 

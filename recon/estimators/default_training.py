@@ -9,9 +9,8 @@ import numpy as np
 import torch
 from jaxtyping import Float32, Int
 
-from recon.estimators.descent import RECTIFIER, Batch, descend, one_thread, uniform
+from recon.estimators.descent import RECTIFIER, Batch, descend, one_thread, soap_rule, uniform
 from recon.estimators.networks import HIDDEN, Layer
-from recon.estimators.soap import soap_rule
 
 STEPS = 2000
 BATCH = 512

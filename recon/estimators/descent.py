@@ -10,9 +10,11 @@ each against torch's own.
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from math import cos, pi, sqrt
+from math import cos, pi
 
 import torch
+
+from recon.optimizers import State, adam, change_along_axes
 
 PEAK_LEARNING_RATE = 1e-2
 """Of a one-cycle schedule (Smith and Topin, 2018)."""
@@ -21,8 +23,6 @@ RISES = 0.3
 FIRST_RATE, LAST_RATE = PEAK_LEARNING_RATE / 25, PEAK_LEARNING_RATE / 25e4
 MOST_MEMORY, LEAST_MEMORY = 0.95, 0.85
 """Adam's beta 1, which falls while the rate rises."""
-SQUARES_MEMORY, LEAST_ROOT = 0.999, 1e-8
-"""Adam's beta 2 and epsilon (Kingma and Ba, 2015)."""
 REPORT_EVERY = 200
 FEW_COLUMNS = 8
 
@@ -169,25 +169,25 @@ def _multiply(left: torch.Tensor, right: torch.Tensor, out: torch.Tensor) -> tor
 
 def adam_rule(learning: Learning) -> Rule:
     """All weights and biases at once by Adam."""
-    weights, gradient = learning.weights, learning.gradient
-    mean, squares = torch.zeros_like(weights), torch.zeros_like(weights)
-    return lambda step, rate, memory: adam(weights, gradient, mean, squares, step, rate, memory)
+    state: State = {}
+    return lambda step, rate, memory: adam(
+        learning.weights, learning.gradient, state, step, rate, memory
+    )
 
 
-def adam(
-    weights: torch.Tensor,
-    gradient: torch.Tensor,
-    mean: torch.Tensor,
-    squares: torch.Tensor,
-    step: int,
-    rate: float,
-    memory: float,
-) -> None:
-    """One step of Adam, in place; ``step`` counts from 1, ``memory`` is beta 1."""
-    mean.lerp_(gradient, 1 - memory)
-    squares.mul_(SQUARES_MEMORY).addcmul_(gradient, gradient, value=1 - SQUARES_MEMORY)
-    root = squares.sqrt().div_(sqrt(1 - SQUARES_MEMORY**step)).add_(LEAST_ROOT)
-    weights.addcdiv_(mean, root, value=-rate / (1 - memory**step))
+def soap_rule(learning: Learning) -> Rule:
+    """The weights of each layer by SOAP, the biases by Adam."""
+    pairs = list(zip(learning.layers, learning.slopes, strict=True))
+    weights = [(weight, slope, State()) for (weight, _), (slope, _) in pairs]
+    biases = [(bias, slope, State()) for (_, bias), (_, slope) in pairs]
+
+    def change_all(step: int, rate: float, memory: float) -> None:
+        for weight in weights:
+            change_along_axes(*weight, step, rate, memory)
+        for bias in biases:
+            adam(*bias, step, rate, memory)
+
+    return change_all
 
 
 def one_cycle(step: int, steps: int) -> tuple[float, float]:

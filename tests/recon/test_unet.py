@@ -86,7 +86,7 @@ def test_without_torch_training_says_so_in_one_sentence():
 def test_a_short_training_beats_zero_and_its_start(training, monkeypatch):
     monkeypatch.setattr(training, "LARGE_SHARE", 0.0)  # large frames are slow
     monkeypatch.setattr(training, "SMALL_PX", (32, 48))
-    run = training.Training(settings(training, 40, seed=1, recipes=("contact",)))
+    run = training.Training(settings(training, 60, seed=1, recipes=("contact",)))
     batches = [training.training_batch(run.settings, 1000 + step) for step in range(4)]
 
     def error():

@@ -7,8 +7,8 @@ from itertools import islice
 import pytest
 import torch
 
-from recon.estimators.descent import RECTIFIER, adam_rule, descend, one_thread
-from recon.estimators.soap import soap_rule
+from recon.estimators.descent import RECTIFIER, adam_rule, descend, one_thread, soap_rule
+from recon.optimizers import Soap, change_along_axes
 
 SIZE, ROWS, MEMBERS = 5, 64, 2
 
@@ -80,3 +80,16 @@ def test_same_batches_teach_the_same(random):
     once, again = (learnt(first, batches, soap_rule) for _ in range(2))
     assert torch.equal(once[0], again[0])
     assert torch.equal(once[1], again[1])
+
+
+def test_the_optimizer_changes_a_convolution_as_the_rule_changes_a_matrix(random):
+    kernel = torch.nn.Parameter(drawn(random, 4, 3, 3, 3))
+    bias = torch.nn.Parameter(drawn(random, 4))
+    weight, state = kernel.detach().clone().reshape(1, 4, 27), {}
+    optimizer = Soap([kernel, bias])
+    for step in range(1, 46):
+        kernel.grad, bias.grad = drawn(random, 4, 3, 3, 3), drawn(random, 4)
+        optimizer.step(0.01)
+        change_along_axes(weight, kernel.grad.reshape(1, 4, 27), state, step, 0.01)
+    assert torch.equal(kernel.detach(), weight.reshape(4, 3, 3, 3))
+    assert set(optimizer.state[bias]) == {"mean", "squares", "step"}
