@@ -36,8 +36,6 @@ try:
     import torch
     from torch import Tensor, nn
     from torch.nn import functional
-
-    from recon.optimizers import Soap
 except ModuleNotFoundError:  # one sentence in place of a traceback
     sys.exit("Training needs torch: install the extra, `pip install gelsight-wedge[train]`.")
 
@@ -246,17 +244,19 @@ def follow(
 ) -> list[float]:
     """Teach a network a course of so many batches; the loss of each, progress on stdout."""
     network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]  # torch's stubs
-    optimizer = Soap(network.parameters())
+    optimizer = torch.optim.Adam(network.parameters())
     losses: list[float] = []
     begin = time.monotonic()
     for step, batch in enumerate(batches):
         maps, truth = (torch.from_numpy(values) for values in batch)
+        for group in optimizer.param_groups:
+            group["lr"] = learning_rate(course, step, steps)
         score = network(maps.to(memory_format=torch.channels_last))
         loss = loss_of(score, truth.float())
         optimizer.zero_grad()
         loss.backward()
         nn.utils.clip_grad_norm_(network.parameters(), STEEPEST_STEP)
-        optimizer.step(learning_rate(course, step, steps))
+        optimizer.step()
         losses.append(loss.item())
         if len(losses) % 100 == 0:
             mean, spent = np.mean(losses[-100:]), time.monotonic() - begin

@@ -159,7 +159,7 @@ class Soap:
             count = int(state.pop("step", 0)) + 1
             if parameter.ndim > 1:
                 weight, by_weight = (
-                    values.reshape(1, len(values), -1) for values in (parameter, gradient)
+                    values.reshape(1, len(values), -1) for values in (parameter.clone(), gradient)
                 )
                 change_along_axes(weight, by_weight, state, count, rate)
                 parameter.copy_(weight.reshape(parameter.shape))

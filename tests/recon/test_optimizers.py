@@ -8,7 +8,7 @@ import pytest
 import torch
 
 from recon.estimators.descent import RECTIFIER, adam_rule, descend, one_thread, soap_rule
-from recon.optimizers import Soap, change_along_axes
+from recon.optimizers import MEMORY, MOST_AXES, TURN_EVERY, Soap, change_along_axes
 
 SIZE, ROWS, MEMBERS = 5, 64, 2
 
@@ -82,14 +82,50 @@ def test_same_batches_teach_the_same(random):
     assert torch.equal(once[1], again[1])
 
 
-def test_the_optimizer_changes_a_convolution_as_the_rule_changes_a_matrix(random):
-    kernel = torch.nn.Parameter(drawn(random, 4, 3, 3, 3))
+@pytest.mark.parametrize("memory_format", [torch.contiguous_format, torch.channels_last])
+@pytest.mark.parametrize("side", [1, 3])
+def test_the_optimizer_changes_a_convolution_as_the_rule_changes_a_matrix(
+    random, memory_format, side
+):
+    count = 3 * side**2
+    kernel = torch.nn.Parameter(drawn(random, 4, 3, side, side).to(memory_format=memory_format))
     bias = torch.nn.Parameter(drawn(random, 4))
-    weight, state = kernel.detach().clone().reshape(1, 4, 27), {}
+    weight, state = kernel.detach().clone().reshape(1, 4, count), {}
     optimizer = Soap([kernel, bias])
     for step in range(1, 46):
-        kernel.grad, bias.grad = drawn(random, 4, 3, 3, 3), drawn(random, 4)
+        kernel.grad, bias.grad = drawn(random, 4, 3, side, side), drawn(random, 4)
         optimizer.step(0.01)
-        change_along_axes(weight, kernel.grad.reshape(1, 4, 27), state, step, 0.01)
-    assert torch.equal(kernel.detach(), weight.reshape(4, 3, 3, 3))
+        change_along_axes(weight, kernel.grad.reshape(1, 4, count), state, step, 0.01)
+    assert torch.equal(kernel.detach(), weight.reshape(4, 3, side, side))
     assert set(optimizer.state[bias]) == {"mean", "squares", "step"}
+
+
+def test_a_turn_of_the_axes_leaves_what_is_remembered_where_it_was(random):
+    weight, state = drawn(random, MEMBERS, SIZE, SIZE + 1), {}
+
+    def remembered():
+        return state["rows"] @ state["mean"] @ state["columns"].mT
+
+    for step in range(1, TURN_EVERY):
+        change_along_axes(weight, drawn(random, *weight.shape), state, step, 0.01)
+    before, axes = remembered(), state["rows"].clone()
+    change_along_axes(weight, torch.zeros_like(weight), state, TURN_EVERY, 0.01)
+    torch.testing.assert_close(remembered(), MEMORY * before)
+    assert (state["rows"] - axes).abs().max() > 0.01
+
+
+def test_axes_are_at_right_angles_even_of_no_gradient_or_of_one_row(random):
+    for gradient in (torch.zeros(1, 4, 6), torch.eye(4, 6)[None] * torch.eye(4)[:, :1]):
+        weight, state = torch.zeros(1, 4, 6), {}
+        for step in range(1, 2 * TURN_EVERY + 1):
+            change_along_axes(weight, gradient, state, step, 0.01)
+        for side, size in (("rows", 4), ("columns", 6)):
+            torch.testing.assert_close(state[side] @ state[side].mT, torch.eye(size)[None])
+        assert weight.isfinite().all()
+        assert torch.equal(weight != 0, gradient != 0) or gradient.any()
+
+
+def test_a_long_side_keeps_its_own_axes(random):
+    weight, state = torch.zeros(1, 3, MOST_AXES + 1).double(), {}
+    change_along_axes(weight, drawn(random, *weight.shape), state, 1, 0.01)
+    assert "rows" in state and "columns" not in state and weight.any()
