@@ -6,7 +6,8 @@ Inputs that rise and fall together make Adam, which scales each weight for itsel
 steps. The mean squares of a layer's gradient, taken over its columns and over its rows, have axes
 along which they are independent (Gupta et al., Shampoo, 2018); there Adam scales what is to be
 scaled (Vyas et al., SOAP: improving and stabilizing Shampoo using Adam, 2024, algorithm 3). The
-axes are followed by one step of orthogonal iteration from time to time. Biases are left to Adam.
+axes are followed by one step of orthogonal iteration from time to time, of which the largest
+squares come first; what is remembered goes with its axis. Biases are left to Adam.
 """
 
 from collections.abc import Iterable
@@ -26,6 +27,9 @@ LOOK_EVERY = 4
 """Steps between gradients that enter those mean squares."""
 TURN_EVERY = 20
 """Steps between turns of the axes."""
+LONGEST_STEP = 2.0
+"""Along an axis, in learning rates: beyond what Adam takes of any gradient while the axes stay.
+After a turn some of a mean may lie along an axis that remembers hardly any squares."""
 MOST_AXES = 300
 """A side of a weight that is longer keeps its own."""
 
@@ -87,7 +91,8 @@ def change_along_axes(
     state["squares"].mul_(ALONG_MEMORY).addcmul_(turned, turned, value=1 - ALONG_MEMORY)
     root = state["squares"].sqrt().div_(sqrt(1 - ALONG_MEMORY**step)).add_(LEAST_ROOT)
     back = [None if axes is None else axes.mT for axes in map(state.get, ("rows", "columns"))]
-    weight.add_(_turned(state["mean"] / root, *back), alpha=-rate / (1 - memory**step))
+    along = (state["mean"] / root).div_(1 - memory**step).clamp_(-LONGEST_STEP, LONGEST_STEP)
+    weight.add_(_turned(along, *back), alpha=-rate)
 
 
 def _follow(state: State, side: str, gradient: torch.Tensor, step: int) -> None:
@@ -109,6 +114,7 @@ def _follow(state: State, side: str, gradient: torch.Tensor, step: int) -> None:
         squares, share = state[f"{side}_squares"], 1 - AXES_MEMORY
         squares.baddbmm_(gradient, gradient.mT, beta=1 - share, alpha=share)
     if step % TURN_EVERY == 0:
+        _sort(state, side)
         before = state[side]
         state[side] = torch.linalg.qr(state[f"{side}_squares"] @ before)[0].contiguous()
         turn = before.mT @ state[side]
@@ -116,11 +122,24 @@ def _follow(state: State, side: str, gradient: torch.Tensor, step: int) -> None:
         state["mean"] = turn.mT @ mean if side == "rows" else mean @ turn
 
 
+def _sort(state: State, side: str) -> None:
+    """Put the axes of the largest squares first, as an orthogonal iteration leaves them."""
+    axes = state[side]
+    order = (axes * (state[f"{side}_squares"] @ axes)).sum(1).argsort(1, descending=True)
+    state[side] = axes.take_along_dim(order[:, None], 2)
+    for name in ("mean", "squares"):
+        along = (order[:, :, None], 1) if side == "rows" else (order[:, None], 2)
+        state[name] = state[name].take_along_dim(*along)
+
+
 def _axes_of(squares: torch.Tensor) -> torch.Tensor:
-    """Eigenvectors, one a column; in double precision, where many are alike or nearly nothing."""
+    """Eigenvectors, one a column, those of the largest squares first.
+
+    In double precision, where many are alike or nearly nothing.
+    """
     largest = squares.diagonal(dim1=1, dim2=2).amax(1).clamp_min(torch.finfo(squares.dtype).tiny)
     scaled = squares.double() / largest.double()[:, None, None]
-    return torch.linalg.eigh(scaled)[1].to(squares.dtype).contiguous()
+    return torch.linalg.eigh(scaled)[1].flip(2).to(squares.dtype).contiguous()
 
 
 def _turned(

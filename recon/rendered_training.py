@@ -6,7 +6,8 @@
 that random surfaces taught (``recon.unet_training``). Half of every step is still such surfaces;
 the other half is what calibrated estimators read off rendered frames
 (``recon.measured_presses``). There errors count in means over squares as well as singly, since
-what many neighbours err by alike adds up to depth. What is kept lies between the weights before
+what many neighbours err by alike adds up to depth; a window of untouched gel is among them, where
+the answer is to be nothing. What is kept lies between the weights before
 and after. Last it teaches the doubt anew (``recon.doubt_training``), as slopes that err less
 elsewhere err in other places. Needs torch, the extra ``train``.
 """
@@ -55,6 +56,8 @@ PRESSES_A_STEP = 4
 """Which weigh together, by the gel that moved, as much as a batch of surfaces."""
 SIDES_PX = (1, 4, 16)
 """Of the squares over whose means errors count; the longest is the stride of the network."""
+UNTOUCHED_PX = (64, 256)
+"""Sides of the untouched gel: windows of any size, so that no border is answered with a slope."""
 AFTER = 0.7
 """Share of the weights after in those kept: with more of them, crests become too steep."""
 DOUBT_STEPS = 600
@@ -87,6 +90,7 @@ def train_further(
         rng = np.random.default_rng([seed, step, 1])
         chosen = rng.integers(len(presses), size=PRESSES_A_STEP)
         off = [_learn_from(network, presses[index].mirrored(rng)) for index in chosen]
+        _learn_from(network, untouched_gel(rng, unet.stride(first)))
         nn.utils.clip_grad_norm_(network.parameters(), STEEPEST_STEP)
         optimizer.step(PEAK * learning_rate(step, steps, steps))
         losses.append(float(np.mean(off)))
@@ -94,6 +98,18 @@ def train_further(
             mean, spent = np.mean(losses[-100:]), time.monotonic() - begin
             print(f"step {step + 1}/{steps}  loss {mean:.5f}  {spent:.0f} s", flush=True)
     return between(first, network.weights(), AFTER), losses
+
+
+def untouched_gel(rng: np.random.Generator, stride: int) -> MeasuredPress:
+    """Gel that did not move, seen without noise, in a window of random size."""
+    rows, columns = rng.integers(*UNTOUCHED_PX, size=2)
+    support = np.zeros((rows + -rows % stride, columns + -columns % stride), np.float32)
+    support[:rows, :columns] = 1
+    return MeasuredPress(
+        maps=np.zeros((unet.INPUTS, *support.shape), np.float32),
+        truth=np.zeros((2, *support.shape), np.float32),
+        support=support,
+    )
 
 
 def _learn_from(network: UNet, press: MeasuredPress) -> float:

@@ -23,10 +23,10 @@ except ModuleNotFoundError as error:
 
 
 def code_folder() -> Path:
-    """Where machine code is kept, by what it was made from."""
+    """Where machine code is kept, by what it was made from: constants of other files are in it."""
     base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     cache = os.environ.get("WEDGE_CACHE") or base / "gelsight-wedge"
-    sources = sorted(Path(__file__).parent.glob("*.py"))
+    sources = sorted(Path(__file__).parents[1].rglob("*.py"))
     made_from = hashlib.sha256(b"".join(path.read_bytes() for path in sources))
     return Path(cache) / "compiled" / made_from.hexdigest()[:12]
 

@@ -8,7 +8,15 @@ import pytest
 import torch
 
 from recon.estimators.descent import RECTIFIER, adam_rule, descend, one_thread, soap_rule
-from recon.optimizers import MEMORY, MOST_AXES, TURN_EVERY, Soap, change_along_axes
+from recon.optimizers import (
+    ALONG_MEMORY,
+    LONGEST_STEP,
+    MEMORY,
+    MOST_AXES,
+    TURN_EVERY,
+    Soap,
+    change_along_axes,
+)
 
 SIZE, ROWS, MEMBERS = 5, 64, 2
 
@@ -112,6 +120,40 @@ def test_a_turn_of_the_axes_leaves_what_is_remembered_where_it_was(random):
     change_along_axes(weight, torch.zeros_like(weight), state, TURN_EVERY, 0.01)
     torch.testing.assert_close(remembered(), MEMORY * before)
     assert (state["rows"] - axes).abs().max() > 0.01
+
+
+def test_a_gradient_that_stays_is_followed_at_the_learning_rate(random):
+    """One direction alone has squares: of Adam's quotient only its 1 is left, turn after turn."""
+    row, column = (axis / axis.norm() for axis in (drawn(random, 4, 1), drawn(random, 1, 6)))
+    weight, state = torch.zeros(1, 4, 6).double(), {}
+    for step in range(1, 3 * TURN_EVERY + 1):
+        change_along_axes(weight, 7 * (row @ column)[None], state, step, 0.01)
+        torch.testing.assert_close(weight[0], -0.01 * step * row @ column, atol=1e-6, rtol=0)
+
+
+def test_squares_go_where_their_axes_go(random):
+    """The axes' order is another after a turn where another gradient has become the largest."""
+    axes = torch.linalg.qr(drawn(random, 1, SIZE, SIZE))[0]
+    weight, state = torch.zeros(1, SIZE, SIZE).double(), {}
+    for turn, (largest, size) in enumerate(((0, 9), (1, 30)), start=1):
+        for step in range((turn - 1) * TURN_EVERY + 1, turn * TURN_EVERY):
+            sizes = torch.arange(1.0, SIZE + 1).double().index_fill(0, torch.tensor(largest), size)
+            change_along_axes(weight, axes @ torch.diag(sizes)[None], state, step, 0.01)
+        rows, squares = state["rows"], state["squares"]
+        change_along_axes(weight, torch.zeros_like(weight), state, turn * TURN_EVERY, 0.01)
+        order = (rows.mT @ state["rows"]).abs().argmax(1)[0]
+        assert order[0] == (rows[0].mT @ axes[0]).abs().argmax(0)[largest]
+        torch.testing.assert_close(state["squares"].sum(2), ALONG_MEMORY * squares.sum(2)[:, order])
+
+
+def test_no_step_along_an_axis_is_longer_than_the_longest(random):
+    """Where one direction alone has squares, and rounding turns the others anyhow."""
+    gradient = drawn(random, 4, 1) @ drawn(random, 1, 6)
+    weight, state = torch.zeros(1, 4, 6), {}
+    for step in range(1, 5 * TURN_EVERY):
+        before, size = weight.clone(), 1e12 if step % 3 else 1e-12
+        change_along_axes(weight, size * gradient.float()[None], state, step, 0.01)
+        assert (weight - before).norm() <= 0.01 * LONGEST_STEP * 24**0.5 * (1 + 1e-5)
 
 
 def test_axes_are_at_right_angles_even_of_no_gradient_or_of_one_row(random):

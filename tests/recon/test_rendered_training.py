@@ -95,6 +95,21 @@ def test_the_second_course_keeps_weights_between_before_and_after(small, monkeyp
     assert "step 8/8" in capsys.readouterr().out
 
 
+def test_untouched_gel_is_a_window_of_any_size_without_slopes(small):
+    rng, sizes = np.random.default_rng(0), set()
+    for _ in range(40):
+        gel = small[0].untouched_gel(rng, STRIDE)
+        height, width = gel.support.shape
+        assert height % STRIDE == width % STRIDE == 0
+        assert gel.maps.shape == (unet.INPUTS, height, width) and not gel.maps.any()
+        assert gel.truth.shape == (2, height, width) and not gel.truth.any()
+        rows, columns = gel.support.any(1).sum(), gel.support.any(0).sum()
+        assert gel.support.sum() == rows * columns
+        assert height - rows < STRIDE and width - columns < STRIDE
+        sizes.add((rows, columns))
+    assert len(sizes) > 35
+
+
 def test_errors_that_neighbours_share_cost_more_than_noise_and_only_where_gel_may_have_moved(small):
     torch = pytest.importorskip("torch")
     errors_of, rows = small[0]._errors, np.indices((32, 32)).sum(0)

@@ -21,7 +21,7 @@ from recon.estimators import GradientEstimator, gradient_field
 from recon.estimators.default import Default
 from recon.estimators.lookup_table import BINS, LookupTable
 from recon.estimators.mlp import Mlp
-from recon.fast import FastReconstructor, fixed_point
+from recon.fast import FastReconstructor, fixed_point, kernels
 from recon.fast.disturbance import FrameDisturbance, border_of, in_pixels, median
 from recon.fast.ensemble import FrameEnsemble
 from recon.fast.network import FrameMlp
@@ -349,6 +349,19 @@ def test_a_frame_leaves_no_memory_behind_and_takes_little() -> None:
     plane = 4 * 320 * 240
     assert after - before < plane / 10
     assert peak - before < plane
+
+
+def test_code_is_compiled_anew_when_a_file_changes_whose_constants_are_in_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for file in ("fast/kernels.py", "estimators/networks.py"):
+        (tmp_path / file).parent.mkdir()
+        (tmp_path / file).write_text("HIDDEN = (32,)")
+    monkeypatch.setattr(kernels, "__file__", str(tmp_path / "fast" / "kernels.py"))
+    before = kernels.code_folder()
+    assert kernels.code_folder() == before
+    (tmp_path / "estimators" / "networks.py").write_text("HIDDEN = (48,)")
+    assert kernels.code_folder() != before
 
 
 def test_a_cache_that_cannot_be_written_is_done_without(tmp_path: Path) -> None:
