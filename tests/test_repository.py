@@ -78,6 +78,11 @@ def test_every_folder_at_the_top_says_what_it_is() -> None:
     assert silent == []
 
 
+def test_at_the_top_lie_words_and_settings_alone() -> None:
+    at_the_top = [path for path in FILES if path.parent == ROOT]
+    assert names([path for path in at_the_top if b"\0" in path.read_bytes()]) == []
+
+
 def test_no_file_names_a_machine() -> None:
     a_machine = re.compile(r"(?<![\w.~$}])/(?:root|work|home/\w+|Users/\w+)\b(?!\.)")
     texts = [path for path in FILES if b"\0" not in path.read_bytes()]
