@@ -25,7 +25,7 @@ from recon.poisson import Boundary, integrate
 from recon.pressed import Support, nearest_pressed
 from recon.shadows import cast_shadows
 from recon.still import without_still
-from recon.weighed import weighed_depth
+from recon.weighed import inferred_doubts, weighed_depth
 from sensor.toml import Pair
 from sensor.unit import MissingAxis
 
@@ -171,6 +171,9 @@ def reconstruct(
     depth = integrate(gradient, mm_per_px, boundary)
     if knows_still:
         depth = weighed_depth(depth, gradient, mm_per_px, boundary)
+    elif unseen is not None and completed.doubt is not None:
+        doubts = inferred_doubts(gradient, unseen, completed.doubt)
+        depth = weighed_depth(depth, gradient, mm_per_px, boundary, doubts)
     if boundary == "neumann" and not disturbed.all():
         depth -= np.median(depth[~disturbed])  # untouched gel lies at zero
     if completed.support is not None:

@@ -3,8 +3,9 @@
 """Depth by slopes that count by how certain they are.
 
 The plain integral (``recon.poisson``) takes every slope to be as wrong as every other, so that a
-misread wall tilts the gel all around it. But gel that did not move is known to be flat, and steep
-skin is read worse than gentle skin. With a doubt d at every place, depth z should minimize
+misread wall tilts the gel all around it. But gel that did not move is known to be flat, steep skin
+is read worse than gentle skin, and a slope that was inferred is less certain than one that was
+measured. With a doubt d of every slope, depth z should minimize
 
     sum ((grad z - slope) / d)^2.
 
@@ -22,6 +23,7 @@ from jaxtyping import Float32
 from scipy import fft
 
 from recon.arrays import DepthMap, GradientField
+from recon.lights import Axis
 from recon.poisson import Boundary, eigenvalues, midpoint_slopes
 from sensor.toml import Pair
 
@@ -30,6 +32,8 @@ STILL = 0.3
 may have moved has 1."""
 MORE_PER_SLOPE = 0.5
 """How much the doubt grows with the steepness."""
+MEASURED = 0.1
+"""Slope, mm/mm, that an inferred one is to err by to count as little again as a measured one."""
 CELLS = 60
 """Along the frame's shorter side."""
 STEPS = 24
@@ -40,6 +44,7 @@ LEAST_WEIGHT = 1e-3
 """By which the steps are helped in cells that lie mostly beyond a free border."""
 
 Map = Float32[np.ndarray, "h w"]
+Doubts = Float32[np.ndarray, "h w 2"]
 Cells = Float32[np.ndarray, "rows columns"]
 
 
@@ -68,8 +73,25 @@ def slope_doubt(gradient: GradientField) -> Map:
     return np.where(steepness > 0, 1 + MORE_PER_SLOPE * steepness, STILL).astype(np.float32)
 
 
+def inferred_doubts(gradient: GradientField, inferred: Axis, doubt: Map) -> Doubts:
+    """How wrong the slopes along both axes are where one of them was inferred.
+
+    Args:
+        gradient: (h, w, 2), mm/mm; exactly zero where the gel is known to be flat.
+        inferred: the axis.
+        doubt: (h, w), mm/mm; how far off its slope is expected to be.
+    """
+    measured = slope_doubt(gradient)
+    more = np.hypot(measured, doubt / np.float32(MEASURED))
+    return np.stack((more, measured) if inferred == "x" else (measured, more), -1)
+
+
 def weighed_depth(
-    free_mm: DepthMap, gradient: GradientField, mm_per_px: Pair, boundary: Boundary
+    free_mm: DepthMap,
+    gradient: GradientField,
+    mm_per_px: Pair,
+    boundary: Boundary,
+    doubts: Doubts | None = None,
 ) -> DepthMap:
     """The depth whose slopes differ least from the measured ones, each difference by its doubt.
 
@@ -78,6 +100,7 @@ def weighed_depth(
         gradient: (h, w, 2), mm/mm; exactly zero where the gel is known to be flat.
         mm_per_px: pixel pitch along x and y.
         boundary: that ``free_mm`` was integrated with.
+        doubts: of the slopes along x and y; ``slope_doubt`` of both unless given.
 
     Returns:
         (h, w), mm; with a free border as deep on average as ``free_mm``.
@@ -86,12 +109,14 @@ def weighed_depth(
     around = [(ring_px, ring_px + (-size) % side_px) for size in free_mm.shape]
     depth = np.pad(free_mm.astype(np.float32), around)
     slopes = np.pad(gradient.astype(np.float32), [*around, (0, 0)])
-    doubt = slope_doubt(slopes)
+    if doubts is None:
+        doubts = np.repeat(slope_doubt(gradient)[..., None], 2, -1)
+    doubts = np.pad(doubts, [*around, (0, 0)], constant_values=STILL)
     if not ring_px:
-        doubt[free_mm.shape[0] :] = doubt[:, free_mm.shape[1] :] = np.inf
-    variance, (slope_x, slope_y) = np.square(doubt), midpoint_slopes(slopes)
-    weight_x = 2 / (variance[:, :-1] + variance[:, 1:])
-    weight_y = 2 / (variance[:-1] + variance[1:])
+        doubts[free_mm.shape[0] :] = doubts[:, free_mm.shape[1] :] = np.inf
+    variance, (slope_x, slope_y) = np.square(doubts), midpoint_slopes(slopes)
+    weight_x = 2 / (variance[:, :-1, 0] + variance[:, 1:, 0])
+    weight_y = 2 / (variance[:-1, :, 1] + variance[1:, :, 1])
     lacks_x = slope_x - np.diff(depth, axis=1) / mm_per_px[0]
     lacks_y = slope_y - np.diff(depth, axis=0) / mm_per_px[1]
     between = BetweenCells(

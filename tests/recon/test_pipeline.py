@@ -20,8 +20,9 @@ from recon.missing_axis import infer_missing_axis
 from recon.moved import FLANK, MARGIN_PX
 from recon.pipeline import HINT_SHARE, SEEN_SHARE, Reconstructor, complete_gradient, reconstruct
 from recon.poisson import integrate
+from recon.pressed import nearest_pressed
 from recon.presses import read_presses
-from recon.weighed import weighed_depth
+from recon.weighed import inferred_doubts, weighed_depth
 from sensor.errors import WedgeError
 from tests.synthetic import (
     BALL_RADIUS_MM,
@@ -337,6 +338,24 @@ def test_slopes_count_by_their_doubt_where_still_gel_is_known(flattens):
     wanted = weighed_depth(free, found.gradient, MM_PER_PX, "dirichlet") if flattens else free
     np.testing.assert_array_equal(found.depth_mm, wanted)
     assert np.allclose(found.depth_mm, free, atol=1e-4) != flattens
+
+
+@pytest.mark.parametrize(("lights_deg", "unseen"), [((90.0, -90.0), "x"), ((0.0, 180.0), "y")])
+def test_the_depth_asks_less_of_slopes_that_were_inferred(lights_deg, unseen):
+    cap = ball_cap((60, 40), (30.0, 20.0), 0.8, 1.6, MM_PER_PX)
+    known = Known(cap.gradient)
+    known.channels = "RB"
+    difference = (cap.contact[..., None] * np.array([0.2, 0.0, 0.1])).astype(np.float32)
+    lights = dict(zip("RB", lights_deg, strict=True))
+    found = reconstruct(
+        difference, known, missing="network", lights_deg=lights, mm_per_px=MM_PER_PX
+    )
+    free = integrate(found.gradient, MM_PER_PX, "dirichlet")
+    doubts = inferred_doubts(found.gradient, unseen, found.doubt)
+    weighed = weighed_depth(free, found.gradient, MM_PER_PX, "dirichlet", doubts)
+    pressed = nearest_pressed(weighed, found.doubt > 0, MM_PER_PX, "dirichlet")
+    np.testing.assert_allclose(found.depth_mm, pressed, atol=1e-6)
+    assert not np.allclose(weighed, free, atol=1e-3)
 
 
 def test_hints_come_from_estimators_that_look_around():

@@ -11,7 +11,7 @@ from scipy.sparse.linalg import spsolve
 
 from recon.ball import ball_cap
 from recon.poisson import integrate, midpoint_slopes
-from recon.weighed import CELLS, slope_doubt, weighed_depth
+from recon.weighed import CELLS, MEASURED, STILL, inferred_doubts, slope_doubt, weighed_depth
 
 BORDERS = ("dirichlet", "neumann")
 
@@ -22,12 +22,18 @@ def pressed_ball(size_px, center_px, radius_px, pitch):
     return cap.depth_mm.astype(np.float32), cap.gradient.astype(np.float32)
 
 
-def exact(gradient, pitch, boundary):
+def both(gradient):
+    """The doubts of slopes of which none was inferred."""
+    return np.repeat(slope_doubt(gradient)[..., None], 2, -1)
+
+
+def exact(gradient, pitch, boundary, doubts=None):
     """The minimum at full resolution, by a sparse solver."""
     height, width = gradient.shape[:2]
     ring = 1 if boundary == "dirichlet" else 0
     slopes = np.pad(gradient, ((ring, ring), (ring, ring), (0, 0))).astype(float)
-    variance = slope_doubt(slopes.astype(np.float32)).astype(float) ** 2
+    around = ((ring, ring), (ring, ring), (0, 0))
+    doubts = np.pad(both(gradient) if doubts is None else doubts, around, constant_values=STILL)
     number = np.pad(np.arange(height * width).reshape(height, width), ring, constant_values=-1)
     rows, columns, values, wanted = [], [], [], []
     for axis in (1, 0):
@@ -35,6 +41,7 @@ def exact(gradient, pitch, boundary):
         before, after = (
             (np.s_[cut, :-1], np.s_[cut, 1:]) if axis else (np.s_[:-1, cut], np.s_[1:, cut])
         )
+        variance = doubts[..., 1 - axis].astype(float) ** 2
         root = np.sqrt(2 / (variance[before] + variance[after])).ravel()
         known = (slopes[before] + slopes[after])[..., 1 - axis].ravel() / 2
         start = len(wanted)
@@ -99,6 +106,38 @@ def test_cells_as_small_as_pixels_give_the_minimum_itself(monkeypatch):
         free = integrate(found, pitch, boundary)
         depth, wanted = weighed_depth(free, found, pitch, boundary), exact(found, pitch, boundary)
         np.testing.assert_allclose(depth, wanted, atol=2e-3 * wanted.max())
+
+
+@pytest.mark.parametrize("inferred", ["x", "y"])
+def test_an_inferred_slope_counts_less_where_it_is_doubted(monkeypatch, inferred):
+    monkeypatch.setattr("recon.weighed.CELLS", 1000)
+    monkeypatch.setattr("recon.weighed.STEPS", 600)
+    monkeypatch.setattr("recon.weighed.ENOUGH", 0.0)
+    pitch = (0.05, 0.06)
+    truth, slopes = pressed_ball((60, 48), (25.0, 22.0), 14.0, pitch)
+    found, axis = slopes.copy(), "xy".index(inferred)
+    found[..., axis] *= np.where(found[..., axis] > 0, 0.6, 1.0)
+    doubt = np.float32(0.5) * (truth > 0)
+    doubts = inferred_doubts(found, inferred, doubt)
+    for boundary in BORDERS:
+        free = integrate(found, pitch, boundary)
+        depth = weighed_depth(free, found, pitch, boundary, doubts)
+        wanted = exact(found, pitch, boundary, doubts)
+        np.testing.assert_allclose(depth, wanted, atol=5e-3 * wanted.max())
+    alike = weighed_depth(free, found, pitch, "neumann")
+    off, worse = (np.abs(z - z.mean() - truth + truth.mean()).mean() for z in (depth, alike))
+    assert off < 0.6 * worse
+
+
+def test_doubts_of_two_axes_are_of_one_unit():
+    slopes = np.array([[[0.0, 0.0], [0.3, 0.4], [0.3, 0.4]]], np.float32)
+    doubt = np.array([[0.0, 0.0, 7 * MEASURED]], np.float32)
+    along_x = inferred_doubts(slopes, "x", doubt)
+    np.testing.assert_allclose(along_x[..., 1], slope_doubt(slopes))
+    np.testing.assert_allclose(along_x[0, :2], both(slopes)[0, :2])
+    assert along_x[0, 2, 0] == pytest.approx(np.hypot(7, slope_doubt(slopes)[0, 2]))
+    along_y = inferred_doubts(slopes, "y", doubt)
+    np.testing.assert_array_equal(along_y, along_x[..., ::-1])
 
 
 def test_a_misread_wall_tilts_the_gel_around_it_no_more():
