@@ -95,12 +95,13 @@ def test_it_comes_close_to_the_minimum_at_full_resolution(boundary, pitch):
     assert np.sqrt(np.mean(left**2)) < 0.2 * np.sqrt(np.mean(changed**2))
 
 
-def test_cells_as_small_as_pixels_give_the_minimum_itself(monkeypatch):
+@pytest.mark.parametrize("center_px", [(25.0, 22.0), (3.0, 22.0)])
+def test_cells_as_small_as_pixels_give_the_minimum_itself(monkeypatch, center_px):
     monkeypatch.setattr("recon.weighed.CELLS", 1000)
     monkeypatch.setattr("recon.weighed.STEPS", 300)
     monkeypatch.setattr("recon.weighed.ENOUGH", 0.0)
     pitch = (0.05, 0.06)
-    _, slopes = pressed_ball((60, 48), (25.0, 22.0), 14.0, pitch)
+    _, slopes = pressed_ball((60, 48), center_px, 14.0, pitch)
     found = misread(slopes, np.random.default_rng(1))
     for boundary in BORDERS:
         free = integrate(found, pitch, boundary)
@@ -167,6 +168,13 @@ def test_any_size_has_a_finite_answer_that_lacks_no_more(height, width, boundary
     found = weighed_depth(free, slopes, (0.1, 0.1), boundary)
     assert found.shape == free.shape and found.dtype == free.dtype and np.isfinite(found).all()
     assert lacking(found, slopes, 0.1, boundary) <= lacking(free, slopes, 0.1, boundary)
+
+
+def test_nothing_beyond_a_free_border_has_weight():
+    plane = np.full((101, 131, 2), (0.2, -0.1), np.float32)  # sides are no whole number of cells
+    free = integrate(plane, (0.1, 0.1), "neumann")
+    found = weighed_depth(free, plane, (0.1, 0.1), "neumann")
+    np.testing.assert_allclose(found, free, atol=1e-3)
 
 
 def test_blank_gel_stays_at_zero():
