@@ -7,9 +7,9 @@ that random surfaces taught (``recon.unet_training``). Half of every step is sti
 the other half is what calibrated estimators read off rendered frames
 (``recon.measured_presses``). There errors count in means over squares as well as singly, since
 what many neighbours err by alike adds up to depth; a window of untouched gel is among them, where
-the answer is to be nothing. What is kept lies between the weights before
-and after. Last it teaches the doubt anew (``recon.doubt_training``), as slopes that err less
-elsewhere err in other places. Needs torch, the extra ``train``.
+the answer is to be nothing. What is kept lies between the weights before and after. Last it teaches
+the doubt anew (``recon.doubt_training``), as slopes that err less elsewhere err in other places.
+Needs torch, the extra ``train``.
 """
 
 import argparse

@@ -33,7 +33,7 @@ may have moved has 1."""
 MORE_PER_SLOPE = 0.5
 """How much the doubt grows with the steepness."""
 MEASURED = 0.1
-"""Slope, mm/mm, that an inferred one is to err by to count as little again as a measured one."""
+"""Slope, mm/mm: one of flat gel that was inferred, and may err by so much, weighs half as much."""
 CELLS = 60
 """Along the frame's shorter side."""
 STEPS = 24
