@@ -1,0 +1,179 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Whether the doubt of an inferred slope is where its error is, and as large.
+
+    python -m benchmarks.doubt --sensor BALLS SET --json doubt.json
+
+Balls in closed form, random surfaces as random sensors measure them, and the twins' shapes as
+estimators read them that all balls taught; with --sensor also the presses of a set that
+``benchmarks.rendered_presses`` made for the sensor of those balls. All but the balls are judged
+where the gel may have moved.
+"""
+
+import argparse
+import json
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from itertools import cycle
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from recon.ball import ball_cap
+from recon.contact import disturbed_mask
+from recon.contact_surfaces import surface_gradient
+from recon.estimators import GradientEstimator, gradient_field
+from recon.few_lights import measure
+from recon.missing_axis import infer_missing_axis
+from recon.moved import may_have_moved
+from recon.presses import read_presses
+from recon.rendered_presses import RenderedPress, rendered_presses
+from recon.surfaces import RECIPES
+from sensor.dataset import read_dataset
+from sensor.errors import WedgeError
+from sensor.files import write_atomic
+from validation.datasets import dataset_folder
+from validation.folds import fit_presses
+
+TWINS = ("twin-standard", "twin-finger")
+SHAPES_BY = (("default", "RB"), ("mlp", "R"))
+OBJECTS_BY = (("default", "RB"), ("default", "R"), ("mlp", "RB"), ("mlp", "R"))
+"""Estimators and lights, the next for the next press."""
+SEED, SLOPE_NOISE = 0, 0.04
+BALLS, SURFACES = 60, 48
+BALL_FRAME_PX, SURFACE_PX = (160, 120), (96, 128)
+PAPER_SHARE = 0.3  # of the surfaces, as in training
+LEAST_PX = 200
+"""Of gel that may have moved: of less there is nothing to tell."""
+SQUARE = (1.0, 1.0)
+
+Judged = tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]
+"""Absolute errors and doubts of the inferred slope, mm/mm."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Told:
+    """What the doubt tells of the errors on some gradients."""
+
+    gradients: str
+    count: int
+    largest_tenth_to_smaller_half: float
+    """Mean error where the doubt is in its largest tenth, over that in its smaller half."""
+    doubt_to_error: float
+    """Mean doubt over mean error."""
+
+
+def told(gradients: str, judged: Iterable[Judged]) -> Told:
+    """The figures of all pixels together."""
+    items = list(judged)
+    error, doubt = (np.concatenate(parts) for parts in zip(*items, strict=True))
+    order = np.argsort(doubt)
+    most, least = error[order[-(len(order) // 10) :]], error[order[: len(order) // 2]]
+    return Told(
+        gradients=gradients,
+        count=len(items),
+        largest_tenth_to_smaller_half=float(most.mean() / least.mean()),
+        doubt_to_error=float(doubt.mean() / error.mean()),
+    )
+
+
+def on_balls(count: int) -> Iterator[Judged]:
+    """Balls somewhere in the frame, contacts 0.1 to 0.4 of its shorter side, under white noise."""
+    rng = np.random.default_rng(SEED)
+    for _ in range(count):
+        contact_px = rng.uniform(0.1, 0.4) * min(BALL_FRAME_PX)
+        ball_px = contact_px / rng.uniform(0.3, 0.9)
+        x_px, y_px = (rng.uniform(1.05 * contact_px, s - 1.05 * contact_px) for s in BALL_FRAME_PX)
+        slopes = ball_cap(BALL_FRAME_PX, (x_px, y_px), contact_px, ball_px, SQUARE).gradient
+        known = slopes[..., 1] + SLOPE_NOISE * rng.standard_normal(slopes.shape[:2])
+        found = infer_missing_axis(known, "x", SQUARE)
+        yield np.abs(found.gradient[..., 0] - slopes[..., 0]).ravel(), found.doubt.ravel()
+
+
+def on_surfaces(count: int) -> Iterator[Judged]:
+    """Random surfaces as random sensors measure them that do not see one axis."""
+    rng = np.random.default_rng(SEED)
+    while count:
+        recipe = RECIPES["paper" if rng.random() < PAPER_SHARE else "contact"]
+        slopes = surface_gradient(recipe(rng, *SURFACE_PX))
+        seen = measure(rng, slopes)
+        if seen.both:
+            continue
+        found = infer_missing_axis(seen.gradient[..., 1], "x", SQUARE, support=seen.support)
+        error = np.abs(found.gradient[..., 0] - slopes[..., 0])
+        yield error[seen.support], found.doubt[seen.support]
+        count -= 1
+
+
+def on_presses(
+    presses: Iterable[RenderedPress], sensors: Sequence[GradientEstimator]
+) -> Iterator[Judged]:
+    """Rendered presses, each as the next of the sensors reads it; those that show little are not.
+
+    Args:
+        presses: with the skin's true depth.
+        sensors: with lights along y.
+    """
+    for press, sensor in zip(presses, cycle(sensors), strict=False):
+        lit = np.array([channel in sensor.channels for channel in "RGB"], np.float32)
+        known = gradient_field(sensor, press.difference)[..., 1]
+        support = may_have_moved(disturbed_mask(press.difference * lit), known)
+        if support.sum() < LEAST_PX:
+            continue
+        found = infer_missing_axis(known, "x", press.mm_per_px, support=support)
+        slope = np.gradient(press.depth_mm, press.mm_per_px[0], axis=1)
+        yield np.abs(found.gradient[..., 0] - slope)[support], found.doubt[support]
+
+
+def calibrated(balls: Path, ways: Sequence[tuple[str, str]]) -> list[GradientEstimator]:
+    """Estimators for some lights that all balls of a dataset taught."""
+    presses = read_presses(read_dataset(balls)).presses
+    return [fit_presses(presses, range(len(presses)), *way, SEED) for way in ways]
+
+
+def measured(sensors: Sequence[tuple[Path, Path]]) -> Iterator[Told]:
+    """Every row of the table."""
+    yield told("balls in closed form, noise 0.04", on_balls(BALLS))
+    yield told("random surfaces", on_surfaces(SURFACES))
+    for name in TWINS:
+        folder = dataset_folder(name)
+        labelled = {Path(label.file).stem for label in read_dataset(folder).labels}
+        shapes = [press for press in rendered_presses(folder) if press.name not in labelled]
+        for (estimator, lit), sensor in zip(SHAPES_BY, calibrated(folder, SHAPES_BY), strict=True):
+            yield told(f"shapes of {name}, {lit}, {estimator}", on_presses(shapes, [sensor]))
+    for balls, rendered in sensors:
+        fitted = calibrated(balls, OBJECTS_BY)
+        yield told(f"objects of {rendered.name}", on_presses(rendered_presses(rendered), fitted))
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.doubt", description=__doc__)
+    parser.add_argument(
+        "--sensor",
+        nargs=2,
+        action="append",
+        default=[],
+        type=Path,
+        metavar=("BALLS", "SET"),
+        help="a dataset of labelled balls, and rendered presses of the same sensor",
+    )
+    parser.add_argument("--json", type=Path, help="write the figures here")
+    options = parser.parse_args()
+    found: list[Told] = []
+    print("| gradients | n | largest tenth to smaller half | doubt to error |\n|---|--:|--:|--:|")
+    try:
+        for row in measured(options.sensor):
+            found.append(row)
+            ranks, size = row.largest_tenth_to_smaller_half, row.doubt_to_error
+            print(f"| {row.gradients} | {row.count} | {ranks:.1f} | {size:.1f} |", flush=True)
+    except WedgeError as error:
+        parser.error(str(error))
+    if options.json:
+        content = {"doubt": [asdict(row) for row in found]}
+        write_atomic(options.json, (json.dumps(content, indent=1) + "\n").encode())
+
+
+if __name__ == "__main__":
+    main()
