@@ -110,6 +110,22 @@ def test_untouched_gel_is_a_window_of_any_size_without_slopes(small):
     assert len(sizes) > 35
 
 
+def test_every_step_of_the_second_course_learns_from_untouched_gel(small, monkeypatch):
+    training, _ = small
+    learn, learnt = training._learn_from, []
+
+    def noted(network, press):
+        loss = learn(network, press)
+        learnt.append(press.truth.any())
+        return loss
+
+    monkeypatch.setattr(training, "_learn_from", noted)
+    truth = np.random.default_rng(0).normal(0, 0.3, (2, 32, 32)).astype(np.float32)
+    training.train_further(shipped_weights(), [press_of(truth)], 3, seed=0)
+    assert learnt.count(False) == 3
+    assert learnt.count(True) == 3 * training.PRESSES_A_STEP
+
+
 def test_errors_that_neighbours_share_cost_more_than_noise_and_only_where_gel_may_have_moved(small):
     torch = pytest.importorskip("torch")
     errors_of, rows = small[0]._errors, np.indices((32, 32)).sum(0)
