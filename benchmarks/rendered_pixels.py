@@ -5,8 +5,9 @@
     python -m benchmarks.rendered_pixels --out FILE --sensor NAME BALLS SETS --sensor ...
 
 BALLS is a dataset of the sensor's labelled balls, which teach the model of its light; SETS are
-those of ``benchmarks.rendered_presses``, of which some pixels of every press are kept. What made
-the file that comes with this package is in ``recon/weights/README.md``.
+those of ``benchmarks.rendered_presses``, of which some pixels of every press are kept. With
+``--beside``, they are added to those of the same sensors in another such file. What made the file
+that comes with this package is in ``recon/weights/README.md``.
 """
 
 import argparse
@@ -23,7 +24,7 @@ from recon.estimators import lesson_of
 from recon.estimators.default import Default, prepared_colors
 from recon.estimators.default_fit import collar_of, dents
 from recon.estimators.mlp import channel_indices
-from recon.estimators.rendered import VERSION
+from recon.estimators.rendered import OF_PIXELS, VERSION, rendered_arrays
 from recon.estimators.shading import DARKEST, blank_colors, fit_shading
 from recon.pixels import positions
 from recon.presses import read_presses
@@ -77,6 +78,17 @@ def sensor_pixels(balls: Path, rendered: Sequence[Path]) -> Arrays:
     }
 
 
+def joined(arrays: Arrays, more: Arrays) -> Arrays:
+    """The arrays of some sensors, and more: pixels are added, what is told of a light replaced."""
+    added = {
+        name: np.concatenate([arrays[name], values])
+        if name in arrays and name.partition(".")[2] in OF_PIXELS
+        else values
+        for name, values in more.items()
+    }
+    return arrays | added
+
+
 def _kept_of(
     press: RenderedPress, each: int, random: np.random.Generator
 ) -> tuple[np.ndarray, ...]:
@@ -107,15 +119,16 @@ def main() -> None:
         "--sensor", nargs="+", action="append", required=True, metavar="NAME BALLS SETS"
     )
     parser.add_argument("--out", type=Path, required=True, help="the safetensors file to write")
+    parser.add_argument("--beside", type=Path, help="a file whose pixels are kept as well")
     options = parser.parse_args()
     if any(len(words) < 3 for words in options.sensor):
         parser.error("--sensor takes a name, a set of balls, and one or more rendered sets")
-    arrays: Arrays = {}
     try:
+        arrays = rendered_arrays(options.beside) if options.beside else {}
         for name, balls, *sets in options.sensor:
             found = sensor_pixels(dataset_folder(balls), [Path(folder) for folder in sets])
-            arrays |= {f"{name}.{key}": values for key, values in found.items()}
-            print(f"{name}: {len(found['slopes'])} pixels")
+            arrays = joined(arrays, {f"{name}.{key}": found[key] for key in found})
+            print(f"{name}: {len(arrays[f'{name}.slopes'])} pixels")
         made = json.dumps({"version": VERSION, "sha256": sha256_of(arrays)})
         # One entry only: safetensors writes several in an order of chance.
         write_atomic(options.out, save(arrays, {"rendered": made}))

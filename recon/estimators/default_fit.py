@@ -22,7 +22,7 @@ from recon.estimators.networks import Layer, answers, members_of
 from recon.estimators.rendered import rendered_pixels
 from recon.estimators.shading import Light, Taught, fit_light
 from recon.estimators.shown import shown_axes
-from recon.estimators.surroundings import columns_around
+from recon.estimators.surroundings import columns_around, of_other_sizes
 from recon.pixels import Pixels
 from sensor.errors import WedgeError
 
@@ -30,6 +30,9 @@ LEFT_OUT = 3
 """Of so many presses one is left out by a network that measures the error and is then forgotten."""
 FEWEST_COLLARS = 3
 """Presses whose gel beside the contact was fitted, from which a sensor's is told."""
+OTHER_SIZES = 0.8, 1.8
+"""Half of the balls' pixels are taught as those of a ball so many times as large: balls of one size
+would teach that size."""
 UNLIKE = 0.25
 """Of the balls' change of colour: a rendered sensor that leaves as much of it unexplained does not
 say how the gel beside a contact looks."""
@@ -72,11 +75,13 @@ class _Told:
     mean: Float32[np.ndarray, " f"]
     spread: Float32[np.ndarray, " f"]
     inputs: Inputs
-    """Of mean 0 and spread 1 among the balls' pixels."""
+    """Of mean 0 and spread 1 among the balls' pixels, before some are taken as of other sizes."""
     slopes: Float32[np.ndarray, "n 2"]
     """Of the dent, mm/mm."""
     unseen: Bool[np.ndarray, " b"]
     """Which of the balls' pixels measure the error."""
+    unseen_inputs: Float32[np.ndarray, "u f"]
+    """What those show, of balls of their own size."""
 
 
 def dents(pixels: Pixels, columns: list[int]) -> tuple[Taught, Light, Lean]:
@@ -121,18 +126,30 @@ def _told(pixels: Pixels, channels: str, seed: int) -> _Told:
     # Squared, as even of a light that is much alike a little is left unexplained.
     kept = with_some_collars(pixels, min(1.0, unexplained / UNLIKE) ** 2, seed)
     around = pixels.color[kept][:, columns_around(chosen)]
-    own = raw_inputs(taught.color[kept], around, light, taught.position[kept])
+    beside = taught[kept]
+    own = raw_inputs(beside.color, around, light, beside.position)
+    sized = of_other_sizes(around, _sizes(len(kept), seed))
+    resized = raw_inputs(beside.color, sized, light, beside.position)
     others = raw_inputs(other.color, other.around, light, other.position)
     mean, spread = own.mean(0), np.maximum(own.std(0), 1e-3)
+    unseen = np.unique(beside.press, return_inverse=True)[1] % LEFT_OUT == 0
     return _Told(
         light=light,
         gel=gel,
         mean=mean,
         spread=spread,
-        inputs=(np.concatenate([own, others]) - mean) / spread,
-        slopes=np.concatenate([taught.slopes[kept], other.slopes]),
-        unseen=np.unique(pixels.press[kept], return_inverse=True)[1] % LEFT_OUT == 0,
+        inputs=(np.concatenate([resized, others]) - mean) / spread,
+        slopes=np.concatenate([beside.slopes, other.slopes]),
+        unseen=unseen,
+        unseen_inputs=(own[unseen] - mean) / spread,
     )
+
+
+def _sizes(count: int, seed: int) -> Float32[np.ndarray, " n"]:
+    """How many times as large the balls of so many pixels are taken to be: half as they are."""
+    random = np.random.default_rng([seed, 2])
+    sizes = np.exp(random.uniform(*np.log(OTHER_SIZES), count))
+    return np.where(random.random(count) < 0.5, sizes, 1).astype(np.float32)
 
 
 def _choices(told: _Told) -> list[Int[np.ndarray, " _"]]:
@@ -148,7 +165,7 @@ def _choices(told: _Told) -> list[Int[np.ndarray, " _"]]:
 def _measured_error90(told: _Told, layers: tuple[Layer, ...]) -> Float32[np.ndarray, "k 2"]:
     """The errors' quantiles on presses that the last network did not see."""
     left_out = np.flatnonzero(told.unseen)
-    slopes = slopes_of(answers(layers, MEMBERS, told.inputs[left_out]))
+    slopes = slopes_of(answers(layers, MEMBERS, told.unseen_inputs))
     return _error90(slopes, np.abs(slopes - told.slopes[left_out]))
 
 

@@ -36,7 +36,7 @@ from recon.unet_weights import sha256_of
 from sensor.errors import WedgeError
 
 FILE = Path(__file__).parents[1] / "weights" / "rendered.safetensors"
-VERSION = "2"
+VERSION = "3"
 """Of the arrays and of what is looked at around a pixel."""
 GENTLEST, STEEPEST = 0.02, 1.0
 """Slopes of the balls' pixels from which the mix is told: rendered balls are not pressed deeper."""
@@ -48,7 +48,8 @@ LIKENESS = 6
 """Rendered sensors count by the power of what they leave unexplained: the likest count most."""
 COLLAR_SPREAD = 0.2
 """Of the logarithm of the collar's length: rendered sensors count by a Gaussian of it as well."""
-WANTED = ("change", "around", "position", "slopes", "shading", "collar")
+OF_PIXELS = ("change", "around", "position", "slopes")
+WANTED = (*OF_PIXELS, "shading", "collar")
 
 Mix = Float64[np.ndarray, "9 c"]
 """From three colours' changes, each times 1, x and y, to those of the sensor at hand."""
@@ -162,6 +163,20 @@ def read_rendered(path: Path) -> Sequence[RenderedSensor]:
     Raises:
         WedgeError: it is missing, damaged, or of another version.
     """
+    arrays = rendered_arrays(path)
+    names = sorted({name.partition(".")[0] for name in arrays})
+    return tuple(
+        RenderedSensor(**{key: arrays[f"{name}.{key}"].astype(np.float32) for key in WANTED})
+        for name in names
+    )
+
+
+def rendered_arrays(path: Path) -> dict[str, np.ndarray]:
+    """What a file holds, each array by its sensor's name, a dot and its own.
+
+    Raises:
+        WedgeError: it is missing, damaged, or of another version.
+    """
     try:
         with safe_open(path, framework="numpy") as file:
             made = json.loads((file.metadata() or {}).get("rendered", "{}"))
@@ -175,11 +190,7 @@ def read_rendered(path: Path) -> Sequence[RenderedSensor]:
         )
     if made.get("sha256") != sha256_of(arrays):
         raise WedgeError(f"{path} is damaged, its hash does not match: install it again.")
-    names = sorted({name.partition(".")[0] for name in arrays})
-    return tuple(
-        RenderedSensor(**{key: arrays[f"{name}.{key}"].astype(np.float32) for key in WANTED})
-        for name in names
-    )
+    return arrays
 
 
 def _seen(

@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What lies around a pixel: how colours change near it, farther off and on the whole.
+"""What lies around a pixel: how colours change near it, and how they are on the whole.
 
 One colour has more than one slope: a wall beside it shades skin, a hollow keeps light in. What lies
 around tells these apart. It is looked at through averages over ``SIDE_PX`` pixels, and in shares of
-the frame's shorter side, so that a frame of any size gives the same.
+the frame's shorter side, so that a frame of any size gives the same. No change of colour is looked
+at over lengths of a contact: it would tell how large the balls are that teach.
 """
 
 from collections.abc import Sequence
@@ -22,8 +23,6 @@ SMOOTHING = 1 / 340
 grain, less than a press' collar."""
 NEAR, NEAR_SMOOTHING = 1 / 60, 1 / 80
 """How far the nine places are apart by which colours change near a pixel, and their Gaussian."""
-FAR = 1 / 30
-"""The same two farther off."""
 WIDE = 1 / 12
 """Of the Gaussian that tells what is usual around."""
 AVERAGE = np.array([[0, 1, 0], [1, 0, 1], [0, 1, 0]], np.float32) / 4
@@ -34,8 +33,11 @@ STEPS, BENDS = (ALONG_X, ALONG_X.T), (MORE_ALONG_X, TWISTED)
 """First and second differences between the nine places, rows downward."""
 LEVELS = 2
 """Aspects that are colours, near and wide, less the pixel's own; the others are differences."""
-ASPECTS = LEVELS + 2 * len(STEPS) + len(BENDS)
+ASPECTS = LEVELS + len(STEPS) + len(BENDS)
 """Of each colour."""
+ORDERS = (2, 1.5) + (1,) * len(STEPS) + (2,) * len(BENDS)
+"""Aspects fall by these powers of an object's size: steps are first differences, bends second ones,
+and a level less a pixel's own is a second one as far as it is of nearby. A wide one is of less."""
 
 Quarter = Float32[np.ndarray, "qh qw 3"]
 
@@ -52,13 +54,12 @@ def surroundings(quarter: Quarter) -> Float32[np.ndarray, "qh qw a"]:
 
     The levels are as they are: ``full_size`` takes the pixels' own colours off.
     """
-    near, far = _blurred(quarter, NEAR_SMOOTHING), _blurred(quarter, FAR)
+    near = _blurred(quarter, NEAR_SMOOTHING)
     aspects = [
         *_differences(near, NEAR, (AVERAGE,), 0),
         _blurred(quarter, WIDE),
         *_differences(near, NEAR, STEPS, 1),
         *_differences(near, NEAR, BENDS, 2),
-        *_differences(far, FAR, STEPS, 1),
     ]
     return np.concatenate(aspects, -1)
 
@@ -70,6 +71,21 @@ def full_size(
     every = cv2.resize(around, settled.shape[1::-1])
     every[..., : 3 * LEVELS] -= np.tile(settled, LEVELS)
     return every
+
+
+def of_other_sizes(
+    around: Float32[np.ndarray, "n a"], sizes: Float32[np.ndarray, " n"]
+) -> Float32[np.ndarray, "n a"]:
+    """The surroundings of pixels as if what is pressed in were larger by some factors.
+
+    Its slopes and their colours stay, what lies around a pixel is farther away.
+
+    Args:
+        around: of some colours, pixel by pixel.
+        sizes: for each pixel, how many times as large.
+    """
+    orders = np.repeat(np.array(ORDERS, np.float32), around.shape[1] // ASPECTS)
+    return around * sizes[:, None] ** -orders
 
 
 def columns_around(lit: Sequence[int]) -> list[int]:

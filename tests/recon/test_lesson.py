@@ -19,7 +19,7 @@ from recon.estimators.default import (
     settled,
     slopes_of,
 )
-from recon.estimators.default_fit import UNLIKE, collar_of, with_some_collars
+from recon.estimators.default_fit import OTHER_SIZES, UNLIKE, collar_of, with_some_collars
 from recon.estimators.lesson import COLLAR_PIXELS, FLAT_FROM, elastic_fade, fit_elastic
 from recon.estimators.rendered import SeenPixels
 from recon.estimators.surroundings import ASPECTS
@@ -160,6 +160,36 @@ def test_of_the_networks_one_leaves_every_third_press_out_and_the_others_none(mo
     assert everything - last == set(np.flatnonzero(pixels.press % 3 == 0).tolist())
 
 
+def test_half_of_the_balls_are_taught_as_of_other_sizes_in_nothing_but_what_lies_around(
+    monkeypatch,
+):
+    learnt = []
+
+    def trained(inputs, wanted, chosen, seed, progress):
+        learnt.append((inputs, wanted))
+        raise InterruptedError
+
+    def told(sizes):
+        monkeypatch.setattr("recon.estimators.default_fit.OTHER_SIZES", sizes)
+        with pytest.raises(InterruptedError):
+            fit_estimator("default", pixels, "RGB", 0)
+        return learnt.pop()
+
+    monkeypatch.setattr(
+        "recon.estimators.default_fit.rendered_pixels", lambda *_: (rendered_of(7), 1.0)
+    )
+    monkeypatch.setattr("recon.estimators.default_training.train", trained)
+    pixels = join([training_pixels("default", elastic_press(TRUE_MM), k, 0) for k in range(3)])
+    (inputs, wanted), (own, same) = told(OTHER_SIZES), told((1.0, 1.0))
+    np.testing.assert_array_equal(wanted, same)
+    np.testing.assert_array_equal(inputs[-7:], own[-7:])  # rendered things stay as they are
+    around = slice(-3 * ASPECTS, None)
+    beside = np.s_[: -3 * ASPECTS]
+    np.testing.assert_array_equal(inputs[:, beside], own[:, beside])
+    changed = (inputs[:, around] != own[:, around]).any(1)[:-7]
+    assert changed.mean() == pytest.approx(0.5, abs=0.05)
+
+
 def test_some_collars_are_drawn_by_the_seed_and_from_all_presses():
     pixels = join([training_pixels("default", elastic_press(TRUE_MM), k, 0) for k in range(3)])
     one, again, other = (with_some_collars(pixels, 0.3, seed) for seed in (0, 0, 1))
@@ -213,16 +243,16 @@ def test_most_unseen_truths_lie_in_their_interval_and_few_in_a_fifth_of_it(tmp_p
 
     monkeypatch.setattr(default_training, "STEPS", 800)
     monkeypatch.setattr(default_training, "BATCH", 128)
-    presses = read_presses(make_dataset(tmp_path / "set", presses=18)).presses
+    presses = read_presses(make_dataset(tmp_path / "set", presses=48)).presses
     # Noise of the labels is what the interval must know of beside that of the camera.
     taught = [
         replace(press, center_px=(press.center_px[0] + shift, press.center_px[1]))
-        for press, shift in zip(presses, np.random.default_rng(3).normal(0, 1.0, 18), strict=True)
+        for press, shift in zip(presses, np.random.default_rng(3).normal(0, 1.0, 48), strict=True)
     ]
-    train = join([training_pixels("default", press, i, 0) for i, press in enumerate(taught[:12])])
+    train = join([training_pixels("default", press, i, 0) for i, press in enumerate(taught[:24])])
     estimator = fit_estimator("default", train, "RGB", 0)
     covered = {1.0: [], 0.2: []}
-    for index, press in enumerate(taught[12:]):  # judged by circles as rough as those
+    for index, press in enumerate(taught[24:]):  # judged by circles as rough as those
         field = gradient_field(estimator, press.difference)
         pixels = label_pixels(press, index, 0)
         found = field.reshape(-1, 2)[pixels.place]

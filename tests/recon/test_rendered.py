@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from safetensors.numpy import save
 
-from benchmarks.rendered_pixels import sensor_pixels
+from benchmarks.rendered_pixels import joined, sensor_pixels
 from benchmarks.rendered_presses import random_presses
 from recon.estimators.rendered import (
     FILE,
@@ -87,6 +87,16 @@ def test_the_shading_of_each_shipped_sensor_tells_most_of_its_gentle_pixels_colo
         told = color_changes(sensor.shading, sensor.slopes[some], sensor.position[some])
         left = ((sensor.change[some] - told) ** 2).sum() / (sensor.change[some] ** 2).sum()
         assert left < 0.25
+
+
+def test_pixels_of_more_presses_are_added_to_those_of_the_same_sensor_alone():
+    def arrays(name, count, light):
+        return {f"{name}.slopes": np.full((count, 2), light), f"{name}.shading": np.full(3, light)}
+
+    found = joined(arrays("a", 5, 1) | arrays("b", 4, 2), arrays("a", 3, 7) | arrays("c", 2, 9))
+    assert {name: len(found[f"{name}.slopes"]) for name in "abc"} == {"a": 8, "b": 4, "c": 2}
+    assert found["a.slopes"][:, 0].tolist() == [1] * 5 + [7] * 3
+    assert found["a.shading"].tolist() == [7] * 3 and found["b.shading"].tolist() == [2] * 3
 
 
 @pytest.mark.parametrize("columns", [3, 2, 1])
