@@ -143,7 +143,7 @@ def test_chunks_do_not_matter(size: int) -> None:
 )
 def test_what_is_no_stream_is_refused_in_a_sentence(answer: bytes, sentence: str) -> None:
     with ScriptedServer(answer) as server:
-        address = server.url.replace("127", "me:secret@127")
+        address = server.url.replace("//", "//me:secret@", 1)
         with pytest.raises(WedgeError, match=sentence) as refused:
             HttpSource(address)
     assert "secret" not in str(refused.value)
