@@ -210,7 +210,7 @@ def test_a_camera_that_never_gives_a_frame_is_said_and_left(
 
 def test_name_and_password_reach_the_server_alone() -> None:
     with ScriptedServer(stream(*FRAMES)) as server:
-        with HttpSource(server.url.replace("127", "me:s%3Acret@127")) as source:
+        with HttpSource(server.url.replace("//", "//me:s%3Acret@", 1)) as source:
             assert "cret" not in source.name
             assert jpegs(source, 8) == FRAMES
         (request,) = server.requests[:1]
