@@ -148,7 +148,8 @@ def _told(pixels: Pixels, channels: str, seed: int) -> _Told:
 def _sizes(count: int, seed: int) -> Float32[np.ndarray, " n"]:
     """How many times as large the balls of so many pixels are taken to be: half as they are."""
     random = np.random.default_rng([seed, 2])
-    sizes = np.exp(random.uniform(*np.log(OTHER_SIZES), count))
+    smallest, largest = np.log(OTHER_SIZES)
+    sizes = np.exp(random.uniform(smallest, largest, count))
     return np.where(random.random(count) < 0.5, sizes, 1).astype(np.float32)
 
 
