@@ -49,10 +49,11 @@ def new_folder(folder: Path, *, over: str | None = None) -> Iterator[Path]:
     try:
         temporary.mkdir(parents=True)
         yield temporary
-        if folder.exists() and any(folder.iterdir()):
-            folder.replace(before)
-        elif folder.exists():
-            folder.rmdir()
+        with suppress(FileNotFoundError):  # none is there, or another process takes it away now
+            if any(folder.iterdir()):
+                folder.replace(before)
+            else:
+                folder.rmdir()
         temporary.replace(folder)
     except OSError as error:
         raise WedgeError(f"{folder} cannot be written: {error.strerror}.") from error

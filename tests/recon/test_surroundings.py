@@ -75,7 +75,8 @@ def test_an_object_of_another_size_is_foreseen(size):
     foreseen = of_other_sizes(own[None], np.array([size], np.float32))[0]
     exact = [0, 2, 3, 4, 5]  # a bowl's wide level falls by the square, a real contact's by less
     np.testing.assert_allclose(foreseen[exact], larger[exact], rtol=0.02, atol=2e-4)
-    assert abs(larger[1]) < abs(foreseen[1]) < abs(own[1]) or size < 1
+    least, between, _ = sorted([own, foreseen, larger], key=lambda seen: abs(seen[1]))
+    assert between is foreseen and (least is larger) == (size > 1)
 
 
 def in_the_middle(height, width):
