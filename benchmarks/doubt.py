@@ -20,7 +20,6 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from recon.ball import ball_cap
 from recon.contact import disturbed_mask
 from recon.contact_surfaces import surface_gradient
 from recon.estimators import GradientEstimator, gradient_field
@@ -28,6 +27,7 @@ from recon.few_lights import measure
 from recon.missing_axis import infer_missing_axis
 from recon.moved import may_have_moved
 from recon.presses import read_presses
+from recon.random_balls import SQUARE, random_ball
 from recon.rendered_presses import RenderedPress, rendered_presses
 from recon.surfaces import RECIPES
 from sensor.dataset import read_dataset
@@ -46,7 +46,6 @@ BALL_FRAME_PX, SURFACE_PX = (160, 120), (96, 128)
 PAPER_SHARE = 0.3  # of the surfaces, as in training
 LEAST_PX = 200
 """Of gel that may have moved: of less there is nothing to tell."""
-SQUARE = (1.0, 1.0)
 
 Judged = tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]
 """Absolute errors and doubts of the inferred slope, mm/mm."""
@@ -79,13 +78,10 @@ def told(gradients: str, judged: Iterable[Judged]) -> Told:
 
 
 def on_balls(count: int) -> Iterator[Judged]:
-    """Balls somewhere in the frame, contacts 0.1 to 0.4 of its shorter side, under white noise."""
+    """Balls somewhere in the frame, under white noise."""
     rng = np.random.default_rng(SEED)
     for _ in range(count):
-        contact_px = rng.uniform(0.1, 0.4) * min(BALL_FRAME_PX)
-        ball_px = contact_px / rng.uniform(0.3, 0.9)
-        x_px, y_px = (rng.uniform(1.05 * contact_px, s - 1.05 * contact_px) for s in BALL_FRAME_PX)
-        slopes = ball_cap(BALL_FRAME_PX, (x_px, y_px), contact_px, ball_px, SQUARE).gradient
+        slopes = random_ball(rng, BALL_FRAME_PX).gradient
         known = slopes[..., 1] + SLOPE_NOISE * rng.standard_normal(slopes.shape[:2])
         found = infer_missing_axis(known, "x", SQUARE)
         yield np.abs(found.gradient[..., 0] - slopes[..., 0]).ravel(), found.doubt.ravel()

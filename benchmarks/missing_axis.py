@@ -11,13 +11,12 @@ from jaxtyping import Float
 
 from benchmarks.measurement import Measurement, interleaved_ms
 from recon.axis_baselines import by_columns, by_convex_fit
-from recon.ball import ball_cap, offsets_mm
 from recon.missing_axis import infer_missing_axis
 from recon.pressed import nearest_pressed
+from recon.random_balls import SQUARE, random_ball
 from recon.surfaces import RECIPES, surface_set
 
 SIZE_PX = (320, 240)
-PITCH = (1.0, 1.0)
 SLOPE_NOISE = 0.04
 BALLS = 12
 SURFACES = 1000
@@ -29,9 +28,9 @@ Slopes = Float[np.ndarray, "h w"]
 Answer = Callable[[Slopes], Slopes]
 
 ANSWERS: dict[str, Answer] = {
-    "column-wise integral": lambda known: by_columns(known, "x", PITCH)[..., 0],
-    "convex fit": lambda known: by_convex_fit(known, "x", PITCH)[..., 0],
-    "network": lambda known: infer_missing_axis(known, "x", PITCH).gradient[..., 0],
+    "column-wise integral": lambda known: by_columns(known, "x", SQUARE)[..., 0],
+    "convex fit": lambda known: by_convex_fit(known, "x", SQUARE)[..., 0],
+    "network": lambda known: infer_missing_axis(known, "x", SQUARE).gradient[..., 0],
 }
 """What stands in for the x gradient, from the y gradient."""
 
@@ -40,19 +39,14 @@ def shares_of_zeros_error(answers: Sequence[Answer], balls: int = BALLS) -> list
     """Mean absolute error of each answer over that of zero, on random balls in 320x240.
 
     Pixels of the error table: inside the contact, and 5 % of those beyond 1.3 contact radii.
-    Contacts have 0.1 to 0.4 of the frame's height, balls 1.1 to 3.3 contact radii.
     """
     rng = np.random.default_rng(0)
     errors, zero = np.zeros(len(answers)), 0.0
     for _ in range(balls):
-        contact_px = rng.uniform(0.1, 0.4) * min(SIZE_PX)
-        ball_px = contact_px / rng.uniform(0.3, 0.9)
-        x_px, y_px = (rng.uniform(1.05 * contact_px, s - 1.05 * contact_px) for s in SIZE_PX)
-        truth = ball_cap(SIZE_PX, (x_px, y_px), contact_px, ball_px, PITCH).gradient
+        ball = random_ball(rng, SIZE_PX)
+        truth = ball.gradient
         known = truth[..., 1] + SLOPE_NOISE * rng.standard_normal(truth.shape[:2])
-        distance = np.hypot(*offsets_mm(SIZE_PX, (x_px, y_px), PITCH))
-        chosen = distance < min(contact_px - 1, 0.9 * ball_px)
-        chosen |= (distance > 1.3 * contact_px) & (rng.random(distance.shape) < 0.05)
+        chosen = ball.judged(rng)
         zero += float(np.abs(truth[..., 0])[chosen].sum())
         for index, answer in enumerate(answers):
             errors[index] += np.abs(answer(known) - truth[..., 0])[chosen].sum()
@@ -75,8 +69,8 @@ def measure() -> Iterator[Measurement]:
     everywhere = np.ones(free.shape, bool)
     network_ms, pressed_ms, product_ms = interleaved_ms(
         [
-            lambda: infer_missing_axis(known, "x", PITCH),
-            lambda: nearest_pressed(free, everywhere, PITCH, "dirichlet"),
+            lambda: infer_missing_axis(known, "x", SQUARE),
+            lambda: nearest_pressed(free, everywhere, SQUARE, "dirichlet"),
             lambda: product @ product,
         ],
         rounds=15,

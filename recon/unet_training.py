@@ -29,11 +29,11 @@ from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save
 
 from recon import unet
-from recon.ball import ball_cap, offsets_mm
 from recon.contact_surfaces import surface_gradient
 from recon.few_lights import measure
 from recon.lights import Axis
 from recon.missing_axis import infer_missing_axis
+from recon.random_balls import random_ball
 from recon.surfaces import RECIPES, Recipe
 from recon.unet_torch import UNetLayers, made_ahead
 from recon.unet_weights import save_weights
@@ -229,24 +229,18 @@ def share_of_zeros_error(
 ) -> float:
     """Error of the inferred axis over the error of calling it zero, on balls nobody trained on.
 
-    Mean absolute errors over the error table's pixels: inside the contact by a pixel and within 0.9
-    of the ball's radius, and 5 % of those beyond 1.3 contact radii. Contacts have 0.1 to 0.4 of the
-    frame's shorter side, balls 1.1 to 3.3 contact radii, the known axis a noise of 0.04.
+    Mean absolute errors over the error table's pixels; the known axis has a noise of 0.04.
     """
     rng = np.random.default_rng(seed)
     missing, known = (0, 1) if axis == "x" else (1, 0)
     errors, slopes = [], []
     for _ in range(presses):
-        contact_px = rng.uniform(0.1, 0.4) * min(size_px)
-        ball_px = contact_px / rng.uniform(0.3, 0.9)
-        x_px, y_px = (rng.uniform(1.05 * contact_px, s - 1.05 * contact_px) for s in size_px)
-        truth = ball_cap(size_px, (x_px, y_px), contact_px, ball_px, (1.0, 1.0)).gradient
+        ball = random_ball(rng, size_px)
+        truth = ball.gradient
         measured = truth[..., known] + TEST_NOISE * rng.standard_normal(truth.shape[:2])
         found = infer_missing_axis(measured, axis, (1.0, 1.0), weights=weights)
         inferred = found.gradient[..., missing]
-        distance = np.hypot(*offsets_mm(size_px, (x_px, y_px), (1.0, 1.0)))
-        chosen = distance < min(contact_px - 1, 0.9 * ball_px)
-        chosen |= (distance > 1.3 * contact_px) & (rng.random(distance.shape) < 0.05)
+        chosen = ball.judged(rng)
         errors.append(np.abs(inferred - truth[..., missing])[chosen])
         slopes.append(np.abs(truth[..., missing])[chosen])
     return float(np.concatenate(errors).mean() / np.concatenate(slopes).mean())
