@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Files and folders that are either whole or absent."""
 
+import errno
 import hashlib
 import os
 import secrets
@@ -45,32 +46,35 @@ def new_folder(folder: Path, *, over: str | None = None) -> Iterator[Path]:
         WedgeError: ``folder`` exists and is not to be replaced, or cannot be written.
     """
     refuse_kept_folder(folder, over=over)
-    temporary, before = _hidden_sibling(folder), _hidden_sibling(folder)
+    temporary = _hidden_sibling(folder)
     try:
         temporary.mkdir(parents=True)
         yield temporary
-        with suppress(FileNotFoundError):  # none is there, or another process takes it away now
-            if any(folder.iterdir()):
-                folder.replace(before)
-            else:
-                folder.rmdir()
-        temporary.replace(folder)
+        _put_in_place(temporary, folder, over)
     except OSError as error:
         raise WedgeError(f"{folder} cannot be written: {error.strerror}.") from error
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
-        shutil.rmtree(before, ignore_errors=True)
 
 
 def refuse_kept_folder(folder: Path, *, over: str | None = None) -> None:
     """Refuse what ``new_folder`` would not replace.
 
     Raises:
-        WedgeError: ``folder`` is a file, or holds files but none of the name ``over``.
+        WedgeError: ``folder`` is a file, or holds files but none of the name ``over``, or cannot
+            be read.
     """
-    if not folder.exists() or (over and (folder / over).is_file()):
+    try:
+        names = [
+            entry.name for entry in folder.iterdir()
+        ]  # once, as another process may take it away at any time
+    except FileNotFoundError:
         return
-    if not folder.is_dir() or any(folder.iterdir()):
+    except NotADirectoryError:
+        names = [folder.name]
+    except OSError as error:
+        raise WedgeError(f"{folder} cannot be read: {error.strerror}.") from error
+    if names and over not in names:
         raise WedgeError(f"{folder} already exists and is not empty: name a new folder.")
 
 
@@ -82,6 +86,41 @@ def sha256_of_files(paths: Mapping[str, Path]) -> str:
             content = hashlib.file_digest(stream, "sha256").hexdigest()
         digest.update(f"{name}\0{content}\0".encode())
     return digest.hexdigest()
+
+
+def _put_in_place(temporary: Path, folder: Path, over: str | None) -> None:
+    """Move a folder to where none is, or an empty one, or one that it may replace.
+
+    What another process puts there meanwhile is judged anew; what was there stays if no move helps.
+
+    Raises:
+        OSError: no folder can be moved there.
+        WedgeError: what is there by now is not to be replaced.
+    """
+    before = _hidden_sibling(folder)
+    try:
+        while not _moved(temporary, folder):
+            refuse_kept_folder(folder, over=over)
+            shutil.rmtree(before, ignore_errors=True)
+            with suppress(FileNotFoundError):  # another process takes it away now
+                folder.replace(before)
+    except OSError:
+        with suppress(OSError):
+            before.replace(folder)
+        raise
+    finally:
+        shutil.rmtree(before, ignore_errors=True)
+
+
+def _moved(source: Path, target: Path) -> bool:
+    """Whether a folder could be moved; False if there is one with files in it."""
+    try:
+        source.replace(target)
+    except OSError as error:
+        if error.errno in (errno.ENOTEMPTY, errno.EEXIST):
+            return False
+        raise
+    return True
 
 
 def _hidden_sibling(path: Path) -> Path:

@@ -5,6 +5,7 @@ import hashlib
 import os
 import resource
 import stat
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -168,6 +169,50 @@ def test_a_folder_of_an_earlier_run_is_replaced_once_the_new_one_is_whole(tmp_pa
     with pytest.raises(WedgeError, match="not empty"), new_folder(folder, over="other"):
         pytest.fail("the block must not run")
     assert list(tmp_path.iterdir()) == [folder]
+
+
+def test_what_came_while_a_folder_was_made_is_kept(tmp_path):
+    folder = tmp_path / "unit"
+    folder.mkdir()
+    with pytest.raises(WedgeError, match="already exists and is not empty"):
+        with new_folder(folder) as temporary:
+            (temporary / "part").write_bytes(NEW)
+            (folder / "notes").write_bytes(OLD)
+    assert [entry.name for entry in folder.iterdir()] == ["notes"]
+    assert list(tmp_path.iterdir()) == [folder]
+
+
+def test_an_earlier_folder_stays_where_no_new_one_can_be_moved(tmp_path, monkeypatch):
+    folder = tmp_path / "unit"
+    folder.mkdir()
+    (folder / "card").write_bytes(OLD)
+    move, moves = Path.replace, []
+
+    def full_after_one_move(self, target):
+        moves.append(self)
+        if len(moves) == 3:  # refused for its files, moved away, and now the disk is full
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return move(self, target)
+
+    with pytest.raises(WedgeError, match="No space left"), new_folder(folder, over="card") as new:
+        (new / "card").write_bytes(NEW)
+        monkeypatch.setattr(Path, "replace", full_after_one_move)
+    assert (folder / "card").read_bytes() == OLD
+    assert list(tmp_path.iterdir()) == [folder]
+
+
+def test_many_runs_at_once_leave_one_whole_folder(tmp_path):
+    folder = tmp_path / "unit"
+
+    def run(number):
+        with new_folder(folder, over="card") as temporary:
+            for name in ("card", "part"):
+                (temporary / name).write_text(str(number))
+
+    with ThreadPoolExecutor(8) as pool:
+        list(pool.map(run, range(64)))
+    assert list(tmp_path.iterdir()) == [folder]
+    assert (folder / "card").read_text() == (folder / "part").read_text()
 
 
 named_contents = st.dictionaries(
