@@ -65,9 +65,8 @@ def refuse_kept_folder(folder: Path, *, over: str | None = None) -> None:
             be read.
     """
     try:
-        names = [
-            entry.name for entry in folder.iterdir()
-        ]  # once, as another process may take it away at any time
+        # Looked at once: another process may take it away at any time.
+        names = [entry.name for entry in folder.iterdir()]
     except FileNotFoundError:
         return
     except NotADirectoryError:
