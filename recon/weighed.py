@@ -16,6 +16,7 @@ own solver between square roots of the weights (Concus and Golub, SIAM J. Numer.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -156,19 +157,16 @@ def cells_change(between: BetweenCells, pitch_mm: Pair, boundary: Boundary) -> C
     residual = -np.diff(between.pull_x, axis=1) / pitch_mm[0]
     residual -= np.diff(between.pull_y, axis=0) / pitch_mm[1]
     inverse = -1 / eigenvalues(*residual.shape, pitch_mm, boundary, "f")
-    forth, back, kind = fft.dctn, fft.idctn, 2
-    if boundary == "dirichlet":
-        forth, back, kind = fft.dstn, fft.idstn, 1
-    else:
+    if boundary == "neumann":
         inverse[0, 0] = 0  # a constant costs nothing
+    waves_y, waves_x = (_waves(count, boundary) for count in residual.shape)
     mean_x = (between.weight_x[:, 1:] + between.weight_x[:, :-1]) / 4
     mean_y = (between.weight_y[1:] + between.weight_y[:-1]) / 4
     root = 1 / np.sqrt(np.maximum(mean_x + mean_y, LEAST_WEIGHT))
 
     def helped(of: Cells) -> Cells:
-        spectrum = forth(root * of, type=kind, overwrite_x=True)
-        spectrum *= inverse
-        return np.asarray(root * back(spectrum, type=kind, overwrite_x=True))
+        spectrum = waves_y @ (root * of) @ waves_x.T
+        return np.asarray(root * (waves_y.T @ (inverse * spectrum) @ waves_x))
 
     def force(depth: Cells) -> Cells:
         ringed = np.pad(depth, 1)
@@ -191,6 +189,16 @@ def cells_change(between: BetweenCells, pitch_mm: Pair, boundary: Boundary) -> C
         before, energy = energy, float(np.vdot(residual, towards))
         direction = towards + (energy / before) * direction
     return change
+
+
+@lru_cache(maxsize=8)
+def _waves(count: int, boundary: Boundary) -> Float32[np.ndarray, "n n"]:
+    """Sines, or cosines, of cells along an axis, each a row of length 1.
+
+    For so few cells products with them take a fifth of a fast transform's time.
+    """
+    transform, kind = (fft.dst, 1) if boundary == "dirichlet" else (fft.dct, 2)
+    return np.asarray(transform(np.eye(count), type=kind, axis=0, norm="ortho"), np.float32)
 
 
 def without_ring(

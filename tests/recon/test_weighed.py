@@ -99,7 +99,7 @@ def test_it_comes_close_to_the_minimum_at_full_resolution(boundary, pitch):
 def test_cells_as_small_as_pixels_give_the_minimum_itself(monkeypatch, center_px):
     monkeypatch.setattr("recon.weighed.CELLS", 1000)
     monkeypatch.setattr("recon.weighed.STEPS", 300)
-    monkeypatch.setattr("recon.weighed.ENOUGH", 0.0)
+    monkeypatch.setattr("recon.weighed.ENOUGH", 1e-10)  # what lies below is rounding
     pitch = (0.05, 0.06)
     _, slopes = pressed_ball((60, 48), center_px, 14.0, pitch)
     found = misread(slopes, np.random.default_rng(1))
@@ -113,7 +113,7 @@ def test_cells_as_small_as_pixels_give_the_minimum_itself(monkeypatch, center_px
 def test_an_inferred_slope_counts_less_where_it_is_doubted(monkeypatch, inferred):
     monkeypatch.setattr("recon.weighed.CELLS", 1000)
     monkeypatch.setattr("recon.weighed.STEPS", 600)
-    monkeypatch.setattr("recon.weighed.ENOUGH", 0.0)
+    monkeypatch.setattr("recon.weighed.ENOUGH", 1e-10)  # what lies below is rounding
     pitch = (0.05, 0.06)
     truth, slopes = pressed_ball((60, 48), (25.0, 22.0), 14.0, pitch)
     found, axis = slopes.copy(), "xy".index(inferred)

@@ -26,10 +26,12 @@ from recon.fast.disturbance import FrameDisturbance, border_of, in_pixels, media
 from recon.fast.ensemble import FrameEnsemble
 from recon.fast.network import FrameMlp
 from recon.fast.poisson import FrameIntegrator
+from recon.fast.still import FrameStill
 from recon.fast.unwarping import FrameDifference
 from recon.fast.weighing import FrameWeighing
 from recon.pipeline import Reconstructor
 from recon.poisson import Boundary, integrate
+from recon.still import without_still
 from recon.stream.frame import TimedFrame
 from recon.stream.jpeg import decode_jpeg, encode_jpeg
 from recon.weighed import weighed_depth
@@ -279,16 +281,21 @@ def test_a_large_frame_s_slopes_are_asked_for_as_the_reference_does(threads: int
     assert np.abs(truth.gradient).max() > 0.1
 
 
-def test_gel_that_did_not_move_is_flat_where_the_reference_says_so() -> None:
-    unit = make_unit((320, 240), estimator=random_default())
+@pytest.mark.parametrize("size_px", [(320, 240), (640, 480)])
+def test_gel_that_did_not_move_is_flat_where_the_reference_says_so(size_px) -> None:
+    unit = make_unit(size_px, estimator=random_default())
     still = replace(unit.estimator, layers=_scaled(unit.estimator, 0.02))  # slopes tell of nothing
     unit = replace(unit, estimator=still)
-    frame = pressed(unit.background, (160, 120))
+    frame = pressed(unit.background, (size_px[0] / 2, size_px[1] / 2))
     touch, truth = FastReconstructor(unit)(frame), Reconstructor(unit)(frame)
     flat = ~truth.gradient.any(-1)
     assert 0.1 < flat.mean() < 0.9
     assert (flat == ~touch.gradient.any(-1)).mean() > 0.94
-    both = flat == ~touch.gradient.any(-1)
+    # A large frame's slopes are interpolated: all around must be alike.
+    flats = flat, ~touch.gradient.any(-1)
+    alike = [np.all(sides, 0).astype(np.uint8) for sides in (flats, np.invert(flats))]
+    both = np.any([cv2.erode(side, np.ones((5, 5))) for side in alike], 0)
+    assert both.mean() > 0.9
     assert np.abs(touch.gradient - truth.gradient)[both].max() < SLOPE
     pitch_mm, border = unit.card.mm_per_px, touch.boundary
     plain_mm = integrate(touch.gradient, pitch_mm, border)
@@ -296,6 +303,25 @@ def test_gel_that_did_not_move_is_flat_where_the_reference_says_so() -> None:
     most_mm = np.abs(wanted_mm - plain_mm).max()  # what still gel counts for
     assert most_mm > 0.2 * np.ptp(plain_mm)
     assert np.abs(touch.depth_mm - wanted_mm).max() < 0.01 * most_mm
+
+
+@pytest.mark.parametrize("size_px", [(320, 240), (640, 480), (641, 487)])
+def test_slopes_alone_tell_of_a_contact_where_the_reference_says_so(size_px) -> None:
+    network, (width, height) = random_default(), size_px
+    weight, bias = network.layers[-1]
+    gentle = (weight * np.float32(0.3), bias * np.float32(0.3))
+    network = replace(network, layers=(*network.layers[:-1], gentle))
+    noise = np.random.default_rng(0).normal(size=(9, 12, 3)).astype(np.float32)
+    change = 0.3 * cv2.resize(noise, size_px, interpolation=cv2.INTER_CUBIC)
+    nothing = np.zeros((height, width), bool)
+    wanted = without_still(gradient_field(network, change), nothing).any(-1)
+    quarter = -(-height // 4), -(-width // 4)
+    _, small = FrameEnsemble(network, size_px).prepared(planes(change))
+    near = FrameStill(network, size_px)(small, np.zeros(quarter, bool))
+    found = near.repeat(4, 0).repeat(4, 1)[:height, :width]
+    assert near.shape == quarter
+    assert 0.1 < wanted.mean() < 0.9
+    assert (found == wanted).mean() > 0.94
 
 
 def test_any_estimator_goes() -> None:
