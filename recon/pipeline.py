@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A frame through a calibrated unit: difference, gradients, depth, contact."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -139,6 +139,7 @@ def reconstruct(
     lights_deg: Mapping[str, float] | None,
     mm_per_px: Pair,
     hidden: ContactMask | None = None,
+    field: Callable[[GradientEstimator, Difference], GradientField] = gradient_field,
 ) -> Reconstruction:
     """A difference image to gradients, depth and contact.
 
@@ -150,11 +151,12 @@ def reconstruct(
         mm_per_px: pixel pitch along x and y.
         hidden: where dots hid the colour; the difference is filled there, and slopes are filled
             anew from slopes around them.
+        field: the estimator's slopes of a whole difference image.
     """
     lit = np.array([channel in estimator.channels for channel in "RGB"], np.float32)
     disturbed = disturbed_mask(difference * lit)
     unseen = unseen_axis(lights_deg, estimator.channels)
-    gradient = gradient_field(estimator, difference)
+    gradient = field(estimator, difference)
     if hidden is not None:
         # Slopes of which one is not seen are not yet those of one surface.
         method = "surface" if unseen is None else "biharmonic"

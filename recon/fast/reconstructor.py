@@ -15,10 +15,11 @@ from jaxtyping import Float32
 from recon.arrays import ContactMask, DepthMap, Difference, Frame, GradientField
 from recon.calibration import Calibration, load_calibration
 from recon.contact import contact_mask
-from recon.estimators import gradient_field
+from recon.estimators import GradientEstimator, gradient_field
 from recon.estimators.default import Default
 from recon.estimators.mlp import Mlp
 from recon.fast.disturbance import FrameDisturbance, QuarterMask, border_of, in_pixels, median
+from recon.fast.dots import FrameDots
 from recon.fast.ensemble import FrameEnsemble
 from recon.fast.network import FrameMlp
 from recon.fast.poisson import FrameIntegrator
@@ -27,7 +28,7 @@ from recon.fast.unwarping import FrameDifference
 from recon.fast.weighing import FrameWeighing
 from recon.lights import unseen_axis
 from recon.markers.tracking import marker_tracker
-from recon.pipeline import Reconstructor
+from recon.pipeline import reconstruct
 from recon.poisson import Boundary
 from recon.stream.frame import TimedFrame
 from recon.stream.jpeg import decode_jpeg
@@ -70,8 +71,8 @@ class FastReconstructor:
     """Frames of one unit to depth at camera rate, as ``Reconstructor`` would.
 
     Slopes agree with it to 1e-3. What is disturbed, which chooses the border and the gel that is
-    taken for flat, is found at a quarter of the resolution. What has no shorter way (an axis that
-    no light shows, a gel with dots, the lookup table) goes the reference's way.
+    taken for flat, is found at a quarter of the resolution. What infers an axis that no light
+    shows, and the lookup table, are the reference's.
 
         reconstruct = FastReconstructor.load("units/wedge-001")
         for frame in Newest(open_source("http://10.55.0.1:8080")):
@@ -95,11 +96,10 @@ class FastReconstructor:
         card, unwarp = calibration.card, calibration.unwarp
         self._unwarp = unwarp
         blank = unwarp(calibration.background if background is None else background)
-        unseen = card.missing_axis != "none" and unseen_axis(card.lights_deg, card.channels)
-        self._reference: Reconstructor | None = None
-        if unseen or marker_tracker(blank) is not None:
-            self._reference = Reconstructor(calibration, background)
-            return
+        tracker = marker_tracker(blank)
+        self._dots = None if tracker is None else FrameDots(tracker, blank)
+        unseen = unseen_axis(card.lights_deg, card.channels)
+        self._infers = card.missing_axis != "none" and unseen is not None
         size_px = unwarp.size_px
         width, height = size_px
         self._frame = np.zeros((*unwarp.frame_size_px[::-1], 3), np.uint8)
@@ -151,15 +151,18 @@ class FastReconstructor:
         if isinstance(frame, TimedFrame):
             undecoded = frame.jpeg if frame.pixels is None else None
             frame = frame.image() if undecoded is None else undecoded
-        if self._reference is not None:
-            return self._by_reference(self._reference, frame)
         pixels = decode_jpeg(frame, self._frame) if isinstance(frame, bytes) else frame
         self._unwarp.check(pixels)
         difference, gradient = self._difference, self._gradient
         self._take_difference(pixels, difference)
+        hidden = None if self._dots is None else self._dots.hidden(difference)
+        if self._infers:
+            return self._inferred(difference, hidden)
         disturbed = self._find_disturbance(difference)
         border = border_of(disturbed)
         self._take_gradient(difference, disturbed, gradient)
+        if self._dots is not None and hidden is not None:
+            self._dots.fill_slopes(gradient, hidden, self.calibration.card.mm_per_px)
         depth_mm = self._integrate[border](gradient)
         if self._weigh:
             self._weigh[border](gradient, depth_mm)
@@ -178,16 +181,18 @@ class FastReconstructor:
     def _take_gradient(
         self,
         difference: Float32[np.ndarray, "3 h w"],
-        disturbed: QuarterMask,
+        disturbed: QuarterMask | None,
         out: Float32[np.ndarray, "2 h w"],
     ) -> None:
+        """Write gradients as planes; of our estimator only near what is disturbed, if told."""
         apply: Callable[[slice], None]
         if self._mlp is not None:
             apply = partial(self._mlp, difference, self._asked)
         elif self._ours is not None:
             network, moved_near = self._ours
             seen, small = network.prepared(difference)
-            apply = partial(network, seen, self._asked, near=moved_near(small, disturbed))
+            near = None if disturbed is None else moved_near(small, disturbed)
+            apply = partial(network, seen, self._asked, near=near)
         else:
             whole = np.ascontiguousarray(np.moveaxis(difference, 0, -1))
             out[:] = np.moveaxis(gradient_field(self.calibration.estimator, whole), -1, 0)
@@ -200,8 +205,25 @@ class FastReconstructor:
             for few, every in zip(self._asked, out, strict=True):
                 cv2.resize(few, every.shape[::-1], dst=every)
 
-    def _by_reference(self, reference: Reconstructor, frame: bytes | Frame) -> Touch:
-        found = reference(decode_jpeg(frame) if isinstance(frame, bytes) else frame)
+    def _inferred(
+        self, difference: Float32[np.ndarray, "3 h w"], hidden: ContactMask | None
+    ) -> Touch:
+        """Where an axis is not seen: the slopes at camera rate, the rest as the reference does."""
+        card = self.calibration.card
+
+        def field(_: GradientEstimator, __: Difference) -> GradientField:
+            self._take_gradient(difference, None, self._gradient)
+            return np.moveaxis(self._gradient, 0, -1).copy()
+
+        found = reconstruct(
+            np.ascontiguousarray(np.moveaxis(difference, 0, -1)),
+            self.calibration.estimator,
+            missing=card.missing_axis,
+            lights_deg=card.lights_deg,
+            mm_per_px=card.mm_per_px,
+            hidden=hidden,
+            field=field,
+        )
         return Touch(
             difference=found.difference,
             gradient=found.gradient,

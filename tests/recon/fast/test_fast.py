@@ -36,16 +36,26 @@ from recon.stream.frame import TimedFrame
 from recon.stream.jpeg import decode_jpeg, encode_jpeg
 from recon.weighed import weighed_depth
 from sensor.errors import WedgeError
+from tests.dotted import HEIGHT, WIDTH, dotted, grid_px, pad
 from tests.recon.fast.units import blank_frame, make_unit, pressed, random_default, random_mlp
 
 CORNERS_PX = ((12.0, 6.0), (150.0, 10.0), (140.0, 112.0), (20.0, 108.0))
 SLOPE = 1e-3
 """What the quick way may differ by, in slope."""
+RED_AND_BLUE = {
+    "channels": "RB",
+    "missing_axis": "network",
+    "lights_deg": {"R": 90.0, "B": -90.0},
+}
 X86 = platform.machine() in ("x86_64", "AMD64")
 
 
 def planes(image: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(np.moveaxis(image, -1, 0))
+
+
+def in_bytes(image: np.ndarray) -> np.ndarray:
+    return np.round(255 * image).clip(0, 255).astype(np.uint8)
 
 
 def network_error(network: Mlp, difference: np.ndarray, *, in_words: bool | None) -> float:
@@ -106,6 +116,7 @@ import numpy as np
 from recon.estimators import gradient_field
 from recon.fast import fixed_point, vectors
 from recon.fast.network import FrameMlp
+from tests.dotted import HEIGHT, WIDTH, dotted, grid_px, pad
 from tests.recon.fast.units import random_mlp
 network, out = random_mlp(), np.empty((2, 6, 70), np.float32)
 difference = np.random.default_rng(0).normal(0, 0.1, (6, 70, 3)).astype(np.float32)
@@ -335,15 +346,39 @@ def test_any_estimator_goes() -> None:
     assert (np.abs(touch.gradient - truth.gradient).max(-1) > SLOPE).mean() < 0.01  # bins' edges
 
 
-def test_an_axis_without_light_goes_the_reference_s_way() -> None:
-    unit = make_unit(
-        (80, 60), channels="RB", missing_axis="network", lights_deg={"R": 90.0, "B": -90.0}
-    )
-    frame = pressed(unit.background, (40, 30))
-    touch, truth = FastReconstructor(unit)(encode_jpeg(frame, 95)), Reconstructor(unit)
-    np.testing.assert_array_equal(
-        touch.depth_mm, truth(decode_jpeg(encode_jpeg(frame, 95))).depth_mm
-    )
+@pytest.mark.parametrize("kind", [random_mlp, random_default])
+@pytest.mark.parametrize("missing", ["network", "zero"])
+def test_an_axis_without_light_is_inferred_as_the_reference_infers_it(kind, missing) -> None:
+    card = RED_AND_BLUE | {"missing_axis": missing}
+    unit = make_unit((160, 120), estimator=kind(channels="RB"), **card)
+    jpeg = encode_jpeg(pressed(unit.background, (80, 60)), 95)
+    touch, truth = FastReconstructor(unit)(jpeg), Reconstructor(unit)(decode_jpeg(jpeg))
+    # Integrals along the lights add up what one slope is off.
+    assert np.abs(touch.gradient - truth.gradient).max() < 3 * SLOPE
+    assert np.abs(touch.depth_mm - truth.depth_mm).max() < 0.01 * np.ptp(truth.depth_mm)
+    assert (touch.contact == truth.contact).mean() > 0.99
+
+
+@pytest.mark.parametrize("lit", [{}, RED_AND_BLUE])
+@pytest.mark.parametrize("kind", [random_mlp, random_default])
+def test_dots_are_filled_as_the_reference_fills_them(kind, lit) -> None:
+    places = grid_px()
+    unit = make_unit((WIDTH, HEIGHT), estimator=kind(channels=lit.get("channels", "RGB")), **lit)
+    blank, changed = dotted(places), pad()
+    changed[50:120, 70:150] += [0.1, -0.05, -0.1]
+    card = replace(unit.card, markers={"count": float(len(places))})
+    unit = replace(unit, card=card, background=in_bytes(blank))
+    frame = in_bytes(dotted(places + 0.7, image=changed, seed=1))
+    quick = FastReconstructor(unit)
+    quick(in_bytes(dotted(places + 3.0)))  # another frame's dots leave no trace
+    touch, truth = quick(frame), Reconstructor(unit)(frame)
+    assert truth.markers == "tracked"
+    np.testing.assert_allclose(touch.difference, truth.difference, atol=1e-5)
+    alike = touch.gradient.any(-1) == truth.gradient.any(-1)  # still gel, by blocks of four pixels
+    assert alike.mean() > 0.9
+    off = np.abs(touch.gradient - truth.gradient).max(-1)[alike]
+    assert np.mean(off < SLOPE) > 0.98
+    assert np.abs(touch.depth_mm - truth.depth_mm).max() < 0.1 * np.ptp(truth.depth_mm)
 
 
 def test_blank_gel_is_flat_and_untouched() -> None:
