@@ -34,8 +34,8 @@ from recon.stream.jpeg import decode_jpeg, encode_jpeg
 ROUNDS = 6
 QUALITY = 85
 JPEGS = 10
-FEATURES = 3 * (2 + ASPECTS) + 2
-"""Of the default estimator with three lights."""
+DOTS, DOT_RADIUS = 18, 0.2
+"""Along a row, and the share of their spacing."""
 LARGE, SMALL = (640, 480), (320, 240)
 Step = Callable[[bytes], object]
 
@@ -110,9 +110,13 @@ def _times(
         unit="ratio",
         bar=1.5,
     )
-    for where, gain in (("these presses", 0.02), ("all of the gel pressed", 1.0)):
-        ours = FastReconstructor(replace(unit, estimator=_default(gain)))
-        taken, floor = _taken_ms([ours, _floor(size_px)], jpegs, ROUNDS)
+    for where, ours, seen in (
+        ("these presses", replace(unit, estimator=_default(0.02)), jpegs),
+        ("all of the gel pressed", replace(unit, estimator=_default(1.0)), jpegs),
+        ("dots at rest", *_dotted(replace(unit, estimator=_default(0.02)), jpegs)),
+        ("red and blue alone", _red_and_blue(unit), jpegs),
+    ):
+        taken, floor = _taken_ms([FastReconstructor(ours), _floor(size_px)], seen, ROUNDS)
         yield Measurement(
             name=f"fast path: {size} JPEG to depth by our estimator, {where}, against its floor",
             value=median(taken) / median(floor),
@@ -170,21 +174,45 @@ def _floor(size_px: tuple[int, int]) -> Step:
     return floor
 
 
-def _default(gain: float) -> Default:
+def _dotted(unit: Calibration, jpegs: Sequence[bytes]) -> tuple[Calibration, list[bytes]]:
+    """The unit and its frames as if its gel had dots, which no press moves."""
+    width, height = unit.card.size_px
+    y, x = (np.indices((height, width)) * (DOTS / width) + 0.5) % 1 - 0.5
+    shade = np.where(np.hypot(x, y) < DOT_RADIUS, 0.3, 1)[..., None]
+    shade = cv2.GaussianBlur(shade, (0, 0), 1.0)[..., None]
+
+    def spoilt(frame: Frame) -> Frame:
+        return np.round(frame * shade).astype(np.uint8)
+
+    card = replace(unit.card, markers={"count": float(DOTS)})
+    gel = replace(unit, card=card, background=spoilt(unit.background))
+    return gel, [encode_jpeg(spoilt(decode_jpeg(jpeg)), QUALITY) for jpeg in jpegs]
+
+
+def _red_and_blue(unit: Calibration) -> Calibration:
+    """The unit as if it had lights on one axis alone."""
+    card = replace(
+        unit.card, channels="RB", missing_axis="network", lights_deg={"R": 90.0, "B": -90.0}
+    )
+    return replace(unit, card=card, estimator=_default(0.02, "RB"))
+
+
+def _default(gain: float, channels: str = "RGB") -> Default:
     """Our estimator with weights of no unit: only how far its slopes reach tells in its time."""
-    random = np.random.default_rng(0)
+    random, count = np.random.default_rng(0), len(channels)
+    features = (2 + ASPECTS) * count + 2
     layers = tuple(
         (
             random.normal(0, (gain if m == 2 else 1) / np.sqrt(n), (MEMBERS, n, m)).astype("f4"),
             np.zeros((MEMBERS, m), np.float32),
         )
-        for n, m in pairwise((FEATURES, *HIDDEN, 2))
+        for n, m in pairwise((features, *HIDDEN, 2))
     )
     return Default(
-        channels="RGB",
-        light=np.full((len(LIGHT_POWERS), 3), 0.05, np.float32),
-        mean=np.zeros(FEATURES, np.float32),
-        spread=np.full(FEATURES, 0.1, np.float32),
+        channels=channels,
+        light=np.full((len(LIGHT_POWERS), count), 0.05, np.float32),
+        mean=np.zeros(features, np.float32),
+        spread=np.full(features, 0.1, np.float32),
         layers=layers,
         gel=FLAT,
         error90=np.zeros((len(SLOPE_KNOTS), 2), np.float32),

@@ -4,6 +4,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -43,7 +44,8 @@ class Reconstruction:
     difference: Difference
     gradient: GradientField
     depth_mm: DepthMap
-    contact: ContactMask
+    disturbed: ContactMask
+    """Where the colour changed."""
     boundary: Boundary
     mm_per_px: Pair
     lights_deg: Mapping[str, float] | None = None
@@ -54,6 +56,11 @@ class Reconstruction:
     """Of a marker gel: where each dot is now."""
     markers: str = "none"
     """A word on the dots: "none", "tracked", "jumped", "lost", or what does not fit the unit."""
+
+    @cached_property
+    def contact(self) -> ContactMask:
+        """Where something touches; worked out when first asked for."""
+        return contact_mask(self.disturbed, self.depth_mm, self.gradient, self.mm_per_px)
 
     @property
     def patches(self) -> tuple[ContactPatch, ...]:
@@ -184,7 +191,7 @@ def reconstruct(
         difference=difference,
         gradient=gradient,
         depth_mm=depth,
-        contact=contact_mask(disturbed, depth, gradient, mm_per_px),
+        disturbed=disturbed,
         boundary=boundary,
         mm_per_px=mm_per_px,
         lights_deg=lights_deg,

@@ -230,7 +230,7 @@ class FastReconstructor:
             depth_mm=found.depth_mm,
             boundary=found.boundary,
             mm_per_px=found.mm_per_px,
-            disturbed=found.contact,
+            disturbed=found.disturbed,
         )
 
 

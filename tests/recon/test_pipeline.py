@@ -14,7 +14,7 @@ import sensor
 from recon.ball import ball_cap
 from recon.calibration import calibrate
 from recon.columns import weigh_columns
-from recon.contact import boundary_of, disturbed_mask
+from recon.contact import boundary_of, contact_mask, disturbed_mask
 from recon.images import read_frame
 from recon.missing_axis import infer_missing_axis
 from recon.moved import FLANK, MARGIN_PX
@@ -371,3 +371,21 @@ def test_hints_come_from_estimators_that_look_around():
     np.testing.assert_array_equal(across(0.4, False), across(0.0, False))
     raised = (across(0.4, True) - across(0.0, True))[cap.contact]
     np.testing.assert_allclose(raised, 0.4 * HINT_SHARE, atol=1e-5)
+
+
+def test_where_it_touches_is_worked_out_once_and_only_when_asked(loop, monkeypatch):
+    unit, unseen = loop
+    background, frame = (read_frame(unseen.folder, n) for n in ("background.png", "press00.png"))
+    asked = []
+
+    def counted(*maps):
+        asked.append(maps)
+        return contact_mask(*maps)
+
+    monkeypatch.setattr("recon.pipeline.contact_mask", counted)
+    found = Reconstructor.load(unit, background)(frame)
+    assert not asked
+    assert found.contact.any()
+    assert found.contact is found.contact
+    assert found.patches
+    assert len(asked) == 1

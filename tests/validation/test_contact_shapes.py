@@ -16,10 +16,11 @@ def shape(name, found, truth):
         difference=np.zeros((*truth.shape, 3), np.float32),
         gradient=np.zeros((*truth.shape, 2)),
         depth_mm=flat,
-        contact=found,
+        disturbed=found,
         boundary="dirichlet",
         mm_per_px=(0.1, 0.1),
     )
+    vars(touch)["contact"] = found  # as if asked for before
     shadows = ShadowScore(name=name, found_px=50, right_px=40, cast_px=20, cast_found_px=15)
     return ShapeContact(
         name=name, difference=touch.difference, touch=touch, truth=truth, exact=truth,
