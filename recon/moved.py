@@ -24,6 +24,13 @@ STILL_DOWN = 0.35
 """Of a column's deepest: gel this deep by the slopes above it and by those below it is dented."""
 
 
+def widest_support(disturbed: Mask) -> Mask:
+    """All that ``may_have_moved`` could name, whatever the slopes are."""
+    near = cv2.dilate(disturbed.astype(np.uint8), CROSS, iterations=MARGIN_PX).astype(bool)
+    below, above = np.maximum.accumulate(near), np.maximum.accumulate(near[::-1])[::-1]
+    return _with_flanks(below & above)
+
+
 def may_have_moved(disturbed: Mask, known: Float[np.ndarray, "h w"]) -> Mask:
     """Disturbed gel with a margin, its flanks, and what lies between its parts along the lights.
 
@@ -48,5 +55,9 @@ def may_have_moved(disturbed: Mask, known: Float[np.ndarray, "h w"]) -> Mask:
         part = patches[box] == patch
         below, above = np.maximum.accumulate(part), np.maximum.accumulate(part[::-1])[::-1]
         moved[box] |= below & above
-    flanks = np.ones((1, 2 * round(FLANK * min(disturbed.shape, default=0)) + 1), np.uint8)
+    return _with_flanks(moved)
+
+
+def _with_flanks(moved: Mask) -> Mask:
+    flanks = np.ones((1, 2 * round(FLANK * min(moved.shape, default=0)) + 1), np.uint8)
     return np.asarray(cv2.dilate(moved.astype(np.uint8), flanks), bool)

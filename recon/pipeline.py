@@ -33,6 +33,9 @@ from sensor.unit import MissingAxis
 SEEN_SHARE = 0.5
 """Of the slope that was measured is kept, the rest is what the network makes of it: it steepens
 walls that were read too gentle, and crests that were not."""
+FieldNear = Callable[[GradientEstimator, Difference, ContactMask], GradientField]
+"""Slopes of an estimator, of a difference image that is disturbed somewhere."""
+
 HINT_SHARE = 0.25
 """Of an unseen slope is taken from an estimator that looks around, the rest from the network."""
 
@@ -138,6 +141,13 @@ class Reconstructor:
         return replace(found, dots=dots, markers=word)
 
 
+def field_everywhere(
+    estimator: GradientEstimator, difference: Difference, _: ContactMask
+) -> GradientField:
+    """All slopes, wherever the gel is disturbed."""
+    return gradient_field(estimator, difference)
+
+
 def reconstruct(
     difference: Difference,
     estimator: GradientEstimator,
@@ -146,7 +156,7 @@ def reconstruct(
     lights_deg: Mapping[str, float] | None,
     mm_per_px: Pair,
     hidden: ContactMask | None = None,
-    field: Callable[[GradientEstimator, Difference], GradientField] = gradient_field,
+    field: FieldNear = field_everywhere,
 ) -> Reconstruction:
     """A difference image to gradients, depth and contact.
 
@@ -158,12 +168,12 @@ def reconstruct(
         mm_per_px: pixel pitch along x and y.
         hidden: where dots hid the colour; the difference is filled there, and slopes are filled
             anew from slopes around them.
-        field: the estimator's slopes of a whole difference image.
+        field: takes the estimator's slopes of a difference image, disturbed where it is told.
     """
     lit = np.array([channel in estimator.channels for channel in "RGB"], np.float32)
     disturbed = disturbed_mask(difference * lit)
     unseen = unseen_axis(lights_deg, estimator.channels)
-    gradient = field(estimator, difference)
+    gradient = field(estimator, difference, disturbed)
     if hidden is not None:
         # Slopes of which one is not seen are not yet those of one surface.
         method = "surface" if unseen is None else "biharmonic"

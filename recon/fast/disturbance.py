@@ -11,7 +11,7 @@ from typing import Any
 
 import cv2
 import numpy as np
-from jaxtyping import Bool, Float32
+from jaxtyping import Bool, Float32, UInt8
 from scipy import ndimage
 
 from recon.contact import DEVIATION, LEAST_AREA, SMOOTHING_PX, drift_of, least_change
@@ -78,6 +78,14 @@ def in_pixels(disturbed: QuarterMask, size_px: tuple[int, int]) -> Bool[np.ndarr
     filled = ndimage.binary_fill_holes(disturbed)
     large = filled.repeat(SIDE_PX, 0).repeat(SIDE_PX, 1)
     return large[:height, :width]
+
+
+def in_quarters(mask: Bool[np.ndarray, "h w"]) -> UInt8[np.ndarray, "qh qw"]:
+    """One where a mask of pixels holds any of 4 x 4."""
+    rest = [(0, -length % SIDE_PX) for length in mask.shape]
+    height, width = (-(-length // SIDE_PX) for length in mask.shape)
+    blocks = np.pad(mask, rest).reshape(height, SIDE_PX, width, SIDE_PX)
+    return np.asarray(blocks.any((1, 3)), np.uint8)
 
 
 def _take_average(difference: Any, lit: Any, out: Any, line: Any) -> None:

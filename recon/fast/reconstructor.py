@@ -18,9 +18,16 @@ from recon.contact import contact_mask
 from recon.estimators import GradientEstimator, gradient_field
 from recon.estimators.default import Default
 from recon.estimators.mlp import Mlp
-from recon.fast.disturbance import FrameDisturbance, QuarterMask, border_of, in_pixels, median
+from recon.fast.disturbance import (
+    FrameDisturbance,
+    QuarterMask,
+    border_of,
+    in_pixels,
+    in_quarters,
+    median,
+)
 from recon.fast.dots import FrameDots
-from recon.fast.ensemble import FrameEnsemble
+from recon.fast.ensemble import FrameEnsemble, Seen
 from recon.fast.network import FrameMlp
 from recon.fast.poisson import FrameIntegrator
 from recon.fast.still import FrameStill
@@ -28,11 +35,15 @@ from recon.fast.unwarping import FrameDifference
 from recon.fast.weighing import FrameWeighing
 from recon.lights import unseen_axis
 from recon.markers.tracking import marker_tracker
+from recon.moved import widest_support
 from recon.pipeline import reconstruct
 from recon.poisson import Boundary
 from recon.stream.frame import TimedFrame
 from recon.stream.jpeg import decode_jpeg
 from sensor.toml import Pair
+
+BESIDE = np.ones((9, 9), np.uint8)
+"""In quarters: of gel that counts as flat so much is asked for, from which dots are filled."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,8 +109,8 @@ class FastReconstructor:
         blank = unwarp(calibration.background if background is None else background)
         tracker = marker_tracker(blank)
         self._dots = None if tracker is None else FrameDots(tracker, blank)
-        unseen = unseen_axis(card.lights_deg, card.channels)
-        self._infers = card.missing_axis != "none" and unseen is not None
+        told = card.missing_axis != "none"
+        self._unseen = unseen_axis(card.lights_deg, card.channels) if told else None
         size_px = unwarp.size_px
         width, height = size_px
         self._frame = np.zeros((*unwarp.frame_size_px[::-1], 3), np.uint8)
@@ -156,11 +167,11 @@ class FastReconstructor:
         difference, gradient = self._difference, self._gradient
         self._take_difference(pixels, difference)
         hidden = None if self._dots is None else self._dots.hidden(difference)
-        if self._infers:
+        if self._unseen is not None:
             return self._inferred(difference, hidden)
         disturbed = self._find_disturbance(difference)
         border = border_of(disturbed)
-        self._take_gradient(difference, disturbed, gradient)
+        self._take_gradient(difference, partial(self._near, disturbed), gradient)
         if self._dots is not None and hidden is not None:
             self._dots.fill_slopes(gradient, hidden, self.calibration.card.mm_per_px)
         depth_mm = self._integrate[border](gradient)
@@ -178,21 +189,24 @@ class FastReconstructor:
             disturbed=disturbed,
         )
 
+    def _near(self, disturbed: QuarterMask, small: Seen) -> QuarterMask | None:
+        """What our estimator does not take for flat."""
+        return None if self._ours is None else self._ours[1](small, disturbed)
+
     def _take_gradient(
         self,
         difference: Float32[np.ndarray, "3 h w"],
-        disturbed: QuarterMask | None,
+        near: Callable[[Seen], QuarterMask | None],
         out: Float32[np.ndarray, "2 h w"],
     ) -> None:
-        """Write gradients as planes; of our estimator only near what is disturbed, if told."""
+        """Write gradients as planes; our estimator's are zero beyond what is near."""
         apply: Callable[[slice], None]
         if self._mlp is not None:
             apply = partial(self._mlp, difference, self._asked)
         elif self._ours is not None:
-            network, moved_near = self._ours
+            network, _ = self._ours
             seen, small = network.prepared(difference)
-            near = None if disturbed is None else moved_near(small, disturbed)
-            apply = partial(network, seen, self._asked, near=near)
+            apply = partial(network, seen, self._asked, near=near(small))
         else:
             whole = np.ascontiguousarray(np.moveaxis(difference, 0, -1))
             out[:] = np.moveaxis(gradient_field(self.calibration.estimator, whole), -1, 0)
@@ -209,10 +223,14 @@ class FastReconstructor:
         self, difference: Float32[np.ndarray, "3 h w"], hidden: ContactMask | None
     ) -> Touch:
         """Where an axis is not seen: the slopes at camera rate, the rest as the reference does."""
-        card = self.calibration.card
+        card, unseen = self.calibration.card, self._unseen
 
-        def field(_: GradientEstimator, __: Difference) -> GradientField:
-            self._take_gradient(difference, None, self._gradient)
+        def field(_: GradientEstimator, __: Difference, disturbed: ContactMask) -> GradientField:
+            near = None
+            if card.missing_axis == "network":  # elsewhere it takes gel for flat
+                asked = widest_support(disturbed if unseen == "x" else disturbed.T)
+                near = cv2.dilate(in_quarters(asked if unseen == "x" else asked.T), BESIDE) > 0
+            self._take_gradient(difference, lambda _: near, self._gradient)
             return np.moveaxis(self._gradient, 0, -1).copy()
 
         found = reconstruct(

@@ -3,9 +3,11 @@
 import cv2
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from recon.ball import ball_cap
-from recon.moved import FLANK, MARGIN_PX, may_have_moved
+from recon.moved import FLANK, MARGIN_PX, may_have_moved, widest_support
 
 CAP = ball_cap((96, 80), (50.0, 38.0), 20.0, 26.0, (1.0, 1.0))
 ALONG_Y = CAP.gradient[..., 1].astype(np.float32)
@@ -61,3 +63,21 @@ def test_flanks_that_tilt_across_the_lights_count_as_moved():
     with_margin = cv2.dilate(shown.astype(np.uint8), np.ones((1, 2 * MARGIN_PX + 1)))
     assert not with_margin.any(0)[30:71].all()  # of the columns from rim to rim
     assert may_have_moved(shown, ALONG_Y)[38, 30:71].all()
+
+
+@given(seed=st.integers(0, 10_000), patches=st.integers(0, 4), steepness=st.floats(0.1, 3))
+def test_no_slopes_make_more_move_than_the_widest_support(seed, patches, steepness):
+    rng = np.random.default_rng(seed)
+    disturbed = np.zeros((60, 70), bool)
+    for top, left, height, width in rng.integers(0, 30, (patches, 4)):
+        disturbed[2 * top : 2 * top + height, 2 * left : 2 * left + width] = True
+    slopes = steepness * cv2.GaussianBlur(rng.standard_normal(disturbed.shape), (0, 0), 3)
+    widest = widest_support(disturbed)
+    assert widest[may_have_moved(disturbed, slopes)].all()
+    assert widest.any() == disturbed.any()
+    columns = np.flatnonzero(disturbed.any(0))
+    beyond = np.ones(disturbed.shape[1], bool)
+    reach = MARGIN_PX + round(FLANK * min(disturbed.shape))
+    for column in columns:
+        beyond[max(0, column - reach) : column + reach + 1] = False
+    assert not widest[:, beyond].any()

@@ -22,7 +22,7 @@ from recon.estimators.default import Default
 from recon.estimators.lookup_table import BINS, LookupTable
 from recon.estimators.mlp import Mlp
 from recon.fast import FastReconstructor, fixed_point, kernels
-from recon.fast.disturbance import FrameDisturbance, border_of, in_pixels, median
+from recon.fast.disturbance import FrameDisturbance, border_of, in_pixels, in_quarters, median
 from recon.fast.ensemble import FrameEnsemble
 from recon.fast.network import FrameMlp
 from recon.fast.poisson import FrameIntegrator
@@ -344,6 +344,16 @@ def test_any_estimator_goes() -> None:
     frame = pressed(unit.background, (80, 60))
     touch, truth = FastReconstructor(unit)(frame), Reconstructor(unit)(frame)
     assert (np.abs(touch.gradient - truth.gradient).max(-1) > SLOPE).mean() < 0.01  # bins' edges
+
+
+@given(seed=st.integers(0, 99), height=st.integers(1, 30), width=st.integers(1, 30))
+def test_a_quarter_s_pixel_is_set_where_any_of_the_frame_s_is(seed, height, width) -> None:
+    mask = np.random.default_rng(seed).random((height, width)) < 0.05
+    quarter = in_quarters(mask)
+    back = quarter.repeat(4, 0).repeat(4, 1)[:height, :width] > 0
+    assert back[mask].all()
+    assert in_quarters(back).tolist() == quarter.tolist()
+    assert quarter.sum() <= mask.sum()
 
 
 @pytest.mark.parametrize("kind", [random_mlp, random_default])
