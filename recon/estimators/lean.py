@@ -12,7 +12,7 @@ are fitted at once, by least squares.
 from itertools import combinations_with_replacement
 
 import numpy as np
-from jaxtyping import Bool, Float32, Float64, Int
+from jaxtyping import Bool, Float32, Float64
 
 from recon.pixels import Pixels
 
@@ -58,8 +58,9 @@ def fit_lean(pixels: Pixels, columns: list[int], axes: list[int]) -> Lean:
     fold = np.searchsorted(presses, chosen.press) % FOLDS
     free = np.zeros((2, 2), bool)
     free[axes] = [len(columns) > len(axes), True]
-    whole, *parts = _fitted(terms, chosen, fold, free)
-    variance = (FOLDS - 1) * np.var(parts, axis=0)  # the jackknife's
+    whole = _fitted(terms, chosen, free)
+    parts = np.stack([_fitted(terms[fold != k], chosen[fold != k], free) for k in range(FOLDS)])
+    variance = (FOLDS - 1) * parts.var(0)  # the jackknife's
     certain = np.maximum(0, 1 - variance / np.maximum(whole**2, 1e-12))
     return np.asarray(whole * certain, np.float32)
 
@@ -79,32 +80,15 @@ def _shading_terms(pixels: Pixels, columns: list[int]) -> Float64[np.ndarray, "n
 
 
 def _fitted(
-    terms: Float64[np.ndarray, "n t"],
-    pixels: Pixels,
-    fold: Int[np.ndarray, " n"],
-    free: Bool[np.ndarray, "2 2"],
-) -> Float64[np.ndarray, "k 2 2"]:
-    """The lean by least squares of all pixels, then of all but each fold's.
-
-    What is not ``free`` is zero.
-    """
-    lean = np.zeros((1 + FOLDS, 2, 2))
+    terms: Float64[np.ndarray, "n t"], pixels: Pixels, free: Bool[np.ndarray, "2 2"]
+) -> Float64[np.ndarray, "2 2"]:
+    """The lean by least squares; what is not ``free`` is zero."""
+    lean = np.zeros((2, 2))
     for axis in np.flatnonzero(free.any(1)):
         along = pixels.position[:, axis].astype(np.float64)
         own = np.stack([np.ones_like(along), along], 1)[:, free[axis]]
-        inputs, slopes = np.concatenate([terms, own], 1), pixels.gradient[:, axis].astype(float)
-        parts = [(inputs[fold == k], slopes[fold == k]) for k in range(FOLDS)]
-        squares = np.stack([seen.T @ seen for seen, _ in parts])
-        products = np.stack([wanted @ seen for seen, wanted in parts])
-        taken = [np.ones(FOLDS, bool), *~np.eye(FOLDS, dtype=bool)]
-        found = [_solved(squares[some].sum(0), products[some].sum(0)) for some in taken]
-        lean[:, axis, free[axis]] = -np.stack(found)[:, terms.shape[1] :]
+        found = np.linalg.lstsq(
+            np.concatenate([terms, own], 1), pixels.gradient[:, axis].astype(float), rcond=None
+        )[0]
+        lean[axis, free[axis]] = -found[terms.shape[1] :]
     return lean
-
-
-def _solved(
-    square: Float64[np.ndarray, "t t"], product: Float64[np.ndarray, " t"]
-) -> Float64[np.ndarray, " t"]:
-    """Least squares by normal equations, each term first scaled to one."""
-    length = np.maximum(np.sqrt(np.diag(square)), 1e-12)
-    return np.linalg.lstsq(square / np.outer(length, length), product / length)[0] / length

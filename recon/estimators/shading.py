@@ -8,7 +8,6 @@ nearly as well as forty do.
 """
 
 from dataclasses import dataclass
-from itertools import accumulate
 
 import numpy as np
 from jaxtyping import Float, Float32, Float64, Int32
@@ -96,9 +95,8 @@ def fit_shading(taught: Taught, light: Light) -> Shading:
 
 
 def _powers(position: np.ndarray, powers: tuple[tuple[int, int], ...]) -> np.ndarray:
-    highest = max(i for i, _ in powers)
-    one = np.ones(len(position), position.dtype)
-    x, y = (list(accumulate([along] * highest, np.multiply, initial=one)) for along in position.T)
+    highest = 1 + max(i for i, _ in powers)
+    x, y = ([along**i for i in range(highest)] for along in position.T)
     return np.stack([x[i] * y[j] for i, j in powers], 1)
 
 
