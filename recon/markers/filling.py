@@ -45,6 +45,9 @@ TILE_PX = 16
 """Hidden pixels that hang together are cut into tiles of this side where they are more."""
 EVERY_SIDE = np.ones((3, 3), bool)
 
+FEW = 0.3
+"""Share of dots up to which those alone are filled around which not all is zero, as it is around
+most dots of slopes: to pick their matrices takes longer than to multiply them."""
 OFTEN = 3
 """Fillings of one shape of dot after which its matrix is made, which costs as much as some."""
 
@@ -164,7 +167,13 @@ def _elastic(hidden: ContactMask, method: str, aspect: float, repeatable: bool) 
         flat[:-1] = values
         flat[-1] = 0
         for places, sources, weights in blocks:
-            flat[places] = weights @ flat[sources]
+            known = flat[sources]
+            some = known.any((1, 2))
+            if some.mean() > FEW:
+                flat[places] = weights @ known
+            else:
+                flat[places] = 0
+                flat[places[some]] = weights[some] @ known[some]
         for dot in single:
             flat[dot.places] = dot.shape.solve(flat[dot.sources])
         return flat[:-1].reshape(field.shape)
