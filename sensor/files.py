@@ -70,6 +70,8 @@ def refuse_kept_folder(folder: Path, *, over: str | None = None) -> None:
     except FileNotFoundError:
         return
     except NotADirectoryError:
+        if not folder.exists():  # something above it is a file, which is said when it is written
+            return
         names = [folder.name]
     except OSError as error:
         raise WedgeError(f"{folder} cannot be read: {error.strerror}.") from error

@@ -117,10 +117,13 @@ class _Last(_Hidden):
 first_layer, hidden_layer, last_layer = dense(_First()), dense(_Hidden()), dense(_Last())
 
 
-def packed(layers: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, ...]:
+def packed(
+    layers: Sequence[tuple[np.ndarray, np.ndarray]], split: float = 1.0
+) -> tuple[np.ndarray, ...]:
     """Weights [in, out] and biases [out] of a network as its layers read them, as 32-bit words.
 
-    An activation of 1 has as many steps as the largest weight, about: both round alike.
+    An activation of 1 has ``split`` times as many steps as let it and the largest weight round
+    alike.
     """
     last = len(layers) - 1
     weight, bias = layers[0]
@@ -133,7 +136,7 @@ def packed(layers: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray,
             shift = np.clip(np.floor(np.log2(scale / PER_UNIT)), 1, 31)
             scale = PER_UNIT * 2**shift
         largest = scale * np.maximum(np.abs(exact).max(0), 1e-9)
-        steps = np.exp(np.log(largest).mean() / 2)
+        steps = split * np.exp(np.log(largest).mean() / 2)
         steps = float(np.clip(max(steps, largest.max() / 32767), COARSEST, FINEST))
         found[-1] = np.concatenate([_table(steps), grouped(found[-1], NEURONS)])
         pairs = np.rint(exact * scale / steps).clip(-32767, 32767).astype(np.int16)

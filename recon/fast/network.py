@@ -20,6 +20,8 @@ INPUTS = 5
 WIDTH = HIDDEN[0]
 LARGEST_ERROR = 8e-4
 """In slope, of 16 bits where they are tried; leaves room below 1e-3 for the frames to come."""
+SPLITS = (0.9, 0.95, 1.0, 1.05, 1.1)
+"""Of the bits between activations and weights, of which the one that errs least is taken."""
 TRIED_PX = 2**16
 LARGEST_SPREAD = 0.3
 """Of full scale, of the colours that they are tried with."""
@@ -42,9 +44,10 @@ class FrameMlp:
         place = positions(size_px).reshape(-1, 2).T
         self._places = np.ascontiguousarray(place)
         layers = _layers(network)
-        self.in_words = _suffice(layers) if in_words is None else in_words
-        self._apply = _in_words if self.in_words else _in_floats
-        self._weights = fixed_point.packed(layers) if self.in_words else _float_weights(layers)
+        floats = _float_weights(layers)
+        words, error = _words(layers, floats) if in_words is not False else (floats, np.inf)
+        self.in_words = error < LARGEST_ERROR if in_words is None else in_words
+        self._apply, self._weights = (_in_words, words) if self.in_words else (_in_floats, floats)
 
     def __call__(
         self,
@@ -80,18 +83,27 @@ def _float_weights(layers: list[Layer]) -> tuple[np.ndarray, ...]:
     return (*hidden, floating.packed(*layers[-1], floating.LAST))
 
 
-def _suffice(layers: list[Layer]) -> bool:
-    """Whether 16 bits give the slopes of floats on colours and places drawn at random."""
+def _words(
+    layers: list[Layer], floats: tuple[np.ndarray, ...]
+) -> tuple[tuple[np.ndarray, ...], float]:
+    """The network in 16 bits, and how far it is from floats on random colours and places.
+
+    As one cannot tell beforehand how roundings add up, some splits are tried.
+    """
     if not fixed_point.AVAILABLE:
-        return False
+        return floats, np.inf
     random = np.random.default_rng(0)
     spread = random.uniform(0, LARGEST_SPREAD, TRIED_PX)
     color = (spread * random.normal(size=(3, TRIED_PX))).astype(np.float32)
     place = random.uniform(-1, 1, (2, TRIED_PX)).astype(np.float32)
-    words, floats = np.empty((2, 2, TRIED_PX), np.float32)
-    _in_words(color, place, words, 0, TRIED_PX, *fixed_point.packed(layers))
-    _in_floats(color, place, floats, 0, TRIED_PX, *_float_weights(layers))
-    return bool(np.abs(words - floats).max() < LARGEST_ERROR)
+    wanted, found = np.empty((2, 2, TRIED_PX), np.float32)
+    _in_floats(color, place, wanted, 0, TRIED_PX, *floats)
+    tried = []
+    for split in SPLITS:
+        words = fixed_point.packed(layers, split)
+        _in_words(color, place, found, 0, TRIED_PX, *words)
+        tried.append((words, float(np.abs(found - wanted).max())))
+    return min(tried, key=lambda one: one[1])
 
 
 def _gather(difference: Any, places: Any, values: Any, start: int, count: int) -> None:

@@ -1,12 +1,11 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The quick way says what the slow way says: part by part, and from JPEG to depth."""
+"""The quick way says what the slow way says, part by part."""
 
 import os
 import platform
 import subprocess
 import sys
-import tracemalloc
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,10 +17,8 @@ from hypothesis import strategies as st
 
 from recon.contact import boundary_of, disturbed_mask
 from recon.estimators import GradientEstimator, gradient_field
-from recon.estimators.default import Default
-from recon.estimators.lookup_table import BINS, LookupTable
 from recon.estimators.mlp import Mlp
-from recon.fast import FastReconstructor, fixed_point, kernels
+from recon.fast import fixed_point, kernels, network
 from recon.fast.disturbance import FrameDisturbance, border_of, in_pixels, in_quarters, median
 from recon.fast.ensemble import FrameEnsemble
 from recon.fast.network import FrameMlp
@@ -29,15 +26,18 @@ from recon.fast.poisson import FrameIntegrator
 from recon.fast.still import FrameStill
 from recon.fast.unwarping import FrameDifference
 from recon.fast.weighing import FrameWeighing
-from recon.pipeline import Reconstructor
 from recon.poisson import Boundary, integrate
 from recon.still import without_still
-from recon.stream.frame import TimedFrame
-from recon.stream.jpeg import decode_jpeg, encode_jpeg
 from recon.weighed import weighed_depth
-from sensor.errors import WedgeError
-from tests.dotted import HEIGHT, WIDTH, dotted, grid_px, pad
-from tests.recon.fast.units import blank_frame, make_unit, pressed, random_default, random_mlp
+from tests.recon.fast.units import (
+    blank_frame,
+    make_unit,
+    planes,
+    pressed,
+    random_default,
+    random_mlp,
+    scaled,
+)
 
 CORNERS_PX = ((12.0, 6.0), (150.0, 10.0), (140.0, 112.0), (20.0, 108.0))
 SLOPE = 1e-3
@@ -48,14 +48,6 @@ RED_AND_BLUE = {
     "lights_deg": {"R": 90.0, "B": -90.0},
 }
 X86 = platform.machine() in ("x86_64", "AMD64")
-
-
-def planes(image: np.ndarray) -> np.ndarray:
-    return np.ascontiguousarray(np.moveaxis(image, -1, 0))
-
-
-def in_bytes(image: np.ndarray) -> np.ndarray:
-    return np.round(255 * image).clip(0, 255).astype(np.uint8)
 
 
 def network_error(network: Mlp, difference: np.ndarray, *, in_words: bool | None) -> float:
@@ -99,15 +91,25 @@ def test_sixteen_bits_follow_networks_of_any_gain(seed: int, gain: float, spread
 
 
 @pytest.mark.skipif(not fixed_point.AVAILABLE, reason="this processor lacks the instructions")
+def test_bits_are_split_as_errs_least(monkeypatch: pytest.MonkeyPatch) -> None:
+    splits, layers = network.SPLITS, network._layers(random_mlp())
+    errors = []
+    for split in splits:
+        monkeypatch.setattr(network, "SPLITS", (split,))
+        errors.append(network._words(layers, network._float_weights(layers))[1])
+    assert len(set(errors)) == len(splits)
+    monkeypatch.setattr(network, "SPLITS", splits)
+    words, error = network._words(layers, network._float_weights(layers))
+    assert error == min(errors) < network.LARGEST_ERROR
+    best = fixed_point.packed(layers, splits[errors.index(error)])
+    assert all(np.array_equal(one, other) for one, other in zip(words, best, strict=True))
+
+
+@pytest.mark.skipif(not fixed_point.AVAILABLE, reason="this processor lacks the instructions")
 def test_where_sixteen_bits_do_not_suffice_floats_are_used() -> None:
     network = random_mlp()
-    assert FrameMlp(replace(network, layers=_scaled(network, 0.5)), (8, 6)).in_words
-    assert not FrameMlp(replace(network, layers=_scaled(network, 20)), (8, 6)).in_words
-
-
-def _scaled(network: Mlp | Default, gain: float) -> tuple:
-    *hidden, (weight, bias) = network.layers
-    return (*hidden, (gain * weight, gain * bias))
+    assert FrameMlp(replace(network, layers=scaled(network, 0.5)), (8, 6)).in_words
+    assert not FrameMlp(replace(network, layers=scaled(network, 20)), (8, 6)).in_words
 
 
 def test_other_processors_go_without_sixteen_bits() -> None:
@@ -117,7 +119,15 @@ from recon.estimators import gradient_field
 from recon.fast import fixed_point, vectors
 from recon.fast.network import FrameMlp
 from tests.dotted import HEIGHT, WIDTH, dotted, grid_px, pad
-from tests.recon.fast.units import random_mlp
+from tests.recon.fast.units import (
+    blank_frame,
+    make_unit,
+    planes,
+    pressed,
+    random_default,
+    random_mlp,
+    scaled,
+)
 network, out = random_mlp(), np.empty((2, 6, 70), np.float32)
 difference = np.random.default_rng(0).normal(0, 0.1, (6, 70, 3)).astype(np.float32)
 FrameMlp(network, (70, 6))(np.ascontiguousarray(np.moveaxis(difference, -1, 0)), out)
@@ -246,76 +256,6 @@ def test_disturbed_gel_is_found_where_the_reference_finds_it() -> None:
     assert not find(np.zeros((3, 240, 320), np.float32)).any()
 
 
-@pytest.mark.parametrize("corners_px", [None, CORNERS_PX])
-@pytest.mark.parametrize("center_px", [(80, 60), (10, 60)])
-@pytest.mark.parametrize(("words", "depth_share"), [(True, 2e-4), (False, 1e-4)])
-def test_a_jpeg_gives_the_depth_of_the_reference(
-    monkeypatch: pytest.MonkeyPatch,
-    corners_px: tuple | None,
-    center_px: tuple,
-    words: bool,
-    depth_share: float,
-) -> None:
-    monkeypatch.setattr(fixed_point, "AVAILABLE", words and fixed_point.AVAILABLE)
-    unit = make_unit(corners_px=corners_px)
-    jpeg = encode_jpeg(pressed(unit.background, center_px), 95)
-    touch = FastReconstructor(unit)(jpeg)
-    truth = Reconstructor(unit)(decode_jpeg(jpeg))
-    assert touch.boundary == truth.boundary
-    assert np.abs(touch.gradient - truth.gradient).max() < SLOPE
-    error = touch.depth_mm - truth.depth_mm
-    assert np.ptp(error) < depth_share * np.ptp(truth.depth_mm)
-    assert np.abs(error).max() < 1e-2 * np.ptp(truth.depth_mm)  # where untouched gel lies
-    assert touch.contact.shape == truth.contact.shape
-
-
-def test_every_kind_of_frame_gives_the_same() -> None:
-    unit = make_unit()
-    jpeg = encode_jpeg(pressed(unit.background, (80, 60)), 95)
-    timed = TimedFrame(index=0, time_ns=0, arrived_ns=0, jpeg=jpeg)
-    pixels = TimedFrame(index=0, time_ns=0, arrived_ns=0, pixels=decode_jpeg(jpeg))
-    depths = [
-        FastReconstructor(unit, threads=threads)(frame).depth_mm.copy()
-        for threads in (1, 2)
-        for frame in (jpeg, decode_jpeg(jpeg), timed, pixels)
-    ]
-    for depth in depths[1:]:
-        np.testing.assert_allclose(depth, depths[0], atol=1e-6)
-
-
-@pytest.mark.parametrize("threads", [1, 2])
-def test_a_large_frame_s_slopes_are_asked_for_as_the_reference_does(threads: int) -> None:
-    unit = make_unit((640, 480), estimator=random_default())  # steep everywhere: no gel is still
-    frame = pressed(unit.background, (320, 240))
-    touch, truth = FastReconstructor(unit, threads=threads)(frame), Reconstructor(unit)(frame)
-    assert np.abs(touch.gradient - truth.gradient).max() < SLOPE
-    assert np.abs(truth.gradient).max() > 0.1
-
-
-@pytest.mark.parametrize("size_px", [(320, 240), (640, 480)])
-def test_gel_that_did_not_move_is_flat_where_the_reference_says_so(size_px) -> None:
-    unit = make_unit(size_px, estimator=random_default())
-    still = replace(unit.estimator, layers=_scaled(unit.estimator, 0.02))  # slopes tell of nothing
-    unit = replace(unit, estimator=still)
-    frame = pressed(unit.background, (size_px[0] / 2, size_px[1] / 2))
-    touch, truth = FastReconstructor(unit)(frame), Reconstructor(unit)(frame)
-    flat = ~truth.gradient.any(-1)
-    assert 0.1 < flat.mean() < 0.9
-    assert (flat == ~touch.gradient.any(-1)).mean() > 0.94
-    # A large frame's slopes are interpolated: all around must be alike.
-    flats = flat, ~touch.gradient.any(-1)
-    alike = [np.all(sides, 0).astype(np.uint8) for sides in (flats, np.invert(flats))]
-    both = np.any([cv2.erode(side, np.ones((5, 5))) for side in alike], 0)
-    assert both.mean() > 0.9
-    assert np.abs(touch.gradient - truth.gradient)[both].max() < SLOPE
-    pitch_mm, border = unit.card.mm_per_px, touch.boundary
-    plain_mm = integrate(touch.gradient, pitch_mm, border)
-    wanted_mm = weighed_depth(plain_mm, touch.gradient, pitch_mm, border)
-    most_mm = np.abs(wanted_mm - plain_mm).max()  # what still gel counts for
-    assert most_mm > 0.2 * np.ptp(plain_mm)
-    assert np.abs(touch.depth_mm - wanted_mm).max() < 0.01 * most_mm
-
-
 @pytest.mark.parametrize("size_px", [(320, 240), (640, 480), (641, 487)])
 def test_slopes_alone_tell_of_a_contact_where_the_reference_says_so(size_px) -> None:
     network, (width, height) = random_default(), size_px
@@ -335,17 +275,6 @@ def test_slopes_alone_tell_of_a_contact_where_the_reference_says_so(size_px) -> 
     assert (found == wanted).mean() > 0.94
 
 
-def test_any_estimator_goes() -> None:
-    rng = np.random.default_rng(0)
-    bins = rng.normal(size=(BINS, BINS, BINS, 2)).astype(np.float32)
-    ends = np.full(3, -0.3, np.float32), np.full(3, 0.3, np.float32)
-    table = LookupTable(channels="RGB", low=ends[0], high=ends[1], bins=bins)
-    unit = make_unit(estimator=table)
-    frame = pressed(unit.background, (80, 60))
-    touch, truth = FastReconstructor(unit)(frame), Reconstructor(unit)(frame)
-    assert (np.abs(touch.gradient - truth.gradient).max(-1) > SLOPE).mean() < 0.01  # bins' edges
-
-
 @given(seed=st.integers(0, 99), height=st.integers(1, 30), width=st.integers(1, 30))
 def test_a_quarter_s_pixel_is_set_where_any_of_the_frame_s_is(seed, height, width) -> None:
     mask = np.random.default_rng(seed).random((height, width)) < 0.05
@@ -354,77 +283,6 @@ def test_a_quarter_s_pixel_is_set_where_any_of_the_frame_s_is(seed, height, widt
     assert back[mask].all()
     assert in_quarters(back).tolist() == quarter.tolist()
     assert quarter.sum() <= mask.sum()
-
-
-@pytest.mark.parametrize("kind", [random_mlp, random_default])
-@pytest.mark.parametrize("missing", ["network", "zero"])
-def test_an_axis_without_light_is_inferred_as_the_reference_infers_it(
-    kind, missing, monkeypatch
-) -> None:
-    # How many steps are taken is a matter of rounding, where they end before the minimum.
-    monkeypatch.setattr("recon.weighed.STEPS", 200)
-    monkeypatch.setattr("recon.weighed.ENOUGH", 1e-10)
-    card = RED_AND_BLUE | {"missing_axis": missing}
-    unit = make_unit((160, 120), estimator=kind(channels="RB"), **card)
-    jpeg = encode_jpeg(pressed(unit.background, (80, 60)), 95)
-    touch, truth = FastReconstructor(unit)(jpeg), Reconstructor(unit)(decode_jpeg(jpeg))
-    # Integrals along the lights add up what one slope is off.
-    assert np.abs(touch.gradient - truth.gradient).max() < 3 * SLOPE
-    assert np.abs(touch.depth_mm - truth.depth_mm).max() < 0.01 * np.ptp(truth.depth_mm)
-    assert (touch.contact == truth.contact).mean() > 0.99
-
-
-@pytest.mark.parametrize("lit", [{}, RED_AND_BLUE])
-@pytest.mark.parametrize("kind", [random_mlp, random_default])
-def test_dots_are_filled_as_the_reference_fills_them(kind, lit) -> None:
-    places = grid_px()
-    unit = make_unit((WIDTH, HEIGHT), estimator=kind(channels=lit.get("channels", "RGB")), **lit)
-    blank, changed = dotted(places), pad()
-    changed[50:120, 70:150] += [0.1, -0.05, -0.1]
-    card = replace(unit.card, markers={"count": float(len(places))})
-    unit = replace(unit, card=card, background=in_bytes(blank))
-    frame = in_bytes(dotted(places + 0.7, image=changed, seed=1))
-    quick = FastReconstructor(unit)
-    quick(in_bytes(dotted(places + 3.0)))  # another frame's dots leave no trace
-    touch, truth = quick(frame), Reconstructor(unit)(frame)
-    assert truth.markers == "tracked"
-    np.testing.assert_allclose(touch.difference, truth.difference, atol=1e-5)
-    alike = touch.gradient.any(-1) == truth.gradient.any(-1)  # still gel, by blocks of four pixels
-    assert alike.mean() > 0.9
-    off = np.abs(touch.gradient - truth.gradient).max(-1)[alike]
-    assert np.mean(off < SLOPE) > 0.98
-    assert np.abs(touch.depth_mm - truth.depth_mm).max() < 0.1 * np.ptp(truth.depth_mm)
-
-
-def test_blank_gel_is_flat_and_untouched() -> None:
-    unit = make_unit()
-    touch = FastReconstructor(unit)(unit.background)
-    assert (touch.contact_mm2, touch.deepest_mm, touch.boundary) == (0, 0, "dirichlet")
-
-
-def test_a_frame_of_another_size_is_refused() -> None:
-    reconstruct = FastReconstructor(make_unit())
-    for frame in (np.zeros((60, 80, 3), np.uint8), encode_jpeg(np.zeros((60, 80, 3), np.uint8))):
-        with pytest.raises(WedgeError, match="80x60 pixels, not 160x120"):
-            reconstruct(frame)
-
-
-def test_a_frame_leaves_no_memory_behind_and_takes_little() -> None:
-    unit = make_unit((320, 240))
-    reconstruct = FastReconstructor(unit)
-    jpegs = [encode_jpeg(pressed(unit.background, (x, 120), x), 90) for x in (20, 160, 200)]
-    for jpeg in jpegs:
-        reconstruct(jpeg)
-    tracemalloc.start()
-    reconstruct(jpegs[0])
-    before = tracemalloc.get_traced_memory()[0]
-    for jpeg in jpegs * 5:
-        reconstruct(jpeg)
-    after, peak = tracemalloc.get_traced_memory()
-    tracemalloc.stop()
-    plane = 4 * 320 * 240
-    assert after - before < plane / 10
-    assert peak - before < plane
 
 
 def test_code_is_compiled_anew_when_a_file_changes_whose_constants_are_in_it(

@@ -104,3 +104,13 @@ def pressed(background: np.ndarray, center_px: tuple[float, float], seed: int = 
     change = 60 * np.stack([dx, dy, -dx - dy], -1) * inside[..., None]
     noise = np.random.default_rng(seed).normal(0, 1, background.shape)
     return (background + change + noise).round().clip(0, 255).astype(np.uint8)
+
+
+def planes(image: np.ndarray) -> np.ndarray:
+    return np.ascontiguousarray(np.moveaxis(image, -1, 0))
+
+
+def scaled(network: Mlp | Default, gain: float) -> tuple:
+    """Its layers, the last of them times a gain."""
+    *hidden, (weight, bias) = network.layers
+    return (*hidden, (gain * weight, gain * bias))
