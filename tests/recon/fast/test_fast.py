@@ -30,6 +30,8 @@ from recon.poisson import Boundary, integrate
 from recon.still import without_still
 from recon.weighed import weighed_depth
 from tests.recon.fast.units import (
+    CORNERS_PX,
+    SLOPE,
     blank_frame,
     make_unit,
     planes,
@@ -39,14 +41,6 @@ from tests.recon.fast.units import (
     scaled,
 )
 
-CORNERS_PX = ((12.0, 6.0), (150.0, 10.0), (140.0, 112.0), (20.0, 108.0))
-SLOPE = 1e-3
-"""What the quick way may differ by, in slope."""
-RED_AND_BLUE = {
-    "channels": "RB",
-    "missing_axis": "network",
-    "lights_deg": {"R": 90.0, "B": -90.0},
-}
 X86 = platform.machine() in ("x86_64", "AMD64")
 
 

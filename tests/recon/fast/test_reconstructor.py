@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The quick way says what the slow way says: from a JPEG to depth."""
 
-import platform
 import tracemalloc
 from dataclasses import replace
 
@@ -20,6 +19,8 @@ from recon.weighed import weighed_depth
 from sensor.errors import WedgeError
 from tests.dotted import HEIGHT, WIDTH, dotted, grid_px, pad
 from tests.recon.fast.units import (
+    CORNERS_PX,
+    SLOPE,
     make_unit,
     pressed,
     random_default,
@@ -27,15 +28,11 @@ from tests.recon.fast.units import (
     scaled,
 )
 
-CORNERS_PX = ((12.0, 6.0), (150.0, 10.0), (140.0, 112.0), (20.0, 108.0))
-SLOPE = 1e-3
-"""What the quick way may differ by, in slope."""
 RED_AND_BLUE = {
     "channels": "RB",
     "missing_axis": "network",
     "lights_deg": {"R": 90.0, "B": -90.0},
 }
-X86 = platform.machine() in ("x86_64", "AMD64")
 
 
 def in_bytes(image: np.ndarray) -> np.ndarray:

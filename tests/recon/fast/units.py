@@ -14,6 +14,10 @@ from recon.estimators.shading import LIGHT_POWERS
 from recon.estimators.surroundings import ASPECTS
 from sensor.unit import UnitCard
 
+CORNERS_PX = ((12.0, 6.0), (150.0, 10.0), (140.0, 112.0), (20.0, 108.0))
+SLOPE = 1e-3
+"""What the quick way may differ by, in slope."""
+
 
 def random_mlp(seed: int = 0, channels: str = "RGB") -> Mlp:
     """As steep as a fitted one: slopes change by about 1 within a tenth of full scale."""
