@@ -178,14 +178,13 @@ def _dotted(unit: Calibration, jpegs: Sequence[bytes]) -> tuple[Calibration, lis
     """The unit and its frames as if its gel had dots, which no press moves."""
     width, height = unit.card.size_px
     y, x = (np.indices((height, width)) * (DOTS / width) + 0.5) % 1 - 0.5
-    shade = np.where(np.hypot(x, y) < DOT_RADIUS, 0.3, 1)[..., None]
-    shade = cv2.GaussianBlur(shade, (0, 0), 1.0)[..., None]
+    dots = np.where(np.hypot(x, y) < DOT_RADIUS, 0.3, 1.0)
+    shade = cv2.GaussianBlur(dots, (0, 0), 1.0)[..., None]
 
     def spoilt(frame: Frame) -> Frame:
         return np.round(frame * shade).astype(np.uint8)
 
-    card = replace(unit.card, markers={"count": float(DOTS)})
-    gel = replace(unit, card=card, background=spoilt(unit.background))
+    gel = replace(unit, background=spoilt(unit.background))
     return gel, [encode_jpeg(spoilt(decode_jpeg(jpeg)), QUALITY) for jpeg in jpegs]
 
 

@@ -12,6 +12,8 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float
 
+from recon.lights import Axis
+
 Mask = Bool[np.ndarray, "h w"]
 
 MARGIN_PX = 3
@@ -24,8 +26,15 @@ STILL_DOWN = 0.35
 """Of a column's deepest: gel this deep by the slopes above it and by those below it is dented."""
 
 
-def widest_support(disturbed: Mask) -> Mask:
-    """All that ``may_have_moved`` could name, whatever the slopes are."""
+def widest_support(disturbed: Mask, unseen: Axis) -> Mask:
+    """All that ``may_have_moved`` could name, whatever the slopes along the lights are.
+
+    Args:
+        disturbed: where the colour changed.
+        unseen: the axis across the lights.
+    """
+    if unseen == "y":
+        return widest_support(disturbed.T, "x").T
     near = cv2.dilate(disturbed.astype(np.uint8), CROSS, iterations=MARGIN_PX).astype(bool)
     below, above = np.maximum.accumulate(near), np.maximum.accumulate(near[::-1])[::-1]
     return _with_flanks(below & above)

@@ -42,12 +42,12 @@ class RandomBall:
 
 def random_ball(random: np.random.Generator, size_px: tuple[int, int]) -> RandomBall:
     """A ball pressed somewhere into a frame of ``size_px`` (width, height)."""
-    contact = random.uniform(*CONTACTS) * min(size_px)
-    radius = contact / random.uniform(*PRESSED)
-    x, y = (random.uniform(1.05 * contact, side - 1.05 * contact) for side in size_px)
+    contact_px = random.uniform(*CONTACTS) * min(size_px)
+    ball_px = contact_px / random.uniform(*PRESSED)
+    x_px, y_px = (random.uniform(1.05 * contact_px, s - 1.05 * contact_px) for s in size_px)
     return RandomBall(
-        center_px=(x, y),
-        contact_radius_px=contact,
-        ball_radius_px=radius,
-        gradient=ball_cap(size_px, (x, y), contact, radius, SQUARE).gradient,
+        center_px=(x_px, y_px),
+        contact_radius_px=contact_px,
+        ball_radius_px=ball_px,
+        gradient=ball_cap(size_px, (x_px, y_px), contact_px, ball_px, SQUARE).gradient,
     )

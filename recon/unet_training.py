@@ -33,7 +33,7 @@ from recon.contact_surfaces import surface_gradient
 from recon.few_lights import measure
 from recon.lights import Axis
 from recon.missing_axis import infer_missing_axis
-from recon.random_balls import random_ball
+from recon.random_balls import SQUARE, random_ball
 from recon.surfaces import RECIPES, Recipe
 from recon.unet_torch import UNetLayers, made_ahead
 from recon.unet_weights import save_weights
@@ -238,7 +238,7 @@ def share_of_zeros_error(
         ball = random_ball(rng, size_px)
         truth = ball.gradient
         measured = truth[..., known] + TEST_NOISE * rng.standard_normal(truth.shape[:2])
-        found = infer_missing_axis(measured, axis, (1.0, 1.0), weights=weights)
+        found = infer_missing_axis(measured, axis, SQUARE, weights=weights)
         inferred = found.gradient[..., missing]
         chosen = ball.judged(rng)
         errors.append(np.abs(inferred - truth[..., missing])[chosen])

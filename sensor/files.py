@@ -65,17 +65,17 @@ def refuse_kept_folder(folder: Path, *, over: str | None = None) -> None:
             be read.
     """
     try:
-        # Looked at once: another process may take it away at any time.
-        names = [entry.name for entry in folder.iterdir()]
+        with os.scandir(folder) as entries:  # once, as another process may take it away
+            files = {entry.name: entry.is_file() for entry in entries}
     except FileNotFoundError:
         return
     except NotADirectoryError:
         if not folder.exists():  # something above it is a file, which is said when it is written
             return
-        names = [folder.name]
+        files = {folder.name: False}
     except OSError as error:
         raise WedgeError(f"{folder} cannot be read: {error.strerror}.") from error
-    if names and over not in names:
+    if files and not (over and files.get(over)):
         raise WedgeError(f"{folder} already exists and is not empty: name a new folder.")
 
 

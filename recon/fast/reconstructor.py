@@ -33,7 +33,7 @@ from recon.fast.poisson import FrameIntegrator
 from recon.fast.still import FrameStill
 from recon.fast.unwarping import FrameDifference
 from recon.fast.weighing import FrameWeighing
-from recon.lights import unseen_axis
+from recon.lights import Axis, unseen_axis
 from recon.markers.tracking import marker_tracker
 from recon.moved import widest_support
 from recon.pipeline import reconstruct
@@ -109,8 +109,9 @@ class FastReconstructor:
         blank = unwarp(calibration.background if background is None else background)
         tracker = marker_tracker(blank)
         self._dots = None if tracker is None else FrameDots(tracker, blank)
-        told = card.missing_axis != "none"
-        self._unseen = unseen_axis(card.lights_deg, card.channels) if told else None
+        # Dots on slopes of which one is not seen are filled in another way: the reference knows.
+        inferred = card.missing_axis != "none" or self._dots is not None
+        self._unseen = unseen_axis(card.lights_deg, card.channels) if inferred else None
         size_px = unwarp.size_px
         width, height = size_px
         self._frame = np.zeros((*unwarp.frame_size_px[::-1], 3), np.uint8)
@@ -168,7 +169,7 @@ class FastReconstructor:
         self._take_difference(pixels, difference)
         hidden = None if self._dots is None else self._dots.hidden(difference)
         if self._unseen is not None:
-            return self._inferred(difference, hidden)
+            return self._inferred(difference, hidden, self._unseen)
         disturbed = self._find_disturbance(difference)
         border = border_of(disturbed)
         self._take_gradient(difference, partial(self._near, disturbed), gradient)
@@ -220,16 +221,18 @@ class FastReconstructor:
                 cv2.resize(few, every.shape[::-1], dst=every)
 
     def _inferred(
-        self, difference: Float32[np.ndarray, "3 h w"], hidden: ContactMask | None
+        self,
+        difference: Float32[np.ndarray, "3 h w"],
+        hidden: ContactMask | None,
+        unseen: Axis,
     ) -> Touch:
         """Where an axis is not seen: the slopes at camera rate, the rest as the reference does."""
-        card, unseen = self.calibration.card, self._unseen
+        card = self.calibration.card
 
         def field(_: GradientEstimator, __: Difference, disturbed: ContactMask) -> GradientField:
             near = None
             if card.missing_axis == "network":  # elsewhere it takes gel for flat
-                asked = widest_support(disturbed if unseen == "x" else disturbed.T)
-                near = cv2.dilate(in_quarters(asked if unseen == "x" else asked.T), BESIDE) > 0
+                near = cv2.dilate(in_quarters(widest_support(disturbed, unseen)), BESIDE) > 0
             self._take_gradient(difference, lambda _: near, self._gradient)
             return np.moveaxis(self._gradient, 0, -1).copy()
 

@@ -72,8 +72,10 @@ def test_no_slopes_make_more_move_than_the_widest_support(seed, patches, steepne
     for top, left, height, width in rng.integers(0, 30, (patches, 4)):
         disturbed[2 * top : 2 * top + height, 2 * left : 2 * left + width] = True
     slopes = steepness * cv2.GaussianBlur(rng.standard_normal(disturbed.shape), (0, 0), 3)
-    widest = widest_support(disturbed)
+    widest = widest_support(disturbed, "x")
     assert widest[may_have_moved(disturbed, slopes)].all()
+    across = widest_support(disturbed, "y")
+    assert across[may_have_moved(disturbed.T, slopes.T).T].all()
     assert widest.any() == disturbed.any()
     columns = np.flatnonzero(disturbed.any(0))
     beyond = np.ones(disturbed.shape[1], bool)

@@ -171,6 +171,15 @@ def test_a_folder_of_an_earlier_run_is_replaced_once_the_new_one_is_whole(tmp_pa
     assert list(tmp_path.iterdir()) == [folder]
 
 
+def test_a_folder_that_holds_a_folder_of_the_name_is_not_replaced(tmp_path):
+    kept = tmp_path / "unit" / "card" / "notes"
+    kept.parent.mkdir(parents=True)
+    kept.write_bytes(OLD)
+    with pytest.raises(WedgeError, match="not empty"), new_folder(tmp_path / "unit", over="card"):
+        pytest.fail("the block must not run")
+    assert kept.read_bytes() == OLD
+
+
 def test_what_came_while_a_folder_was_made_is_kept(tmp_path):
     folder = tmp_path / "unit"
     folder.mkdir()

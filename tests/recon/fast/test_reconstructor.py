@@ -122,13 +122,15 @@ def test_any_estimator_goes() -> None:
 
 @pytest.mark.parametrize("kind", [random_mlp, random_default])
 @pytest.mark.parametrize("missing", ["network", "zero"])
+@pytest.mark.parametrize("red_deg", [90.0, 0.0])
 def test_an_axis_without_light_is_inferred_as_the_reference_infers_it(
-    kind, missing, monkeypatch
+    kind, missing, red_deg, monkeypatch
 ) -> None:
     # How many steps are taken is a matter of rounding, where they end before the minimum.
     monkeypatch.setattr("recon.weighed.STEPS", 200)
     monkeypatch.setattr("recon.weighed.ENOUGH", 1e-10)
-    card = RED_AND_BLUE | {"missing_axis": missing}
+    lights_deg = {"R": red_deg, "B": red_deg - 180}
+    card = RED_AND_BLUE | {"missing_axis": missing, "lights_deg": lights_deg}
     unit = make_unit((160, 120), estimator=kind(channels="RB"), **card)
     jpeg = encode_jpeg(pressed(unit.background, (80, 60)), 95)
     touch, truth = FastReconstructor(unit)(jpeg), Reconstructor(unit)(decode_jpeg(jpeg))
@@ -138,7 +140,7 @@ def test_an_axis_without_light_is_inferred_as_the_reference_infers_it(
     assert (touch.contact == truth.contact).mean() > 0.99
 
 
-@pytest.mark.parametrize("lit", [{}, RED_AND_BLUE])
+@pytest.mark.parametrize("lit", [{}, RED_AND_BLUE, RED_AND_BLUE | {"missing_axis": "none"}])
 @pytest.mark.parametrize("kind", [random_mlp, random_default])
 def test_dots_are_filled_as_the_reference_fills_them(kind, lit) -> None:
     places = grid_px()

@@ -159,6 +159,18 @@ def test_dots_are_filled_alike_whether_solved_or_by_their_matrices(method):
     np.testing.assert_allclose(once[:12], first[:12], atol=1e-5)
 
 
+@pytest.mark.parametrize("method", ELASTIC)
+def test_where_most_is_flat_dots_are_filled_as_anywhere(method):
+    hidden = dots(at=(7.0, 6.0), radius_px=3.4)
+    field = np.zeros_like(random_field(6))
+    field[12:24, 14:28] = random_field(6)[12:24, 14:28]  # around few of the dots
+    wanted = fill_gradients(field, hidden, method, repeatable=True)
+    assert wanted[hidden].any() and not wanted[hidden].all()
+    fill = prepare_fill(hidden, method)
+    for _ in range(OFTEN + 2):  # at last by matrices, of some dots alone
+        np.testing.assert_allclose(fill(spoiled(field, hidden)), wanted, atol=1e-5)
+
+
 def test_an_unknown_way_is_refused_by_name():
     with pytest.raises(WedgeError, match="no way of filling is called 'telea'"):
         fill_gradients(random_field(0), HIDDEN, "telea")
