@@ -9,8 +9,10 @@ make its command line. Only the module that was asked for is imported, so help a
 import difflib
 import importlib
 import os
+import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 from sensor.errors import WedgeError
 
@@ -57,12 +59,15 @@ HELP = "\n".join(
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and exit: 0 well, 1 failed checks, 2 bad input, 130 interrupted.
 
+    Ended by SIGTERM or SIGHUP it leaves as little behind as by Ctrl-C, and exits 143 or 129.
+
     Args:
         arguments: The words after `wedge`; the process's own by default.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
-        status = _dispatch(words)
+        with _ended_like_interrupted():
+            status = _dispatch(words)
         print(end="", flush=True)  # a full disk shows now, where it can still be said
     except WedgeError as error:
         status = _complain(str(error))
@@ -75,6 +80,25 @@ def main(arguments: Sequence[str] | None = None) -> None:
         status = _complain(_os_sentence(error))
         _abandon_stdout()
     sys.exit(status)
+
+
+@contextmanager
+def _ended_like_interrupted() -> Iterator[None]:
+    """Let what asks this process to end unwind it: workers end, half-written folders go."""
+
+    def end(number: int, _: object) -> None:
+        sys.exit(128 + number)
+
+    asked = [number for number in (signal.SIGTERM, getattr(signal, "SIGHUP", None)) if number]
+    # nohup's, say, are left as they are.
+    ours = [number for number in asked if signal.getsignal(number) is signal.SIG_DFL]
+    for number in ours:
+        signal.signal(number, end)
+    try:
+        yield
+    finally:
+        for number in ours:
+            signal.signal(number, signal.SIG_DFL)
 
 
 def _dispatch(words: list[str]) -> int:

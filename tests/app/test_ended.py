@@ -1,0 +1,72 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A command that is asked to end takes its workers and its half-written folder with it."""
+
+import os
+import select
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import app.__main__
+from app._workers import process_pool
+from sensor.files import new_folder
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def never_ends(pipe: Path) -> None:
+    """Say which process runs, then wait for what never comes."""
+    pipe.write_text(str(os.getpid()))
+    select.select([], [], [])
+
+
+def command(folder: Path) -> None:
+    """`wedge`, as if its subcommand wrote a folder with a worker that is slow."""
+
+    def dispatch(_: list[str]) -> int:
+        with new_folder(folder / "unit") as unit, process_pool() as pool:
+            (unit / "half").write_text("written")
+            pool.submit(never_ends, folder / "pipe").result()
+        return 0
+
+    # Whoever started the tests may have told them to ignore some of these.
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_DFL)
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    app.__main__._dispatch = dispatch
+    app.__main__.main([])
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
+def test_nothing_is_left_behind(tmp_path: Path, number: signal.Signals) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    words = (
+        "-c",
+        "import sys, pathlib; from tests.app.test_ended import command\n"
+        "if __name__ == '__main__': command(pathlib.Path(sys.argv[1]))",
+    )
+    run = subprocess.Popen([sys.executable, *words, str(tmp_path)], cwd=ROOT)
+    worker = int((tmp_path / "pipe").read_text())
+    run.send_signal(number)
+    assert run.wait() == 128 + number
+    with pytest.raises(ProcessLookupError):
+        os.kill(worker, 0)
+    assert [path.name for path in tmp_path.iterdir()] == ["pipe"]
+
+
+def test_what_ignores_a_hangup_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    seen = []
+    monkeypatch.setattr(
+        app.__main__, "_dispatch", lambda _: seen.append(signal.getsignal(signal.SIGHUP)) or 0
+    )
+    try:
+        with pytest.raises(SystemExit):
+            app.__main__.main([])
+    finally:
+        signal.signal(signal.SIGHUP, before)
+    assert seen == [signal.SIG_IGN]
