@@ -51,7 +51,7 @@ def main(
     """
     from recon.ball_size import doubtful_ball
     from recon.calibration import lit_channels, unit_of
-    from recon.estimators import fit_estimator, lesson_of
+    from recon.estimators import fit_estimator, kind_of, lesson_of
     from recon.presses import left_out_places, read_presses
     from sensor.dataset import read_dataset
     from sensor.design_file import load_design
@@ -64,6 +64,7 @@ def main(
         raise WedgeError(f"--out {out} has no name to call the unit by: name a new folder.")
     refuse_kept_folder(out)
     check_outputs(out / "unit.toml", json)
+    kind_of(estimator)
     built_from = load_design(design)
     folder = _dataset_of(Path(dataset), out, built_from, ball_radius_mm)
     source = read_dataset(folder or dataset_folder(dataset))
@@ -118,6 +119,11 @@ def _dataset_of(
             "say how large the ball is with --ball-radius-mm."
         )
     presses = out.with_name(f"{out.name}-presses")
+    if (presses / "dataset.toml").exists():
+        raise WedgeError(
+            f"{presses} holds the presses of an earlier run: go on with "
+            f"`wedge calibrate {presses} --out {out}`, or name another --out."
+        )
     import_source(
         frames,
         presses,

@@ -65,7 +65,7 @@ def main(
         raise WedgeError(f"--presses {presses} must be at least 1.")
     for name, value in (("ball-radius-mm", ball_radius_mm), ("caliper-mm", caliper_mm)):
         if value is not None and not 0 < value < 1e3:
-            raise WedgeError(f"--{name} {value:g} must be above zero.")
+            raise WedgeError(f"--{name} {value:g} must be above 0 and below 1000.")
     if like is None and ball_radius_mm is None:
         raise WedgeError(
             "say how large the ball is, --ball-radius-mm, or name a dataset --like it."
@@ -151,6 +151,7 @@ def _watcher(
     other: "Dataset | None", card: "DatasetCard", blank: Any, calipers: int
 ) -> "PressWatcher":
     from recon.capture import PressWatcher
+    from recon.images import read_frame
     from recon.presses import dataset_unwarp, read_dataset_lens
     from recon.unwarp import prepare_unwarp
 
@@ -158,6 +159,13 @@ def _watcher(
         height, width = blank.shape[:2]
         unwarp = prepare_unwarp((width, height), card.corners_px, card.unwarped_size_px)
     else:
+        first = read_frame(other.folder, other.card.background[0])
+        if first.shape != blank.shape:
+            (height, width), (other_height, other_width) = blank.shape[:2], first.shape[:2]
+            raise WedgeError(
+                f"the frames are {width}x{height} pixels, those of {other.card.name} are "
+                f"{other_width}x{other_height}: another camera, or another resolution."
+            )
         unwarp = dataset_unwarp(other, blank, read_dataset_lens(other))
     return PressWatcher(unwarp, card.ball_radius_mm, card.mm_per_px, calipers)
 

@@ -57,10 +57,17 @@ def main(
         raise WedgeError(f"{dataset} is not a dataset folder: it has no dataset.toml.")
     if not 1 <= port <= 65535:
         raise WedgeError(f"--port {port} must lie between 1 and 65535.")
-    if not (dataset / "labels.csv").exists():
-        write_labels(dataset / "labels.csv", [])
-    source = read_dataset(dataset)
-    reader = press_reader(source)
+    labels = dataset / "labels.csv"
+    is_new = not labels.exists()
+    if is_new:
+        write_labels(labels, [])
+    try:
+        source = read_dataset(dataset)
+        reader = press_reader(source)
+    except WedgeError:
+        if is_new:
+            labels.unlink()
+        raise
     files = pressed_frames(dataset, source.card)
     if not files:
         raise WedgeError(f"{dataset} holds no frames but its background: press the ball first.")

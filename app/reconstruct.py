@@ -17,6 +17,9 @@ from sensor.files import write_atomic
 if TYPE_CHECKING:
     import numpy as np
 
+STRANGE = 0.9
+"""Of the frame: more disturbed gel than any grip leaves; dark or another sensor's, then."""
+
 
 def main(
     unit: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="UNIT")],
@@ -58,9 +61,11 @@ def main(
         for done, name in enumerate(image, start=1):
             read_checked(name, unwarp)
             show(0.3 * done / len(image), "checking images")
-        rows = []
+        rows, strange = [], []
         for done, (name, stem) in enumerate(zip(image, names, strict=True), start=1):
             result = reconstruct(read_checked(name, unwarp))
+            if result.disturbed.mean() > STRANGE:
+                strange.append(name)
             stream = io.BytesIO()
             np.save(stream, result.depth_mm)
             write_atomic(out / f"{stem}.npy", stream.getvalue())
@@ -97,6 +102,11 @@ def main(
             for row in rows
         ],
     )
+    for name in strange:
+        print(
+            f"{name}: nearly all of it differs from the blank gel, so its depth means little: "
+            "are the lights on, and is it a frame of this unit?"
+        )
     write_json(json, {"unit": str(unit), "images": rows})
 
 

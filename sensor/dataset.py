@@ -11,7 +11,7 @@ import io
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any
 
 from sensor.errors import WedgeError
@@ -121,13 +121,20 @@ def read_dataset(folder: Path) -> Dataset:
     except WedgeError as error:
         raise located(path, error) from error
     dataset = Dataset(folder=folder, card=card, labels=_read_labels(folder / "labels.csv"))
-    seen: set[str] = set()
+    seen: set[PurePath] = set()
+    blank = {PurePath(name) for name in card.background}
     for label in dataset.labels:
-        if label.file in seen:  # it would teach in one row and judge in the other
+        file = PurePath(label.file)
+        if file in seen:  # it would teach in one row and judge in the other
             raise WedgeError(
                 f"{folder / 'labels.csv'} labels {label.file} twice: keep one circle a frame."
             )
-        seen.add(label.file)
+        if file in blank:
+            raise WedgeError(
+                f"{folder / 'labels.csv'} labels {label.file}, which dataset.toml says is the "
+                "blank gel: take it out of one of them."
+            )
+        seen.add(file)
         radius_mm = label.contact_radius_px * math.sqrt(math.prod(card.mm_per_px))
         if radius_mm >= dataset.ball_radius_mm(label):
             raise WedgeError(

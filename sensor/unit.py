@@ -115,7 +115,7 @@ def _card(document: dict[str, Any]) -> UnitCard:
     if ("corners_px" in document) != ("pad_size_mm" in document):
         raise WedgeError("corners_px and pad_size_mm must be given together.")
     pad_size = document.get("pad_size_mm")
-    return UnitCard(
+    card = UnitCard(
         **{key: text_line(document[key], key) for key in texts},
         channels=channels,
         missing_axis=cast(MissingAxis, document["missing_axis"]),
@@ -128,6 +128,16 @@ def _card(document: dict[str, Any]) -> UnitCard:
         lights_deg=lights(document["lights_deg"]) if "lights_deg" in document else None,
         markers=_markers(document["markers"]) if "markers" in document else None,
     )
+    if card.pad_size_mm is not None:
+        for pad_mm, pitch_mm, size_px in zip(
+            card.pad_size_mm, card.mm_per_px, card.size_px, strict=True
+        ):
+            if abs(pad_mm / pitch_mm - size_px) > 1:
+                raise WedgeError(
+                    f"pad_size_mm / mm_per_px makes {pad_mm / pitch_mm:.0f} pixels of what size_px "
+                    f"says are {size_px}: it was edited by hand; calibrate again."
+                )
+    return card
 
 
 def _metrics(value: object) -> dict[str, float]:

@@ -40,6 +40,18 @@ def test_a_folder_of_frames_becomes_a_dataset(tmp_path: Path) -> None:
     assert len(again.stderr.splitlines()) == 1
 
 
+def test_frames_of_another_size_than_the_dataset_s_are_refused(tmp_path: Path) -> None:
+    like = make_dataset(tmp_path / "like", presses=1)
+    write_image(tmp_path / "frames" / "0.png", np.zeros((60, 80, 3), np.uint8))
+    words = ("--like", str(like.folder), "--out", str(tmp_path / "out"))
+    command = [sys.executable, "-P", "-m", "app", "capture", str(tmp_path / "frames"), *words]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    height, width = read_image(like.folder / "background.png").shape[:2]
+    assert "the frames are 80x60 pixels" in done.stderr and f"{width}x{height}" in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_new_sensor_is_captured_with_nothing_known_but_its_ball(tmp_path: Path) -> None:
     truth = make_dataset(tmp_path / "truth", presses=3, corners_px=KEYSTONE_PX, seed=3)
     pictures = [read_image(truth.folder / "background.png"), caliper(True), caliper(False)]

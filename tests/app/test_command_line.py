@@ -173,3 +173,17 @@ def test_set_up_without_venv_says_what_to_install(checkout_without_python: Path)
     status, sentence = set_up(checkout_without_python)
     assert status == 2
     assert sentence.endswith("(on Debian: apt install python3.12-venv).\n")
+
+
+def test_set_up_never_empties_what_a_link_leads_to(checkout_without_python: Path) -> None:
+    others = checkout_without_python / "of-others"
+    (others / "lib").mkdir(parents=True)
+    (checkout_without_python / ".venv").symlink_to(others)
+    python = checkout_without_python / "bin" / "python3.12"
+    python.write_text('#!/bin/sh\ncase "$*" in *--clear*) "$0-rm" -r "$4/lib" ;; esac\n')
+    python.chmod(0o755)
+    (python.parent / "python3.12-rm").symlink_to(shutil.which("rm") or "")
+    status, sentence = set_up(checkout_without_python)
+    assert status == 2
+    assert ".venv is a link" in sentence
+    assert (others / "lib").is_dir()

@@ -316,6 +316,7 @@ def test_an_existing_unit_is_not_overwritten(workplace, capsys):
         ("reconstruct", "no-such-unit", "{set}/press00.png", "--out", "depth"),
         ("reconstruct", "{unit}", "no-such-image.png", "--out", "depth"),
         ("data", "path", "no-such-set"),
+        ("calibrate", "{set}", "--out", "unit", "--estimator", "guess"),
         ("calibrate", "{set}", "--out", "."),
         ("calibrate", "{set}", "--out", ".."),
     ],

@@ -192,3 +192,13 @@ def test_a_circle_is_dragged_resized_and_undone_in_a_browser(address: str, tmp_p
     after = {item.file: item for item in read_dataset(folder).labels}
     assert after[file].center_x_px == pytest.approx(label.center_x_px + 1)
     assert after.keys() == before.keys()
+
+
+def test_a_set_whose_background_is_missing_gets_no_labels(tmp_path: Path) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=1)
+    (dataset.folder / "labels.csv").unlink()
+    (dataset.folder / "background.png").unlink()
+    words = wedge("label", str(dataset.folder), "--no-page")
+    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 2 and "background.png" in done.stderr
+    assert not (dataset.folder / "labels.csv").exists()

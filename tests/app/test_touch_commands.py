@@ -167,3 +167,23 @@ def test_a_card_with_half_of_the_markers_is_refused(units, tmp_path):
     write_unit_card(tmp_path, card)
     with pytest.raises(WedgeError, match="markers must be a table"):
         read_unit_card(tmp_path)
+
+
+def test_a_frame_that_is_not_the_units_is_said(units, tmp_path, capsys):
+    folder, made = units
+    write_image(tmp_path / "dark.png", np.zeros_like(made["clear"].background))
+    press = folder / "clear" / "set" / "press00.png"
+    words = ("reconstruct", folder / "clear" / "unit", "--out", tmp_path / "depth")
+    assert run(*words, press) == 0
+    assert "means little" not in capsys.readouterr().out
+    assert run(*words, tmp_path / "dark.png") == 0
+    said = capsys.readouterr().out
+    assert "dark.png: nearly all of it differs from the blank gel" in said
+
+
+def test_presses_of_an_earlier_run_are_gone_on_with(units, tmp_path, capsys):
+    folder, _ = units
+    (tmp_path / "raw").mkdir()
+    (tmp_path / "u-presses").symlink_to(folder / "clear" / "set")
+    words = ("calibrate", tmp_path / "raw", "--ball-radius-mm", "4", "--out", tmp_path / "u")
+    assert f"wedge calibrate {tmp_path / 'u-presses'} --out" in refused(capsys, *words)

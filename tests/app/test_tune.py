@@ -133,7 +133,7 @@ def test_a_unit_says_where_the_pad_is(tmp_path: Path, capsys: pytest.CaptureFixt
         missing_axis="none",
         mm_per_px=(0.1, 0.1),
         frame_size_px=(64, 48),
-        size_px=(64, 48),
+        size_px=(300, 200),
         metrics={},
         corners_px=((8, 8), (55, 8), (55, 39), (8, 39)),
         pad_size_mm=(30, 20),

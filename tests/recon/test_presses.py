@@ -1,5 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -26,6 +27,12 @@ GREY_LEVEL = 1 / 255
 @pytest.fixture
 def dataset(tmp_path):
     return make_dataset(tmp_path, presses=4)
+
+
+def with_blank_gel(dataset, label):
+    """The label, as if of a frame that shows the blank gel."""
+    shutil.copy(dataset.folder / "background.png", dataset.folder / "blank.png")
+    return replace(label, file="blank.png")
 
 
 def relabelled(dataset, *labels):
@@ -85,29 +92,29 @@ def test_the_background_is_the_mean_of_its_frames(dataset):
 
 def test_progress_ends_at_one_though_presses_are_left_out(dataset):
     shares = []
-    tiny = replace(dataset.labels[0], file="background.png", contact_radius_px=2.0)
+    tiny = replace(with_blank_gel(dataset, dataset.labels[0]), contact_radius_px=2.0)
     labels = [*dataset.labels, tiny]
     read_presses(relabelled(dataset, *labels), shares.append)
     assert shares == pytest.approx([0.2, 0.4, 0.6, 0.8, 1.0])
 
 
 def test_presses_that_cannot_be_used_are_named_with_the_reason(dataset):
-    blank = replace(dataset.labels[1], file="background.png")
+    blank = with_blank_gel(dataset, dataset.labels[1])
     tiny = replace(dataset.labels[2], contact_radius_px=2.5)
     made = read_presses(relabelled(dataset, dataset.labels[0], blank, tiny, dataset.labels[3]))
     assert [press.file for press in made.presses] == ["press00.png", "press03.png"]
     assert [(left.file, left.reason) for left in made.left_out] == [
-        ("background.png", "no contact is visible inside the labelled circle"),
+        ("blank.png", "no contact is visible inside the labelled circle"),
         ("press02.png", "the contact circle is smaller than 3 pixels"),
     ]
 
 
 def test_a_set_without_one_usable_press_is_refused_and_says_why(dataset):
-    blank = replace(dataset.labels[1], file="background.png")
+    blank = with_blank_gel(dataset, dataset.labels[1])
     with pytest.raises(
         WedgeError,
         match=r"labels\.csv names no press that can be used \(1 labelled; the first: "
-        r"background\.png: no contact is visible",
+        r"blank\.png: no contact is visible",
     ):
         read_presses(relabelled(dataset, blank))
     with pytest.raises(WedgeError, match=r"labels\.csv names no press .* \(0 labelled\)"):

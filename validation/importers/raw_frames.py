@@ -24,7 +24,7 @@ from recon.pad import base_side, find_pad, gel_corners
 from recon.presses import PressReader, press_reader
 from sensor.dataset import BallLabel, DatasetCard, read_dataset, write_card, write_labels
 from sensor.errors import WedgeError
-from sensor.toml import Pair
+from sensor.toml import Pair, located
 from validation.importers.folder import copy_frames, write_dataset
 
 IMAGES = (".png", ".jpg", ".jpeg")
@@ -222,7 +222,10 @@ def measured_scale(
         )
     gaps = []
     for name, _ in caliper:
-        difference = reader.unwarp(read_image(source / name)) - reader.blank
+        try:
+            difference = reader.unwarp(read_image(source / name)) - reader.blank
+        except WedgeError as error:
+            raise located(source / name, error) from error
         gap = find_gap(slopes_of(difference, response))
         gaps += [gap] if gap is not None else []
     try:
