@@ -6,11 +6,12 @@ from functools import partial
 
 import cv2
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float, Float32, Int
 from scipy import ndimage
 
 from recon.arrays import ContactMask, DepthMap, Difference, GradientField
 from recon.contact_network import held
+from recon.middle import median
 from recon.poisson import Boundary
 from sensor.toml import Pair
 
@@ -27,6 +28,8 @@ asked for 0.03 to 0.12, on six clips of grips for up to 0.3.
 """
 LEAST_AREA = 8e-4
 """Smaller patches, as a share of the frame, are dust."""
+CROSS = np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8)
+"""A pixel and its four neighbours."""
 DEVIATION = 1.4826
 """Standard deviations in a median absolute deviation, of normal noise."""
 BORDER_PX = 3
@@ -63,17 +66,33 @@ def disturbed_mask(difference: Difference) -> ContactMask:
     wider than a pixel, but takes a contact that covers half of the pad for noise, so it counts up
     to ``WIDEST_STAINS`` only; what neighbours differ by is noise however much it is.
     """
-    smooth = cv2.GaussianBlur(difference, (0, 0), SMOOTHING_PX)
-    middle = np.median(smooth, axis=(0, 1)) if smooth.size else np.zeros(3)
-    change = np.abs(smooth - drift_of(middle)).max(-1)
-    spread = DEVIATION * _median(np.abs(smooth - middle))
-    grain = DEVIATION * _median(np.abs(np.diff(difference, axis=1))) / np.sqrt(2)
+    return disturbed_in(np.ascontiguousarray(np.moveaxis(difference, -1, 0)))
+
+
+def disturbed_in(colors: Float32[np.ndarray, "3 h w"]) -> ContactMask:
+    """``disturbed_mask`` of a difference image that comes as planes."""
+    smooth = np.stack([cv2.GaussianBlur(plane, (0, 0), SMOOTHING_PX) for plane in colors])
+    middle = np.array([median(plane) for plane in smooth], np.float32)
+    spread = DEVIATION * median(np.abs(smooth - middle[:, None, None]))
+    grain = DEVIATION * median(np.abs(np.diff(colors, axis=2))) / np.sqrt(2)
     smooth_grain = grain / (2 * np.sqrt(np.pi) * SMOOTHING_PX)  # white noise after the blur
-    mask = change > least_change(spread, smooth_grain)
-    filled = ndimage.binary_fill_holes(ndimage.binary_opening(mask, iterations=2))
-    patches, count = ndimage.label(filled)
-    areas = np.bincount(patches.ravel(), minlength=count + 1)
-    large = areas >= LEAST_AREA * mask.size
+    least, changed = least_change(spread, smooth_grain), np.zeros(colors.shape[1:], bool)
+    for plane, drift in zip(smooth, drift_of(middle), strict=True):
+        changed |= np.abs(plane - drift) > least
+    return large_patches(changed)
+
+
+def large_patches(mask: ContactMask) -> ContactMask:
+    """The mask without hairs and specks, holes filled."""
+    if not mask.size:
+        return mask
+    whole = np.pad(mask, 1).view(np.uint8)  # beyond the frame nothing is changed
+    inside = cv2.morphologyEx(whole, cv2.MORPH_OPEN, CROSS, iterations=2)[1:-1, 1:-1]
+    whole[1:-1, 1:-1] = inside
+    _, gaps = cv2.connectedComponents(1 - whole, connectivity=4)
+    filled = (gaps != gaps[0, 0]).view(np.uint8)[1:-1, 1:-1]
+    _, patches, boxes, _ = cv2.connectedComponentsWithStats(filled, connectivity=4)
+    large = boxes[:, cv2.CC_STAT_AREA] >= LEAST_AREA * mask.size
     large[0] = False
     disturbed: ContactMask = large[patches]
     return disturbed
@@ -96,10 +115,6 @@ def least_change(spread: float, grain: float) -> float:
         grain: of their white noise alone.
     """
     return max(LEAST_CHANGE, NOISE_FACTOR * grain, min(NOISE_FACTOR * spread, WIDEST_STAINS))
-
-
-def _median(values: np.ndarray) -> float:
-    return float(np.median(values)) if values.size else 0.0
 
 
 def contact_mask(

@@ -7,7 +7,7 @@ saturates on steep skin, darkens skin that tilts either way, and an estimator ca
 answers every colour with the mean slope of the ball's pixels that had it. So each frame draws a
 sensor, shades a ball with it, fits slope to colour as a calibration does, and applies that fit to
 the shaded surface. Of the axis across the lights nothing is reported: the hint of an estimator
-that looks around each pixel comes in later (``recon.pipeline``), and what others say is worse than
+that looks around each pixel comes in later (``recon.depth``), and what others say is worse than
 silence (docs/decisions/0010-missing-axis.md).
 
 Light along y; ``gradient`` is (h, w, 2) px/px.

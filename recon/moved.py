@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float
 
+from recon.contact import CROSS
 from recon.lights import Axis
 
 Mask = Bool[np.ndarray, "h w"]
@@ -20,8 +21,6 @@ MARGIN_PX = 3
 """The disturbed gel's outline is smoothed: gel may have moved this far around it."""
 FLANK = 1 / 30
 """Of the frame's shorter side: gel may have moved this far across the lights beside what shows."""
-CROSS = np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8)
-"""A pixel and its four neighbours."""
 STILL_DOWN = 0.35
 """Of a column's deepest: gel this deep by the slopes above it and by those below it is dented."""
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A frame through a calibrated unit: difference, gradients, depth, contact."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -12,32 +12,17 @@ from jaxtyping import Float32
 
 from recon.arrays import ContactMask, DepthMap, Difference, Frame, GradientField
 from recon.calibration import Calibration, load_calibration
-from recon.columns import weigh_columns
-from recon.contact import boundary_of, contact_mask, disturbed_mask
+from recon.contact import contact_mask, disturbed_mask
 from recon.contact_patches import ContactPatch, contact_patches
+from recon.depth import depth_of
 from recon.estimators import GradientEstimator, gradient_field
-from recon.lights import Axis, unseen_axis
 from recon.markers.detection import unexpected_dots
 from recon.markers.filling import fill_gradients
 from recon.markers.tracking import MarkerTracker, Tracked, marker_tracker
-from recon.missing_axis import infer_missing_axis
-from recon.moved import may_have_moved
-from recon.poisson import Boundary, integrate
-from recon.pressed import Support, nearest_pressed
+from recon.poisson import Boundary
 from recon.shadows import cast_shadows
-from recon.still import without_still
-from recon.weighed import inferred_doubts, weighed_depth
 from sensor.toml import Pair
 from sensor.unit import MissingAxis
-
-SEEN_SHARE = 0.5
-"""Of the slope that was measured is kept, the rest is what the network makes of it: it steepens
-walls that were read too gentle, and crests that were not."""
-FieldNear = Callable[[GradientEstimator, Difference, ContactMask], GradientField]
-"""Slopes of an estimator, of a difference image that is disturbed somewhere."""
-
-HINT_SHARE = 0.25
-"""Of an unseen slope is taken from an estimator that looks around, the rest from the network."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -141,13 +126,6 @@ class Reconstructor:
         return replace(found, dots=dots, markers=word)
 
 
-def field_everywhere(
-    estimator: GradientEstimator, difference: Difference, _: ContactMask
-) -> GradientField:
-    """All slopes, wherever the gel is disturbed."""
-    return gradient_field(estimator, difference)
-
-
 def reconstruct(
     difference: Difference,
     estimator: GradientEstimator,
@@ -156,7 +134,6 @@ def reconstruct(
     lights_deg: Mapping[str, float] | None,
     mm_per_px: Pair,
     hidden: ContactMask | None = None,
-    field: FieldNear = field_everywhere,
 ) -> Reconstruction:
     """A difference image to gradients, depth and contact.
 
@@ -168,44 +145,27 @@ def reconstruct(
         mm_per_px: pixel pitch along x and y.
         hidden: where dots hid the colour; the difference is filled there, and slopes are filled
             anew from slopes around them.
-        field: takes the estimator's slopes of a difference image, disturbed where it is told.
     """
     lit = np.array([channel in estimator.channels for channel in "RGB"], np.float32)
     disturbed = disturbed_mask(difference * lit)
-    unseen = unseen_axis(lights_deg, estimator.channels)
-    gradient = field(estimator, difference, disturbed)
-    if hidden is not None:
-        # Slopes of which one is not seen are not yet those of one surface.
-        method = "surface" if unseen is None else "biharmonic"
-        gradient = fill_gradients(gradient, hidden, method, mm_per_px)
-    # What infers an axis finds by itself what cannot have moved.
-    knows_still = estimator.flattens and missing != "network"
-    if knows_still:
-        gradient = without_still(gradient, disturbed)
-    completed = complete_gradient(
-        gradient, disturbed, missing, unseen, mm_per_px, hinted=estimator.looks_around
+    found = depth_of(
+        gradient_field(estimator, difference),
+        disturbed,
+        estimator,
+        missing=missing,
+        lights_deg=lights_deg,
+        mm_per_px=mm_per_px,
+        hidden=hidden,
     )
-    gradient = completed.gradient
-    boundary = boundary_of(disturbed)
-    depth = integrate(gradient, mm_per_px, boundary)
-    if knows_still:
-        depth = weighed_depth(depth, gradient, mm_per_px, boundary)
-    elif unseen is not None and completed.doubt is not None:
-        doubts = inferred_doubts(gradient, unseen, completed.doubt)
-        depth = weighed_depth(depth, gradient, mm_per_px, boundary, doubts)
-    if boundary == "neumann" and not disturbed.all():
-        depth -= np.median(depth[~disturbed])  # untouched gel lies at zero
-    if completed.support is not None:
-        depth = nearest_pressed(depth, completed.support, mm_per_px, boundary)
     return Reconstruction(
         difference=difference,
-        gradient=gradient,
-        depth_mm=depth,
+        gradient=found.gradient,
+        depth_mm=found.depth_mm,
         disturbed=disturbed,
-        boundary=boundary,
+        boundary=found.boundary,
         mm_per_px=mm_per_px,
         lights_deg=lights_deg,
-        doubt=completed.doubt,
+        doubt=found.doubt,
     )
 
 
@@ -216,51 +176,3 @@ def _misfit(recorded: Mapping[str, float] | None, found: MarkerTracker | None) -
     if recorded is None and found is not None:
         return f"{len(found.markers)} dots, but the unit was calibrated without: calibrate it anew"
     return ""
-
-
-@dataclass(frozen=True, kw_only=True)
-class CompletedField:
-    """A gradient field whose unseen axis was replaced, and what goes with an inference."""
-
-    gradient: GradientField
-    doubt: Float32[np.ndarray, "h w"] | None = None
-    """How far off the inferred slope is expected to be; ``None`` where nothing was inferred."""
-    support: Support | None = None
-    """Where the gel may have moved, as far as the lights tell; ``None`` likewise."""
-
-
-def complete_gradient(
-    gradient: GradientField,
-    disturbed: ContactMask,
-    missing: MissingAxis,
-    unseen: Axis | None,
-    mm_per_px: Pair,
-    *,
-    hinted: bool = False,
-) -> CompletedField:
-    """The gradient field with its unseen axis replaced by zero or by what is inferred of it.
-
-    The inference is the network's, and that of plain integrals as far as they close. Where the gel
-    cannot have moved, the network is shown flat gel and answers with it. Of the axis that was
-    measured a share is kept (``SEEN_SHARE``), the rest is as the network corrects it. What the
-    gradient field itself says of the unseen axis counts as a hint by ``HINT_SHARE`` where it is one
-    (``hinted``), and else not at all.
-    """
-    if missing == "none" or unseen is None:
-        return CompletedField(gradient=gradient)
-    known = 1 if unseen == "x" else 0
-    if missing == "zero":
-        complete = np.zeros_like(gradient)
-        complete[..., known] = gradient[..., known]
-        return CompletedField(gradient=complete)
-    seen = gradient[..., known]
-    support = (
-        may_have_moved(disturbed, seen) if unseen == "x" else may_have_moved(disturbed.T, seen.T).T
-    )
-    found = infer_missing_axis(seen, unseen, mm_per_px, support=support)
-    joined = weigh_columns(found.gradient, seen, unseen, support, mm_per_px)
-    joined[..., known] += SEEN_SHARE * (seen * support - joined[..., known])
-    if hinted:
-        hint = gradient[..., 1 - known] * support
-        joined[..., 1 - known] += HINT_SHARE * (hint - joined[..., 1 - known])
-    return CompletedField(gradient=joined, doubt=found.doubt, support=support)

@@ -16,10 +16,10 @@ from functools import lru_cache
 import cv2
 import numpy as np
 from jaxtyping import Bool, Float, Float32
-from scipy import fft
 
 from recon.arrays import DepthMap
 from recon.poisson import Boundary, eigenvalues
+from recon.waves import of_waves, to_waves
 from sensor.toml import Pair
 
 Support = Bool[np.ndarray, "h w"]
@@ -60,8 +60,8 @@ def pressed_depth(
     inverse = 1 / (stiffness + penalty)
     pressed = multiplier = np.zeros((rows, columns), np.float32)
     for _ in range(steps):
-        spectrum = fft.dstn(wanted + penalty * (pressed - multiplier), type=1)
-        fitted = fft.idstn(spectrum * inverse, type=1, overwrite_x=True)
+        spectrum = to_waves(wanted + penalty * (pressed - multiplier), "dirichlet")
+        fitted = of_waves(spectrum * inverse, "dirichlet")
         fitted = np.float32(OVER_RELAXATION) * (fitted - pressed) + pressed
         pressed = np.maximum(fitted + multiplier, 0) * allowed
         multiplier = multiplier + fitted - pressed
@@ -91,18 +91,15 @@ def nearest_pressed(
     allowed = _shrunk(support.astype(np.float32), rows, columns) > 0
     pitch = (mm_per_px[0] * w / columns, mm_per_px[1] * h / rows)
     stiffness = -eigenvalues(rows, columns, pitch, boundary, "f")
-    forth, back, kind = (
-        (fft.dstn, fft.idstn, 1) if boundary == "dirichlet" else (fft.dctn, fft.idctn, 2)
-    )
     if boundary == "neumann":
         stiffness = stiffness * (np.indices((rows, columns)).any(0))  # a constant costs nothing
     penalty = np.float32(PENALTY_PER_PX2 / (mm_per_px[0] * mm_per_px[1]))
-    wanted, inverse = stiffness * forth(coarse, type=kind), 1 / (stiffness + penalty)
+    wanted, inverse = stiffness * to_waves(coarse, boundary), 1 / (stiffness + penalty)
     pressed = np.maximum(coarse, 0) * allowed
     multiplier = np.zeros_like(pressed)
     for _ in range(STEPS):
-        spectrum = wanted + penalty * forth(pressed - multiplier, type=kind)
-        fitted = back(spectrum * inverse, type=kind, overwrite_x=True)
+        spectrum = wanted + penalty * to_waves(pressed - multiplier, boundary)
+        fitted = of_waves(spectrum * inverse, boundary)
         fitted = np.float32(OVER_RELAXATION) * (fitted - pressed) + pressed
         pressed = np.maximum(fitted + multiplier, 0) * allowed
         multiplier = multiplier + fitted - pressed

@@ -38,6 +38,54 @@ Weights = Mapping[str, Float32[np.ndarray, "..."]]
 Features = Float32[np.ndarray, "channels h w"]
 
 
+class Layers(dict[str, Float32[np.ndarray, "..."]]):
+    """Weights by their names, and what is done with them, by numpy."""
+
+    def pointwise(self, layer: str, features: Features) -> Float32[np.ndarray, "channels_out h w"]:
+        """Convolution with a kernel of one pixel."""
+        kernel, bias = self[f"{layer}.weight"], self[f"{layer}.bias"]  # (out, in, 1, 1), (out)
+        _, h, w = features.shape
+        flat = kernel[..., 0, 0] @ features.reshape(-1, h * w)
+        flat += bias[:, None]
+        return flat.reshape(-1, h, w)
+
+    def rectified(
+        self, layer: str, *parts: Float32[np.ndarray, "_ h w"]
+    ) -> Float32[np.ndarray, "channels_out h w"]:
+        """Zero-padded 3 x 3 convolution of the parts' channels, rectified.
+
+        One matrix product per row of the kernel. The frame, shifted left and right by a pixel, is
+        stacked three high; a shift by a row is then a shift along memory. A strip at a time, so
+        that all that is done to it happens in the cache.
+        """
+        kernel, bias = self[f"{layer}.weight"], self[f"{layer}.bias"]  # (out, in, 3, 3), (out)
+        wide_out, wide_in, _, _ = kernel.shape
+        _, h, w = parts[0].shape
+        taps = kernel.transpose(2, 0, 3, 1).reshape(3, wide_out, 3 * wide_in)
+        total = np.empty((wide_out, h, w), np.float32)
+        stack = np.empty((3, wide_in, STRIP_ROWS + 2, w), np.float32)
+        stack[0, :, :, 0] = stack[2, :, :, -1] = stack[:, :, 0] = 0
+        line = stack.reshape(3 * wide_in, (STRIP_ROWS + 2) * w)
+        for top in range(0, h, STRIP_ROWS):
+            count = min(STRIP_ROWS, h - top)
+            first, last = max(top - 1, 0), min(top + count + 1, h)
+            rows = slice(first - top + 1, last - top + 1)
+            stack[:, :, rows.stop :] = 0
+            channel = 0
+            for part in parts:
+                places = slice(channel, channel := channel + len(part))
+                seen = part[:, first:last]
+                stack[0, places, rows, 1:] = seen[..., :-1]
+                stack[1, places, rows] = seen
+                stack[2, places, rows, :-1] = seen[..., 1:]
+            strip = taps[0] @ line[:, : count * w]
+            strip += bias[:, None]
+            for row in (1, 2):
+                strip += taps[row] @ line[:, row * w : (row + count) * w]
+            np.maximum(strip.reshape(wide_out, count, w), 0, out=total[:, top : top + count])
+        return total
+
+
 def layer_shapes(
     channels: Sequence[int],
     inputs: int = INPUTS,
@@ -124,6 +172,7 @@ def forward(weights: Weights, maps: Features) -> Float32[np.ndarray, "3 h w"]:
 
 def through_layers(weights: Weights, maps: Features) -> Float32[np.ndarray, "outputs h w"]:
     """What the layers make of any maps; sides are multiples of ``stride(weights)``."""
+    layers = weights if isinstance(weights, Layers) else Layers(weights)
     last = len(channels_of(weights)) - 1
     features = _fold(maps)  # (12, h / 2, w / 2)
     skips: list[Features] = []
@@ -133,76 +182,28 @@ def through_layers(weights: Weights, maps: Features) -> Float32[np.ndarray, "out
             features = _halve(features)
         if level == 1:
             coarse.append(features)
-        features = _rectified(weights, f"down{level}a", features)
-        features = _rectified(weights, f"down{level}b", features)  # (c, h / 2^(l+1), ...)
+        features = layers.rectified(f"down{level}a", features)
+        features = layers.rectified(f"down{level}b", features)  # (c, h / 2^(l+1), ...)
         skips.append(features)
     for level in reversed(range(last)):
         if level == 0:
             coarse.append(features)
-        lifted = _double(_pointwise(weights, f"lift{level}", features))
-        features = _rectified(weights, f"up{level}a", skips[level], lifted)
-        features = _rectified(weights, f"up{level}b", features)
-    found = _pointwise(weights, "out", features)
+        lifted = _double(layers.pointwise(f"lift{level}", features))
+        features = layers.rectified(f"up{level}a", skips[level], lifted)
+        features = layers.rectified(f"up{level}b", features)
+    found = layers.pointwise("out", features)
     if doubt_of(weights):
-        seen = _rectified(weights, "doubt0", *coarse)
-        found[-4:] += _double(_pointwise(weights, "doubt1", seen))
+        seen = layers.rectified("doubt0", *coarse)
+        found[-4:] += _double(layers.pointwise("doubt1", seen))
     found = _unfold(found)
     if "last.weight" not in weights:
         return found
-    features = _rectified(weights, "fine0", maps, np.maximum(found, 0, out=found))
+    features = layers.rectified("fine0", maps, np.maximum(found, 0, out=found))
     layer = 1
     while f"fine{layer}.weight" in weights:
-        features = _rectified(weights, f"fine{layer}", features)
+        features = layers.rectified(f"fine{layer}", features)
         layer += 1
-    return _pointwise(weights, "last", features)
-
-
-def _pointwise(
-    weights: Weights, layer: str, features: Features
-) -> Float32[np.ndarray, "channels_out h w"]:
-    """Convolution with a kernel of one pixel."""
-    kernel, bias = weights[f"{layer}.weight"], weights[f"{layer}.bias"]  # (out, in, 1, 1), (out)
-    _, h, w = features.shape
-    flat = kernel[..., 0, 0] @ features.reshape(-1, h * w)
-    flat += bias[:, None]
-    return flat.reshape(-1, h, w)
-
-
-def _rectified(
-    weights: Weights, layer: str, *parts: Float32[np.ndarray, "_ h w"]
-) -> Float32[np.ndarray, "channels_out h w"]:
-    """Zero-padded 3 x 3 convolution of the parts' channels, rectified.
-
-    One matrix product per row of the kernel. The frame, shifted left and right by a pixel, is
-    stacked three high; a shift by a row is then a shift along memory. A strip at a time, so that
-    all that is done to it happens in the cache.
-    """
-    kernel, bias = weights[f"{layer}.weight"], weights[f"{layer}.bias"]  # (out, in, 3, 3), (out)
-    wide_out, wide_in, _, _ = kernel.shape
-    _, h, w = parts[0].shape
-    taps = kernel.transpose(2, 0, 3, 1).reshape(3, wide_out, 3 * wide_in)
-    total = np.empty((wide_out, h, w), np.float32)
-    stack = np.empty((3, wide_in, STRIP_ROWS + 2, w), np.float32)
-    stack[0, :, :, 0] = stack[2, :, :, -1] = stack[:, :, 0] = 0
-    line = stack.reshape(3 * wide_in, (STRIP_ROWS + 2) * w)
-    for top in range(0, h, STRIP_ROWS):
-        count = min(STRIP_ROWS, h - top)
-        first, last = max(top - 1, 0), min(top + count + 1, h)
-        rows = slice(first - top + 1, last - top + 1)
-        stack[:, :, rows.stop :] = 0
-        channel = 0
-        for part in parts:
-            places = slice(channel, channel := channel + len(part))
-            seen = part[:, first:last]
-            stack[0, places, rows, 1:] = seen[..., :-1]
-            stack[1, places, rows] = seen
-            stack[2, places, rows, :-1] = seen[..., 1:]
-        strip = taps[0] @ line[:, : count * w]
-        strip += bias[:, None]
-        for row in (1, 2):
-            strip += taps[row] @ line[:, row * w : (row + count) * w]
-        np.maximum(strip.reshape(wide_out, count, w), 0, out=total[:, top : top + count])
-    return total
+    return layers.pointwise("last", features)
 
 
 def _fold(maps: Features) -> Float32[np.ndarray, "channels*4 h//2 w//2"]:

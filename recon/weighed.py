@@ -16,16 +16,15 @@ own solver between square roots of the weights (Concus and Golub, SIAM J. Numer.
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import cv2
 import numpy as np
 from jaxtyping import Float32
-from scipy import fft
 
 from recon.arrays import DepthMap, GradientField
 from recon.lights import Axis
 from recon.poisson import Boundary, eigenvalues, midpoint_slopes
+from recon.waves import waves
 from sensor.toml import Pair
 
 STILL = 0.3
@@ -159,7 +158,7 @@ def cells_change(between: BetweenCells, pitch_mm: Pair, boundary: Boundary) -> C
     inverse = -1 / eigenvalues(*residual.shape, pitch_mm, boundary, "f")
     if boundary == "neumann":
         inverse[0, 0] = 0  # a constant costs nothing
-    waves_y, waves_x = (_waves(count, boundary) for count in residual.shape)
+    waves_y, waves_x = (waves(count, boundary) for count in residual.shape)
     mean_x = (between.weight_x[:, 1:] + between.weight_x[:, :-1]) / 4
     mean_y = (between.weight_y[1:] + between.weight_y[:-1]) / 4
     root = 1 / np.sqrt(np.maximum(mean_x + mean_y, LEAST_WEIGHT))
@@ -189,17 +188,6 @@ def cells_change(between: BetweenCells, pitch_mm: Pair, boundary: Boundary) -> C
         before, energy = energy, float(np.vdot(residual, towards))
         direction = towards + (energy / before) * direction
     return change
-
-
-@lru_cache(maxsize=8)
-def _waves(count: int, boundary: Boundary) -> Float32[np.ndarray, "n n"]:
-    """Sines, or cosines, of cells along an axis, each a row of length 1.
-
-    For so few cells products with them take a fifth of a fast sine transform's time, and half of a
-    cosine transform's.
-    """
-    transform, kind = (fft.dst, 1) if boundary == "dirichlet" else (fft.dct, 2)
-    return np.asarray(transform(np.eye(count), type=kind, axis=0, norm="ortho"), np.float32)
 
 
 def without_ring(

@@ -90,7 +90,7 @@ def training_pixels(name: str, press: BallPress, index: int, seed: int) -> Pixel
     Raises:
         WedgeError: no estimator has that name.
     """
-    return _known(name).teach(press, index, seed)
+    return kind_of(name).teach(press, index, seed)
 
 
 def lesson_of(name: str, presses: Sequence[BallPress], chosen: Sequence[int], seed: int) -> Pixels:
@@ -110,7 +110,7 @@ def fit_estimator(
     Raises:
         WedgeError: no estimator has that name.
     """
-    return _known(name).fit(pixels[~pixels.hidden], channels, seed, progress)
+    return kind_of(name).fit(pixels[~pixels.hidden], channels, seed, progress)
 
 
 def restore_estimator(
@@ -125,7 +125,7 @@ def restore_estimator(
         if values.dtype != np.float32 or not np.isfinite(values).all():
             raise WedgeError(f"the array {key} of the {name} estimator is not of finite float32.")
     try:
-        return _known(name).restore(tensors, channels)
+        return kind_of(name).restore(tensors, channels)
     except KeyError as error:
         raise WedgeError(
             f"the {name} estimator lacks the array {error}; calibrate again."
@@ -162,7 +162,12 @@ def as_labelled(
     return slopes - pixels.contact[:, None] * estimator.lean(pixels.position)
 
 
-def _known(name: str) -> Kind:
+def kind_of(name: str) -> Kind:
+    """How the estimator of that name is made.
+
+    Raises:
+        WedgeError: no estimator has that name.
+    """
     if name not in ESTIMATORS:
         raise WedgeError(f"no estimator is called {name!r}: known are {', '.join(ESTIMATORS)}.")
     return ESTIMATORS[name]

@@ -16,6 +16,7 @@ from scipy import ndimage
 
 from recon.contact import DEVIATION, LEAST_AREA, SMOOTHING_PX, drift_of, least_change
 from recon.fast.kernels import compiled
+from recon.middle import median
 from recon.poisson import Boundary
 
 SIDE_PX = 4
@@ -42,11 +43,11 @@ class FrameDisturbance:
         _average(difference, self._lit, self._quarter, self._line)
         cv2.GaussianBlur(self._quarter, (0, 0), _LEFT_PX, dst=smooth)
         some = smooth[::2, ::2].reshape(-1, 3).T.copy()
-        middle = median(some)
-        spread = DEVIATION * float(median(np.abs(some - middle[:, None]).ravel()))
+        middle = np.array([median(color) for color in some], np.float32)
+        spread = DEVIATION * median(np.abs(some - middle[:, None]))
         smooth -= drift_of(middle)
         pairs = difference[:, ::16, :-1:4] - difference[:, ::16, 1::4]
-        grain = DEVIATION * float(median(np.abs(pairs * self._lit[:, None, None]).ravel()))
+        grain = DEVIATION * median(np.abs(pairs * self._lit[:, None, None]))
         grain /= math.sqrt(2) * 2 * math.sqrt(math.pi) * SMOOTHING_PX
         _exceeding(smooth, least_change(spread, grain), self._changed)
         _, patches, sizes, _ = cv2.connectedComponentsWithStats(self._changed, connectivity=4)
@@ -54,16 +55,6 @@ class FrameDisturbance:
         large[0] = False
         mask: QuarterMask = large[patches]
         return mask
-
-
-def median(values: Float32[np.ndarray, "*n m"]) -> Float32[np.ndarray, "*n"]:
-    """Along the last axis, as ``numpy.median`` but in a fifth of its time."""
-    half = values.shape[-1] // 2
-    parted = np.partition(values, half, axis=-1)
-    middle = parted[..., half]
-    if values.shape[-1] % 2 == 0:
-        middle = (middle + parted[..., :half].max(-1)) / 2
-    return np.asarray(middle, np.float32)
 
 
 def border_of(disturbed: QuarterMask) -> Boundary:

@@ -32,10 +32,11 @@ from recon.estimators.surroundings import (
     surroundings,
 )
 from recon.fast import floating
-from recon.fast.disturbance import SIDE_PX, QuarterMask, median
+from recon.fast.disturbance import SIDE_PX, QuarterMask
 from recon.fast.floating import last_layer, rectified_layer
 from recon.fast.kernels import compiled
 from recon.fast.vectors import BLOCK
+from recon.middle import median
 from recon.pixels import positions
 
 COLORS, AROUND = 3, 3 * ASPECTS
@@ -101,7 +102,7 @@ class FrameEnsemble:
         """
         for channel in self._lit:
             some = difference[channel, ::DRIFT_STEP_PX, ::DRIFT_STEP_PX].ravel()
-            drift = min(max(float(median(some)), -LARGEST_DRIFT), LARGEST_DRIFT)
+            drift = min(max(median(some), -LARGEST_DRIFT), LARGEST_DRIFT)
             plane = self._settled[channel]
             cv2.GaussianBlur(difference[channel], (0, 0), self._sigma_px, dst=plane)
             plane -= np.float32(drift)

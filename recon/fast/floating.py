@@ -69,7 +69,7 @@ class _Tanh(_Linear):
         return builder.fdiv(builder.fmul(x, quotient[0]), quotient[1])
 
 
-class _Rectified(_Linear):
+class Rectified(_Linear):
     """Sums of floats, none below zero."""
 
     def activated(self, v: Vectors, total: Any) -> Any:
@@ -78,7 +78,7 @@ class _Rectified(_Linear):
         return v.builder.select(v.builder.fcmp_ordered(">", total, zero), total, zero)
 
 
-tanh_layer, rectified_layer = dense(_Tanh()), dense(_Rectified())
+tanh_layer, rectified_layer = dense(_Tanh()), dense(Rectified())
 last_layer = dense(_Linear(LAST))
 
 

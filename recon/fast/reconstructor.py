@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """JPEG bytes to depth in millimetres, with everything prepared that one unit's frames share."""
 
+import math
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -14,20 +15,22 @@ from jaxtyping import Float32
 
 from recon.arrays import ContactMask, DepthMap, Difference, Frame, GradientField
 from recon.calibration import Calibration, load_calibration
-from recon.contact import contact_mask
-from recon.estimators import GradientEstimator, gradient_field
+from recon.contact import contact_mask, disturbed_in
+from recon.depth import depth_of, fewer_px
+from recon.estimators import gradient_field
 from recon.estimators.default import Default
 from recon.estimators.mlp import Mlp
 from recon.fast.disturbance import (
+    SIDE_PX,
     FrameDisturbance,
     QuarterMask,
     border_of,
     in_pixels,
     in_quarters,
-    median,
 )
 from recon.fast.dots import FrameDots
 from recon.fast.ensemble import FrameEnsemble, Seen
+from recon.fast.inference import BORDERS, FrameInference
 from recon.fast.network import FrameMlp
 from recon.fast.poisson import FrameIntegrator
 from recon.fast.still import FrameStill
@@ -35,15 +38,15 @@ from recon.fast.unwarping import FrameDifference
 from recon.fast.weighing import FrameWeighing
 from recon.lights import Axis, unseen_axis
 from recon.markers.tracking import marker_tracker
-from recon.moved import widest_support
-from recon.pipeline import reconstruct
+from recon.middle import median
+from recon.moved import MARGIN_PX, widest_support
 from recon.poisson import Boundary
 from recon.stream.frame import TimedFrame
 from recon.stream.jpeg import decode_jpeg
 from sensor.toml import Pair
 
-BESIDE = np.ones((9, 9), np.uint8)
-"""In quarters: of gel that counts as flat so much is asked for, from which dots are filled."""
+BESIDE_DOTS = 4
+"""In quarters: dots are filled from so much of the gel that counts as flat beside a contact."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,9 +84,12 @@ class Touch:
 class FastReconstructor:
     """Frames of one unit to depth at camera rate, as ``Reconstructor`` would.
 
-    Slopes agree with it to 1e-3. What is disturbed, which chooses the border and the gel that is
-    taken for flat, is found at a quarter of the resolution. What infers an axis that no light
-    shows, and the lookup table, are the reference's.
+    Slopes agree with it to 1e-3, where an axis is inferred to 3e-3. What is disturbed, which
+    chooses the border and the gel that is taken for flat, is found at a quarter of the resolution,
+    but for lights on one line, which need it in pixels. The lookup table is the reference's.
+
+    Arrays are small: where Python itself runs it, OMP_NUM_THREADS=1 in the environment keeps BLAS
+    from waiting for threads.
 
         reconstruct = FastReconstructor.load("units/wedge-001")
         for frame in Newest(open_source("http://10.55.0.1:8080")):
@@ -109,9 +115,11 @@ class FastReconstructor:
         blank = unwarp(calibration.background if background is None else background)
         tracker = marker_tracker(blank)
         self._dots = None if tracker is None else FrameDots(tracker, blank)
-        # Dots on slopes of which one is not seen are filled in another way: the reference knows.
+        # Dots on slopes of which one is not seen are filled in another way: ``recon.depth`` knows.
         inferred = card.missing_axis != "none" or self._dots is not None
         self._unseen = unseen_axis(card.lights_deg, card.channels) if inferred else None
+        lit = [channel in calibration.estimator.channels for channel in "RGB"]
+        self._lit = np.array(lit, np.float32)[:, None, None]
         size_px = unwarp.size_px
         width, height = size_px
         self._frame = np.zeros((*unwarp.frame_size_px[::-1], 3), np.uint8)
@@ -119,11 +127,19 @@ class FastReconstructor:
         self._gradient = np.zeros((2, height, width), np.float32)
         self._take_difference = FrameDifference(unwarp, blank)
         self._find_disturbance = FrameDisturbance(size_px, calibration.estimator.channels)
-        self._integrate: dict[Boundary, FrameIntegrator] = {
-            border: FrameIntegrator(size_px, card.mm_per_px, border)
-            for border in ("dirichlet", "neumann")
+        # ``FrameInference`` has its own, for fewer pixels.
+        borders: tuple[Boundary, ...] = BORDERS if self._unseen is None else ()
+        self._integrate = {
+            border: FrameIntegrator(size_px, card.mm_per_px, border) for border in borders
         }
         estimator = calibration.estimator
+        self._infer: FrameInference | None = None
+        if self._unseen is not None and card.missing_axis == "network":
+            hinted, reach = estimator.looks_around, _reach(size_px, card.mm_per_px)
+            if self._dots is not None:
+                reach = max(reach, BESIDE_DOTS)
+            self._beside = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
+            self._infer = FrameInference(size_px, card.mm_per_px, self._unseen, hinted=hinted)
         self._mlp = FrameMlp(estimator, size_px) if isinstance(estimator, Mlp) else None
         self._ours: tuple[FrameEnsemble, FrameStill] | None = None
         self._asked = self._gradient
@@ -134,7 +150,7 @@ class FastReconstructor:
             if asked_px != size_px:
                 self._asked = np.zeros((2, *asked_px[::-1]), np.float32)
             self._weigh = {
-                border: FrameWeighing(size_px, card.mm_per_px, border) for border in self._integrate
+                border: FrameWeighing(size_px, card.mm_per_px, border) for border in borders
             }
         rows = self._asked.shape[1]
         self._parts = [
@@ -226,33 +242,43 @@ class FastReconstructor:
         hidden: ContactMask | None,
         unseen: Axis,
     ) -> Touch:
-        """Where an axis is not seen: the slopes at camera rate, the rest as the reference does."""
+        """Where an axis is not seen."""
         card = self.calibration.card
-
-        def field(_: GradientEstimator, __: Difference, disturbed: ContactMask) -> GradientField:
-            near = None
-            if card.missing_axis == "network":  # elsewhere it takes gel for flat
-                near = cv2.dilate(in_quarters(widest_support(disturbed, unseen)), BESIDE) > 0
-            self._take_gradient(difference, lambda _: near, self._gradient)
-            return np.moveaxis(self._gradient, 0, -1).copy()
-
-        found = reconstruct(
-            np.ascontiguousarray(np.moveaxis(difference, 0, -1)),
+        disturbed = disturbed_in(difference * self._lit)
+        near = None
+        if card.missing_axis == "network":  # elsewhere it takes gel for flat
+            near = cv2.dilate(in_quarters(widest_support(disturbed, unseen)), self._beside) > 0
+        self._take_gradient(difference, lambda _: near, self._gradient)
+        found = depth_of(
+            np.moveaxis(self._gradient, 0, -1).copy(),
+            disturbed,
             self.calibration.estimator,
             missing=card.missing_axis,
             lights_deg=card.lights_deg,
             mm_per_px=card.mm_per_px,
             hidden=hidden,
-            field=field,
+            infer=self._infer,
         )
         return Touch(
-            difference=found.difference,
+            difference=np.moveaxis(difference, 0, -1),
             gradient=found.gradient,
             depth_mm=found.depth_mm,
             boundary=found.boundary,
-            mm_per_px=found.mm_per_px,
-            disturbed=found.disturbed,
+            mm_per_px=card.mm_per_px,
+            disturbed=disturbed,
         )
+
+
+def _reach(size_px: tuple[int, int], mm_per_px: Pair) -> int:
+    """How far beside gel that may have moved slopes count, in quarters.
+
+    Of a long frame they are averaged over some pixels, and its margin is as many of the averages;
+    flanks are rounded to whole ones.
+    """
+    width, height = size_px
+    rows, columns, _ = fewer_px(height, width, mm_per_px)
+    shrunk = max(height / rows, width / columns)
+    return math.ceil((shrunk * (MARGIN_PX + 2) - MARGIN_PX) / SIDE_PX)
 
 
 def _cut(mask: QuarterMask, like: DepthMap) -> ContactMask:

@@ -6,7 +6,7 @@ What a compiler makes of Python's loops leaves most of a processor idle; the lay
 which take most of the time, are written in LLVM's own language here.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Protocol, runtime_checkable
 
 import numba
@@ -25,7 +25,7 @@ VECTORS = 4 if LANES == 16 else 2
 FLOAT, INT = ir.FloatType(), ir.IntType(32)
 FLOATS, INTS = ir.VectorType(FLOAT, LANES), ir.VectorType(INT, LANES)
 VECTOR_BYTES = 4 * LANES
-_ADDRESS = ir.IntType(64)
+ADDRESS = ir.IntType(64)
 
 
 class Vectors:
@@ -47,13 +47,13 @@ class Vectors:
     def at(self, address: Any, *offsets: Any) -> Any:
         """An address so many bytes on."""
         for offset in offsets:
-            other = ir.Constant(_ADDRESS, offset) if isinstance(offset, int) else offset
+            other = ir.Constant(ADDRESS, offset) if isinstance(offset, int) else offset
             address = self.builder.add(address, other)
         return address
 
     def scaled(self, index: Any, by: int) -> Any:
         """An index in bytes."""
-        return self.builder.mul(index, ir.Constant(_ADDRESS, by))
+        return self.builder.mul(index, ir.Constant(ADDRESS, by))
 
     def load(self, address: Any, kind: Any) -> Any:
         """What lies at an address."""
@@ -118,40 +118,31 @@ class Arithmetic(Protocol):
 
 def dense(arithmetic: Arithmetic) -> Any:
     """A layer for a block of pixels: addresses of inputs [inputs][BLOCK], weights and outputs."""
-    kind, neurons, head = arithmetic.kind, arithmetic.neurons, arithmetic.head
+    neurons, head = arithmetic.neurons, arithmetic.head
 
     @intrinsic  # type: ignore[untyped-decorator]
     def layer(_: Any, values: Any, weights: Any, out: Any, inputs: Any, groups: Any) -> Any:
         def code(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
             values, weights, out, inputs, groups = arguments
             v = Vectors(builder)
-            totals = [
-                [cgutils.alloca_once(builder, kind) for _ in range(VECTORS)] for _ in range(neurons)
-            ]
+            places = room(builder, arithmetic)
             kept = arithmetic.begin(v, weights)
             group_bytes = v.scaled(v.at(inputs, head), 4 * neurons)
-            parts = ir.Constant(_ADDRESS, BLOCK // (LANES * VECTORS))
+            parts = ir.Constant(ADDRESS, BLOCK // (LANES * VECTORS))
             with (
                 cgutils.for_range(builder, groups) as group,
                 cgutils.for_range(builder, parts) as part,
             ):
                 start = v.at(weights, arithmetic.before, builder.mul(group.index, group_bytes))
                 shift = v.scaled(part.index, VECTOR_BYTES * VECTORS)
-                for neuron, row in enumerate(totals):
-                    for place in row:
-                        builder.store(v.splat(v.at(start, 4 * neuron), kind), place)
-                with cgutils.for_range(builder, inputs) as i:
-                    weight = v.at(start, v.scaled(v.at(i.index, head), 4 * neurons))
-                    value = v.at(values, v.scaled(i.index, 4 * BLOCK), shift)
-                    pixels = [v.load(v.at(value, VECTOR_BYTES * k), kind) for k in range(VECTORS)]
-                    for neuron, row in enumerate(totals):
-                        factor = v.splat(v.at(weight, 4 * neuron), kind)
-                        for pixel, place in zip(pixels, row, strict=True):
-                            total = arithmetic.add(v, builder.load(place), pixel, factor)
-                            builder.store(total, place)
+                first = v.at(values, shift)
+
+                def pixels(index: Any, first: Any = first) -> Any:
+                    return v.at(first, v.scaled(index, 4 * BLOCK))
+
+                sums = summed(v, arithmetic, places, start, inputs, pixels)
                 second = v.at(start, 4 * neurons)
                 rows = v.at(out, v.scaled(group.index, 4 * BLOCK * arithmetic.outputs), shift)
-                sums = [[builder.load(place) for place in row] for row in totals]
                 for output, k, result in arithmetic.finish(v, kept, sums, second):
                     v.store(result, v.at(rows, 4 * BLOCK * output + VECTOR_BYTES * k))
             return context.get_dummy_value()
@@ -159,6 +150,47 @@ def dense(arithmetic: Arithmetic) -> Any:
         return types.void(*[types.intp] * 5), code
 
     return layer
+
+
+def room(builder: Any, arithmetic: Arithmetic) -> list[list[Any]]:
+    """For the sums of a group of neurons over a few vectors of pixels."""
+    return [
+        [cgutils.alloca_once(builder, arithmetic.kind) for _ in range(VECTORS)]
+        for _ in range(arithmetic.neurons)
+    ]
+
+
+def summed(
+    v: Vectors,
+    arithmetic: Arithmetic,
+    places: list[list[Any]],
+    start: Any,
+    inputs: Any,
+    pixels: Callable[[Any], Any],
+) -> list[list[Any]]:
+    """The sums of a group of neurons, whose weights start there.
+
+    Args:
+        v: instructions.
+        arithmetic: how to count.
+        places: where the sums are kept meanwhile.
+        start: address of the group's weights.
+        inputs: how many.
+        pixels: address of an input's pixels, by its index.
+    """
+    for neuron, row in enumerate(places):
+        for place in row:
+            v.builder.store(v.splat(v.at(start, 4 * neuron), arithmetic.kind), place)
+    with cgutils.for_range(v.builder, inputs) as i:
+        weight = v.at(start, v.scaled(v.at(i.index, arithmetic.head), 4 * arithmetic.neurons))
+        value = pixels(i.index)
+        vectors = [v.load(v.at(value, VECTOR_BYTES * k), arithmetic.kind) for k in range(VECTORS)]
+        for neuron, row in enumerate(places):
+            factor = v.splat(v.at(weight, 4 * neuron), arithmetic.kind)
+            for vector, place in zip(vectors, row, strict=True):
+                total = arithmetic.add(v, v.builder.load(place), vector, factor)
+                v.builder.store(total, place)
+    return [[v.builder.load(place) for place in row] for row in places]
 
 
 def grouped(rows: np.ndarray, neurons: int) -> np.ndarray:

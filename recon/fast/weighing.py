@@ -9,11 +9,14 @@ from jaxtyping import Float32
 
 from recon.arrays import DepthMap
 from recon.fast.kernels import compiled
+from recon.lights import Axis
 from recon.poisson import Boundary
 from recon.weighed import (
+    MEASURED,
     MORE_PER_SLOPE,
     STILL,
     BetweenCells,
+    Map,
     cell_sides_px,
     cells_change,
     spread,
@@ -43,14 +46,31 @@ class FrameWeighing:
         self._x = np.zeros((2, rows, columns - 1), np.float32)
         self._y = np.zeros((2, rows - 1, columns), np.float32)
 
-    def __call__(self, gradient: Float32[np.ndarray, "2 h w"], depth_mm: DepthMap) -> None:
-        """Change a depth, the plain integral of gradients as planes, in place."""
+    def __call__(
+        self,
+        gradient: Float32[np.ndarray, "2 h w"],
+        depth_mm: DepthMap,
+        inferred: tuple[Axis, Map] | None = None,
+    ) -> None:
+        """Change a depth, the plain integral of gradients as planes, in place.
+
+        Args:
+            gradient: mm/mm.
+            depth_mm: that is changed.
+            inferred: the axis whose slope was, if one was, and how far off that is expected to be:
+                (h, w), mm/mm.
+        """
         rows, columns = self._inside
         slopes, depth, variance = self._slopes, self._depth, self._variance
         slopes[:, rows, columns], depth[rows, columns] = gradient, depth_mm
-        _variances(gradient, variance[rows, columns])
-        _along_x(slopes[0], depth, variance, self._per_mm[0], self._lines, self._x)
-        _along_y(slopes[1], depth, variance, self._per_mm[1], self._lines, self._y)
+        _variances(gradient, variance, rows.start, columns.start)
+        of_x = of_y = variance
+        if inferred is not None:
+            (axis, doubt), more = inferred, variance.copy()
+            more[rows, columns] += np.square(doubt / np.float32(MEASURED))
+            of_x, of_y = (more, variance) if axis == "x" else (variance, more)
+        _along_x(slopes[0], depth, of_x, self._per_mm[0], self._lines, self._x)
+        _along_y(slopes[1], depth, of_y, self._per_mm[1], self._lines, self._y)
         between = BetweenCells(
             weight_x=without_ring(self._x[0], self._boundary),
             pull_x=without_ring(self._x[1], self._boundary),
@@ -61,13 +81,13 @@ class FrameWeighing:
         depth_mm += spread(change, self._shape, self._boundary)
 
 
-def _take_variances(gradient: Any, out: Any) -> None:
+def _take_variances(gradient: Any, out: Any, top: int, left: int) -> None:
     still, more, one = np.float32(STILL**2), np.float32(MORE_PER_SLOPE), np.float32(1)
-    for r in range(out.shape[0]):
-        for c in range(out.shape[1]):
+    for r in range(gradient.shape[1]):
+        for c in range(gradient.shape[2]):
             squared = gradient[0, r, c] ** 2 + gradient[1, r, c] ** 2
             doubt = one + more * np.sqrt(squared)
-            out[r, c] = doubt * doubt if squared > 0 else still
+            out[top + r, left + c] = doubt * doubt if squared > 0 else still
 
 
 def _take_along_x(slope: Any, depth: Any, variance: Any, per_mm: Any, lines: Any, out: Any) -> None:

@@ -47,7 +47,7 @@ EVERY_SIDE = np.ones((3, 3), bool)
 
 FEW = 0.3
 """Share of dots up to which those alone are filled around which not all is zero, as it is around
-most dots of slopes: to pick their matrices takes longer than to multiply them."""
+most dots of slopes: more are quicker in one product."""
 OFTEN = 3
 """Fillings of one shape of dot after which its matrix is made, which costs as much as some."""
 
@@ -173,7 +173,8 @@ def _elastic(hidden: ContactMask, method: str, aspect: float, repeatable: bool) 
                 flat[places] = weights @ known
             else:
                 flat[places] = 0
-                flat[places[some]] = weights[some] @ known[some]
+                for one in np.flatnonzero(some):  # no matrix is copied
+                    flat[places[one]] = weights[one] @ known[one]
         for dot in single:
             flat[dot.places] = dot.shape.solve(flat[dot.sources])
         return flat[:-1].reshape(field.shape)

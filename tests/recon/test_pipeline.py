@@ -15,10 +15,11 @@ from recon.ball import ball_cap
 from recon.calibration import calibrate
 from recon.columns import weigh_columns
 from recon.contact import boundary_of, contact_mask, disturbed_mask
+from recon.depth import HINT_SHARE, SEEN_SHARE, infer_gradient, without
 from recon.images import read_frame
 from recon.missing_axis import infer_missing_axis
 from recon.moved import FLANK, MARGIN_PX
-from recon.pipeline import HINT_SHARE, SEEN_SHARE, Reconstructor, complete_gradient, reconstruct
+from recon.pipeline import Reconstructor, reconstruct
 from recon.poisson import integrate
 from recon.pressed import nearest_pressed
 from recon.presses import read_presses
@@ -187,26 +188,35 @@ EVERYWHERE = np.ones((16, 24), bool)
 GRADIENT = np.random.default_rng(0).normal(size=(16, 24, 2)).astype(np.float32)
 
 
-def test_a_gradient_with_both_axes_seen_is_left_alone():
-    assert complete_gradient(GRADIENT, EVERYWHERE, "none", "x", MM_PER_PX).gradient is GRADIENT
-    whole = complete_gradient(GRADIENT, EVERYWHERE, "network", None, MM_PER_PX)
-    assert whole.gradient is GRADIENT and whole.doubt is None and whole.support is None
+@pytest.mark.parametrize("flattens", [False, True])
+@pytest.mark.parametrize("lights_deg", [None, {"R": 90.0, "G": 180.0, "B": -90.0}])
+def test_where_every_axis_is_seen_nothing_is_inferred(lights_deg, flattens):
+    cap = ball_cap((60, 40), (30.0, 20.0), 0.8, 1.6, MM_PER_PX)
+    known = Known(cap.gradient + 0.005)  # still gel is not quite flat
+    known.flattens = flattens
+    difference = (cap.contact[..., None] * np.array([0.2, -0.1, 0.1])).astype(np.float32)
+    none, network = (
+        reconstruct(difference, known, missing=missing, lights_deg=lights_deg, mm_per_px=MM_PER_PX)
+        for missing in ("none", "network")
+    )
+    np.testing.assert_array_equal(network.depth_mm, none.depth_mm)
+    np.testing.assert_array_equal(network.gradient, none.gradient)
+    assert network.doubt is None and (none.gradient == 0).any() == flattens
 
 
 @pytest.mark.parametrize(("unseen", "lost"), [("x", 0), ("y", 1)])
-@pytest.mark.parametrize("missing", ["zero", "network"])
-def test_the_unseen_axis_is_replaced_and_not_looked_at(unseen, lost, missing):
+def test_the_unseen_axis_is_replaced_and_not_looked_at(unseen, lost):
     before = GRADIENT.copy()
-    complete = complete_gradient(GRADIENT, EVERYWHERE, missing, unseen, MM_PER_PX).gradient
+    found = infer_gradient(GRADIENT, EVERYWHERE, unseen, MM_PER_PX)
     np.testing.assert_array_equal(GRADIENT, before)
     other = GRADIENT.copy()
     other[..., lost] = 7
-    again = complete_gradient(other, EVERYWHERE, missing, unseen, MM_PER_PX)
-    np.testing.assert_array_equal(again.gradient, complete)
-    assert (missing == "network") == (again.doubt is not None)
-    assert (missing == "zero") == (not complete[..., lost].any())
-    if missing == "zero":
-        np.testing.assert_array_equal(complete[..., 1 - lost], GRADIENT[..., 1 - lost])
+    again = infer_gradient(other, EVERYWHERE, unseen, MM_PER_PX)
+    np.testing.assert_array_equal(again.gradient, found.gradient)
+    assert found.gradient[..., lost].any()
+    zero = without(unseen, GRADIENT)
+    assert not zero[..., lost].any()
+    np.testing.assert_array_equal(zero[..., 1 - lost], GRADIENT[..., 1 - lost])
 
 
 @pytest.mark.parametrize(("unseen", "lost"), [("x", 0), ("y", 1)])
@@ -214,11 +224,9 @@ def test_of_a_hint_a_share_is_taken_where_the_gel_may_have_moved(unseen, lost):
     left = EVERYWHERE.copy()
     left[:, 12:] = False
     inferred, told = (
-        complete_gradient(GRADIENT, left, "network", unseen, MM_PER_PX, hinted=hinted)
-        for hinted in (False, True)
+        infer_gradient(GRADIENT, left, unseen, MM_PER_PX, hinted=hinted) for hinted in (False, True)
     )
     support = told.support
-    assert support is not None
     expected = inferred.gradient.copy()
     expected[..., lost] *= 1 - HINT_SHARE
     expected[..., lost] += HINT_SHARE * GRADIENT[..., lost] * support
@@ -230,9 +238,9 @@ def test_of_a_hint_a_share_is_taken_where_the_gel_may_have_moved(unseen, lost):
 def test_of_the_seen_slope_a_share_is_kept_where_the_gel_may_have_moved(unseen, lost):
     left = EVERYWHERE.copy()
     left[:, 12:] = False
-    found = complete_gradient(GRADIENT, left, "network", unseen, MM_PER_PX)
+    found = infer_gradient(GRADIENT, left, unseen, MM_PER_PX)
     support, seen = found.support, GRADIENT[..., 1 - lost]
-    assert support is not None and not support.all()
+    assert not support.all()
     inferred = infer_missing_axis(seen, unseen, MM_PER_PX, support=support)
     cleaned = weigh_columns(inferred.gradient, seen, unseen, support, MM_PER_PX)[..., 1 - lost]
     expected = (1 - SEEN_SHARE) * cleaned + SEEN_SHARE * seen * support
@@ -244,7 +252,7 @@ def test_of_the_seen_slope_a_share_is_kept_where_the_gel_may_have_moved(unseen, 
 def test_where_nothing_moved_the_network_answers_with_flat_gel(unseen, lost):
     left = EVERYWHERE.copy()
     left[:, 12:] = False
-    masked = complete_gradient(GRADIENT, left, "network", unseen, MM_PER_PX)
+    masked = infer_gradient(GRADIENT, left, unseen, MM_PER_PX)
     assert masked.gradient[:, :12, lost].any()
     flat = np.s_[:, 12 + MARGIN_PX + round(FLANK * min(left.shape)) :]
     if unseen == "x":  # along the lights, gel between two halves of a contact may have moved

@@ -15,11 +15,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from recon import unet
 from recon.contact import boundary_of, disturbed_mask
 from recon.estimators import GradientEstimator, gradient_field
 from recon.estimators.mlp import Mlp
 from recon.fast import fixed_point, kernels, network
-from recon.fast.disturbance import FrameDisturbance, border_of, in_pixels, in_quarters, median
+from recon.fast.convolution import STEP, CompiledLayers, plane_px, taps
+from recon.fast.disturbance import FrameDisturbance, border_of, in_pixels, in_quarters
 from recon.fast.ensemble import FrameEnsemble
 from recon.fast.network import FrameMlp
 from recon.fast.poisson import FrameIntegrator
@@ -28,7 +30,7 @@ from recon.fast.unwarping import FrameDifference
 from recon.fast.weighing import FrameWeighing
 from recon.poisson import Boundary, integrate
 from recon.still import without_still
-from recon.weighed import weighed_depth
+from recon.weighed import inferred_doubts, weighed_depth
 from tests.recon.fast.units import (
     CORNERS_PX,
     SLOPE,
@@ -176,12 +178,6 @@ def test_slopes_near_a_contact_are_those_of_the_whole_frame(asked_px: tuple, sid
     assert 0 < kept.mean() < 1
 
 
-def test_the_median_is_the_median() -> None:
-    for count in (1, 2, 7, 50):
-        values = np.random.default_rng(count).normal(size=(3, count)).astype(np.float32)
-        np.testing.assert_allclose(median(values), np.median(values, axis=1), rtol=1e-6)
-
-
 @pytest.mark.parametrize("estimator", [random_mlp(), random_default()], ids=lambda e: e.name)
 def test_rows_can_be_shared_out(estimator: GradientEstimator) -> None:
     kind = {"mlp": FrameMlp, "default": FrameEnsemble}[estimator.name]
@@ -231,10 +227,13 @@ def test_doubted_slopes_count_as_little_as_in_the_reference(
         gradient = random.normal(size=(height, width, 2)).astype(np.float32)
         gradient *= random.uniform(size=(height, width, 1)) < share
         free = integrate(gradient, pitch_mm, boundary)
-        truth = weighed_depth(free, gradient, pitch_mm, boundary)
-        found = free.copy()
-        weigh(planes(gradient), found)
-        assert np.abs(found - truth).max() < 2e-5 * np.ptp(truth)
+        doubt = random.uniform(0, 0.5, (height, width)).astype(np.float32)
+        for unseen in (None, "x", "y"):
+            doubts = None if unseen is None else inferred_doubts(gradient, unseen, doubt)
+            truth = weighed_depth(free, gradient, pitch_mm, boundary, doubts)
+            found = free.copy()
+            weigh(planes(gradient), found, None if unseen is None else (unseen, doubt))
+            assert np.abs(found - truth).max() < 2e-5 * np.ptp(truth)
 
 
 def test_disturbed_gel_is_found_where_the_reference_finds_it() -> None:
@@ -303,3 +302,27 @@ def test_a_cache_that_cannot_be_written_is_done_without(tmp_path: Path) -> None:
         check=False,
     )
     assert (done.returncode, done.stdout) == (0, "2\n"), done.stderr
+
+
+@pytest.mark.parametrize("doubt", [0, 5])
+@pytest.mark.parametrize("size_px", [(16, 8), (88, 24)])
+def test_a_u_net_s_layers_are_compiled(size_px: tuple[int, int], doubt: int) -> None:
+    rng, width, height = np.random.default_rng(0), *size_px
+    shapes = unet.layer_shapes((6, 9, 10), fine=(5, 7), doubt=doubt)
+    weights = {
+        f"{name}.{part}": rng.normal(0, 0.3, shape).astype(np.float32)
+        for name, (wide_out, wide_in, side) in shapes.items()
+        for part, shape in (("weight", (wide_out, wide_in, side, side)), ("bias", wide_out))
+    }
+    maps = rng.normal(size=(unet.INPUTS, height, width)).astype(np.float32)
+    wanted = unet.through_layers(weights, maps)
+    found = unet.through_layers(CompiledLayers(weights), maps)
+    np.testing.assert_allclose(found, wanted, atol=1e-4 * np.abs(wanted).max())
+
+
+@pytest.mark.parametrize("width", range(1, 14))
+def test_no_layer_reads_beyond_its_pixels(width: int) -> None:
+    for height in range(1, 40):
+        plane = plane_px(height, width)
+        steps = -(-height * (width + 2) // STEP)
+        assert steps * STEP - 1 + taps(1, plane, width + 2).max() // 4 < plane

@@ -35,6 +35,12 @@ RED_AND_BLUE = {
 }
 
 
+def to_the_minimum(monkeypatch: pytest.MonkeyPatch) -> None:
+    """How many steps are taken is a matter of rounding, where they end before it."""
+    monkeypatch.setattr("recon.weighed.STEPS", 200)
+    monkeypatch.setattr("recon.weighed.ENOUGH", 1e-10)
+
+
 def in_bytes(image: np.ndarray) -> np.ndarray:
     return np.round(255 * image).clip(0, 255).astype(np.uint8)
 
@@ -126,9 +132,7 @@ def test_any_estimator_goes() -> None:
 def test_an_axis_without_light_is_inferred_as_the_reference_infers_it(
     kind, missing, red_deg, monkeypatch
 ) -> None:
-    # How many steps are taken is a matter of rounding, where they end before the minimum.
-    monkeypatch.setattr("recon.weighed.STEPS", 200)
-    monkeypatch.setattr("recon.weighed.ENOUGH", 1e-10)
+    to_the_minimum(monkeypatch)
     lights_deg = {"R": red_deg, "B": red_deg - 180}
     card = RED_AND_BLUE | {"missing_axis": missing, "lights_deg": lights_deg}
     unit = make_unit((160, 120), estimator=kind(channels="RB"), **card)
@@ -140,9 +144,24 @@ def test_an_axis_without_light_is_inferred_as_the_reference_infers_it(
     assert (touch.contact == truth.contact).mean() > 0.99
 
 
+@pytest.mark.parametrize("size_px", [(480, 360), (400, 470), (960, 440)])
+@pytest.mark.parametrize("kind", [random_mlp, random_default])
+def test_a_long_frame_s_axis_is_inferred_as_the_reference_infers_it(
+    kind, size_px, monkeypatch
+) -> None:
+    to_the_minimum(monkeypatch)
+    unit = make_unit(size_px, estimator=kind(channels="RB"), **RED_AND_BLUE)
+    frame = pressed(unit.background, (200, 20))
+    touch, truth = FastReconstructor(unit)(frame), Reconstructor(unit)(frame)
+    assert touch.boundary == truth.boundary == "neumann"
+    assert np.abs(touch.gradient - truth.gradient).max() < 3 * SLOPE
+    assert np.abs(touch.depth_mm - truth.depth_mm).max() < 0.01 * np.ptp(truth.depth_mm)
+
+
 @pytest.mark.parametrize("lit", [{}, RED_AND_BLUE, RED_AND_BLUE | {"missing_axis": "none"}])
 @pytest.mark.parametrize("kind", [random_mlp, random_default])
-def test_dots_are_filled_as_the_reference_fills_them(kind, lit) -> None:
+def test_dots_are_filled_as_the_reference_fills_them(kind, lit, monkeypatch) -> None:
+    to_the_minimum(monkeypatch)
     places = grid_px()
     unit = make_unit((WIDTH, HEIGHT), estimator=kind(channels=lit.get("channels", "RGB")), **lit)
     blank, changed = dotted(places), pad()
@@ -159,7 +178,7 @@ def test_dots_are_filled_as_the_reference_fills_them(kind, lit) -> None:
     assert alike.mean() > 0.9
     off = np.abs(touch.gradient - truth.gradient).max(-1)[alike]
     assert np.mean(off < SLOPE) > 0.98
-    assert np.abs(touch.depth_mm - truth.depth_mm).max() < 0.1 * np.ptp(truth.depth_mm)
+    assert np.abs(touch.depth_mm - truth.depth_mm).max() < 0.02 * np.ptp(truth.depth_mm)
 
 
 def test_blank_gel_is_flat_and_untouched() -> None:

@@ -1,0 +1,212 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Slopes to depth: an unseen axis is inferred, slopes count by their doubt, gel is pressed in."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+
+import cv2
+import numpy as np
+from jaxtyping import Float32
+
+from recon import unet
+from recon.arrays import ContactMask, DepthMap, GradientField
+from recon.columns import weigh_columns
+from recon.contact import boundary_of
+from recon.estimators import GradientEstimator
+from recon.lights import Axis, unseen_axis
+from recon.markers.filling import fill_gradients
+from recon.middle import median
+from recon.missing_axis import LONGEST_SIDE_PX, infer_missing_axis, resampled, working_size
+from recon.moved import may_have_moved
+from recon.poisson import Boundary, integrate
+from recon.pressed import Support, nearest_pressed
+from recon.still import without_still
+from recon.weighed import inferred_doubts, weighed_depth
+from sensor.toml import Pair
+from sensor.unit import MissingAxis
+
+SEEN_SHARE = 0.5
+"""Of the slope that was measured is kept, the rest is what the network makes of it: it steepens
+walls that were read too gentle, and crests that were not."""
+
+HINT_SHARE = 0.25
+"""Of an unseen slope is taken from an estimator that looks around, the rest from the network."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Depth:
+    """What slopes come to."""
+
+    gradient: GradientField
+    depth_mm: DepthMap
+    boundary: Boundary
+    doubt: Float32[np.ndarray, "h w"] | None = None
+    """How far off an inferred slope is expected to be, mm/mm; ``None`` where none was."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class InferredField:
+    """A gradient field of which the slope along one axis was inferred."""
+
+    gradient: GradientField
+    unseen: Axis
+    """That one."""
+    doubt: Float32[np.ndarray, "h w"]
+    """How far off the inferred slope is expected to be, mm/mm."""
+    support: Support
+    """Where the gel may have moved, as far as the lights tell."""
+
+
+FreeDepth = Callable[[InferredField, Boundary], DepthMap]
+
+
+def depth_of(
+    gradient: GradientField,
+    disturbed: ContactMask,
+    estimator: GradientEstimator,
+    *,
+    missing: MissingAxis,
+    lights_deg: Mapping[str, float] | None,
+    mm_per_px: Pair,
+    hidden: ContactMask | None = None,
+    infer: Callable[[GradientField, ContactMask], Depth] | None = None,
+) -> Depth:
+    """Depth by an estimator's slopes.
+
+    Args:
+        gradient: (h, w, 2), mm/mm, of the estimator.
+        disturbed: where the colour changed.
+        estimator: that the slopes are of.
+        missing: what stands in for a gradient that its channels' lights cannot see.
+        lights_deg: where the lights sit; ``None`` where nobody said.
+        mm_per_px: pixel pitch along x and y.
+        hidden: where dots hid the colour; slopes are filled anew from slopes around them.
+        infer: stands in for ``inferred_depth``, with all that the frames of a unit share prepared.
+    """
+    unseen = unseen_axis(lights_deg, estimator.channels)
+    if hidden is not None:
+        # Slopes of which one is not seen are not yet those of one surface.
+        method = "surface" if unseen is None else "biharmonic"
+        gradient = fill_gradients(gradient, hidden, method, mm_per_px)
+    if missing == "network" and unseen is not None:
+        if infer is None:
+            hinted = estimator.looks_around
+            infer = partial(inferred_depth, unseen=unseen, mm_per_px=mm_per_px, hinted=hinted)
+        return infer(gradient, disturbed)
+    if estimator.flattens:
+        gradient = without_still(gradient, disturbed)
+    if missing == "zero" and unseen is not None:
+        gradient = without(unseen, gradient)
+    boundary = boundary_of(disturbed)
+    depth_mm = integrate(gradient, mm_per_px, boundary)
+    if estimator.flattens:
+        depth_mm = weighed_depth(depth_mm, gradient, mm_per_px, boundary)
+    level_mm = _untouched(depth_mm, disturbed, boundary)
+    return Depth(gradient=gradient, depth_mm=depth_mm - level_mm, boundary=boundary)
+
+
+def inferred_depth(
+    gradient: GradientField,
+    disturbed: ContactMask,
+    unseen: Axis,
+    mm_per_px: Pair,
+    *,
+    hinted: bool,
+    weights: unet.Weights | None = None,
+    free_depth: FreeDepth | None = None,
+) -> Depth:
+    """Depth where the slope along one axis is inferred.
+
+    Frames longer than the network sees are shrunk (``fewer_px``) before anything else; gradient,
+    depth and doubt are interpolated from there, the slope that was measured as well.
+
+    Args:
+        gradient: (h, w, 2), mm/mm, of the estimator.
+        disturbed: where the colour changed.
+        unseen: the axis that no light shows.
+        mm_per_px: pixel pitch along x and y.
+        hinted: as in ``infer_gradient``.
+        weights: of the network, which may bring its own layers (``unet.Layers``); the shipped ones
+            unless given.
+        free_depth: of a field of ``fewer_px``, before gel is pressed in; it is written into.
+            ``weighed_integral`` with that pitch unless given.
+    """
+    height, width = disturbed.shape
+    rows, columns, pitch_mm = fewer_px(height, width, mm_per_px)
+    boundary, shrunk = boundary_of(disturbed), (rows, columns) != (height, width)
+    if shrunk:
+        gradient = resampled(gradient.astype(np.float32), rows, columns)
+        share = resampled(disturbed.astype(np.float32)[..., None], rows, columns)
+        disturbed = share[..., 0] >= 0.5
+    field = infer_gradient(gradient, disturbed, unseen, pitch_mm, hinted=hinted, weights=weights)
+    solve = free_depth or partial(weighed_integral, mm_per_px=pitch_mm)
+    free_mm = solve(field, boundary)
+    free_mm -= _untouched(free_mm, disturbed, boundary)
+    depth_mm = nearest_pressed(free_mm, field.support, pitch_mm, boundary)
+    every: Callable[[np.ndarray], np.ndarray] = np.asarray
+    if shrunk:
+        every = partial(cv2.resize, dsize=(width, height))
+    return Depth(
+        gradient=every(field.gradient),
+        depth_mm=every(depth_mm),
+        boundary=boundary,
+        doubt=every(field.doubt),
+    )
+
+
+def fewer_px(height: int, width: int, mm_per_px: Pair) -> tuple[int, int, Pair]:
+    """Rows, columns and pitch of a frame: as the network sees it, if it is longer than that."""
+    if max(height, width) <= LONGEST_SIDE_PX:
+        return height, width, mm_per_px
+    rows, columns = working_size(height, width, mm_per_px)
+    return rows, columns, (mm_per_px[0] * width / columns, mm_per_px[1] * height / rows)
+
+
+def weighed_integral(field: InferredField, boundary: Boundary, mm_per_px: Pair) -> DepthMap:
+    """The depth of an inferred field, its slopes counting by their doubt."""
+    plain_mm = integrate(field.gradient, mm_per_px, boundary)
+    doubts = inferred_doubts(field.gradient, field.unseen, field.doubt)
+    return weighed_depth(plain_mm, field.gradient, mm_per_px, boundary, doubts)
+
+
+def _untouched(depth_mm: DepthMap, disturbed: ContactMask, boundary: Boundary) -> float:
+    """The depth of gel that nothing touches; a zero border holds it at zero."""
+    return 0.0 if boundary == "dirichlet" or disturbed.all() else median(depth_mm[~disturbed])
+
+
+def without(unseen: Axis, gradient: GradientField) -> GradientField:
+    """The gradient field with zero for the slope along an axis."""
+    return np.where([unseen != "x", unseen != "y"], gradient, gradient.dtype.type(0))
+
+
+def infer_gradient(
+    gradient: GradientField,
+    disturbed: ContactMask,
+    unseen: Axis,
+    mm_per_px: Pair,
+    *,
+    hinted: bool = False,
+    weights: unet.Weights | None = None,
+) -> InferredField:
+    """The gradient field with what is inferred for its unseen axis.
+
+    The inference is the network's, and that of plain integrals as far as they close. Where the gel
+    cannot have moved, the network is shown flat gel and answers with it. Of the axis that was
+    measured a share is kept (``SEEN_SHARE``), the rest is as the network corrects it. What the
+    gradient field itself says of the unseen axis counts as a hint by ``HINT_SHARE`` where it is one
+    (``hinted``), and else not at all.
+    """
+    known = 1 if unseen == "x" else 0
+    seen = gradient[..., known]
+    support = (
+        may_have_moved(disturbed, seen) if unseen == "x" else may_have_moved(disturbed.T, seen.T).T
+    )
+    found = infer_missing_axis(seen, unseen, mm_per_px, support=support, weights=weights)
+    joined = weigh_columns(found.gradient, seen, unseen, support, mm_per_px)
+    joined[..., known] += SEEN_SHARE * (seen * support - joined[..., known])
+    if hinted:
+        hint = gradient[..., 1 - known] * support
+        joined[..., 1 - known] += HINT_SHARE * (hint - joined[..., 1 - known])
+    return InferredField(gradient=joined, unseen=unseen, doubt=found.doubt, support=support)

@@ -1,0 +1,34 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The median of many numbers, in a fraction of ``numpy.median``'s time.
+
+A sample brackets it (Floyd and Rivest, Comm. ACM 18(3), 1975), so that only what lies within the
+bracket is put in order.
+"""
+
+import numpy as np
+
+SAMPLE = 4000
+BRACKET = 0.03
+"""Of the sample, either side of its middle: four standard deviations of where the median lies."""
+
+
+def median(values: np.ndarray) -> float:
+    """Of all numbers, none of them NaN, as ``numpy.median``; of none at all it is 0."""
+    every = values.ravel()
+    half = every.size // 2
+    sample = np.sort(every[:: max(1, every.size // SAMPLE)])
+    if sample.size == 0:
+        return 0.0
+    low, high = (sample[int(sample.size * (0.5 + side))] for side in (-BRACKET, BRACKET))
+    rank = half - int(np.count_nonzero(every < low))
+    if low == high and 0 < rank < np.count_nonzero(every == low):
+        return float(low)
+    within = every[(every >= low) & (every <= high)]
+    if not 0 < rank < within.size:
+        within, rank = every, half
+    parted = np.partition(within, rank)
+    middle = float(parted[rank])
+    if every.size % 2 == 1:
+        return middle
+    return (middle + float(parted[:rank].max())) / 2

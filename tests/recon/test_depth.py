@@ -1,0 +1,78 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Where an axis is inferred, a long frame says what a short one of the same touch says."""
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from recon.ball import ball_cap
+from recon.depth import Depth, fewer_px, inferred_depth, without
+from recon.lights import Axis
+from recon.missing_axis import LONGEST_SIDE_PX
+
+
+@given(
+    height=st.integers(1, 3000),
+    width=st.integers(1, 3000),
+    pitch=st.tuples(st.floats(0.01, 0.1), st.floats(0.01, 0.1)),
+)
+def test_a_long_frame_is_shrunk_to_what_the_network_sees(height, width, pitch) -> None:
+    rows, columns, fewer_mm = fewer_px(height, width, pitch)
+    assert (columns * fewer_mm[0], rows * fewer_mm[1]) == pytest.approx(
+        (width * pitch[0], height * pitch[1])
+    )
+    assert 1 <= rows <= height and 1 <= columns <= width
+    if max(height, width) <= LONGEST_SIDE_PX:
+        assert (rows, columns, fewer_mm) == (height, width, pitch)
+    else:
+        assert max(rows, columns) <= LONGEST_SIDE_PX
+        # Square, but that each side is a whole number of pixels, and at least one.
+        side_mm = max(columns * fewer_mm[0] / LONGEST_SIDE_PX, rows * fewer_mm[1] / LONGEST_SIDE_PX)
+        side_mm = max(side_mm, *pitch)
+        for count, pitch_mm in ((columns, fewer_mm[0]), (rows, fewer_mm[1])):
+            assert abs(count - count * pitch_mm / side_mm) <= 0.5 + 1e-9 or count == 1
+
+
+def of_ball(
+    size_px: tuple[int, int],
+    size_mm: tuple[float, float],
+    center: tuple[float, float],
+    unseen: Axis,
+) -> tuple[Depth, np.ndarray]:
+    """Lights along one axis read a ball as it is, across as nothing; and its depth."""
+    width, height = size_px
+    pitch_mm = (size_mm[0] / width, size_mm[1] / height)
+    place_px = (center[0] * width, center[1] * height)
+    cap = ball_cap(size_px, place_px, 2.0, 3.0, pitch_mm)
+    seen = without(unseen, cap.gradient.astype(np.float32))
+    return inferred_depth(seen, cap.contact, unseen, pitch_mm, hinted=False), cap.depth_mm
+
+
+@pytest.mark.parametrize("unseen", ["x", "y"])
+@pytest.mark.parametrize("size_mm", [(16.0, 12.0), (9.6, 12.0), (20.0, 9.0)])
+@pytest.mark.parametrize("center", [(0.5, 0.5), (0.4, 0.1)], ids=["inside", "at the border"])
+def test_a_long_frame_s_depth_is_the_short_one_s(center, size_mm, unseen) -> None:
+    long, truth = of_ball((640, 480), size_mm, center, unseen)
+    short, truth_of_short = of_ball((320, 240), size_mm, center, unseen)
+    assert long.gradient.shape == (480, 640, 2)
+    assert long.depth_mm.shape == (480, 640) == np.shape(long.doubt)
+    assert long.boundary == short.boundary == ("dirichlet" if center[1] == 0.5 else "neumann")
+    alike = cv2.resize(long.depth_mm, (320, 240), interpolation=cv2.INTER_AREA)
+    assert np.abs(alike - short.depth_mm).max() < 0.1 * truth.max()
+    off, off_of_short = (
+        np.sqrt(np.mean((found - true) ** 2))
+        for found, true in ((long.depth_mm, truth), (short.depth_mm, truth_of_short))
+    )
+    assert off < 1.1 * off_of_short + 0.005 * truth.max()
+    assert off < 0.1 * truth.max()
+
+
+@pytest.mark.parametrize("unseen", ["x", "y"])
+def test_a_slope_that_is_set_to_zero_is_not_looked_at(unseen) -> None:
+    gradient = np.ones((4, 5, 2), np.float32)
+    gradient[..., "xy".index(unseen)] = np.nan
+    zero = without(unseen, gradient)
+    assert zero.dtype == np.float32 and zero.sum() == 20
