@@ -2,15 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """Frames of a unit by what a person names: images one by one, or whatever gives a stream."""
 
-from collections.abc import Iterator
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from app._interrupt import UntilInterrupted
 from app._sources import open_where
 from sensor.errors import WedgeError
 
 if TYPE_CHECKING:
     from recon.arrays import Frame
+    from recon.stream import Counts, TimedFrame
     from recon.unwarp import Unwarp
 
 IMAGES = (".png", ".jpg", ".jpeg")
@@ -38,10 +44,87 @@ def read_checked(name: str, unwarp: "Unwarp") -> "Frame":
     return frame
 
 
+@dataclass(frozen=True, kw_only=True)
+class UnitFrame:
+    """A frame that came, whether or not anything can be made of it."""
+
+    name: str
+    """The file's, or its number in a stream."""
+    time_ns: int
+    image: "Frame | None"
+    """``None`` where it is damaged, or of another size than the unit's frames."""
+    flaw: str = ""
+    """In what way."""
+    still: bool = False
+    """It is the frame before to the last bit, as no camera's is."""
+
+
+class UnitFrames:
+    """Frames of one unit in their order, until they or Ctrl-C end; and what to say of them."""
+
+    def __init__(
+        self, frames: Iterable[UnitFrame], counts: "Counts | None" = None, *, live: bool = False
+    ) -> None:
+        self._until = UntilInterrupted(frames)
+        self._counts = counts
+        self._came = self._useless = self._still = 0
+        self._flaw = ""
+        self.live = live
+        """Whether they have no end of their own."""
+
+    def __iter__(self) -> Iterator[UnitFrame]:
+        """Give each frame that comes."""
+        import numpy as np
+
+        before: Frame | None = None
+        for frame in self._until:
+            self._came += 1
+            if frame.image is None:
+                self._useless += 1
+                self._flaw = self._flaw or f"{frame.name}: {frame.flaw}"
+            elif before is not None and np.array_equal(before, frame.image):
+                self._still += 1
+                frame = replace(frame, still=True)
+            before = frame.image
+            yield frame
+        if self._until.interrupted and not self._came:
+            raise KeyboardInterrupt  # there is nothing to keep
+
+    @property
+    def remarks(self) -> list[str]:
+        """What a person should know of the frames that came, in sentences."""
+        said = []
+        if self._useless:
+            said.append(f"Left out {self._useless} of {self._came} frames: {self._flaw}")
+        if self._still:
+            said.append(
+                f"The stream stood still: {self._still} of {self._came} frames are the one before "
+                "them to the last bit."
+            )
+        if self._counts is not None and self._counts.dropped:
+            said.append(f"Lost on the way: {self._counts.dropped} frames.")
+        if self._counts is not None and self._counts.corrupt:
+            said.append(f"Damaged and left out: {self._counts.corrupt} parts of the stream.")
+        if self._counts is not None and self._counts.remark:
+            said.append(self._counts.remark)
+        if self._until.interrupted:
+            said.append(f"Ended by Ctrl-C after {self._came} frames.")
+        return said
+
+    def print_remarks(self) -> None:
+        """Say them on stderr."""
+        for remark in self.remarks:
+            print(remark, file=sys.stderr)
+
+
+@contextmanager
 def unit_frames(
-    where: tuple[str, ...], unwarp: "Unwarp", most: int | None = None
-) -> "Iterator[tuple[str, int, Frame]]":
-    """Name, time in ns and pixels of every frame, in order.
+    where: Sequence[str], unwarp: "Unwarp", most: int | None = None
+) -> Iterator[UnitFrames]:
+    """Open what gives the frames of a unit.
+
+    Of images that were named one by one, each must be a frame of the unit. In whatever gives a
+    stream, frames that are damaged or have another size are given without their pixels.
 
     Args:
         where: image files, or one video, folder, dataset, recording, camera or address.
@@ -49,29 +132,43 @@ def unit_frames(
         most: stop after so many; by default at the end.
 
     Raises:
-        WedgeError: nothing was named, something cannot be read, or a frame has another size.
+        WedgeError: nothing was named, something cannot be read, the first whole frame has another
+            size than the unit's, or no frame is whole.
     """
     if not where:
         raise WedgeError("no frames were named: give images, a video, a folder or an address.")
     if most is not None and most < 1:
         raise WedgeError(f"--frames {most} must be at least 1.")
     if all(is_image(name) for name in where):
-        for index, name in enumerate(where[:most]):
-            yield name, index, read_checked(name, unwarp)
-        return
-    if len(where) > 1:
+        yield UnitFrames(_images(where[:most], unwarp))
+    elif len(where) > 1:
         raise WedgeError("name either images or one video, folder, recording or address.")
-    with open_where(where[0]) as source:
-        count = 0
-        for timed in source:
-            frame = timed.image()
-            try:
-                unwarp.check(frame)
-            except WedgeError as error:
-                raise WedgeError(f"{where[0]}, frame {timed.index}: {error}") from error
-            yield f"{timed.index:05d}", timed.time_ns, frame
-            count += 1
-            if count == most:
-                return
-        if not count:
-            raise WedgeError(f"{where[0]} gave no frame.")
+    else:
+        with open_where(where[0]) as source:
+            came = _streamed(where[0], islice(source, most), unwarp)
+            yield UnitFrames(came, source.counts, live=source.live)
+
+
+def _images(names: Sequence[str], unwarp: "Unwarp") -> Iterator[UnitFrame]:
+    for index, name in enumerate(names):
+        yield UnitFrame(name=name, time_ns=index, image=read_checked(name, unwarp))
+
+
+def _streamed(where: str, source: "Iterable[TimedFrame]", unwarp: "Unwarp") -> Iterator[UnitFrame]:
+    whole, flaw = 0, ""
+    for timed in source:
+        name = f"{timed.index:05d}"
+        image: Frame | None = None
+        try:
+            image = timed.image()
+            unwarp.check(image)
+            whole += 1
+        except WedgeError as error:
+            flaw = flaw or f"{where}, frame {timed.index}: {error}"
+            if image is not None and not whole:  # another sensor's, most likely
+                raise WedgeError(f"{where}, frame {timed.index}: {error}") from error
+            yield UnitFrame(name=name, time_ns=timed.time_ns, image=None, flaw=str(error))
+        else:
+            yield UnitFrame(name=name, time_ns=timed.time_ns, image=image)
+    if not whole:
+        raise WedgeError(flaw or f"{where} gave no frame.")

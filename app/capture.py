@@ -81,7 +81,13 @@ def main(
         shown = _Shown(presses)
         with _ending_early(taken):
             for timed in source:
-                frame = timed.image()
+                try:
+                    frame = timed.image()
+                except WedgeError as error:
+                    if watcher is None:  # the blank one
+                        raise
+                    shown(f"{error} It is passed over.", len(taken), watcher)
+                    continue
                 if watcher is None:
                     blank = frame if background is None else read_image(background)
                     card = _card(other, out, blank, ball_radius_mm)

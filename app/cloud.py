@@ -37,7 +37,8 @@ def main(
     causes (errors of the calibration add to it; `wedge evaluate` measures those). OUT receives
     one file per frame: PLY for MeshLab, Blender or trimesh, PCD for PCL and ROS, NPZ for NumPy.
     The table says how many patches are touched, whether the border cuts one, and how much of the
-    contact lies in the shadow of its own dent, where slopes are to be doubted.
+    contact lies in the shadow of its own dent, where slopes are to be doubted. In a stream, damaged
+    frames are left out and counted; Ctrl-C ends it, and what was written stays.
 
     Examples:
         wedge cloud units/wedge-001 press.png --out clouds --mesh
@@ -73,9 +74,11 @@ def main(
     blank = None if background is None else read_checked(background, calibration.unwarp)
     reconstruct = Reconstructor(calibration, blank)
     rows: list[dict[str, object]] = []
-    with progress("point clouds") as show:
-        for name, _, frame in unit_frames(where, calibration.unwarp, frames):
-            touch = reconstruct(frame)
+    with unit_frames(where, calibration.unwarp, frames) as came, progress("point clouds") as show:
+        for frame in came:
+            if frame.image is None:
+                continue
+            name, touch = frame.name, reconstruct(frame.image)
             patches, touching = touch.patches, int(touch.contact.sum())
             cloud, triangles = point_cloud(touch, gel), None
             if mesh:
@@ -123,7 +126,9 @@ def main(
     )
     if len(rows) > SHOWN_ROWS:
         print(f"and {len(rows) - SHOWN_ROWS} more frames")
-    write_json(json, {"unit": str(unit), "form": form, "clouds": rows})
+    came.print_remarks()
+    document = {"unit": str(unit), "form": form, "clouds": rows, "remarks": came.remarks}
+    write_json(json, document)
 
 
 def _stem(name: str) -> str:

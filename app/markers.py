@@ -3,7 +3,6 @@
 """`wedge markers`: the dots of a marker gel, found and followed."""
 
 import io
-from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,12 +12,13 @@ from app._frames import is_image, read_checked, unit_frames
 from app._output import OutputFile, check_outputs, print_table, write_json
 from app._progress import progress
 from sensor.errors import WedgeError
-from sensor.files import write_atomic
+from sensor.files import new_file, write_atomic
 
 if TYPE_CHECKING:
     from recon.markers.tracking import Tracked
 
 SHOWN_ROWS = 20
+WRITTEN = ("markers.csv", "markers.png", "overlay.webp", "markers.mcap")
 HEADINGS = "frame,time_ns,row,column,x_mm,y_mm,dx_mm,dy_mm,seen"
 
 
@@ -37,7 +37,8 @@ def main(
     markers.csv, a line for each dot of each frame: its row and column on the gel, its place at
     rest and its displacement in mm in the gel frame, and whether it was seen or carried along by
     its neighbours; markers.png, the frame in which they moved most; overlay.webp, all frames with
-    arrows; and markers.mcap, dots and shifts as ROS 2 point clouds for Foxglove and RViz.
+    arrows; and markers.mcap, dots and shifts as ROS 2 point clouds for Foxglove and RViz. In a
+    stream, damaged frames are left out and counted; Ctrl-C ends it, and what was found is written.
 
     Examples:
         wedge markers units/wedge-001 press.mp4 --out moved
@@ -60,8 +61,7 @@ def main(
     from validation.figures.overlay import Clip
     from validation.figures.png import png_bytes
 
-    recording = out / "markers.mcap"
-    check_outputs(*(out / name for name in ("markers.csv", "markers.png", "overlay.webp")), json)
+    check_outputs(*(out / name for name in WRITTEN), json)
     calibration = load_calibration(unit)
     unwarp, pitch = calibration.unwarp, calibration.card.mm_per_px
     blank = calibration.background if background is None else read_checked(background, unwarp)
@@ -81,12 +81,16 @@ def main(
     table = io.StringIO()
     table.write(HEADINGS + "\n")
     clip = Clip()
-    with progress("markers") as show, ExitStack() as kept:
-        for name, time_ns, frame in unit_frames(where, unwarp, frames):
-            if not rows:
-                recording.unlink(missing_ok=True)
-                file = kept.enter_context(TouchFile(recording))
-            image = unwarp(frame)
+    with (
+        unit_frames(where, unwarp, frames) as came,
+        new_file(out / "markers.mcap") as recording,
+        TouchFile(recording) as file,
+        progress("markers") as show,
+    ):
+        for frame in came:
+            if frame.image is None:
+                continue
+            name, time_ns, image = frame.name, frame.time_ns, unwarp(frame.image)
             tracked = tracker.track(image, None if apart else tracked)
             moved_mm = np.hypot(*tracked.displacement_mm(pitch).T)
             seen = moved_mm[tracked.seen]
@@ -130,8 +134,9 @@ def main(
     if len(rows) > SHOWN_ROWS:
         print(f"and {len(rows) - SHOWN_ROWS} more frames, in {out / 'markers.csv'}")
     print(f"Open {out / 'overlay.webp'}")
+    came.print_remarks()
     document = {"unit": str(unit), "markers": markers.card(pitch), "frames": rows}
-    write_json(json, document)
+    write_json(json, {**document, "remarks": came.remarks})
 
 
 def _write_frame(

@@ -99,8 +99,12 @@ def _record(
     errors: list[WedgeError] = []
 
     def pass_on(sensor: str) -> None:
+        counts = sources[sensor].counts
         try:
             for frame in _of_size(sources[sensor], sizes_px.get(sensor)):
+                if frame.flaw:
+                    counts.corrupt, counts.remark = counts.corrupt + 1, frame.flaw
+                    continue
                 recorder.add(sensor, frame)
         except WedgeError as error:
             errors.append(error)

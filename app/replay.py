@@ -77,6 +77,9 @@ def _serve(source: "FrameSource", address: str, port: int) -> int:
     print(f"http://{shown}:{server.server_address[1]}{STREAM_PATH} (Ctrl-C ends)", flush=True)
     try:
         for frame in source:
+            if frame.flaw:
+                print(frame.flaw, file=sys.stderr)
+                continue
             jpeg = frame.jpeg or encode_jpeg(frame.image(), CLIP_QUALITY)
             newest.put(jpeg, time.clock_gettime_ns(time.CLOCK_BOOTTIME))
             sent += 1

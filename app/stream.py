@@ -4,13 +4,16 @@
 
 import sys
 import time
+from collections.abc import Iterator
 from contextlib import nullcontext
+from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
+from app._interrupt import UntilInterrupted
 from app._output import OutputFile, check_outputs, write_json
 from app._sources import Rate, open_live, refuse_few, unit_of
 from sensor.errors import WedgeError
@@ -18,7 +21,7 @@ from sensor.errors import WedgeError
 if TYPE_CHECKING:
     from recon.calibration import Calibration
     from recon.fast import FastReconstructor, Touch
-    from recon.stream import Newest, TimedFrame
+    from recon.stream import Counts, Newest, TimedFrame
     from recon.stream.rerun_file import RerunFile
 
 LINE_S = 1.0
@@ -36,7 +39,8 @@ def main(
 
     A line a second, until the stream ends or Ctrl-C. Only the newest frame is looked at: "skipped"
     counts those that came while the one before was worked on, "dropped" those that the sensor took
-    but did not send, "corrupt" those that came damaged. Latency is from the sensor's first row to
+    but did not send, "corrupt" those that came damaged. "Stands still" is a stream whose frames are
+    the same to the last bit, as no camera's are. Latency is from the sensor's first row to
     the whole frame here, where the Pi's clock and this machine's agree.
 
     Example: wedge stream http://10.55.0.1:8080 --unit units/wedge-001 --mcap felt.mcap
@@ -121,44 +125,82 @@ def _watch(
     log: "RerunFile | None",
 ) -> dict[str, Any]:
     """Print a line a second; the numbers of the last one."""
-    begun = line = time.monotonic()
-    rate, latencies_ms, busy_ms = Rate(), [], []
+    rate, line_s = Rate(), time.monotonic()
     touch: Touch | None = None
-    numbers: dict[str, Any] = {}
-    while seconds is None or time.monotonic() - begun < seconds:
-        frame = newest.take(timeout_s=0.2)
+    before: TimedFrame | None = None
+    since, numbers = _Since(), None
+    until = UntilInterrupted(_taken(newest, seconds))
+    for frame in until:
         if frame is not None:
-            start = time.perf_counter()
-            if reconstruct is None:
-                frame.image()
-            else:
-                touch = reconstruct(frame)
-                if felt is not None:
+            begun = time.perf_counter()
+            if reconstruct is not None:
+                touch = _felt(reconstruct, frame, newest.source.counts, touch)
+                if felt is not None and touch is not None:
                     felt.add(frame, touch)
-            busy_ms.append(1e3 * (time.perf_counter() - start))
+            since.add(frame, before, 1e3 * (time.perf_counter() - begun))
+            before = frame
             if log is not None:
                 log.add(frame, touch)
             rate.tick()
-            if frame.latency_ms is not None:
-                latencies_ms.append(frame.latency_ms)
-        if newest.ended or time.monotonic() - line >= LINE_S:
-            numbers = _numbers(newest, rate, latencies_ms, busy_ms, touch, felt)
+        if newest.ended or time.monotonic() - line_s >= LINE_S:
+            numbers = _numbers(newest, rate, since, touch, felt)
             print(_text(numbers), flush=True)
-            latencies_ms.clear()
-            busy_ms.clear()
-            line = time.monotonic()
-        if newest.ended:
-            break
+            since, line_s = _Since(), time.monotonic()
     if newest.source.counts.received == 0:
         raise WedgeError(f"{newest.source.name} gave no frame.")
-    return numbers
+    return numbers or _numbers(newest, rate, since, touch, felt)
+
+
+def _taken(newest: "Newest", seconds: float | None) -> "Iterator[TimedFrame | None]":
+    """The newest frame, or none for a moment, until the source or the time is over."""
+    begun = time.monotonic()
+    while seconds is None or time.monotonic() - begun < seconds:
+        yield newest.take(timeout_s=0.2)
+        if newest.ended:
+            return
+
+
+def _felt(
+    reconstruct: "FastReconstructor", frame: "TimedFrame", counts: "Counts", before: "Touch | None"
+) -> "Touch | None":
+    """The touch in a frame; of one that cannot be used the touch before, which counts it.
+
+    Raises:
+        WedgeError: the first one cannot be used.
+    """
+    try:
+        return reconstruct(frame)
+    except WedgeError as error:
+        if before is None:
+            raise
+        counts.corrupt, counts.remark = counts.corrupt + 1, str(error)
+        return before
+
+
+@dataclass
+class _Since:
+    """What came since the last line."""
+
+    latencies_ms: list[float] = field(default_factory=list)
+    busy_ms: list[float] = field(default_factory=list)
+    moved: list[bool] = field(default_factory=list)
+    """Whether a frame was another than the one before; no camera's is the same to the last bit."""
+
+    def add(self, frame: "TimedFrame", before: "TimedFrame | None", busy_ms: float) -> None:
+        """Count one frame."""
+        import numpy as np
+
+        self.busy_ms.append(busy_ms)
+        if frame.latency_ms is not None:
+            self.latencies_ms.append(frame.latency_ms)
+        if before is not None:
+            self.moved.append(not np.array_equal(before.image(), frame.image()))
 
 
 def _numbers(
     newest: "Newest",
     rate: Rate,
-    latencies_ms: list[float],
-    busy_ms: list[float],
+    since: _Since,
     touch: "Touch | None",
     felt: "FeltFile | None",
 ) -> dict[str, Any]:
@@ -166,12 +208,13 @@ def _numbers(
     return {
         "received": counts.received,
         "rate_hz": rate.hz,
-        "latency_ms": median(latencies_ms) if latencies_ms else None,
-        "work_ms": median(busy_ms) if busy_ms else None,
+        "latency_ms": median(since.latencies_ms) if since.latencies_ms else None,
+        "work_ms": median(since.busy_ms) if since.busy_ms else None,
         "skipped": newest.skipped,
         "dropped": counts.dropped,
         "corrupt": counts.corrupt,
         "connections": counts.connections,
+        "stands_still": bool(since.moved) and not any(since.moved),
         "remark": counts.remark,
         "deepest_mm": None if touch is None else touch.deepest_mm,
         "contact_mm2": None if touch is None else touch.contact_mm2,
@@ -196,4 +239,6 @@ def _text(numbers: dict[str, Any]) -> str:
         ]
     if numbers["pose"] is not None:
         words += [f"pose {numbers['pose']}", f"markers {numbers['markers']}"]
+    if numbers["stands_still"]:
+        words.append("stands still")
     return "  ".join(words) + (f"  [{numbers['remark']}]" if numbers["remark"] else "")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
-from app._frames import read_checked
+from app._frames import read_checked, unit_frames
 from app._output import OutputFile, check_outputs, print_table, write_json
 from app._progress import progress
 from sensor.errors import WedgeError
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from recon.pose.tracker import PoseEstimate
 
+LEFT_OUT = "the frame is damaged"
 MOST_FRAMES = 20_000
 COLUMNS = (
     "frame,time_ns,state,reason,x_mm,y_mm,z_mm,qx,qy,qz,qw,rotation_std_deg,translation_std_mm,"
@@ -49,7 +50,8 @@ def main(
 
     Every frame gets a state: tracking; weak (a pose, but the touch does not show every motion, as
     a smooth ball does not show how it turns); frozen (the stream stands still); lost, with the
-    reason. A lost frame has no pose. OUT receives poses.csv, poses.png (with two standard
+    reason, and a damaged frame is lost as well. A lost frame has no pose. Ctrl-C ends a stream, and
+    what was found is written. OUT receives poses.csv, poses.png (with two standard
     deviations), overlay.webp, and poses.mcap for Foxglove and RViz: poses as transforms, their
     states, the touched points and a marker gel's dots.
 
@@ -69,15 +71,12 @@ def main(
         frames: Stop after so many; needed for a live source, which has no end.
         json: Write the poses here as JSON.
     """
-    import numpy as np
-
-    from app._sources import open_where
     from recon.calibration import load_calibration
     from recon.follower import TRUSTED_MARKERS, doubted
     from recon.pipeline import Reconstructor
     from recon.pose.mesh import read_mesh
     from recon.pose.models import MeshModel
-    from recon.pose.tracker import REGISTRATIONS, Tracker
+    from recon.pose.tracker import REGISTRATIONS, PoseEstimate, Tracker
     from recon.touch_file import TouchFile
     from sensor.files import new_folder
     from validation.figures.overlay import Clip
@@ -100,37 +99,40 @@ def main(
         blank = read_checked(background, calibration.unwarp)
     found: list[PoseEstimate] = []
     rows: list[list[Any]] = []
-    clip, anchor, before = Clip(), None, None
+    clip, anchor = Clip(), None
     with (
-        open_where(source) as stream,
+        unit_frames([source], calibration.unwarp, begin + (frames or MOST_FRAMES)) as came,
         new_folder(out) as folder,
         TouchFile(folder / "poses.mcap") as file,
         progress("tracking") as show,
     ):
-        if stream.live and frames is None:
+        if came.live and frames is None:
             raise WedgeError(f"{source} has no end: say after how many frames with --frames.")
         reconstruct = None
-        for index, frame in enumerate(stream):
+        for index, frame in enumerate(came):
             if index == 0 and background == "first":
-                blank = frame.image()
+                if frame.image is None:
+                    raise WedgeError(f"{source} does not begin with a blank frame: {frame.flaw}")
+                blank = frame.image
             if index < begin:
                 continue
-            image = frame.image()
             if reconstruct is None:
                 reconstruct = Reconstructor(calibration, blank)
-            touch = reconstruct(image)
-            still = before is not None and np.array_equal(before, image)
-            pose, before = doubted(track(touch), touch.markers, still=still), image
+            if frame.image is None:
+                pose, markers = PoseEstimate(state="lost", reason=LEFT_OUT), ""
+                file.add_pose(frame.time_ns, pose)
+            else:
+                touch = reconstruct(frame.image)
+                markers = touch.markers
+                pose = doubted(track(touch), markers, still=frame.still)
+                file.add(frame.time_ns, touch, pose, touch.dots)
+                if anchor is None and pose.T_sensor_object is not None:
+                    anchor = anchor_on(touch, pose.T_sensor_object)
+                shown = reconstruct.unwarp(frame.image)
+                clip.add(overlay(shown, touch.contact, touch.mm_per_px, pose, anchor))
             found.append(pose)
-            rows.append(_row(index, frame.time_ns, pose, touch.markers))
-            file.add(frame.time_ns, touch, pose, touch.dots)
-            if anchor is None and pose.T_sensor_object is not None:
-                anchor = anchor_on(touch, pose.T_sensor_object)
-            shown = reconstruct.unwarp(image)
-            clip.add(overlay(shown, touch.contact, touch.mm_per_px, pose, anchor))
+            rows.append(_row(index, frame.time_ns, pose, markers))
             show(len(found) / (frames or len(found) + 1), pose.state)
-            if len(found) == (frames or MOST_FRAMES):
-                break
         if not found:
             raise WedgeError(f"{source} holds no frame" + (f" {begin}." if begin else "."))
         _write(folder, rows, found, Path(source).name)
@@ -140,13 +142,15 @@ def main(
         ["state", "why", "frames"],
         [[state, reason, str(count)] for (state, reason), count in counts.most_common()],
     )
-    misfit = Counter(row[-1] for row in rows if row[-1] not in TRUSTED_MARKERS)
+    misfit = Counter(row[-1] for row in rows if row[-1] not in ("", *TRUSTED_MARKERS))
     for word, count in misfit.most_common():
         print(f"The dots on the gel, in {count} of {len(rows)} frames: {word}")
     print(f"Open {out / 'overlay.webp'}")
+    came.print_remarks()
     keys = COLUMNS.split(",")
-    document = [dict(zip(keys, row, strict=True)) for row in rows]
-    write_json(json, {"unit": str(unit), "source": source, "tracker": tracker, "poses": document})
+    poses = [dict(zip(keys, row, strict=True)) for row in rows]
+    document = {"unit": str(unit), "source": source, "tracker": tracker, "poses": poses}
+    write_json(json, {**document, "remarks": came.remarks})
 
 
 def _pose(path: Path) -> "np.ndarray":

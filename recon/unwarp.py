@@ -43,11 +43,16 @@ class Unwarp:
         return cv2.remap(full_scale, *self.maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
 
     def check(self, frame: Frame) -> None:
-        """Refuse a frame of another size.
+        """Refuse what is no frame of this camera.
 
         Raises:
-            WedgeError: the frame has another size than the camera's.
+            WedgeError: the frame has another size than the camera's, or is no colours in bytes.
         """
+        if frame.dtype != np.uint8 or frame.ndim != 3 or frame.shape[2] != 3:
+            raise WedgeError(
+                f"a frame is bytes of red, green and blue, (height, width, 3) uint8, not "
+                f"{frame.shape} {frame.dtype}."
+            )
         height, width = frame.shape[:2]
         if (width, height) != self.frame_size_px:
             expected = "x".join(map(str, self.frame_size_px))

@@ -36,6 +36,28 @@ def write_atomic(path: Path, content: bytes) -> None:
 
 
 @contextmanager
+def new_file(path: Path) -> Iterator[Path]:
+    """Yield a temporary path for a file that becomes ``path`` when the block succeeds.
+
+    For what is too long for ``write_atomic``. Nothing is left behind when the block fails, and a
+    file that was there stays.
+
+    Raises:
+        WedgeError: the file cannot be put in place.
+    """
+    temporary = _hidden_sibling(path)
+    try:
+        with _called(path, temporary):
+            yield temporary
+        temporary.replace(path)
+    except OSError as error:
+        raise WedgeError(f"{path} cannot be written: {error.strerror}.") from error
+    finally:
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+
+
+@contextmanager
 def new_folder(folder: Path, *, over: str | None = None) -> Iterator[Path]:
     """Yield an empty temporary folder that becomes ``folder`` when the block succeeds.
 
@@ -49,12 +71,24 @@ def new_folder(folder: Path, *, over: str | None = None) -> Iterator[Path]:
     temporary = _hidden_sibling(folder)
     try:
         temporary.mkdir(parents=True)
-        yield temporary
+        with _called(folder, temporary):
+            yield temporary
         _put_in_place(temporary, folder, over)
     except OSError as error:
         raise WedgeError(f"{folder} cannot be written: {error.strerror}.") from error
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
+
+
+@contextmanager
+def _called(path: Path, temporary: Path) -> Iterator[None]:
+    """Let what goes wrong be told of ``path``, as nobody knows the temporary one."""
+    try:
+        yield
+    except WedgeError as error:
+        if str(temporary) not in str(error):
+            raise
+        raise WedgeError(str(error).replace(str(temporary), str(path))) from error
 
 
 def refuse_kept_folder(folder: Path, *, over: str | None = None) -> None:

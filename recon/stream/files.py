@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Frames that lie on a disk, and a camera on USB: images, archives, videos, datasets."""
 
+import os
 import re
 import threading
 import time
@@ -17,9 +18,12 @@ from recon.stream.frame import Counts, TimedFrame
 from sensor.dataset import read_dataset
 from sensor.errors import WedgeError
 
+os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # a line for each damaged block, else
 IMAGES = (".png", ".jpg", ".jpeg")
 FOLDER_FPS = 30.0
 """Images of a folder bear no times: they follow each other so quickly."""
+LEAST_SHARE = 0.97
+"""Of the frames that a video names can be read unless it broke off: some count by their length."""
 PRESSES_FPS = 1.0
 """Frames of a dataset have nothing to do with each other."""
 
@@ -45,12 +49,12 @@ class _Pixels(ABC):
         self._closed.set()
 
     @abstractmethod
-    def _images(self) -> Iterator[tuple[int, Frame]]:
-        """Times since the first frame, in ns, and frames."""
+    def _images(self) -> Iterator[tuple[int, Frame | WedgeError]]:
+        """Times since the first frame, in ns, and frames, or why one cannot be read."""
 
     def __iter__(self) -> Iterator[TimedFrame]:
         """Give each frame in turn."""
-        for time_ns, pixels in self._images():
+        for time_ns, found in self._images():
             if self._closed.is_set():
                 return
             arrived_ns = time.time_ns()
@@ -59,7 +63,8 @@ class _Pixels(ABC):
                 index=index,
                 time_ns=arrived_ns if self.live else time_ns,
                 arrived_ns=arrived_ns,
-                pixels=pixels,
+                pixels=None if isinstance(found, WedgeError) else found,
+                flaw=str(found) if isinstance(found, WedgeError) else "",
             )
 
 
@@ -84,9 +89,13 @@ class FolderSource(_Pixels):
         if not self._names:
             raise WedgeError(f"{folder} holds no PNG or JPEG images.")
 
-    def _images(self) -> Iterator[tuple[int, Frame]]:
+    def _images(self) -> Iterator[tuple[int, Frame | WedgeError]]:
         for index, name in enumerate(self._names):
-            yield round(index * 1e9 / self._fps), read_frame(self._folder, name)
+            try:
+                found: Frame | WedgeError = read_frame(self._folder, name)
+            except WedgeError as error:
+                found = error
+            yield round(index * 1e9 / self._fps), found
 
 
 class VideoSource(_Pixels):
@@ -116,6 +125,11 @@ class VideoSource(_Pixels):
             while (read := capture.read())[0]:
                 yield round(index * 1e9 / self._fps), cv2.cvtColor(read[1], cv2.COLOR_BGR2RGB)
                 index += 1
+            if index < LEAST_SHARE * self.frames:
+                self.counts.remark = (
+                    f"{self.name} breaks off: {index} of the {self.frames} frames that it names "
+                    "could be read."
+                )
         finally:
             capture.release()
 

@@ -8,6 +8,7 @@ from typing import Literal, Protocol, runtime_checkable
 
 from recon.arrays import Frame
 from recon.stream.jpeg import decode_jpeg
+from sensor.errors import WedgeError
 
 Clock = Literal["sensor", "mapped", "arrival"]
 """Whose clock ``time_ns`` comes from: the sender's; the sender's uptime, laid so that the quickest
@@ -16,7 +17,7 @@ frame took no time; or this machine's, as the frame arrived."""
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class TimedFrame:
-    """A camera frame as it came: a JPEG, or pixels where it never was one."""
+    """A camera frame as it came: a JPEG, pixels where it never was one, or what it suffers from."""
 
     index: int
     """Of this source, from 0; a step above 1 is frames that were lost on the way."""
@@ -27,13 +28,17 @@ class TimedFrame:
     clock: Clock = "arrival"
     jpeg: bytes | None = None
     pixels: Frame | None = None
+    flaw: str = ""
+    """Why there is neither."""
 
     def image(self) -> Frame:
         """The frame, (h, w, 3) uint8 RGB.
 
         Raises:
-            WedgeError: the JPEG is damaged.
+            WedgeError: it is damaged.
         """
+        if self.flaw:
+            raise WedgeError(self.flaw)
         if self.pixels is not None:
             return self.pixels
         assert self.jpeg is not None
@@ -43,7 +48,7 @@ class TimedFrame:
         """The frame with its pixels.
 
         Raises:
-            WedgeError: the JPEG is damaged.
+            WedgeError: it is damaged.
         """
         return self if self.pixels is not None else replace(self, pixels=self.image())
 

@@ -127,8 +127,7 @@ class HttpSource:
 
     def _frames(self, stream: MultipartReader) -> Iterator[TimedFrame]:
         last_index: int | None = None
-        damaged = 0
-        before = self.counts.corrupt
+        damaged = counted = 0
         parts = iter(stream)
         while True:
             self._deadline = time.monotonic() + self._stall_s
@@ -137,7 +136,9 @@ class HttpSource:
             except _LOST:
                 part = None
             arrived_ns = time.time_ns()
-            self.counts.corrupt = before + stream.corrupt
+            # Whoever decodes counts as well.
+            self.counts.corrupt += stream.corrupt - counted
+            counted = stream.corrupt
             if part is None:
                 self._hang_up()
                 return

@@ -119,6 +119,8 @@ class McapSource:
             if self._topic:
                 break
         if self._topic is None:
+            if self.counts.remark:
+                raise WedgeError(f"{path} broke off or is damaged before its first frame.")
             wanted = f"topic {topic(sensor)}" if sensor else "topic with compressed images"
             raise WedgeError(f"{path} has no {wanted}.")
         owner = self._topic.split("/")[1]
@@ -193,7 +195,9 @@ class McapSource:
         except OSError as error:
             raise WedgeError(f"{self._path} cannot be read: {error.strerror}.") from error
         except (McapError, struct.error, ValueError, EOFError, RuntimeError):
-            self.counts.remark = f"{self._path} broke off: what it has up to there is here."
+            self.counts.remark = (
+                f"{self._path} broke off or is damaged: what it has up to there is here."
+            )
 
 
 def _unpacked(chunk: Any) -> list[Any]:

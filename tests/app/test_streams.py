@@ -3,17 +3,22 @@
 """Streams as a person handles them: watched, recorded, played again, each fault a sentence."""
 
 import json
+import signal
 import socket
 import subprocess
 import sys
 from collections import Counter
 from pathlib import Path
 
+import numpy as np
 import pytest
 from mcap.reader import make_reader
 
+import recon.stream
 from app.__main__ import main
-from recon.stream import McapSource, open_source
+from app._sources import Rate
+from recon.images import read_image, write_image
+from recon.stream import FrameSource, McapSource, TimedFrame, open_source
 from sensor.wire import Stamp
 from tests.recon.fast.units import make_unit
 from tests.recon.stream.servers import FRAMES, HEAD, ScriptedServer, free_port, stream, write_clip
@@ -111,6 +116,99 @@ def test_a_damaged_stream_is_recorded_without_what_is_damaged(tmp_path: Path) ->
     counts = json.loads(numbers.read_text())["sensors"]["wedge"]
     assert counts == {"received": 7, "dropped": 1, "corrupt": 1}
     assert [f.jpeg for f in McapSource(out)] == FRAMES[:2] + FRAMES[3:]
+
+
+def images_of(folder: Path, unit: Path, count: int) -> Path:
+    """Frames of a unit, each a little brighter than the one before."""
+    blank = read_image(unit / "background.png")
+    for i in range(count):
+        write_image(folder / f"{i}.png", np.clip(blank.astype(int) + i, 0, 255).astype(np.uint8))
+    return folder
+
+
+@pytest.fixture
+def at_leisure(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Files are watched frame by frame, however slow the machine is."""
+
+    class Each:
+        """`Newest` of a source that waits until its frame was taken."""
+
+        def __init__(self, source: FrameSource) -> None:
+            self.source, self.skipped, self.ended = source.source, 0, False
+            self._frames = iter(source.source)
+
+        def __enter__(self) -> "Each":
+            return self
+
+        def __exit__(self, *_: object) -> None:
+            self.source.close()
+
+        def take(self, timeout_s: float) -> TimedFrame | None:
+            frame = next(self._frames, None)
+            self.ended = frame is None
+            return frame
+
+    monkeypatch.setattr(recon.stream, "Newest", Each)
+
+
+@pytest.mark.usefixtures("at_leisure")
+def test_a_frame_of_another_size_is_counted_and_watched_on(
+    tmp_path: Path, unit: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder, numbers = images_of(tmp_path / "images", unit, 5), tmp_path / "numbers.json"
+    write_image(folder / "3.png", np.zeros((8, 8, 3), np.uint8))
+    words = ("stream", folder, "--unit", unit, "--json", numbers)
+    assert run(*words) == 0
+    told = json.loads(numbers.read_text())
+    assert (told["received"], told["corrupt"]) == (5, 1)
+    assert "8x8 pixels, not 160x120" in told["remark"]
+    write_image(folder / "0.png", np.zeros((8, 8, 3), np.uint8))
+    assert "8x8 pixels, not 160x120" in refused(capsys, *words)
+
+
+@pytest.mark.usefixtures("at_leisure")
+@pytest.mark.parametrize("still", [True, False])
+def test_a_stream_that_stands_still_is_said(
+    tmp_path: Path, unit: Path, capsys: pytest.CaptureFixture[str], still: bool
+) -> None:
+    folder, numbers = images_of(tmp_path / "images", unit, 4), tmp_path / "numbers.json"
+    for i in range(1, 4 if still else 0):
+        write_image(folder / f"{i}.png", read_image(folder / "0.png"))
+    assert run("stream", folder, "--json", numbers) == 0
+    assert json.loads(numbers.read_text())["stands_still"] is still
+    assert ("stands still" in capsys.readouterr().out) is still
+
+
+@pytest.mark.usefixtures("at_leisure")
+def test_ctrl_c_ends_a_stream_and_its_numbers_are_written(
+    tmp_path: Path, unit: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder, numbers = images_of(tmp_path / "images", unit, 9), tmp_path / "numbers.json"
+    usual = Rate.tick
+
+    def interrupted(rate: Rate) -> None:
+        usual(rate)
+        signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(Rate, "tick", interrupted)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        assert run("stream", folder, "--json", numbers) == 0
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert json.loads(numbers.read_text())["received"] == 1
+
+
+def test_a_damaged_image_is_neither_recorded_nor_sent(
+    tmp_path: Path, unit: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder, out = images_of(tmp_path / "images", unit, 4), tmp_path / "touch.mcap"
+    (folder / "1.png").write_bytes((folder / "1.png").read_bytes()[:80])
+    assert run("record", folder, "--out", out) == 0
+    assert "corrupt 1" in (said := capsys.readouterr().out) and "1.png" in said
+    assert len(list(McapSource(out))) == 3
+    assert run("replay", folder, "--port", 0) == 0
+    assert "1.png" in capsys.readouterr().err
 
 
 def test_a_stream_that_fails_leaves_the_other_s_recording_alone(

@@ -29,7 +29,7 @@ def with_dots(image, places=PLACES):
     return np.rint(255 * drawn).astype(np.uint8)
 
 
-def make_unit(folder, dots):
+def make_unit(folder, dots, estimator="mlp"):
     dataset = make_dataset(folder / "set", presses=8)
     if dots:
         for path in (folder / "set").glob("*.png"):
@@ -38,7 +38,7 @@ def make_unit(folder, dots):
     made = calibrate(
         dataset,
         read_presses(dataset),
-        estimator="mlp",
+        estimator=estimator,
         serial="dotted" if dots else "clear",
         created="2026-01-01",
         metrics={"fitted_presses": 8},

@@ -1,12 +1,14 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
+import inspect
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from recon.lens import Lens
-from recon.unwarp import prepare_unwarp
+from recon.unwarp import Unwarp, prepare_unwarp
 from sensor.errors import WedgeError
 
 RAW = (320, 240)
@@ -139,6 +141,16 @@ def test_values_are_shares_of_full_scale_and_colours_keep_their_place():
     unwarped = prepare_unwarp((5, 4))(frame)
     assert unwarped.dtype == np.float32
     np.testing.assert_allclose(unwarped[2, 3], [1, 0, 0.2], atol=1e-7)
+
+
+@pytest.mark.parametrize(
+    "frame",
+    [np.zeros((240, 320, 3)), np.zeros((240, 320), np.uint8), np.zeros((240, 320, 4), np.uint8)],
+)
+def test_what_is_no_colours_in_bytes_is_refused(frame):
+    unchecked = inspect.unwrap(Unwarp.check)  # the tests' own check of types comes first, else
+    with pytest.raises(WedgeError, match=r"\(height, width, 3\) uint8, not \(240, 320"):
+        unchecked(prepare_unwarp(RAW), frame)
 
 
 @pytest.mark.parametrize("corners", [None, KEYSTONE])

@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from sensor.errors import WedgeError
-from sensor.files import new_folder, sha256_of_files, write_atomic
+from sensor.files import new_file, new_folder, sha256_of_files, write_atomic
 
 OLD, NEW = b"old content", b"new content" * 10_000
 
@@ -106,6 +106,40 @@ def test_a_file_where_a_folder_should_be_and_the_reverse_are_sentences(tmp_path)
     with pytest.raises(WedgeError, match="cannot be written"):
         write_atomic(tmp_path / "folder", NEW)
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["file", "folder"]
+
+
+def test_a_new_file_appears_when_it_is_complete(tmp_path):
+    path = tmp_path / "file.bin"
+    path.write_bytes(OLD)
+    with new_file(path) as temporary:
+        temporary.write_bytes(NEW)
+        assert path.read_bytes() == OLD
+    assert path.read_bytes() == NEW
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt, WedgeError])
+def test_a_file_whose_making_fails_leaves_the_old_one(tmp_path, error):
+    path = tmp_path / "file.bin"
+    path.write_bytes(OLD)
+    with pytest.raises(error), new_file(path) as temporary:
+        temporary.write_bytes(NEW)
+        raise error
+    assert path.read_bytes() == OLD
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("made", [new_file, new_folder])
+def test_what_goes_wrong_is_told_of_the_name_that_was_asked_for(tmp_path, made):
+    def fill(temporary):
+        inside = temporary / "inside" if made is new_folder else temporary
+        with full_disk():
+            write_atomic(inside, NEW)
+
+    with pytest.raises(WedgeError) as told, made(tmp_path / "asked") as temporary:
+        fill(temporary)
+    named = tmp_path / "asked" / "inside" if made is new_folder else tmp_path / "asked"
+    assert str(told.value) == f"{named} cannot be written: File too large."
 
 
 def test_a_new_folder_appears_when_it_is_complete(tmp_path):

@@ -61,6 +61,36 @@ def test_images_are_taken_in_the_order_of_their_numbers(tmp_path: Path) -> None:
         assert [int(frame.image()[0, 0, 0]) for frame in source] == [20 * i for i in range(12)]
 
 
+def test_an_image_that_cannot_be_read_says_why_and_ends_nothing(tmp_path: Path) -> None:
+    folder = folder_of_images(tmp_path / "images", 4)
+    (folder / "frame2.png").write_bytes((folder / "frame2.png").read_bytes()[:50])
+    with open_source(folder) as source:
+        frames = list(source)
+    assert [frame.index for frame in frames] == [0, 1, 2, 3]
+    assert [bool(frame.flaw) for frame in frames] == [False, True, False, False]
+    with pytest.raises(WedgeError, match=r"frame2\.png"):
+        frames[1].image()
+    with Newest(open_source(folder)) as newest:
+        assert 1 not in [frame.index for frame in newest]
+
+
+def test_a_video_that_breaks_off_says_so_and_its_decoder_nothing(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    whole = write_clip(tmp_path / "clip.avi", 30)
+    cut = tmp_path / "cut.avi"
+    cut.write_bytes(whole.read_bytes()[: int(0.6 * whole.stat().st_size)])
+    capfd.readouterr()
+    for clip in (whole, cut):
+        with open_source(clip) as source:
+            frames = len(list(source))
+            remark = source.counts.remark
+        said = f"{clip} breaks off: {frames} of the 30 frames that it names could be read."
+        assert remark == ("" if clip is whole else said)
+    assert 0 < frames < 30
+    assert capfd.readouterr() == ("", "")
+
+
 def test_a_file_plays_at_its_pace_and_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

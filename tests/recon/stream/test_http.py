@@ -61,6 +61,19 @@ def test_frames_bear_the_sensor_s_time_and_gaps_are_counted() -> None:
     assert (counts.received, counts.dropped, counts.corrupt, counts.remark) == (4, 3, 0, "")
 
 
+def test_what_is_damaged_within_counts_beside_what_is_damaged_on_the_way() -> None:
+    within = FRAMES[1][:200] + bytes(40) + FRAMES[1][-2:]
+    sent = stream(FRAMES[0], within, FRAMES[2], *FRAMES[:3]).replace(FRAMES[2], b"no JPEG", 1)
+    with ScriptedServer(sent) as server:
+        with HttpSource(server.url) as source:
+            for frame in itertools.islice(source, 5):
+                try:
+                    frame.image()
+                except WedgeError:
+                    source.counts.corrupt += 1
+            assert source.counts.corrupt == 2
+
+
 PAGE = b"HTTP/1.1 200 OK\r\nContent-Type: text/html\r\n\r\n<p>"
 BROKEN = {
     "ends": stream(*FRAMES[:3]),

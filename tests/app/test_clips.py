@@ -1,0 +1,202 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Clips that are damaged, cut or frozen, and runs that are ended: what can be made of them is."""
+
+import csv
+import json
+import signal
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from recon.images import read_image, write_image
+from recon.markers.tracking import MarkerTracker
+from recon.pipeline import Reconstructor
+from recon.stream import McapSource, Recorder, TimedFrame
+from recon.stream.jpeg import encode_jpeg
+from tests.app.test_streams import refused, run
+from tests.app.test_touch_commands import PLACES, make_unit, with_dots
+from tests.recon.stream.servers import write_clip
+
+FRAMES = 6
+COMMANDS = ("markers", "cloud", "track")
+
+
+@pytest.fixture(scope="module")
+def unit(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Of a marker gel, by the estimator that needs no training."""
+    folder = tmp_path_factory.mktemp("unit")
+    make_unit(folder, dots=True, estimator="table")
+    return folder / "unit"
+
+
+def pictures(unit: Path, count: int = FRAMES) -> list[np.ndarray]:
+    """A blank gel whose dots wander, in the camera's noise."""
+    blank = read_image(unit.parent / "set" / "background.png")
+    rng = np.random.default_rng(0)
+    moved = [with_dots(blank, PLACES + np.array([0.4 * i, 0.0])) for i in range(count)]
+    noise = [rng.integers(-1, 2, image.shape) for image in moved]
+    return [np.clip(m + n, 0, 255).astype(np.uint8) for m, n in zip(moved, noise, strict=True)]
+
+
+def recorded(path: Path, jpegs: list[bytes]) -> Path:
+    with Recorder(path, {"wedge": None}) as recorder:
+        for i, jpeg in enumerate(jpegs):
+            times = {"time_ns": i * 10**8, "arrived_ns": i * 10**8}
+            recorder.add("wedge", TimedFrame(index=i, jpeg=jpeg, **times))
+    return path
+
+
+def rows(out: Path, document: dict, command: str) -> list[str]:
+    """The names of the frames that a command wrote something of."""
+    if command == "track":
+        with (out / "poses.csv").open() as stream:
+            return [row["frame"] for row in csv.DictReader(stream)]
+    return [row["frame"] for row in document["frames" if command == "markers" else "clouds"]]
+
+
+def ran(command: str, unit: Path, clip: Path, tmp_path: Path) -> tuple[dict, list[str]]:
+    """A command's JSON and the frames it wrote something of."""
+    out, told = tmp_path / "out", tmp_path / "told.json"
+    assert run(command, unit, clip, "--out", out, "--json", told) == 0
+    document = json.loads(told.read_text())
+    return document, rows(out, document, command)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_damaged_frames_and_such_of_another_size_cost_themselves_alone(
+    command: str, unit: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    jpegs = [encode_jpeg(image, 95) for image in pictures(unit)]
+    jpegs[0] = jpegs[0][: len(jpegs[0]) // 2]
+    jpegs[3] = encode_jpeg(np.zeros((8, 8, 3), np.uint8))
+    clip = recorded(tmp_path / "clip.mcap", jpegs)
+    document, written = ran(command, unit, clip, tmp_path)
+    (remark,) = document["remarks"]
+    assert remark.startswith("Left out 2 of 6 frames: 00000: ")
+    assert remark in capsys.readouterr().err
+    if command == "track":
+        lost = [row for row in document["poses"] if row["reason"] == "the frame is damaged"]
+        assert [row["frame"] for row in lost] == [0, 3]
+        assert {row["state"] for row in lost} == {"lost"}
+        assert written == ["0", "1", "2", "3", "4", "5"]
+    else:
+        assert written == ["00001", "00002", "00004", "00005"]
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_damaged_image_of_a_folder_is_left_out_and_named(
+    command: str, unit: Path, tmp_path: Path
+) -> None:
+    for i, image in enumerate(pictures(unit)):
+        write_image(tmp_path / "clip" / f"{i}.png", image)
+    damaged = tmp_path / "clip" / "2.png"
+    damaged.write_bytes(damaged.read_bytes()[:2000])
+    document, written = ran(command, unit, tmp_path / "clip", tmp_path)
+    (remark,) = document["remarks"]
+    assert "Left out 1 of 6 frames" in remark and str(damaged) in remark
+    assert len(written) == (6 if command == "track" else 5)
+
+
+def test_the_blank_frame_must_be_whole(
+    unit: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    jpegs = [encode_jpeg(image, 95) for image in pictures(unit)]
+    clip = recorded(tmp_path / "clip.mcap", [jpegs[0][:500], *jpegs])
+    words = ("track", unit, clip, "--background", "first", "--out", tmp_path / "out")
+    assert "does not begin with a blank frame" in refused(capsys, *words)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_another_sensor_s_frames_are_refused_at_the_first(
+    command: str, unit: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    clip = write_clip(tmp_path / "clip.avi", 3)
+    words = (command, unit, clip, "--out", tmp_path / "out")
+    assert "frame 0: the frame is 160x120 pixels, not" in refused(capsys, *words)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_what_is_cut_off_is_said(command: str, unit: Path, tmp_path: Path) -> None:
+    jpegs = [encode_jpeg(image, 95) for image in pictures(unit, 40)]
+    whole = recorded(tmp_path / "whole.mcap", jpegs)
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(whole.read_bytes()[: int(0.7 * whole.stat().st_size)])
+    frames = len(list(McapSource(cut)))
+    assert 0 < frames < 40
+    document, written = ran(command, unit, cut, tmp_path)
+    assert len(written) == frames
+    assert any("broke off" in remark for remark in document["remarks"])
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_stream_that_stands_still_is_said(command: str, unit: Path, tmp_path: Path) -> None:
+    first, *_ = pictures(unit, 1)
+    for i in range(4):
+        write_image(tmp_path / "clip" / f"{i}.png", first)
+    document, written = ran(command, unit, tmp_path / "clip", tmp_path)
+    assert len(written) == 4
+    assert any(
+        remark.startswith("The stream stood still: 3 of 4") for remark in document["remarks"]
+    )
+
+
+@pytest.mark.parametrize(
+    ("command", "kind", "work"),
+    [
+        ("markers", MarkerTracker, "track"),
+        ("cloud", Reconstructor, "__call__"),
+        ("track", Reconstructor, "__call__"),
+    ],
+)
+def test_ctrl_c_keeps_what_was_done(
+    command: str,
+    kind: type,
+    work: str,
+    unit: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    for i, image in enumerate(pictures(unit)):
+        write_image(tmp_path / "clip" / f"{i}.png", image)
+    usual, worked_on = getattr(kind, work), []
+
+    def interrupted(*given: object, **named: object) -> object:
+        worked_on.append(1)
+        if len(worked_on) == 3:
+            signal.raise_signal(signal.SIGINT)
+        return usual(*given, **named)
+
+    monkeypatch.setattr(kind, work, interrupted)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        document, written = ran(command, unit, tmp_path / "clip", tmp_path)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert len(written) == 3
+    assert document["remarks"] == ["Ended by Ctrl-C after 3 frames."]
+
+
+def test_markers_that_fail_leave_an_earlier_run_whole(
+    unit: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for i, image in enumerate(pictures(unit)):
+        write_image(tmp_path / "clip" / f"{i}.png", image)
+    ran("markers", unit, tmp_path / "clip", tmp_path)
+    out = tmp_path / "out"
+    before = {path.name: path.read_bytes() for path in out.iterdir()}
+    assert set(before) == {"markers.csv", "markers.png", "overlay.webp", "markers.mcap"}
+    left = [2]
+    usual = MarkerTracker.track
+
+    def failing(*given: object) -> object:
+        left[0] -= 1
+        if left[0] < 0:
+            raise KeyboardInterrupt
+        return usual(*given)
+
+    monkeypatch.setattr(MarkerTracker, "track", failing)
+    assert run("markers", unit, tmp_path / "clip", "--out", out) == 130
+    assert {path.name: path.read_bytes() for path in out.iterdir()} == before

@@ -1,0 +1,78 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Ctrl-C between two frames, amid one, while the next is awaited, and twice."""
+
+import signal
+from collections.abc import Iterator
+
+import pytest
+
+from app._interrupt import UntilInterrupted
+
+
+@pytest.fixture(autouse=True)
+def usual_ctrl_c() -> Iterator[None]:
+    """Whoever runs the tests may have told them to ignore it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def test_without_ctrl_c_all_come() -> None:
+    until = UntilInterrupted(range(5))
+    assert list(until) == [0, 1, 2, 3, 4]
+    assert not until.interrupted
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_amid_an_item_it_is_worked_on_to_its_end_and_no_other_comes() -> None:
+    done = []
+    until = UntilInterrupted(range(5))
+    for item in until:
+        if item == 2:
+            signal.raise_signal(signal.SIGINT)
+        done.append(item)
+    assert done == [0, 1, 2] and until.interrupted
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_while_the_next_is_awaited_it_ends_at_once_and_the_source_lets_go() -> None:
+    closed = []
+
+    def endless() -> Iterator[int]:
+        try:
+            yield 1
+            while True:
+                signal.raise_signal(signal.SIGINT)
+        finally:
+            closed.append(True)
+
+    until = UntilInterrupted(endless())
+    assert list(until) == [1]
+    assert until.interrupted and closed == [True]
+
+
+def test_twice_is_the_usual_one() -> None:
+    until = UntilInterrupted(range(5))
+    with pytest.raises(KeyboardInterrupt):
+        for _ in until:
+            signal.raise_signal(signal.SIGINT)
+            signal.raise_signal(signal.SIGINT)
+    del until
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_where_it_is_ignored_it_stays_ignored() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    until = UntilInterrupted(range(3))
+    for _ in until:
+        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+        signal.raise_signal(signal.SIGINT)
+    assert not until.interrupted
+
+
+def test_who_stops_early_gets_ctrl_c_back() -> None:
+    for item in UntilInterrupted(range(5)):
+        if item == 1:
+            break
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
