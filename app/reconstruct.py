@@ -17,9 +17,6 @@ from sensor.files import write_atomic
 if TYPE_CHECKING:
     import numpy as np
 
-STRANGE = 0.9
-"""Of the frame: more disturbed gel than any grip leaves; dark or another sensor's, then."""
-
 
 def main(
     unit: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="UNIT")],
@@ -47,6 +44,7 @@ def main(
     import numpy as np
 
     from recon.calibration import load_calibration
+    from recon.contact import is_strange
     from recon.pipeline import Reconstructor
     from validation.figures.depth_map import depth_figure, doubt_figure
     from validation.figures.png import png_bytes
@@ -64,7 +62,7 @@ def main(
         rows, strange = [], []
         for done, (name, stem) in enumerate(zip(image, names, strict=True), start=1):
             result = reconstruct(read_checked(name, unwarp))
-            if result.disturbed.mean() > STRANGE:
+            if is_strange(result.disturbed):
                 strange.append(name)
             stream = io.BytesIO()
             np.save(stream, result.depth_mm)

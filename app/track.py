@@ -72,6 +72,7 @@ def main(
         json: Write the poses here as JSON.
     """
     from recon.calibration import load_calibration
+    from recon.contact import is_strange
     from recon.follower import TRUSTED_MARKERS, doubted
     from recon.pipeline import Reconstructor
     from recon.pose.mesh import read_mesh
@@ -124,7 +125,8 @@ def main(
             else:
                 touch = reconstruct(frame.image)
                 markers = touch.markers
-                pose = doubted(track(touch), markers, still=frame.still)
+                strange = is_strange(touch.disturbed)
+                pose = doubted(track(touch), markers, still=frame.still, strange=strange)
                 file.add(frame.time_ns, touch, pose, touch.dots)
                 if anchor is None and pose.T_sensor_object is not None:
                     anchor = anchor_on(touch, pose.T_sensor_object)

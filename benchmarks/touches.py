@@ -65,6 +65,11 @@ class SyntheticTouch:
     mm_per_px: Pair
     boundary: Boundary = "dirichlet"
 
+    @property
+    def disturbed(self) -> ContactMask:
+        """Nothing changes its colour but what touches."""
+        return self.contact
+
 
 def pressed(
     thing: Thing,

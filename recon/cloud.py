@@ -34,6 +34,10 @@ class Skin(Touch, Protocol):
     def boundary(self) -> Boundary:
         """What the depth was integrated with."""
 
+    @property
+    def disturbed(self) -> Bool[np.ndarray, "_ _"]:
+        """Where the colour changed; of as many pixels as the frame, or of its quarter."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class PointCloud:

@@ -6,7 +6,7 @@ from functools import partial
 
 import cv2
 import numpy as np
-from jaxtyping import Float, Float32, Int
+from jaxtyping import Bool, Float, Float32, Int
 from scipy import ndimage
 
 from recon.arrays import ContactMask, DepthMap, Difference, GradientField
@@ -26,6 +26,8 @@ WIDEST_STAINS = 0.1
 A grip of half the pad spreads the colours too. On 124 real presses of three sensors the spread
 asked for 0.03 to 0.12, on six clips of grips for up to 0.3.
 """
+BEYOND_ANY_GRIP = 0.9
+"""Of the frame: with more disturbed gel it is dark, another sensor's, or of a camera that moved."""
 LEAST_AREA = 8e-4
 """Smaller patches, as a share of the frame, are dust."""
 CROSS = np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8)
@@ -248,6 +250,11 @@ def pressure_mm(depth: DepthMap, gradient: GradientField, mm_per_px: Pair) -> De
     bend_x = cv2.Sobel(along_x, -1, 1, 0, ksize=1) / (2 * mm_per_px[0])
     bend_y = cv2.Sobel(along_y, -1, 0, 1, ksize=1) / (2 * mm_per_px[1])
     return np.asarray(depth - COLLAR_MM**2 * (bend_x + bend_y))
+
+
+def is_strange(disturbed: Bool[np.ndarray, "_ _"]) -> bool:
+    """Whether more gel is disturbed than any touch does, so that slopes mean little."""
+    return bool(disturbed.mean() > BEYOND_ANY_GRIP)
 
 
 def boundary_of(disturbed: ContactMask) -> Boundary:

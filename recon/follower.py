@@ -5,10 +5,12 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+from jaxtyping import Bool
 
 from recon.arrays import ContactMask, DepthMap, Frame, GradientField, Unwarped
 from recon.calibration import Calibration
 from recon.cloud import Skin
+from recon.contact import is_strange
 from recon.markers.detection import unexpected_dots
 from recon.markers.tracking import Tracked, marker_tracker
 from recon.poisson import Boundary
@@ -17,6 +19,7 @@ from sensor.toml import Pair
 
 FORGET_S = 1.0
 """Without a touch for so long, the next one is another object."""
+STRANGE = "nearly all of the frame differs from the blank gel"
 TRUSTED_MARKERS = ("none", "tracked", "jumped")
 """Words on dots with which slopes may be believed: a jump mixes dots up, but not what they hide."""
 
@@ -28,6 +31,7 @@ class KeptTouch:
     gradient: GradientField
     depth_mm: DepthMap
     contact: ContactMask
+    disturbed: Bool[np.ndarray, "_ _"]
     boundary: Boundary
     mm_per_px: Pair
 
@@ -73,6 +77,7 @@ class Follower:
             gradient=touch.gradient.copy(),
             depth_mm=touch.depth_mm.copy(),
             contact=touch.contact,
+            disturbed=touch.disturbed,
             boundary=touch.boundary,
             mm_per_px=touch.mm_per_px,
         )
@@ -93,14 +98,16 @@ class Follower:
         return Felt(
             image=image,
             touch=kept,
-            pose=doubted(found, word, still=still),
+            pose=doubted(found, word, still=still, strange=is_strange(kept.disturbed)),
             object_number=self._object_number,
             dots=self._dots,
             markers=word,
         )
 
 
-def doubted(found: PoseEstimate, markers: str, *, still: bool) -> PoseEstimate:
+def doubted(
+    found: PoseEstimate, markers: str, *, still: bool, strange: bool = False
+) -> PoseEstimate:
     """What a tracker says of the slopes, with what else is known of the frame.
 
     Args:
@@ -109,9 +116,15 @@ def doubted(found: PoseEstimate, markers: str, *, still: bool) -> PoseEstimate:
             pose is weak.
         still: the frame is that before to the last bit, as no camera's is: where nothing touches,
             nothing can be known of it.
+        strange: nearly all of the frame differs from the blank gel (``recon.contact.is_strange``),
+            so that slopes mean little.
     """
     if found.state == "lost" and still:
         return replace(found, reason="the stream stands still")
-    if found.state != "tracking" or markers in TRUSTED_MARKERS:
+    if found.state != "tracking":
+        return found
+    if strange:
+        return replace(found, state="weak", reason=STRANGE)
+    if markers in TRUSTED_MARKERS:
         return found
     return replace(found, state="weak", reason=f"the dots on the gel: {markers}")

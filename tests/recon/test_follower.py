@@ -88,6 +88,17 @@ def test_only_a_pose_that_was_sure_changes_by_a_word_on_dots(word):
         assert doubted(SURE, trusted, still=False) is SURE
 
 
+def test_a_pose_in_a_frame_that_is_no_touch_s_is_doubted():
+    unit, first = make_unit(SIZE_PX), bead_pair(0)[0]
+    whole = Reconstructor(unit)(255 - unit.background)  # another camera's, say
+    strange = replace(whole, depth_mm=first.depth_mm, gradient=first.gradient)
+    vars(strange)["contact"] = first.contact
+    felt = Follower(unit)(unit.background, strange, 0.0)
+    assert felt.pose.words == "weak: nearly all of the frame differs from the blank gel"
+    assert Follower(unit)(unit.background, first, 0.0).pose.words == "tracking"
+    assert doubted(LOST, "none", still=False, strange=True) is LOST
+
+
 def test_a_frozen_stream_is_told_with_and_without_a_touch():
     unit = make_unit(SIZE_PX)
     follow, first = Follower(unit), bead_pair(0)[0]
