@@ -127,15 +127,12 @@ def _dispatch(words: list[str]) -> int:
 
 def _run(name: str, words: list[str]) -> int:
     """Read the words as the parameters of the subcommand's `main` and call it."""
-    import tyro
-
+    from app._words import understood
     from app._workers import on_one_thread
 
     on_one_thread()
     command = importlib.import_module(f"app.{name}").main
-    result = tyro.cli(
-        command, prog=f"wedge {name}", args=words, config=(tyro.conf.FlagCreatePairsOff,)
-    )
+    result = understood(command, f"wedge {name}", words)()
     return result if isinstance(result, int) else 0
 
 

@@ -52,6 +52,8 @@ def main(
         raise WedgeError("no stream was named: wedge record WHERE... --out FILE.mcap.")
     if unit and len(unit) != len(where):
         raise WedgeError(f"{len(where)} streams but {len(unit)} units: name one for each, or none.")
+    if out.suffix.lower() != ".mcap":
+        raise WedgeError(f"{out} would be a recording: call it {out.stem}.mcap, as readers expect.")
     check_outputs(out, json)
     refuse_few("seconds", seconds)
     sensors = ["wedge"] if len(where) == 1 else [f"wedge{i}" for i in range(len(where))]

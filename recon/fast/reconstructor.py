@@ -43,6 +43,7 @@ from recon.moved import MARGIN_PX, widest_support
 from recon.poisson import Boundary
 from recon.stream.frame import TimedFrame
 from recon.stream.jpeg import decode_jpeg
+from sensor.errors import WedgeError
 from sensor.toml import Pair
 
 BESIDE_DOTS = 4
@@ -107,8 +108,11 @@ class FastReconstructor:
             threads: that share the network's work.
 
         Raises:
-            WedgeError: the background has another size than the unit's frames.
+            WedgeError: the background has another size than the unit's frames, or there is no
+                thread.
         """
+        if threads < 1:
+            raise WedgeError(f"threads must be 1 or more, not {threads}.")
         self.calibration = calibration
         card, unwarp = calibration.card, calibration.unwarp
         self._unwarp = unwarp

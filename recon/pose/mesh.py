@@ -43,6 +43,8 @@ class Mesh:
         if not np.isfinite(self.vertices_mm).all():
             raise WedgeError("the mesh has corners that are not finite: export it anew.")
         size_mm = float(np.ptp(self.vertices_mm, axis=0).max())
+        if size_mm == 0:
+            raise WedgeError("all corners of the mesh are one point: export it anew.")
         if size_mm < SMALLEST_MM:
             raise WedgeError(
                 f"the mesh is only {size_mm:.3g} mm across: it seems to be in metres; "

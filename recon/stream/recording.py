@@ -107,22 +107,26 @@ class McapSource:
         self.unit: dict[str, bytes] = {}
         """The files of the sensor's unit folder, where they are inside."""
         attached: dict[str, bytes] = {}
+        others: set[str] = set()
         self._topic: str | None = None
         for record in self._records():
             kind = type(record).__name__
             if kind == "Attachment":
                 attached[record.name] = record.data
-            elif kind == "Channel" and (
-                record.topic == topic(sensor) if sensor else _is_image(record)
-            ):
-                self._topic = record.topic
+            elif kind == "Channel" and _is_image(record):
+                if sensor is None or record.topic == topic(sensor):
+                    self._topic = record.topic
+                others.add(str(record.topic).split("/")[1])
             if self._topic:
                 break
         if self._topic is None:
             if self.counts.remark:
                 raise WedgeError(f"{path} broke off or is damaged before its first frame.")
-            wanted = f"topic {topic(sensor)}" if sensor else "topic with compressed images"
-            raise WedgeError(f"{path} has no {wanted}.")
+            if others:
+                raise WedgeError(
+                    f"{path} has no {topic(str(sensor))}, but {', '.join(sorted(others))}."
+                )
+            raise WedgeError(f"{path} has no topic with compressed images.")
         owner = self._topic.split("/")[1]
         self.unit = {
             name: attached[f"{owner}/{name}"]

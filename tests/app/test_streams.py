@@ -278,7 +278,9 @@ def test_what_cannot_be_streamed_is_a_sentence(
     assert "name one for each" in refused(
         capsys, "record", clip, clip, "--out", tmp_path / "a.mcap", "--unit", unit
     )
-    assert "exists" in refused(capsys, "record", clip, "--out", clip)
+    assert "call it clip.mcap" in refused(capsys, "record", clip, "--out", clip)
+    (tmp_path / "kept.mcap").write_bytes(b"kept")
+    assert "exists" in refused(capsys, "record", clip, "--out", tmp_path / "kept.mcap")
     assert "must be above zero" in refused(capsys, "replay", clip, "--speed", 0)
     with ScriptedServer(b"") as taken:
         assert "cannot be listened at" in refused(capsys, "replay", clip, "--port", taken.port)

@@ -82,6 +82,11 @@ def test_every_kind_of_frame_gives_the_same() -> None:
         np.testing.assert_allclose(depth, depths[0], atol=1e-6)
 
 
+def test_there_must_be_a_thread() -> None:
+    with pytest.raises(WedgeError, match="threads must be 1 or more, not 0"):
+        FastReconstructor(make_unit((32, 24)), threads=0)
+
+
 @pytest.mark.parametrize("threads", [1, 2])
 def test_a_large_frame_s_slopes_are_asked_for_as_the_reference_does(threads: int) -> None:
     unit = make_unit((640, 480), estimator=random_default())  # steep everywhere: no gel is still

@@ -63,6 +63,8 @@ def test_a_pose_is_found_from_all_sides_and_said_to_be_one_of_several():
 def test_a_mesh_in_metres_is_said():
     with pytest.raises(WedgeError, match="metres"):
         cube(scale=1e-3)
+    with pytest.raises(WedgeError, match="one point"):
+        cube(scale=0)
 
 
 @pytest.mark.parametrize("content", [b"", b"solid\n", b"\0" * 200, b"ply\nformat ascii"])

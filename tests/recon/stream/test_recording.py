@@ -95,6 +95,12 @@ def test_the_unit_travels_inside(tmp_path: Path) -> None:
     assert McapSource(record(tmp_path / "bare.mcap", 1)).save_unit(tmp_path) is None
 
 
+def test_a_sensor_that_is_not_inside_is_told_from_those_that_are(tmp_path: Path) -> None:
+    path = record(tmp_path / "touch.mcap", 3, {"wedge0": None, "wedge1": None})
+    with pytest.raises(WedgeError, match=r"has no /wedge/image_raw/compressed, but wedge0, wedge1"):
+        McapSource(path, "wedge")
+
+
 RECORD_FOREVER = """
 import sys
 from pathlib import Path

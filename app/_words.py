@@ -1,0 +1,102 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The words of a command line as parameters of a subcommand, or what is wrong with them."""
+
+import io
+import os
+import re
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, redirect_stderr
+from functools import partial, wraps
+from itertools import pairwise
+from typing import Any
+
+from sensor.errors import WedgeError
+
+KINDS = {"INT": "no whole number", "FLOAT": "no number, such as 2.42"}
+"""What a value is not, by tyro's word for what it should be."""
+
+RULE = re.compile(r"\s*-{4,}\s*")
+"""Between the parts of a box where the terminal knows ASCII alone."""
+
+
+def understood(command: Callable[..., Any], name: str, words: Sequence[str]) -> Callable[[], Any]:
+    """The subcommand with its parameters, to be called.
+
+    Args:
+        command: its `main`.
+        name: as a person types it, such as `wedge calibrate`.
+        words: what was typed behind the name.
+
+    Raises:
+        WedgeError: says which word is wrong, or what is missing.
+        SystemExit: help was asked for and is printed.
+    """
+    import tyro
+
+    @wraps(command)
+    def given(*values: Any, **named: Any) -> Callable[[], Any]:
+        return partial(command, *values, **named)
+
+    complaint = io.StringIO()
+    try:
+        with redirect_stderr(complaint), _on_one_line(not {"-h", "--help"} & set(words)):
+            call: Callable[[], Any] = tyro.cli(
+                given, prog=name, args=words, config=(tyro.conf.FlagCreatePairsOff,)
+            )
+    except SystemExit as stop:
+        if not stop.code:
+            raise
+        sentence = in_a_sentence(complaint.getvalue(), name)
+        raise WedgeError(f"{sentence} `{name} --help` explains.") from stop
+    return call
+
+
+@contextmanager
+def _on_one_line(wanted: bool) -> Iterator[None]:
+    """Let a complaint have lines of any length, so that no word in it is cut in two."""
+    before = os.environ.get("COLUMNS")
+    if wanted:
+        os.environ["COLUMNS"] = "10000"
+    try:
+        yield
+    finally:
+        if wanted:
+            del os.environ["COLUMNS"]
+        if wanted and before is not None:
+            os.environ["COLUMNS"] = before
+
+
+def in_a_sentence(box: str, name: str) -> str:
+    """What tyro says in a box of several lines."""
+    lines = [line.strip("│╭╮╰╯") for line in box.splitlines()]
+    rules = [i for i, line in enumerate(lines) if "──" in line or RULE.fullmatch(line)]
+    parts = [lines[i + 1 : j] for i, j in pairwise([*rules, len(lines)])]
+    first = " ".join(" ".join(parts[0]).split()) if parts else " ".join(box.split())
+    if first.startswith("Missing from"):
+        return f"`{name}` needs {' and '.join(_entries(parts[0]))}."
+    if found := re.match(r"Unrecognized options: (.*)", first):
+        near = [entry.split()[0] for part in parts[1:] for entry in _entries(part)]
+        guess = f": did you mean {' or '.join(near)}?" if near else "."
+        return f"`{name}` does not know {found[1]}{guess}"
+    if found := re.match(
+        r"invalid choice '(.*)' for argument '(.*)'. Expected one of (.*)\.", first
+    ):
+        choices = ", ".join(re.findall(r"'([^']*)'", found[3]))
+        return f"{found[2]} {found[1]} is none of {choices}."
+    if found := re.match(r"Error parsing (\S+):.*?(?:from \[|: )'([^']*)'", first):
+        form = parts[1][1].split()[-1].removeprefix("{None}|")
+        return f"{found[1]} {found[2]} is {KINDS.get(form, 'no ' + form)}."
+    if found := re.match(r"Missing value for argument '(.*?)'", first):
+        return f"{found[1]} needs a value."
+    return first
+
+
+def _entries(lines: Sequence[str]) -> list[str]:
+    """What a list names: the lines that stand farther out than what explains them."""
+    inset = [len(line) - len(line.lstrip()) for line in lines[1:] if line.strip()]
+    return [
+        line.strip()
+        for line in lines[1:]
+        if line.strip() and len(line) - len(line.lstrip()) == min(inset)
+    ]

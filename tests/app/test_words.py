@@ -1,0 +1,108 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What is wrong with the words of a command line is one sentence, for every subcommand."""
+
+import inspect
+
+import pytest
+
+from app import __main__ as command_line
+from app._words import in_a_sentence, understood
+from sensor.errors import WedgeError
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        ("calibrate", "`wedge calibrate` needs DATASET and --out PATH."),
+        ("calibrate x", "`wedge calibrate` needs --out PATH."),
+        ("calibrate x y --out u", "`wedge calibrate` does not know y."),
+        (
+            "calibrate x --bal 3 --out u",
+            "`wedge calibrate` does not know --bal, 3: did you mean --ball-radius-mm?",
+        ),
+        (
+            "calibrate x --ball-radius-mm 2,42 --out u",
+            "--ball-radius-mm 2,42 is no number, such as 2.42.",
+        ),
+        ("track u v --out o --frames 1.5", "--frames 1.5 is no whole number."),
+        (
+            f"track u v --out o --begin {'long' * 40}",
+            f"--begin {'long' * 40} is no whole number.",
+        ),
+        ("track u v --out o --tracker me", "--tracker me is none of joint, gicp, plane."),
+        ("track u v --out o --frames", "--frames needs a value."),
+        ("data lst", "action lst is none of list, path, import."),
+    ],
+)
+@pytest.mark.parametrize("columns", ["40", "200", None])
+def test_a_wrong_word_is_one_sentence(
+    words: str,
+    sentence: str,
+    columns: str | None,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    if columns is None:
+        monkeypatch.delenv("COLUMNS", raising=False)
+    else:
+        monkeypatch.setenv("COLUMNS", columns)
+    with pytest.raises(SystemExit) as stop:
+        command_line.main(words.split())
+    name = f"wedge {words.split()[0]}"
+    told = (2, ("", f"wedge: {sentence} `{name} --help` explains.\n"))
+    assert (stop.value.code, capsys.readouterr()) == told
+
+
+@pytest.mark.parametrize("name", sorted({*command_line.SUBCOMMANDS} - {"test"}))
+@pytest.mark.parametrize("word", ["--no-such-option", "--json"])
+def test_every_subcommand_says_it_in_a_line(
+    name: str, word: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as stop:
+        command_line.main([name, word])
+    out, err = capsys.readouterr()
+    assert (stop.value.code, out, err.count("\n")) == (2, "", 1)
+    assert err.startswith("wedge: ") and err.endswith(f"`wedge {name} --help` explains.\n")
+    assert word in err or "needs" in err
+
+
+def example(place: str, *, count: int = 1, share: float | None = None) -> tuple[object, ...]:
+    """A subcommand.
+
+    Args:
+        place: where.
+        count: how many.
+        share: how much.
+    """
+    return place, count, share
+
+
+def test_right_words_become_parameters_before_anything_runs() -> None:
+    call = understood(example, "wedge example", ["--place", "here", "--count", "3"])
+    assert call() == ("here", 3, None)
+    assert inspect.signature(example).parameters.keys() == {"place", "count", "share"}
+
+
+def test_what_the_subcommand_itself_says_is_not_taken_for_a_wrong_word() -> None:
+    def stops(place: str) -> None:
+        raise SystemExit(7)
+
+    with pytest.raises(SystemExit, match="7"):
+        understood(stops, "wedge stops", ["--place", "here"])()
+
+
+def test_help_goes_where_help_belongs(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stop:
+        understood(example, "wedge example", ["--help"])
+    out, err = capsys.readouterr()
+    assert not stop.value.code and err == "" and "how many" in out
+
+
+def test_a_complaint_of_no_known_kind_is_told_as_it_is() -> None:
+    assert (
+        in_a_sentence("╭─ New ──╮\n│ Some    \n│  words.│\n╰────────╯", "wedge x") == "Some words."
+    )
+    assert in_a_sentence("no box", "wedge x") == "no box"
+    with pytest.raises(WedgeError, match="explains"):
+        understood(example, "wedge example", [])
