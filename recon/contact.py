@@ -73,7 +73,10 @@ def disturbed_mask(difference: Difference) -> ContactMask:
 
 def disturbed_in(colors: Float32[np.ndarray, "3 h w"]) -> ContactMask:
     """``disturbed_mask`` of a difference image that comes as planes."""
-    smooth = np.stack([cv2.GaussianBlur(plane, (0, 0), SMOOTHING_PX) for plane in colors])
+    smooth = np.zeros_like(colors)
+    for plane, blurred in zip(colors, smooth, strict=True):
+        if plane.any():  # a colour that has no light is zero
+            cv2.GaussianBlur(plane, (0, 0), SMOOTHING_PX, dst=blurred)
     middle = np.array([median(plane) for plane in smooth], np.float32)
     spread = DEVIATION * median(np.abs(smooth - middle[:, None, None]))
     grain = DEVIATION * median(np.abs(np.diff(colors, axis=2))) / np.sqrt(2)

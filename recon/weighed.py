@@ -167,12 +167,18 @@ def cells_change(between: BetweenCells, pitch_mm: Pair, boundary: Boundary) -> C
         spectrum = waves_y @ (root * of) @ waves_x.T
         return np.asarray(root * (waves_y.T @ (inverse * spectrum) @ waves_x))
 
+    rows, columns = residual.shape
+    ringed = np.zeros((rows + 2, columns + 2), np.float32)  # zero beyond the border
+
     def force(depth: Cells) -> Cells:
-        ringed = np.pad(depth, 1)
-        stress_x, stress_y = np.diff(ringed[1:-1], axis=1), np.diff(ringed[:, 1:-1], axis=0)
+        ringed[1:-1, 1:-1] = depth
+        stress_x = ringed[1:-1, 1:] - ringed[1:-1, :-1]
+        stress_y = ringed[1:, 1:-1] - ringed[:-1, 1:-1]
         stress_x *= across
         stress_y *= along
-        return np.asarray(-np.diff(stress_x, axis=1) - np.diff(stress_y, axis=0))
+        resisted = stress_x[:, :-1] - stress_x[:, 1:]
+        resisted -= stress_y[1:] - stress_y[:-1]
+        return resisted
 
     change = np.zeros_like(residual)
     direction = helped(residual)

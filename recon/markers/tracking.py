@@ -130,10 +130,12 @@ class MarkerTracker:
 
     def _smooth(self, moved: Points, fallback: Points) -> Points:
         """What the neighbours of each dot say: their median, or the fallback where all are lost."""
-        values = moved[self._near]
-        known = np.isfinite(values[..., 0]).any(1)
+        values = np.sort(moved[self._near], axis=1)  # those that are lost come last
+        count = np.isfinite(values[..., 0]).sum(1)
+        known = np.flatnonzero(count)
+        below, above = (count[known] - 1) // 2, count[known] // 2
         smooth = fallback.copy()
-        smooth[known] = np.nanmedian(values[known], axis=1)
+        smooth[known] = (values[known, below] + values[known, above]) / 2
         return smooth
 
 
