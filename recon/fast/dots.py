@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float32
 
 from recon.arrays import ContactMask, Unwarped
-from recon.markers.filling import fill_gradients
+from recon.markers.filling import fill_planes
 from recon.markers.tracking import MarkerTracker
 from sensor.toml import Pair
 
@@ -29,14 +29,9 @@ class FrameDots:
         """What the dots hide of a frame, whose difference to the blank frame is filled there."""
         image = np.moveaxis(difference, 0, -1) + self._blank
         hidden = self._tracker.hidden(self._tracker.track(image))
-        _fill(difference, hidden, "harmonic")
+        fill_planes(difference, hidden, "harmonic")
         return hidden
 
     def fill_slopes(self, gradient: Planes, hidden: ContactMask, mm_per_px: Pair) -> None:
         """Fill gradients as the two slopes of one surface."""
-        _fill(gradient, hidden, "surface", mm_per_px)
-
-
-def _fill(field: Planes, hidden: ContactMask, method: str, mm_per_px: Pair = (1.0, 1.0)) -> None:
-    every = np.ascontiguousarray(np.moveaxis(field, 0, -1))
-    field[:] = np.moveaxis(fill_gradients(every, hidden, method, mm_per_px), -1, 0)
+        fill_planes(gradient, hidden, "surface", mm_per_px)

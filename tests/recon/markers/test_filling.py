@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from recon.ball import ball_cap
-from recon.markers.filling import METHODS, OFTEN, fill_gradients, prepare_fill
+from recon.markers.elastic import OFTEN
+from recon.markers.filling import METHODS, fill_gradients, fill_planes, prepare_fill
 from sensor.errors import WedgeError
 
 WIDTH, HEIGHT = 64, 48
@@ -169,6 +170,25 @@ def test_where_most_is_flat_dots_are_filled_as_anywhere(method):
     fill = prepare_fill(hidden, method)
     for _ in range(OFTEN + 2):  # at last by matrices, of some dots alone
         np.testing.assert_allclose(fill(spoiled(field, hidden)), wanted, atol=1e-5)
+
+
+@pytest.mark.parametrize("hidden", [HIDDEN, np.ones_like(HIDDEN)], ids=["dots", "all"])
+@pytest.mark.parametrize("method", METHODS)
+def test_planes_are_filled_in_place_as_fields_are(method, hidden):
+    field = random_field(7)
+    for _ in range(OFTEN + 2):  # at first by solving, at last by matrices
+        planes = np.ascontiguousarray(np.moveaxis(spoiled(field, hidden), -1, 0))
+        fill_planes(planes, hidden, method, (0.1, 0.12))
+        wanted = fill_gradients(field, hidden, method, (0.1, 0.12))
+        np.testing.assert_allclose(np.moveaxis(planes, 0, -1), wanted, atol=1e-5)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_what_is_filled_is_a_new_field(method):
+    planes = np.ascontiguousarray(np.moveaxis(random_field(8), -1, 0))
+    kept = planes.copy()
+    fill_gradients(np.moveaxis(planes, 0, -1), HIDDEN, method)  # a view of planes in a row
+    np.testing.assert_array_equal(planes, kept)
 
 
 def test_an_unknown_way_is_refused_by_name():

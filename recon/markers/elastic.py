@@ -1,0 +1,311 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What stands under a dot as the least energy of a membrane or of plates around it.
+
+A membrane (``harmonic``) or a thin plate (``biharmonic``) is held with springs by the pixels around
+a dot: noise there is averaged, not copied. ``surface`` fills both slopes at once, as two plates
+that must be the slopes of one surface: the curl of a gradient is zero, so what is known of one
+slope says how the other goes on. What such an energy puts under a dot is a fixed matrix times the
+values around it: made once for a shape of dot that comes often, and kept while dots stand still.
+Before, and where dots move, the shape's equations are solved, a band.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+from jaxtyping import Float, Float32, Float64, Int64
+from scipy import ndimage
+from scipy.linalg import cho_solve_banded, cholesky_banded
+from scipy.spatial import KDTree
+
+from recon.arrays import ContactMask
+
+Field = Float[np.ndarray, "h w c"]
+RING_PX: Mapping[str, int] = {"harmonic": 1, "biharmonic": 3, "surface": 2}
+"""How far around a dot pixels are listened to."""
+STIFFNESS: Mapping[str, float] = {"harmonic": 0.05, "biharmonic": 0.3, "surface": 0.1}
+"""Of the membrane or plate against the springs: what noise is averaged over."""
+CURL_STIFFNESS = 10.0
+"""How firmly the two plates of ``surface`` are held to be slopes of one."""
+WIDEST_GROUP = 1.5
+"""Dots whose matrices differ in size by less than this factor are filled in one product."""
+LARGEST_PX = 500
+TILE_PX = 16
+"""Hidden pixels that hang together are cut into tiles of this side where they are more."""
+EVERY_SIDE = np.ones((3, 3), bool)
+
+FEW = 0.3
+"""Share of dots up to which those alone are filled around which not all is zero, as it is around
+most dots of slopes: more are quicker in one product."""
+OFTEN = 3
+"""Fillings of one shape of dot after which its matrix is made, which costs as much as some."""
+
+Block = tuple[Int64[np.ndarray, "k n"], Int64[np.ndarray, "k m"], Float32[np.ndarray, "k n m"]]
+"""Of k dots: places to fill, places listened to, both padded with the dot's own; the matrices."""
+
+
+Planes = Float[np.ndarray, "c h w"]
+
+
+class ElasticFill:
+    """Fills what one arrangement of dots hides."""
+
+    def __init__(
+        self, hidden: ContactMask, method: str, aspect: float, *, repeatable: bool = False
+    ) -> None:
+        """Find the dots.
+
+        Args:
+            hidden: (h, w), true under dots; some pixel is not.
+            method: a key of ``RING_PX``.
+            aspect: of a pixel's height to its width; only ``surface`` asks.
+            repeatable: round alike whatever was filled before, which takes longer.
+        """
+        self._together = 2 if method == "surface" else 1
+        self._repeatable = repeatable
+        self._dots = self._single = _placed_dots(hidden, method, aspect, self._together)
+        self._blocks: list[Block] = []
+        reached = np.zeros(self._together * hidden.size, bool)
+        for dot in self._dots:
+            reached[dot.places] = True
+        # In the midst of a wide hidden area nothing is known within the ring.
+        far = hidden & ~reached[: hidden.size].reshape(hidden.shape)
+        around = ndimage.binary_dilation(hidden, EVERY_SIDE) & ~hidden
+        self._far = nearest_known(far, around) if far.any() else None
+
+    def __call__(self, field: Field) -> Field:
+        """A new field with hidden pixels filled; two slopes, or any values but for ``surface``."""
+        planes = np.array(np.moveaxis(field, -1, 0), order="C")
+        self.in_place(planes)
+        return np.ascontiguousarray(np.moveaxis(planes, 0, -1))
+
+    def in_place(self, planes: Planes) -> None:
+        """Fill the hidden pixels of planes that lie one behind the other."""
+        assert planes.flags.c_contiguous
+        pixels = planes.reshape(len(planes), -1)
+        if self._far is not None:
+            places, sources = self._far
+            pixels[:, places] = pixels[:, sources]
+        if not self._repeatable and any(dot.shape.solved >= OFTEN for dot in self._single):
+            self._single = [dot for dot in self._dots if dot.shape.solved < OFTEN]
+            self._blocks = _blocks([dot for dot in self._dots if dot.shape.solved >= OFTEN])
+        # Of ``surface`` the planes are one column, since each slope tells of both.
+        values = pixels.reshape(-1, 1) if self._together == 2 else pixels.T
+        for places, sources, weights in self._blocks:
+            known = values[sources]
+            some = known.any((1, 2))
+            if some.mean() > FEW:
+                values[places] = weights @ known
+            else:
+                values[places] = 0
+                for one in np.flatnonzero(some):  # no matrix is copied
+                    values[places[one]] = weights[one] @ known[one]
+        for dot in self._single:
+            values[dot.places] = dot.shape.solve(values[dot.sources])
+
+
+def nearest_known(
+    hidden: ContactMask, around: ContactMask
+) -> tuple[Int64[np.ndarray, " n"], Int64[np.ndarray, " n"]]:
+    """Places of hidden pixels, and of those nearest to them of the pixels around dots."""
+    _, chosen = KDTree(np.argwhere(around)).query(np.argwhere(hidden))
+    return np.flatnonzero(hidden), np.flatnonzero(around)[chosen]
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Dot:
+    """A shape at its place."""
+
+    places: Int64[np.ndarray, " n"]
+    sources: Int64[np.ndarray, " m"]
+    """What is filled and what is listened to, as values of the planes."""
+    shape: "_Shape"
+
+
+def _placed_dots(hidden: ContactMask, method: str, aspect: float, together: int) -> list[_Dot]:
+    """Every dot with something known around it; ``together`` values a pixel."""
+    ring_px = RING_PX[method]
+    width = hidden.shape[1]
+    dots = _parts(hidden)
+    found: list[_Dot] = []
+    for number, place in enumerate(ndimage.find_objects(dots), start=1):
+        if place is None:
+            continue
+        top, left = (max(side.start - ring_px, 0) for side in place)
+        window = np.s_[top : place[0].stop + ring_px, left : place[1].stop + ring_px]
+        dot = dots[window] == number
+        known = ndimage.binary_dilation(dot, EVERY_SIDE, iterations=ring_px) & ~hidden[window]
+        if not known.any():
+            continue
+        places, sources = (
+            _in_planes((rows + top) * width + columns + left, hidden.size, together)
+            for rows, columns in map(np.nonzero, (dot, known))
+        )
+        shape = _shape(dot.tobytes(), known.tobytes(), dot.shape, method, aspect)
+        found.append(_Dot(places=places, sources=sources, shape=shape))
+    return found
+
+
+def _each(pixels: Int64[np.ndarray, " n"], together: int) -> Int64[np.ndarray, " m"]:
+    """The ``together`` values of each pixel, one after the other."""
+    return (together * pixels[:, None] + np.arange(together)).ravel()
+
+
+def _in_planes(
+    pixels: Int64[np.ndarray, " n"], size: int, together: int
+) -> Int64[np.ndarray, " m"]:
+    """Where the same values lie in planes of ``size`` pixels, one behind the other."""
+    return (pixels[:, None] + size * np.arange(together)).ravel()
+
+
+def _blocks(dots: list[_Dot]) -> list[Block]:
+    """The matrices of dots, in groups of like size."""
+    groups: list[list[_Dot]] = []
+    for dot in sorted(dots, key=lambda dot: dot.shape.weights.size):
+        if groups and dot.shape.weights.size <= WIDEST_GROUP * groups[-1][0].shape.weights.size:
+            groups[-1].append(dot)
+        else:
+            groups.append([dot])
+    return [_block(group) for group in groups]
+
+
+def _parts(hidden: ContactMask) -> Int64[np.ndarray, "h w"]:
+    """Every dot under its number; many dots that touch, as along an edge, in tiles."""
+    dots, count = ndimage.label(hidden, EVERY_SIDE)
+    sizes = np.bincount(dots.ravel())
+    sizes[0] = 0
+    rows, columns = np.indices(hidden.shape) // TILE_PX
+    tile = rows * (columns.max() + 1) + columns
+    large = (sizes > LARGEST_PX)[dots]
+    return np.where(large, count + 1 + tile, dots).astype(np.int64)
+
+
+def _block(group: list[_Dot]) -> Block:
+    """Dots of like size, padded to the largest: what is filled twice is filled alike."""
+    rows = max(len(dot.places) for dot in group)
+    columns = max(len(dot.sources) for dot in group)
+    weights = np.zeros((len(group), rows, columns), np.float32)
+    for one, dot in zip(weights, group, strict=True):
+        one[: len(dot.places), : len(dot.sources)] = dot.shape.weights
+        one[len(dot.places) :] = one[len(dot.places) - 1]
+    places = np.stack([_padded(dot.places, rows) for dot in group])
+    return places, np.stack([_padded(dot.sources, columns) for dot in group]), weights
+
+
+def _padded(values: Int64[np.ndarray, " n"], count: int) -> Int64[np.ndarray, " count"]:
+    """As many, the last one again and again."""
+    return np.pad(values, (0, count - len(values)), mode="edge")
+
+
+class _Shape:
+    """A dot and its surroundings, wherever they are: the factors of its energy."""
+
+    def __init__(
+        self, factors: Float64[np.ndarray, "b n"], filled: np.ndarray, listened: np.ndarray
+    ) -> None:
+        self._factors, self._filled, self._listened = factors, filled, listened
+        self.solved = 0
+        """How often; a benign race where two threads fill."""
+
+    def solve(self, known: Float[np.ndarray, "m c"]) -> Float64[np.ndarray, "n c"]:
+        """What stands under the dot, from what stands around it."""
+        self.solved += 1
+        pull = np.zeros((self._factors.shape[1], known.shape[1]))
+        pull[self._listened] = known
+        return self._solution(pull)[self._filled]
+
+    @cached_property
+    def weights(self) -> Float32[np.ndarray, "n m"]:
+        """What each value around a dot adds to each value under it."""
+        # The energy is symmetric, so a row of its inverse is a column.
+        rows = self._solution(np.eye(self._factors.shape[1])[:, self._filled]).T
+        return rows[:, self._listened].astype(np.float32)
+
+    def _solution(self, pull: Float64[np.ndarray, "n k"]) -> Float64[np.ndarray, "n k"]:
+        return np.asarray(cho_solve_banded((self._factors, True), pull, check_finite=False))
+
+
+Terms = tuple[np.ndarray, float, np.ndarray]
+"""Places (t, s), a factor and weights (s): of an energy ``factor * (weights @ u[places])^2``."""
+
+
+@lru_cache(maxsize=1024)
+def _shape(dot: bytes, known: bytes, shape: tuple[int, int], method: str, aspect: float) -> _Shape:
+    """The energy of a dot, in factors.
+
+    It is ``sum over known (u - g)^2 + stiffness * sum (differences of u)^2`` over the dot
+    and the pixels around it: first differences for a membrane; second differences, the mixed one
+    twice, for a plate. ``surface`` has two such u, and adds ``stiffness * sum (du_y/dx -
+    du_x/dy)^2``. Where the frame's edge or another dot cuts the surroundings, the energy has fewer
+    terms: a natural border. Pixels are numbered row by row and a term spans three rows at most,
+    so the matrix is a band.
+    """
+    hidden, held = (np.frombuffer(mask, bool).reshape(shape) for mask in (dot, known))
+    together = 2 if method == "surface" else 1
+    number = np.full(shape, -1)
+    number[hidden | held] = np.arange(np.count_nonzero(hidden | held))
+    terms: list[Terms] = [
+        (together * places + part, STIFFNESS[method], weights)
+        for places, weights in (_terms(number, stencil) for stencil in STENCILS[method])
+        for part in range(together)
+    ]
+    if method == "surface":
+        along_x, weights_x = _terms(number, ALONG_X)
+        along_y, weights_y = _terms(number, ALONG_Y)
+        weights = np.concatenate([-weights_y / aspect, weights_x])
+        both = np.concatenate([together * along_y, together * along_x + 1], 1)
+        terms.append((both, CURL_STIFFNESS, weights))
+    filled, listened = (_each(number[mask], together) for mask in (hidden, held))
+    energy = _band(terms, together * (int(number.max()) + 1))
+    energy[0, listened] += 1
+    energy[0] += 1e-9
+    factors = cholesky_banded(energy, overwrite_ab=True, lower=True, check_finite=False)
+    return _Shape(factors, filled, listened)
+
+
+def _band(terms: list[Terms], size: int) -> Float64[np.ndarray, "b n"]:
+    """The sum of all terms as LAPACK's lower band of a symmetric matrix."""
+    rows, columns, values = [], [], []
+    for places, factor, weights in terms:
+        first, second = np.broadcast_arrays(places[:, :, None], places[:, None, :])
+        product = np.broadcast_to(factor * np.outer(weights, weights), first.shape)
+        lower = first >= second
+        rows.append(first[lower])
+        columns.append(second[lower])
+        values.append(product[lower])
+    column = np.concatenate(columns)
+    below = np.concatenate(rows) - column
+    height = int(below.max(initial=0)) + 1
+    sums = np.bincount(below * size + column, np.concatenate(values), height * size)
+    return sums.reshape(height, size)
+
+
+Stencil = tuple[tuple[int, int, float], ...]
+PLATE: tuple[Stencil, ...] = (
+    ((0, 0, 1.0), (0, 1, -2.0), (0, 2, 1.0)),
+    ((0, 0, 1.0), (1, 0, -2.0), (2, 0, 1.0)),
+    ((0, 0, 2**0.5), (0, 1, -(2**0.5)), (1, 0, -(2**0.5)), (1, 1, 2**0.5)),
+)
+STENCILS: Mapping[str, tuple[Stencil, ...]] = {
+    "harmonic": (((0, 0, 1.0), (0, 1, -1.0)), ((0, 0, 1.0), (1, 0, -1.0))),
+    "biharmonic": PLATE,
+    "surface": PLATE,
+}
+"""Differences as (row, column, weight)."""
+ALONG_X: Stencil = ((0, 0, -0.5), (0, 1, 0.5), (1, 0, -0.5), (1, 1, 0.5))
+ALONG_Y: Stencil = ((0, 0, -0.5), (0, 1, -0.5), (1, 0, 0.5), (1, 1, 0.5))
+"""Slopes between four pixels."""
+
+
+def _terms(
+    number: Int64[np.ndarray, "h w"], stencil: Stencil
+) -> tuple[Int64[np.ndarray, "t s"], Float64[np.ndarray, " s"]]:
+    """The numbers at every place where the whole stencil is on numbered pixels; its weights."""
+    padded = np.pad(number, ((0, 2), (0, 2)), constant_values=-1)
+    height, width = number.shape
+    places = np.stack(
+        [padded[row : row + height, column : column + width] for row, column, _ in stencil], -1
+    )
+    return places[(places >= 0).all(-1)], np.array([weight for *_, weight in stencil])
