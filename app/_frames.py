@@ -24,8 +24,11 @@ IMAGES = (".png", ".jpg", ".jpeg")
 
 def is_image(where: str) -> bool:
     """Whether a name is an image file's, or one frame's of an archive."""
-    file, _, index = where.partition("#")
-    return bool(index) or Path(file).suffix.lower() in IMAGES
+    if where.startswith(("http://", "https://")) or Path(where).is_dir():
+        return False
+    if Path(where).suffix.lower() in IMAGES:
+        return True
+    return "#" in where and not Path(where).is_file()
 
 
 def read_checked(name: str, unwarp: "Unwarp") -> "Frame":
@@ -69,26 +72,41 @@ class UnitFrames:
         self._counts = counts
         self._came = self._useless = self._still = 0
         self._flaw = ""
+        self._failed: WedgeError | None = None
         self.live = live
         """Whether they have no end of their own."""
 
     def __iter__(self) -> Iterator[UnitFrame]:
-        """Give each frame that comes."""
+        """Give each frame that comes.
+
+        Raises:
+            WedgeError: the source failed before its first whole frame; later, ``tell`` raises it.
+        """
         import numpy as np
 
         before: Frame | None = None
-        for frame in self._until:
-            self._came += 1
-            if frame.image is None:
-                self._useless += 1
-                self._flaw = self._flaw or f"{frame.name}: {frame.flaw}"
-            elif before is not None and np.array_equal(before, frame.image):
-                self._still += 1
-                frame = replace(frame, still=True)
-            before = frame.image
-            yield frame
-        if self._until.interrupted and not self._came:
+        try:
+            for frame in self._until:
+                self._came += 1
+                if frame.image is None:
+                    self._useless += 1
+                    self._flaw = self._flaw or f"{frame.name}: {frame.flaw}"
+                elif before is not None and np.array_equal(before, frame.image):
+                    self._still += 1
+                    frame = replace(frame, still=True)
+                before = frame.image
+                yield frame
+        except WedgeError as error:
+            if self._counts is None or self._came == self._useless:
+                raise
+            self._failed = error
+        if self.interrupted and self._came == self._useless:
             raise KeyboardInterrupt  # there is nothing to keep
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether Ctrl-C has ended them."""
+        return self._until.interrupted
 
     @property
     def remarks(self) -> list[str]:
@@ -107,14 +125,23 @@ class UnitFrames:
             said.append(f"Damaged and left out: {self._counts.corrupt} parts of the stream.")
         if self._counts is not None and self._counts.remark:
             said.append(self._counts.remark)
-        if self._until.interrupted:
+        if self._failed is not None:
+            said.append(str(self._failed))
+        if self.interrupted:
             said.append(f"Ended by Ctrl-C after {self._came} frames.")
         return said
 
-    def print_remarks(self) -> None:
-        """Say them on stderr."""
+    def tell(self) -> None:
+        """Say them on stderr, once all is written.
+
+        Raises:
+            WedgeError: the source failed after its first frame.
+        """
         for remark in self.remarks:
-            print(remark, file=sys.stderr)
+            if remark != str(self._failed):
+                print(remark, file=sys.stderr)
+        if self._failed is not None:
+            raise self._failed
 
 
 @contextmanager

@@ -13,8 +13,9 @@ from typing import Any
 
 from sensor.errors import WedgeError
 
-KINDS = {"INT": "no whole number", "FLOAT": "no number, such as 2.42"}
-"""What a value is not, by tyro's word for what it should be."""
+KINDS = {"INT": "whole number", "FLOAT": "number"}
+"""Tyro's words for what a value should be."""
+SUCH_AS = {"FLOAT": ", such as 2.42"}
 
 RULE = re.compile(r"\s*-{4,}\s*")
 """Between the parts of a box where the terminal knows ASCII alone."""
@@ -84,12 +85,23 @@ def in_a_sentence(box: str, name: str) -> str:
     ):
         choices = ", ".join(re.findall(r"'([^']*)'", found[3]))
         return f"{found[2]} {found[1]} is none of {choices}."
-    if found := re.match(r"Error parsing (\S+):.*?(?:from \[|: )'([^']*)'", first):
-        form = parts[1][1].split()[-1].removeprefix("{None}|")
-        return f"{found[1]} {found[2]} is {KINDS.get(form, 'no ' + form)}."
+    if found := re.match(r"Error parsing (\S+): (.*)", first):
+        given = re.search(r"instantiated from \[(.*?)\]|: ('.*)$", found[2])
+        values = re.findall(r"'([^']*)", given[0])[::2] if given else []
+        form = parts[1][1].strip().removeprefix(found[1])
+        return f"{found[1]} {_no(values, re.sub(r'{None}[|]|[{}]', '', form).split())}"
     if found := re.match(r"Missing value for argument '(.*?)'", first):
         return f"{found[1]} needs a value."
     return first
+
+
+def _no(values: Sequence[str], forms: Sequence[str]) -> str:
+    """That values are not of the forms that tyro names."""
+    kind = KINDS.get(forms[0], forms[0]) if len(set(forms)) == 1 else " ".join(forms)
+    if len(forms) == 1 and values:
+        return f"{' '.join(values)} is no {kind}{SUCH_AS.get(forms[0], '')}."
+    wanted = f"{len(forms)} {kind}s" if len(forms) > 1 else f"a {kind}"
+    return f"{' '.join(values)} is not {wanted}." if values else f"needs {wanted}."
 
 
 def _entries(lines: Sequence[str]) -> list[str]:

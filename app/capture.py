@@ -83,10 +83,12 @@ def main(
             for timed in source:
                 try:
                     frame = timed.image()
+                    if watcher is not None:
+                        watcher.unwarp.check(frame)
                 except WedgeError as error:
-                    if watcher is None:  # the blank one
+                    if watcher is None and background is None:  # the blank one
                         raise
-                    shown(f"{error} It is passed over.", len(taken), watcher)
+                    shown(f"frame {timed.index} is passed over: {error}", len(taken), watcher)
                     continue
                 if watcher is None:
                     blank = frame if background is None else read_image(background)
@@ -259,13 +261,12 @@ class _Shown:
         self.presses = presses
         self.last = "it gave no frame"
 
-    def __call__(self, words: str, taken: int, watcher: "PressWatcher") -> None:
+    def __call__(self, words: str, taken: int, watcher: "PressWatcher | None") -> None:
         import sys
 
         if words != self.last:
-            coverage = watcher.coverage
-            line = f"{taken:3d}/{self.presses}  pad {coverage.share:4.0%} {coverage}  {words}"
-            print(line, file=sys.stderr, flush=True)
+            pad = "" if watcher is None else f"pad {watcher.coverage.share:4.0%} {watcher.coverage}"
+            print(f"{taken:3d}/{self.presses}  {pad}  {words}", file=sys.stderr, flush=True)
         self.last = words
 
 

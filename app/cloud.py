@@ -126,9 +126,9 @@ def main(
     )
     if len(rows) > SHOWN_ROWS:
         print(f"and {len(rows) - SHOWN_ROWS} more frames")
-    came.print_remarks()
     document = {"unit": str(unit), "form": form, "clouds": rows, "remarks": came.remarks}
     write_json(json, document)
+    came.tell()
 
 
 def _stem(name: str) -> str:

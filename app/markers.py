@@ -134,9 +134,9 @@ def main(
     if len(rows) > SHOWN_ROWS:
         print(f"and {len(rows) - SHOWN_ROWS} more frames, in {out / 'markers.csv'}")
     print(f"Open {out / 'overlay.webp'}")
-    came.print_remarks()
     document = {"unit": str(unit), "markers": markers.card(pitch), "frames": rows}
     write_json(json, {**document, "remarks": came.remarks})
+    came.tell()
 
 
 def _write_frame(

@@ -74,7 +74,10 @@ def main(
         raise (
             errors[0]
             if errors
-            else WedgeError(f"no frame came from {', '.join(s.name for s in sources)}.")
+            else WedgeError(
+                f"no frame came from {', '.join(s.name for s in sources)}."
+                + "".join(f" {s.counts.remark}" for s in sources if s.counts.remark)
+            )
         )
     counts = {sensor: s.counts for sensor, s in zip(sensors, sources, strict=True)}
     for sensor, count in counts.items():
@@ -105,7 +108,7 @@ def _record(
         try:
             for frame in _of_size(sources[sensor], sizes_px.get(sensor)):
                 if frame.flaw:
-                    counts.corrupt, counts.remark = counts.corrupt + 1, frame.flaw
+                    counts.corrupt, counts.remark = counts.corrupt + 1, counts.remark or frame.flaw
                     continue
                 recorder.add(sensor, frame)
         except WedgeError as error:

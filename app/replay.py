@@ -68,6 +68,7 @@ def _serve(source: "FrameSource", address: str, port: int) -> int:
     from recon.stream.jpeg import encode_jpeg
 
     newest, sent = Newest(), 0
+    flaws: set[str] = set()
     try:
         server = StreamServer(address, port, newest, lambda: {"replay": source.name})
     except (ValueError, OverflowError) as error:
@@ -77,8 +78,12 @@ def _serve(source: "FrameSource", address: str, port: int) -> int:
     print(f"http://{shown}:{server.server_address[1]}{STREAM_PATH} (Ctrl-C ends)", flush=True)
     try:
         for frame in source:
+            if frame.index == 0 and flaws and not sent:
+                break  # a whole round gave nothing
             if frame.flaw:
-                print(frame.flaw, file=sys.stderr)
+                if frame.flaw not in flaws:
+                    print(frame.flaw, file=sys.stderr)
+                flaws.add(frame.flaw)
                 continue
             jpeg = frame.jpeg or encode_jpeg(frame.image(), CLIP_QUALITY)
             newest.put(jpeg, time.clock_gettime_ns(time.CLOCK_BOOTTIME))

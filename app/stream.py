@@ -134,8 +134,11 @@ def _watch(
         if frame is not None:
             begun = time.perf_counter()
             if reconstruct is not None:
-                touch = _felt(reconstruct, frame, newest.source.counts, touch)
-                if felt is not None and touch is not None:
+                found = _felt(reconstruct, frame, newest.source.counts, touch)
+                if found is None:
+                    continue
+                touch = found
+                if felt is not None:
                     felt.add(frame, touch)
             since.add(frame, before, 1e3 * (time.perf_counter() - begun))
             before = frame
@@ -146,6 +149,8 @@ def _watch(
             numbers = _numbers(newest, rate, since, touch, felt)
             print(_text(numbers), flush=True)
             since, line_s = _Since(), time.monotonic()
+    if until.interrupted and newest.source.counts.received == 0:
+        raise KeyboardInterrupt  # there is nothing to keep
     if newest.source.counts.received == 0:
         raise WedgeError(f"{newest.source.name} gave no frame.")
     return numbers or _numbers(newest, rate, since, touch, felt)
@@ -163,7 +168,7 @@ def _taken(newest: "Newest", seconds: float | None) -> "Iterator[TimedFrame | No
 def _felt(
     reconstruct: "FastReconstructor", frame: "TimedFrame", counts: "Counts", before: "Touch | None"
 ) -> "Touch | None":
-    """The touch in a frame; of one that cannot be used the touch before, which counts it.
+    """The touch in a frame; none in one that cannot be used, which is counted.
 
     Raises:
         WedgeError: the first one cannot be used.
@@ -174,7 +179,7 @@ def _felt(
         if before is None:
             raise
         counts.corrupt, counts.remark = counts.corrupt + 1, str(error)
-        return before
+        return None
 
 
 @dataclass

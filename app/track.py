@@ -135,8 +135,12 @@ def main(
             found.append(pose)
             rows.append(_row(index, frame.time_ns, pose, markers))
             show(len(found) / (frames or len(found) + 1), pose.state)
+        if came.interrupted and clip.empty:
+            raise KeyboardInterrupt  # there is nothing to keep
         if not found:
             raise WedgeError(f"{source} holds no frame" + (f" {begin}." if begin else "."))
+        if clip.empty:
+            raise WedgeError(f"{source} holds no whole frame from {begin} on.")
         _write(folder, rows, found, Path(source).name)
         write_atomic(folder / "overlay.webp", clip.webp())
     counts = Counter((item.state, item.reason) for item in found)
@@ -148,11 +152,11 @@ def main(
     for word, count in misfit.most_common():
         print(f"The dots on the gel, in {count} of {len(rows)} frames: {word}")
     print(f"Open {out / 'overlay.webp'}")
-    came.print_remarks()
     keys = COLUMNS.split(",")
     poses = [dict(zip(keys, row, strict=True)) for row in rows]
     document = {"unit": str(unit), "source": source, "tracker": tracker, "poses": poses}
     write_json(json, {**document, "remarks": came.remarks})
+    came.tell()
 
 
 def _pose(path: Path) -> "np.ndarray":

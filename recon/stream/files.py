@@ -22,8 +22,10 @@ os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # a line for each damaged
 IMAGES = (".png", ".jpg", ".jpeg")
 FOLDER_FPS = 30.0
 """Images of a folder bear no times: they follow each other so quickly."""
+COUNTED = (".avi", ".mp4", ".mov")
+"""Videos that name how many frames they hold; of others it is what their length would hold."""
 LEAST_SHARE = 0.97
-"""Of the frames that a video names can be read unless it broke off: some count by their length."""
+"""Of the frames that a video names can be read unless it broke off."""
 PRESSES_FPS = 1.0
 """Frames of a dataset have nothing to do with each other."""
 
@@ -54,11 +56,11 @@ class _Pixels(ABC):
 
     def __iter__(self) -> Iterator[TimedFrame]:
         """Give each frame in turn."""
-        for time_ns, found in self._images():
+        for index, (time_ns, found) in enumerate(self._images()):
             if self._closed.is_set():
                 return
             arrived_ns = time.time_ns()
-            index, self.counts.received = self.counts.received, self.counts.received + 1
+            self.counts.received += not isinstance(found, WedgeError)
             yield TimedFrame(
                 index=index,
                 time_ns=arrived_ns if self.live else time_ns,
@@ -125,7 +127,8 @@ class VideoSource(_Pixels):
             while (read := capture.read())[0]:
                 yield round(index * 1e9 / self._fps), cv2.cvtColor(read[1], cv2.COLOR_BGR2RGB)
                 index += 1
-            if index < LEAST_SHARE * self.frames:
+            counted = self._path.suffix.lower() in COUNTED
+            if counted and index < LEAST_SHARE * self.frames:
                 self.counts.remark = (
                     f"{self.name} breaks off: {index} of the {self.frames} frames that it names "
                     "could be read."

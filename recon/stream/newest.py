@@ -3,6 +3,7 @@
 """The newest frame of a live source: who is slow skips frames and is never behind."""
 
 import threading
+import time
 from collections.abc import Iterator
 
 from recon.stream.frame import FrameSource, TimedFrame
@@ -52,9 +53,11 @@ class Newest:
         Raises:
             WedgeError: the source has failed.
         """
+        until_s = None if timeout_s is None else time.monotonic() + timeout_s
         while True:
+            left_s = None if until_s is None else max(0.0, until_s - time.monotonic())
             with self._changed:
-                self._changed.wait_for(lambda: self._frame is not None or self._ended, timeout_s)
+                self._changed.wait_for(lambda: self._frame is not None or self._ended, left_s)
                 frame, self._frame = self._frame, None
                 if frame is None and self._error is not None:
                     raise self._error

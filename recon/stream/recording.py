@@ -120,12 +120,11 @@ class McapSource:
             if self._topic:
                 break
         if self._topic is None:
+            if others:
+                inside = ", ".join(sorted(others))
+                raise WedgeError(f"{path} has no {topic(str(sensor))}, but {inside}.")
             if self.counts.remark:
                 raise WedgeError(f"{path} broke off or is damaged before its first frame.")
-            if others:
-                raise WedgeError(
-                    f"{path} has no {topic(str(sensor))}, but {', '.join(sorted(others))}."
-                )
             raise WedgeError(f"{path} has no topic with compressed images.")
         owner = self._topic.split("/")[1]
         self.unit = {

@@ -25,13 +25,15 @@ def test_a_folder_of_frames_becomes_a_dataset(tmp_path: Path) -> None:
         (frames / f"{index:02d}.png").write_bytes((like.folder / name).read_bytes())
     (frames / "99.png").write_bytes((like.folder / "background.png").read_bytes())
     (frames / "02b.png").write_bytes((frames / "02.png").read_bytes()[:99])
+    write_image(frames / "02c.png", np.zeros((8, 8, 3), np.uint8))
     out = tmp_path / "out"
     words = ("capture", str(frames), "--like", str(like.folder), "--out", str(out))
     command = [sys.executable, "-P", "-m", "app", *words]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert "no contact" in done.stderr
-    assert "02b.png" in done.stderr and "It is passed over." in done.stderr
+    assert "02b.png" in done.stderr and "is passed over: " in done.stderr
+    assert "is passed over: the frame is 8x8 pixels" in done.stderr
     captured = read_dataset(out)
     assert len(captured.labels) == len(like.labels)
     for label, truth in zip(captured.labels, like.labels, strict=True):

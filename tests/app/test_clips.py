@@ -5,16 +5,20 @@
 import csv
 import json
 import signal
+from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from app._frames import is_image
 from recon.images import read_image, write_image
 from recon.markers.tracking import MarkerTracker
 from recon.pipeline import Reconstructor
-from recon.stream import McapSource, Recorder, TimedFrame
+from recon.stream import FolderSource, McapSource, Recorder, TimedFrame
 from recon.stream.jpeg import encode_jpeg
+from sensor.errors import WedgeError
 from tests.app.test_streams import refused, run
 from tests.app.test_touch_commands import PLACES, make_unit, with_dots
 from tests.recon.stream.servers import write_clip
@@ -177,6 +181,84 @@ def test_ctrl_c_keeps_what_was_done(
         signal.signal(signal.SIGINT, before)
     assert len(written) == 3
     assert document["remarks"] == ["Ended by Ctrl-C after 3 frames."]
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_ctrl_c_before_anything_is_whole_leaves_nothing(
+    command: str, unit: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    clip = recorded(tmp_path / "clip.mcap", [b"no JPEG"] * 4)
+
+    def interrupted(*_: object) -> object:
+        signal.raise_signal(signal.SIGINT)
+        raise WedgeError("it is damaged")
+
+    monkeypatch.setattr(TimedFrame, "image", interrupted)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        assert run(command, unit, clip, "--out", tmp_path / "out") == 130
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert not list((tmp_path / "out").glob("*"))
+
+
+def test_where_no_frame_is_whole_from_the_beginning_on_there_is_no_track(
+    unit: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    jpegs = [encode_jpeg(image, 95) for image in pictures(unit)]
+    clip = recorded(tmp_path / "clip.mcap", jpegs[:2] + [jpeg[:99] for jpeg in jpegs])
+    words = ("track", unit, clip, "--begin", 2, "--out", tmp_path / "out")
+    assert "holds no whole frame from 2 on" in refused(capsys, *words)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_camera_that_is_unplugged_costs_what_it_would_have_given(
+    command: str,
+    unit: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    for i, image in enumerate(pictures(unit)):
+        write_image(tmp_path / "clip" / f"{i}.png", image)
+    usual = FolderSource._images
+
+    def unplugged(source: FolderSource) -> Iterator[object]:
+        yield from islice(usual(source), 3)
+        raise WedgeError("was it unplugged?")
+
+    monkeypatch.setattr(FolderSource, "_images", unplugged)
+    out, told = tmp_path / "out", tmp_path / "told.json"
+    sentence = refused(capsys, command, unit, tmp_path / "clip", "--out", out, "--json", told)
+    assert sentence == "wedge: was it unplugged?"
+    document = json.loads(told.read_text())
+    assert document["remarks"] == ["was it unplugged?"]
+    assert len(rows(out, document, command)) == 3
+
+
+@pytest.mark.parametrize(
+    ("where", "is_one"),
+    [
+        ("press.png", True),
+        ("run#1/press.JPG", True),
+        ("frames.npz#17", True),
+        ("clip.mp4", False),
+        ("folder", False),
+        ("folder#1", False),
+        ("clip#2.mp4", False),
+        ("http://10.55.0.1/stream.jpg", False),
+        ("usb:0", False),
+    ],
+)
+def test_an_image_is_told_from_what_gives_a_stream(
+    where: str, is_one: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for folder in ("folder", "folder#1"):
+        Path(folder).mkdir()
+    Path("clip#2.mp4").write_bytes(b"")
+    assert is_image(where) is is_one
 
 
 def test_markers_that_fail_leave_an_earlier_run_whole(

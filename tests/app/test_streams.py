@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 
+import app.stream
 import recon.stream
 from app.__main__ import main
 from app._sources import Rate
@@ -158,9 +159,13 @@ def test_a_frame_of_another_size_is_counted_and_watched_on(
     folder, numbers = images_of(tmp_path / "images", unit, 5), tmp_path / "numbers.json"
     write_image(folder / "3.png", np.zeros((8, 8, 3), np.uint8))
     words = ("stream", folder, "--unit", unit, "--json", numbers)
-    assert run(*words) == 0
+    kept = tmp_path / "felt.mcap"
+    assert run(*words, "--mcap", kept) == 0
     told = json.loads(numbers.read_text())
     assert (told["received"], told["corrupt"]) == (5, 1)
+    with kept.open("rb") as stream:
+        messages = make_reader(stream).iter_messages("/wedge/pose_state")
+        assert sum(1 for _ in messages) == 4  # nothing is said of the frame that says nothing
     assert "8x8 pixels, not 160x120" in told["remark"]
     write_image(folder / "0.png", np.zeros((8, 8, 3), np.uint8))
     assert "8x8 pixels, not 160x120" in refused(capsys, *words)
@@ -197,6 +202,13 @@ def test_ctrl_c_ends_a_stream_and_its_numbers_are_written(
     finally:
         signal.signal(signal.SIGINT, before)
     assert json.loads(numbers.read_text())["received"] == 1
+    monkeypatch.setattr(Rate, "tick", usual)
+    monkeypatch.setattr(app.stream, "_taken", lambda *_: iter([signal.raise_signal(signal.SIGINT)]))
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        assert run("stream", folder) == 130  # nothing had come
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def test_a_damaged_image_is_neither_recorded_nor_sent(
@@ -205,10 +217,15 @@ def test_a_damaged_image_is_neither_recorded_nor_sent(
     folder, out = images_of(tmp_path / "images", unit, 4), tmp_path / "touch.mcap"
     (folder / "1.png").write_bytes((folder / "1.png").read_bytes()[:80])
     assert run("record", folder, "--out", out) == 0
-    assert "corrupt 1" in (said := capsys.readouterr().out) and "1.png" in said
+    assert "3 frames, dropped 0, corrupt 1" in (said := capsys.readouterr().out)
+    assert "1.png" in said
     assert len(list(McapSource(out))) == 3
     assert run("replay", folder, "--port", 0) == 0
     assert "1.png" in capsys.readouterr().err
+    for path in folder.iterdir():
+        path.write_bytes(b"no PNG")
+    assert "0.png" in refused(capsys, "record", folder, "--out", tmp_path / "none.mcap")
+    assert "holds no frame" in refused(capsys, "replay", folder, "--port", 0, "--repeat")
 
 
 def test_a_stream_that_fails_leaves_the_other_s_recording_alone(

@@ -32,6 +32,9 @@ from sensor.errors import WedgeError
         ),
         ("track u v --out o --tracker me", "--tracker me is none of joint, gicp, plane."),
         ("track u v --out o --frames", "--frames needs a value."),
+        ("data import x --pad-size-mm 1 b", "--pad-size-mm 1 b is not 2 numbers."),
+        ("data import x --pad-size-mm 1", "--pad-size-mm 1 is not 2 numbers."),
+        ("data import x --pad-size-mm", "--pad-size-mm needs 2 numbers."),
         ("data lst", "action lst is none of list, path, import."),
     ],
 )

@@ -56,6 +56,11 @@ class Clip:
             self._pictures = self._pictures[::2]
             self._every *= 2
 
+    @property
+    def empty(self) -> bool:
+        """Whether none came."""
+        return not self._pictures
+
     def webp(self) -> bytes:
         """The pictures as one moving WebP; there must be one."""
         return clip_bytes(self._pictures)

@@ -67,6 +67,7 @@ def test_an_image_that_cannot_be_read_says_why_and_ends_nothing(tmp_path: Path) 
     with open_source(folder) as source:
         frames = list(source)
     assert [frame.index for frame in frames] == [0, 1, 2, 3]
+    assert source.counts.received == 3
     assert [bool(frame.flaw) for frame in frames] == [False, True, False, False]
     with pytest.raises(WedgeError, match=r"frame2\.png"):
         frames[1].image()
@@ -88,6 +89,10 @@ def test_a_video_that_breaks_off_says_so_and_its_decoder_nothing(
         said = f"{clip} breaks off: {frames} of the 30 frames that it names could be read."
         assert remark == ("" if clip is whole else said)
     assert 0 < frames < 30
+    by_length = write_clip(tmp_path / "clip.mkv", 30)  # which names no number of frames
+    by_length.write_bytes(by_length.read_bytes()[: int(0.6 * by_length.stat().st_size)])
+    with open_source(by_length) as source:
+        assert len(list(source)) < 30 and source.counts.remark == ""
     assert capfd.readouterr() == ("", "")
 
 

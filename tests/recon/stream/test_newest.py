@@ -88,6 +88,22 @@ def test_what_fails_in_the_thread_is_raised_where_frames_are_asked_for() -> None
         next(frames)
 
 
+def test_who_waits_for_so_long_does_not_wait_longer_for_damaged_frames() -> None:
+    class Spoilt(Counter):
+        def __iter__(self) -> Iterator[TimedFrame]:
+            while not self.closed.wait(0.001):
+                yield TimedFrame(index=0, time_ns=0, arrived_ns=0, jpeg=b"no JPEG")
+
+        closed = threading.Event()
+
+        def close(self) -> None:
+            self.closed.set()
+
+    with Newest(Spoilt()) as newest:
+        assert newest.take(timeout_s=0.05) is None
+        assert newest.source.counts.corrupt > 0
+
+
 def test_a_jpeg_damaged_within_is_passed_over() -> None:
     with Newest(Counter(damaged=1)) as newest:
         newest.source.give(1)

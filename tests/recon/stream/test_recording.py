@@ -80,6 +80,9 @@ def test_a_recording_comes_back_as_it_went_in(tmp_path: Path) -> None:
         assert [f.time_ns for f in frames] == [frame(i).time_ns for i in range(70)]
     with pytest.raises(WedgeError, match="has no /middle/image_raw/compressed, but left, right"):
         McapSource(path, "middle")
+    path.write_bytes(path.read_bytes()[: path.stat().st_size * 95 // 100])
+    with pytest.raises(WedgeError, match="but left, right"):
+        McapSource(path, "middle")
 
 
 def test_the_unit_travels_inside(tmp_path: Path) -> None:
