@@ -78,12 +78,15 @@ def disturbed_in(colors: Float32[np.ndarray, "3 h w"]) -> ContactMask:
         if plane.any():  # a colour that has no light is zero
             cv2.GaussianBlur(plane, (0, 0), SMOOTHING_PX, dst=blurred)
     middle = np.array([median(plane) for plane in smooth], np.float32)
-    spread = DEVIATION * median(np.abs(smooth - middle[:, None, None]))
-    grain = DEVIATION * median(np.abs(np.diff(colors, axis=2))) / np.sqrt(2)
+    away = smooth - middle[:, None, None]
+    spread = DEVIATION * median(np.abs(away, out=away))
+    steps = np.diff(colors, axis=2)
+    grain = DEVIATION * median(np.abs(steps, out=steps)) / np.sqrt(2)
     smooth_grain = grain / (2 * np.sqrt(np.pi) * SMOOTHING_PX)  # white noise after the blur
     least, changed = least_change(spread, smooth_grain), np.zeros(colors.shape[1:], bool)
     for plane, drift in zip(smooth, drift_of(middle), strict=True):
-        changed |= np.abs(plane - drift) > least
+        plane -= drift
+        changed |= np.abs(plane, out=plane) > least
     return large_patches(changed)
 
 

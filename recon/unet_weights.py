@@ -66,7 +66,9 @@ def load_weights(path: Path, purpose: Purpose = MISSING_AXIS) -> unet.Weights:
             made = json.loads((file.metadata() or {}).get(purpose.name, "{}"))
             weights = {name: file.get_tensor(name) for name in file.keys()}
     except (OSError, SafetensorError, json.JSONDecodeError) as error:
-        raise WedgeError(f"{path} cannot be read as network weights: {error}.") from error
+        raise WedgeError(
+            f"{path} cannot be read as network weights: {error}; install it again."
+        ) from error
     version = made.get("version", "unknown") if isinstance(made, dict) else "unknown"
     if version != purpose.version:
         raise WedgeError(

@@ -20,19 +20,10 @@ def write_atomic(path: Path, content: bytes) -> None:
     Raises:
         WedgeError: the disk is full, read-only or the folder cannot be made.
     """
-    temporary = _hidden_sibling(path)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with temporary.open("xb") as stream:
-            stream.write(content)
-            stream.flush()
-            os.fsync(stream.fileno())
-        temporary.replace(path)
-    except OSError as error:
-        raise WedgeError(f"{path} cannot be written: {error.strerror}.") from error
-    finally:
-        with suppress(OSError):
-            temporary.unlink(missing_ok=True)
+    with new_file(path) as temporary, temporary.open("xb") as stream:
+        stream.write(content)
+        stream.flush()
+        os.fsync(stream.fileno())
 
 
 @contextmanager
@@ -43,10 +34,11 @@ def new_file(path: Path) -> Iterator[Path]:
     file that was there stays.
 
     Raises:
-        WedgeError: the file cannot be put in place.
+        WedgeError: the disk is full, read-only or the folder cannot be made.
     """
     temporary = _hidden_sibling(path)
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
         with _called(path, temporary):
             yield temporary
         temporary.replace(path)

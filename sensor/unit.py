@@ -9,7 +9,7 @@ arrays, which ``recon`` reads and writes.
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, cast, get_args
+from typing import Any, Literal, NoReturn, cast, get_args
 
 from sensor.dataset import LARGEST_SIDE_PX, corners, lights
 from sensor.errors import WedgeError
@@ -78,6 +78,17 @@ class UnitCard:
     """Dots of the blank gel: ``count``, ``spacing_mm``, ``diameter_mm``; ``None``: it has none."""
 
 
+def refuse_no_unit(folder: Path) -> NoReturn:
+    """Say what is where a unit folder should be.
+
+    Raises:
+        WedgeError: always.
+    """
+    if not folder.exists():
+        raise WedgeError(f"{folder} is not there: name a unit folder; `wedge calibrate` makes one.")
+    raise WedgeError(f"{folder} is not a unit folder: it has no unit.toml; run wedge calibrate.")
+
+
 def read_unit_card(folder: Path) -> UnitCard:
     """Read ``unit.toml`` of a unit folder.
 
@@ -86,9 +97,7 @@ def read_unit_card(folder: Path) -> UnitCard:
     """
     path = folder / "unit.toml"
     if not path.is_file():
-        raise WedgeError(
-            f"{folder} is not a unit folder: it has no unit.toml; run wedge calibrate."
-        )
+        refuse_no_unit(folder)
     try:
         return _card(read_toml(path))
     except WedgeError as error:

@@ -16,7 +16,7 @@ from recon.stream.mcap_file import MAGIC, McapFile, mcap_records
 from recon.stream.ros import COMPRESSED_IMAGE, FORMAT, CompressedImage
 from sensor.dataset import LENS_FILE
 from sensor.errors import WedgeError
-from sensor.unit import BACKGROUND_FILE, GRADIENTS_FILE
+from sensor.unit import BACKGROUND_FILE, GRADIENTS_FILE, refuse_no_unit
 
 UNIT_FILES = ("unit.toml", BACKGROUND_FILE, GRADIENTS_FILE, LENS_FILE)
 """Attached as SENSOR/unit.toml and so on."""
@@ -218,6 +218,6 @@ def _is_image(channel: Any) -> bool:
 
 def _unit_files(sensor: str, folder: Path) -> dict[str, bytes]:
     if not (folder / "unit.toml").is_file():
-        raise WedgeError(f"{folder} is not a unit folder: it has no unit.toml.")
+        refuse_no_unit(folder)
     files = {name: folder / name for name in UNIT_FILES if (folder / name).is_file()}
     return {f"{sensor}/{name}": path.read_bytes() for name, path in files.items()}
