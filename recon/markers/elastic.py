@@ -63,47 +63,76 @@ class ElasticFill:
             aspect: of a pixel's height to its width; only ``surface`` asks.
             repeatable: round alike whatever was filled before, which takes longer.
         """
-        self._together = 2 if method == "surface" else 1
+        self._together, self._size = 2 if method == "surface" else 1, hidden.size
         self._repeatable = repeatable
         self._dots = self._single = _placed_dots(hidden, method, aspect, self._together)
         self._blocks: list[Block] = []
+        self._plane_blocks: list[Block] = []
         reached = np.zeros(self._together * hidden.size, bool)
         for dot in self._dots:
             reached[dot.places] = True
         # In the midst of a wide hidden area nothing is known within the ring.
-        far = hidden & ~reached[: hidden.size].reshape(hidden.shape)
+        far = hidden & ~reached[:: self._together].reshape(hidden.shape)
         around = ndimage.binary_dilation(hidden, EVERY_SIDE) & ~hidden
         self._far = nearest_known(far, around) if far.any() else None
 
     def __call__(self, field: Field) -> Field:
         """A new field with hidden pixels filled; two slopes, or any values but for ``surface``."""
-        planes = np.array(np.moveaxis(field, -1, 0), order="C")
-        self.in_place(planes)
-        return np.ascontiguousarray(np.moveaxis(planes, 0, -1))
+        filled = np.array(field, order="C")
+        self._prepare_matrices()
+        if self._far is not None:
+            places, sources = self._far
+            pixels = filled.reshape(self._size, -1)
+            pixels[places] = pixels[sources]
+        values = filled.reshape(self._size * self._together, -1)
+        for block in self._blocks:
+            _multiply(values, block)
+        for dot in self._single:
+            values[dot.places] = dot.shape.solve(values[dot.sources])
+        return filled
 
     def in_place(self, planes: Planes) -> None:
         """Fill the hidden pixels of planes that lie one behind the other."""
         assert planes.flags.c_contiguous
+        self._prepare_matrices()
         pixels = planes.reshape(len(planes), -1)
         if self._far is not None:
             places, sources = self._far
             pixels[:, places] = pixels[:, sources]
-        if not self._repeatable and any(dot.shape.solved >= OFTEN for dot in self._single):
-            self._single = [dot for dot in self._dots if dot.shape.solved < OFTEN]
-            self._blocks = _blocks([dot for dot in self._dots if dot.shape.solved >= OFTEN])
-        # Of ``surface`` the planes are one column, since each slope tells of both.
-        values = pixels.reshape(-1, 1) if self._together == 2 else pixels.T
-        for places, sources, weights in self._blocks:
-            known = values[sources]
-            some = known.any((1, 2))
-            if some.mean() > FEW:
-                values[places] = weights @ known
-            else:
-                values[places] = 0
-                for one in np.flatnonzero(some):  # no matrix is copied
-                    values[places[one]] = weights[one] @ known[one]
+        values = pixels.T if self._together == 1 else pixels.reshape(-1, 1)
+        for block in self._plane_blocks:
+            _multiply(values, block)
         for dot in self._single:
-            values[dot.places] = dot.shape.solve(values[dot.sources])
+            known = values[self._in_planes(dot.sources)]
+            values[self._in_planes(dot.places)] = dot.shape.solve(known)
+
+    def _prepare_matrices(self) -> None:
+        """Make them of the shapes that have come often by now."""
+        if self._repeatable or all(dot.shape.solved < OFTEN for dot in self._single):
+            return
+        self._single = [dot for dot in self._dots if dot.shape.solved < OFTEN]
+        self._blocks = _blocks([dot for dot in self._dots if dot.shape.solved >= OFTEN])
+        self._plane_blocks = [
+            (self._in_planes(places), self._in_planes(sources), weights)
+            for places, sources, weights in self._blocks
+        ]
+
+    def _in_planes(self, values: Int64[np.ndarray, "*n"]) -> Int64[np.ndarray, "*n"]:
+        """Where values that lie beside each other in pixels lie in planes."""
+        return values % self._together * self._size + values // self._together
+
+
+def _multiply(values: Float[np.ndarray, "_ _"], block: Block) -> None:
+    """Fill dots by their matrices."""
+    places, sources, weights = block
+    known = values[sources]
+    some = known.any((1, 2))
+    if some.mean() > FEW:
+        values[places] = weights @ known
+    else:
+        values[places] = 0
+        for one in np.flatnonzero(some):  # no matrix is copied
+            values[places[one]] = weights[one] @ known[one]
 
 
 def nearest_known(
@@ -120,7 +149,7 @@ class _Dot:
 
     places: Int64[np.ndarray, " n"]
     sources: Int64[np.ndarray, " m"]
-    """What is filled and what is listened to, as values of the planes."""
+    """What is filled and what is listened to, where the values of a pixel lie side by side."""
     shape: "_Shape"
 
 
@@ -140,7 +169,7 @@ def _placed_dots(hidden: ContactMask, method: str, aspect: float, together: int)
         if not known.any():
             continue
         places, sources = (
-            _in_planes((rows + top) * width + columns + left, hidden.size, together)
+            _each((rows + top) * width + columns + left, together)
             for rows, columns in map(np.nonzero, (dot, known))
         )
         shape = _shape(dot.tobytes(), known.tobytes(), dot.shape, method, aspect)
@@ -151,13 +180,6 @@ def _placed_dots(hidden: ContactMask, method: str, aspect: float, together: int)
 def _each(pixels: Int64[np.ndarray, " n"], together: int) -> Int64[np.ndarray, " m"]:
     """The ``together`` values of each pixel, one after the other."""
     return (together * pixels[:, None] + np.arange(together)).ravel()
-
-
-def _in_planes(
-    pixels: Int64[np.ndarray, " n"], size: int, together: int
-) -> Int64[np.ndarray, " m"]:
-    """Where the same values lie in planes of ``size`` pixels, one behind the other."""
-    return (pixels[:, None] + size * np.arange(together)).ravel()
 
 
 def _blocks(dots: list[_Dot]) -> list[Block]:
