@@ -39,15 +39,15 @@ def test_amid_an_item_it_is_worked_on_to_its_end_and_no_other_comes() -> None:
 def test_while_the_next_is_awaited_it_ends_at_once_and_the_source_lets_go() -> None:
     closed = []
 
-    def endless() -> Iterator[int]:
+    def source() -> Iterator[int]:
         try:
             yield 1
-            while True:
-                signal.raise_signal(signal.SIGINT)
+            signal.raise_signal(signal.SIGINT)
+            yield from range(2, 5)
         finally:
             closed.append(True)
 
-    until = UntilInterrupted(endless())
+    until = UntilInterrupted(source())
     assert list(until) == [1]
     assert until.interrupted and closed == [True]
 
