@@ -67,6 +67,7 @@ class Watcher:
         """Time in seconds, deepest point and contact area."""
         self.frame: Frame | None = None
         self.watched_s = 0.0
+        self._unwarp = unit.unwarp if unit else None
         self._background: Frame | None = None
         self._follower: Follower | None = None
         self._view = PoseView()
@@ -146,6 +147,8 @@ class Watcher:
             self.frame = frame = timed.image()
             if timed.latency_ms is not None:
                 latencies_ms.append(timed.latency_ms)
+            if not self._fits(frame):
+                continue
             if self._background is None and self.unit is None:
                 self._background = frame
             if self._collected(frame):
@@ -168,10 +171,23 @@ class Watcher:
         self._follower, self._view = Follower(self.unit, self._background), PoseView()
         return FastReconstructor(self.unit, self._background)
 
+    def _fits(self, frame: Frame) -> bool:
+        """Whether the frame has the unit's size; where not, that is said until one has."""
+        if self._unwarp is None:
+            return True
+        try:
+            self._unwarp.check(frame)
+        except WedgeError as error:
+            self.error = str(error)
+            return False
+        return True
+
     def _collected(self, frame: Frame) -> bool:
         """Whether a new background is there now."""
         if self._taken is None:
             return False
+        if self._taken and self._taken[0].shape != frame.shape:
+            self._taken.clear()
         self._taken.append(frame)
         if len(self._taken) < BACKGROUND_FRAMES:
             return False

@@ -58,7 +58,7 @@ def main(words: list[str] | None = None) -> int:
     spin = threading.Thread(target=rclpy.spin, args=(node,), daemon=True)
     spin.start()  # answers questions about parameters
     log = node.get_logger()
-    remark = ""
+    remark, fits = "", False
     try:
         reconstruct = FastReconstructor.load(unit) if unit else None
         with Newest(open_source(source)) as newest:
@@ -70,9 +70,17 @@ def main(words: list[str] | None = None) -> int:
                 if frame is None:
                     continue
                 frames.publish(compressed_message(CompressedImage(), frame, frame_id))
-                if reconstruct is not None and depths is not None:
+                if reconstruct is None or depths is None:
+                    continue
+                try:
                     depth_mm = reconstruct(frame).depth_mm
-                    depths.publish(depth_message(Image(), frame, depth_mm, frame_id))
+                except WedgeError as error:
+                    if not fits:  # not one frame is odd, but the unit another sensor's
+                        raise
+                    log.warning(f"no depth of one frame: {error}")
+                    continue
+                fits = True
+                depths.publish(depth_message(Image(), frame, depth_mm, frame_id))
     except WedgeError as error:
         log.error(str(error))
         return 2

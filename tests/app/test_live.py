@@ -22,10 +22,11 @@ from playwright.sync_api import Page, sync_playwright
 from app.__main__ import main
 from app.pages import pictures
 from app.pages.live import HISTORY_S, sparkline
-from app.pages.watching import Watcher
+from app.pages.watching import BACKGROUND_FRAMES, Watcher
 from recon.calibration import calibrate
 from recon.images import read_image, write_image
 from recon.presses import read_presses
+from recon.stream import Counts, TimedFrame
 from recon.stream.jpeg import decode_jpeg
 from tests.recon.fast.units import make_unit, pressed
 from tests.recon.stream.servers import free_port
@@ -182,6 +183,64 @@ def test_a_frame_of_another_size_stops_that_sensor_alone(tmp_path: Path) -> None
     finally:
         for watcher in watchers:
             watcher.close()
+
+
+class _OneByOne:
+    """A source of these frames; each comes when the one before was looked at."""
+
+    name, live = "one by one", True
+
+    def __init__(self, *frames: np.ndarray) -> None:
+        self.counts, self.frames, self.next = Counts(), frames, threading.Semaphore(0)
+
+    def __iter__(self) -> Iterator[TimedFrame]:
+        for index, pixels in enumerate(self.frames):
+            self.next.acquire()
+            yield TimedFrame(index=index, time_ns=index, arrived_ns=index, pixels=pixels)
+        self.next.acquire()
+
+    def close(self) -> None:
+        self.next.release(len(self.frames) + 1)
+
+    def __enter__(self) -> "_OneByOne":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+@pytest.mark.parametrize("known", [True, False], ids=["with a unit", "without"])
+def test_one_odd_frame_costs_itself_alone(
+    known: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    unit = make_unit((160, 120))
+    blank = unit.background
+    source = _OneByOne(blank, blank[:60], *[blank] * BACKGROUND_FRAMES)
+    opened = []
+    monkeypatch.setattr("app.pages.watching.VIEW_S", 0)
+    monkeypatch.setattr("app.pages.watching.open_live", lambda *_, **__: opened.append(1) or source)
+    watcher = Watcher("one by one", unit if known else None, tmp_path)
+    watcher.watched_s = math.inf
+    watcher.take_background()
+    watcher.start()
+    pause = threading.Event()
+    try:
+        said = set()
+        for at, _frame in enumerate(source.frames):
+            source.next.release()
+            for _ in range(2000):
+                said.add(watcher.error)
+                seen = watcher.glimpse.number if watcher.glimpse else -1
+                if watcher.error if known and at == 1 else seen == at - (known and at > 1):
+                    break
+                pause.wait(0.005)
+            else:
+                raise AssertionError(f"frame {at} was not looked at")
+        assert (tmp_path / watcher.saved().rpartition("/")[2]).is_file()
+        assert watcher.error == "" and len(opened) == 1
+        assert any("the frame is 160x60 pixels" in words for words in said) is known
+    finally:
+        watcher.close()
 
 
 def test_depth_is_drawn_from_dark_to_light() -> None:

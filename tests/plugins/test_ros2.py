@@ -2,11 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The ROS 2 node against a stand-in for ROS: what it publishes, and what it says of bad input."""
 
+import contextlib
 import importlib.util
 import subprocess
 import sys
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from recon.calibration import calibrate
 from recon.fast import FastReconstructor
 from recon.images import read_image
 from recon.presses import read_presses
-from recon.stream import TimedFrame, open_source
+from recon.stream import Counts, TimedFrame, open_source
 from recon.stream.jpeg import decode_jpeg
 from recon.stream.ros import FORMAT
 from tests.synthetic import make_dataset
@@ -118,6 +119,39 @@ def test_a_frame_of_another_size_is_one_logged_sentence(
     assert status == 2
     (sentence,) = ros.LOGGED
     assert "the frame is 32x24 pixels, not " in sentence
+
+
+def test_one_odd_frame_has_no_depth_and_the_others_have(
+    node: ModuleType, desk: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    blank = read_image(desk / "balls" / "background.png")
+    frames = [
+        TimedFrame(index=i, time_ns=i, arrived_ns=i, pixels=pixels)
+        for i, pixels in enumerate([blank, blank[:24], blank])
+    ]
+    monkeypatch.setattr(node, "open_source", lambda _: None)
+    monkeypatch.setattr(node, "Newest", lambda _: _Each(frames))
+    status, ros = run(node, source="any", unit=str(desk / "unit"))
+    assert status == 0
+    assert [len(messages) for messages in ros.PUBLISHED.values()] == [3, 2]
+    (sentence,) = ros.LOGGED
+    assert "no depth of one frame: the frame is" in sentence
+
+
+class _Each(contextlib.AbstractContextManager):
+    """Gives every frame, as no live source is bound to."""
+
+    def __init__(self, frames: list[TimedFrame]) -> None:
+        self.source, self.frames = SimpleNamespace(counts=Counts()), frames
+
+    @property
+    def ended(self) -> bool:
+        return not self.frames
+
+    def take(self, _: float) -> TimedFrame:
+        return self.frames.pop(0)
+
+    def __exit__(self, *_: object) -> None: ...
 
 
 def test_without_ros_it_says_what_to_source() -> None:
