@@ -5,8 +5,9 @@
     python -m benchmarks.rendered_presses standard build/standard
 
 The objects are those of ``recon.contact_presses``, one or a few in a square at a place drawn from
-the pad. OUT becomes a dataset folder without a label, with the skin's depth of every frame in
-truth/ and where the object holds it in held/. The default estimator learns from some of its pixels
+the pad, or with ``--parts`` those of ``simulation.random_parts``, one at a place. OUT becomes a
+dataset folder without a label, with the skin's depth of every frame in truth/ and where the object
+holds it in held/. The default estimator learns from some of its pixels
 (``benchmarks.rendered_pixels``), the contact's network from all (``recon.contact_further``).
 """
 
@@ -15,6 +16,7 @@ import multiprocessing
 import os
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -28,8 +30,9 @@ from sensor.errors import WedgeError
 from sensor.files import new_folder
 from simulation.dataset import Recipe, write_set
 from simulation.engine import best_engine
-from simulation.indenters import Indenter
-from simulation.presses import DEEPEST, Press, skin_under
+from simulation.indenters import Indenter, Profile
+from simulation.presses import DEEPEST, Press, rest_slope, skin_under
+from simulation.random_parts import KINDS, random_part
 from simulation.skin import View, collar_mm, gel_view, rest_height_mm
 
 WIDTH_PX: Final = 320
@@ -37,6 +40,11 @@ SIDES_PX: Final = (96, 160)
 """Of the squares that objects of one press lie in."""
 COLLARS: Final = (0.7, 1.4)
 """Of the gel's own, for which depths are drawn."""
+WIDEST_PART_MM: Final = 12.0
+PART_SHARE: Final = 0.9
+"""Of the pad's shorter side, at most."""
+LEAST_ROOM_MM: Final = 0.3
+"""Parts as wide as the pad are moved by as much."""
 
 
 def random_presses(design: Wedge, sides_px: Sequence[int], count: int, seed: int) -> list[Press]:
@@ -75,6 +83,33 @@ def _press(design: Wedge, view: View, sides_px: Sequence[int], index: int, seed:
     )
 
 
+def part_presses(design: Wedge, count: int, seed: int) -> list[Press]:
+    """Presses of random parts, of each kind as many, straight down on the skin where they lie."""
+    return [_part_press(design, index, seed) for index in range(count)]
+
+
+def _part_press(design: Wedge, index: int, seed: int) -> Press:
+    rng = np.random.default_rng([seed, index])
+    widest_mm = min(WIDEST_PART_MM, PART_SHARE * min(design.pad_size_mm))
+    part = random_part(rng, tuple(KINDS)[index % len(KINDS)], widest_mm)
+    room_mm = [max(LEAST_ROOM_MM, (pad - part.size_mm[0]) / 2) for pad in design.pad_size_mm]
+    x_mm, y_mm = (float(rng.uniform(-room, room)) for room in room_mm)
+    lean = rest_slope(design.gel, x_mm, y_mm)
+    depth_mm = min(part.depth_mm, DEEPEST * design.gel.thickness_at_mm(x_mm, y_mm))
+    leant = replace(
+        part, profile=partial(_leant, profile=part.profile, lean=lean), depth_mm=depth_mm
+    )
+    return Press(
+        name=f"press_{index:03d}", indenter=leant, centre_mm=(x_mm, y_mm), depth_mm=depth_mm
+    )
+
+
+def _leant(
+    x_mm: np.ndarray, y_mm: np.ndarray, *, profile: Profile, lean: tuple[float, float]
+) -> np.ndarray:
+    return profile(x_mm, y_mm) + lean[0] * x_mm + lean[1] * y_mm
+
+
 def _underside(
     x_mm: np.ndarray,
     y_mm: np.ndarray,
@@ -105,6 +140,7 @@ def main() -> None:
     parser.add_argument(
         "--sides-px", type=int, nargs="+", default=SIDES_PX, help="of the squares of objects"
     )
+    parser.add_argument("--parts", action="store_true", help="made things instead of odd ones")
     parser.add_argument("--samples", type=int, default=128, help="light paths a pixel")
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
@@ -120,7 +156,11 @@ def main() -> None:
         os.environ.setdefault("OMP_NUM_THREADS", "1")
         spawn = multiprocessing.get_context("spawn")
         with new_folder(options.out) as folder, ProcessPoolExecutor(2, spawn) as executor:
-            presses = random_presses(design, options.sides_px, options.presses, options.seed)
+            presses = (
+                part_presses(design, options.presses, options.seed)
+                if options.parts
+                else random_presses(design, options.sides_px, options.presses, options.seed)
+            )
             write_set(
                 folder,
                 recipe,

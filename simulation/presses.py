@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from sensor.design import Wedge
+from sensor.design import Gel, Wedge
 from sensor.errors import WedgeError
 from simulation.indenters import Indenter, refuse_unfit
 from simulation.skin import Map, Skin, View, pressed, rest_height_mm
@@ -20,6 +20,8 @@ MARGIN_MM: Final = 0.5
 """Between a contact and the pad's edge."""
 PAINT_MM: Final = 0.03
 """Thickness of the paint, below which detail is lost."""
+HAIR_MM: Final = 1e-4
+"""Over which the untouched skin's slope is told."""
 DOT_RADIUS, DOT_PITCH, DOT_INK = 0.2, 1.5, 0.1
 """Markers: radius and pitch in mm, and the share of light they leave."""
 
@@ -97,17 +99,22 @@ def _placed(design: Wedge, press: Press) -> tuple[float, float, float]:
     centre stands R - depth above the touched point, along the skin's normal.
     """
     x, y = press.centre_mm
-    gel, hair = design.gel, 1e-4
-    heights = rest_height_mm(
-        gel, np.array([x, x + hair, x]), np.array([y, y, y + hair])
-    )  # fmt: skip
-    slope = (heights[1:] - heights[0]) / hair
+    height = rest_height_mm(design.gel, np.array(x), np.array(y))
+    slope = np.array(rest_slope(design.gel, x, y))
     normal = np.array([-slope[0], -slope[1], 1]) / np.sqrt(1 + slope @ slope)
     radius = press.indenter.round_mm
     arm = max(radius - press.depth_mm, 0.0)
-    centre = np.array([x, y, heights[0]]) + normal * arm
-    lowest = centre[2] - radius if radius else heights[0] - press.depth_mm
+    centre = np.array([x, y, height]) + normal * arm
+    lowest = centre[2] - radius if radius else height - press.depth_mm
     return float(centre[0]), float(centre[1]), float(lowest)
+
+
+def rest_slope(gel: Gel, x_mm: float, y_mm: float) -> tuple[float, float]:
+    """The untouched skin's slopes dz/dx and dz/dy at a place."""
+    x, y = np.array([x_mm, x_mm + HAIR_MM, x_mm]), np.array([y_mm, y_mm, y_mm + HAIR_MM])
+    height, *beside = rest_height_mm(gel, x, y)
+    along_x, along_y = ((other - height) / HAIR_MM for other in beside)
+    return float(along_x), float(along_y)
 
 
 def contact_circle_px(skin: Skin) -> tuple[float, float, float]:
