@@ -46,15 +46,13 @@ def ball_array(
     x: np.ndarray, y: np.ndarray, *, radius_mm: float, pitch_mm: float, count: tuple[int, int]
 ) -> np.ndarray:
     """Balls side by side on a square lattice."""
-    return ball(
-        _nearest(x, pitch_mm, count[0]), _nearest(y, pitch_mm, count[1]), radius_mm=radius_mm
-    )
+    return ball(nearest(x, pitch_mm, count[0]), nearest(y, pitch_mm, count[1]), radius_mm=radius_mm)
 
 
 def lego_brick(x: np.ndarray, y: np.ndarray, *, studs: tuple[int, int]) -> np.ndarray:
     """The studded top of a toy brick: studs of 4.8 mm, 1.8 mm high, 8 mm apart."""
     pitch, radius, height = 8.0, 2.4, 1.8
-    from_stud = np.hypot(_nearest(x, pitch, studs[0]), _nearest(y, pitch, studs[1]))
+    from_stud = np.hypot(nearest(x, pitch, studs[0]), nearest(y, pitch, studs[1]))
     inside = (np.abs(x) < studs[0] * pitch / 2) & (np.abs(y) < studs[1] * pitch / 2)
     edge = 0.15  # the studs' rounded edge
     rounded = edge - np.sqrt(
@@ -122,8 +120,8 @@ def prism(x: np.ndarray, y: np.ndarray, *, length_mm: float, half_angle_deg: flo
     return np.where((np.abs(x) < length_mm / 2) & (height < 3), height, np.inf)
 
 
-def _nearest(along: np.ndarray, pitch_mm: float, count: int) -> np.ndarray:
-    """Distance from the nearest of ``count`` points at a pitch, centred on zero."""
+def nearest(along: np.ndarray, pitch_mm: float, count: int) -> np.ndarray:
+    """Distance in mm from the nearest of ``count`` points at a pitch, centred on zero."""
     middle = (count - 1) / 2
     index = np.clip(np.round(along / pitch_mm + middle), 0, count - 1)
     return along - (index - middle) * pitch_mm

@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.random import Generator
 
-from simulation.indenters import Indenter, Profile
+from simulation.indenters import Indenter, Profile, ball, nearest
 
 Drawn = tuple[Profile, float]
 """An underside, and half of its extent in mm."""
@@ -191,7 +191,7 @@ def _lattice(rng: Generator, half_mm: float) -> Drawn:
     size_mm = pitch_mm * rng.uniform(0.2, 0.5)
     form = rng.integers(3)
     if form == 0:
-        one: Profile = partial(_ball_height, radius_mm=size_mm)
+        one: Profile = partial(ball, radius_mm=size_mm)
     elif form == 1:
         one = partial(_corner_height, faces=int(rng.choice([0, 3, 4, 6])),
                       flank=_spread(rng, *FLANKS), blunt_mm=0.0, half_mm=size_mm)  # fmt: skip
@@ -215,22 +215,10 @@ def _lattice_height(
     count: tuple[int, int],
     plate_mm: float,
 ) -> np.ndarray:
-    near, inside = [], np.ones(x.shape, bool)
-    for along, n in zip((x, y), count, strict=True):
-        middle = (n - 1) / 2
-        index = np.clip(np.round(along / pitch_mm + middle), 0, n - 1)
-        near.append(along - (index - middle) * pitch_mm)
-        inside &= np.abs(along) < n * pitch_mm / 2
-    height = one(near[0], near[1])
+    reach_x, reach_y = (n * pitch_mm / 2 for n in count)
+    height = one(nearest(x, pitch_mm, count[0]), nearest(y, pitch_mm, count[1]))
+    inside = (np.abs(x) < reach_x) & (np.abs(y) < reach_y)
     return np.where(inside, np.minimum(height, plate_mm), np.inf)
-
-
-def _ball_height(x: np.ndarray, y: np.ndarray, *, radius_mm: float) -> np.ndarray:
-    squared = x**2 + y**2
-    inside = squared < radius_mm**2
-    return np.where(
-        inside, radius_mm - np.sqrt(np.where(inside, radius_mm**2 - squared, 0)), np.inf
-    )
 
 
 def _plate(rng: Generator, half_mm: float) -> Drawn:
