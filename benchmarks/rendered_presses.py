@@ -138,9 +138,9 @@ def main() -> None:
     parser.add_argument("out", type=Path, help="the folder to make; new or empty")
     parser.add_argument("--presses", type=int, default=130)
     parser.add_argument(
-        "--sides-px", type=int, nargs="+", default=SIDES_PX, help="of the squares of objects"
+        "--sides-px", type=int, nargs="+", default=SIDES_PX, help="of the squares of odd things"
     )
-    parser.add_argument("--parts", action="store_true", help="made things instead of odd ones")
+    parser.add_argument("--parts", action="store_true", help="made things, not odd ones")
     parser.add_argument("--samples", type=int, default=128, help="light paths a pixel")
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()

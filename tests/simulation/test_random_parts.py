@@ -68,7 +68,8 @@ def test_every_kind_is_pressed_as_often_and_dents_the_gel_as_deep_as_it_says(des
     for press, again in zip(presses, part_presses(design, 2 * len(KINDS), seed=5), strict=True):
         skin = skin_under(design, view, press)
         assert skin.contact.any()
-        assert skin.depth_mm.max() <= press.depth_mm + 0.15  # a wide part on curved gel
+        # Pixels miss sharp tips, and gel falls away under parts whose lowest points lie far out.
+        assert 0.7 * press.depth_mm < skin.depth_mm.max() <= press.depth_mm + 1e-9
         thickest_mm = design.gel.thickness_at_mm(*press.centre_mm)
         assert press.depth_mm <= DEEPEST * thickest_mm
         np.testing.assert_array_equal(skin.depth_mm, skin_under(design, view, again).depth_mm)
