@@ -5,9 +5,10 @@
     python -m benchmarks.rendered_pixels --out FILE --sensor NAME BALLS SETS --sensor ...
 
 BALLS is a dataset of the sensor's labelled balls, which teach the model of its light; SETS are
-those of ``benchmarks.rendered_presses``, of which some pixels of every press are kept. With
-``--beside``, they are added to those of the same sensors in another such file. What made the file
-that comes with this package is in ``recon/weights/README.md``.
+those of ``benchmarks.rendered_presses``, of which some pixels of every press are kept; ``--parts``
+says that they were made with that word. With ``--beside``, they are added to those of the same
+sensors in another such file. What made the file that comes with this package is in
+``recon/weights/README.md``.
 """
 
 import argparse
@@ -22,7 +23,7 @@ from safetensors.numpy import save
 from recon.calibration import CHANNELS
 from recon.estimators import lesson_of
 from recon.estimators.default import Default, prepared_colors
-from recon.estimators.default_fit import collar_of, dents
+from recon.estimators.default_fit import LEANING, LEANING_OF_FEW, collar_of, dents
 from recon.estimators.mlp import channel_indices
 from recon.estimators.rendered import OF_PIXELS, VERSION, rendered_arrays
 from recon.estimators.shading import DARKEST, blank_colors, fit_shading
@@ -40,26 +41,31 @@ DENTED: Final = 0.01
 BESIDE: Final = 0.2
 """Of a press's pixels: the share that lies where the skin is not dented."""
 PIXELS: Final = 40_000
-"""Of each sensor."""
 SEED: Final = 0
 
 Arrays = dict[str, np.ndarray]
 
 
-def sensor_pixels(balls: Path, rendered: Sequence[Path]) -> Arrays:
+def sensor_pixels(
+    balls: Path, rendered: Sequence[Path], count: int = PIXELS, *, parts: bool = False
+) -> Arrays:
     """What ``RenderedSensor`` holds of one sensor.
 
     Args:
         balls: a set of its labelled balls.
         rendered: sets of random objects pressed into it, with the skin's depth.
+        count: of pixels, as many of every press.
+        parts: whether made things were pressed, not odd ones.
 
     Raises:
         WedgeError: a set cannot be used.
     """
     labelled = read_presses(read_dataset(balls)).presses
     pixels = lesson_of(Default.name, labelled, range(len(labelled)), SEED)
-    taught, light, _ = dents(pixels, channel_indices(CHANNELS))
-    each = PIXELS // max(1, sum(len(depth_files(folder)) for folder in rendered))
+    every = channel_indices(CHANNELS)
+    taught, light, _ = dents(pixels, every, LEANING)
+    taught_to_few, _, _ = dents(pixels, every, LEANING_OF_FEW)
+    each = count // max(1, sum(len(depth_files(folder)) for folder in rendered))
     random = np.random.default_rng(SEED)
     kept = [
         _kept_of(press, each, random) for folder in rendered for press in rendered_presses(folder)
@@ -73,7 +79,9 @@ def sensor_pixels(balls: Path, rendered: Sequence[Path]) -> Arrays:
         "around": shares[:, 3:].astype(np.float16),
         "position": position.astype(np.float16),
         "slopes": slopes.astype(np.float16),
+        "of_part": np.full(len(slopes), parts, np.uint8),
         "shading": fit_shading(taught, light).astype(np.float32),
+        "shading_of_few": fit_shading(taught_to_few, light).astype(np.float32),
         "collar": np.array([collar_of(pixels)], np.float32),
     }
 
@@ -118,6 +126,10 @@ def main() -> None:
     parser.add_argument(
         "--sensor", nargs="+", action="append", required=True, metavar="NAME BALLS SETS"
     )
+    parser.add_argument(
+        "--parts", action="store_true", help="SETS are of made things, not odd ones"
+    )
+    parser.add_argument("--pixels", type=int, default=PIXELS, help="of each sensor")
     parser.add_argument("--out", type=Path, required=True, help="the safetensors file to write")
     parser.add_argument("--beside", type=Path, help="a file whose pixels are kept as well")
     options = parser.parse_args()
@@ -126,7 +138,10 @@ def main() -> None:
     try:
         arrays = rendered_arrays(options.beside) if options.beside else {}
         for name, balls, *sets in options.sensor:
-            found = sensor_pixels(dataset_folder(balls), [Path(folder) for folder in sets])
+            folders = [Path(folder) for folder in sets]
+            found = sensor_pixels(
+                dataset_folder(balls), folders, options.pixels, parts=options.parts
+            )
             arrays = joined(arrays, {f"{name}.{key}": found[key] for key in found})
             print(f"{name}: {len(arrays[f'{name}.slopes'])} pixels")
         made = json.dumps({"version": VERSION, "sha256": sha256_of(arrays)})

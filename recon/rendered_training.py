@@ -59,12 +59,17 @@ SIDES_PX = (1, 4, 16)
 UNTOUCHED_PX = (64, 256)
 """Sides of the untouched gel: windows of any size, so that no border is answered with a slope."""
 AFTER = 0.7
-"""Share of the weights after in those kept: with more of them, crests become too steep."""
+"""Share of the weights after in those kept: with more of them, crests become too steep, and balls
+lose by what shapes gain."""
 DOUBT_STEPS = 600
 
 
 def train_further(
-    first: unet.Weights, presses: Sequence[MeasuredPress], steps: int, seed: int
+    first: unet.Weights,
+    presses: Sequence[MeasuredPress],
+    steps: int,
+    seed: int,
+    share_after: float = AFTER,
 ) -> tuple[dict[str, np.ndarray], list[float]]:
     """The kept weights, and the loss on rendered presses of every step; progress on stdout.
 
@@ -74,6 +79,7 @@ def train_further(
         steps: batches.
         seed: of surfaces and of the order of presses; not the first course's, whose surfaces
             the network has seen.
+        share_after: of the weights after the course in those kept, 0 to 1.
     """
     network = UNet(unet.channels_of(first))
     network.take(first)
@@ -97,7 +103,7 @@ def train_further(
         if (step + 1) % 100 == 0 or step + 1 == steps:
             mean, spent = np.mean(losses[-100:]), time.monotonic() - begin
             print(f"step {step + 1}/{steps}  loss {mean:.5f}  {spent:.0f} s", flush=True)
-    return between(first, network.weights(), AFTER), losses
+    return between(first, network.weights(), share_after), losses
 
 
 def untouched_gel(rng: np.random.Generator, stride: int) -> MeasuredPress:
@@ -142,11 +148,14 @@ def main() -> None:
     name_sensors(parser)
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--steps", type=int, default=STEPS, help="batches")
+    parser.add_argument("--after", type=float, default=AFTER, help="share kept of what it learns")
     parser.add_argument("--doubt-steps", type=int, default=DOUBT_STEPS, help="batches after them")
     parser.add_argument("--out", type=Path, required=True, help="the safetensors file to write")
     options = parser.parse_args()
     if min(options.steps, options.doubt_steps) < 2:
         parser.error("--steps and --doubt-steps must be 2 at least")
+    if not 0 <= options.after <= 1:
+        parser.error("--after is a share, 0 to 1")
     torch.set_num_threads(1)
     try:
         first = load_weights(options.first)
@@ -160,12 +169,12 @@ def main() -> None:
     if not presses:
         parser.error("no rendered press moves the gel: name sets of benchmarks.rendered_presses")
     print(f"{len(presses)} measured presses", flush=True)
-    kept, losses = train_further(first, presses, options.steps, options.seed)
+    kept, losses = train_further(first, presses, options.steps, options.seed, options.after)
     kept = train_doubt(kept, presses, options.doubt_steps, options.seed + 1)
     command = (
         f"python -m recon.rendered_training {options.first.name} {words_of(options.sensor)}"
         f" --seed {options.seed} --steps {options.steps}"
-        f" --doubt-steps {options.doubt_steps} --out {options.out.name}"
+        f" --after {options.after} --doubt-steps {options.doubt_steps} --out {options.out.name}"
     )
     save_weights(options.out, kept, command, options.seed)
     write_curve(options.out, losses)

@@ -19,7 +19,7 @@ from recon.estimators.default import (
 from recon.estimators.lean import Lean, fit_lean, lean_at
 from recon.estimators.mlp import channel_indices
 from recon.estimators.networks import Layer, answers, members_of
-from recon.estimators.rendered import rendered_pixels
+from recon.estimators.rendered import ALL_LIGHTS, rendered_pixels
 from recon.estimators.shading import Light, Taught, fit_light
 from recon.estimators.shown import shown_axes
 from recon.estimators.surroundings import columns_around, of_other_sizes
@@ -28,6 +28,9 @@ from sensor.errors import WedgeError
 
 LEFT_OUT = 3
 """Of so many presses one is left out by a network that measures the error and is then forgotten."""
+LEANING, LEANING_OF_FEW = 0.6, 1.0
+"""Of the lean that colours tell, what labels lean by with all lights and with few. Some of it is
+light that a dent turns away; few are read better with all of it (docs/tried/missing-axis.md)."""
 FEWEST_COLLARS = 3
 """Presses whose gel beside the contact was fitted, from which a sensor's is told."""
 OTHER_SIZES = 0.8, 1.8
@@ -84,10 +87,16 @@ class _Told:
     """What those show, of balls of their own size."""
 
 
-def dents(pixels: Pixels, columns: list[int]) -> tuple[Taught, Light, Lean]:
-    """Labelled balls as the dents that they leave, the light of the blank gel, and its lean."""
+def dents(pixels: Pixels, columns: list[int], leaning: float) -> tuple[Taught, Light, Lean]:
+    """Labelled balls as the dents that they leave, the light of the blank gel, and its lean.
+
+    Args:
+        pixels: of balls, labelled.
+        columns: of the colours that are looked at.
+        leaning: share of the lean that colours tell, by which labels lean.
+    """
     light = fit_light(pixels.position, pixels.blank[:, columns])
-    gel = fit_lean(pixels, columns, shown_axes(pixels, columns))
+    gel = np.float32(leaning) * fit_lean(pixels, columns, shown_axes(pixels, columns))
     taught = Taught(
         color=pixels.color[:, columns],
         position=pixels.position,
@@ -121,7 +130,8 @@ def with_some_collars(pixels: Pixels, share: float, seed: int) -> Int[np.ndarray
 def _told(pixels: Pixels, channels: str, seed: int) -> _Told:
     """The dent's slopes and each pixel's scaled inputs, from labels and prepared colours."""
     chosen = channel_indices(channels)
-    taught, light, gel = dents(pixels, chosen)
+    leaning = LEANING if len(chosen) == ALL_LIGHTS else LEANING_OF_FEW
+    taught, light, gel = dents(pixels, chosen, leaning)
     other, unexplained = rendered_pixels(taught, light, collar_of(pixels), len(pixels), seed)
     # Squared, as even of a light that is much alike a little is left unexplained.
     kept = with_some_collars(pixels, min(1.0, unexplained / UNLIKE) ** 2, seed)
