@@ -80,14 +80,13 @@ def press_of(truth):
     return MeasuredPress(maps=maps, truth=truth, support=np.ones_like(truth[1]))
 
 
-def test_the_second_course_keeps_weights_between_before_and_after(small, monkeypatch, capsys):
+def test_the_second_course_keeps_weights_between_before_and_after(small, capsys):
     training, _ = small
     truth = np.random.default_rng(0).normal(0, 0.3, (2, 32, 32)).astype(np.float32)
     first = shipped_weights()
     kept = {}
     for share in (0.5, 1.0):
-        monkeypatch.setattr(training, "AFTER", share)
-        kept[share], losses = training.train_further(first, [press_of(truth)], 8, seed=0)
+        kept[share], losses = training.train_further(first, [press_of(truth)], 8, 0, share)
     assert len(losses) == 8 and np.mean(losses[-3:]) < np.mean(losses[:3])
     for name, before in kept[0.5].items():
         np.testing.assert_allclose(before, (first[name] + kept[1.0][name]) / 2, atol=1e-6)
