@@ -229,7 +229,9 @@ def test_pixels_that_are_kept_have_the_slopes_and_the_colours_of_their_frames(tm
     balls = make_dataset(tmp_path / "balls", presses=10)
     pressed = make_rendered_set(tmp_path / "pressed", presses=2, seed=5, noise_grey_levels=0)
     kept = sensor_pixels(balls.folder, [pressed.folder])
-    assert len(sensor_pixels(balls.folder, [pressed.folder], 600)["slopes"]) == 600
+    made = sensor_pixels(balls.folder, [pressed.folder], 600, parts=True)
+    assert len(made["slopes"]) == 600 and (made["of_part"] == 1).all()
+    assert (kept["of_part"] == 0).all() and (made["shading"] == kept["shading"]).all()
     assert np.isfinite(kept["collar"]).all() and kept["collar"].shape == (1,)
     width, height = SIZE_PX
     column, row = ((kept["position"] + 1) * [width, height] / 2 - 0.5).round().astype(int).T
