@@ -35,7 +35,7 @@ from recon.estimators.surroundings import (
     surroundings,
 )
 
-MEMBERS = 3
+MEMBERS = 2
 """Networks whose mean is taken."""
 DRIFT_STEP_PX = 8
 LARGEST_DRIFT = 0.04

@@ -31,6 +31,8 @@ LEFT_OUT = 3
 LEANING, LEANING_OF_FEW = 0.6, 1.0
 """Of the lean that colours tell, what labels lean by with all lights and with few. Some of it is
 light that a dent turns away; few are read better with all of it (docs/tried/missing-axis.md)."""
+RENDERED = 1.2
+"""Pixels of rendered things for one of the balls."""
 FEWEST_COLLARS = 3
 """Presses whose gel beside the contact was fitted, from which a sensor's is told."""
 OTHER_SIZES = 0.8, 1.8
@@ -132,7 +134,8 @@ def _told(pixels: Pixels, channels: str, seed: int) -> _Told:
     chosen = channel_indices(channels)
     leaning = LEANING if len(chosen) == ALL_LIGHTS else LEANING_OF_FEW
     taught, light, gel = dents(pixels, chosen, leaning)
-    other, unexplained = rendered_pixels(taught, light, collar_of(pixels), len(pixels), seed)
+    count = round(RENDERED * len(pixels))
+    other, unexplained = rendered_pixels(taught, light, collar_of(pixels), count, seed)
     # Squared, as even of a light that is much alike a little is left unexplained.
     kept = with_some_collars(pixels, min(1.0, unexplained / UNLIKE) ** 2, seed)
     around = pixels.color[kept][:, columns_around(chosen)]

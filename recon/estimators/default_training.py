@@ -12,7 +12,7 @@ from jaxtyping import Float32, Int
 from recon.estimators.descent import RECTIFIER, Batch, descend, one_thread, soap_rule, uniform
 from recon.estimators.networks import HIDDEN, Layer
 
-STEPS = 2000
+STEPS = 3000
 BATCH = 512
 
 

@@ -44,7 +44,8 @@ OWN_OFF = 3 * LEVELS
 """Of what lies around, these are taken less the pixel's own colour."""
 INPUTS = COLORS + AROUND + 5
 """At last blank R, G, B, X, Y. Colours that are not looked at have no weight."""
-WIDTH = HIDDEN[0]
+FIRST, SECOND, THIRD = HIDDEN
+GROUPS = tuple(count // floating.NEURONS for count in HIDDEN)
 ONE = np.float32(1)
 STEEPEST = np.float32(STEEPEST_SLOPE**2 / (1 + STEEPEST_SLOPE**2))
 """Square of the steepest normal's component."""
@@ -157,7 +158,7 @@ def _between(count: int, few: int) -> tuple[np.ndarray, np.ndarray]:
 def _weights(estimator: Default, seen: list[int]) -> tuple[np.ndarray, ...]:
     """For each layer, a row for each member; the inputs' mean and spread are worked in."""
     weight, bias = (part.astype(np.float64) for part in estimator.layers[0])
-    first = np.zeros((len(weight), INPUTS, WIDTH))
+    first = np.zeros((len(weight), INPUTS, FIRST))
     spread = estimator.spread.astype(np.float64)
     first[:, seen] = weight / spread[:, None]
     shifted = bias - (estimator.mean / spread) @ weight
@@ -189,8 +190,8 @@ def _pixels(
     w3: Any,
 ) -> None:
     values, result = np.zeros((INPUTS, BLOCK), np.float32), np.empty((2, BLOCK), np.float32)
-    a, b = np.empty((WIDTH, BLOCK), np.float32), np.empty((WIDTH, BLOCK), np.float32)
-    groups, members = WIDTH // floating.NEURONS, len(w0)
+    a, b = np.empty((FIRST, BLOCK), np.float32), np.empty((SECOND, BLOCK), np.float32)
+    last, members = np.empty((THIRD, BLOCK), np.float32), len(w0)
     normal, places = np.empty((2, BLOCK), np.float32), np.empty(BLOCK, np.intp)
     few_rows, few, _ = around.shape
     line, row = np.empty((few, AROUND), np.float32), -1  # what lies around a row of pixels
@@ -224,10 +225,10 @@ def _pixels(
                 values[COLORS + AROUND + k, p] = same[k, places[p]]
         normal[:] = 0
         for m in range(members if count else 0):
-            rectified_layer(values.ctypes.data, w0[m].ctypes.data, a.ctypes.data, INPUTS, groups)
-            rectified_layer(a.ctypes.data, w1[m].ctypes.data, b.ctypes.data, WIDTH, groups)
-            rectified_layer(b.ctypes.data, w2[m].ctypes.data, a.ctypes.data, WIDTH, groups)
-            last_layer(a.ctypes.data, w3[m].ctypes.data, result.ctypes.data, WIDTH, 1)
+            rectified_layer(values.ctypes.data, w0[m].ctypes.data, a.ctypes.data, INPUTS, GROUPS[0])
+            rectified_layer(a.ctypes.data, w1[m].ctypes.data, b.ctypes.data, FIRST, GROUPS[1])
+            rectified_layer(b.ctypes.data, w2[m].ctypes.data, last.ctypes.data, SECOND, GROUPS[2])
+            last_layer(last.ctypes.data, w3[m].ctypes.data, result.ctypes.data, THIRD, 1)
             normal += result
         for p in range(count):
             x, y = normal[0, p] / np.float32(members), normal[1, p] / np.float32(members)
