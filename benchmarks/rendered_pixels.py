@@ -5,10 +5,9 @@
     python -m benchmarks.rendered_pixels --out FILE --sensor NAME BALLS SETS --sensor ...
 
 BALLS is a dataset of the sensor's labelled balls, which teach the model of its light; SETS are
-those of ``benchmarks.rendered_presses``, of which some pixels of every press are kept; ``--parts``
-says that they were made with that word. With ``--beside``, they are added to those of the same
-sensors in another such file. What made the file that comes with this package is in
-``recon/weights/README.md``.
+those of ``benchmarks.rendered_presses``, of which some pixels of every press are kept. With
+``--beside``, they are added to those of the same sensors in another such file. What made the file
+that comes with this package is in ``recon/weights/README.md``.
 """
 
 import argparse
@@ -23,7 +22,7 @@ from safetensors.numpy import save
 from recon.calibration import CHANNELS
 from recon.estimators import lesson_of
 from recon.estimators.default import Default, prepared_colors
-from recon.estimators.default_fit import LEANING, LEANING_OF_FEW, collar_of, dents
+from recon.estimators.default_fit import collar_of, dents
 from recon.estimators.mlp import channel_indices
 from recon.estimators.rendered import OF_PIXELS, VERSION, rendered_arrays
 from recon.estimators.shading import DARKEST, blank_colors, fit_shading
@@ -46,25 +45,20 @@ SEED: Final = 0
 Arrays = dict[str, np.ndarray]
 
 
-def sensor_pixels(
-    balls: Path, rendered: Sequence[Path], count: int = PIXELS, *, parts: bool = False
-) -> Arrays:
+def sensor_pixels(balls: Path, rendered: Sequence[Path], count: int = PIXELS) -> Arrays:
     """What ``RenderedSensor`` holds of one sensor.
 
     Args:
         balls: a set of its labelled balls.
         rendered: sets of random objects pressed into it, with the skin's depth.
         count: of pixels, as many of every press.
-        parts: whether made things were pressed, not odd ones.
 
     Raises:
         WedgeError: a set cannot be used.
     """
     labelled = read_presses(read_dataset(balls)).presses
     pixels = lesson_of(Default.name, labelled, range(len(labelled)), SEED)
-    every = channel_indices(CHANNELS)
-    taught, light, _ = dents(pixels, every, LEANING)
-    taught_to_few, _, _ = dents(pixels, every, LEANING_OF_FEW)
+    taught, light, _ = dents(pixels, channel_indices(CHANNELS))
     each = count // max(1, sum(len(depth_files(folder)) for folder in rendered))
     random = np.random.default_rng(SEED)
     kept = [
@@ -79,9 +73,7 @@ def sensor_pixels(
         "around": shares[:, 3:].astype(np.float16),
         "position": position.astype(np.float16),
         "slopes": slopes.astype(np.float16),
-        "of_part": np.full(len(slopes), parts, np.uint8),
         "shading": fit_shading(taught, light).astype(np.float32),
-        "shading_of_few": fit_shading(taught_to_few, light).astype(np.float32),
         "collar": np.array([collar_of(pixels)], np.float32),
     }
 
@@ -126,9 +118,6 @@ def main() -> None:
     parser.add_argument(
         "--sensor", nargs="+", action="append", required=True, metavar="NAME BALLS SETS"
     )
-    parser.add_argument(
-        "--parts", action="store_true", help="SETS are of made things, not odd ones"
-    )
     parser.add_argument("--pixels", type=int, default=PIXELS, help="of each sensor")
     parser.add_argument("--out", type=Path, required=True, help="the safetensors file to write")
     parser.add_argument("--beside", type=Path, help="a file whose pixels are kept as well")
@@ -139,9 +128,7 @@ def main() -> None:
         arrays = rendered_arrays(options.beside) if options.beside else {}
         for name, balls, *sets in options.sensor:
             folders = [Path(folder) for folder in sets]
-            found = sensor_pixels(
-                dataset_folder(balls), folders, options.pixels, parts=options.parts
-            )
+            found = sensor_pixels(dataset_folder(balls), folders, options.pixels)
             arrays = joined(arrays, {f"{name}.{key}": found[key] for key in found})
             print(f"{name}: {len(arrays[f'{name}.slopes'])} pixels")
         made = json.dumps({"version": VERSION, "sha256": sha256_of(arrays)})

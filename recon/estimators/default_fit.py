@@ -19,7 +19,7 @@ from recon.estimators.default import (
 from recon.estimators.lean import Lean, fit_lean, lean_at
 from recon.estimators.mlp import channel_indices
 from recon.estimators.networks import Layer, answers, members_of
-from recon.estimators.rendered import ALL_LIGHTS, rendered_pixels
+from recon.estimators.rendered import rendered_pixels
 from recon.estimators.shading import Light, Taught, fit_light
 from recon.estimators.shown import shown_axes
 from recon.estimators.surroundings import columns_around, of_other_sizes
@@ -28,9 +28,8 @@ from sensor.errors import WedgeError
 
 LEFT_OUT = 3
 """Of so many presses one is left out by a network that measures the error and is then forgotten."""
-LEANING, LEANING_OF_FEW = 0.6, 1.0
-"""Of the lean that colours tell, what labels lean by with all lights and with few. Some of it is
-light that a dent turns away; few are read better with all of it (docs/tried/missing-axis.md)."""
+LEANING = 0.6
+"""Of the lean that colours tell, what labels lean by: some is light that a dent turns away."""
 RENDERED = 1.2
 """Pixels of rendered things for one of the balls."""
 FEWEST_COLLARS = 3
@@ -89,16 +88,15 @@ class _Told:
     """What those show, of balls of their own size."""
 
 
-def dents(pixels: Pixels, columns: list[int], leaning: float) -> tuple[Taught, Light, Lean]:
+def dents(pixels: Pixels, columns: list[int]) -> tuple[Taught, Light, Lean]:
     """Labelled balls as the dents that they leave, the light of the blank gel, and its lean.
 
     Args:
         pixels: of balls, labelled.
         columns: of the colours that are looked at.
-        leaning: share of the lean that colours tell, by which labels lean.
     """
     light = fit_light(pixels.position, pixels.blank[:, columns])
-    gel = np.float32(leaning) * fit_lean(pixels, columns, shown_axes(pixels, columns))
+    gel = np.float32(LEANING) * fit_lean(pixels, columns, shown_axes(pixels, columns))
     taught = Taught(
         color=pixels.color[:, columns],
         position=pixels.position,
@@ -132,8 +130,7 @@ def with_some_collars(pixels: Pixels, share: float, seed: int) -> Int[np.ndarray
 def _told(pixels: Pixels, channels: str, seed: int) -> _Told:
     """The dent's slopes and each pixel's scaled inputs, from labels and prepared colours."""
     chosen = channel_indices(channels)
-    leaning = LEANING if len(chosen) == ALL_LIGHTS else LEANING_OF_FEW
-    taught, light, gel = dents(pixels, chosen, leaning)
+    taught, light, gel = dents(pixels, chosen)
     count = round(RENDERED * len(pixels))
     other, unexplained = rendered_pixels(taught, light, collar_of(pixels), count, seed)
     # Squared, as even of a light that is much alike a little is left unexplained.

@@ -36,11 +36,8 @@ from recon.unet_weights import sha256_of
 from sensor.errors import WedgeError
 
 FILE = Path(__file__).parents[1] / "weights" / "rendered.safetensors"
-VERSION = "4"
+VERSION = "5"
 """Of the arrays and of what is looked at around a pixel."""
-ALL_LIGHTS = 3
-"""Whose sensors are taught parts. Two opposite lights, which do not show one slope, read edges
-worse for having been taught them (docs/tried/missing-axis.md)."""
 GENTLEST, STEEPEST = 0.02, 1.0
 """Slopes of the balls' pixels from which the mix is told: rendered balls are not pressed deeper."""
 RIDGE = 1e-3
@@ -51,8 +48,8 @@ LIKENESS = 6
 """Rendered sensors count by the power of what they leave unexplained: the likest count most."""
 COLLAR_SPREAD = 0.2
 """Of the logarithm of the collar's length: rendered sensors count by a Gaussian of it as well."""
-OF_PIXELS = ("change", "around", "position", "slopes", "of_part")
-WANTED = (*OF_PIXELS, "shading", "shading_of_few", "collar")
+OF_PIXELS = ("change", "around", "position", "slopes")
+WANTED = (*OF_PIXELS, "shading", "collar")
 
 Mix = Float64[np.ndarray, "9 c"]
 """From three colours' changes, each times 1, x and y, to those of the sensor at hand."""
@@ -68,12 +65,7 @@ class RenderedSensor:
     position: Float32[np.ndarray, "n 2"]
     slopes: Float32[np.ndarray, "n 2"]
     """Of the dent, mm/mm."""
-    of_part: Float32[np.ndarray, " n"]
-    """1 where a made thing was pressed, 0 where an odd one was."""
     shading: Shading
-    """By balls whose labels lean as with all lights."""
-    shading_of_few: Shading
-    """By balls whose labels lean as with few lights."""
     collar: Float32[np.ndarray, "1"]
     """How far its gel follows beside a ball, in shares of the frame's shorter side."""
 
@@ -105,9 +97,8 @@ def rendered_pixels(
     Raises:
         WedgeError: the pixels that come with this package are missing or damaged.
     """
-    sensors, every = rendered_sensors(), taught.color.shape[1] == ALL_LIGHTS
-    shadings = [sensor.shading if every else sensor.shading_of_few for sensor in sensors]
-    matched = [matched_light(shading, taught, light) for shading in shadings]
+    sensors = rendered_sensors()
+    matched = [matched_light(sensor.shading, taught, light) for sensor in sensors]
     unexplained = np.array([left for _, left in matched])
     weight = np.maximum(unexplained, 1e-3) ** -LIKENESS
     if np.isfinite(collar):
@@ -120,11 +111,10 @@ def rendered_pixels(
     steepness = np.linalg.norm(taught.slopes, axis=1)
     steepest = float(np.quantile(steepness[steepness > 0], MOST)) if count else 0.0
     seen = []
-    for sensor, shading, (mix, _), some in zip(sensors, shadings, matched, from_each, strict=True):
-        suited = np.flatnonzero((sensor.of_part == 0) | every)
-        chosen = suited[random.integers(len(suited), size=some)]
-        nothing = np.zeros((len(shading), mix.shape[1]))
-        left = left_by_mix(shading, mix, taught, light) if some else nothing
+    for sensor, (mix, _), some in zip(sensors, matched, from_each, strict=True):
+        chosen = random.integers(len(sensor.slopes), size=some)
+        nothing = np.zeros((len(sensor.shading), mix.shape[1]))
+        left = left_by_mix(sensor.shading, mix, taught, light) if some else nothing
         seen.append(_seen(sensor, chosen, mix, left, steepest, light))
     joined = {name: np.concatenate([vars(part)[name] for part in seen]) for name in vars(seen[0])}
     return SeenPixels(**joined), least

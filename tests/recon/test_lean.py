@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from recon.estimators import fit_estimator
-from recon.estimators.default_fit import LEANING, LEANING_OF_FEW, dents
+from recon.estimators.default_fit import LEANING, dents
 from recon.estimators.lean import FEWEST_PRESSES, FLAT, fit_lean, lean_at
 from recon.estimators.shown import shown_axes
 from recon.pixels import Pixels
@@ -95,31 +94,14 @@ def test_with_as_many_colours_as_axes_the_middle_is_taken_as_level():
 
 
 @pytest.mark.parametrize("columns", [[0, 1, 2], [0, 2], [0]])
-@pytest.mark.parametrize("share", [0.4, 1.0])
-def test_labels_lean_by_a_share_of_what_colours_tell_and_in_contact_alone(columns, share):
+def test_labels_lean_by_a_share_of_what_colours_tell_and_in_contact_alone(columns):
     pixels = domed([[0.0, -0.12], [0.0, 0.3]])
     contact = np.arange(len(pixels)) % 3 > 0
     pixels = Pixels(**{**vars(pixels), "contact": contact})
-    taught, _, gel = dents(pixels, columns, share)
+    taught, _, gel = dents(pixels, columns)
     told = fit_lean(pixels, columns, shown_axes(pixels, columns))
-    np.testing.assert_allclose(gel, share * told, rtol=1e-6)
+    np.testing.assert_allclose(gel, LEANING * told, rtol=1e-6)
     assert np.abs(told).max() > 0.05
     np.testing.assert_array_equal(taught.slopes[~contact], pixels.gradient[~contact])
     leaned = pixels.gradient[contact] + lean_at(gel, pixels.position[contact])
     np.testing.assert_allclose(taught.slopes[contact], leaned, atol=1e-6)
-
-
-@pytest.mark.parametrize(
-    ("lights", "share"), [("RGB", LEANING), ("RB", LEANING_OF_FEW), ("R", LEANING_OF_FEW)]
-)
-def test_with_few_lights_labels_lean_by_all_that_colours_tell(monkeypatch, lights, share):
-    shares = []
-
-    def told(pixels, columns, leaning):
-        shares.append(leaning)
-        raise InterruptedError
-
-    monkeypatch.setattr("recon.estimators.default_fit.dents", told)
-    with pytest.raises(InterruptedError):
-        fit_estimator("default", domed(FLAT), lights, 0)
-    assert shares == [share] and LEANING < LEANING_OF_FEW == 1

@@ -11,7 +11,6 @@ from safetensors.numpy import save
 from benchmarks.rendered_pixels import joined, sensor_pixels
 from benchmarks.rendered_presses import random_presses
 from recon.estimators.rendered import (
-    ALL_LIGHTS,
     FILE,
     STEEPEST,
     VERSION,
@@ -41,11 +40,6 @@ def twisted(slopes):
     return (slopes[:, :1] * slopes[:, 1:]) / (1 + (slopes**2).sum(1, keepdims=True))
 
 
-def shading_of(sensor, columns):
-    """The model of its light that sensors with so many lights are compared with."""
-    return sensor.shading if columns == ALL_LIGHTS else sensor.shading_of_few
-
-
 def balls(sensor, columns=3, noise=0.0, seed=0, own=0.0):
     """Pixels as a sensor of such mixed light has them, and its light.
 
@@ -54,7 +48,7 @@ def balls(sensor, columns=3, noise=0.0, seed=0, own=0.0):
     rng = np.random.default_rng(seed)
     slopes, position = rng.uniform(-0.7, 0.7, (2, 3000, 2)).astype(np.float32)
     blank = np.tile(np.float32([0.4, 0.5, 0.6])[:columns], (3000, 1))
-    change = color_changes(shading_of(sensor, columns), slopes, position)
+    change = color_changes(sensor.shading, slopes, position)
     change = mixed(change, position, columns)
     change += own * twisted(slopes)
     color = change * blank + noise * rng.standard_normal(blank.shape)
@@ -110,7 +104,7 @@ def test_pixels_of_more_presses_are_added_to_those_of_the_same_sensor_alone():
 def test_a_mixed_light_is_matched_whatever_colours_are_lit(columns):
     sensor = rendered_sensors()[0]
     taught, light = balls(sensor, columns)
-    mix, unexplained = matched_light(shading_of(sensor, columns), taught, light)
+    mix, unexplained = matched_light(sensor.shading, taught, light)
     assert mix.shape == (9, columns) and unexplained < 1e-4
 
 
@@ -131,14 +125,14 @@ def test_pixels_come_in_the_colours_of_the_sensor_at_hand():
 
 
 @pytest.mark.parametrize("columns", [3, 2, 1])
-def test_made_things_are_drawn_where_all_lights_are_lit_alone(columns):
+def test_whatever_is_lit_all_of_a_sensors_pixels_are_drawn_from(columns):
     sensor = rendered_sensors()[0]
     taught, light = balls(sensor, columns)
     seen, _ = rendered_pixels(taught, light, np.nan, 4000, seed=0)
     _, there = found_again(seen, sensor)
-    made = sensor.of_part[there].mean()
-    assert len(there) > 2000 and 0.3 < sensor.of_part.mean() < 0.5
-    assert abs(made - sensor.of_part.mean()) < 0.05 if columns == 3 else made == 0
+    tenths = np.histogram(there, 10, (0, len(sensor.slopes)))[0] / len(there)
+    assert len(there) > 2000
+    np.testing.assert_allclose(tenths, 0.1, atol=0.03)
 
 
 @pytest.mark.parametrize("columns", [3, 1])
@@ -229,9 +223,8 @@ def test_pixels_that_are_kept_have_the_slopes_and_the_colours_of_their_frames(tm
     balls = make_dataset(tmp_path / "balls", presses=10)
     pressed = make_rendered_set(tmp_path / "pressed", presses=2, seed=5, noise_grey_levels=0)
     kept = sensor_pixels(balls.folder, [pressed.folder])
-    made = sensor_pixels(balls.folder, [pressed.folder], 600, parts=True)
-    assert len(made["slopes"]) == 600 and (made["of_part"] == 1).all()
-    assert (kept["of_part"] == 0).all() and (made["shading"] == kept["shading"]).all()
+    fewer = sensor_pixels(balls.folder, [pressed.folder], 600)
+    assert len(fewer["slopes"]) == 600 and (fewer["shading"] == kept["shading"]).all()
     assert np.isfinite(kept["collar"]).all() and kept["collar"].shape == (1,)
     width, height = SIZE_PX
     column, row = ((kept["position"] + 1) * [width, height] / 2 - 0.5).round().astype(int).T
