@@ -29,7 +29,9 @@ asked for 0.03 to 0.12, on six clips of grips for up to 0.3.
 BEYOND_ANY_GRIP = 0.9
 """Of the frame: with more disturbed gel it is dark, another sensor's, or of a camera that moved."""
 LEAST_AREA = 8e-4
-"""Smaller patches, as a share of the frame, are dust."""
+"""Smaller patches, as a share of the frame, are dust..."""
+BESIDE_PX = 5
+"""...unless a larger one lies so near: one light sees a small contact as two halves."""
 CROSS = np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8)
 """A pixel and its four neighbours."""
 DEVIATION = 1.4826
@@ -91,7 +93,7 @@ def disturbed_in(colors: Float32[np.ndarray, "3 h w"]) -> ContactMask:
 
 
 def large_patches(mask: ContactMask) -> ContactMask:
-    """The mask without hairs and specks, holes filled."""
+    """The mask without hairs, holes filled, and without specks that lie alone."""
     if not mask.size:
         return mask
     whole = np.pad(mask, 1).view(np.uint8)  # beyond the frame nothing is changed
@@ -101,6 +103,9 @@ def large_patches(mask: ContactMask) -> ContactMask:
     filled = (gaps != gaps[0, 0]).view(np.uint8)[1:-1, 1:-1]
     _, patches, boxes, _ = cv2.connectedComponentsWithStats(filled, connectivity=4)
     large = boxes[:, cv2.CC_STAT_AREA] >= LEAST_AREA * mask.size
+    large[0] = False
+    near = cv2.dilate(large[patches].view(np.uint8), CROSS, iterations=BESIDE_PX)
+    large[patches[near > 0]] = True
     large[0] = False
     disturbed: ContactMask = large[patches]
     return disturbed

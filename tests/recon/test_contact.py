@@ -110,6 +110,16 @@ def test_dust_is_not_contact():
     assert not found[:, :200].any() and not found[:, 370:].any()
 
 
+@pytest.mark.parametrize(("gap_px", "counts"), [(5, True), (20, False)])
+def test_a_small_patch_counts_beside_a_larger_one(gap_px, counts):
+    """As the farther half of a small contact under one light, which tells no dust from it."""
+    shape = (480, 640)
+    near, far = disc(300, 200, 12, shape), disc(318 + gap_px, 200, 6, shape)
+    found = disturbed_mask(pressed(near | far, noise=0.0))
+    assert found[near].all() and found[far].mean() == (1 if counts else 0)
+    assert not disturbed_mask(pressed(far, noise=0.0)).any()
+
+
 def test_two_contacts_are_both_found():
     touched = disc(45, 60, 30) | disc(115, 60, 30)
     assert overlap(disturbed_mask(pressed(touched)), touched) >= 0.9
