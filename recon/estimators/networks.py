@@ -6,8 +6,7 @@ import numpy as np
 from jaxtyping import Float32
 
 HIDDEN = (96, 48, 48)
-"""Neurons of each layer. The first is wide: folds of the inputs are what a shape needs most
-(docs/tried/estimators.md)."""
+"""Neurons of each layer. It is the first that pays for width (docs/tried/estimators.md)."""
 
 Layer = tuple[np.ndarray, np.ndarray]
 """Weight (member, in, out) and bias (member, out)."""
