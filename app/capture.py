@@ -112,7 +112,20 @@ def main(
     print(_map(watcher))
     if other is None:
         _finish(out, card, calipers, taken)
+    else:
+        _keep_lens(other, out)
     print(f"{len(taken)} presses in {out}. Next: wedge label {out}")
+
+
+def _keep_lens(other: "Dataset", out: Path) -> None:
+    """Circles lie in pixels that the other's lens was taken out of: it belongs to these as well."""
+    from recon.lens import write_lens
+    from recon.presses import read_dataset_lens
+    from sensor.dataset import LENS_FILE
+
+    lens = read_dataset_lens(other)
+    if lens is not None:
+        write_lens(out / LENS_FILE, lens)
 
 
 @contextmanager

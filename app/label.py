@@ -45,7 +45,8 @@ def main(
     Args:
         dataset: A dataset folder of your own: dataset.toml, a background and the frames.
         again: Find the circles of labelled frames anew as well, those mended by hand excepted.
-        page: Open the page afterwards, on this computer only; end it with Ctrl-C.
+        page: Whether the page opens afterwards, on this computer only, until Ctrl-C; without it
+            the automatic circles are all.
         corners: Open the page for the pad's corners instead.
         port: Port of the page.
     """

@@ -3,6 +3,7 @@
 """`wedge reconstruct`: images to depth in millimetres."""
 
 import io
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -54,7 +55,9 @@ def main(
     blank = None if background is None else read_checked(background, unwarp)
     reconstruct = Reconstructor(calibration, blank)
     names = output_names(image)
-    check_outputs(*(out / f"{name}.npy" for name in names), json)
+    written = [out / f"{name}{end}" for name in names for end in (".npy", ".png", "-doubt.png")]
+    check_outputs(*written, json)
+    _keep_inputs([*image, background], [*written, json])
     with progress("reconstruction") as show:
         for done, name in enumerate(image, start=1):
             read_checked(name, unwarp)
@@ -106,6 +109,18 @@ def main(
             "are the lights on, and is it a frame of this unit?"
         )
     write_json(json, {"unit": str(unit), "images": rows})
+
+
+def _keep_inputs(read: Iterable[str | None], written: Iterable[Path | None]) -> None:
+    """Refuse to write over what is read.
+
+    Raises:
+        WedgeError: names the file.
+    """
+    ours = {Path(name.partition("#")[0]).resolve() for name in read if name is not None}
+    for path in written:
+        if path is not None and path.resolve() in ours:
+            raise WedgeError(f"{path} would be written over: give --out another folder.")
 
 
 def _within(doubt: "np.ndarray", contact: "np.ndarray") -> float:

@@ -3,6 +3,7 @@
 """Frames in and out of files: decoded strictly, RGB from the moment they are decoded."""
 
 import io
+import lzma
 import tokenize
 import warnings
 import zipfile
@@ -34,6 +35,8 @@ UNREADABLE_ARCHIVE = (
     EOFError,
     RuntimeError,
     MemoryError,  # a header may claim any size
+    OverflowError,
+    lzma.LZMAError,
     tokenize.TokenError,
     zipfile.BadZipFile,
     zlib.error,

@@ -121,10 +121,10 @@ def read_dataset(folder: Path) -> Dataset:
     except WedgeError as error:
         raise located(path, error) from error
     dataset = Dataset(folder=folder, card=card, labels=_read_labels(folder / "labels.csv"))
-    seen: set[PurePath] = set()
-    blank = {PurePath(name) for name in card.background}
+    seen: set[tuple[PurePath, str]] = set()
+    blank = {_frame(name) for name in card.background}
     for label in dataset.labels:
-        file = PurePath(label.file)
+        file = _frame(label.file)
         if file in seen:  # it would teach in one row and judge in the other
             raise WedgeError(
                 f"{folder / 'labels.csv'} labels {label.file} twice: keep one circle a frame."
@@ -163,6 +163,12 @@ def write_card(path: Path, card: DatasetCard) -> None:
     keys = (*REQUIRED_KEYS, *OPTIONAL_KEYS)
     document = {key: value for key in keys if (value := getattr(card, key)) is not None}
     write_atomic(path, toml_text(document).encode())
+
+
+def _frame(name: str) -> tuple[PurePath, str]:
+    """The file and the number of a frame: ``frames.npz#7`` and ``frames.npz#07`` are one."""
+    file, _, number = name.partition("#")
+    return PurePath(file), str(int(number)) if number.isdecimal() else number
 
 
 def _card(document: dict[str, Any]) -> DatasetCard:

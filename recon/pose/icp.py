@@ -53,7 +53,9 @@ class Icp:
         """Motion that brings the reference's points onto the current surface."""
         small_gicp = _small_gicp()
         if min(reference.cloud.size(), current.cloud.size()) < LEAST_POINTS:
-            return Alignment(T_current_reference=T_current_reference, covariance=np.eye(6) * np.inf)
+            return Alignment(
+                T_current_reference=T_current_reference, covariance=np.diag(np.full(6, np.inf))
+            )
         found = small_gicp.align(
             current.cloud,
             reference.cloud,

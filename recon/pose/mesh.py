@@ -40,6 +40,8 @@ class Mesh:
             raise WedgeError(
                 f"the mesh has {len(self.triangles)} triangles: give one of 1 to {MOST_TRIANGLES}."
             )
+        if self.triangles.min() < 0 or self.triangles.max() >= len(self.vertices_mm):
+            raise WedgeError("the mesh has triangles of corners that it has not: export it anew.")
         if not np.isfinite(self.vertices_mm).all():
             raise WedgeError("the mesh has corners that are not finite: export it anew.")
         size_mm = float(np.ptp(self.vertices_mm, axis=0).max())

@@ -35,6 +35,26 @@ class Touch(Protocol):
 
 
 @dataclass(frozen=True, kw_only=True)
+class KeptTouch:
+    """A touch in arrays of its own."""
+
+    gradient: GradientField
+    depth_mm: DepthMap
+    contact: ContactMask
+    mm_per_px: Pair
+
+
+def kept(touch: Touch) -> KeptTouch:
+    """A copy: a fast reconstructor writes its next touch where the last one was."""
+    return KeptTouch(
+        gradient=touch.gradient.copy(),
+        depth_mm=touch.depth_mm.copy(),
+        contact=touch.contact.copy(),
+        mm_per_px=touch.mm_per_px,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
 class Alignment:
     """How an object has moved from one touch to another."""
 

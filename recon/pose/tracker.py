@@ -30,7 +30,7 @@ from recon.pose.models import (
     remoteness,
 )
 from recon.pose.pyramid import Pyramid, looked_up, residuals
-from recon.pose.registration import Registration, Touch
+from recon.pose.registration import Registration, Touch, kept
 from recon.pose.rigid import (
     Covariance,
     Transform,
@@ -154,6 +154,7 @@ class Tracker:
 
     def __call__(self, touch: Touch) -> PoseEstimate:
         """Take in the next touch."""
+        touch = kept(touch)
         before, self._before = self._before, touch
         contact_px = int(np.count_nonzero(touch.contact))
         self._most_px = max(self._most_px, contact_px)

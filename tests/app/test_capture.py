@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from recon.images import read_image, write_image
-from sensor.dataset import read_dataset
+from recon.lens import Lens, read_lens, write_lens
+from sensor.dataset import LENS_FILE, read_dataset
 from tests.synthetic import KEYSTONE_PX, make_dataset, pad_size_mm
 from tests.validation.importers.test_raw_frames import GAP_MM, caliper, off_pad
 
@@ -42,6 +43,29 @@ def test_a_folder_of_frames_becomes_a_dataset(tmp_path: Path) -> None:
     again = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert again.returncode == 2
     assert len(again.stderr.splitlines()) == 1
+
+
+def test_the_lens_of_the_dataset_comes_along(tmp_path: Path) -> None:
+    like = make_dataset(tmp_path / "like", presses=2)
+    height, width = read_image(like.folder / "background.png").shape[:2]
+    lens = Lens(
+        frame_size_px=(width, height),
+        focal_px=(float(width), float(width)),
+        center_px=(width / 2, height / 2),
+        radial=(-0.01, 0.0, 0.0),
+        rms_px=0.1,
+    )
+    write_lens(like.folder / LENS_FILE, lens)
+    frames = tmp_path / "frames"
+    frames.mkdir()
+    for index, name in enumerate(["background.png", *(x.file for x in like.labels)]):
+        (frames / f"{index:02d}.png").write_bytes((like.folder / name).read_bytes())
+    out = tmp_path / "out"
+    words = ("capture", str(frames), "--like", str(like.folder), "--out", str(out))
+    command = [sys.executable, "-P", "-m", "app", *words]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert read_lens(out / LENS_FILE) == lens
 
 
 def test_frames_of_another_size_than_the_dataset_s_are_refused(tmp_path: Path) -> None:

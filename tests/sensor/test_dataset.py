@@ -216,6 +216,7 @@ HEADER = "file,center_x_px,center_y_px,contact_radius_px\n"
         (HEADER.replace("\n", ",\n") + "a.png,1,2,3,\n", "has a column without a name"),
         (HEADER + "a.png,1,2,3\nb.png,1,2,3\na.png,9,9,3\n", r"labels a\.png twice"),
         (HEADER + "a.png,1,2,3\n./a.png,9,9,3\n", r"labels \./a\.png twice"),
+        (HEADER + "f.npz#1,1,2,3\nf.npz#01,9,9,3\n", r"labels f\.npz#01 twice"),
         (HEADER + "background.png,1,2,3\n", r"labels background\.png, .* the blank gel"),
         (HEADER.replace("\n", ",quality\n") + "a.png,1,2,3,1.5\n", "quality = 1.5 .* from 0 to 1"),
         (HEADER.replace("\n", ",quality\n") + "a.png,1,2,3,nan\n", "quality = nan .* from 0 to 1"),

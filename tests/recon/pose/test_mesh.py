@@ -85,3 +85,11 @@ def test_a_written_mesh_is_read_back(tmp_path):
     assert np.ptp(read_mesh(path).vertices_mm, axis=0).max() == SIDE_MM
     with pytest.raises(WedgeError, match="no STL"):
         read_mesh(tmp_path / "cube.step")
+
+
+@pytest.mark.parametrize("corner", [-1, 8])
+def test_a_corner_that_is_not_there_is_refused(corner):
+    whole = cube()
+    triangles = np.concatenate([whole.triangles, [[0, 1, corner]]])
+    with pytest.raises(WedgeError, match="corners that it has not"):
+        Mesh(vertices_mm=whole.vertices_mm, triangles=triangles)

@@ -119,6 +119,28 @@ def test_a_frozen_stream_is_said(name):
     np.testing.assert_array_equal(found.T_sensor_object, before.T_sensor_object)
 
 
+def test_touches_may_come_in_the_same_arrays():
+    first, second, _ = bead_pairs()[0]
+    arrays = replace(first, gradient=first.gradient.copy(), depth_mm=first.depth_mm.copy())
+    track, apart = Tracker(), Tracker()
+    track(arrays), apart(first)
+    arrays.gradient[:], arrays.depth_mm[:] = second.gradient, second.depth_mm
+    found, wanted = track(replace(second, gradient=arrays.gradient)), apart(second)
+    assert found.state == wanted.state == "tracking"
+    np.testing.assert_array_equal(found.T_sensor_object, wanted.T_sensor_object)
+
+
+@pytest.mark.parametrize("name", ["gicp", "plane"])
+def test_too_few_points_say_nothing_of_a_motion(name):
+    registration, whole = REGISTRATIONS[name], bead_pairs()[0][0]
+    some = np.zeros_like(whole.contact)
+    some.flat[np.flatnonzero(whole.contact)[:3]] = True
+    few = registration.prepare(replace(whole, contact=some))
+    covariance = registration.align(few, few, np.eye(4)).covariance
+    assert np.isposinf(np.diag(covariance)).all()
+    assert (covariance[~np.eye(6, dtype=bool)] == 0).all()
+
+
 @every_tracker
 def test_another_object_is_no_pose(name):
     track = Tracker(name)

@@ -1,0 +1,38 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""`wedge reconstruct` never writes over what it reads."""
+
+from pathlib import Path
+
+import pytest
+
+from app.__main__ import main
+from tests.synthetic import make_dataset
+
+
+def run(*words: object) -> object:
+    with pytest.raises(SystemExit) as stop:
+        main([str(word) for word in words])
+    return stop.value.code
+
+
+@pytest.mark.parametrize("way", ["beside itself", "as numbers", "over the blank gel"])
+def test_an_image_is_not_written_over(
+    way: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=10)
+    unit = tmp_path / "unit"
+    assert run("calibrate", dataset.folder, "--estimator", "table", "--out", unit) == 0
+    press, blank = dataset.folder / dataset.labels[0].file, dataset.folder / "background.png"
+    words: list[object] = ["reconstruct", unit, press, "--background", blank, "--out"]
+    words += {
+        "beside itself": [dataset.folder],
+        "as numbers": [tmp_path / "depth", "--json", press],
+        "over the blank gel": [tmp_path / "depth", "--json", blank],
+    }[way]
+    before = {path.name: path.read_bytes() for path in dataset.folder.iterdir()}
+    capsys.readouterr()
+    assert run(*words) == 2
+    said = capsys.readouterr().err
+    assert "would be written over" in said and len(said.splitlines()) == 1
+    assert {path.name: path.read_bytes() for path in dataset.folder.iterdir()} == before
