@@ -99,6 +99,8 @@ def main(
                         watcher.set_background(blank)
                 verdict = watcher.judge_alone(frame) if alone else watcher.look(frame)
                 if verdict.circle is not None:
+                    if other is not None and not taken:
+                        _keep_lens(other, out)
                     taken.append(_keep(out, card, watcher, frame, verdict.circle, taken))
                 elif verdict.taken and caliper_mm is not None:
                     name = f"{caliper_mm:g}mm-{len(calipers) + 1}.png"
@@ -112,8 +114,6 @@ def main(
     print(_map(watcher))
     if other is None:
         _finish(out, card, calipers, taken)
-    else:
-        _keep_lens(other, out)
     print(f"{len(taken)} presses in {out}. Next: wedge label {out}")
 
 

@@ -29,6 +29,8 @@ UNREADABLE_IMAGE = (
     Warning,
     Image.DecompressionBombError,
 )
+MOST_DIGITS = 20
+"""Of a frame's number; int() refuses thousands of them."""
 UNREADABLE_ARCHIVE = (
     OSError,
     ValueError,
@@ -82,8 +84,8 @@ def read_frame(folder: Path, name: str) -> Frame:
     if not path.is_file():
         raise WedgeError(f"{path} is missing.")
     frames = _npz_frames(path, path.stat().st_mtime_ns)
-    if not index.isdecimal() or int(index) >= len(frames):
-        raise WedgeError(f"{path} has no frame {index!r}: it holds {len(frames)}.")
+    if not index.isdecimal() or len(index) > MOST_DIGITS or int(index) >= len(frames):
+        raise WedgeError(f"{path} has no frame {index[:MOST_DIGITS]!r}: it holds {len(frames)}.")
     frame: Frame = frames[int(index)]
     return frame
 

@@ -168,7 +168,7 @@ def write_card(path: Path, card: DatasetCard) -> None:
 def _frame(name: str) -> tuple[PurePath, str]:
     """The file and the number of a frame: ``frames.npz#7`` and ``frames.npz#07`` are one."""
     file, _, number = name.partition("#")
-    return PurePath(file), str(int(number)) if number.isdecimal() else number
+    return PurePath(file), number.lstrip("0") or number[:1]
 
 
 def _card(document: dict[str, Any]) -> DatasetCard:

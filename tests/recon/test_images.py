@@ -185,7 +185,9 @@ def test_an_image_by_name_is_a_frame(tmp_path):
     np.testing.assert_array_equal(read_frame(tmp_path, "frame.png"), PICTURE)
 
 
-@pytest.mark.parametrize("index", ["3", "-1", "", "1.0", "one", "99999999999999999999", "0#1"])
+@pytest.mark.parametrize(
+    "index", ["3", "-1", "", "1.0", "one", "99999999999999999999", "0#1", "1" * 5000]
+)
 def test_a_frame_that_an_npz_does_not_hold_is_refused(tmp_path, index):
     np.savez(tmp_path / "frames.npz", frames=FRAMES)
     with pytest.raises(WedgeError, match=r"frames\.npz has no frame .*: it holds 3"):
