@@ -3,28 +3,23 @@
 """The skin as points and as a mesh, in mm in the gel frame: x right, y down, z out of the gel.
 
 A point is ``(x, y, rest - depth)``, where the skin at rest lies at z = 0 or on the design's curved
-gel. Its uncertainty is along z: what the noise of the slopes becomes when they are integrated.
+gel. Its uncertainty is along z: what the slopes' errors become when they are integrated, where the
+estimator knows them, and else what their noise does.
 """
 
 from dataclasses import dataclass, fields
-from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
 from jaxtyping import Bool, Float32, Float64, Int32
 
-from recon.arrays import ContactMask, DepthMap, GradientField
+from recon.arrays import DepthMap, GradientField
 from recon.ball import normals
+from recon.depth_error import depth_error, depth_noise, slope_noise
 from recon.poisson import Boundary
 from recon.pose.registration import Touch
 from sensor.design import Gel
 from sensor.errors import WedgeError
-from sensor.toml import Pair
-
-DEVIATION = 1.4826
-"""Standard deviations in a median absolute deviation, of normal noise."""
-LEAST_UNTOUCHED_PX = 100
-"""With less blank gel in the frame, the noise is taken from the whole frame, contact included."""
 
 
 class Skin(Touch, Protocol):
@@ -38,6 +33,10 @@ class Skin(Touch, Protocol):
     def disturbed(self) -> Bool[np.ndarray, "_ _"]:
         """Where the colour changed; of as many pixels as the frame, or of its quarter."""
 
+    @property
+    def slope_error(self) -> GradientField | None:
+        """Standard deviation expected of each slope's error; ``None`` where it is not known."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class PointCloud:
@@ -47,7 +46,8 @@ class PointCloud:
     normals: Float32[np.ndarray, "n 3"]
     """Unit length, out of the gel."""
     sigma_mm: Float32[np.ndarray, " n"]
-    """Standard deviation along z from the noise of the slopes; calibration errors add to it."""
+    """Standard deviation expected along z. Of an estimator that does not know its errors it is what
+    the noise of the slopes causes, to which they add."""
     contact: Bool[np.ndarray, " n"]
     """Where something touches."""
 
@@ -84,14 +84,22 @@ def point_cloud(touch: Skin, gel: Gel | None = None) -> PointCloud:
     y_mm = (np.arange(height) - (height - 1) / 2) * touch.mm_per_px[1]
     x, y = np.meshgrid(x_mm, y_mm)
     rest, rest_slope = _rest(gel, x, y)
-    noise = slope_noise(touch.gradient, touch.contact)
-    sigma = noise * depth_noise((height, width), touch.mm_per_px, touch.boundary)
     return PointCloud(
         points_mm=np.stack([x, y, rest - touch.depth_mm], -1).reshape(-1, 3).astype(np.float32),
         normals=normals(touch.gradient - rest_slope).reshape(-1, 3).astype(np.float32),
-        sigma_mm=sigma.ravel().astype(np.float32),
+        sigma_mm=expected_error_mm(touch).ravel().astype(np.float32),
         contact=touch.contact.ravel(),
     )
+
+
+def expected_error_mm(touch: Skin) -> DepthMap:
+    """Standard deviation expected of every depth's error, as in ``PointCloud.sigma_mm``."""
+    error = touch.slope_error
+    if error is not None:
+        return depth_error(error, touch.mm_per_px, touch.boundary)
+    height, width = touch.depth_mm.shape
+    noise = slope_noise(touch.gradient, touch.contact)
+    return noise * depth_noise((height, width), touch.mm_per_px, touch.boundary)
 
 
 def skin_mesh(touch: Skin, gel: Gel | None = None) -> Mesh:
@@ -108,54 +116,6 @@ def skin_mesh(touch: Skin, gel: Gel | None = None) -> Mesh:
         ]
     )
     return Mesh(cloud=point_cloud(touch, gel), triangles=triangles)
-
-
-def slope_noise(gradient: GradientField, contact: ContactMask) -> float:
-    """Standard deviation of the slopes of untouched gel in this frame, robust to what it holds."""
-    blank = (
-        gradient[~contact] if (~contact).sum() >= LEAST_UNTOUCHED_PX else gradient.reshape(-1, 2)
-    )
-    if not len(blank):
-        return 0.0
-    spread = np.median(np.abs(blank - np.median(blank, axis=0)), axis=0)
-    return float(DEVIATION * np.sqrt(np.mean(spread**2)))
-
-
-@lru_cache(maxsize=8)
-def depth_noise(
-    shape: tuple[int, int], mm_per_px: Pair, boundary: Boundary
-) -> Float64[np.ndarray, "h w"]:
-    """Standard deviation of depth, in mm, for slopes with independent noise of deviation 1.
-
-    Integration divides the divergence by the Laplacian's eigenvalues, so with orthonormal
-    transforms ``var z = sum_kl phi_k^2 phi_l^2 (sin^2 a_k / h_x^2 + sin^2 a_l / h_y^2) /
-    lambda_kl^2``: slopes at pixel centres are differenced over two pixels, hence sin a and not
-    2 sin(a / 2). With a free border depth is known up to a constant, which is not counted.
-    """
-    (powers_y, angles_y), (powers_x, angles_x) = (_modes(count, boundary) for count in shape)
-
-    def squares(angles: np.ndarray, pitch_mm: float) -> tuple[np.ndarray, np.ndarray]:
-        return (np.sin(angles) / pitch_mm) ** 2, (2 * np.sin(angles / 2) / pitch_mm) ** 2
-
-    slope_x, bend_x = squares(angles_x, mm_per_px[0])
-    slope_y, bend_y = squares(angles_y, mm_per_px[1])
-    bend = bend_y[:, None] + bend_x[None, :]
-    if boundary == "neumann":
-        bend[0, 0] = np.inf
-    spectrum = (slope_y[:, None] + slope_x[None, :]) / bend**2
-    return np.sqrt(powers_y @ spectrum @ powers_x.T)
-
-
-def _modes(count: int, boundary: Boundary) -> tuple[np.ndarray, np.ndarray]:
-    """Squares (place, mode) of the orthonormal modes along one side, and their angles."""
-    place = np.arange(count)[:, None]
-    if boundary == "dirichlet":
-        angles = np.pi * np.arange(1, count + 1) / (count + 1)
-        return 2 / (count + 1) * np.sin(angles * (place + 1)) ** 2, angles
-    angles = np.pi * np.arange(count) / count
-    powers = 2 / count * np.cos(angles * (place + 0.5)) ** 2
-    powers[:, 0] /= 2
-    return powers, angles
 
 
 def _rest(

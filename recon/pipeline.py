@@ -15,6 +15,7 @@ from recon.calibration import Calibration, load_calibration
 from recon.contact import contact_mask, disturbed_mask
 from recon.contact_patches import ContactPatch, contact_patches
 from recon.depth import depth_of
+from recon.depth_error import slope_error
 from recon.estimators import GradientEstimator, gradient_field
 from recon.markers.detection import unexpected_dots
 from recon.markers.filling import fill_gradients
@@ -40,6 +41,8 @@ class Reconstruction:
     """Where the lights sit; ``None`` where nobody said."""
     doubt: Float32[np.ndarray, "h w"] | None = None
     """How far off an inferred slope is expected to be, mm/mm; ``None`` where both were measured."""
+    estimator: GradientEstimator | None = None
+    """That read the slopes; ``None`` where nobody said."""
     dots: Tracked | None = None
     """Of a marker gel: where each dot is now."""
     markers: str = "none"
@@ -54,6 +57,11 @@ class Reconstruction:
     def patches(self) -> tuple[ContactPatch, ...]:
         """The separate places of contact, the largest first."""
         return contact_patches(self.contact, self.depth_mm, self.mm_per_px)
+
+    @property
+    def slope_error(self) -> GradientField | None:
+        """Standard deviation expected of each slope's error; ``None`` where it is not known."""
+        return slope_error(self.estimator, self.gradient, self.lights_deg, self.doubt)
 
     @property
     def shadow(self) -> ContactMask:
@@ -166,6 +174,7 @@ def reconstruct(
         mm_per_px=mm_per_px,
         lights_deg=lights_deg,
         doubt=found.doubt,
+        estimator=estimator,
     )
 
 

@@ -6,7 +6,8 @@
 shapes; ``other TAUGHT JUDGED`` teaches one set and judges the presses of another; ``fewer DATASET``
 teaches ten presses and all, by five folds; ``intervals DATASET`` counts the held-out truths inside
 the intervals. Few presses are chosen twice: as a capture leads them over the pad, and evenly
-through the list, which leaves parts of the pad out. ``--json FILE`` keeps the numbers.
+through the list, which leaves parts of the pad out. Deviations are errors of depth, each by what is
+expected of it, root mean square. ``--json FILE`` keeps the numbers.
 """
 
 import argparse
@@ -16,22 +17,23 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from statistics import fmean
+from statistics import fmean, median
 from typing import Any
 
 import numpy as np
 
 from recon.calibration import calibrate, lit_channels
+from recon.cloud import expected_error_mm
 from recon.estimators import GradientEstimator
 from recon.estimators.default import Default
-from recon.pipeline import reconstruct
+from recon.pipeline import Reconstruction, reconstruct
 from recon.pixels import BallPress, label_pixels
 from recon.presses import read_presses
 from sensor.dataset import Dataset, read_dataset
 from sensor.errors import WedgeError
 from sensor.files import write_atomic
 from validation.datasets import dataset_folder
-from validation.depth import depth_errors
+from validation.depth import depth_errors, true_depth
 from validation.error_table import measure_press
 from validation.folds import fit_presses
 from validation.metrics import PIXEL_SETS, PressErrors, mean_errors
@@ -62,6 +64,7 @@ def shapes(taught: str, names: Sequence[str], count: int | None = None) -> list[
             some += [
                 {"estimator": name, "shape": shape.name, "presses": len(presses.presses)}
                 | {"chosen": how, "rmse_mm": shape.rmse_mm, "bias_mm": shape.bias_mm}
+                | ({} if shape.deviations is None else {"deviations": shape.deviations})
                 for shape in measure_shapes(folder, unit)
             ]
         rows += _with_ratio(some, "shape", "rmse_mm")
@@ -107,8 +110,12 @@ def fewer(of: str, names: Sequence[str], count: int) -> list[Row]:
 
 
 def intervals(of: str) -> list[Row]:
-    """Share of held-out contact slopes inside their 90 % interval, pooled and by steepness."""
+    """Share of held-out contact slopes inside their 90 % interval, pooled and by steepness.
+
+    Beside it, by how many of the deviations expected of it depth is off.
+    """
     presses, dataset = _read(of)
+    squares: list[float] = []
     inside: list[np.ndarray] = []
     steepness: list[np.ndarray] = []
     for split in splits(len(presses), FOLDS, SEED):
@@ -117,10 +124,14 @@ def intervals(of: str) -> list[Row]:
         for i in split.test:
             pixels = label_pixels(presses[i], i, SEED)
             pixels = pixels[pixels.contact]
-            found = _field(fitted, presses[i], dataset).reshape(-1, 2)[pixels.place]
+            touch = _touch(fitted, presses[i], dataset)
+            found = touch.gradient.reshape(-1, 2)[pixels.place]
             truth = pixels.gradient + fitted.lean(pixels.position)
             inside.append(np.abs(found - truth) <= fitted.half_width(found))
             steepness.append(np.linalg.norm(truth, axis=1))
+            known = true_depth(touch.depth_mm, presses[i], dataset.folder)
+            off = (touch.depth_mm - known.rim_mm - known.depth_mm) / expected_error_mm(touch)
+            squares.append(float(np.mean(off[known.depth_mm > 0] ** 2)))
     within, steep = np.concatenate(inside), np.concatenate(steepness)
     edges = [0, 0.3, 0.7, 9]
     row: Row = {"dataset": of, "presses": len(presses), "covered": float(within.mean())}
@@ -128,6 +139,7 @@ def intervals(of: str) -> list[Row]:
         chosen = (steep >= low) & (steep < high)
         if chosen.any():
             row[f"covered, slope {low}-{high}"] = float(within[chosen].mean())
+    row["deviations, median press"] = median(squares) ** 0.5
     return [row]
 
 
@@ -169,7 +181,7 @@ def _fit(name: str, presses: Presses, dataset: Dataset) -> GradientEstimator:
     return fit_presses(presses, range(len(presses)), name, lit_channels(dataset)[0], SEED)
 
 
-def _field(fitted: GradientEstimator, press: BallPress, dataset: Dataset) -> np.ndarray:
+def _touch(fitted: GradientEstimator, press: BallPress, dataset: Dataset) -> Reconstruction:
     return reconstruct(
         press.difference,
         fitted,
@@ -177,7 +189,7 @@ def _field(fitted: GradientEstimator, press: BallPress, dataset: Dataset) -> np.
         lights_deg=dataset.card.lights_deg,
         mm_per_px=press.mm_per_px,
         hidden=press.hidden,
-    ).gradient
+    )
 
 
 def _pooled(fitted: Sequence[tuple[GradientEstimator, Presses]], dataset: Dataset) -> Row:

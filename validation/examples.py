@@ -19,7 +19,7 @@ from sensor.unit import MissingAxis
 from validation.depth import DepthErrors, cap_of, depth_errors, true_depth
 from validation.figures.ball_press import PressPicture
 from validation.folds import Fold
-from validation.side_by_side import Unseen, interval_half_width
+from validation.side_by_side import Unseen
 
 RANKS = {"median": 0.5, "worst": 1.0}
 """Places in the order of depth RMSE, 0 the best."""
@@ -97,7 +97,7 @@ def held_out(folder: Path, fold: Fold, seed: int) -> HeldOut:
     return HeldOut(
         pixels=join([pixels for _, pixels in judged]),
         estimated=np.concatenate(estimated),
-        half_width=interval_half_width(fitted, np.concatenate(estimated)),
+        half_width=fitted.half_width(np.concatenate(estimated)),
         estimator=fitted.name,
         n_presses=len(fold.test),
         examples=tuple(

@@ -12,6 +12,7 @@ import numpy as np
 
 from recon.arrays import DepthMap, Difference, Unwarped
 from recon.calibration import Calibration
+from recon.cloud import expected_error_mm
 from recon.images import read_frame
 from recon.pipeline import reconstruct
 from recon.presses import press_reader
@@ -33,6 +34,8 @@ class Shape:
     depth_mm: DepthMap
     truth_mm: DepthMap
     mm_per_px: Pair
+    expected_error_mm: DepthMap | None = None
+    """Standard deviation of the depth's error; ``None`` where the estimator does not know any."""
 
     @property
     def touched(self) -> np.ndarray:
@@ -48,6 +51,14 @@ class Shape:
     def bias_mm(self) -> float:
         """Mean of reconstruction minus truth where the skin is pressed."""
         return float(np.mean((self.depth_mm - self.truth_mm)[self.touched]))
+
+    @property
+    def deviations(self) -> float | None:
+        """Root mean square of the pressed skin's errors, each by what was expected of it."""
+        if self.expected_error_mm is None:
+            return None
+        off = ((self.depth_mm - self.truth_mm) / self.expected_error_mm)[self.touched]
+        return float(np.sqrt(np.mean(off**2)))
 
     @property
     def peak_error_mm(self) -> float:
@@ -93,6 +104,7 @@ def measure_shapes(folder: Path, unit: Calibration) -> list[Shape]:
                 depth_mm=found.depth_mm,
                 truth_mm=truth,
                 mm_per_px=dataset.card.mm_per_px,
+                expected_error_mm=None if found.slope_error is None else expected_error_mm(found),
             )
         )
     return shapes

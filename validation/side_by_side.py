@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float, Float32
 
-from recon.estimators import GradientEstimator, slopes_at
+from recon.estimators import slopes_at
 from recon.pixels import label_pixels
 from recon.presses import press_reader, unusable
 from sensor.dataset import read_dataset
@@ -66,17 +66,9 @@ def unseen_slopes(folder: Path, fold: Fold, seed: int) -> Unseen:
         estimator=fold.estimator.name,
         truth=np.concatenate(truth),
         estimated=np.concatenate(estimated),
-        half_width=interval_half_width(fold.estimator, np.concatenate(estimated)),
+        half_width=fold.estimator.half_width(np.concatenate(estimated)),
         n_presses=len(fold.test),
     )
-
-
-def interval_half_width(
-    estimator: GradientEstimator, slopes: Float32[np.ndarray, "n 2"]
-) -> Float32[np.ndarray, "n 2"] | None:
-    """Half the width of each slope's 90 % interval, of estimators that tell one."""
-    half_width = getattr(estimator, "half_width", None)
-    return None if half_width is None else half_width(slopes)
 
 
 def error_map_deg(unseen: Unseen, bins: int, reach: float) -> Float[np.ndarray, "b b"]:

@@ -13,6 +13,7 @@ from jaxtyping import Float32
 from recon.arrays import Difference, GradientField
 from recon.estimators.default import Default
 from recon.estimators.default_fit import fit_default
+from recon.estimators.learnt import refuse_absurd
 from recon.estimators.lesson import lesson_pixels
 from recon.estimators.lookup_table import LookupTable, fit_lookup_table
 from recon.estimators.mlp import Mlp, fit_mlp
@@ -54,6 +55,9 @@ class GradientEstimator(Protocol):
 
         Labels say a ball's own slopes; on a domed gel the two differ.
         """
+
+    def half_width(self, slopes: Float32[np.ndarray, "*n 2"]) -> Float32[np.ndarray, "*n 2"] | None:
+        """Half the width of each slope's 90 % interval; ``None`` where that was not measured."""
 
     def tensors(self) -> dict[str, np.ndarray]:
         """Everything it learnt, as arrays for ``gradients.safetensors``."""
@@ -125,7 +129,9 @@ def restore_estimator(
         if values.dtype != np.float32 or not np.isfinite(values).all():
             raise WedgeError(f"the array {key} of the {name} estimator is not of finite float32.")
     try:
-        return kind_of(name).restore(tensors, channels)
+        estimator = kind_of(name).restore(tensors, channels)
+        refuse_absurd(tensors)
+        return estimator
     except KeyError as error:
         raise WedgeError(
             f"the {name} estimator lacks the array {error}; calibrate again."

@@ -60,6 +60,9 @@ class LookupTable:
         """None: the gel is taken as flat."""
         return np.zeros_like(position)
 
+    def half_width(self, slopes: Float32[np.ndarray, "*n 2"]) -> None:
+        """Not measured."""
+
     def tensors(self) -> dict[str, np.ndarray]:
         """Everything it learnt."""
         return {"low": self.low, "high": self.high, "bins": self.bins}

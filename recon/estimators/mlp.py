@@ -72,6 +72,9 @@ class Mlp:
         """None: the gel is taken as flat."""
         return np.zeros_like(position)
 
+    def half_width(self, slopes: Float32[np.ndarray, "*n 2"]) -> None:
+        """Not measured."""
+
     def tensors(self) -> dict[str, np.ndarray]:
         """Everything it learnt."""
         named = {"color_scale": self.color_scale}

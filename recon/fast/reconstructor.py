@@ -17,6 +17,7 @@ from recon.arrays import ContactMask, DepthMap, Difference, Frame, GradientField
 from recon.calibration import Calibration, load_calibration
 from recon.contact import contact_mask, disturbed_in
 from recon.depth import depth_of, fewer_px
+from recon.depth_error import slope_error
 from recon.estimators import gradient_field
 from recon.estimators.default import Default
 from recon.estimators.mlp import Mlp
@@ -61,6 +62,16 @@ class Touch:
     mm_per_px: Pair
     disturbed: ContactMask | QuarterMask
     """Of as many pixels as the frame, or of its quarter."""
+    calibration: Calibration
+    """Of the unit."""
+    doubt: DepthMap | None = None
+    """How far off an inferred slope is expected to be, mm/mm; ``None`` where none was."""
+
+    @property
+    def slope_error(self) -> GradientField | None:
+        """Standard deviation expected of each slope's error; ``None`` where it is not known."""
+        unit = self.calibration
+        return slope_error(unit.estimator, self.gradient, unit.card.lights_deg, self.doubt)
 
     @property
     def deepest_mm(self) -> float:
@@ -208,6 +219,7 @@ class FastReconstructor:
             boundary=border,
             mm_per_px=self.calibration.card.mm_per_px,
             disturbed=disturbed,
+            calibration=self.calibration,
         )
 
     def _near(self, disturbed: QuarterMask, small: Seen) -> QuarterMask | None:
@@ -270,6 +282,8 @@ class FastReconstructor:
             boundary=found.boundary,
             mm_per_px=card.mm_per_px,
             disturbed=disturbed,
+            calibration=self.calibration,
+            doubt=found.doubt,
         )
 
 

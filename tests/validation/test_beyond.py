@@ -65,6 +65,18 @@ def test_presses_chosen_over_the_pad_leave_no_press_far_from_them(folder):
     assert farthest["over the pad"] < farthest["as listed"]
 
 
+def test_depth_of_presses_held_out_is_off_by_about_what_is_expected(folder, monkeypatch):
+    pytest.importorskip("torch")
+    from recon.estimators import default_training
+
+    monkeypatch.setattr(beyond, "FOLDS", 2)
+    monkeypatch.setattr(default_training, "STEPS", 400)
+    monkeypatch.setattr(default_training, "BATCH", 128)
+    (row,) = beyond.intervals(str(folder))
+    assert row["presses"] == 12 and row["covered"] > 0.8
+    assert 0.1 < row["deviations, median press"] < 2
+
+
 def test_the_command_prints_and_keeps_the_rows(folder, tmp_path, monkeypatch, capsys):
     kept = tmp_path / "rows.json"
     arguments = ["beyond", "shapes", str(folder), "--estimator", "table", "--json", str(kept)]

@@ -148,6 +148,9 @@ def test_an_axis_without_light_is_inferred_as_the_reference_infers_it(
     assert np.abs(touch.gradient - truth.gradient).max() < 3 * SLOPE
     assert np.abs(touch.depth_mm - truth.depth_mm).max() < 0.01 * np.ptp(truth.depth_mm)
     assert (touch.contact == truth.contact).mean() > 0.99
+    assert (touch.slope_error is None) == (truth.slope_error is None)
+    if truth.slope_error is not None:
+        np.testing.assert_allclose(touch.slope_error, truth.slope_error, atol=0.01)
 
 
 @pytest.mark.parametrize("size_px", [(480, 360), (400, 470), (960, 440)])

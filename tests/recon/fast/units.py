@@ -54,7 +54,7 @@ def random_default(seed: int = 9, channels: str = "RGB") -> Default:
         spread=rng.uniform(0.3, 0.6, features).astype(np.float32),
         layers=layers,
         gel=np.zeros((2, 2), np.float32),
-        error90=np.zeros((len(default.SLOPE_KNOTS), 2), np.float32),
+        error90=np.outer(np.linspace(0.05, 0.3, len(default.SLOPE_KNOTS)), (1, 0.8)).astype("f4"),
     )
 
 

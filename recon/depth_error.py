@@ -1,0 +1,159 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How far off depth is expected to be: what slopes that are wrong become when they are integrated.
+
+With independent errors of the slopes that is closed form (``depth_noise``). An estimator's errors
+are not independent: a flank is misread as a whole. They count as if they were the same over
+``CORRELATED_MM`` squared, one square independent of the next.
+"""
+
+from collections.abc import Mapping
+from functools import lru_cache
+
+import cv2
+import numpy as np
+from jaxtyping import Float32, Float64
+from scipy import fft
+
+from recon.arrays import ContactMask, DepthMap, GradientField
+from recon.estimators import GradientEstimator
+from recon.lights import unseen_axis
+from recon.poisson import Boundary
+from sensor.toml import Pair
+
+CORRELATED_MM = 0.8
+"""Side of the square over which an estimator's errors go together: chosen so that depths of presses
+and shapes not learnt from are off by about what is expected (``docs/concepts/contact.md``)."""
+NORMAL90 = 1.645
+"""Standard deviations in half the width of a normal error's 90 % interval."""
+DEVIATION = 1.4826
+"""Standard deviations in a median absolute deviation, of normal noise."""
+LEAST_UNTOUCHED_PX = 100
+"""With less blank gel in the frame, the noise is taken from the whole frame, contact included."""
+MOST_CELLS = 80
+"""Along the frame's longer side, in which errors are spread: they go together over more than
+one."""
+
+
+def slope_error(
+    estimator: GradientEstimator | None,
+    gradient: GradientField,
+    lights_deg: Mapping[str, float] | None,
+    doubt: DepthMap | None,
+) -> GradientField | None:
+    """Standard deviation expected of each slope's error, mm/mm; ``None`` where nobody measured it.
+
+    Args:
+        estimator: that read the slopes.
+        gradient: (h, w, 2), mm/mm.
+        lights_deg: where the lights sit.
+        doubt: (h, w), how far off slopes that were inferred are expected to be, mm/mm.
+    """
+    if estimator is None:
+        return None
+    half_width = estimator.half_width(gradient)
+    error = None if half_width is None else half_width / np.float32(NORMAL90)
+    unseen = unseen_axis(lights_deg, estimator.channels)
+    if doubt is None or unseen is None:
+        return error
+    error = np.zeros(gradient.shape, np.float32) if error is None else error
+    error[..., "xy".index(unseen)] = doubt
+    return error
+
+
+def depth_error(error: GradientField, mm_per_px: Pair, boundary: Boundary) -> DepthMap:
+    """Standard deviation expected of each depth's error, mm.
+
+    A slope's error moves depth at a distance r by an amount that falls as 1 / r (the gradient of
+    the Laplacian's Green function in the plane), so variances are averaged by 1 / r^2, and the
+    average stands for the one variance that ``depth_noise`` asks for. Far from all wrong slopes
+    that is too cautious, as a border held at zero keeps their errors to themselves.
+
+    Args:
+        error: (h, w, 2), standard deviation of the slopes, mm/mm.
+        mm_per_px: pixel pitch along x and y.
+        boundary: what the slopes are integrated with.
+    """
+    height, width = error.shape[:2]
+    variance = np.square(error, dtype=np.float32).mean(-1)
+    cell_px = -(-max(height, width) // MOST_CELLS)
+    cells_px = -(-width // cell_px), -(-height // cell_px)
+    cells = cv2.resize(variance, cells_px, interpolation=cv2.INTER_AREA)
+    cell_mm = (mm_per_px[0] * width / cells_px[0], mm_per_px[1] * height / cells_px[1])
+    around = cv2.resize(_averaged(cells, cell_mm), (width, height))
+    squares = CORRELATED_MM / np.sqrt(mm_per_px[0] * mm_per_px[1])
+    noise = depth_noise((height, width), mm_per_px, boundary)
+    return np.asarray(squares * noise * np.sqrt(np.maximum(around, 0)), np.float32)
+
+
+def slope_noise(gradient: GradientField, contact: ContactMask) -> float:
+    """Standard deviation of the slopes of untouched gel in this frame, robust to what it holds."""
+    blank = (
+        gradient[~contact] if (~contact).sum() >= LEAST_UNTOUCHED_PX else gradient.reshape(-1, 2)
+    )
+    if not len(blank):
+        return 0.0
+    spread = np.median(np.abs(blank - np.median(blank, axis=0)), axis=0)
+    return float(DEVIATION * np.sqrt(np.mean(spread**2)))
+
+
+@lru_cache(maxsize=8)
+def depth_noise(
+    shape: tuple[int, int], mm_per_px: Pair, boundary: Boundary
+) -> Float64[np.ndarray, "h w"]:
+    """Standard deviation of depth, in mm, for slopes with independent noise of deviation 1.
+
+    Integration divides the divergence by the Laplacian's eigenvalues, so with orthonormal
+    transforms ``var z = sum_kl phi_k^2 phi_l^2 (sin^2 a_k / h_x^2 + sin^2 a_l / h_y^2) /
+    lambda_kl^2``: slopes at pixel centres are differenced over two pixels, hence sin a and not
+    2 sin(a / 2). With a free border depth is known up to a constant, which is not counted.
+    """
+    (powers_y, angles_y), (powers_x, angles_x) = (_modes(count, boundary) for count in shape)
+
+    def squares(angles: np.ndarray, pitch_mm: float) -> tuple[np.ndarray, np.ndarray]:
+        return (np.sin(angles) / pitch_mm) ** 2, (2 * np.sin(angles / 2) / pitch_mm) ** 2
+
+    slope_x, bend_x = squares(angles_x, mm_per_px[0])
+    slope_y, bend_y = squares(angles_y, mm_per_px[1])
+    bend = bend_y[:, None] + bend_x[None, :]
+    if boundary == "neumann":
+        bend[0, 0] = np.inf
+    spectrum = (slope_y[:, None] + slope_x[None, :]) / bend**2
+    return np.sqrt(powers_y @ spectrum @ powers_x.T)
+
+
+def _averaged(
+    variance: Float32[np.ndarray, "rows columns"], cell_mm: Pair
+) -> Float64[np.ndarray, "rows columns"]:
+    """Around each cell, cells weighing by the inverse square of their distance."""
+    rows, columns = variance.shape
+    spectrum = _nearness((rows, columns), cell_mm)
+
+    def gathered(values: np.ndarray) -> Float64[np.ndarray, "rows columns"]:
+        padded = fft.rfft2(values, (2 * rows, 2 * columns))
+        return np.asarray(fft.irfft2(padded * spectrum, (2 * rows, 2 * columns))[:rows, :columns])
+
+    return gathered(variance.astype(np.float64)) / gathered(np.ones((rows, columns)))
+
+
+@lru_cache(maxsize=8)
+def _nearness(shape: tuple[int, int], cell_mm: Pair) -> np.ndarray:
+    """Transform of 1 / r^2, a cell being half its width from itself."""
+    y_mm, x_mm = (
+        np.minimum(np.arange(2 * count), 2 * count - np.arange(2 * count)) * pitch_mm
+        for count, pitch_mm in zip(shape, cell_mm[::-1], strict=True)
+    )
+    square_mm2 = y_mm[:, None] ** 2 + x_mm[None, :] ** 2
+    return np.asarray(fft.rfft2(1 / np.maximum(square_mm2, cell_mm[0] * cell_mm[1] / 4)))
+
+
+def _modes(count: int, boundary: Boundary) -> tuple[np.ndarray, np.ndarray]:
+    """Squares (place, mode) of the orthonormal modes along one side, and their angles."""
+    place = np.arange(count)[:, None]
+    if boundary == "dirichlet":
+        angles = np.pi * np.arange(1, count + 1) / (count + 1)
+        return 2 / (count + 1) * np.sin(angles * (place + 1)) ** 2, angles
+    angles = np.pi * np.arange(count) / count
+    powers = 2 / count * np.cos(angles * (place + 0.5)) ** 2
+    powers[:, 0] /= 2
+    return powers, angles

@@ -1,0 +1,132 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What is expected of depth's errors against what becomes of slopes that are wrong."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from recon.cloud import point_cloud
+from recon.depth_error import CORRELATED_MM, depth_error, depth_noise, slope_error, slope_noise
+from recon.estimators import GradientEstimator
+from recon.pipeline import reconstruct
+from recon.poisson import integrate
+
+WIDTH, HEIGHT, PITCH = 40, 30, (0.1, 0.12)
+OPPOSED_DEG = {"R": 90.0, "B": 270.0}
+
+
+def scattered(slopes, count=300, pitch=PITCH, boundary="dirichlet", seed=0):
+    """Standard deviation of depth over frames whose slopes ``slopes`` draws."""
+    rng = np.random.default_rng(seed)
+    depths = np.stack([integrate(slopes(rng), pitch, boundary) for _ in range(count)])
+    return depths.std(0)
+
+
+def told(half_width, channels="RGB"):
+    """An estimator that takes colours for slopes, and tells how wrong they are."""
+
+    def like(slopes):
+        return None if half_width is None else np.full_like(slopes, half_width)
+
+    return SimpleNamespace(
+        name="told",
+        flattens=True,
+        looks_around=False,
+        channels=channels,
+        prepared=lambda difference: difference,
+        asked=lambda difference: difference,
+        slopes=lambda color, position: color[:, :2],
+        lean=np.zeros_like,
+        half_width=like,
+        tensors=dict,
+    )
+
+
+@pytest.mark.parametrize("boundary", ["dirichlet", "neumann"])
+def test_independent_noise_of_slopes_becomes_what_the_closed_form_says(boundary):
+    found = scattered(lambda rng: rng.normal(size=(HEIGHT, WIDTH, 2)), 400, boundary=boundary)
+    expected = depth_noise((HEIGHT, WIDTH), PITCH, boundary)
+    assert np.median(found / expected) == pytest.approx(1, abs=0.03)
+    inner = np.s_[3:-3, 3:-3]
+    ratio = (found / expected)[inner]
+    assert 0.85 < ratio.min() and ratio.max() < 1.15
+
+
+def test_the_noise_is_read_off_the_untouched_gel():
+    contact = np.zeros((HEIGHT, WIDTH), bool)
+    contact[10:20, 10:20] = True
+    quiet = 0.5 * contact[..., None] * np.ones(2)
+    noisy = quiet + 0.03 * np.random.default_rng(1).normal(size=quiet.shape)
+    assert slope_noise(quiet, contact) == 0
+    assert slope_noise(noisy, contact) == pytest.approx(0.03, rel=0.1)
+
+
+@pytest.mark.parametrize("boundary", ["dirichlet", "neumann"])
+def test_the_same_error_everywhere_is_a_multiple_of_independent_noise(boundary):
+    found = depth_error(np.full((HEIGHT, WIDTH, 2), 0.1), PITCH, boundary)
+    pixels = CORRELATED_MM**2 / (PITCH[0] * PITCH[1])
+    expected = 0.1 * np.sqrt(pixels) * depth_noise((HEIGHT, WIDTH), PITCH, boundary)
+    np.testing.assert_allclose(found, expected, rtol=1e-5)
+
+
+def test_errors_that_go_together_over_squares_scatter_depth_as_expected():
+    side_px = 8
+    pitch = (CORRELATED_MM / side_px,) * 2
+    rows, columns = 12, 15
+    shape = (rows * side_px, columns * side_px)
+
+    def blocks(rng):
+        # Shifted at random, lest pixels differ by where they lie in their square.
+        drawn = rng.normal(0, 0.1, (rows + 1, columns + 1, 2)).repeat(side_px, 0)
+        down, right = rng.integers(0, side_px, 2)
+        return drawn.repeat(side_px, 1)[down : down + shape[0], right : right + shape[1]]
+
+    ratio = scattered(blocks, pitch=pitch) / depth_error(
+        np.full((*shape, 2), 0.1), pitch, "dirichlet"
+    )
+    inner = ratio[side_px:-side_px, side_px:-side_px]
+    assert 0.6 < np.median(inner) < 1.1 and inner.max() < 1.4
+
+
+def test_depth_is_less_certain_where_slopes_are_and_never_surer_than_it_scatters():
+    wrong = np.zeros((90, 120, 2), np.float32)
+    wrong[:, :40] = 0.1
+    found = scattered(lambda rng: rng.normal(size=wrong.shape) * wrong, pitch=(0.1, 0.1))
+    independent = depth_error(wrong, (0.1, 0.1), "dirichlet") * 0.1 / CORRELATED_MM
+    ratio = (found / independent)[10:-10, 5:-5]
+    assert ratio.max() < 1.25 and ratio[:, :30].min() > 0.75
+    assert independent[45, 20] > 3 * independent[45, 100]
+
+
+def test_an_error_is_expected_at_any_size_of_frame():
+    for shape in ((1, 1), (3, 200), (97, 83), (480, 640)):
+        found = depth_error(np.full((*shape, 2), 0.1, np.float32), PITCH, "dirichlet")
+        assert found.shape == shape and np.isfinite(found).all() and (found > 0).all()
+
+
+def test_inferred_slopes_are_as_wrong_as_their_doubt_says():
+    gradient, doubt = np.zeros((4, 5, 2), np.float32), np.full((4, 5), 0.7, np.float32)
+    known = slope_error(told(0.1645, "RB"), gradient, OPPOSED_DEG, doubt)
+    np.testing.assert_allclose(known[..., 0], 0.7)
+    np.testing.assert_allclose(known[..., 1], 0.1)
+    unmeasured = slope_error(told(None, "RB"), gradient, OPPOSED_DEG, doubt)
+    np.testing.assert_allclose(unmeasured, known * (1, 0))
+    assert slope_error(told(None), gradient, None, None) is None
+    assert slope_error(None, gradient, None, None) is None
+
+
+def test_flattened_gel_does_not_make_points_certain():
+    """Slopes of still gel are set to zero, in which no noise is left to be read."""
+    difference = np.zeros((60, 80, 3), np.float32)
+    difference[25:35, 30:50] = 0.5
+    estimator = told(0.1645)
+    assert isinstance(estimator, GradientEstimator)
+    touch = reconstruct(
+        difference, estimator, missing="none", lights_deg=None, mm_per_px=(0.1, 0.1)
+    )
+    assert (touch.gradient[~touch.contact] == 0).mean() > 0.5
+    cloud = point_cloud(touch)
+    expected = depth_error(np.full((60, 80, 2), 0.1), (0.1, 0.1), touch.boundary)
+    np.testing.assert_allclose(cloud.sigma_mm, expected.ravel(), rtol=1e-4)
