@@ -150,8 +150,9 @@ def unit_frames(
 ) -> Iterator[UnitFrames]:
     """Open what gives the frames of a unit.
 
-    Of images that were named one by one, each must be a frame of the unit. In whatever gives a
-    stream, frames that are damaged or have another size are given without their pixels.
+    Of images that were named one by one, each must be a frame of the unit, and all are checked
+    before the first is given. In whatever gives a stream, frames that are damaged or have another
+    size are given without their pixels.
 
     Args:
         where: image files, or one video, folder, dataset, recording, camera or address.
@@ -167,6 +168,8 @@ def unit_frames(
     if most is not None and most < 1:
         raise WedgeError(f"--frames {most} must be at least 1.")
     if all(is_image(name) for name in where):
+        for name in where[:most]:
+            read_checked(name, unwarp)
         yield UnitFrames(_images(where[:most], unwarp))
     elif len(where) > 1:
         raise WedgeError("name either images or one video, folder, recording or address.")

@@ -9,12 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from app._progress import progress
+from sensor.dataset import LENS_FILE
 from sensor.errors import WedgeError
 from sensor.files import new_folder, refuse_kept_folder
 from sensor.toml import Pair
 
 if TYPE_CHECKING:
-    from sensor.dataset import BallLabel
+    from sensor.dataset import BallLabel, DatasetCard
     from validation.importers.raw_frames import Prepared
 
 
@@ -83,9 +84,10 @@ def import_source(
                 pool,
                 ball_radius_mm=ball_radius_mm,
                 pad_size_mm=pad_size_mm,
+                mm_per_px=mm_per_px,
                 progress=show,
             )
-        _say(prepared)
+        _say(prepared, _flat_scale(prepared.card, mm_per_px, pad_size_mm))
     print(f"Dataset: {out}")
 
 
@@ -98,7 +100,18 @@ def _blamed_on(source: Path, folder: Path) -> Iterator[None]:
         raise WedgeError(str(error).replace(str(folder), str(source))) from error
 
 
-def _say(prepared: "Prepared") -> None:
+def _flat_scale(card: "DatasetCard", given_mm_per_px: float | None, pad_size_mm: Pair) -> str:
+    """Where the scale of frames that show neither a pad nor a caliper is from."""
+    if given_mm_per_px is not None:
+        return f"Scale as given: {given_mm_per_px:g} mm/px."
+    return (
+        "No picture of a caliper: the frame is taken to be as long as the pad, "
+        f"{pad_size_mm[0]:g} mm, so {card.mm_per_px[0]:.5f} mm/px; `wedge data import` takes "
+        "another scale, --mm-per-px."
+    )
+
+
+def _say(prepared: "Prepared", flat_scale: str) -> None:
     """What was found out, in sentences that say what to doubt."""
     from recon.labelling import DOUBTFUL
 
@@ -108,6 +121,8 @@ def _say(prepared: "Prepared") -> None:
     else:
         places = ", ".join(f"({x:.1f}, {y:.1f})" for x, y in card.corners_px)
         print(f"Corners of the pad, found in the blank frame: {places} px.")
+    if prepared.lens:
+        print(f"The lens is taken over from the {LENS_FILE} beside the frames.")
     if scale is not None:
         shares = [s / mm for s, mm in zip(scale.sigma_mm_per_px, scale.mm_per_px, strict=True)]
         words = f"Scale from {scale.gaps} of {prepared.caliper} pictures of the caliper:"
@@ -126,6 +141,8 @@ def _say(prepared: "Prepared") -> None:
             f"No picture of a caliper: the pad is taken to be {length:g} x {width:g} mm. Press a "
             "caliper's jaws 5 mm apart, along and across, and name the pictures 5mm-1.jpg, ..."
         )
+    else:
+        print(flat_scale)
     found = {x.file for x in prepared.labels}
     without = [name for name in prepared.presses if name not in found]
     doubtful = [x for x in prepared.labels if x.quality is not None and x.quality < DOUBTFUL]

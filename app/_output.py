@@ -3,6 +3,7 @@
 """What the subcommands share at their output: tables on the terminal, JSON in files."""
 
 import json
+import math
 import os
 import sys
 from collections.abc import Iterable, Sequence
@@ -38,10 +39,54 @@ def check_outputs(*files: Path | None) -> None:
             raise WedgeError(f"{file} cannot be written: {folder} is no folder that takes files.")
 
 
+def output_names(images: Sequence[str], ends: Sequence[str]) -> list[str]:
+    """File names without ending for what is made of some images, one per image.
+
+    Args:
+        images: image files, or ``frames.npz#17`` for one of many.
+        ends: of the files that are written for each, such as ``.npy`` and ``-doubt.png``.
+
+    Raises:
+        WedgeError: two of those files would have one name.
+    """
+    stems, taken = [], set[str]()
+    for image in images:
+        file, _, index = image.partition("#")
+        stem = f"{Path(file).stem}-{index}" if index else Path(file).stem
+        for name in (stem + end for end in ends):
+            if name in taken:
+                raise WedgeError(f"two images would be written to {name}: rename one.")
+            taken.add(name)
+        stems.append(stem)
+    return stems
+
+
+def keep_inputs(read: Iterable[str | None], written: Iterable[Path | None]) -> None:
+    """Refuse to write over what is read.
+
+    Raises:
+        WedgeError: names the file.
+    """
+    ours = {Path(name.partition("#")[0]).resolve() for name in read if name is not None}
+    for path in written:
+        if path is not None and path.resolve() in ours:
+            raise WedgeError(f"{path} would be written over: give --out another folder.")
+
+
 def write_json(path: Path | None, document: dict[str, Any]) -> None:
-    """Write a document where the user asked for one."""
+    """Write a document where the user asked for one; what is no finite number becomes null."""
     if path is not None:
-        write_atomic(path, (json.dumps(document, indent=2, ensure_ascii=False) + "\n").encode())
+        text = json.dumps(_finite(document), indent=2, ensure_ascii=False, allow_nan=False)
+        write_atomic(path, (text + "\n").encode())
+
+
+def _finite(value: Any) -> Any:
+    """The same with ``None`` for Infinity and NaN, which JSON does not have."""
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def print_table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
@@ -68,10 +113,11 @@ def print_error_table(table: "ErrorTable") -> None:
     for estimator, errors in table.depth.items():
         if errors:
             depth = depth_document(errors)
+            presses = "1 press" if len(errors) == 1 else f"{len(errors)} presses"
             print(
-                f"Depth in the contact, {estimator}, {depth['n_presses']} presses against the "
-                f"{depth['truth']}: RMSE {depth['rmse_mm']:.3f} mm, bias {depth['bias_mm']:+.3f} mm"
-                f" (peaks {depth['peak_mm']:.2f} of {depth['peak_truth_mm']:.2f} mm)."
+                f"Depth in the contact, {estimator}, {presses} against the {depth['truth']}: "
+                f"RMSE {depth['rmse_mm']:.3f} mm, bias {depth['bias_mm']:+.3f} mm "
+                f"(peaks {depth['peak_mm']:.2f} of {depth['peak_truth_mm']:.2f} mm)."
             )
     print_left_out(table.left_out)
 

@@ -50,7 +50,8 @@ def main(
     Args:
         where: http://HOST:PORT/PATH, usb:0, a video, a folder, or an MCAP file.
         out: The dataset folder to write; it must not exist, or be empty.
-        like: A dataset of the same sensor: its corners, scale and ball are taken over.
+        like: A dataset of the same sensor: its corners, scale and ball are taken over, so that
+            --caliper-mm is refused beside it.
         caliper_mm: Gap of the caliper's jaws; two pictures of it are taken first, named by it.
         presses: How many to take.
         ball_radius_mm: Radius of the ball, where it is not that of the other dataset.
@@ -69,6 +70,11 @@ def main(
     if like is None and ball_radius_mm is None:
         raise WedgeError(
             "say how large the ball is, --ball-radius-mm, or name a dataset --like it."
+        )
+    if like is not None and caliper_mm is not None:
+        raise WedgeError(
+            f"--like takes the scale over from {like}, and --caliper-mm measures it anew: leave "
+            "one of them out."
         )
     refuse_kept_folder(out)
     other = _dataset(like)
@@ -213,6 +219,11 @@ def _finish(
         if card.pad_size_mm is not None:
             length, width = card.pad_size_mm
             print(f"The pad is taken to be {length:g} x {width:g} mm: --caliper-mm measures it.")
+        else:
+            print(
+                "No mirror's pad shows in the first frame: the frame is taken to be as long as the "
+                f"design's pad, so {card.mm_per_px[0]:.5f} mm/px: --caliper-mm measures it."
+            )
         return
     dataset = read_dataset(out)
     few = taken[:: -(-len(taken) // 8)]

@@ -8,8 +8,15 @@ from typing import Annotated, Literal
 
 import tyro
 
-from app._frames import unit_frames
-from app._output import OutputFile, check_outputs, print_table, write_json
+from app._frames import is_image, unit_frames
+from app._output import (
+    OutputFile,
+    check_outputs,
+    keep_inputs,
+    output_names,
+    print_table,
+    write_json,
+)
 from app._progress import progress
 from sensor.errors import WedgeError
 from sensor.files import write_atomic
@@ -33,12 +40,14 @@ def main(
 
     Points are in mm in the gel frame: the origin on the pad's centre, x right along the finger,
     y down, z out of the gel, so a pressed point lies at z = -depth. Each has a normal, whether
-    something touches there, and sigma, the standard deviation of z that the noise of the slopes
-    causes (errors of the calibration add to it; `wedge evaluate` measures those). OUT receives
+    something touches there, and sigma, the standard deviation expected of z: what the estimator
+    knows of its slopes' errors becomes that (of mlp and table, which know of none, only what the
+    noise of untouched gel becomes, which is far less). OUT receives
     one file per frame: PLY for MeshLab, Blender or trimesh, PCD for PCL and ROS, NPZ for NumPy.
     The table says how many patches are touched, whether the border cuts one, and how much of the
     contact lies in the shadow of its own dent, where slopes are to be doubted. In a stream, damaged
-    frames are left out and counted; Ctrl-C ends it, and what was written stays.
+    frames are left out and counted; Ctrl-C ends it, and what was written stays. Images are all
+    checked before the first is written.
 
     Examples:
         wedge cloud units/wedge-001 press.png --out clouds --mesh
@@ -68,7 +77,11 @@ def main(
 
     if mesh and (form == "pcd" or part == "contact"):
         raise WedgeError("--mesh joins the whole skin and needs --form ply or npz, --part all.")
-    check_outputs(out / f"cloud.{form}", json)
+    apart = [name for name in where if is_image(name)]
+    names = output_names(apart[:frames], [f".{form}"])
+    written = [out / f"{name}.{form}" for name in names or ["cloud"]]
+    check_outputs(*written, json)
+    keep_inputs([*where, background], [*written, json])
     calibration = load_calibration(unit)
     gel = None if design is None else load_design(design).gel
     blank = None if background is None else read_checked(background, calibration.unwarp)
@@ -85,9 +98,7 @@ def main(
                 triangles = skin_mesh(touch, gel).triangles
             if part == "contact":
                 cloud = cloud[cloud.contact]
-            path = out / f"{_stem(name)}.{form}"
-            if any(row["file"] == str(path) for row in rows):
-                raise WedgeError(f"two frames would be written to {path}: rename one.")
+            path = out / f"{names[len(rows)] if names else name}.{form}"
             write_atomic(path, cloud_bytes(cloud, form, triangles))
             rows.append(
                 {
@@ -129,8 +140,3 @@ def main(
     document = {"unit": str(unit), "form": form, "clouds": rows, "remarks": came.remarks}
     write_json(json, document)
     came.tell()
-
-
-def _stem(name: str) -> str:
-    file, _, index = name.partition("#")
-    return f"{Path(file).stem}-{index}" if index else Path(file).stem

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`wedge data`: the datasets that have a name, and those that others' tools made."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -10,6 +11,8 @@ import tyro
 from app._output import OutputFile, print_table, write_json
 from app._progress import progress
 from sensor.errors import WedgeError
+
+IMPORT_OPTIONS = ("--out", "--ball-radius-mm", "--mm-per-px", "--pad-size-mm")
 
 
 def main(
@@ -45,11 +48,20 @@ def main(
         name: The dataset whose folder to print, or the source to import.
         out: The dataset folder to write; it must not exist, or be empty.
         ball_radius_mm: Radius of the ball, where the source does not say.
-        mm_per_px: Pitch of imported frames that show the gel plane.
+        mm_per_px: Pitch of imported frames that show the gel plane, where no caliper's picture
+            tells.
         pad_size_mm: The pad along x and y, for own frames without a caliper's pictures; the
             standard design's by default.
         json: Write the list here as JSON.
     """
+    given = {
+        "--out": out,
+        "--ball-radius-mm": ball_radius_mm,
+        "--mm-per-px": mm_per_px,
+        "--pad-size-mm": pad_size_mm,
+        "--json": json,
+    }
+    _refuse_ignored(action, [option for option, value in given.items() if value is not None])
     if action == "path":
         if not name:
             raise WedgeError("name a dataset: `wedge data path taxim-gelsight`, for instance.")
@@ -61,6 +73,8 @@ def main(
 
         if not name or out is None:
             raise WedgeError("name a source and a dataset: `wedge data import SOURCE --out DIR`.")
+        if mm_per_px is not None and pad_size_mm is not None:
+            raise WedgeError("--mm-per-px and --pad-size-mm both set the scale: give one of them.")
         import_source(
             Path(name),
             out,
@@ -88,6 +102,21 @@ def main(
         ],
     )
     write_json(json, {"datasets": rows})
+
+
+def _refuse_ignored(action: str, given: Sequence[str]) -> None:
+    """Refuse options that an action would take no notice of.
+
+    Raises:
+        WedgeError: names the first of them.
+    """
+    taken = {"list": ("--json",), "path": (), "import": IMPORT_OPTIONS}[action]
+    for option in given:
+        if option not in taken:
+            takers = "list" if option == "--json" else "import"
+            raise WedgeError(
+                f"`wedge data {action}` takes no {option}: it is for `wedge data {takers}`."
+            )
 
 
 def _folder(name: str) -> Path:

@@ -3,14 +3,20 @@
 """`wedge reconstruct`: images to depth in millimetres."""
 
 import io
-from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
 from app._frames import read_checked
-from app._output import OutputFile, check_outputs, print_table, write_json
+from app._output import (
+    OutputFile,
+    check_outputs,
+    keep_inputs,
+    output_names,
+    print_table,
+    write_json,
+)
 from app._progress import progress
 from sensor.errors import WedgeError
 from sensor.files import write_atomic
@@ -50,14 +56,18 @@ def main(
     from validation.figures.depth_map import depth_figure, doubt_figure
     from validation.figures.png import png_bytes
 
+    if not image:
+        raise WedgeError("no image was named: wedge reconstruct UNIT IMAGE... --out DIR.")
     calibration = load_calibration(unit)
     unwarp = calibration.unwarp
     blank = None if background is None else read_checked(background, unwarp)
     reconstruct = Reconstructor(calibration, blank)
-    names = output_names(image)
-    written = [out / f"{name}{end}" for name in names for end in (".npy", ".png", "-doubt.png")]
+    infers = calibration.card.missing_axis == "network"
+    ends = (".npy", ".png", "-doubt.png") if infers else (".npy", ".png")
+    names = output_names(image, ends)
+    written = [out / f"{name}{end}" for name in names for end in ends]
     check_outputs(*written, json)
-    _keep_inputs([*image, background], [*written, json])
+    keep_inputs([*image, background], [*written, json])
     with progress("reconstruction") as show:
         for done, name in enumerate(image, start=1):
             read_checked(name, unwarp)
@@ -111,36 +121,6 @@ def main(
     write_json(json, {"unit": str(unit), "images": rows})
 
 
-def _keep_inputs(read: Iterable[str | None], written: Iterable[Path | None]) -> None:
-    """Refuse to write over what is read.
-
-    Raises:
-        WedgeError: names the file.
-    """
-    ours = {Path(name.partition("#")[0]).resolve() for name in read if name is not None}
-    for path in written:
-        if path is not None and path.resolve() in ours:
-            raise WedgeError(f"{path} would be written over: give --out another folder.")
-
-
 def _within(doubt: "np.ndarray", contact: "np.ndarray") -> float:
     """Mean doubt inside the contact, mm/mm; 0 where nothing touches."""
     return float(doubt[contact].mean()) if contact.any() else 0.0
-
-
-def output_names(images: tuple[str, ...]) -> list[str]:
-    """File names without ending for the depth maps, one per image.
-
-    Raises:
-        WedgeError: there is no image, or two would be written to one file.
-    """
-    if not images:
-        raise WedgeError("no image was named: wedge reconstruct UNIT IMAGE... --out DIR.")
-    stems = []
-    for image in images:
-        file, _, index = image.partition("#")
-        stems.append(f"{Path(file).stem}-{index}" if index else Path(file).stem)
-    for stem in stems:
-        if stems.count(stem) > 1:
-            raise WedgeError(f"two images would be written to {stem}.npy: rename one.")
-    return stems

@@ -64,6 +64,7 @@ class SyntheticTouch:
     contact: ContactMask
     mm_per_px: Pair
     boundary: Boundary = "dirichlet"
+    slope_error: GradientField | None = None
 
     @property
     def disturbed(self) -> ContactMask:

@@ -48,6 +48,11 @@ class Unwarp:
         Raises:
             WedgeError: the frame has another size than the camera's, or is no colours in bytes.
         """
+        if not isinstance(frame, np.ndarray):  # its path, most likely
+            raise WedgeError(
+                f"a frame is an array (height, width, 3) uint8, not {type(frame).__name__}: read "
+                "its file with recon.images.read_image."
+            )
         if frame.dtype != np.uint8 or frame.ndim != 3 or frame.shape[2] != 3:
             raise WedgeError(
                 f"a frame is bytes of red, green and blue, (height, width, 3) uint8, not "

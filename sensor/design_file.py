@@ -28,6 +28,10 @@ def load_design(name_or_file: str) -> Wedge:
     Raises:
         WedgeError: unknown name, unreadable file, unknown key, or a value that cannot work.
     """
+    if not isinstance(name_or_file, str | Path):
+        raise WedgeError(
+            f"a design is a name ({', '.join(DESIGNS)}) or a .toml file, not {name_or_file!r}."
+        )
     if name_or_file in DESIGNS:
         return DESIGNS[name_or_file]
     path = Path(name_or_file)

@@ -7,9 +7,10 @@ from collections.abc import Iterable, Sequence
 from statistics import fmean
 from typing import Any
 
+from sensor.unit import MissingAxis
 from validation.depth import DepthErrors
 from validation.error_table import ErrorTable, Row
-from validation.metrics import METRICS, PIXEL_SETS
+from validation.metrics import METRICS, PIXEL_SETS, Errors
 
 HEADINGS = {
     "gx_mae": "Gx",
@@ -21,7 +22,7 @@ DIGITS = {"gx_mae": 3, "gy_mae": 3, "theta_x_deg": 2, "theta_y_deg": 2}
 
 
 def table_document(table: ErrorTable) -> dict[str, Any]:
-    """The table as plain values for JSON."""
+    """The table as plain values for JSON; one press has no intervals, so ``None`` for each."""
     return {
         "dataset": table.dataset,
         "presses": {"train": table.train, "test": table.test},
@@ -43,7 +44,10 @@ def table_document(table: ErrorTable) -> dict[str, Any]:
                 "mean_abs_gradient": row.errors.mean_abs_gradient,
                 "n_pixels": row.errors.n_pixels,
                 "n_presses": row.errors.n_presses,
-                "ci95": {name: list(interval) for name, interval in row.errors.ci95.items()},
+                "ci95": {
+                    name: list(interval) if row.errors.n_presses > 1 else None
+                    for name, interval in row.errors.ci95.items()
+                },
             }
             for row in table.rows
         ],
@@ -83,36 +87,45 @@ def caption(table: ErrorTable) -> str:
     split = (
         f"{table.folds}-fold by press, {table.test} presses judged"
         if table.folds > 1
-        else f"{table.train} presses to learn from, {table.test} others judged"
+        else f"{table.train} presses to learn from, {table.test} judged"
     )
+    brackets = "In brackets, the press-level bootstrap 95 % interval; " if table.test > 1 else ""
     return (
         f"Mean absolute gradient errors on {table.dataset} (ball radius {table.ball_radius_mm:g} "
         f"mm; {split}; seed {table.seed}). Contact pixels lie inside the labelled circle less one "
         "pixel and inside 0.9 of the ball's radius, so slopes stay below 2.07; contact+5% adds "
-        "5 % of the pixels beyond 1.3 contact radii. In brackets, the press-level bootstrap 95 % "
-        "interval; w/o network sets the unseen axis to zero."
+        f"5 % of the pixels beyond 1.3 contact radii. {brackets}w/o network sets the unseen axis "
+        "to zero."
     )
+
+
+def line_name(configuration: str, missing_axis: MissingAxis) -> str:
+    """A configuration as tables and figures name it."""
+    stands_in = {"none": "", "zero": " (w/o network)", "network": " + network"}
+    return configuration + stands_in[missing_axis]
 
 
 def row_cells(row: Row) -> list[str]:
     """The text of a row's cells: lights, estimator, pixels, the errors, mean |G|, n."""
-    lights = row.configuration
-    if row.missing_axis != "none":
-        lights += " + network" if row.missing_axis == "network" else " (w/o network)"
     errors = row.errors
     return [
-        lights,
+        line_name(row.configuration, row.missing_axis),
         row.estimator,
         row.pixels,
-        *(
-            "{:.{d}f} [{:.{d}f}, {:.{d}f}]".format(
-                errors.values[name], *errors.ci95[name], d=DIGITS[name]
-            )
-            for name in METRICS
-        ),
+        *(_value(errors, name) for name in METRICS),
         f"{errors.mean_abs_gradient:.3f}",
         f"{errors.n_pixels}",
     ]
+
+
+def _value(errors: Errors, name: str) -> str:
+    """A mean and, where presses can be drawn anew, its interval."""
+    digits = DIGITS[name]
+    mean = f"{errors.values[name]:.{digits}f}"
+    if errors.n_presses < 2:
+        return mean
+    low, high = errors.ci95[name]
+    return f"{mean} [{low:.{digits}f}, {high:.{digits}f}]"
 
 
 def column_headings() -> list[str]:

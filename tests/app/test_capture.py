@@ -99,3 +99,13 @@ def test_a_new_sensor_is_captured_with_nothing_known_but_its_ball(tmp_path: Path
     assert len(captured.labels) == 3
     assert captured.card.lights_deg is not None
     assert sorted(path.name for path in (out / "caliper").iterdir()) == ["3mm-1.png", "3mm-2.png"]
+
+
+def test_a_caliper_beside_another_dataset_is_refused(tmp_path: Path) -> None:
+    like = make_dataset(tmp_path / "like", presses=1)
+    words = ("--like", str(like.folder), "--caliper-mm", "5", "--out", str(tmp_path / "out"))
+    command = [sys.executable, "-P", "-m", "app", "capture", str(like.folder), *words]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "--caliper-mm measures it anew: leave one of them out" in done.stderr
+    assert not (tmp_path / "out").exists()

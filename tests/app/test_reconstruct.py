@@ -1,13 +1,14 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""`wedge reconstruct` never writes over what it reads."""
+"""`wedge reconstruct` writes over neither what it reads nor what it wrote."""
 
+import shutil
 from pathlib import Path
 
 import pytest
 
 from app.__main__ import main
-from tests.synthetic import make_dataset
+from tests.synthetic import LIGHTS_DEG, make_dataset
 
 
 def run(*words: object) -> object:
@@ -36,3 +37,21 @@ def test_an_image_is_not_written_over(
     said = capsys.readouterr().err
     assert "would be written over" in said and len(said.splitlines()) == 1
     assert {path.name: path.read_bytes() for path in dataset.folder.iterdir()} == before
+
+
+@pytest.mark.parametrize(
+    ("lights", "status"), [({"R": 90.0, "B": -90.0}, 2), (LIGHTS_DEG, 0)], ids=["two", "three"]
+)
+def test_a_doubt_and_a_depth_of_one_name_are_refused_where_both_are_written(
+    lights: dict[str, float], status: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=8, lights_deg=lights)
+    unit = tmp_path / "unit"
+    assert run("calibrate", dataset.folder, "--estimator", "table", "--out", unit) == 0
+    press = dataset.folder / dataset.labels[0].file
+    doubt = shutil.copy(press, tmp_path / f"{press.stem}-doubt.png")
+    capsys.readouterr()
+    assert run("reconstruct", unit, press, doubt, "--out", tmp_path / "depth") == status
+    said = capsys.readouterr().err
+    assert ("would be written to press00-doubt.png" in said) == bool(status)
+    assert (tmp_path / "depth").exists() != bool(status)

@@ -156,6 +156,22 @@ def test_bad_input_is_one_sentence(units, tmp_path, capsys):
     assert "small.png" in sentence and "8x8" in sentence
     twice = (press, folder / "clear" / "set" / "press00.png")
     assert "would be written" in refused(capsys, "cloud", clear, *twice, "--out", out)
+    for bad in (tmp_path / "small.png", tmp_path / "gone.png"):
+        sentence = refused(capsys, "cloud", clear, press, bad, "--out", out)
+        assert bad.name in sentence
+    assert not list(out.glob("*"))
+
+
+def test_a_cloud_is_not_written_over_a_frame(tmp_path, capsys, units):
+    folder, _ = units
+    images = folder / "clear" / "set" / "press00.png", folder / "clear" / "set" / "press01.png"
+    for name in ("frames.npz", "frames-0.npz"):
+        np.savez(tmp_path / name, frames=np.stack([read_image(image) for image in images]))
+    before = (tmp_path / "frames-0.npz").read_bytes()
+    names = tmp_path / "frames.npz#0", tmp_path / "frames-0.npz#1"
+    words = ("cloud", folder / "clear" / "unit", *names, "--form", "npz", "--out", tmp_path)
+    assert "frames-0.npz would be written over" in refused(capsys, *words)
+    assert (tmp_path / "frames-0.npz").read_bytes() == before
 
 
 def test_a_card_with_half_of_the_markers_is_refused(units, tmp_path):

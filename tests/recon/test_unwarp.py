@@ -170,3 +170,10 @@ def test_a_corner_outside_the_frame_is_refused_by_name(corner):
 def test_a_lens_of_other_frames_is_refused(corners):
     with pytest.raises(WedgeError, match="measured on 320x240 frames, but these are 640x480"):
         prepare_unwarp((640, 480), corners, PAD if corners else None, WIDE_LENS)
+
+
+@pytest.mark.parametrize("frame", ["press.png", None, [1, 2, 3]])
+def test_what_is_no_array_is_refused_by_what_it_is(frame):
+    unchecked = inspect.unwrap(Unwarp.check)
+    with pytest.raises(WedgeError, match=f"not {type(frame).__name__}: read its file"):
+        unchecked(prepare_unwarp(RAW), frame)

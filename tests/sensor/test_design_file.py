@@ -98,3 +98,9 @@ def test_any_document_is_a_design_or_a_sentence(tmp_path, tables, others):
         assert load_design(path).outer_width_mm > 0
     except WedgeError as error:
         assert str(error).startswith(path)
+
+
+@pytest.mark.parametrize("design", [None, ["standard"], 3])
+def test_what_is_neither_a_name_nor_a_file_is_refused(design):
+    with pytest.raises(WedgeError, match=r"a design is a name .* or a \.toml file, not "):
+        load_design(design)

@@ -20,7 +20,13 @@ from validation import error_table as module
 from validation.error_table import SUBSETS, configurations, error_table, widest
 from validation.metrics import METRICS
 from validation.report.error_tables import table_section
-from validation.table_text import column_headings, table_document, table_html, table_markdown
+from validation.table_text import (
+    caption,
+    column_headings,
+    table_document,
+    table_html,
+    table_markdown,
+)
 
 
 @pytest.fixture(autouse=True)
@@ -169,6 +175,24 @@ def test_markdown_and_html_hold_every_row(tmp_path, one_thread):
     assert tags.count("caption") == 1
 
 
+def test_one_judged_press_has_no_interval(tmp_path, one_thread):
+    dataset = make_dataset(tmp_path / "set", presses=5)
+    table = error_table(dataset.folder, ["table"], folds=1, seed=0, executor=one_thread)
+    assert table.test == 1
+    for text in (table_markdown(table), table_html(table), table_section(table).html):
+        assert f"{table.rows[0].errors.values['gx_mae']:.3f}" in text
+        assert " [0" not in text and "In brackets" not in text and "–0" not in text
+    for row in table_document(table)["rows"]:
+        assert set(row["ci95"].values()) == {None}
+    assert "In brackets" in caption(replace(table, test=2))
+
+
+def test_a_caption_claims_nothing_of_who_was_judged(tmp_path, one_thread):
+    table = measured(tmp_path, one_thread)
+    assert "8 presses to learn from, 2 judged; seed 0" in caption(table)
+    assert "5-fold by press, 10 presses judged" in caption(replace(table, folds=5, test=10))
+
+
 def test_several_sets_give_a_table_each_and_a_page(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(app.table, "process_pool", lambda: ThreadPoolExecutor(1))
     folders = [str(make_dataset(tmp_path / name, presses=5).folder) for name in ("a", "b")]
@@ -184,4 +208,4 @@ def test_several_sets_give_a_table_each_and_a_page(tmp_path, monkeypatch, capsys
     page = (tmp_path / "page" / "index.html").read_text()
     assert 'id="a"' in page and 'id="b"' in page
     printed = capsys.readouterr().out
-    assert all(f"{table['rows'][0]['theta_x_deg']:.2f} [" in printed for table in tables)
+    assert all(f"{table['rows'][0]['theta_x_deg']:.2f}" in printed for table in tables)

@@ -12,6 +12,7 @@ from validation.error_table import Row, widest
 from validation.figures.style import FAINT, HALF_IN, INK, SERIES, card, styled
 from validation.metrics import PixelSet
 from validation.paper import PAPER_PIXELS, PAPER_TABLE
+from validation.table_text import line_name
 
 ANGLES: Mapping[str, str] = {"theta_x_deg": "θx error [°]", "theta_y_deg": "θy error [°]"}
 PAPER = "paper, another sensor"
@@ -46,8 +47,10 @@ def error_figure(rows: Sequence[Row], pixels: PixelSet) -> Figure:
         axes.spines["left"].set_visible(False)
         for line in range(len(lines)):
             axes.axhline(line, color=FAINT, lw=0.8, zorder=0)
-    highest = max(row.errors.ci95[metric][1] for row in chosen for metric in ANGLES)
-    panels[0].set_xlim(0, 1.04 * highest)
+    shown = [row.errors.ci95[metric][1] for row in chosen for metric in ANGLES]
+    if pixels == PAPER_PIXELS:
+        shown += [value for metric in ANGLES for _, value in _papers(lines, metric)]
+    panels[0].set_xlim(0, 1.04 * max(shown))
     panels[0].set_yticks(range(len(lines)), [line_name(*line) for line in lines], color=INK)
     panels[0].set_ylim(len(lines) - 0.5, -0.5)
     named = dict(zip(*reversed(panels[0].get_legend_handles_labels()), strict=True))
@@ -56,11 +59,6 @@ def error_figure(rows: Sequence[Row], pixels: PixelSet) -> Figure:
         named.values(), named.keys(), loc="outside upper left", ncols=3, columnspacing=1.4
     )
     return figure
-
-
-def line_name(configuration: str, missing_axis: MissingAxis) -> str:
-    """A configuration as the paper's table names it."""
-    return configuration + {"none": "", "zero": " w/o NN", "network": " w/ NN"}[missing_axis]
 
 
 def _points(
@@ -87,10 +85,15 @@ def _points(
     )
 
 
-def _paper(axes: Axes, lines: Sequence[tuple[str, MissingAxis]], metric: str) -> None:
-    found = [
+def _papers(lines: Sequence[tuple[str, MissingAxis]], metric: str) -> list[tuple[int, float]]:
+    """The number of a line and the paper's value, where it has that configuration."""
+    return [
         (line, PAPER_TABLE[key][metric]) for line, key in enumerate(lines) if key in PAPER_TABLE
     ]
+
+
+def _paper(axes: Axes, lines: Sequence[tuple[str, MissingAxis]], metric: str) -> None:
+    found = _papers(lines, metric)
     if found:
         places, values = zip(*found, strict=True)
         axes.plot(values, places, "D", ms=5, mfc="white", mec=INK, mew=1, label=PAPER)

@@ -3,8 +3,9 @@
 """A folder of a sensor's own raw frames to a labelled dataset, with nothing asked but the ball.
 
 Pictures are told by their names: ``background*`` (or ``bg*``, ``blank*``, ``ref*``) shows the blank
-gel, ``5mm-*`` the jaws of a caliper 5 mm apart, every other one a ball press. The pad's corners
-come from the blank gel, its size from the caliper, the circles from the presses.
+gel, ``5mm-*`` (or ``caliper-5mm-*``) the jaws of a caliper 5 mm apart, every other one a ball
+press. The pad's corners come from the blank gel, its size from the caliper, the circles from the
+presses, the lens from a ``camera.toml`` beside them.
 """
 
 import re
@@ -20,16 +21,26 @@ from recon.arrays import Frame
 from recon.caliper import Scale, find_gap, scale_of, shading_response, slopes_of
 from recon.images import read_image
 from recon.labelling import automatic_label
+from recon.lens import read_lens, write_lens
 from recon.pad import base_side, find_pad, gel_corners
 from recon.presses import PressReader, press_reader
-from sensor.dataset import BallLabel, DatasetCard, read_dataset, write_card, write_labels
+from recon.unwarp import prepare_unwarp
+from sensor.dataset import (
+    LENS_FILE,
+    BallLabel,
+    DatasetCard,
+    read_dataset,
+    write_card,
+    write_labels,
+)
 from sensor.errors import WedgeError
 from sensor.toml import Pair, located
 from validation.importers.folder import copy_frames, write_dataset
 
 IMAGES = (".png", ".jpg", ".jpeg")
 BACKGROUND = re.compile(r"^(background|blank|bg|ref|reference|empty)([-_ ]?\d*)$", re.IGNORECASE)
-CALIPER = re.compile(r"(?:^|[-_ ])(\d+(?:\.\d+)?)mm(?=$|[-_ ])", re.IGNORECASE)
+CALIPER = re.compile(r"(?:caliper[-_ ]?)?(\d+(?:\.\d+)?)mm(?=$|[-_ ])", re.IGNORECASE)
+"""From the name's beginning: further on, a length is that of the ball."""
 WIDTH_PX = 320
 """Of the unwarped frames: as many as a small camera frame has."""
 RESPONSE_PRESSES = 8
@@ -60,6 +71,8 @@ class Prepared:
     """From the caliper, in the pixels of the pad as first taken; ``None`` without one."""
     caliper: int
     """Pictures of it."""
+    lens: bool
+    """Whether one lay beside the frames, and was taken over."""
 
 
 def is_background(name: str) -> bool:
@@ -75,7 +88,7 @@ def sort_pictures(names: Sequence[str]) -> Pictures:
     """
     pictures = sorted(name for name in names if Path(name).suffix.lower() in IMAGES)
     background = tuple(name for name in pictures if is_background(name))
-    gaps = {name: CALIPER.search(Path(name).stem) for name in pictures}
+    gaps = {name: CALIPER.match(Path(name).stem) for name in pictures}
     caliper = tuple((name, float(gap[1])) for name, gap in gaps.items() if gap)
     apart = {*background, *(name for name, _ in caliper)}
     presses = tuple(name for name in pictures if name not in apart)
@@ -95,6 +108,7 @@ def import_raw_frames(
     *,
     ball_radius_mm: float,
     pad_size_mm: Pair,
+    mm_per_px: float | None = None,
     progress: Callable[[float, str], None] = lambda share, step: None,
 ) -> Prepared:
     """Write the dataset: corners found, scale measured, circles found.
@@ -105,11 +119,14 @@ def import_raw_frames(
         pool: finds circles.
         ball_radius_mm: of the ball.
         pad_size_mm: of the pad along x and y, where no caliper's picture tells; else a first guess.
+            A frame in which no pad shows is taken to be as long as it.
+        mm_per_px: pitch of frames that show the gel plane; ``None`` where nobody said.
         progress: called with the share that is done and what is being done.
 
     Raises:
         WedgeError: a picture is missing or damaged, the caliper's do not determine a scale, no
-            ball is found, or the ball's radius cannot be right.
+            ball is found, the ball's radius cannot be right, the lens is another camera's, or
+            ``mm_per_px`` is given for frames that tell their scale by a pad or a caliper.
     """
     try:
         pictures = sort_pictures([path.name for path in source.iterdir() if path.is_file()])
@@ -117,10 +134,25 @@ def import_raw_frames(
         raise WedgeError(f"{source}: {error}") from error
     except OSError as error:
         raise WedgeError(f"{source} cannot be read: {error.strerror}.") from error
+    if mm_per_px is not None and pictures.caliper:
+        raise WedgeError(
+            f"{source / pictures.caliper[0][0]} is a caliper's picture, which measures the scale: "
+            "leave --mm-per-px or the picture out."
+        )
     copy_frames(source, folder, [*pictures.background, *pictures.presses])
     blank = read_image(source / pictures.background[0])
     name = re.sub(r"\W+", "-", source.resolve().name).strip("-") or "frames"
     card = first_card(blank, name, pictures.background, ball_radius_mm, pad_size_mm)
+    if mm_per_px is not None:
+        if card.corners_px is not None:
+            raise WedgeError(
+                f"{source / pictures.background[0]} shows a pad in its mirror, whose size sets the "
+                "scale: give --pad-size-mm instead of --mm-per-px."
+            )
+        card = replace(card, mm_per_px=(mm_per_px, mm_per_px))
+    lens = (source / LENS_FILE).is_file()
+    if lens:
+        _copy_lens(source, folder, blank)
     reader = _reader(folder, card)
     scale = None
     if pictures.caliper:
@@ -138,7 +170,10 @@ def import_raw_frames(
         labels += [label] if label is not None else []
         progress(0.2 + 0.8 * done / len(pictures.presses), "finding circles")
     if not labels:
-        raise WedgeError(f"{source}: no ball was recognised in any of its pictures.")
+        pitches = " x ".join(f"{pitch:.4g}" for pitch in card.mm_per_px)
+        raise WedgeError(
+            f"{source}: no ball was recognised in any of its pictures, at {pitches} mm/px."
+        )
     refuse_small_ball(labels, card)
     write_dataset(folder, card, labels)
     return Prepared(
@@ -147,6 +182,7 @@ def import_raw_frames(
         labels=tuple(labels),
         scale=scale,
         caliper=len(pictures.caliper),
+        lens=lens,
     )
 
 
@@ -154,13 +190,15 @@ def refuse_small_ball(labels: Sequence[BallLabel], card: DatasetCard) -> None:
     """Refuse a ball's radius that most contacts press against.
 
     Raises:
-        WedgeError: names both lengths.
+        WedgeError: names both lengths and the scale.
     """
-    radii_mm = np.array([x.contact_radius_px for x in labels]) * np.sqrt(np.prod(card.mm_per_px))
+    pitch_mm = np.sqrt(np.prod(card.mm_per_px))
+    radii_mm = np.array([x.contact_radius_px for x in labels]) * pitch_mm
     if (radii_mm > CLAMPED * card.ball_radius_mm).mean() > MOST_CLAMPED:
         raise WedgeError(
             f"most contacts are as wide as the ball of radius {card.ball_radius_mm:g} mm "
-            f"({np.median(radii_mm):.2f} mm): is its radius right, and the scale?"
+            f"({np.median(radii_mm):.2f} mm at {pitch_mm:.4g} mm/px): is its radius "
+            "right, and the scale?"
         )
 
 
@@ -194,6 +232,21 @@ def rescaled(card: DatasetCard, scale: Scale) -> DatasetCard:
     length, width = (round(n * mm, 2) for n, mm in zip(size, scale.mm_per_px, strict=True))
     pitch = round(length / WIDTH_PX, 5)
     return replace(card, pad_size_mm=(length, width), mm_per_px=(pitch, pitch))
+
+
+def _copy_lens(source: Path, folder: Path, blank: Frame) -> None:
+    """Take the lens over, from which on it is removed from every frame of the dataset.
+
+    Raises:
+        WedgeError: it is damaged, or was measured on frames of another size.
+    """
+    lens = read_lens(source / LENS_FILE)
+    height, width = blank.shape[:2]
+    try:
+        prepare_unwarp((width, height), lens=lens)
+    except WedgeError as error:
+        raise located(source / LENS_FILE, error) from error
+    write_lens(folder / LENS_FILE, lens)
 
 
 def _reader(folder: Path, card: DatasetCard) -> PressReader:

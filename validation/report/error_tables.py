@@ -5,12 +5,12 @@
 from sensor.unit import MissingAxis
 from validation.error_table import ErrorTable, Row, widest
 from validation.figures.depth_scatter import rmse_figure
-from validation.figures.error_bars import error_figure, line_name
+from validation.figures.error_bars import error_figure
 from validation.figures.png import plot_bytes
 from validation.metrics import PIXEL_SETS, PixelSet
 from validation.paper import PAPER_PIXELS, PAPER_TABLE
 from validation.report.page import Picture, Section, gallery_html, table_html
-from validation.table_text import DIGITS, HEADINGS
+from validation.table_text import DIGITS, HEADINGS, line_name
 
 PAPER = "paper"
 
@@ -89,7 +89,9 @@ def _paper_number(column: tuple[str, MissingAxis], metric: str) -> str:
 
 
 def number_cell(row: Row, metric: str) -> str:
-    """A mean with its interval on a line of its own."""
+    """A mean with its interval on a line of its own, where more than one press was judged."""
+    if row.errors.n_presses < 2:
+        return f"{row.errors.values[metric]:.{DIGITS[metric]}f}"
     return f"{row.errors.values[metric]:.{DIGITS[metric]}f}\n{interval(row, metric)}"
 
 

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every figure: no label is cut off, and the same arrays give the same bytes."""
 
+from dataclasses import replace
+
 import matplotlib
 import numpy as np
 import pytest
@@ -22,6 +24,7 @@ from validation.figures.light_lobes import lobe_azimuth_deg, lobe_figure, sector
 from validation.figures.maps import round_length_mm
 from validation.figures.png import png_bytes
 from validation.metrics import METRICS, PIXEL_SETS, Errors
+from validation.table_text import row_cells
 
 GRADIENT = np.random.default_rng(0).uniform(-1, 1, (4000, 2))
 LIGHTS_DEG = {"R": 90.0, "G": 180.0, "B": -90.0}
@@ -208,3 +211,28 @@ def test_the_papers_values_stand_only_beside_its_own_pixels() -> None:
 
     assert PAPER in words(error_figure(rows(), "contact+5%"))
     assert PAPER not in words(error_figure(rows(), "contact"))
+
+
+def test_the_papers_marks_are_whole_beside_a_far_better_sensor() -> None:
+    figure = error_figure([better(row) for row in rows()[:12]], "contact+5%")
+    FigureCanvasAgg(figure).draw()
+    for axes in figure.axes:
+        (marks,) = (line for line in axes.lines if line.get_label() == PAPER)
+        places = axes.transData.transform(marks.get_xydata())
+        half_px = (marks.get_markersize() / 2 + marks.get_markeredgewidth()) * figure.dpi / 72
+        assert len(places) == 6
+        assert (places[:, 0] - half_px >= axes.bbox.x0).all()
+        assert (places[:, 0] + half_px <= axes.bbox.x1).all()
+
+
+def better(row: Row) -> Row:
+    """The same with a tenth of the errors."""
+    values = {name: value / 10 for name, value in row.errors.values.items()}
+    ci95 = {name: (low / 10, high / 10) for name, (low, high) in row.errors.ci95.items()}
+    return replace(row, errors=replace(row.errors, values=values, ci95=ci95))
+
+
+def test_the_figure_and_the_table_call_a_configuration_alike() -> None:
+    figure = error_figure(rows(), "contact")
+    lines = [label.get_text() for label in figure.axes[0].get_yticklabels()]
+    assert lines == list(dict.fromkeys(row_cells(row)[0] for row in rows()))

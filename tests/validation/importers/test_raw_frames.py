@@ -96,6 +96,23 @@ def test_raw_frames_become_a_labelled_dataset(frames: Path, tmp_path: Path) -> N
     assert set(made.card.lights_deg) == {"R", "G", "B"}
 
 
+def test_a_pitch_of_frames_whose_pad_sets_the_scale_is_refused(
+    frames: Path, tmp_path: Path
+) -> None:
+    for path in frames.glob("*.png"):
+        if "mm-" not in path.name:
+            write_image(tmp_path / "mine" / path.name, read_image(path))
+    with ThreadPoolExecutor(1) as pool, pytest.raises(WedgeError, match="shows a pad"):
+        import_raw_frames(
+            tmp_path / "mine",
+            tmp_path / "out",
+            pool,
+            ball_radius_mm=BALL_RADIUS_MM,
+            pad_size_mm=(9.9, 11.0),
+            mm_per_px=0.1,
+        )
+
+
 def test_pictures_are_told_by_their_names() -> None:
     sorted_ = sort_pictures(
         [
@@ -104,12 +121,20 @@ def test_pictures_are_told_by_their_names() -> None:
             "5mm-0.jpg",
             "caliper-2.5mm.png",
             "ball-5mmx.jpg",
+            "ball-4.84mm-03.png",
+            "4.84mmball-1.png",
+            "press 5mm.png",
             "notes.txt",
         ]
     )
     assert sorted_.background == ("Background.PNG", "bg-0.jpg")
     assert sorted_.caliper == (("5mm-0.jpg", 5.0), ("caliper-2.5mm.png", 2.5))
-    assert sorted_.presses == ("ball-5mmx.jpg",)
+    assert set(sorted_.presses) == {
+        "4.84mmball-1.png",
+        "ball-4.84mm-03.png",
+        "ball-5mmx.jpg",
+        "press 5mm.png",
+    }
     with pytest.raises(WedgeError, match="blank gel"):
         sort_pictures(["a.png"])
     with pytest.raises(WedgeError, match="ball press"):
@@ -128,5 +153,5 @@ def test_a_ball_as_small_as_its_contacts_is_refused(frames: Path) -> None:
         ball_radius_mm=0.7 * widest_mm,
         background=("background.png",),
     )
-    with pytest.raises(WedgeError, match="is its radius right"):
+    with pytest.raises(WedgeError, match=r"at 0\.1 mm/px\): is its radius right"):
         refuse_small_ball(truth.labels, small)

@@ -1,0 +1,113 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""`wedge data import` says which scale it took, and `wedge data` ignores no option."""
+
+import shutil
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+
+import app._workers
+from recon.lens import Lens, read_lens, write_lens
+from sensor.dataset import LENS_FILE, read_dataset
+from tests.app.test_commands import refused, run
+from tests.synthetic import BALL_RADIUS_MM, MM_PER_PX, SIZE_PX, make_dataset
+
+
+@pytest.fixture
+def flat(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Raw frames that show the gel plane, without a pad's rim or a caliper's picture."""
+    monkeypatch.setattr(app._workers, "process_pool", lambda: ThreadPoolExecutor(1))
+    made = make_dataset(tmp_path / "made", presses=3)
+    (tmp_path / "flat").mkdir()
+    for name in ("background.png", *(label.file for label in made.labels)):
+        shutil.copy(made.folder / name, tmp_path / "flat" / name)
+    return tmp_path / "flat"
+
+
+def imported(flat: Path, *words: object) -> tuple[object, ...]:
+    out = flat.with_name("out")
+    return ("data", "import", flat, "--out", out, "--ball-radius-mm", BALL_RADIUS_MM, *words)
+
+
+def test_the_given_scale_of_flat_frames_is_taken(
+    flat: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(*imported(flat, "--mm-per-px", MM_PER_PX[0])) == 0
+    card = read_dataset(flat.with_name("out")).card
+    assert card.mm_per_px == MM_PER_PX and card.corners_px is None
+    assert "Scale as given: 0.1 mm/px." in capsys.readouterr().out.splitlines()
+
+
+def test_the_scale_that_is_assumed_is_said(flat: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(*imported(flat, "--pad-size-mm", 13.2, 9)) == 0
+    assert read_dataset(flat.with_name("out")).card.mm_per_px == pytest.approx((0.11, 0.11))
+    (line,) = (x for x in capsys.readouterr().out.splitlines() if "mm/px" in x)
+    assert "as long as the pad, 13.2 mm, so 0.11000 mm/px" in line
+
+
+def test_a_scale_that_a_caliper_measures_is_not_given_as_well(
+    flat: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shutil.copy(flat / "press00.png", flat / "5mm-1.png")
+    words = imported(flat, "--mm-per-px", 0.1)
+    assert "5mm-1.png is a caliper's picture" in refused(capsys, *words)
+    assert not flat.with_name("out").exists()
+
+
+def lens(width: int) -> Lens:
+    return Lens(
+        frame_size_px=(width, SIZE_PX[1]),
+        focal_px=(150.0, 150.0),
+        center_px=(60.0, 45.0),
+        radial=(-0.05, 0.0, 0.0),
+        rms_px=0.1,
+    )
+
+
+def test_the_lens_beside_raw_frames_is_used_and_said(
+    flat: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_lens(flat / LENS_FILE, lens(SIZE_PX[0]))
+    assert run(*imported(flat, "--mm-per-px", 0.1)) == 0
+    assert read_lens(flat.with_name("out") / LENS_FILE) == lens(SIZE_PX[0])
+    assert "lens is taken over from the camera.toml" in capsys.readouterr().out
+
+
+def test_the_lens_of_another_camera_is_refused(
+    flat: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_lens(flat / LENS_FILE, lens(130))
+    sentence = refused(capsys, *imported(flat, "--mm-per-px", 0.1))
+    assert f"{flat / LENS_FILE}: the lens was measured on 130x90 frames" in sentence
+    assert not flat.with_name("out").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "option"),
+    [
+        (("list", "--out", "x"), "--out"),
+        (("list", "--mm-per-px", "0.1"), "--mm-per-px"),
+        (("list", "--ball-radius-mm", "2"), "--ball-radius-mm"),
+        (("list", "--pad-size-mm", "20", "20"), "--pad-size-mm"),
+        (("path", "taxim-gelsight", "--json", "x"), "--json"),
+        (("path", "taxim-gelsight", "--out", "x"), "--out"),
+        (("import", "y", "--out", "x", "--json", "z"), "--json"),
+    ],
+)
+def test_an_option_that_the_action_would_ignore_is_refused(
+    words: tuple[str, ...],
+    option: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert f"`wedge data {words[0]}` takes no {option}" in refused(capsys, "data", *words)
+    assert not any(tmp_path.iterdir())
+
+
+def test_two_scales_are_refused(flat: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = imported(flat, "--mm-per-px", 0.1, "--pad-size-mm", 12, 9)
+    assert "give one of them" in refused(capsys, *words)
