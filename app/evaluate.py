@@ -77,14 +77,19 @@ def main(
     moved = moves(found)
     if len(found) == 1:
         print_error_table(found[0].errors)
-        if not found[0].held_out:
-            print("The unit has learnt from these presses: nothing is held out.", file=sys.stderr)
+        if learnt := found[0].learnt:
+            count = "all" if learnt == found[0].errors.test else f"{learnt} of the"
+            print(
+                f"The unit has learnt from {count} {found[0].errors.test} presses: its errors on "
+                "them are too low.",
+                file=sys.stderr,
+            )
         write_json(json, table_document(found[0].errors))
     else:
         headings, rows = summary(found)
         print_table(headings, rows)
         if not all(item.held_out for item in found):
-            print("* has learnt from these presses: nothing is held out.")
+            print("* has learnt from some or all of these presses: its errors are too low there.")
         for sentence in sentences(moved):
             print(sentence)
         print(f"{len(moved)} numbers moved." if moved else "Nothing moved.")

@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save
 
 from recon.arrays import Frame
@@ -20,6 +19,7 @@ from recon.images import read_image, write_image
 from recon.lens import Lens, read_lens, write_lens
 from recon.lights import unseen_axis
 from recon.presses import PressSet
+from recon.tensors import read_tensors
 from recon.unwarp import Unwarp, prepare_unwarp
 from sensor.dataset import LENS_FILE, Dataset
 from sensor.design import STANDARD, Wedge
@@ -79,13 +79,8 @@ def load_calibration(folder: Path) -> Calibration:
     card = read_unit_card(folder)
     background = read_image(folder / BACKGROUND_FILE)
     path = folder / GRADIENTS_FILE
-    try:
-        with safe_open(path, framework="numpy") as stored:
-            learnt = (stored.metadata() or {}).get("fitted", "")
-            tensors = {name: stored.get_tensor(name) for name in stored.keys()}
-    except (OSError, SafetensorError) as error:
-        raise WedgeError(f"{path} cannot be read: {error}; calibrate the unit again.") from error
-    estimator_name, _, dataset_sha256 = learnt.partition(" on ")
+    said, tensors = read_tensors(path, "", "calibrate the unit again")
+    estimator_name, _, dataset_sha256 = said.get("fitted", "").partition(" on ")
     if estimator_name != card.estimator:
         raise WedgeError(
             f"{path} holds {estimator_name or 'no'} estimator, but unit.toml names "
@@ -191,6 +186,7 @@ def unit_of(
         pad_size_mm=dataset.card.pad_size_mm,
         lights_deg=dataset.card.lights_deg,
         markers=None if presses.dots is None else presses.dots.markers.card(dataset.card.mm_per_px),
+        learnt_frames=tuple(press.fingerprint for press in presses.presses),
     )
     return Calibration(
         card=card,

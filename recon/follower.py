@@ -34,6 +34,7 @@ class KeptTouch:
     disturbed: Bool[np.ndarray, "_ _"]
     boundary: Boundary
     mm_per_px: Pair
+    slope_error: GradientField | None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,6 +81,7 @@ class Follower:
             disturbed=touch.disturbed,
             boundary=touch.boundary,
             mm_per_px=touch.mm_per_px,
+            slope_error=touch.slope_error,
         )
         image = self._unwarp(frame)
         still = self._before is not None and np.array_equal(self._before, frame)

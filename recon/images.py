@@ -12,7 +12,6 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
-from numpy.lib.npyio import NpzFile
 from PIL import Image, UnidentifiedImageError
 
 from recon.arrays import Frame
@@ -31,9 +30,16 @@ UNREADABLE_IMAGE = (
 )
 MOST_DIGITS = 20
 """Of a frame's number; int() refuses thousands of them."""
+MOST_UNPACKED = 2 << 30
+"""Bytes: 2300 frames of 640x480, or 350 of 1640x1232. They are in memory at once, and a few
+megabytes may be packed so that they unpack to any size."""
+PACKED_BY_NUMPY = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+"""Others are unpacked by zipfile without regard to how much comes out."""
 UNREADABLE_ARCHIVE = (
     OSError,
     ValueError,
+    TypeError,  # as IndexError, of numpy on a header that is Python but none of its own
+    IndexError,
     EOFError,
     RuntimeError,
     MemoryError,  # a header may claim any size
@@ -56,6 +62,7 @@ def read_image(path: Path) -> Frame:
     try:
         content = io.BytesIO(path.read_bytes())
         with warnings.catch_warnings(action="error", category=Image.DecompressionBombWarning):
+            warnings.simplefilter("ignore", UserWarning)  # of EXIF, which nobody asked for
             with Image.open(content, formats=FORMATS) as image:
                 image.verify()  # a PNG's checksums, which decoding skips
             with Image.open(content, formats=FORMATS) as image:
@@ -109,12 +116,28 @@ def write_image(path: Path, frame: Frame) -> None:
 @lru_cache(maxsize=2)
 def _npz_frames(path: Path, _modified_ns: int) -> np.ndarray:
     try:
-        with path.open("rb") as stream, NpzFile(stream, allow_pickle=False) as archive:
-            frames = archive["frames"]
+        with zipfile.ZipFile(path) as archive:
+            entry = archive.getinfo("frames.npy")
+            _refuse_vast(path, entry)
+            with archive.open(entry) as stream:
+                frames = np.lib.format.read_array(stream, allow_pickle=False)
     except KeyError as error:
         raise WedgeError(f"{path} holds no array named frames.") from error
     except UNREADABLE_ARCHIVE as error:
         raise WedgeError(f"{path} cannot be read, it may be truncated: {error}.") from error
-    if not isinstance(frames, np.ndarray) or frames.dtype != np.uint8 or frames.shape[3:] != (3,):
+    if frames.dtype != np.uint8 or frames.shape[3:] != (3,):
         raise WedgeError(f"{path}: frames must be [n, height, width, 3] uint8 RGB.")
+    if 0 in frames.shape[1:]:
+        raise WedgeError(f"{path}: its frames have no pixels.")
     return frames
+
+
+def _refuse_vast(path: Path, entry: zipfile.ZipInfo) -> None:
+    """Refuse what would fill the memory; of a smaller one, no more than it says is unpacked."""
+    if entry.compress_type not in PACKED_BY_NUMPY:
+        raise WedgeError(f"{path} is packed in another way than numpy's: write it with savez.")
+    if entry.file_size > MOST_UNPACKED:
+        raise WedgeError(
+            f"{path} unpacks to {entry.file_size / 2**30:.1f} GiB, more than "
+            f"{MOST_UNPACKED / 2**30:g}: keep the frames in several files."
+        )

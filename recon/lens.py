@@ -21,6 +21,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from recon.arrays import Frame
+from sensor.dataset import LARGEST_SIDE_PX
 from sensor.errors import WedgeError
 from sensor.files import write_atomic
 from sensor.toml import (
@@ -40,6 +41,14 @@ Points = Float64[np.ndarray, "n 2"]
 KEYS = ("frame_size_px", "focal_px", "center_px", "radial", "rms_px")
 FEWEST_BOARDS = 3
 NEWTON_STEPS = 60
+FOCAL_SIDES = (0.1, 100.0)
+"""Focal lengths, in longer sides of the frame: as a pinhole, one sees 157 degrees of the world and
+the other, a telescope's, 0.6. The wide-angle camera has 0.37."""
+CENTER_SIDES = 2.0
+"""The principal point lies no farther outside the frame, in its longer sides: it may be a crop."""
+MOST_TERM = 100.0
+"""No radial term moves the frame's farthest corner by more times its distance from the centre; the
+wide-angle camera's move it by 6 at most."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,7 +56,8 @@ class Lens:
     """A pinhole camera with radial distortion, as ``camera.toml`` keeps it.
 
     Raises:
-        WedgeError: the distortion folds the picture over itself inside the frame.
+        WedgeError: no lens has such numbers, or the distortion folds the picture over itself inside
+            the frame.
     """
 
     frame_size_px: tuple[int, int]
@@ -61,15 +71,38 @@ class Lens:
     """Root mean square distance of the boards' corners from the model."""
 
     def __post_init__(self) -> None:
+        self._refuse_what_no_lens_has()
         width, height = self.frame_size_px
         corners = np.array([(x, y) for x in (-0.5, width - 0.5) for y in (-0.5, height - 0.5)])
-        farthest = np.linalg.norm((corners - self.center_px) / self.focal_px, axis=1).max()
+        farthest = float(np.linalg.norm((corners - self.center_px) / self.focal_px, axis=1).max())
+        for term, power in zip(self.radial, (2, 4, 6), strict=True):
+            if not abs(term) * farthest**power <= MOST_TERM:
+                raise WedgeError(
+                    f"radial = {list(self.radial)} is no lens's: {term:g} would move the frame's "
+                    "corner by over a hundred times its distance from the centre; calibrate the "
+                    "lens again."
+                )
         fold = self._fold()
         if np.isfinite(fold) and self._seen_radius(np.array([fold]))[0] <= farthest:
             raise WedgeError(
                 "the lens's distortion folds the picture over itself inside the frame: "
                 "take chessboards nearer to the frame's corners and calibrate again."
             )
+
+    def _refuse_what_no_lens_has(self) -> None:
+        """Refuse a frame, a focal length or a centre that the rest would overflow with."""
+        longer = max(self.frame_size_px)
+        least, most = (sides * longer for sides in FOCAL_SIDES)
+        around = CENTER_SIDES * longer
+        fault = ""
+        if not 1 <= min(self.frame_size_px) <= longer <= LARGEST_SIDE_PX:
+            fault = f"frame_size_px must be 1 to {LARGEST_SIDE_PX} pixels a side"
+        elif not all(least <= focal <= most for focal in self.focal_px):
+            fault = f"focal_px must lie between {least:g} and {most:g} for such frames"
+        elif not all(-around <= center <= longer + around for center in self.center_px):
+            fault = f"center_px must lie between {-around:g} and {longer + around:g}"
+        if fault:
+            raise WedgeError(f"{fault}: calibrate the lens again.")
 
     def distort(self, points: Points) -> Points:
         """Ideal pixels, as a lens without distortion would see them, to raw pixels."""

@@ -37,6 +37,8 @@ class BallPress:
     """Where dots hid the colour and it was filled in from around them; ``None`` on clear gel."""
     blank: Unwarped | None = None
     """The blank gel, where it is known."""
+    fingerprint: str = ""
+    """Of the raw frame, by which it is known again whatever its file is called."""
 
     @property
     def size_px(self) -> tuple[int, int]:

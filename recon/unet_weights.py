@@ -10,10 +10,10 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
-from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save
 
 from recon import unet
+from recon.tensors import learnt, read_tensors
 from sensor.errors import WedgeError
 from sensor.files import write_atomic
 
@@ -59,13 +59,12 @@ def load_weights(path: Path, purpose: Purpose = MISSING_AXIS) -> unet.Weights:
 
     Raises:
         WedgeError: the file is missing, is no safetensors file, was made for another version of the
-            network, or its numbers are not those that training wrote.
+            network, or its numbers are not those that training wrote, or none that any would.
     """
+    said, weights = read_tensors(path, " as network weights", "install it again")
     try:
-        with safe_open(path, framework="numpy") as file:
-            made = json.loads((file.metadata() or {}).get(purpose.name, "{}"))
-            weights = {name: file.get_tensor(name) for name in file.keys()}
-    except (OSError, SafetensorError, json.JSONDecodeError) as error:
+        made = json.loads(said.get(purpose.name, "{}"))
+    except (ValueError, RecursionError) as error:
         raise WedgeError(
             f"{path} cannot be read as network weights: {error}; install it again."
         ) from error
@@ -79,6 +78,9 @@ def load_weights(path: Path, purpose: Purpose = MISSING_AXIS) -> unet.Weights:
         raise WedgeError(f"{path} is damaged, its hash does not match: install it again.")
     if not _fit_together(weights, purpose):
         raise WedgeError(f"{path} holds the weights of another network: install it again.")
+    for name, values in weights.items():
+        if not learnt(values):
+            raise WedgeError(f"{path} holds {name} in sizes nobody learns: install it again.")
     return weights
 
 

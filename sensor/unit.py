@@ -46,7 +46,7 @@ REQUIRED_KEYS = (
     "size_px",
     "metrics",
 )
-OPTIONAL_KEYS = ("corners_px", "pad_size_mm", "lights_deg", "markers")
+OPTIONAL_KEYS = ("corners_px", "pad_size_mm", "lights_deg", "markers", "learnt_frames")
 MARKER_KEYS = ("count", "spacing_mm", "diameter_mm")
 
 
@@ -76,6 +76,8 @@ class UnitCard:
     lights_deg: Mapping[str, float] | None = None
     markers: Mapping[str, int | float] | None = None
     """Dots of the blank gel: ``count``, ``spacing_mm``, ``diameter_mm``; ``None``: it has none."""
+    learnt_frames: tuple[str, ...] | None = None
+    """Fingerprints of the frames that it learnt from; ``None``: a unit of before they were kept."""
 
 
 def refuse_no_unit(folder: Path) -> NoReturn:
@@ -136,6 +138,7 @@ def _card(document: dict[str, Any]) -> UnitCard:
         pad_size_mm=None if pad_size is None else positive_pair(pad_size, "pad_size_mm"),
         lights_deg=lights(document["lights_deg"]) if "lights_deg" in document else None,
         markers=_markers(document["markers"]) if "markers" in document else None,
+        learnt_frames=_frames(document["learnt_frames"]) if "learnt_frames" in document else None,
     )
     if card.pad_size_mm is not None:
         for pad_mm, pitch_mm, size_px in zip(
@@ -162,6 +165,12 @@ def _markers(value: object) -> dict[str, float]:
     if min(numbers.values()) <= 0:
         raise WedgeError("markers: every number must be above zero.")
     return numbers
+
+
+def _frames(value: object) -> tuple[str, ...]:
+    if not isinstance(value, list):
+        raise WedgeError("learnt_frames must be a list of fingerprints.")
+    return tuple(text_line(item, "learnt_frames") for item in value)
 
 
 def _size(value: object, key: str) -> tuple[int, int]:

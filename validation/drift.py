@@ -16,13 +16,20 @@ from sensor.dataset import Dataset
 from validation.acceptance.gel import GRAIN_PX, smooth, untouched
 from validation.acceptance.lights import GREY_LEVELS
 from validation.error_table import ErrorTable
-from validation.evaluation import judge_presses_singly, refuse_other_sensor, table_of
+from validation.evaluation import (
+    judge_presses_singly,
+    learnt_presses,
+    refuse_other_sensor,
+    table_of,
+)
 from validation.metrics import METRICS, PIXEL_SETS
 
 WITHIN = 0.95
 SURE = 0.99
 """Of a difference, before a number counts as moved: a dozen are compared at each date, and 95 %
 would see one move at every other date where none has."""
+ERRORS = ("theta_x_deg", "theta_y_deg", "depth_rmse_mm", "depth_bias_mm")
+"""Numbers that tell how a unit errs; the others tell what its sensor sees."""
 LEAST_VARIANCE = 1e-24
 """Of a mean; presses that agree to the last digit still leave a test defined."""
 
@@ -80,11 +87,16 @@ class Evaluation:
 
     unit: str
     dataset: str
-    held_out: bool
-    """Whether the unit has not learnt from these presses."""
+    learnt: int
+    """How many of these presses the unit has learnt from."""
     errors: ErrorTable
     numbers: Mapping[str, Number]
     """By name, such as ``theta_x_deg`` or ``brightness_R``."""
+
+    @property
+    def held_out(self) -> bool:
+        """Whether the unit has learnt from none of these presses."""
+        return self.learnt == 0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -140,19 +152,24 @@ def evaluate_on(
     return Evaluation(
         unit=card.serial,
         dataset=dataset.card.name,
-        held_out=dataset.sha256 != card.dataset_sha256,
+        learnt=learnt_presses(card, dataset, presses),
         errors=table_of(calibration, dataset, presses, judged, seed),
         numbers=numbers,
     )
 
 
 def moves(evaluations: Sequence[Evaluation]) -> list[Move]:
-    """What has moved on each later data set of a unit since its first, in the order given."""
+    """What has moved on each later data set of a unit since its first, in the order given.
+
+    A unit errs less on presses that it has learnt from: errors are compared where it has learnt
+    from none of both sets.
+    """
     found = []
     for first, later in _pairs(evaluations):
+        learnt = not (first.held_out and later.held_out)
         for name, now in later.numbers.items():
             before = first.numbers.get(name)
-            if before is None:
+            if before is None or (learnt and name in ERRORS):
                 continue
             low, high = difference(now, before)
             if low > 0 or high < 0:

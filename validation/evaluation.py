@@ -13,7 +13,7 @@ from recon.pixels import label_pixels
 from recon.presses import PressSet, read_presses
 from sensor.dataset import Dataset
 from sensor.errors import WedgeError
-from sensor.unit import MissingAxis
+from sensor.unit import MissingAxis, UnitCard
 from validation.depth import DepthErrors, depth_errors
 from validation.error_table import ErrorTable, Row, errors_in
 from validation.metrics import PIXEL_SETS, PressErrors, mean_errors
@@ -54,6 +54,13 @@ def refuse_other_sensor(calibration: Calibration, dataset: Dataset, presses: Pre
             f"{dataset.folder}: its frames are {seen[0]}x{seen[1]} pixels, but the unit "
             f"{card.serial} has {needed[0]}x{needed[1]}: it is another sensor's set."
         )
+
+
+def learnt_presses(card: UnitCard, dataset: Dataset, presses: PressSet) -> int:
+    """How many of these presses a unit has learnt from, whatever files and labels they have now."""
+    if card.learnt_frames is None:
+        return len(presses.presses) if dataset.sha256 == card.dataset_sha256 else 0
+    return sum(press.fingerprint in card.learnt_frames for press in presses.presses)
 
 
 @dataclass(frozen=True, kw_only=True)

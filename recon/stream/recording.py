@@ -3,16 +3,17 @@
 """Recordings: MCAP with ROS 2 images as they came, and the unit's calibration inside."""
 
 import re
-import struct
 import threading
 import time
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from recon.stream.cdr import NS_PER_S
 from recon.stream.frame import Counts, TimedFrame
 from recon.stream.jpeg import encode_jpeg
 from recon.stream.mcap_file import MAGIC, McapFile, mcap_records
+from recon.stream.mcap_reading import Damage, read_records
 from recon.stream.ros import COMPRESSED_IMAGE, FORMAT, CompressedImage
 from sensor.dataset import LENS_FILE
 from sensor.errors import WedgeError
@@ -20,9 +21,10 @@ from sensor.unit import BACKGROUND_FILE, GRADIENTS_FILE, refuse_no_unit
 
 UNIT_FILES = ("unit.toml", BACKGROUND_FILE, GRADIENTS_FILE, LENS_FILE)
 """Attached as SENSOR/unit.toml and so on."""
-LARGEST_RECORD = 256 << 20
 RECORDED_QUALITY = 95
 """Of frames that were no JPEGs before."""
+END_OF_TIME_NS = 2**31 * NS_PER_S
+"""The last stamp of a header whose seconds are an int32; none is before the Unix epoch either."""
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 
 
@@ -85,7 +87,7 @@ class Recorder:
 
 
 class McapSource:
-    """The JPEGs of one topic of an MCAP file; one that broke off gives what it has."""
+    """The JPEGs of one topic of an MCAP file; one that is damaged gives those that are whole."""
 
     live = False
 
@@ -109,13 +111,18 @@ class McapSource:
         attached: dict[str, bytes] = {}
         others: set[str] = set()
         self._topic: str | None = None
+        self._channels: set[int] = set()
+        self._unit_is_damaged = False
         for record in self._records():
             kind = type(record).__name__
-            if kind == "Attachment":
+            if isinstance(record, Damage):
+                self._unit_is_damaged |= record.attachment
+            elif kind == "Attachment":
                 attached[record.name] = record.data
             elif kind == "Channel" and _is_image(record):
                 if sensor is None or record.topic == topic(sensor):
                     self._topic = record.topic
+                    self._channels = {record.id}  # it may first be told of in the index
                 others.add(str(record.topic).split("/")[1])
             if self._topic:
                 break
@@ -144,7 +151,13 @@ class McapSource:
         self._closed.set()
 
     def save_unit(self, folder: Path) -> Path | None:
-        """Write the unit that is inside into an empty folder; ``None`` where there is none."""
+        """Write the unit that is inside into an empty folder; ``None`` where there is none.
+
+        Raises:
+            WedgeError: it is damaged.
+        """
+        if self._unit_is_damaged:
+            raise WedgeError(f"the unit inside {self.name} is damaged: name its unit folder.")
         if "unit.toml" not in self.unit:
             return None
         for name, content in self.unit.items():
@@ -153,17 +166,21 @@ class McapSource:
 
     def __iter__(self) -> Iterator[TimedFrame]:
         """Give each frame in the order of the file."""
-        channels: set[int] = set()
+        channels = set(self._channels)
         for record in self._records():
             if self._closed.is_set():
                 return
             kind = type(record).__name__
-            if kind == "Channel" and record.topic == self._topic:
+            if isinstance(record, Damage):
+                self.counts.corrupt += record.lost(channels)
+            elif kind == "Channel" and record.topic == self._topic:
                 channels.add(record.id)
             elif kind == "Message" and record.channel_id in channels:
                 try:
                     image = CompressedImage.from_cdr(record.data)
                 except ValueError:
+                    image = None
+                if image is None or not 0 <= image.time_ns < END_OF_TIME_NS:
                     self.counts.corrupt += 1
                     continue
                 index, self.counts.received = self.counts.received, self.counts.received + 1
@@ -175,40 +192,25 @@ class McapSource:
                 )
 
     def _records(self) -> Iterator[Any]:
-        """Every record up to the file's end, or up to where it broke off.
+        """Every record that is whole, and ``Damage`` in the place of others.
 
         Raises:
             WedgeError: it is no MCAP file.
         """
-        from mcap.exceptions import McapError
-        from mcap.stream_reader import StreamReader
-
         try:
             with self._path.open("rb") as stream:
                 if stream.read(len(MAGIC)) != MAGIC:
                     raise WedgeError(f"{self._path} is no MCAP file.")
-                reader = StreamReader(
-                    stream, skip_magic=True, emit_chunks=True, record_size_limit=LARGEST_RECORD
-                )
-                for record in reader.records:
-                    if type(record).__name__ == "Chunk":
-                        yield from _unpacked(record)
-                    else:
-                        yield record
+                for record in read_records(stream):
+                    if isinstance(record, Damage):
+                        self.counts.remark = f"{self._path} " + (
+                            "broke off or is damaged: what it has up to there is here."
+                            if record.rest
+                            else "is damaged in places: what is whole is here."
+                        )
+                    yield record
         except OSError as error:
             raise WedgeError(f"{self._path} cannot be read: {error.strerror}.") from error
-        except (McapError, struct.error, ValueError, EOFError, RuntimeError):
-            self.counts.remark = (
-                f"{self._path} broke off or is damaged: what it has up to there is here."
-            )
-
-
-def _unpacked(chunk: Any) -> list[Any]:
-    from mcap.stream_reader import breakup_chunk
-
-    if chunk.uncompressed_size > LARGEST_RECORD or chunk.compression not in ("", "zstd"):
-        raise ValueError("a chunk too large, or packed in another way than zstd")
-    return breakup_chunk(chunk, validate_crc=True)
 
 
 def _is_image(channel: Any) -> bool:

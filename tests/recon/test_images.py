@@ -3,6 +3,8 @@
 import io
 import os
 import struct
+import tracemalloc
+import warnings
 import zipfile
 import zlib
 
@@ -82,6 +84,15 @@ def test_a_jpeg_cut_after_its_thumbnail_is_refused(tmp_path):
     (tmp_path / "frame.jpg").write_bytes(whole[:-2])
     with pytest.raises(WedgeError, match="truncated"):
         read_image(tmp_path / "frame.jpg")
+
+
+def test_damaged_words_about_a_picture_cost_nothing_and_are_not_told(tmp_path):
+    whole = encoded("JPEG", exif=b"Exif\0\0MM\0*\0\0\0\x08\0\1\1\x12\0\3\0\0\0\1")
+    (tmp_path / "frame.jpg").write_bytes(whole)
+    with warnings.catch_warnings(action="error"):
+        found = read_image(tmp_path / "frame.jpg")
+    (tmp_path / "frame.jpg").write_bytes(encoded("JPEG"))
+    np.testing.assert_array_equal(found, read_image(tmp_path / "frame.jpg"))
 
 
 @given(st.data())
@@ -234,6 +245,72 @@ def test_an_npz_whose_header_lies_is_refused(tmp_path, header):
         archive.writestr("frames.npy", b"\x93NUMPY\x01\0" + struct.pack("<H", 118) + text + b"abc")
     with pytest.raises(WedgeError, match=r"frames\.npz cannot be read"):
         read_frame(tmp_path, "frames.npz#0")
+
+
+def npz_of(path, header, packing=zipfile.ZIP_STORED):
+    """An archive whose array has this header, of any length, before the frames' bytes."""
+    array = b"\x93NUMPY\x01\0" + struct.pack("<H", len(header)) + header + FRAMES.tobytes()
+    with zipfile.ZipFile(path, "w", packing) as archive:
+        archive.writestr("frames.npy", array)
+
+
+HEADER = "{'descr': '|u1', 'fortran_order': False, 'shape': (3, 2, 3, 3), }\n"
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("'shape'", "()"),
+        ("'|u1'", "()"),
+        ("'|u1'", "[" * 90),
+        ("'|u1'", "'|V0'"),
+        ("(3, 2, 3, 3)", "(3, -2, 3, 3)"),
+        ("(3, 2, 3, 3)", "(3, 0, 3, 3)"),
+        ("3, 2", f"3, {10**30}"),
+    ],
+)
+def test_a_header_that_no_numpy_writes_is_a_sentence(tmp_path, old, new):
+    npz_of(tmp_path / "frames.npz", HEADER.encode())
+    np.testing.assert_array_equal(read_frame(tmp_path, "frames.npz#2"), FRAMES[2])
+    (tmp_path / "frames.npz").unlink()
+    npz_of(tmp_path / "frames.npz", HEADER.replace(old, new).encode())
+    with pytest.raises(WedgeError, match=r"frames\.npz"):
+        read_frame(tmp_path, "frames.npz#0")
+
+
+def test_an_npz_that_would_fill_the_memory_is_refused_unread(tmp_path):
+    np.savez_compressed(tmp_path / "frames.npz", frames=FRAMES)
+    content = bytearray((tmp_path / "frames.npz").read_bytes())
+    size = content.rindex(b"PK\1\2") + 24  # in the directory, of what it unpacks to
+    content[size : size + 4] = struct.pack("<I", 3 << 30)
+    (tmp_path / "frames.npz").write_bytes(content)
+    with pytest.raises(WedgeError, match=r"frames\.npz unpacks to 3\.0 GiB, more than 2: keep"):
+        read_frame(tmp_path, "frames.npz#0")
+
+
+@pytest.mark.parametrize("packing", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+def test_packings_that_unpack_without_bounds_are_refused(tmp_path, packing):
+    npz_of(tmp_path / "frames.npz", HEADER.encode(), packing)
+    with pytest.raises(WedgeError, match=r"frames\.npz is packed in another way"):
+        read_frame(tmp_path, "frames.npz#0")
+
+
+def test_an_npz_that_lies_about_its_size_is_unpacked_no_further(tmp_path):
+    stream = io.BytesIO()
+    np.save(stream, np.zeros((1, 4000, 4000, 3), np.uint8))
+    with zipfile.ZipFile(tmp_path / "frames.npz", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("frames", b"text" + stream.getvalue())
+    content = bytearray((tmp_path / "frames.npz").read_bytes())
+    size = content.rindex(b"PK\1\2") + 24
+    content[size : size + 4] = struct.pack("<I", 5000)
+    (tmp_path / "frames.npz").write_bytes(content)
+    tracemalloc.start()
+    try:
+        with pytest.raises(WedgeError, match=r"frames\.npz"):
+            read_frame(tmp_path, "frames.npz#0")
+        assert tracemalloc.get_traced_memory()[1] < 4 << 20
+    finally:
+        tracemalloc.stop()
 
 
 @pytest.mark.parametrize("content", [b"", b"text", b"PK\3\4"])

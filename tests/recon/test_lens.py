@@ -7,7 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from recon.images import read_image
@@ -144,6 +144,15 @@ def test_a_lens_survives_its_file(tmp_path: Path) -> None:
         ("[-0.2, 0.06, 0.0]", "[-0.25]", "radial"),
         ("[-0.2, 0.06, 0.0]", "[-0.9, 0.0, 0.0]", "folds"),
         ("[162.0, 118.0]", "[nan, 118.0]", "finite"),
+        ("[-0.2, 0.06, 0.0]", "[1e308, 1e308, 1e308]", "radial .* is no lens's: 1e.308 would move"),
+        ("[-0.2, 0.06, 0.0]", "[0.0, 0.0, 1e308]", "radial .* is no lens's"),
+        ("[-0.2, 0.06, 0.0]", "[1e154, 1e154, -1e154]", "radial .* is no lens's"),
+        ("[162.0, 118.0]", "[1e308, 118.0]", "center_px must lie between -640 and 960"),
+        ("[162.0, 118.0]", "[162.0, -1e5]", "center_px must lie"),
+        ("[200.0, 202.0]", "[200.0, 1e5]", "focal_px must lie between 32 and 32000"),
+        ("[200.0, 202.0]", "[1e-3, 202.0]", "focal_px must lie"),
+        ("[320, 240]", "[320, 0.4]", "frame_size_px must be 1 to 8192"),
+        ("[320, 240]", "[1000000, 240]", "frame_size_px must be 1 to 8192"),
     ],
 )
 def test_a_bad_file_is_named_with_its_fault(tmp_path: Path, old: str, new: str, fault: str) -> None:
@@ -153,6 +162,36 @@ def test_a_bad_file_is_named_with_its_fault(tmp_path: Path, old: str, new: str, 
     with pytest.raises(WedgeError, match=fault) as caught:
         read_lens(path)
     assert str(caught.value).startswith(str(path))
+
+
+@given(
+    focal=st.floats(),
+    center=st.floats(),
+    radial=st.tuples(st.floats(), st.floats(), st.floats()),
+    size=st.tuples(st.integers(-1, 10**9), st.integers(-1, 10**9)),
+)
+@settings(max_examples=300)
+@example(focal=1e300, center=160.0, radial=(0.0, 0.0, 0.0), size=(320, 240))
+@example(focal=float("nan"), center=160.0, radial=(0.0, 0.0, 0.0), size=(320, 240))
+@example(focal=200.0, center=1e308, radial=(0.0, 0.0, 0.0), size=(320, 240))
+@example(focal=200.0, center=160.0, radial=(1e308, 1e308, 1e308), size=(320, 240))
+@example(focal=200.0, center=160.0, radial=(0.0, float("nan"), 0.0), size=(320, 240))
+@example(focal=200.0, center=160.0, radial=(30.0, 30.0, 30.0), size=(320, 240))
+def test_whatever_the_numbers_a_lens_is_refused_or_inverts(
+    focal: float, center: float, radial: tuple[float, float, float], size: tuple[int, int]
+) -> None:
+    try:
+        lens = Lens(
+            frame_size_px=size,
+            focal_px=(focal, focal),
+            center_px=(center, center),
+            radial=radial,
+            rms_px=0.1,
+        )
+    except WedgeError:
+        return
+    raw = np.array([[0.0, 0.0], [size[0] - 1.0, size[1] - 1.0], [size[0] / 2, size[1] / 2]])
+    assert np.abs(lens.distort(lens.undistort(raw)) - raw).max() < 1e-6 * max(size)
 
 
 def test_a_wide_angle_camera_is_calibrated_from_real_boards() -> None:

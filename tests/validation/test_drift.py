@@ -3,6 +3,8 @@
 """Units over dates: what has not moved is not accused, what has is named, and nothing else."""
 
 import json
+import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,10 +13,12 @@ from scipy import stats
 
 from app.__main__ import main
 from recon.calibration import load_calibration
-from sensor.dataset import read_dataset
+from recon.presses import read_presses
+from sensor.dataset import read_dataset, write_labels
 from tests.synthetic import KEYSTONE_PX, make_dataset
-from tests.validation.sensors import change_frames, good_set, unit_of
-from validation.drift import Number, difference, evaluate_on, moves
+from tests.validation.sensors import PRESSES, change_frames, good_set, unit_of
+from validation.drift import ERRORS, Number, difference, evaluate_on, moves
+from validation.evaluation import learnt_presses
 from validation.figures.drift import drift_figure
 from validation.report.drift import drift_document, drift_sections, sentences, summary
 
@@ -56,6 +60,47 @@ def test_a_light_that_ages_is_named_and_no_other(evaluations):
     assert not {name for name in found if name.endswith(("_G", "_B"))}
     assert found["brightness_R"].now / found["brightness_R"].before == pytest.approx(0.8, rel=0.01)
     assert found["answer_R"].now / found["answer_R"].before == pytest.approx(0.8, rel=0.1)
+
+
+def relabelled(source, folder, change, *, extra=()):
+    """The same frames under other names and labels, and those of another set."""
+    names = {label.file: f"other-{index}.png" for index, label in enumerate(source.labels)}
+    shutil.copytree(source.folder, folder)
+    for old, new in names.items():
+        (folder / old).rename(folder / new)
+    labels = [replace(change(label), file=names[label.file]) for label in source.labels]
+    for index, (set_, label) in enumerate(extra):
+        shutil.copy(set_.folder / label.file, folder / f"more-{index}.png")
+        labels.append(replace(label, file=f"more-{index}.png"))
+    write_labels(folder / "labels.csv", labels)
+    return read_dataset(folder)
+
+
+def test_presses_that_were_learnt_from_are_known_again_by_their_pixels(dates, tmp_path):
+    unit, taught = load_calibration(dates / "unit"), read_dataset(dates / "taught")
+    june = read_dataset(dates / "june")
+    moved = relabelled(
+        taught, tmp_path / "moved", lambda x: replace(x, center_x_px=x.center_x_px + 0.5)
+    )
+    mixed = relabelled(june, tmp_path / "mixed", lambda x: x, extra=[(taught, taught.labels[3])])
+    counts = {}
+    for dataset in (taught, moved, mixed, june):
+        presses = read_presses(dataset)
+        counts[dataset.folder.name] = learnt_presses(unit.card, dataset, presses)
+    assert counts == {"taught": PRESSES, "moved": PRESSES, "mixed": 1, "june": 0}
+    before = replace(unit.card, learnt_frames=None)  # units of before know their dataset alone
+    assert learnt_presses(before, taught, read_presses(taught)) == PRESSES
+    assert learnt_presses(before, moved, read_presses(moved)) == 0
+
+
+def test_errors_are_not_compared_with_those_on_presses_learnt_from(evaluations):
+    first, *_ = evaluations
+    worse = {name: replace(x, sums=10 * x.sums) for name, x in first.numbers.items()}
+    later = replace(first, numbers=worse)
+    named = {move.name for move in moves([first, later])}
+    assert set(ERRORS) - {"depth_bias_mm"} <= named
+    learnt = {move.name for move in moves([replace(first, learnt=1), later])}
+    assert learnt == named - set(ERRORS) and learnt
 
 
 def test_the_intervals_are_students_and_welchs():

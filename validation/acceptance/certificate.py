@@ -52,7 +52,8 @@ def document(card: UnitCard, dataset: str, found: Acceptance) -> dict[str, Any]:
         "calibrated": card.created,
         "dataset": dataset,
         "presses": found.errors.test,
-        "held_out": found.held_out,
+        "held_out": found.learnt == 0,
+        "learnt_presses": found.learnt,
         "grade": verdict(found.values),
         "measurements": [
             {
@@ -180,14 +181,16 @@ def page_html(card: UnitCard, dataset: str, found: Acceptance, pictures: str) ->
 
 def lead(card: UnitCard, dataset: str, found: Acceptance) -> str:
     """What was judged on what, in one sentence without its full stop."""
+    presses = found.errors.test
+    count = "all" if found.learnt == presses else f"{found.learnt}"
     judged = (
-        "presses that it has not learnt from"
-        if found.held_out
-        else "presses of its own: errors are those that calibration measured on presses held out"
+        f"presses, {count} of which it has learnt from: errors are those that calibration measured "
+        "on presses held out"
+        if found.learnt
+        else "presses that it has not learnt from"
     )
     return (
-        f"Calibrated {card.created} with {card.estimator}, judged on {dataset}, "
-        f"{found.errors.test} {judged}"
+        f"Calibrated {card.created} with {card.estimator}, judged on {dataset}, {presses} {judged}"
     )
 
 

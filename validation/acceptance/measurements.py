@@ -33,7 +33,7 @@ from validation.acceptance.limits import LIMITS, Measured, Parts
 from validation.acceptance.place import LEAST_FRAMES, picture_values, timing_values
 from validation.acceptance.roundness import roundness
 from validation.error_table import ErrorTable
-from validation.evaluation import judge_presses, refuse_other_sensor
+from validation.evaluation import judge_presses, learnt_presses, refuse_other_sensor
 from validation.examples import Example, example
 
 NO_TIMES = "a dataset's frames have no times; name a recording or a stream by --frames"
@@ -47,8 +47,8 @@ class Acceptance:
     absent: Mapping[str, str]
     """Why a measurement was not made, by the names of ``limits.LIMITS``."""
     errors: ErrorTable
-    held_out: bool
-    """Whether the errors are those of presses that the unit has not learnt from."""
+    learnt: int
+    """How many of the presses the unit has learnt from; beside any, errors are calibration's."""
     blank: Unwarped
     gel: Unwarped
     """The blank frame without its dots."""
@@ -70,7 +70,7 @@ def accept_unit(
 ) -> Acceptance:
     """Measure a unit on a dataset of its presses.
 
-    On the presses that it was calibrated with, the gradient and depth errors are those that
+    Where the unit has learnt from any of the presses, the gradient and depth errors are those that
     calibration measured on presses held out.
 
     Args:
@@ -92,7 +92,7 @@ def accept_unit(
     errors = judge_presses(
         calibration, dataset, presses, seed=seed, progress=lambda x: progress(0.1 + 0.3 * x)
     )
-    held_out = dataset.sha256 != card.dataset_sha256
+    learnt = learnt_presses(card, dataset, presses)
     unseen = unseen_axis(card.lights_deg, channels)
     blank = presses.unwarp(presses.background)
     gel = without_dots(blank, presses.dots)
@@ -106,7 +106,7 @@ def accept_unit(
     pictured, absent = picture_values(presses, calibrated, roundness(presses.presses, seed))
     progress(0.5)
     values: dict[str, Parts] = {
-        **error_values(errors, card, held_out),
+        **error_values(errors, card, learnt == 0),
         **ball_radius_values(calibration.estimator, presses.presses, unseen),
         **light_values(response, channels, card.lights_deg, unseen is None),
         **still,
@@ -125,7 +125,7 @@ def accept_unit(
         values={limit.name: values[limit.name] for limit in LIMITS if limit.name in values},
         absent={**_reasons(values, len(times_ns)), **absent},
         errors=errors,
-        held_out=held_out,
+        learnt=learnt,
         blank=blank,
         gel=gel,
         covered=covered,

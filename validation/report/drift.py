@@ -51,6 +51,7 @@ def drift_document(evaluations: Sequence[Evaluation], moved: Sequence[Move]) -> 
             {
                 "unit": item.unit,
                 "held_out": item.held_out,
+                "learnt_presses": item.learnt,
                 **table_document(item.errors),
                 "numbers": {
                     name: {
@@ -103,7 +104,10 @@ def drift_sections(evaluations: Sequence[Evaluation], moved: Sequence[Move]) -> 
     )
     seen = [item for item in evaluations if not item.held_out]
     note = (
-        paragraph("Units with a * have learnt from that data set: their errors there are too low.")
+        paragraph(
+            "Units with a * have learnt from presses of that data set: their errors there are too "
+            "low, and are not compared over time."
+        )
         if seen
         else ""
     )
@@ -128,6 +132,8 @@ def _all_numbers(evaluations: Sequence[Evaluation]) -> str:
 
 
 def value(number: Number) -> str:
-    """A mean, and its interval on a line of its own."""
+    """A mean, and its interval on a line of its own, where there is one."""
+    if len(number.sums) < 2:
+        return f"{number.mean:.3g}"
     low, high = number.ci95
     return f"{number.mean:.3g}\n{low:.3g} to {high:.3g}"
