@@ -25,7 +25,6 @@ from pathlib import Path
 import cv2
 import numpy as np
 from jaxtyping import Float, Float32
-from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save
 
 from recon import unet
@@ -35,6 +34,7 @@ from recon.lights import Axis
 from recon.missing_axis import infer_missing_axis
 from recon.random_balls import SQUARE, random_ball
 from recon.surfaces import RECIPES, Recipe
+from recon.tensors import read_tensors
 from recon.unet_torch import UNetLayers, made_ahead
 from recon.unet_weights import save_weights
 from sensor.errors import WedgeError
@@ -171,11 +171,10 @@ class Training:
         Raises:
             WedgeError: it cannot be read, or belongs to a training of other settings.
         """
+        said, tensors = read_tensors(path, " as a checkpoint", "delete it to begin")
         try:
-            with safe_open(path, framework="numpy") as file:
-                settings = json.loads((file.metadata() or {}).get("settings", "{}"))
-                tensors = {name: file.get_tensor(name) for name in file.keys()}
-        except (OSError, SafetensorError, json.JSONDecodeError) as error:
+            settings = json.loads(said.get("settings", "{}"))
+        except (json.JSONDecodeError, RecursionError) as error:
             raise WedgeError(f"{path} cannot be read as a checkpoint: {error}.") from error
         if settings != json.loads(json.dumps(asdict(self.settings))):
             raise WedgeError(f"{path} is of a training with other settings: delete it to begin.")

@@ -95,7 +95,7 @@ class Mlp:
         for index, shape in enumerate(pairwise(sizes)):
             weight, bias = tensors[f"weight{index}"], tensors[f"bias{index}"]
             if weight.shape != shape or bias.shape != shape[1:]:
-                raise ValueError(f"layer {index} is {weight.shape}, not {shape}")
+                raise ValueError(f"layer {index} is {weight.shape} and {bias.shape}, not {shape}")
             layers.append((weight, bias))
         if tensors["color_scale"].shape != (len(channels),):
             raise ValueError("color_scale has not one number per channel")

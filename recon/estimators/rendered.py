@@ -20,7 +20,6 @@ from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float32, Float64
-from safetensors import SafetensorError, safe_open
 
 from recon.estimators.shading import (
     DARKEST,
@@ -32,6 +31,7 @@ from recon.estimators.shading import (
     fit_shading,
 )
 from recon.estimators.surroundings import ASPECTS
+from recon.tensors import read_tensors
 from recon.unet_weights import sha256_of
 from sensor.errors import WedgeError
 
@@ -177,11 +177,10 @@ def rendered_arrays(path: Path) -> dict[str, np.ndarray]:
     Raises:
         WedgeError: it is missing, damaged, or of another version.
     """
+    said, arrays = read_tensors(path, "", "install it again")
     try:
-        with safe_open(path, framework="numpy") as file:
-            made = json.loads((file.metadata() or {}).get("rendered", "{}"))
-            arrays = {name: file.get_tensor(name) for name in file.keys()}
-    except (OSError, SafetensorError, json.JSONDecodeError) as error:
+        made = json.loads(said.get("rendered", "{}"))
+    except (json.JSONDecodeError, RecursionError) as error:
         raise WedgeError(f"{path} cannot be read: {error}; install it again.") from error
     version = made.get("version", "unknown") if isinstance(made, dict) else "unknown"
     if version != VERSION:

@@ -7,24 +7,22 @@ from typing import Any, Literal
 
 import numpy as np
 
+from recon.pose.gaps import FARTHEST_MM, PointCloud, gaps_between
 from recon.pose.registration import Alignment, Touch, contact_points
-from recon.pose.rigid import Covariance, Transform
+from recon.pose.rigid import Transform, motion
 from sensor.errors import WedgeError
 
 MOST_POINTS = 5000
+GOLDEN = (np.sqrt(5) - 1) / 2
+"""Points are left out in its rhythm: each n-th would stand in columns, in rows of some lengths, and
+a point's neighbours in one column do not span a plane."""
 NEIGHBOURS = 10
-FARTHEST_MM = 0.5
-"""Points farther apart are not the same place."""
 STEPS = 30
+STILL_RAD, STILL_MM = float(np.radians(0.1)), 1e-3
+"""A shorter step is the last; small_gicp's own limits."""
 LEAST_POINTS = 20
-
-
-@dataclass(frozen=True, kw_only=True)
-class PointCloud:
-    """Points with normals, and a tree to find them by."""
-
-    cloud: Any
-    tree: Any
+COVARIANCE_POINTS = 1000
+"""So many tell of it what all would."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,41 +41,65 @@ class Icp:
         """
         small_gicp = _small_gicp()
         points = contact_points(touch)
-        points = points[:: max(1, -(-len(points) // MOST_POINTS))]
+        share = 1 / max(1, -(-len(points) // MOST_POINTS))
+        points = points[np.arange(len(points)) * GOLDEN % 1 < share]
         cloud, tree = small_gicp.preprocess_points(points, self.spacing_mm, NEIGHBOURS, 1)
-        return PointCloud(cloud=cloud, tree=tree)
+        return PointCloud(
+            cloud=cloud, tree=tree, shape=touch.contact.shape, mm_per_px=touch.mm_per_px
+        )
 
     def align(
         self, reference: PointCloud, current: PointCloud, T_current_reference: Transform
     ) -> Alignment:
         """Motion that brings the reference's points onto the current surface."""
-        small_gicp = _small_gicp()
         if min(reference.cloud.size(), current.cloud.size()) < LEAST_POINTS:
-            return Alignment(
-                T_current_reference=T_current_reference, covariance=np.diag(np.full(6, np.inf))
-            )
-        found = small_gicp.align(
-            current.cloud,
-            reference.cloud,
-            current.tree,
-            T_current_reference,
-            registration_type=self.kind,
-            max_correspondence_distance=FARTHEST_MM,
-            max_iterations=STEPS,
-            num_threads=1,
-        )
-        return Alignment(
-            T_current_reference=np.asarray(found.T_target_source),
-            covariance=_covariance(found),
-        )
+            return _unknown(T_current_reference)
+        gaussian = self.kind == "GICP"
+        align = _between_gaussians if gaussian else _to_planes
+        found = align(reference, current, T_current_reference)
+        every = -(-reference.cloud.size() // COVARIANCE_POINTS)
+        left = gaps_between(reference, current, found, gaussian=gaussian, every=every)
+        if len(left.points) < LEAST_POINTS:
+            return _unknown(found)
+        covariance = left.covariance(reference.shape, reference.mm_per_px)
+        return Alignment(T_current_reference=found, covariance=covariance)
 
 
-def _covariance(found: Any) -> Covariance:
-    """From the normal equations and the mean square that is left; pairs count as independent."""
-    pairs = max(int(found.num_inliers), 7)
-    variance = 2 * float(found.error) / (pairs - 6)
-    damped = np.asarray(found.H) + 1e-9 * np.trace(found.H) * np.eye(6) + 1e-12 * np.eye(6)
-    return variance * np.linalg.inv(damped)
+def _unknown(guess: Transform) -> Alignment:
+    return Alignment(T_current_reference=guess, covariance=np.diag(np.full(6, np.inf)))
+
+
+def _to_planes(reference: PointCloud, current: PointCloud, guess: Transform) -> Transform:
+    """Gauss-Newton on the distances from planes.
+
+    small_gicp 1.0.1 multiplies a distance's coordinates by the normal's one by one and does not
+    sum them up: so each point is held beside its nearest one, and hardly shifts along the surface.
+    """
+    for _ in range(STEPS):
+        left = gaps_between(reference, current, guess, gaussian=False)
+        if len(left.points) < LEAST_POINTS:
+            break
+        twist = left.closing()
+        guess = guess @ motion(twist)
+        if np.linalg.norm(twist[:3]) < STILL_RAD and np.linalg.norm(twist[3:]) < STILL_MM:
+            break
+    return guess
+
+
+def _between_gaussians(reference: PointCloud, current: PointCloud, guess: Transform) -> Transform:
+    found = _small_gicp().align(
+        current.cloud,
+        reference.cloud,
+        current.tree,
+        guess,
+        registration_type="GICP",
+        max_correspondence_distance=FARTHEST_MM,
+        max_iterations=STEPS,
+        rotation_epsilon=STILL_RAD,
+        translation_epsilon=STILL_MM,
+        num_threads=1,
+    )
+    return np.asarray(found.T_target_source)
 
 
 def _small_gicp() -> Any:

@@ -27,8 +27,8 @@ from tests.recon.pose.touched import (
 )
 
 every_tracker = pytest.mark.parametrize("name", REGISTRATIONS)
-ACCURACY = {"joint": (0.5, 0.03), "gicp": (0.7, 0.04), "plane": (4.0, 0.4)}
-"""Degrees and mm of a step on a quarter of the pixels; the plane's normals are noise."""
+ACCURACY = {"joint": (0.5, 0.03), "gicp": (0.7, 0.04), "plane": (0.7, 0.04)}
+"""Degrees and mm of a step on a quarter of the pixels."""
 
 
 def rolled(angle: float) -> np.ndarray:
