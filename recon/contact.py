@@ -98,13 +98,18 @@ def large_patches(mask: ContactMask) -> ContactMask:
         return mask
     whole = np.pad(mask, 1).view(np.uint8)  # beyond the frame nothing is changed
     inside = cv2.morphologyEx(whole, cv2.MORPH_OPEN, CROSS, iterations=2)[1:-1, 1:-1]
-    whole[1:-1, 1:-1] = inside
+    return filled_patches(inside.view(bool), BESIDE_PX)
+
+
+def filled_patches(mask: ContactMask, beside_px: int) -> ContactMask:
+    """The mask with holes filled, without specks that lie farther than that from all patches."""
+    whole = np.pad(mask, 1).view(np.uint8)
     _, gaps = cv2.connectedComponents(1 - whole, connectivity=4)
     filled = (gaps != gaps[0, 0]).view(np.uint8)[1:-1, 1:-1]
     _, patches, boxes, _ = cv2.connectedComponentsWithStats(filled, connectivity=4)
     large = boxes[:, cv2.CC_STAT_AREA] >= LEAST_AREA * mask.size
     large[0] = False
-    near = cv2.dilate(large[patches].view(np.uint8), CROSS, iterations=BESIDE_PX)
+    near = cv2.dilate(large[patches].view(np.uint8), CROSS, iterations=beside_px)
     large[patches[near > 0]] = True
     large[0] = False
     disturbed: ContactMask = large[patches]

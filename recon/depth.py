@@ -34,6 +34,9 @@ walls that were read too gentle, and crests that were not."""
 HINT_SHARE = 0.25
 """Of an unseen slope is taken from an estimator that looks around, the rest from the network."""
 
+LEAST_UNTOUCHED = 1e-3
+"""Of a frame: a few pixels in its corners do not tell where the gel rests."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Depth:
@@ -103,7 +106,7 @@ def depth_of(
     depth_mm = integrate(gradient, mm_per_px, boundary)
     if estimator.flattens:
         depth_mm = weighed_depth(depth_mm, gradient, mm_per_px, boundary)
-    level_mm = _untouched(depth_mm, disturbed, boundary)
+    level_mm = untouched_depth(depth_mm, disturbed, boundary)
     return Depth(gradient=gradient, depth_mm=depth_mm - level_mm, boundary=boundary)
 
 
@@ -143,7 +146,7 @@ def inferred_depth(
     field = infer_gradient(gradient, disturbed, unseen, pitch_mm, hinted=hinted, weights=weights)
     solve = free_depth or partial(weighed_integral, mm_per_px=pitch_mm)
     free_mm = solve(field, boundary)
-    free_mm -= _untouched(free_mm, disturbed, boundary)
+    free_mm -= untouched_depth(free_mm, disturbed, boundary)
     depth_mm = nearest_pressed(free_mm, field.support, pitch_mm, boundary)
     every: Callable[[np.ndarray], np.ndarray] = np.asarray
     if shrunk:
@@ -171,9 +174,15 @@ def weighed_integral(field: InferredField, boundary: Boundary, mm_per_px: Pair) 
     return weighed_depth(plain_mm, field.gradient, mm_per_px, boundary, doubts)
 
 
-def _untouched(depth_mm: DepthMap, disturbed: ContactMask, boundary: Boundary) -> float:
-    """The depth of gel that nothing touches; a zero border holds it at zero."""
-    return 0.0 if boundary == "dirichlet" or disturbed.all() else median(depth_mm[~disturbed])
+def untouched_depth(depth_mm: DepthMap, disturbed: ContactMask, boundary: Boundary) -> float:
+    """The depth of gel that nothing touches, by which a free border's depth is levelled.
+
+    A zero border holds it at zero; where hardly any is left, nothing is known of it.
+    """
+    untouched = ~disturbed
+    if boundary == "dirichlet" or untouched.mean() < LEAST_UNTOUCHED:
+        return 0.0
+    return median(depth_mm[untouched])
 
 
 def without(unseen: Axis, gradient: GradientField) -> GradientField:

@@ -12,14 +12,22 @@ from typing import Any
 import cv2
 import numpy as np
 from jaxtyping import Bool, Float32, UInt8
-from scipy import ndimage
 
-from recon.contact import DEVIATION, LEAST_AREA, SMOOTHING_PX, drift_of, least_change
+from recon.contact import (
+    BESIDE_PX,
+    DEVIATION,
+    SMOOTHING_PX,
+    drift_of,
+    filled_patches,
+    least_change,
+)
 from recon.fast.kernels import compiled
 from recon.middle import median
 from recon.poisson import Boundary
 
 SIDE_PX = 4
+LEAST_SIDE_PX = 200
+"""Of frames with a shorter side than this, a quarter has too few pixels to tell contacts apart."""
 QuarterMask = Bool[np.ndarray, "qh qw"]
 _LEFT_PX = math.sqrt(SMOOTHING_PX**2 - (SIDE_PX**2 - 1) / 12) / SIDE_PX
 """Variances add: what the averages have not smoothed yet, in averages."""
@@ -50,11 +58,7 @@ class FrameDisturbance:
         grain = DEVIATION * median(np.abs(pairs * self._lit[:, None, None]))
         grain /= math.sqrt(2) * 2 * math.sqrt(math.pi) * SMOOTHING_PX
         _exceeding(smooth, least_change(spread, grain), self._changed)
-        _, patches, sizes, _ = cv2.connectedComponentsWithStats(self._changed, connectivity=4)
-        large = sizes[:, cv2.CC_STAT_AREA] >= LEAST_AREA * self._changed.size
-        large[0] = False
-        mask: QuarterMask = large[patches]
-        return mask
+        return filled_patches(self._changed.view(bool), BESIDE_PX // SIDE_PX)
 
 
 def border_of(disturbed: QuarterMask) -> Boundary:
@@ -64,18 +68,24 @@ def border_of(disturbed: QuarterMask) -> Boundary:
 
 
 def in_pixels(disturbed: QuarterMask, size_px: tuple[int, int]) -> Bool[np.ndarray, "h w"]:
-    """The mask at the resolution of frames of (width, height), holes filled."""
+    """The mask at the resolution of frames of (width, height)."""
     width, height = size_px
-    filled = ndimage.binary_fill_holes(disturbed)
-    large = filled.repeat(SIDE_PX, 0).repeat(SIDE_PX, 1)
+    large = disturbed.repeat(SIDE_PX, 0).repeat(SIDE_PX, 1)
     return large[:height, :width]
 
 
 def in_quarters(mask: Bool[np.ndarray, "h w"]) -> UInt8[np.ndarray, "qh qw"]:
     """One where a mask of pixels holds any of 4 x 4."""
-    rest = [(0, -length % SIDE_PX) for length in mask.shape]
-    height, width = (-(-length // SIDE_PX) for length in mask.shape)
-    blocks = np.pad(mask, rest).reshape(height, SIDE_PX, width, SIDE_PX)
+    return any_of(mask, SIDE_PX)
+
+
+def any_of(
+    mask: Bool[np.ndarray, "h w"] | UInt8[np.ndarray, "h w"], side: int
+) -> UInt8[np.ndarray, "qh qw"]:
+    """One where a mask holds any of a square."""
+    rest = [(0, -length % side) for length in mask.shape]
+    height, width = (-(-length // side) for length in mask.shape)
+    blocks = np.pad(mask, rest).reshape(height, side, width, side)
     return np.asarray(blocks.any((1, 3)), np.uint8)
 
 

@@ -16,12 +16,13 @@ from jaxtyping import Float32
 from recon.arrays import ContactMask, DepthMap, Difference, Frame, GradientField
 from recon.calibration import Calibration, load_calibration
 from recon.contact import contact_mask, disturbed_in
-from recon.depth import depth_of, fewer_px
+from recon.depth import depth_of, fewer_px, untouched_depth
 from recon.depth_error import slope_error
 from recon.estimators import gradient_field
 from recon.estimators.default import Default
 from recon.estimators.mlp import Mlp
 from recon.fast.disturbance import (
+    LEAST_SIDE_PX,
     SIDE_PX,
     FrameDisturbance,
     QuarterMask,
@@ -39,9 +40,9 @@ from recon.fast.unwarping import FrameDifference
 from recon.fast.weighing import FrameWeighing
 from recon.lights import Axis, unseen_axis
 from recon.markers.tracking import marker_tracker
-from recon.middle import median
 from recon.moved import MARGIN_PX, widest_support
 from recon.poisson import Boundary
+from recon.still import without_still
 from recon.stream.frame import TimedFrame
 from recon.stream.jpeg import decode_jpeg
 from sensor.errors import WedgeError
@@ -98,7 +99,9 @@ class FastReconstructor:
 
     Slopes agree with it to 1e-3, where an axis is inferred to 3e-3. What is disturbed, which
     chooses the border and the gel that is taken for flat, is found at a quarter of the resolution,
-    but for lights on one line, which need it in pixels. The lookup table is the reference's.
+    but for small frames, and for lights on one line, which need it in pixels: so in large frames
+    slopes of a few pixels beside still gel may be zero in one and not in the other. The lookup
+    table is the reference's.
 
     Arrays are small: where Python itself runs it, OMP_NUM_THREADS=1 in the environment keeps BLAS
     from waiting for threads.
@@ -141,6 +144,7 @@ class FastReconstructor:
         self._difference = np.zeros((3, height, width), np.float32)
         self._gradient = np.zeros((2, height, width), np.float32)
         self._take_difference = FrameDifference(unwarp, blank)
+        self._small = min(size_px) < LEAST_SIDE_PX
         self._find_disturbance = FrameDisturbance(size_px, calibration.estimator.channels)
         # ``FrameInference`` has its own, for fewer pixels.
         borders: tuple[Boundary, ...] = BORDERS if self._unseen is None else ()
@@ -201,17 +205,24 @@ class FastReconstructor:
         hidden = None if self._dots is None else self._dots.hidden(difference)
         if self._unseen is not None:
             return self._inferred(difference, hidden, self._unseen)
-        disturbed = self._find_disturbance(difference)
+        if self._small:
+            disturbed = disturbed_in(difference * self._lit)
+            quartered = in_quarters(disturbed).astype(bool)
+            self._take_gradient(difference, partial(self._near, quartered), gradient)
+            if self.calibration.estimator.flattens:
+                still = without_still(np.moveaxis(gradient, 0, -1).copy(), disturbed)
+                gradient[:] = np.moveaxis(still, -1, 0)
+        else:
+            disturbed = self._find_disturbance(difference)
+            self._take_gradient(difference, partial(self._near, disturbed), gradient)
         border = border_of(disturbed)
-        self._take_gradient(difference, partial(self._near, disturbed), gradient)
         if self._dots is not None and hidden is not None:
             self._dots.fill_slopes(gradient, hidden, self.calibration.card.mm_per_px)
         depth_mm = self._integrate[border](gradient)
         if self._weigh:
             self._weigh[border](gradient, depth_mm)
-        if border == "neumann" and not disturbed.all():
-            some = depth_mm[2::4, 2::4]
-            depth_mm -= median(some[~_cut(disturbed, some)])
+        some = depth_mm if self._small else depth_mm[2::4, 2::4]
+        depth_mm -= untouched_depth(some, _cut(disturbed, some), border)
         return Touch(
             difference=np.moveaxis(difference, 0, -1),
             gradient=np.moveaxis(gradient, 0, -1),
@@ -222,14 +233,14 @@ class FastReconstructor:
             calibration=self.calibration,
         )
 
-    def _near(self, disturbed: QuarterMask, small: Seen) -> QuarterMask | None:
+    def _near(self, disturbed: QuarterMask, seen: Seen, small: Seen) -> QuarterMask | None:
         """What our estimator does not take for flat."""
-        return None if self._ours is None else self._ours[1](small, disturbed)
+        return None if self._ours is None else self._ours[1](seen, small, disturbed)
 
     def _take_gradient(
         self,
         difference: Float32[np.ndarray, "3 h w"],
-        near: Callable[[Seen], QuarterMask | None],
+        near: Callable[[Seen, Seen], QuarterMask | None],
         out: Float32[np.ndarray, "2 h w"],
     ) -> None:
         """Write gradients as planes; our estimator's are zero beyond what is near."""
@@ -239,7 +250,7 @@ class FastReconstructor:
         elif self._ours is not None:
             network, _ = self._ours
             seen, small = network.prepared(difference)
-            apply = partial(network, seen, self._asked, near=near(small))
+            apply = partial(network, seen, self._asked, near=near(seen, small))
         else:
             whole = np.ascontiguousarray(np.moveaxis(difference, 0, -1))
             out[:] = np.moveaxis(gradient_field(self.calibration.estimator, whole), -1, 0)
@@ -264,7 +275,7 @@ class FastReconstructor:
         near = None
         if card.missing_axis == "network":  # elsewhere it takes gel for flat
             near = cv2.dilate(in_quarters(widest_support(disturbed, unseen)), self._beside) > 0
-        self._take_gradient(difference, lambda _: near, self._gradient)
+        self._take_gradient(difference, lambda *_: near, self._gradient)
         found = depth_of(
             np.moveaxis(self._gradient, 0, -1).copy(),
             disturbed,

@@ -280,6 +280,9 @@ class Known:
     def slopes(self, color, position):
         return self.gradient.reshape(-1, 2)
 
+    def half_width(self, slopes):
+        return None
+
     def lean(self, position):
         return np.zeros_like(position)
 

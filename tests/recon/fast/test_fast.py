@@ -249,6 +249,21 @@ def test_disturbed_gel_is_found_where_the_reference_finds_it() -> None:
     assert not find(np.zeros((3, 240, 320), np.float32)).any()
 
 
+def test_what_a_disturbance_encloses_or_has_beside_it_is_disturbed_too() -> None:
+    """Threads between which colours cancel, and specks of one thing."""
+    rows, columns = np.indices((240, 320))
+    away = np.hypot(columns - 160, rows - 120)
+    difference = np.zeros((240, 320, 3), np.float32)
+    difference[(away > 40) & (away < 52)] = 0.3
+    difference[120:124, 213:217] = 0.3  # beside the ring
+    difference[20:24, 20:24] = 0.3  # alone
+    mask = in_pixels(FrameDisturbance((320, 240), "RGB")(planes(difference)), (320, 240))
+    truth = disturbed_mask(difference)
+    assert truth[120, 160] and truth[122, 215] and not truth[22, 22]
+    assert (mask & truth).sum() > 0.9 * (mask | truth).sum()
+    assert mask[120, 160] and mask[122, 215] and not mask[22, 22]
+
+
 @pytest.mark.parametrize("size_px", [(320, 240), (640, 480), (641, 487)])
 def test_slopes_alone_tell_of_a_contact_where_the_reference_says_so(size_px) -> None:
     network, (width, height) = random_default(), size_px
@@ -260,8 +275,8 @@ def test_slopes_alone_tell_of_a_contact_where_the_reference_says_so(size_px) -> 
     nothing = np.zeros((height, width), bool)
     wanted = without_still(gradient_field(network, change), nothing).any(-1)
     quarter = -(-height // 4), -(-width // 4)
-    _, small = FrameEnsemble(network, size_px).prepared(planes(change))
-    near = FrameStill(network, size_px)(small, np.zeros(quarter, bool))
+    prepared = FrameEnsemble(network, size_px).prepared(planes(change))
+    near = FrameStill(network, size_px)(*prepared, np.zeros(quarter, bool))
     found = near.repeat(4, 0).repeat(4, 1)[:height, :width]
     assert near.shape == quarter
     assert 0.1 < wanted.mean() < 0.9

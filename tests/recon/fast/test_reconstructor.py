@@ -121,6 +121,23 @@ def test_gel_that_did_not_move_is_flat_where_the_reference_says_so(size_px) -> N
     assert np.abs(touch.depth_mm - wanted_mm).max() < 0.01 * most_mm
 
 
+@pytest.mark.parametrize("size_px", [(64, 48), (97, 83), (200, 150)])
+@pytest.mark.parametrize("center", [0.5, 0.05])
+def test_small_frames_are_flat_exactly_where_the_reference_says_so(size_px, center) -> None:
+    unit = make_unit(size_px, estimator=random_default())
+    still = replace(unit.estimator, layers=scaled(unit.estimator, 0.02))
+    unit = replace(unit, estimator=still)
+    frame = pressed(unit.background, (center * size_px[0], center * size_px[1]))
+    touch, truth = FastReconstructor(unit)(frame), Reconstructor(unit)(frame)
+    assert 0.05 < truth.gradient.any(-1).mean() < 0.9
+    assert touch.boundary == truth.boundary
+    np.testing.assert_array_equal(touch.disturbed, truth.disturbed)
+    np.testing.assert_array_equal(touch.gradient.any(-1), truth.gradient.any(-1))
+    assert np.abs(touch.gradient - truth.gradient).max() < SLOPE
+    assert np.abs(touch.depth_mm - truth.depth_mm).max() < 0.01 * np.ptp(truth.depth_mm)
+    np.testing.assert_array_equal(touch.contact, truth.contact)
+
+
 def test_any_estimator_goes() -> None:
     rng = np.random.default_rng(0)
     bins = rng.normal(size=(BINS, BINS, BINS, 2)).astype(np.float32)
