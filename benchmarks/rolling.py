@@ -80,7 +80,7 @@ def render_roll(folder: Path, samples: int = SAMPLES) -> Iterator[str]:
 
 
 def followed(
-    folder: Path, trackers: Sequence[str] = ("joint", "gicp")
+    folder: Path, trackers: Sequence[str] = ("joint", "gicp", "plane")
 ) -> Mapping[str, Sequence[float]]:
     """Degrees by which each tracker is off at every step; NaN where lost.
 
@@ -111,10 +111,15 @@ def followed(
 
 
 if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit("python -m benchmarks.rolling FOLDER: name the folder for the frames.")
     place = Path(sys.argv[1])
     place.mkdir(parents=True, exist_ok=True)
     for name in render_roll(place):
         print(name, end="\r", flush=True)
     for name, errors in followed(place).items():
         before = round(315 / STEP_DEG)
-        print(f"{name}: {errors[before]:.2f} deg off at 315, {errors[-1]:.2f} deg off at 360")
+        print(
+            f"{name}: {errors[before]:.2f} deg off at 315, {errors[-1]:.2f} deg off at 360, "
+            f"{np.nanmax(errors):.2f} deg at most"
+        )
