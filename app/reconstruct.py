@@ -4,7 +4,7 @@
 
 import io
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
@@ -24,6 +24,10 @@ from sensor.files import write_atomic
 if TYPE_CHECKING:
     import numpy as np
 
+    from recon.pipeline import Reconstruction
+
+BORDERS = {"dirichlet": "held", "neumann": "free"}
+
 
 def main(
     unit: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="UNIT")],
@@ -39,6 +43,10 @@ def main(
     slope alone, NAME-doubt.png shows how far off the inferred one is expected to be. All images
     are checked before the first is written.
 
+    The table gives the deepest point with its standard deviation, where the estimator knows how far
+    off it is (`default` does). At a border that is held, depth is zero; it is free where a contact
+    reaches the frame's edge, and the untouched gel lies at zero.
+
     Example: wedge reconstruct units/wedge-001 press.png --out depth
 
     Args:
@@ -46,7 +54,8 @@ def main(
         image: Frames of that unit: image files, or frames.npz#17 for one of many.
         out: The folder for the depth maps; made where it is missing.
         background: A blank frame of today; by default the unit's own.
-        json: Write the deepest points, contact areas and borders here as JSON.
+        json: Write the deepest points, their standard deviations, contact areas and borders here as
+            JSON.
     """
     import numpy as np
 
@@ -72,7 +81,8 @@ def main(
         for done, name in enumerate(image, start=1):
             read_checked(name, unwarp)
             show(0.3 * done / len(image), "checking images")
-        rows, strange = [], []
+        rows: list[dict[str, Any]] = []
+        strange = []
         for done, (name, stem) in enumerate(zip(image, names, strict=True), start=1):
             result = reconstruct(read_checked(name, unwarp))
             if is_strange(result.disturbed):
@@ -89,6 +99,7 @@ def main(
                 {
                     "image": name,
                     "deepest_mm": float(result.depth_mm.max()),
+                    "deepest_sigma_mm": _sigma_of_deepest_mm(result),
                     "contact_mm2": float(result.contact.sum() * np.prod(result.mm_per_px)),
                     "boundary": result.boundary,
                     "markers": result.markers,
@@ -104,9 +115,9 @@ def main(
         [
             [
                 str(row["image"]),
-                f"{row['deepest_mm']:.3f}",
+                _deepest_cell(row["deepest_mm"], row["deepest_sigma_mm"]),
                 f"{row['contact_mm2']:.2f}",
-                str(row["boundary"]),
+                BORDERS[row["boundary"]],
                 str(row["markers"]),
                 str(row["depth"]),
             ]
@@ -119,6 +130,19 @@ def main(
             "are the lights on, and is it a frame of this unit?"
         )
     write_json(json, {"unit": str(unit), "images": rows})
+
+
+def _deepest_cell(deepest_mm: float, sigma_mm: float | None) -> str:
+    """The deepest point, with its standard deviation where that is known."""
+    return f"{deepest_mm:.3f}" + ("" if sigma_mm is None else f" ± {sigma_mm:.3f}")
+
+
+def _sigma_of_deepest_mm(result: "Reconstruction") -> float | None:
+    from recon.cloud import expected_error_mm
+
+    if result.slope_error is None:
+        return None
+    return float(expected_error_mm(result).flat[result.depth_mm.argmax()])
 
 
 def _within(doubt: "np.ndarray", contact: "np.ndarray") -> float:

@@ -1,13 +1,19 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""`wedge reconstruct` writes over neither what it reads nor what it wrote."""
+"""`wedge reconstruct` says how deep, and writes over neither what it reads nor what it wrote."""
 
+import json
 import shutil
 from pathlib import Path
 
 import pytest
 
 from app.__main__ import main
+from recon.cloud import point_cloud
+from recon.estimators import GradientEstimator
+from recon.images import read_image, write_image
+from recon.pipeline import Reconstructor
+from tests.recon.fast.units import make_unit, pressed, random_default
 from tests.synthetic import LIGHTS_DEG, make_dataset
 
 
@@ -55,3 +61,23 @@ def test_a_doubt_and_a_depth_of_one_name_are_refused_where_both_are_written(
     said = capsys.readouterr().err
     assert ("would be written to press00-doubt.png" in said) == bool(status)
     assert (tmp_path / "depth").exists() != bool(status)
+
+
+@pytest.mark.parametrize("estimator", [None, random_default()], ids=["mlp", "default"])
+def test_the_deepest_point_has_a_deviation_where_the_estimator_knows_one(
+    estimator: GradientEstimator | None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    calibration = make_unit(estimator=estimator)
+    calibration.save(tmp_path / "unit")
+    write_image(tmp_path / "press.png", pressed(calibration.background, (80, 60)))
+    numbers = tmp_path / "numbers.json"
+    words = ["reconstruct", tmp_path / "unit", tmp_path / "press.png", "--out", tmp_path / "depth"]
+    assert run(*words, "--json", numbers) in (0, None)
+    said, (row,) = capsys.readouterr().out, json.loads(numbers.read_text())["images"]
+    sigma_mm = row["deepest_sigma_mm"]
+    assert (sigma_mm is None) == (estimator is None)
+    if sigma_mm is not None:
+        assert f"{row['deepest_mm']:.3f} ± {sigma_mm:.3f}" in said
+        result = Reconstructor(calibration)(read_image(tmp_path / "press.png"))
+        sigma = point_cloud(result).sigma_mm[result.depth_mm.argmax()]
+        assert sigma_mm == pytest.approx(float(sigma), rel=1e-5) and sigma_mm > 0

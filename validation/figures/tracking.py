@@ -3,6 +3,7 @@
 """Tracked poses: over time with their uncertainty, and drawn over the frames."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import cv2
 import numpy as np
@@ -30,7 +31,7 @@ LOST = (255, 110, 90)
 def pose_figure(times_s: Sequence[float], found: Sequence[PoseEstimate], title: str) -> Figure:
     """Rotation vector and translation against time, with two standard deviations.
 
-    Grey: no pose; hatched: a pose with a warning.
+    Grey: lost, no pose; hatched: a pose with a warning.
     """
     figure = card(FULL_IN, 4.6)
     upper, lower = figure.subplots(2, 1, sharex=True)
@@ -53,7 +54,7 @@ def pose_figure(times_s: Sequence[float], found: Sequence[PoseEstimate], title: 
         axes.set_ylabel(unit)
         axes.grid()
     upper.set_title(title)
-    upper.legend(loc="upper left", ncols=3)
+    upper.legend(loc="upper left", ncols=5)
     lower.set_xlabel("time [s]")
     return figure
 
@@ -149,17 +150,20 @@ def _draw_axes(
 
 
 def _shade(axes: Axes, times: np.ndarray, found: Sequence[PoseEstimate]) -> None:
-    """Mark where there is no pose, and where there is one with a warning."""
+    """Mark where there is no pose, and where there is one with a warning; the legend says which."""
     if len(times) < 2:
         return
-    step = float(np.median(np.diff(times)))
-    for time, item in zip(times, found, strict=True):
-        if item.state == "lost":
-            axes.axvspan(time - step / 2, time + step / 2, color=FAINT, lw=0)
-        elif item.state != "tracking":
-            axes.axvspan(
-                time - step / 2, time + step / 2, fc="none", ec=SOFT, hatch="////", lw=0, alpha=0.5
-            )
+    half = float(np.median(np.diff(times))) / 2
+    looks: dict[str, dict[str, Any]] = {
+        "lost": {"color": FAINT},
+        "with a warning": {"fc": "none", "ec": SOFT, "hatch": "////", "alpha": 0.5},
+    }
+    for word, look in looks.items():
+        lost = word == "lost"
+        marked = [x.state == "lost" if lost else x.state in ("weak", "frozen") for x in found]
+        for number, time in enumerate(times[np.array(marked, bool)]):
+            label = word if number == 0 else None
+            axes.axvspan(time - half, time + half, lw=0, label=label, **look)
 
 
 @styled

@@ -3,6 +3,7 @@
 """Units that nobody calibrated: a random network, a blank frame, any geometry."""
 
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -72,17 +73,18 @@ def make_unit(
     *,
     corners_px: tuple | None = None,
     channels: str = "RGB",
-    estimator: object | None = None,
+    estimator: Any = None,
     **card: object,
 ) -> Calibration:
     """A unit of frames of (width, height); with corners they are unwarped to the same size."""
+    estimator = estimator or random_mlp(channels=channels)
     fields = {
         "serial": "test",
         "created": "2026-01-01",
         "design_sha256": "0",
         "dataset": "none",
         "dataset_sha256": "0",
-        "estimator": "mlp",
+        "estimator": estimator.name,
         "channels": channels,
         "missing_axis": "none",
         "mm_per_px": (0.05, 0.06),
@@ -95,7 +97,7 @@ def make_unit(
     return Calibration(
         card=UnitCard(**fields | card),
         background=blank_frame(size_px),
-        estimator=estimator or random_mlp(channels=channels),
+        estimator=estimator,
     )
 
 
