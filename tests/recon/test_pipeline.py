@@ -267,6 +267,8 @@ class Known:
     channels = "RGB"
     flattens = False
     looks_around = False
+    lean = staticmethod(np.zeros_like)
+    half_width = staticmethod(lambda slopes: None)
 
     def __init__(self, gradient):
         self.gradient = gradient.astype(np.float32)
@@ -279,12 +281,6 @@ class Known:
 
     def slopes(self, color, position):
         return self.gradient.reshape(-1, 2)
-
-    def half_width(self, slopes):
-        return None
-
-    def lean(self, position):
-        return np.zeros_like(position)
 
     def tensors(self):
         return {}
