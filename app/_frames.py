@@ -175,7 +175,7 @@ def unit_frames(
         raise WedgeError("name either images or one video, folder, recording or address.")
     else:
         with open_where(where[0]) as source:
-            came = _streamed(where[0], islice(source, most), unwarp)
+            came = _streamed(where[0], islice(source, most), source.counts, unwarp)
             yield UnitFrames(came, source.counts, live=source.live)
 
 
@@ -184,7 +184,9 @@ def _images(names: Sequence[str], unwarp: "Unwarp") -> Iterator[UnitFrame]:
         yield UnitFrame(name=name, time_ns=index, image=read_checked(name, unwarp))
 
 
-def _streamed(where: str, source: "Iterable[TimedFrame]", unwarp: "Unwarp") -> Iterator[UnitFrame]:
+def _streamed(
+    where: str, source: "Iterable[TimedFrame]", counts: "Counts", unwarp: "Unwarp"
+) -> Iterator[UnitFrame]:
     whole, flaw = 0, ""
     for timed in source:
         name = f"{timed.index:05d}"
@@ -201,4 +203,4 @@ def _streamed(where: str, source: "Iterable[TimedFrame]", unwarp: "Unwarp") -> I
         else:
             yield UnitFrame(name=name, time_ns=timed.time_ns, image=image)
     if not whole:
-        raise WedgeError(flaw or f"{where} gave no frame.")
+        raise WedgeError(flaw or counts.no_frame(where))

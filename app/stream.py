@@ -152,7 +152,7 @@ def _watch(
     if until.interrupted and newest.source.counts.received == 0:
         raise KeyboardInterrupt  # there is nothing to keep
     if newest.source.counts.received == 0:
-        raise WedgeError(f"{newest.source.name} gave no frame.")
+        raise WedgeError(newest.source.counts.no_frame(newest.source.name))
     return numbers or _numbers(newest, rate, since, touch, felt)
 
 

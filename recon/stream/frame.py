@@ -72,6 +72,12 @@ class Counts:
     remark: str = ""
     """What a person should know: that the connection is lost, that a clock is not set."""
 
+    def no_frame(self, name: str) -> str:
+        """That a source gave no frame, in a sentence."""
+        if not self.corrupt:
+            return f"{name} gave no frame."
+        return f"{name} gave no whole frame: {self.corrupt} damaged."
+
 
 @runtime_checkable
 class FrameSource(Protocol):

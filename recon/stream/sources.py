@@ -20,6 +20,8 @@ KINDS = (
     f"video ({', '.join(VIDEOS)}) or a recording (.mcap)"
 )
 
+LONGEST_GAP_S = 10.0
+
 
 def open_source(where: str | Path) -> FrameSource:
     """The source that an address or a path names.
@@ -51,7 +53,11 @@ def open_source(where: str | Path) -> FrameSource:
 
 
 class Paced:
-    """A file's frames at the pace at which they were taken, as if its sensor were here."""
+    """A file's frames at the pace at which they were taken, as if its sensor were here.
+
+    A gap of more than ``LONGEST_GAP_S``, where the sensor was off or a stamp is wrong, is cut
+    short; a stamp before the last one is waited for no more.
+    """
 
     live = True
 
@@ -81,12 +87,14 @@ class Paced:
     def __iter__(self) -> Iterator[TimedFrame]:
         """Give each frame when its time has come."""
         while True:
-            begun_ns, first_ns = time.monotonic_ns(), None
+            due_ns = float(time.monotonic_ns())
+            before_ns: int | None = None
             for frame in self.source:
-                first_ns = frame.time_ns if first_ns is None else first_ns
-                due_ns = begun_ns + (frame.time_ns - first_ns) / self.speed
+                step_ns = 0 if before_ns is None else frame.time_ns - before_ns
+                due_ns += min(max(step_ns, 0), 1e9 * LONGEST_GAP_S) / self.speed
+                before_ns = frame.time_ns
                 if self._closed.wait(max(0.0, (due_ns - time.monotonic_ns()) / 1e9)):
                     return
                 yield frame
-            if first_ns is None or not self.repeat or self._closed.is_set():
+            if before_ns is None or not self.repeat or self._closed.is_set():
                 return

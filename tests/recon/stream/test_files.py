@@ -4,6 +4,7 @@
 
 import time
 from pathlib import Path
+from threading import Event
 
 import numpy as np
 import pytest
@@ -116,6 +117,28 @@ def test_a_file_plays_at_its_pace_and_again(
     monkeypatch.setattr(paced, "_closed", Clockwork())
     assert sum(1 for _ in paced) == 6
     assert waits[:6] == [0.0, 16.5, 33.0, 33.0, 49.5, 66.0]
+
+
+def test_a_wrong_stamp_and_a_long_gap_hold_nothing_up(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    now_ns, given_s = [0], list[float]()
+    with Recorder(path := tmp_path / "touch.mcap", {"wedge": None}) as recorder:
+        for index, second in enumerate((0, 1, 2_000_000_000, 2, 3, 3000, 3001)):
+            times = {"time_ns": second * 10**9, "arrived_ns": second * 10**9}
+            recorder.add("wedge", TimedFrame(index=index, pixels=images(1)[0], **times))
+    monkeypatch.setattr(time, "monotonic_ns", lambda: now_ns[0])
+    paced = Paced(open_source(path))
+
+    class Clockwork(Event):
+        def wait(self, timeout: float | None = None) -> bool:
+            now_ns[0] += round((timeout or 0) * 1e9)
+            return False
+
+    monkeypatch.setattr(paced, "_closed", Clockwork())
+    for _ in paced:
+        given_s.append(now_ns[0] / 1e9)
+    assert given_s == [0, 1, 11, 11, 12, 22, 23]
 
 
 def test_a_file_can_be_watched_like_a_camera(tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
 from recon.stream import McapSource
+from recon.stream.frame import Counts
 from recon.stream.ros import COMPRESSED_IMAGE, CompressedImage
 from sensor.errors import WedgeError
 from tests.recon.stream.test_recording import frame, record
@@ -210,3 +211,11 @@ def test_an_index_that_lies_costs_no_frame(tmp_path: Path) -> None:
     for lie in (0, 1, places[1][0] + 50, len(whole), 2**63):
         numbers, source = read(changed(path, last, struct.pack("<Q", lie)))
         assert numbers == list(range(COUNT)) and source.counts.remark == ""
+
+
+def test_a_recording_of_damaged_frames_alone_is_not_called_empty(tmp_path: Path) -> None:
+    early = [m[:4] + struct.pack("<iI", -5, 0) + m[12:] for m in MESSAGES[:3]]
+    source = McapSource(packed(tmp_path / "early.mcap", CompressionType.NONE, early))
+    assert list(source) == []
+    assert source.counts.no_frame("early.mcap") == "early.mcap gave no whole frame: 3 damaged."
+    assert Counts().no_frame("none.avi") == "none.avi gave no frame."
