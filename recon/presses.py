@@ -3,7 +3,7 @@
 """A dataset folder to ball presses that are ready to learn from."""
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -127,13 +127,12 @@ def read_presses(dataset: Dataset, progress: Callable[[float], None] = lambda _:
     reader = press_reader(dataset)
     presses: list[BallPress] = []
     left_out: list[LeftOut] = []
-    for index, label in enumerate(dataset.labels):
-        press = reader.read(label)
-        if reason := unusable(press):
-            left_out.append(LeftOut(file=label.file, reason=reason))
+    for done, found in enumerate(sifted(reader), start=1):
+        if isinstance(found, LeftOut):
+            left_out.append(found)
         else:
-            presses.append(press)
-        progress((index + 1) / len(dataset.labels))
+            presses.append(found)
+        progress(done / len(dataset.labels))
     refuse_no_press(dataset, len(presses), left_out)
     return PressSet(
         background=reader.background,
@@ -143,6 +142,22 @@ def read_presses(dataset: Dataset, progress: Callable[[float], None] = lambda _:
         presses=tuple(presses),
         left_out=tuple(left_out),
     )
+
+
+def sifted(reader: PressReader) -> Iterator[BallPress | LeftOut]:
+    """Each labelled press of a dataset in turn, or why it is left out.
+
+    Of two that are the same picture the second is left out: one could teach and the other judge.
+    """
+    first: dict[str, str] = {}
+    for label in reader.dataset.labels:
+        press = reader.read(label)
+        reason = unusable(press)
+        if reason is None and press.fingerprint in first:
+            reason = f"it is the same picture as {first[press.fingerprint]}"
+        elif reason is None:
+            first[press.fingerprint] = press.file
+        yield press if reason is None else LeftOut(file=press.file, reason=reason)
 
 
 def unusable(press: BallPress) -> str | None:

@@ -27,7 +27,7 @@ from recon.estimators import (
 from recon.lights import sits_like_wedge, unseen_axis
 from recon.pipeline import Reconstruction, reconstruct
 from recon.pixels import BallPress, Pixels, join, label_pixels
-from recon.presses import LeftOut, PressReader, press_reader, refuse_no_press, unusable
+from recon.presses import LeftOut, PressReader, press_reader, refuse_no_press, sifted
 from sensor.dataset import BallLabel, read_dataset
 from sensor.unit import MissingAxis
 from validation.depth import DepthErrors, depth_errors
@@ -343,10 +343,9 @@ def _labelled(folder: Path, seed: int) -> _Labelled:
     labels: list[BallLabel] = []
     pixels: list[Pixels] = []
     left_out: list[LeftOut] = []
-    for label in dataset.labels:
-        press = reader.read(label)
-        if reason := unusable(press):
-            left_out.append(LeftOut(file=label.file, reason=reason))
+    for label, press in zip(dataset.labels, sifted(reader), strict=True):
+        if isinstance(press, LeftOut):
+            left_out.append(press)
         else:
             pixels.append(label_pixels(press, len(labels), seed))
             labels.append(label)

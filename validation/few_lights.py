@@ -17,7 +17,7 @@ from recon.arrays import DepthMap, Difference
 from recon.estimators import GradientEstimator, fit_estimator, lesson_of
 from recon.images import read_frame
 from recon.pipeline import Reconstruction, reconstruct
-from recon.presses import press_reader, unusable
+from recon.presses import LeftOut, press_reader, sifted
 from sensor.dataset import Dataset, read_dataset
 from sensor.toml import Pair
 from sensor.unit import MissingAxis
@@ -70,7 +70,7 @@ def measure_touches(
     """
     dataset = read_dataset(folder)
     reader = press_reader(dataset)
-    presses = [press for press in map(reader.read, dataset.labels) if not unusable(press)]
+    presses = [found for found in sifted(reader) if not isinstance(found, LeftOut)]
     widest = max(range(len(presses)), key=lambda i: presses[i].contact_radius_px)
     others = [index for index in range(len(presses)) if index != widest]
     taught = lesson_of(estimator, presses, others, seed)

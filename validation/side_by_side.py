@@ -10,7 +10,7 @@ from jaxtyping import Float, Float32
 
 from recon.estimators import slopes_at
 from recon.pixels import label_pixels
-from recon.presses import press_reader, unusable
+from recon.presses import LeftOut, press_reader, sifted
 from sensor.dataset import read_dataset
 from validation.folds import Fold
 
@@ -54,7 +54,11 @@ def unseen_slopes(folder: Path, fold: Fold, seed: int) -> Unseen:
     """
     dataset = read_dataset(folder)
     reader = press_reader(dataset)  # few frames in memory: other work goes on beside this
-    labels = [label for label in dataset.labels if unusable(reader.read(label)) is None]
+    labels = [
+        label
+        for label, found in zip(dataset.labels, sifted(reader), strict=True)
+        if not isinstance(found, LeftOut)
+    ]
     truth, estimated = [], []
     for index in fold.test:
         press = reader.read(labels[index])

@@ -109,6 +109,21 @@ def test_presses_that_cannot_be_used_are_named_with_the_reason(dataset):
     ]
 
 
+def test_of_two_that_are_the_same_picture_one_is_left_out(dataset):
+    """Whatever format and name: one would teach what the other judges."""
+    label = dataset.labels[1]
+    frame = read_image(dataset.folder / label.file)
+    np.savez(dataset.folder / "more.npz", frames=np.stack([frame, frame // 2]))
+    tiny = replace(label, contact_radius_px=2.0)  # it cannot be used: the copy can
+    copies = [replace(label, file="more.npz#0", center_x_px=label.center_x_px + 1)]
+    other = replace(label, file="more.npz#1")
+    made = read_presses(relabelled(dataset, label, *copies, other))
+    assert [press.file for press in made.presses] == [label.file, "more.npz#1"]
+    assert made.left_out[0].reason == f"it is the same picture as {label.file}"
+    alone = read_presses(relabelled(dataset, tiny, *copies))
+    assert [press.file for press in alone.presses] == ["more.npz#0"]
+
+
 def test_a_set_without_one_usable_press_is_refused_and_says_why(dataset):
     blank = with_blank_gel(dataset, dataset.labels[1])
     with pytest.raises(
