@@ -283,6 +283,16 @@ def test_a_stream_fails_for_its_one_fault(limit, times_ms, indices):
     assert steady["frame_rate_hz"][""] == pytest.approx(1e3 / 33)
 
 
+def test_stalls_and_regular_losses_do_not_pass_unseen():
+    times_ms = [16 * i + 1000 * (i // 30) for i in range(100)]  # three stalls
+    stalled = timing_values([t * 1_000_000 for t in times_ms], range(100))
+    assert stalled["frame_rate_hz"][""] == pytest.approx(99 / 4.584)
+    every_other = timing_values([33_000_000 * i for i in range(40)], range(0, 80, 2))
+    assert every_other["lost_share"][""] == pytest.approx(0.5, abs=0.01)
+    assert grades(every_other)["lost_share"] == "fail"
+    assert set(timing_values([5] * 40, range(40))) == {"lost_share"}  # a clock that stands
+
+
 def test_a_bent_grid_of_dots_is_seen_and_a_leaning_one_is_not():
     rows, columns = np.mgrid[0:9, 0:12].reshape(2, -1)
     straight = np.stack([10.0 + 9 * columns + rows, 10.0 + 8 * rows - 0.5 * columns], 1)

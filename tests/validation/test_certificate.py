@@ -61,7 +61,7 @@ def test_every_form_of_the_certificate_says_the_same(calibration, accepted):
     )
     assert int(suite.get("tests")) == len(suite)
     page = page_html(card, "<set>", failed, "")
-    assert "shift since calibration is unknown px" in page and "<set>" not in page
+    assert "picture moved since calibration is unknown px" in page and "<set>" not in page
     assert "contrast inside a contact (G) is 1 grey levels" in page
     assert all(html.escape(limit.title) in page for limit in LIMITS if limit.name in failed.values)
     pdf = pdf_bytes(card, "a set", failed)

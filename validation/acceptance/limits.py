@@ -255,7 +255,7 @@ LIMITS = (
     Limit(
         group="Picture",
         name="moved_px",
-        title="shift since calibration",
+        title="picture moved since calibration",
         unit="px",
         grade_a=1.0,
         grade_b=3.0,

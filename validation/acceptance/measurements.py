@@ -138,7 +138,10 @@ def _reasons(values: Measured, frames: int) -> dict[str, str]:
     """Why limits without a value have none."""
     unsaid = "the unit does not say where its lights sit"
     few = "its lights do not sit as the Wedge's three, whose pairs the paper compares"
-    times = f"only {frames} frames have times, {LEAST_FRAMES} are needed" if frames else NO_TIMES
+    times = NO_TIMES
+    if frames:
+        few_frames = f"only {frames} frames have times, {LEAST_FRAMES} are needed"
+        times = few_frames if frames < LEAST_FRAMES else "the frames' times do not grow"
     why = {
         "swapped_lights": unsaid,
         "lights_turned_deg": unsaid,

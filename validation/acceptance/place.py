@@ -4,29 +4,30 @@
 
 from collections.abc import Sequence
 
-import cv2
 import numpy as np
 
 from recon.arrays import Unwarped
 from recon.markers.lattice import Points, grow_lattice
 from recon.presses import PressSet
-from validation.acceptance.gel import smooth
 from validation.acceptance.limits import Parts
+from validation.acceptance.moved import moved_px
 from validation.acceptance.roundness import Roundness
 
 LEAST_DOTS = 12
-HIGH_PASS_PX = 6.0
 LEAST_FRAMES = 10
 
 
 def picture_values(
     presses: PressSet, calibrated: Unwarped, round_discs: Roundness | None
 ) -> tuple[dict[str, Parts], dict[str, str]]:
-    """Shift and unwarp; and why what is missing was not measured."""
-    values: dict[str, Parts] = {
-        "moved_px": {"": shift_px(calibrated, presses.unwarp(presses.background))}
-    }
+    """Motion and unwarp; and why what is missing was not measured."""
+    values: dict[str, Parts] = {}
     absent: dict[str, str] = {}
+    moved = moved_px(calibrated, presses.unwarp(presses.background))
+    if moved is None:
+        absent["moved_px"] = "the blank gel is too smooth to be known again"
+    else:
+        values["moved_px"] = {"": moved}
     if round_discs is None:
         absent["out_of_round_share"] = "no disc lies wholly inside the frame"
     else:
@@ -41,19 +42,6 @@ def picture_values(
     else:
         values["lens_rms_px"] = {"": presses.lens.rms_px}
     return values, absent
-
-
-def shift_px(before: Unwarped, now: Unwarped) -> float:
-    """How far the blank gel's picture has moved since the calibration."""
-    if before.shape != now.shape:
-        return float("inf")
-    flat = [
-        (image.mean(-1) - smooth(image, HIGH_PASS_PX).mean(-1)).astype(np.float64)
-        for image in (before, now)
-    ]
-    window = cv2.createHanningWindow(flat[0].shape[::-1], cv2.CV_64F)
-    (x_px, y_px), _ = cv2.phaseCorrelate(flat[0], flat[1], window)
-    return float(np.hypot(x_px, y_px))
 
 
 def bent_grid_share(dots_px: Points) -> float | None:
@@ -75,21 +63,25 @@ def bent_grid_share(dots_px: Points) -> float | None:
 def timing_values(times_ns: Sequence[int], indices: Sequence[int]) -> dict[str, Parts]:
     """Frame rate, jitter and loss of frames by their time stamps.
 
-    The rate follows from the median interval of frames that follow each other; jitter is the 95 %
-    quantile of how far an interval is from that.
+    The rate is that of the frames that came, over all of their time, so that stalls count; jitter
+    is the 95 % quantile of how far the time from frame to frame is from its median.
 
     Args:
         times_ns: when each frame was taken.
         indices: their numbers; a step above 1 is lost frames.
     """
-    steps = np.diff(indices)
-    intervals_ms = (np.diff(np.array(times_ns, np.int64)) / 1e6)[steps == 1]
-    if len(intervals_ms) + 1 < LEAST_FRAMES or np.median(intervals_ms) <= 0:
+    if len(indices) < LEAST_FRAMES:
         return {}
-    usual_ms = float(np.median(intervals_ms))
+    steps = np.diff(indices)
     lost = int((steps - 1).clip(0).sum())
-    return {
-        "frame_rate_hz": {"": 1e3 / usual_ms},
-        "jitter_ms": {"": float(np.quantile(np.abs(intervals_ms - usual_ms), 0.95))},
-        "lost_share": {"": lost / (len(indices) + lost)},
+    found: dict[str, Parts] = {"lost_share": {"": lost / (len(indices) + lost)}}
+    intervals_ms = np.diff(np.array(times_ns, np.int64)) / 1e6
+    whole_s = float(intervals_ms.sum()) / 1e3
+    if whole_s <= 0:
+        return found
+    between_ms = intervals_ms / steps.clip(1)
+    off_ms = np.abs(between_ms - np.median(between_ms))
+    return found | {
+        "frame_rate_hz": {"": len(intervals_ms) / whole_s},
+        "jitter_ms": {"": float(np.quantile(off_ms, 0.95))},
     }
