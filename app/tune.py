@@ -63,6 +63,7 @@ def main(
     if frames < 1:
         raise WedgeError(f"--frames {frames} is none: give 1 or more.")
     check_outputs(settings, json)
+    _keep_inputs(source, settings, json)
     pad = _pad(unit)
     kept = read_settings(settings) if settings is not None and settings.exists() else None
     with open_source(source) as opened, progress("frames of the blank gel") as show:
@@ -83,6 +84,13 @@ def main(
         "settings": asdict(tuned.settings),
     }
     write_json(json, document | {"remarks": tuned.remarks, "settled": tuned.settled})
+
+
+def _keep_inputs(source: str, settings: Path | None, json: Path | None) -> None:
+    """Refuse JSON in the place of the settings or of a video."""
+    for read in (source, settings):
+        if json is not None and read is not None and json.resolve() == Path(read).resolve():
+            raise WedgeError(f"{json} would be written over: give --json another file.")
 
 
 def _pad(unit: Path | None) -> "Mask | None":
@@ -160,4 +168,5 @@ def _print(blank: "Blank", before: "Settings", tuned: "Tuned") -> None:
         print_table(["setting", "before", "now"], changed)
     for remark in tuned.remarks:
         print(f"- {remark}")
-    print("Settled." if tuned.settled else "Not settled: apply these settings and run again.")
+    first = "apply these settings" if changed else "mend what is said above"
+    print("Settled." if tuned.settled else f"Not settled: {first} and run again.")

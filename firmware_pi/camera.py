@@ -31,7 +31,8 @@ class PiCamera:
         take: Called with each frame.
 
     Raises:
-        WedgeError: picamera2 is not installed, or the camera is absent, busy or of another kind.
+        WedgeError: picamera2 is not installed, or the camera is absent, busy, of another kind or
+            does not start.
     """
 
     def __init__(self, settings: Settings, take: Take) -> None:
@@ -88,8 +89,13 @@ class PiCamera:
             self._refuse_other_mode()
             self._camera.post_callback = self._note
             self._camera.start_recording(encoder, ToTake())
-        except BaseException:
+        except BaseException as error:
             self._camera.close()
+            if isinstance(error, RuntimeError):  # what picamera2 raises where libcamera refuses
+                raise WedgeError(
+                    f"camera {settings.camera} does not start ({error}): check the settings and "
+                    "its ribbon's contacts."
+                ) from error
             raise
 
     def report(self) -> dict[str, Any]:

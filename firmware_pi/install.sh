@@ -58,6 +58,37 @@ changed=no
 python3 -c 'import sys; sys.exit(sys.version_info < (3, 11))' ||
   fail "Python 3.11 is needed, as in Raspberry Pi OS 12 and later; docs/howto/pi.md says what an older one can do."
 
+# python WORDS: Python that finds the server beside this script and leaves nothing there.
+python() { PYTHONPATH=$here/.. PYTHONSAFEPATH=1 PYTHONDONTWRITEBYTECODE=1 python3 "$@"; }
+
+# Everything that can be wrong with the options and the settings, before anything is changed.
+check() {
+  case $camera in
+    [0-3]) ;;
+    *) fail "--camera '$camera' is none of 0, 1, 2 and 3." ;;
+  esac
+  there=$settings
+  [ -e "$there" ] || there=/dev/null # no settings, and nothing to be written
+  python -m firmware_pi default "$there" --address "$address" --camera "$camera" --port "$port"
+  [ "$gadget" = no ] || check_cable
+}
+
+check_cable() {
+  case $address in
+    *:*) fail "--usb-gadget needs an IPv4 address, such as 10.55.0.1, not $address." ;;
+  esac
+  config=$to/boot/firmware/config.txt
+  [ -f "$config" ] || config=$to/boot/config.txt
+  [ -f "$config" ] || fail "there is no config.txt below $to/boot: is this a Raspberry Pi?"
+  [ -e "$settings" ] || return 0
+  served=$(python -c '
+import pathlib, sys
+from firmware_pi.settings import read_settings
+print(read_settings(pathlib.Path(sys.argv[1])).address)' "$settings")
+  [ "$served" = "$address" ] ||
+    fail "the stream stays at $served, as $settings says: set address there to $address, or leave --usb-gadget out."
+}
+
 # put SOURCE TARGET MODE: copy a file unless it is there already.
 put() {
   if [ -f "$2" ] && cmp -s "$1" "$2"; then return; fi
@@ -112,8 +143,7 @@ END
 install_settings() {
   [ ! -e "$settings" ] ||
     say "$settings stays as it is; --address and --port hold only where there is none"
-  PYTHONPATH=$lib PYTHONSAFEPATH=1 PYTHONDONTWRITEBYTECODE=1 python3 -m firmware_pi default \
-    "$settings" --address "$address" --camera "$camera" --port "$port"
+  python -m firmware_pi default "$settings" --address "$address" --camera "$camera" --port "$port"
   login=$to/etc/gelsight-wedge/login
   if [ ! -e "$login" ]; then # empty: no password is asked for
     : >"$login"
@@ -122,12 +152,10 @@ install_settings() {
 }
 
 install_gadget() {
-  config=$to/boot/firmware/config.txt
-  [ -f "$config" ] || config=$to/boot/config.txt
-  [ -f "$config" ] || fail "there is no config.txt below $to/boot: is this a Raspberry Pi?"
   if ! grep -q '^# gelsight-wedge begin$' "$config"; then
     {
       cat "$config"
+      [ -z "$(tail -c 1 "$config")" ] || echo # its last line may have no end
       printf '%s\n' '# gelsight-wedge begin' '[all]' 'dtoverlay=dwc2,dr_mode=peripheral' \
         '# gelsight-wedge end'
     } >"$config.new"
@@ -155,6 +183,7 @@ method=link-local
 END
 }
 
+check
 install_packages
 install_server
 install_settings

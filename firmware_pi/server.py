@@ -266,19 +266,21 @@ class Handler(BaseHTTPRequestHandler):
 def _read_head(connection: socket.socket) -> bytes | None:
     """The lines of a request up to the empty one; empty if none came in time, None if too long."""
     end = time.monotonic() + REQUEST_WITHIN_S
-    head = bytearray()
+    received = bytearray()
+    head = b""
     while b"\r\n\r\n" not in head and b"\n\n" not in head:
-        if len(head) >= REQUEST_BYTES:
+        if len(received) >= REQUEST_BYTES:
             return None
         left_s = end - time.monotonic()
         if left_s <= 0:
             return b""
         connection.settimeout(left_s)
-        received = connection.recv(REQUEST_BYTES - len(head))
-        if not received:
+        more = connection.recv(REQUEST_BYTES - len(received))
+        if not more:
             return b""
-        head += received
-    return bytes(head)
+        received += more
+        head = bytes(received).lstrip(b"\r\n")  # empty lines before a request: RFC 9112, 2.2
+    return head
 
 
 def _takes_more(connection: socket.socket) -> bool:

@@ -85,16 +85,23 @@ class Service:
             signal.signal(number, self._on_signal)
         threading.Thread(target=self.server.serve_forever, daemon=True).start()
         try:
-            if not self._stop and self._newest.after(-1, FIRST_FRAME_WITHIN_S) is None:
-                raise WedgeError(
-                    f"camera {self.settings.camera} gives no frame: check its ribbon's contacts."
-                )
-            notify("READY=1", f"STATUS=streaming at {self.settings.address}")
-            self._look_after()
+            self._await_first_frame()
+            if not self._stop:
+                notify("READY=1", f"STATUS=streaming at {self.settings.address}")
+                self._look_after()
         finally:
             notify("STOPPING=1")
             self.server.stop()
             self._camera.stop()
+
+    def _await_first_frame(self) -> None:
+        """Wait for a frame, or for a signal to stop: the wait is cut into slices to see it."""
+        end_s = time.monotonic() + FIRST_FRAME_WITHIN_S
+        while not self._stop and self._newest.after(-1, LOOK_EVERY_S) is None:
+            if time.monotonic() > end_s:
+                raise WedgeError(
+                    f"camera {self.settings.camera} gives no frame: check its ribbon's contacts."
+                )
 
     def _look_after(self) -> None:
         """Tell systemd that frames come, as long as they do: it restarts us when they stop."""

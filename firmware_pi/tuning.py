@@ -144,7 +144,8 @@ class Tuned:
     settings: Settings
     remarks: tuple[str, ...]
     settled: bool
-    """Whether the new settings are the old ones but for a hair."""
+    """Whether the new settings are the old ones but for a hair, and make the gel as bright as it
+    should be."""
 
 
 def tune(settings: Settings, blank: Blank) -> Tuned:
@@ -182,10 +183,16 @@ def tune(settings: Settings, blank: Blank) -> Tuned:
     longest = FRAME_SHARE * US_PER_S / settings.rate_hz
     exposure_us = int(min(max(total, 30), longest, 66_666))
     analogue = float(np.clip(total / exposure_us, 1.0, ANALOGUE_MOST))
-    if total > exposure_us * analogue * (1 + SETTLED):
+    lacking = total / (exposure_us * analogue)
+    if lacking > 1 + SETTLED:
         remarks.append(
-            f"it stays {total / exposure_us / analogue:.1f} times too dark at full exposure and "
-            "gain: raise the current of the LEDs."
+            f"it stays {lacking:.1f} times too dark at full exposure and gain: raise the current "
+            "of the LEDs."
+        )
+    elif lacking < 1 - SETTLED:
+        remarks.append(
+            f"it stays {1 / lacking:.1f} times too bright at the shortest exposure and no gain: "
+            "lower the current of the LEDs."
         )
     tuned = replace(
         settings,
@@ -195,8 +202,8 @@ def tune(settings: Settings, blank: Blank) -> Tuned:
         analogue_gain=round(analogue, 3),
     )
     before, now = _light(settings), _light(tuned)
-    settled = bool((np.abs(now / before - 1) < SETTLED).all())
-    return Tuned(tuned, (*remarks, *_remarks(blank)), settled)
+    same = bool((np.abs(now / before - 1) < SETTLED).all())
+    return Tuned(tuned, (*remarks, *_remarks(blank)), same and abs(lacking - 1) <= SETTLED)
 
 
 def pad_mask(corners_px: Iterable[tuple[float, float]], height: int, width: int) -> Mask:

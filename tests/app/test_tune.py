@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from dataclasses import asdict, replace
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from PIL import Image
@@ -119,6 +120,38 @@ def test_a_misspelt_settings_file_is_refused_by_name_and_stays(
     assert run(folder, "--settings", file) == 2
     assert "did you mean red_gain" in capsys.readouterr().err
     assert file.read_text() == "red_gian = 1.0\n"
+
+
+@pytest.mark.parametrize("report", ["wedge.toml", "sub/../wedge.toml", "clip.mp4"])
+def test_what_is_read_is_not_written_over_by_json(
+    tmp_path: Path,
+    report: str,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "sub").mkdir()
+    clip = cv2.VideoWriter("clip.mp4", cv2.VideoWriter.fourcc(*"mp4v"), 30, (64, 48))
+    clip.write(np.full((48, 64, 3), 100, np.uint8))
+    clip.release()
+    write_settings(Path("wedge.toml"), Settings())
+    before = {path.name: path.read_bytes() for path in tmp_path.glob("*.*")}
+    assert run("clip.mp4", "--settings", "wedge.toml", "--json", report) == 2
+    assert "would be written over" in capsys.readouterr().err
+    assert {path.name: path.read_bytes() for path in tmp_path.glob("*.*")} == before
+
+
+def test_a_gel_too_bright_for_any_setting_is_not_settled(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "blank").mkdir()
+    Image.new("RGB", (64, 48), (240, 240, 240)).save(tmp_path / "blank" / "0.png")
+    file = tmp_path / "wedge.toml"
+    write_settings(file, Settings(exposure_us=30))
+    assert run(tmp_path / "blank", "--settings", file) == 0
+    said = capsys.readouterr().out
+    assert "lower the current of the LEDs" in said
+    assert "Not settled: mend what is said above and run again." in said
 
 
 def test_a_unit_says_where_the_pad_is(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

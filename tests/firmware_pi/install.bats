@@ -127,6 +127,19 @@ moments() { (cd "$DESTDIR" && find . -type f -printf '%p %i %T@\n' | sort); }
   [ "$(grep -c 'dtoverlay=dwc2,dr_mode=peripheral' "$DESTDIR/boot/firmware/config.txt")" = 1 ]
 }
 
+@test "a config.txt whose last line has no end keeps its lines" {
+  config=$DESTDIR/boot/firmware/config.txt
+  printf 'a=1' >"$config"
+  "$firmware/install.sh" --address 10.55.0.1 --usb-gadget
+  grep -qx 'a=1' "$config"
+  grep -qx '# gelsight-wedge begin' "$config"
+  before=$(cat "$config")
+  "$firmware/install.sh" --address 10.55.0.1 --usb-gadget
+  [ "$(cat "$config")" = "$before" ]
+  "$firmware/uninstall.sh" --purge
+  [ "$(cat "$config")" = 'a=1' ]
+}
+
 @test "bad options are one sentence and nothing is done" {
   before=$(tree)
   for words in '' '--adress 1' '--address' '--address 0.0.0.0' '--address nonsense' \
@@ -135,9 +148,46 @@ moments() { (cd "$DESTDIR" && find . -type f -printf '%p %i %T@\n' | sort); }
     run "$firmware/install.sh" $words
     [ "$status" = 2 ]
     [[ $output == *install.sh:* || $output == *gelsight-wedge:* ]]
-    [ ! -e "$DESTDIR/etc/gelsight-wedge/0.toml" ]
+    [ "$(tree)" = "$before" ]
   done
-  ! grep -q systemctl "$CALLS"
+  [ ! -s "$CALLS" ] # neither apt nor systemctl
+}
+
+@test "a camera is one digit, so that it has one instance" {
+  before=$(tree)
+  for camera in 01 ' 2' 4 -1 '' x; do
+    run "$firmware/install.sh" --address 10.55.0.1 --camera "$camera"
+    [ "$status" = 2 ]
+    [[ $output == *"--camera '$camera'"* ]]
+    [ "$(tree)" = "$before" ]
+  done
+  [ ! -s "$CALLS" ]
+}
+
+@test "a cable that the stream would not be on is refused before anything is done" {
+  "$firmware/install.sh" --address 192.168.1.42
+  before=$(tree)
+  : >"$CALLS"
+  run "$firmware/install.sh" --address 10.55.0.1 --usb-gadget
+  [ "$status" = 2 ]
+  [[ $output == *192.168.1.42*0.toml*10.55.0.1* ]]
+  run "$firmware/install.sh" --address fe80::1 --usb-gadget --camera 1
+  [ "$status" = 2 ]
+  [[ $output == *IPv4*fe80::1* ]]
+  [ "$(tree)" = "$before" ]
+  [ ! -s "$CALLS" ]
+  sed -i 's/192.168.1.42/10.55.0.1/' "$DESTDIR/etc/gelsight-wedge/0.toml"
+  "$firmware/install.sh" --address 10.55.0.1 --usb-gadget
+}
+
+@test "no cable is made of what is no Raspberry Pi" {
+  rm "$DESTDIR/boot/firmware/config.txt"
+  before=$(tree)
+  run "$firmware/install.sh" --address 10.55.0.1 --usb-gadget
+  [ "$status" = 2 ]
+  [[ $output == *config.txt*"Raspberry Pi?" ]]
+  [ "$(tree)" = "$before" ]
+  [ ! -s "$CALLS" ]
 }
 
 @test "an older system is told what it can do" {

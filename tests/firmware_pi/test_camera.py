@@ -141,6 +141,8 @@ def test_two_sensors_keep_step_where_libcamera_can(fake_pi: FakePi) -> None:
         ("busy", Settings(), "resource busy"),
         ("hd", Settings(), "OV5647"),
         ("zero", Settings(sync="server"), "newer libcamera"),
+        ("zero unfit", Settings(), "Invalid camera configuration"),
+        ("zero stuck", Settings(), "did not start properly"),
     ],
 )
 def test_a_camera_that_will_not_do_is_one_sentence(

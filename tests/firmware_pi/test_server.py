@@ -285,6 +285,7 @@ def test_only_the_right_password_opens(newest: Newest) -> None:
         (b"BREW / HTTP/1.1\r\n\r\n", b"501"),
         (b"GET / HTTP/1.1\r\n" + b"a: b\r\n" * 101 + b"\r\n", b"431"),
         (b"GET / HTTP/1.1\r\nA: " + b"a" * REQUEST_BYTES, b"431"),
+        (b"\r\n" * (REQUEST_BYTES // 2), b"431"),
         (b"a" * REQUEST_BYTES, b"431"),
         (b"GET / HTTP/1.1\r\nno colon\r\n\r\n", b"404"),
     ],
@@ -297,6 +298,16 @@ def test_a_malformed_request_is_refused(
         connection.sendall(request_bytes)
         assert connection.recv(100).split()[1] == status
     assert ask(server, "/health")[0].status == 200
+
+
+@pytest.mark.parametrize("empty", [b"\r\n", b"\n", b"\r\n\r\n\r\n"])
+def test_empty_lines_before_a_request_are_passed_over(
+    newest: Newest, server: StreamServer, empty: bytes
+) -> None:
+    put(newest, b"x")
+    with connect(server) as connection:
+        connection.sendall(empty + b"GET /health HTTP/1.1\r\n\r\n")
+        assert connection.recv(15) == b"HTTP/1.1 200 OK"
 
 
 def test_half_a_request_is_waited_for_no_longer_than_is_fair(

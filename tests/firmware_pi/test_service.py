@@ -11,15 +11,24 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
+from firmware_pi import service
+from firmware_pi.newest import Newest
 from firmware_pi.settings import Settings, write_settings
 from tests.firmware_pi.conftest import FAKE_PI
 
 ROOT = Path(__file__).parents[2]
 WITHIN_S = 30
+
+
+def free_port() -> int:
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port: int = free.getsockname()[1]
+    return port
 
 
 class Process:
@@ -28,9 +37,7 @@ class Process:
     def __init__(self, folder: Path, fake_pi: str = "zero", watchdog_us: int = 300_000) -> None:
         self.file = folder / "0.toml"
         if not self.file.exists():
-            with socket.create_server(("127.0.0.1", 0)) as free:
-                port = free.getsockname()[1]
-            write_settings(self.file, Settings(port=port, rate_hz=50))
+            write_settings(self.file, Settings(port=free_port(), rate_hz=50))
         self._port = int(self.file.read_text().partition("port = ")[2].split()[0])
         self._told = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         self._told.settimeout(WITHIN_S)
@@ -87,6 +94,15 @@ def start(tmp_path: Path) -> Iterator[Any]:
         process.close()
 
 
+@pytest.fixture
+def handlers() -> Iterator[None]:
+    """Keeps the handlers of the signals that the service takes for itself."""
+    kept = {n: signal.getsignal(n) for n in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)}
+    yield
+    for number, handler in kept.items():
+        signal.signal(number, handler)
+
+
 def test_it_is_ready_with_the_first_frame_and_stops_when_told(start: Any) -> None:
     process = start()
     assert "WATCHDOG=1" not in process.until_told("READY=1")
@@ -137,6 +153,58 @@ def test_new_settings_are_taken_and_wrong_ones_refused_by_name(start: Any) -> No
 KEYS = ["exposure_su", "not valid TOML", "camera = 2", "rate_hz"]
 
 
+@pytest.mark.parametrize("why", ["unfit", "stuck"])
+def test_a_camera_that_refuses_new_settings_goes_on_with_the_old(start: Any, why: str) -> None:
+    process = start(fake_pi=f"zero {why} second")
+    process.until_told("READY=1")
+    process.file.write_text(process.file.read_text().replace("exposure_us = 1", "exposure_us = 2"))
+    process.child.send_signal(signal.SIGHUP)
+    process.until_told("RELOADING=1")
+    process.until_told("READY=1")
+    assert process.get("/settings")["asked"]["exposure_us"] == Settings().exposure_us
+    frames = process.get("/health")["frames"]
+    while process.get("/health")["frames"] <= frames:
+        pass
+    process.child.send_signal(signal.SIGTERM)
+    said = process.end()
+    assert (process.child.returncode, said.count("\n")) == (0, 1)
+    assert said.endswith("The settings from before stay.\n")
+
+
+def test_the_wait_for_a_first_frame_ends_with_a_signal(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, handlers: None
+) -> None:
+    waits_s = []
+
+    class Empty(Newest):
+        def after(self, index: int, timeout_s: float) -> None:
+            waits_s.append(timeout_s)
+            signal.raise_signal(signal.SIGTERM)
+
+    monkeypatch.setattr(service, "Newest", Empty)
+    write_settings(tmp_path / "0.toml", Settings(port=free_port()))
+    camera = SimpleNamespace(stop=lambda: None)
+    service.Service(tmp_path / "0.toml", None, lambda *_: camera).run()
+    assert waits_s == [service.LOOK_EVERY_S]
+
+
+def test_it_stops_when_told_while_no_frame_has_come(start: Any) -> None:
+    process = start(fake_pi="silent")
+
+    def is_up() -> bool:
+        try:
+            return process.get("/health")["frames"] == 0
+        except ConnectionRefusedError:
+            assert process.child.poll() is None
+            return False
+
+    while not is_up():
+        pass
+    process.child.send_signal(signal.SIGTERM)
+    assert "READY=1" not in process.until_told("STOPPING=1")
+    assert (process.end(), process.child.returncode) == ("", 0)
+
+
 @pytest.mark.parametrize(
     ("fake_pi", "text", "says"),
     [
@@ -148,9 +216,7 @@ KEYS = ["exposure_su", "not valid TOML", "camera = 2", "rate_hz"]
 def test_what_is_wrong_is_one_sentence_and_status_2(
     start: Any, tmp_path: Path, fake_pi: str, text: str, says: str
 ) -> None:
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        port = free.getsockname()[1]
-    (tmp_path / "0.toml").write_text(f"port = {port}\n{text}")
+    (tmp_path / "0.toml").write_text(f"port = {free_port()}\n{text}")
     process = start(fake_pi=fake_pi)
     said = process.end()
     assert process.child.returncode == 2

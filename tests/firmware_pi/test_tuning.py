@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Measures in closed form, and settings that settle on a camera that is simulated."""
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
@@ -156,6 +158,23 @@ def test_the_exposure_is_spent_before_the_gain() -> None:
     spent = tune(Settings(rate_hz=90.0), measure_blank([darker(Settings())])).settings
     assert spent.exposure_us == pytest.approx(FRAME_SHARE * 1e6 / 90, abs=1)
     assert spent.analogue_gain > 1
+
+
+@pytest.mark.parametrize(
+    ("code", "exposure_us", "gain", "says"),
+    [(240, 30, 1.0, "too bright .* lower"), (40, 16_896, 16.0, "too dark .* raise")],
+)
+def test_a_brightness_out_of_reach_is_never_settled(
+    code: int, exposure_us: int, gain: float, says: str
+) -> None:
+    now = Settings(exposure_us=exposure_us, analogue_gain=gain)
+    tuned = tune(now, measure_blank([flat(code, code, code)]))
+    assert tuned.settings == now  # nothing is left to change
+    assert not tuned.settled
+    (remark,) = tuned.remarks
+    assert re.search(says, remark)
+    times = max(LINEAR[code] / BRIGHTEST, BRIGHTEST / LINEAR[code])
+    assert f"{times:.1f} times" in remark
 
 
 def test_what_the_settings_cannot_mend_is_said() -> None:

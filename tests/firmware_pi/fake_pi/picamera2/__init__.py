@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Stands in for picamera2 0.3: as strict about names as libcamera, and quicker than any camera.
 
-``FAKE_PI`` says what stands where: words of zero, five, none, busy, hd, silent, stalls.
+``FAKE_PI`` says what stands where: words of zero, five, none, busy, hd, silent, stalls, unfit (not
+to be configured), stuck (not to be started), and second where that holds for the second one alone.
 """
 
 import copy
@@ -21,6 +22,10 @@ RATE_HZ = 200.0
 
 def words() -> list[str]:
     return os.environ.get("FAKE_PI", "zero").split()
+
+
+def refuses(word: str) -> bool:
+    return word in words() and ("second" not in words() or len(Picamera2.opened) == 2)
 
 
 class Request:
@@ -80,6 +85,8 @@ class Picamera2:
         }
 
     def configure(self, configuration: dict) -> None:
+        if refuses("unfit"):
+            raise RuntimeError("Invalid camera configuration")
         self._configuration = copy.deepcopy(configuration)
         if "hd" in words():
             self._configuration["sensor"]["output_size"] = (1920, 1080)
@@ -88,6 +95,8 @@ class Picamera2:
         return self._configuration
 
     def start_recording(self, encoder, output) -> None:
+        if refuses("stuck"):
+            raise RuntimeError("Camera did not start properly.")
         self.encoder = encoder
         self._thread = threading.Thread(target=self._run, args=(output,), daemon=True)
         if "silent" not in words():
