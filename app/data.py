@@ -47,7 +47,7 @@ def main(
             import writes a dataset folder from a source.
         name: The dataset whose folder to print, or the source to import.
         out: The dataset folder to write; it must not exist, or be empty.
-        ball_radius_mm: Radius of the ball, where the source does not say.
+        ball_radius_mm: Radius of the ball, where the source does not say; never against it.
         mm_per_px: Pitch of imported frames that show the gel plane, where no caliper's picture
             tells.
         pad_size_mm: The pad along x and y, for own frames without a caliper's pictures; the

@@ -8,6 +8,7 @@ import tokenize
 import warnings
 import zipfile
 import zlib
+from collections.abc import Collection, Sequence
 from functools import lru_cache
 from pathlib import Path
 
@@ -113,18 +114,25 @@ def write_image(path: Path, frame: Frame) -> None:
     write_atomic(path, stream.getvalue())
 
 
-@lru_cache(maxsize=2)
-def _npz_frames(path: Path, _modified_ns: int) -> np.ndarray:
+def read_arrays(path: Path, names: Sequence[str]) -> dict[str, np.ndarray]:
+    """Arrays of an ``.npz`` by name; what else is in there is not looked at.
+
+    Raises:
+        WedgeError: the file is missing or damaged, holds no such array, or one that only pickle
+            could read, or they would fill the memory.
+    """
     try:
         with zipfile.ZipFile(path) as archive:
-            entry = archive.getinfo("frames.npy")
-            _refuse_vast(path, entry)
-            with archive.open(entry) as stream:
-                frames = np.lib.format.read_array(stream, allow_pickle=False)
-    except KeyError as error:
-        raise WedgeError(f"{path} holds no array named frames.") from error
+            entries = {name: _entry(path, archive, name) for name in names}
+            _refuse_vast(path, entries.values())
+            return {name: _read_array(archive, entry) for name, entry in entries.items()}
     except UNREADABLE_ARCHIVE as error:
         raise WedgeError(f"{path} cannot be read, it may be truncated: {error}.") from error
+
+
+@lru_cache(maxsize=2)
+def _npz_frames(path: Path, _modified_ns: int) -> np.ndarray:
+    frames = read_arrays(path, ["frames"])["frames"]
     if frames.dtype != np.uint8 or frames.shape[3:] != (3,):
         raise WedgeError(f"{path}: frames must be [n, height, width, 3] uint8 RGB.")
     if 0 in frames.shape[1:]:
@@ -132,12 +140,26 @@ def _npz_frames(path: Path, _modified_ns: int) -> np.ndarray:
     return frames
 
 
-def _refuse_vast(path: Path, entry: zipfile.ZipInfo) -> None:
+def _entry(path: Path, archive: zipfile.ZipFile, name: str) -> zipfile.ZipInfo:
+    try:
+        return archive.getinfo(f"{name}.npy")
+    except KeyError as error:
+        raise WedgeError(f"{path} holds no array named {name}.") from error
+
+
+def _read_array(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> np.ndarray:
+    with archive.open(entry) as stream:
+        array: np.ndarray = np.lib.format.read_array(stream, allow_pickle=False)
+    return array
+
+
+def _refuse_vast(path: Path, entries: Collection[zipfile.ZipInfo]) -> None:
     """Refuse what would fill the memory; of a smaller one, no more than it says is unpacked."""
-    if entry.compress_type not in PACKED_BY_NUMPY:
+    if any(entry.compress_type not in PACKED_BY_NUMPY for entry in entries):
         raise WedgeError(f"{path} is packed in another way than numpy's: write it with savez.")
-    if entry.file_size > MOST_UNPACKED:
+    unpacked = sum(entry.file_size for entry in entries)
+    if unpacked > MOST_UNPACKED:
         raise WedgeError(
-            f"{path} unpacks to {entry.file_size / 2**30:.1f} GiB, more than "
+            f"{path} unpacks to {unpacked / 2**30:.1f} GiB, more than "
             f"{MOST_UNPACKED / 2**30:g}: keep the frames in several files."
         )

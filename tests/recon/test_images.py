@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from PIL import Image
 
-from recon.images import read_frame, read_image, write_image
+from recon.images import read_arrays, read_frame, read_image, write_image
 from sensor.errors import WedgeError
 from tests.synthetic import digitized, gradient_of, shaded
 
@@ -318,6 +318,19 @@ def test_what_is_no_picture_is_refused_in_the_same_words_each_time(tmp_path, con
     (tmp_path / "a.png").write_bytes(content)
     with pytest.raises(WedgeError, match=r"a\.png is neither a PNG nor a JPEG image\.$"):
         read_image(tmp_path / "a.png")
+
+
+def test_arrays_come_by_name_and_the_rest_is_not_looked_at(tmp_path):
+    depth_mm, names = np.linspace(0, 1, 6).reshape(2, 3), np.array([{}], dtype=object)
+    np.savez(tmp_path / "many.npz", frames=FRAMES, depth_mm=depth_mm, names=names)
+    found = read_arrays(tmp_path / "many.npz", ["depth_mm", "frames"])
+    assert list(found) == ["depth_mm", "frames"]
+    np.testing.assert_array_equal(found["depth_mm"], depth_mm)
+    np.testing.assert_array_equal(found["frames"], FRAMES)
+    with pytest.raises(WedgeError, match=r"many\.npz holds no array named force_n"):
+        read_arrays(tmp_path / "many.npz", ["frames", "force_n"])
+    with pytest.raises(WedgeError, match=r"many\.npz cannot be read"):
+        read_arrays(tmp_path / "many.npz", ["names"])
 
 
 class Mine:

@@ -12,24 +12,29 @@ round the visible disc, and ``mend_circles`` refits them to the contact.
 import csv
 import io
 import re
-import zipfile
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import isclose
 from pathlib import Path
 
 import numpy as np
 
-from recon.images import UNREADABLE_ARCHIVE, read_image, write_image
+from recon.images import read_image, write_image
 from sensor.dataset import BallLabel, DatasetCard
 from sensor.errors import WedgeError
+from validation.importers.drawn import MOST_PRESSES, drawn_label, read_numbers, refuse_count
 from validation.importers.folder import write_dataset
 from validation.importers.raw_frames import IMAGES, is_background
+from validation.importers.taxim_pack import (
+    BACKGROUND,
+    TaximPack,
+    read_taxim_pack,
+    write_taxim_frames,
+)
 
 CATALOG = "catalog.csv"
 TEXTS = "frames with circle texts"
-LARGEST_TEXT, LARGEST_ARCHIVE = 10**7, 4 * 10**9
-"""Bytes; an archive's are those that it unpacks to."""
-MOST_PRESSES = 10_000
+LARGEST_TEXT = 10**7
+"""Bytes."""
 NUMBER = r"([-+]?\d+(?:\.\d+)?)"
 CIRCLE = re.compile(rf"^\W*{NUMBER}[\s,;()]+{NUMBER}[\s,;()]+{NUMBER}\W*$")
 NAMED_CIRCLE = re.compile(rf"^(\S+\.(?:png|jpe?g))[\s,;:(]+{NUMBER}[\s,;]+{NUMBER}[\s,;)]+{NUMBER}")
@@ -45,8 +50,8 @@ class Found:
     """Their files as they will be called."""
     frames: tuple[Path, ...]
     """Of each label, where the frames are pictures."""
-    arrays: tuple[np.ndarray, np.ndarray] | None = None
-    """Background and frames, RGB, where they came in one archive."""
+    pack: TaximPack | None = None
+    """Where the frames came in one archive."""
 
 
 def find_calibration(source: Path) -> Found | None:
@@ -56,11 +61,11 @@ def find_calibration(source: Path) -> Found | None:
         WedgeError: it is one of them, but a part is missing, damaged or hostile.
     """
     if source.suffix == ".npz" and source.is_file():
-        return _taxim_pack(source)
+        return _taxim(source)
     if (source / CATALOG).is_file():
         return _gs_sdk(source)
     if (source / "dataPack.npz").is_file():
-        return _taxim_pack(source / "dataPack.npz")
+        return _taxim(source / "dataPack.npz")
     return _circle_texts(source) if source.is_dir() else None
 
 
@@ -80,21 +85,17 @@ def import_calibration(
         source: where it was found, for the card.
         folder: to write to.
         mm_per_px: pitch of the frames, which must show the gel plane.
-        ball_radius_mm: of the ball, where the source does not say.
+        ball_radius_mm: of the ball, where the source does not say; each press keeps its own.
         mend_circles: refit every circle to its ball's shading.
 
     Raises:
-        WedgeError: the ball's radius is nowhere, or a frame is damaged or does not fit.
+        WedgeError: the ball's radius is nowhere or contradicts the source, or a frame is damaged
+            or does not fit.
     """
-    stated = {x.ball_radius_mm for x in found.labels} - {None}
-    radius_mm = ball_radius_mm or max((r for r in stated if r is not None), default=None)
-    if radius_mm is None:
-        raise WedgeError(f"{source} does not say how large the ball is: add --ball-radius-mm.")
-    if found.arrays is not None:
-        background, frames = found.arrays
-        write_image(folder / "background.png", background)
-        np.savez(folder / "frames.npz", frames=frames)
-        names: tuple[str, ...] = ("background.png",)
+    radius_mm = _card_radius_mm(found, source, ball_radius_mm)
+    if found.pack is not None:
+        write_taxim_frames(found.pack, folder)
+        names: tuple[str, ...] = (BACKGROUND,)
     else:
         names = tuple(f"background-{i}.png" for i in range(len(found.backgrounds)))
         for path, name in zip(found.backgrounds, names, strict=True):
@@ -109,12 +110,38 @@ def import_calibration(
         ball_radius_mm=radius_mm,
         background=names,
     )
-    write_dataset(folder, card, found.labels, mend_circles=mend_circles)
+    labels = [
+        replace(label, ball_radius_mm=None) if label.ball_radius_mm == radius_mm else label
+        for label in found.labels
+    ]
+    write_dataset(folder, card, labels, mend_circles=mend_circles)
+
+
+def _card_radius_mm(found: Found, source: Path, given_mm: float | None) -> float:
+    """Radius of the ball that the card states: as given, or the largest that the source states.
+
+    Raises:
+        WedgeError: nobody says, or what is given is another one than what the source states.
+    """
+    stated_mm = sorted({x.ball_radius_mm for x in found.labels if x.ball_radius_mm is not None})
+    for radius_mm in stated_mm:
+        if given_mm is not None and not isclose(radius_mm, given_mm):
+            raise WedgeError(
+                f"{source} states a ball of radius {radius_mm:g} mm, which "
+                f"--ball-radius-mm {given_mm:g} contradicts: leave the option out."
+            )
+    largest_mm = max(stated_mm, default=given_mm)
+    if largest_mm is None:
+        raise WedgeError(f"{source} does not say how large the ball is: add --ball-radius-mm.")
+    return largest_mm
 
 
 def _gs_sdk(source: Path) -> Found:
     """gs_sdk: ``catalog.csv`` names a folder a press with ``gelsight.png`` and ``label.npz``."""
-    rows = list(csv.reader(io.StringIO(_text(source / CATALOG))))
+    try:
+        rows = list(csv.reader(io.StringIO(_text(source / CATALOG))))
+    except csv.Error as error:
+        raise WedgeError(f"{source / CATALOG} cannot be read as a table: {error}.") from error
     header = [cell.strip() for cell in rows[0]] if rows else []
     for column in ("experiment_reldir", "diameter(mm)"):
         if column not in header:
@@ -130,14 +157,15 @@ def _gs_sdk(source: Path) -> Found:
         if not (press / "label.npz").is_file():
             continue  # their tool labels one after the other; the rest are not labelled yet
         diameter_mm = _number(cells.get("diameter(mm)", ""), f"{source / CATALOG}, line {line}")
-        arrays = _arrays(press / "label.npz", ("center", "radius"))
+        arrays = read_numbers(press / "label.npz", ("center", "radius"))
         center, radius = arrays["center"].ravel(), arrays["radius"].ravel()
         if center.size != 2 or radius.size != 1:
             raise WedgeError(f"{press / 'label.npz'} must hold a center of two and one radius.")
         name = f"press-{len(labels):04d}.png"
-        labels.append(_label(name, (*center, *radius), press / "label.npz", diameter_mm / 2))
+        circle = np.concatenate([center, radius]).astype(float).tolist()
+        labels.append(drawn_label(name, circle, press / "label.npz", diameter_mm / 2))
         frames.append(press / "gelsight.png")
-    _refuse_none(source, labels)
+    refuse_count(source, len(labels))
     return Found(
         kind="gs_sdk catalogue",
         backgrounds=(source / "background.png",),
@@ -146,37 +174,15 @@ def _gs_sdk(source: Path) -> Found:
     )
 
 
-def _taxim_pack(path: Path) -> Found:
-    """Taxim: ``f0``, ``imgs``, ``touch_center`` and ``touch_radius`` in one archive, BGR."""
-    pack = _arrays(path, ("f0", "imgs", "touch_center", "touch_radius"))
-    frames, background = pack["imgs"], pack["f0"]
-    if frames.ndim != 4 or frames.shape[3] != 3 or background.shape != frames.shape[1:]:
-        raise WedgeError(
-            f"{path}: imgs must be [n, height, width, 3] and f0 one such frame, not "
-            f"{list(frames.shape)} and {list(background.shape)}."
-        )
-    centers, radii = pack["touch_center"], pack["touch_radius"].ravel()
-    if centers.shape != (len(frames), 2) or len(radii) != len(frames):
-        raise WedgeError(f"{path}: {len(frames)} frames, but not as many centres and radii.")
-    labels = [
-        _label(f"frames.npz#{i}", (*center, radius), path, None)
-        for i, (center, radius) in enumerate(zip(centers, radii, strict=True))
-    ]
-    _refuse_none(path, labels)
-    rgb = [np.ascontiguousarray(part[..., ::-1]).astype(np.uint8) for part in (background, frames)]
-    return Found(
-        kind="Taxim data pack",
-        backgrounds=(),
-        labels=tuple(labels),
-        frames=(),
-        arrays=(rgb[0], rgb[1]),
-    )
+def _taxim(path: Path) -> Found:
+    pack = read_taxim_pack(path)
+    return Found(kind="Taxim data pack", backgrounds=(), labels=pack.labels, frames=(), pack=pack)
 
 
 def _circle_texts(source: Path) -> Found | None:
     """Frames with ``NAME.txt`` beside them or in a folder of texts, or one text for all."""
-    frames = {p.stem: p for p in sorted(source.iterdir()) if p.suffix.lower() in IMAGES}
-    by_name = {path.name: path for path in frames.values()}
+    by_name = {p.name: p for p in sorted(source.iterdir()) if p.suffix.lower() in IMAGES}
+    frames = {path.stem: path for path in by_name.values()}
     circles: dict[str, tuple[float, ...]] = {}
     for path in sorted([*source.glob("*.txt"), *source.glob("*/*.txt")])[: MOST_PRESSES + 1]:
         for line in _text(path).splitlines():
@@ -187,12 +193,18 @@ def _circle_texts(source: Path) -> Found | None:
     backgrounds = tuple(path for path in by_name.values() if is_background(path.name))
     if not circles:
         return None
+    for path in by_name.values():
+        if (other := frames[path.stem]) != path:
+            raise WedgeError(
+                f"{path} and {other.name} are called alike but for their endings: move or "
+                "rename one."
+            )
     if not backgrounds:
         raise WedgeError(
             f"{source} has circles, but no picture of the blank gel: name it background.png."
         )
     labels = [
-        _label(f"{Path(name).stem}.png", circle, source / name, None)
+        drawn_label(f"{Path(name).stem}.png", circle, source / name)
         for name, circle in circles.items()
     ]
     return Found(
@@ -201,40 +213,6 @@ def _circle_texts(source: Path) -> Found | None:
         labels=tuple(labels),
         frames=tuple(by_name[name] for name in circles),
     )
-
-
-def _label(
-    file: str, circle: Sequence[float], where: Path, ball_radius_mm: float | None
-) -> BallLabel:
-    x_px, y_px, radius_px = (float(value) for value in circle)
-    if not (np.isfinite([x_px, y_px, radius_px]).all() and 0 < radius_px < 1e4):
-        raise WedgeError(f"{where}: ({x_px:g}, {y_px:g}), radius {radius_px:g} is no circle.")
-    return BallLabel(
-        file=file,
-        center_x_px=x_px,
-        center_y_px=y_px,
-        contact_radius_px=radius_px,
-        ball_radius_mm=ball_radius_mm,
-    )
-
-
-def _arrays(path: Path, names: Sequence[str]) -> dict[str, np.ndarray]:
-    """Named arrays of numbers from an archive: nothing that would run, nothing too large."""
-    try:
-        with zipfile.ZipFile(path) as archive:
-            unpacked = sum(entry.file_size for entry in archive.infolist())
-        if unpacked > LARGEST_ARCHIVE:
-            raise WedgeError(f"{path} would unpack to {unpacked / 1e9:.0f} GB: that is no data.")
-        with np.load(path, allow_pickle=False) as archive:
-            arrays = {name: archive[name] for name in names}
-    except KeyError as error:
-        raise WedgeError(f"{path} is incomplete: {error.args[0]}.") from error
-    except UNREADABLE_ARCHIVE as error:
-        raise WedgeError(f"{path} cannot be read: {error}.") from error
-    for name, array in arrays.items():
-        if array.dtype.kind not in "uif":
-            raise WedgeError(f"{path}: {name} must be numbers, not {array.dtype}.")
-    return arrays
 
 
 def _text(path: Path) -> str:
@@ -248,8 +226,12 @@ def _text(path: Path) -> str:
 
 def _inside(source: Path, name: str, where: str) -> Path:
     """A folder that a catalogue names, which must lie within the source."""
-    path = (source / name).resolve()
-    if not name or not path.is_relative_to(source.resolve()):
+    try:
+        path = (source / name).resolve()
+        inside = name != "" and path.is_relative_to(source.resolve())
+    except (OSError, RuntimeError, ValueError):  # links in a circle, or a NUL
+        inside = False
+    if not inside:
         raise WedgeError(f"{source / where}: {name!r} is not a folder inside {source.name}.")
     return path
 
@@ -262,8 +244,3 @@ def _number(text: str, where: str) -> float:
     if not 0 < value < 1e3:
         raise WedgeError(f"{where}: {text} mm is no ball's size.")
     return value
-
-
-def _refuse_none(source: Path, labels: Sequence[BallLabel]) -> None:
-    if not 0 < len(labels) <= MOST_PRESSES:
-        raise WedgeError(f"{source} holds {len(labels)} labelled presses.")

@@ -39,8 +39,9 @@ def write_dataset(
     if not labels:
         return
     if mend_circles:
+        drawn = {label.file: label for label in labels}
         presses = read_presses(read_dataset(folder)).presses
-        labels = [mended(press) for press in presses]
+        labels = [mended(press, drawn[press.file]) for press in presses]
         write_labels(folder / "labels.csv", labels)
     dataset = read_dataset(folder)
     step = max(1, len(labels) // PRESSES_FOR_LIGHTS)
@@ -49,16 +50,16 @@ def write_dataset(
     write_card(folder / "dataset.toml", lit)
 
 
-def mended(press: BallPress) -> BallLabel:
-    """The label of a press after its circle was refitted; pixels must be square."""
+def mended(press: BallPress, drawn: BallLabel) -> BallLabel:
+    """The label of a press after its circle was refitted, its ball kept; pixels must be square."""
     circle = refit_circle(
         press.difference,
         press.center_px,
         press.contact_radius_px,
         press.ball_radius_mm / float(np.sqrt(np.prod(press.mm_per_px))),
     )
-    return BallLabel(
-        file=press.file,
+    return replace(
+        drawn,
         center_x_px=round(circle.center_px[0], 2),
         center_y_px=round(circle.center_px[1], 2),
         contact_radius_px=round(circle.radius_px, 2),

@@ -2,16 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The Taxim wheel's bench GelSight: 48 labelled presses, three lights about 120 degrees apart."""
 
-import zipfile
 from importlib.util import find_spec
 from pathlib import Path
 
-import numpy as np
-
-from recon.images import write_image
-from sensor.dataset import BallLabel, DatasetCard
-from sensor.errors import WedgeError
+from sensor.dataset import DatasetCard
 from validation.importers.folder import write_dataset
+from validation.importers.taxim_pack import BACKGROUND, read_taxim_pack, write_taxim_frames
 
 SOURCE = "PyPI taxim 1.4.1, calib/gelsight/dataPack.npz (CMU)"
 LICENCE = "MIT"
@@ -34,25 +30,8 @@ def import_taxim(source: Path, folder: Path) -> None:
     Raises:
         WedgeError: the source is damaged or not the expected archive.
     """
-    try:
-        with np.load(source, allow_pickle=False) as pack:
-            background, frames = pack["f0"], pack["imgs"]
-            centers, radii = pack["touch_center"], pack["touch_radius"]
-    except (OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile) as error:
-        raise WedgeError(f"{source} is not Taxim's dataPack.npz: {error}.") from error
-    frames = np.ascontiguousarray(frames[..., ::-1])  # BGR there
-    background = np.ascontiguousarray(background[..., ::-1]).astype(np.uint8)
-    write_image(folder / "background.png", background)
-    np.savez(folder / "frames.npz", frames=frames)
-    labels = [
-        BallLabel(
-            file=f"frames.npz#{index}",
-            center_x_px=float(center[0]),
-            center_y_px=float(center[1]),
-            contact_radius_px=float(radius),
-        )
-        for index, (center, radius) in enumerate(zip(centers, radii, strict=True))
-    ]
+    pack = read_taxim_pack(source)
+    write_taxim_frames(pack, folder)
     write_dataset(
         folder,
         DatasetCard(
@@ -61,7 +40,7 @@ def import_taxim(source: Path, folder: Path) -> None:
             licence=LICENCE,
             mm_per_px=MM_PER_PX,
             ball_radius_mm=BALL_RADIUS_MM,
-            background=("background.png",),
+            background=(BACKGROUND,),
         ),
-        labels,
+        pack.labels,
     )

@@ -4,17 +4,19 @@
 
 import subprocess
 import sys
-import zipfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from app.__main__ import main
 from recon.images import read_frame, read_image, write_image
 from sensor.dataset import Dataset, read_dataset
 from sensor.errors import WedgeError
 from tests.synthetic import BALL_RADIUS_MM, MM_PER_PX, make_dataset
+from tests.validation.importers.packs import circle, write_taxim
 from validation.importers.calibrations import find_calibration, import_calibration
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -25,40 +27,24 @@ def truth(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
     return make_dataset(tmp_path_factory.mktemp("truth") / "set", presses=5)
 
 
-def circle(label) -> list[float]:
-    return [label.center_x_px, label.center_y_px, label.contact_radius_px]
-
-
-def write_gs_sdk(truth: Dataset, source: Path) -> Path:
+def write_gs_sdk(
+    truth: Dataset, source: Path, diameters_mm: Sequence[float] = (2 * BALL_RADIUS_MM,) * 5
+) -> Path:
     lines = ["experiment_reldir,diameter(mm)"]
-    for index, label in enumerate(truth.labels):
-        press = source / f"{2 * BALL_RADIUS_MM:.3f}mm" / str(index)
+    for index, (label, diameter_mm) in enumerate(zip(truth.labels, diameters_mm, strict=True)):
+        press = source / f"{diameter_mm:.3f}mm" / str(index)
         write_image(press / "gelsight.png", read_image(truth.folder / label.file))
         x, y, radius = circle(label)
         np.savez(press / "label.npz", center=np.array([x, y]), radius=np.array(radius))
         name = str(press.relative_to(source))
         if index == 1:  # collected on Windows
             name = name.replace("/", "\\")
-        lines.append(f"{name},{2 * BALL_RADIUS_MM}")
+        lines.append(f"{name},{diameter_mm}")
     waiting = source / "unlabelled"  # their tool goes through the presses one by one
     write_image(waiting / "gelsight.png", read_image(truth.folder / "background.png"))
     lines.append(f"unlabelled,{2 * BALL_RADIUS_MM}")
     write_image(source / "background.png", read_image(truth.folder / "background.png"))
     (source / "catalog.csv").write_text("\n".join(lines) + "\n")
-    return source
-
-
-def write_taxim(truth: Dataset, source: Path) -> Path:
-    source.mkdir()
-    frames = [read_image(truth.folder / label.file)[..., ::-1] for label in truth.labels]
-    np.savez(
-        source / "dataPack.npz",
-        f0=read_image(truth.folder / "background.png")[..., ::-1],
-        imgs=np.stack(frames),
-        touch_center=np.array([circle(label)[:2] for label in truth.labels]),
-        touch_radius=np.array([circle(label)[2] for label in truth.labels]),
-        names=np.array(["a", "b"]),
-    )
     return source
 
 
@@ -127,6 +113,45 @@ def test_the_command_imports_and_says_what_it_misses(truth: Dataset, tmp_path: P
     assert "refitted to the ball's shading" in done.stdout
 
 
+@pytest.mark.parametrize("mend_circles", [True, False])
+@pytest.mark.parametrize("diameters_mm", [(8.0, 9.5, 9.5, 12.0, 8.0), (8.0,) * 5, (9.47,) * 5])
+def test_each_press_keeps_the_ball_that_made_it(
+    mend_circles: bool, diameters_mm: tuple[float, ...], truth: Dataset, tmp_path: Path
+) -> None:
+    source = write_gs_sdk(truth, tmp_path / "source", diameters_mm)
+    found = find_calibration(source)
+    assert found is not None
+    (tmp_path / "out").mkdir()
+    import_calibration(
+        found,
+        source,
+        tmp_path / "out",
+        mm_per_px=MM_PER_PX[0],
+        ball_radius_mm=None,
+        mend_circles=mend_circles,
+    )
+    read = read_dataset(tmp_path / "out")
+    assert [2 * read.ball_radius_mm(label) for label in read.labels] == list(diameters_mm)
+    own = {label.ball_radius_mm for label in read.labels}  # where it is not the card's
+    assert own - {None} == {x / 2 for x in diameters_mm} - {read.card.ball_radius_mm}
+    assert all((label.quality is not None) == mend_circles for label in read.labels)
+
+
+@pytest.mark.parametrize("radius_mm", [2.2, 4.75])
+def test_a_ball_that_contradicts_the_catalogue_is_refused(
+    radius_mm: float, truth: Dataset, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    source = write_gs_sdk(truth, tmp_path / "source", (8.0, 9.5, 9.5, 9.5, 9.5))
+    words = ["--mm-per-px", f"{MM_PER_PX[0]}", "--ball-radius-mm", f"{radius_mm}"]
+    with pytest.raises(SystemExit) as stop:
+        main(["data", "import", str(source), "--out", str(tmp_path / "out"), *words])
+    assert stop.value.code == 2
+    said = capsys.readouterr().err
+    assert f"{source} states a ball of radius 4 mm" in said
+    assert f"--ball-radius-mm {radius_mm:g} contradicts" in said
+    assert [path.name for path in tmp_path.iterdir()] == ["source"]
+
+
 def test_circle_texts_without_a_pitch_leave_the_frames_as_ones_own(
     truth: Dataset, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -154,59 +179,48 @@ def test_backgrounds_that_disagree_are_named_where_they_lie(
     assert not (tmp_path / "out").exists()
 
 
-def spoil_pickle(source: Path) -> None:
-    np.savez(source / "dataPack.npz", f0=np.array([{}], dtype=object))
-
-
-def spoil_truncated(source: Path) -> None:
-    content = (source / "dataPack.npz").read_bytes()
-    (source / "dataPack.npz").write_bytes(content[: len(content) // 2])
-
-
-def spoil_size(source: Path) -> None:
-    """A header that claims more than any machine has."""
-    with zipfile.ZipFile(source / "dataPack.npz") as archive:
-        parts = {name: archive.read(name) for name in archive.namelist()}
-    header = parts["imgs.npy"]
-    parts["imgs.npy"] = header.replace(b"(5, ", b"(9999999999, ", 1)[: len(header)]
-    with zipfile.ZipFile(source / "dataPack.npz", "w") as archive:
-        for name, content in parts.items():
-            archive.writestr(name, content)
-
-
-def spoil_circle(source: Path) -> None:
-    with np.load(source / "dataPack.npz") as pack:
-        parts = dict(pack)
-    parts["touch_radius"] = np.full(5, np.nan)
-    np.savez(source / "dataPack.npz", **parts)
-
-
-def spoil_shape(source: Path) -> None:
-    with np.load(source / "dataPack.npz") as pack:
-        parts = dict(pack)
-    parts["imgs"] = parts["imgs"][..., 0]
-    np.savez(source / "dataPack.npz", **parts)
-
-
-@pytest.mark.parametrize(
-    "spoil", [spoil_pickle, spoil_truncated, spoil_size, spoil_circle, spoil_shape]
-)
-def test_hostile_packs_are_refused_in_a_sentence(spoil, truth: Dataset, tmp_path: Path) -> None:
-    source = write_taxim(truth, tmp_path / "source")
-    spoil(source)
-    with pytest.raises(WedgeError, match="dataPack"):
-        find_calibration(source)
-
-
 @pytest.mark.parametrize(
     "line",
-    ["../../etc,8.0", "/etc,8.0", ",8.0", "8.000mm/0,wide", "8.000mm/0,-1", "8.000mm/0"],
+    [
+        "../../etc,8.0",
+        "/etc,8.0",
+        ",8.0",
+        "8.000mm/0,wide",
+        "8.000mm/0,-1",
+        "8.000mm/0",
+        "8.000mm/0\0,8.0",
+        pytest.param(f"{'8' * 200_000},8.0", id="a cell longer than csv takes"),
+    ],
 )
 def test_catalogues_that_lead_astray_are_refused(line: str, truth: Dataset, tmp_path: Path) -> None:
     source = write_gs_sdk(truth, tmp_path / "source")
     (source / "catalog.csv").write_text(f"experiment_reldir,diameter(mm)\n{line}\n")
     with pytest.raises(WedgeError, match=r"catalog\.csv"):
         find_calibration(source)
+
+
+def test_a_link_to_itself_is_no_press(truth: Dataset, tmp_path: Path) -> None:
+    source = write_gs_sdk(truth, tmp_path / "source")
+    (source / "loop").symlink_to("loop")
+    (source / "catalog.csv").write_text("experiment_reldir,diameter(mm)\nloop,8.0\n")
+    with pytest.raises(WedgeError, match="source"):
+        find_calibration(source)
+
+
+@pytest.mark.parametrize("write", [write_texts, write_one_text])
+def test_two_pictures_of_one_name_are_refused(write, truth: Dataset, tmp_path: Path) -> None:
+    source = write(truth, tmp_path / "source")
+    name = Path(truth.labels[0].file)
+    Image.open(source / name).save(source / f"{name.stem}.jpg")
+    with (source / "more.txt").open("w") as stream:
+        stream.write(f"{name.stem}.jpg 50 40 12\n")
+    with pytest.raises(
+        WedgeError, match=rf"{name.stem}\.jpg and {name.stem}\.png are called alike"
+    ):
+        find_calibration(source)
+    for path in source.rglob("*.txt"):
+        path.unlink()
+    assert find_calibration(source) is None  # as one's own frames they are two
 
 
 def test_a_folder_without_circles_is_nobodys_calibration(truth: Dataset, tmp_path: Path) -> None:

@@ -68,10 +68,10 @@ def make_wedge_lab(source: Path, center_px: tuple[float, float]) -> None:
         return as_frame(cv2.warpPerspective(gel, to_gel, (240, 320), flags=flags))
 
     ball = wedge_lab.BALL_RADIUS_MM / wedge_lab.MM_PER_PX[0]
-    press = pressed(card_size, center_px, 19.0, ball, noise=0)
+    press, again = (pressed(card_size, center_px, 19.0, ball, noise=x) for x in (0, 0.002))
     folder = source / "calibration"
     (folder / "ball_position").mkdir(parents=True)
-    for name, gel in (("bg-0", np.zeros_like(press)), ("ball-0", press), ("ball-10", press)):
+    for name, gel in (("bg-0", np.zeros_like(press)), ("ball-0", press), ("ball-10", again)):
         Image.fromarray(raw(gel)).save(folder / f"{name}.jpg", quality=98, subsampling=0)
     across = (center_px[1] + 0.5) * 240 / height
     along = (center_px[0] + 0.5) * 320 / width
