@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from app._output import print_table, write_json
+from app._output import OutputFile, check_outputs, print_table, write_json
 from app._progress import progress
 from app._workers import process_pool
 from sensor.design import Wedge
@@ -24,7 +24,7 @@ class MissingExtraError(WedgeError):
     """The packages that make solids are not installed."""
 
 
-def main(design: str = "standard", out: Path | None = None, json: Path | None = None) -> int:
+def main(design: str = "standard", out: Path | None = None, json: OutputFile = None) -> int:
     """Make everything that a workshop needs: print, laser and board files, bill, guide, pictures.
 
     All of it is checked first: that each part can be printed and put in, that nothing meets, that
@@ -40,6 +40,9 @@ def main(design: str = "standard", out: Path | None = None, json: Path | None = 
     """
     wanted = load_design(design)
     folder = out or Path("build", "fabrication", wanted.name)
+    check_outputs(folder / MANIFEST, json)
+    if json is not None and (folder / MANIFEST).resolve().is_relative_to(json.resolve()):
+        raise WedgeError(f"{json} cannot be written: it is in the way of {folder}; name a file.")
     manifest = fabricate(wanted, folder)
     print_table(("check", "of", "figure", "bound", "", "detail"), map(_row, manifest["checks"]))
     write_json(json, {key: manifest[key] for key in ("design", "design_sha256", "checks")})
@@ -96,11 +99,12 @@ def fabricate(wanted: Wedge, folder: Path, *, again: bool = False) -> dict[str, 
 def _write_papers(built: "Model", manifest: dict[str, Any], folder: Path) -> None:
     """The bill, the guide, the page, and last the manifest with the hash of every file."""
     from bom.bill import bill_csv, bill_markdown, distributor_csv, make_bill, read_parts
+    from bom.fit import parts_for
     from cad.exports.page import guide_html, page_html
     from cad.guide import guide_text
     from cad.manifest import as_text, with_hashes
 
-    lines = make_bill(manifest["bill"], read_parts())
+    lines = make_bill(manifest["bill"], parts_for(built.design, read_parts()))
     names = {line.part.id: line.part.name for line in lines}
     title = f"GelSight Wedge, {built.design.name}"
     order = [(line.part.name, line.quantity_words) for line in lines]

@@ -20,9 +20,10 @@ from sensor.errors import WedgeError
 
 COLUMNS = (
     "id", "name", "brand", "number", "supplier", "distributor_brand", "distributor_number", "unit",
-    "pack_size", "price_usd", "basis", "date", "alternative",
+    "pack_size", "price_usd", "basis", "date", "alternative", "made_for",
 )  # fmt: skip
 _DATE = "%Y-%m"
+_SIZE = r"\w+\.\w+=\d+(\.\d+)?"
 
 
 @dataclass(frozen=True)
@@ -45,12 +46,20 @@ class BoughtPart:
     date: str
     """Year and month of the price, or of the guess, as 2026-11."""
     alternative: str
+    made_for: str
+    """Sizes of the design that the product fits, as ``mirror.thickness_mm=1``; empty for any."""
 
     @property
     def price_words(self) -> str:
         """The price with its source: ``16.00 for 1 (paper, June 2021)``."""
         month = datetime.strptime(self.date, _DATE).strftime("%B %Y")
         return f"{self.price_usd:.2f} for {self.pack_size:g} ({self.basis}, {month})"
+
+    @property
+    def made_for_sizes(self) -> list[tuple[str, float]]:
+        """Each field of the design that the product depends on, and the value it is made for."""
+        pairs = [item.partition("=") for item in self.made_for.split()]
+        return [(field, float(size)) for field, _, size in pairs]
 
 
 @dataclass(frozen=True)
@@ -81,7 +90,7 @@ class Line:
 
 
 def read_parts() -> list[BoughtPart]:
-    """The table of bought parts.
+    """The table of bought parts; ``bom.fit`` fills a design's sizes into its words.
 
     Raises:
         WedgeError: a column is missing or unknown, an id comes twice, a field is empty, or a price
@@ -107,7 +116,8 @@ def read_part(row: Mapping[str, str]) -> BoughtPart:
         raise WedgeError(f"bom/data/parts.csv must have the columns {', '.join(COLUMNS)}.")
     if row["basis"] not in ("paper", "estimate"):
         raise WedgeError(f"bom/data/parts.csv: the basis of {row['id']} must be paper or estimate.")
-    empty = [key for key in COLUMNS if not row[key] and not key.startswith("distributor_")]
+    free = ("distributor_brand", "distributor_number", "made_for")
+    empty = [key for key in COLUMNS if not row[key] and key not in free]
     if empty or not re.fullmatch(r"20\d\d-(0[1-9]|1[0-2])", row["date"]):
         raise WedgeError(
             f"bom/data/parts.csv: {row['id']} must have {', '.join(empty) or 'a date as 2026-11'}."
@@ -115,6 +125,11 @@ def read_part(row: Mapping[str, str]) -> BoughtPart:
     if bool(row["distributor_brand"]) != bool(row["distributor_number"]):
         raise WedgeError(
             f"bom/data/parts.csv: {row['id']} must have both distributor columns or neither."
+        )
+    if not re.fullmatch(rf"({_SIZE}( {_SIZE})*)?", row["made_for"]):
+        raise WedgeError(
+            f"bom/data/parts.csv: made_for of {row['id']} must be fields of the design with their"
+            " values, such as mirror.thickness_mm=1."
         )
     values: dict[str, Any] = dict(row)
     for key in ("pack_size", "price_usd"):

@@ -44,6 +44,16 @@ class Body:
 
 
 @dataclass(frozen=True)
+class ScrewRow:
+    """Equal screws: where each head lies on its part, the way of the shanks, and their length."""
+
+    stem: str
+    heads: tuple[Vector, ...]
+    direction: Vector
+    length_mm: float
+
+
+@dataclass(frozen=True)
 class Step:
     """One step of the guide: new bodies, or a group made before, join a group."""
 
@@ -195,47 +205,51 @@ def _mechanics(design: Wedge) -> list[Placed]:
     return bodies
 
 
-def _screws(design: Wedge) -> list[Placed]:
+def screw_rows(design: Wedge) -> tuple[ScrewRow, ...]:
+    """Every screw of the sensor: the holes of the parts that it joins lie on its axis."""
     place = Layout(design)
     y, roof = place.screw_y, design.housing.roof_z_mm
     middle = cover_middle_x(place)
     top = board_z(place) + bought.BOARD[2]
-    rows: list[tuple[str, list[Vector], Vector, float]] = [
-        (
+    return (
+        ScrewRow(
             "rear_screw",
-            [(place.rear + FLANGE, side * y, place.rear_screw_z) for side in (-1, 1)],
+            tuple((place.rear + FLANGE, side * y, place.rear_screw_z) for side in (-1, 1)),
             (-1.0, 0.0, 0.0),
             REAR_SCREW_LENGTH,
         ),
-        (
+        ScrewRow(
             "roof_screw",
-            [
+            tuple(
                 (x, side * y, roof + PLATE_UNDER_HEAD)
                 for x in place.roof_screw_x
                 for side in (-1, 1)
-            ],
+            ),
             _DOWN,
             ROOF_SCREW_LENGTH,
         ),
-        (
+        ScrewRow(
             "board_screw",
-            [(middle + along, across, top) for along, across in POSTS],
+            tuple((middle + along, across, top) for along, across in POSTS),
             _DOWN,
             BOARD_SCREW_LENGTH,
         ),
-        (
+        ScrewRow(
             "cover_screw",
-            [(x, across, roof - UNDER_HEAD) for x, across in cover_screw_places(place)],
+            tuple((x, across, roof - UNDER_HEAD) for x, across in cover_screw_places(place)),
             _UP,
             COVER_SCREW_LENGTH,
         ),
-    ]
+    )
+
+
+def _screws(design: Wedge) -> list[Placed]:
     bodies = []
     size = design.fastening.screw
-    for stem, places, direction, length in rows:
-        for index, head in enumerate(places):
-            solid = bought.screw(size, head, direction, length)
-            part = f"screw_{size.lower()}x{length:g}"
-            back = _straight(direction, -20)
-            bodies.append((Body(f"{stem}_{index + 1}", part, "steel", back), solid))
+    for row in screw_rows(design):
+        part = f"screw_{size.lower()}x{row.length_mm:g}"
+        back = _straight(row.direction, -20)
+        for index, head in enumerate(row.heads):
+            solid = bought.screw(size, head, row.direction, row.length_mm)
+            bodies.append((Body(f"{row.stem}_{index + 1}", part, "steel", back), solid))
     return bodies

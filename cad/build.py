@@ -14,7 +14,7 @@ import trimesh
 
 from cad import checks
 from cad.assembly import Assembly, assemble
-from cad.catalogue import PRINTED, on_the_bed
+from cad.catalogue import on_the_bed, printed_parts
 from cad.counts import bill_counts
 from cad.electronics.boards import Board, boards
 from cad.electronics.files import board_files
@@ -55,7 +55,8 @@ class Model:
     @cached_property
     def on_bed(self) -> dict[str, cq.Solid]:
         """Printed parts as they stand on the bed."""
-        return {part.id: on_the_bed(part, self.printed[part.id]) for part in PRINTED}
+        parts = printed_parts(self.design)
+        return {part.id: on_the_bed(part, self.printed[part.id]) for part in parts}
 
     @cached_property
     def bed_meshes(self) -> dict[str, trimesh.Trimesh]:
@@ -72,7 +73,8 @@ def model(design: Wedge) -> Model:
     refuse_unbuildable(design)
     assembly, bodies = assemble(design)
     printed = {
-        part.id: bodies[part.id] if part.id in bodies else part.make(design) for part in PRINTED
+        part.id: bodies[part.id] if part.id in bodies else part.make(design)
+        for part in printed_parts(design)
     }
     return Model(design, assembly, bodies, printed)
 
@@ -83,8 +85,9 @@ def run_checks(built: Model) -> list[checks.Result]:
     bodies = {name: manifold_of(mesh) for name, mesh in meshes.items()}
     results = checks.check_solids(built.on_bed, built.bed_meshes)
     results += checks.check_closed_forms(design, built.printed)
-    results += checks.check_mold(design, mesh_of(built.printed["mold_curved"]),
-                                 mesh_of(built.printed["mold_flat"]))  # fmt: skip
+    molds = ("mold_curved", "mold_flat")
+    halves = {name: mesh_of(built.printed[name]) for name in molds if name in built.printed}
+    results += checks.check_mold(design, halves)
     results += [checks.check_walls(name, mesh) for name, mesh in built.bed_meshes.items()]
     results += [checks.check_overhang(name, mesh) for name, mesh in built.bed_meshes.items()]
     results += checks.check_fasteners(design, built.printed)

@@ -68,6 +68,11 @@ PRINTED = (
 )  # fmt: skip
 
 
+def printed_parts(design: Wedge) -> tuple[Printed, ...]:
+    """The parts that a design is printed of; a flat gel has no use for the curved mold."""
+    return tuple(part for part in PRINTED if design.gel.curved or part.id != "mold_curved")
+
+
 def on_the_bed(part: Printed, solid: cq.Solid) -> cq.Solid:
     """The part turned for printing, its lowest point at z = 0 and its corner at the origin."""
     axis, angle_deg = part.turn

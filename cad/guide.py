@@ -25,8 +25,8 @@ _HOW = {
     " seat. Lift it through the window, top first, until the top is in its corner; then swing the"
     " foot up until the back lies flat. Check by eye that nothing lies behind it: one degree of"
     " tilt moves the picture by several pixels.",
-    "lights": "Solder two wires to each array's tail first. Red goes to the right seen from the"
-    " tip with the gel down, blue to the left, green to the base; none goes to the tip. Stick each"
+    "lights": "Solder two wires to each array's tail first. Red goes to the left seen from the"
+    " tip with the gel down, blue to the right, green to the base; none goes to the tip. Stick each"
     " array with double-sided tape to the outer wall of its pocket, LEDs toward the acrylic, and"
     " lead the wires behind the ribs into the channels.",
     "acrylic": "Peel off the film. From here on touch only the edges.",
@@ -50,7 +50,8 @@ _HOW = {
     "roof_screws": "Tighten crosswise. Bolt the plate to the gripper now, from below: later the"
     " cover is in the way.",
     "cover": "The compartment is closed by the gripper adapter, which is its lid.",
-    "board": "Solder the resistor board's supply wires to 3.3 V and ground of the adapter first.",
+    "board": "Solder the resistor board's supply wires to {supply} V and ground of the adapter"
+    " first.",
     "board_screws": "The screws cut their own thread in the posts.",
     "resistor_board": "Wrap it in insulating tape, and solder the arrays' wires straight into its"
     " holes: the wires come in at the front notch.",
@@ -96,8 +97,9 @@ def guide_text(
         resistors=_resistor_table(design),
         current=f"{design.wiring.led_current_ma:g}",
         gel_ml=f"{gel['volume_mm3'] / 1000:.1f}",
+        molds="`mold_curved` (or `mold_flat`)" if design.gel.curved else "`mold_flat`",
         steps="\n".join(
-            _step_text(number, step, assembly, {**names, **titles})
+            _step_text(number, step, assembly, {**names, **titles}, design)
             for number, step in enumerate(assembly.steps, start=1)
         ),
         keystone=f"{keystone(pixels, 21):.2f}",
@@ -107,7 +109,9 @@ def guide_text(
     )
 
 
-def _step_text(number: int, step: Step, assembly: Assembly, names: Mapping[str, str]) -> str:
+def _step_text(
+    number: int, step: Step, assembly: Assembly, names: Mapping[str, str], design: Wedge
+) -> str:
     taken = Counter(assembly.bodies[name].part for name in step.bodies)
     lines = [
         f"### Step {number}: {step.title}",
@@ -118,7 +122,8 @@ def _step_text(number: int, step: Step, assembly: Assembly, names: Mapping[str, 
     if taken:
         listed = "; ".join(f"{count} × {names.get(part) or part}" for part, count in taken.items())
         lines += [f"Take {listed}.", ""]
-    return "\n".join([*lines, _HOW[step.id], ""])
+    how = _HOW[step.id].format(supply=f"{design.wiring.supply_v:g}")
+    return "\n".join([*lines, how, ""])
 
 
 def _print_table(parts: Sequence[Mapping[str, Any]]) -> str:

@@ -29,6 +29,8 @@ FLEX = 0.2
 """Thickness of the flexible circuit that carries an LED array."""
 BAFFLE_GAP = 0.25
 """Between the baffle and the lowest light that it must let pass."""
+PIN_OUTWARD = 0.1
+"""From the acrylic's side edge outward to the pins' middle."""
 REAR_SCREW_LENGTH = 6.0
 ROOF_SCREW_LENGTH = 8.0
 
@@ -162,7 +164,7 @@ class Layout:
     def pin_places(self) -> list[tuple[float, float]]:
         """(x, y) of the pins that hold the acrylic at its tip."""
         x = self.acrylic_x0 + TIP_POST - MIN_WALL - self.pin_hole_radius - 0.05
-        return [(x, sign * (self.acrylic_half + 0.1)) for sign in (-1.0, 1.0)]
+        return [(x, sign * (self.acrylic_half + PIN_OUTWARD)) for sign in (-1.0, 1.0)]
 
     @property
     def pin_hole_radius(self) -> float:

@@ -10,7 +10,7 @@ from typing import Any
 
 import cadquery as cq
 
-from cad.catalogue import BACK_DOWN, INFILL_PERCENT, PRINTED, UPSIDE_DOWN
+from cad.catalogue import BACK_DOWN, INFILL_PERCENT, UPSIDE_DOWN, printed_parts
 from cad.checks.result import Result
 from cad.tables import density_g_cm3
 from sensor.design import Wedge
@@ -28,7 +28,7 @@ def part_entries(
 ) -> list[dict[str, Any]]:
     """One entry a part: printed ones first, then those of the assembly that are bought or cut."""
     entries = []
-    for part in PRINTED:
+    for part in printed_parts(design):
         entry = _figures(part.id, printed[part.id], part.material)
         entry["title"], entry["use"] = part.title, part.use
         entry["quantity"] = counts.get(part.id, 0 if part.use == "alternative" else 1)

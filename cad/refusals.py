@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 
-from cad.layout import FLEX, MIN_WALL, Layout
+from cad.electronics.boards import LEAST_LED_LENGTH, LEAST_LED_WIDTH
+from cad.layout import FLEX, MIN_WALL, PIN_OUTWARD, Layout
 from cad.optics import Paths, faulty_pictures, keystone, pad_grid, pixel_margin, trace
-from cad.parts.bought import compartment_height_mm
+from cad.parts.bought import compartment_height_mm, compartment_length_mm
 from cad.wires import by_side, ribbon_bend_mm, rooms, thickest_wire_mm
 from sensor.design import Wedge
 from sensor.errors import WedgeError
@@ -19,6 +20,8 @@ KEYSTONE = 0.3
 """The tip edge of the pad must be seen at least this wide, relative to its base edge."""
 BEND_THICKNESSES = 10.0
 """Least radius of the ribbon's bend: a common rule for a flexible circuit that is bent once."""
+NOTCH_MARGIN = 0.05
+"""The kerf must be this much narrower, in mm, than where it closes a pin's notch."""
 MIRROR_MARGIN = 0.2
 """Light must strike the mirror this far from its edges, in mm."""
 _LIGHT_MARGIN = 0.1
@@ -104,6 +107,13 @@ def _refuse_window(place: Layout) -> None:
         design.acrylic.width_mm + 0.2 - 2 * place.pin_hole_radius,
         "the pins' notches in the acrylic would reach into the pad",
     )
+    # Grown by half the kerf g, the edge cuts the notch's circle while hole - g > g - outward.
+    _at_most(
+        "laser.acrylic_kerf_mm",
+        design.laser.acrylic_kerf_mm,
+        place.pin_hole_radius + PIN_OUTWARD - NOTCH_MARGIN,
+        "a wider cut closes the pins' notches in the acrylic",
+    )
 
 
 def _pin_reach(place: Layout) -> float:
@@ -138,6 +148,18 @@ def _refuse_lights(place: Layout) -> None:
         wiring.led_pitch_mm,
         lights.led_length_mm + 0.25,
         "neighbouring LEDs would touch",
+    )
+    _at_least(
+        "lights.led_width_mm",
+        lights.led_width_mm,
+        LEAST_LED_WIDTH,
+        "its solder pads would be less than 0.6 mm wide",
+    )
+    _at_least(
+        "lights.led_length_mm",
+        lights.led_length_mm,
+        LEAST_LED_LENGTH,
+        "the tracks to its two ends would lie too close",
     )
     low, high = place.side_lights
     rooms = {
@@ -269,6 +291,12 @@ def _refuse_compartment(place: Layout) -> None:
         place.design.compartment.height_mm,
         compartment_height_mm(place),
         "the boards and the plug lie in it on top of each other",
+    )
+    _at_least(
+        "compartment.length_mm",
+        place.design.compartment.length_mm,
+        compartment_length_mm(),
+        "the plug lies in it behind the resistor board",
     )
 
 

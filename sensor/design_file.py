@@ -26,7 +26,8 @@ def load_design(name_or_file: str) -> Wedge:
         thickness_mm = 3.0
 
     Raises:
-        WedgeError: unknown name, unreadable file, unknown key, or a value that cannot work.
+        WedgeError: unknown name, unreadable file, unknown key, or a value or name that cannot
+            work.
     """
     if not isinstance(name_or_file, str | Path):
         raise WedgeError(
@@ -45,9 +46,20 @@ def load_design(name_or_file: str) -> Wedge:
         raise WedgeError(f"{path}: base = {base!r} must be one of {', '.join(DESIGNS)}.")
     try:
         design: Wedge = _override(DESIGNS[base], {"name": path.stem, **document}, "")
+        _refuse_name(design.name)
     except WedgeError as error:
         raise WedgeError(f"{path}: {error}") from error
     return design
+
+
+def _refuse_name(name: str) -> None:
+    """Refuse what cannot be a folder's name in one line of text; 60 characters fit any disk."""
+    good = name.strip() == name and name.isprintable() and not {"/", "\\"} & {*name}
+    if not good or name.startswith(".") or not 1 <= len(name) <= 60:
+        raise WedgeError(
+            f"name = {name!r} must be 1 to 60 printable characters without / and \\, with no space"
+            " at its ends and no dot at its start."
+        )
 
 
 def _override(base: Any, changes: Mapping[str, Any], prefix: str) -> Any:

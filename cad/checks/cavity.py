@@ -3,6 +3,7 @@
 """The mold's cavity against the surface that the gel is meant to have."""
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 import trimesh
@@ -11,15 +12,22 @@ from cad.checks.result import Result
 from sensor.design import Gel, Wedge
 
 
-def check_mold(design: Wedge, curved: trimesh.Trimesh, flat: trimesh.Trimesh) -> list[Result]:
-    """Largest distance of the cavity's mesh from the ellipsoid, and from the plane."""
+def check_mold(design: Wedge, halves: Mapping[str, trimesh.Trimesh]) -> list[Result]:
+    """Largest distance of the cavity's mesh from the ellipsoid, and from the plane.
+
+    Args:
+        design: The sensor.
+        halves: ``mold_curved`` and ``mold_flat``, or those of them that are made.
+    """
     gel = design.gel
     results = []
-    for subject, mesh, surface in (
-        ("curved cavity", curved, _ellipsoid_z),
-        ("flat cavity", flat, lambda gel, x, y: np.full_like(x, -gel.thickness_mm)),
+    for name, subject, surface in (
+        ("mold_curved", "curved cavity", _ellipsoid_z),
+        ("mold_flat", "flat cavity", lambda gel, x, y: np.full_like(x, -gel.thickness_mm)),
     ):
-        floor = _cavity_points(gel, mesh)
+        if name not in halves:
+            continue
+        floor = _cavity_points(gel, halves[name])
         deviation = np.abs(floor[:, 2] - surface(gel, floor[:, 0], floor[:, 1]))
         worst = float(deviation.max()) if len(floor) else math.nan
         results.append(

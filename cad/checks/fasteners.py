@@ -2,44 +2,62 @@
 # SPDX-License-Identifier: Apache-2.0
 """Holes in the solids agree with the fastener table, on both sides of every joint."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import cadquery as cq
 import numpy as np
 from OCP.BRepAdaptor import BRepAdaptor_Surface
 from OCP.GeomAbs import GeomAbs_Cylinder
 
+from cad.assembly import screw_rows
 from cad.checks.result import Result
+from cad.features import Vector
 from cad.tables import fastener
 from sensor.design import Wedge
 
+Axis = tuple[tuple[float, ...], tuple[float, ...]]
+"""A line's direction without its sign, and its point next to the origin, to the micrometre."""
+
+_TAPPED = {
+    "rear_screw": ("case",),
+    "roof_screw": ("case",),
+    "board_screw": ("electronics_cover",),
+    "cover_screw": ("adapter_wsg50", "adapter_lab"),
+}
+"""Parts that each row of screws cuts its thread into."""
+_PASSED = {
+    "rear_screw": ("camera_holder",),
+    "roof_screw": ("adapter_wsg50", "adapter_lab"),
+    "board_screw": (),
+    "cover_screw": ("electronics_cover",),
+}
+"""Parts that it goes through."""
+
 
 def check_fasteners(design: Wedge, solids: Mapping[str, cq.Solid]) -> list[Result]:
-    """Holes found in the solids have the diameters of the table, wherever screws meet parts."""
-    row = fastener(design.fastening.screw)
-    expected = {
-        ("case", row.tap_mm): 6,
-        ("camera_holder", row.clearance_mm): 2,
-        ("adapter_wsg50", row.clearance_mm): 4,
-        ("adapter_wsg50", row.tap_mm): 4,
-        ("adapter_lab", row.clearance_mm): 4,
-        ("adapter_lab", row.tap_mm): 4,
-        ("electronics_cover", row.tap_mm): 4,
-        ("electronics_cover", row.clearance_mm): 4,
-    }
+    """Every screw has a hole of the table's diameter on its axis, in each part that it meets.
+
+    Other holes of such a diameter, as the pins' can be, are none of a screw's business.
+    """
+    size = fastener(design.fastening.screw)
+    wanted: dict[tuple[str, float], set[Axis]] = {}
+    for row in screw_rows(design):
+        axes = {_axis(head, row.direction) for head in row.heads}
+        for parts, diameter in ((_TAPPED, size.tap_mm), (_PASSED, size.clearance_mm)):
+            for name in parts[row.stem]:
+                wanted.setdefault((name, diameter), set()).update(axes)
     results = []
-    for (name, diameter), count in expected.items():
-        found = _holes(solids[name], diameter)
+    for (name, diameter), axes in wanted.items():
+        missing = len(axes - set(_holes(solids[name], diameter)))
         results.append(
-            Result("fasteners", f"{name}, {diameter:g} mm", abs(found - count), "holes off", 0,
-                   "at most", f"{found} holes for {row.screw}")
+            Result("fasteners", f"{name}, {diameter:g} mm", missing, "holes missing", 0,
+                   "at most", f"{len(axes)} holes for {size.screw}")
         )  # fmt: skip
     return results
 
 
-def _holes(solid: cq.Solid, diameter: float) -> int:
-    """Number of cylindrical axes of a diameter among the solid's faces."""
-    axes = set()
+def _holes(solid: cq.Solid, diameter: float) -> Iterator[Axis]:
+    """Axes of the cylinders of a diameter among the solid's faces."""
     for face in solid.Faces():
         surface = BRepAdaptor_Surface(face.wrapped)
         if surface.GetType() != GeomAbs_Cylinder:
@@ -48,8 +66,14 @@ def _holes(solid: cq.Solid, diameter: float) -> int:
         if abs(2 * cylinder.Radius() - diameter) > 1e-6:
             continue
         at, way = cylinder.Axis().Location(), cylinder.Axis().Direction()
-        point = np.array([at.X(), at.Y(), at.Z()])
-        along = np.array([way.X(), way.Y(), way.Z()])
-        nearest = point - (point @ along) * along
-        axes.add(tuple((np.round(nearest, 3) + 0.0).tolist()))
-    return len(axes)
+        yield _axis((at.X(), at.Y(), at.Z()), (way.X(), way.Y(), way.Z()))
+
+
+def _axis(point: Vector, direction: Vector) -> Axis:
+    along = np.array(direction)
+    nearest = np.array(point) - (np.array(point) @ along) * along
+    return _rounded(np.abs(along)), _rounded(nearest)
+
+
+def _rounded(values: np.ndarray) -> tuple[float, ...]:
+    return tuple((np.round(values, 3) + 0.0).tolist())

@@ -8,12 +8,18 @@ from dataclasses import dataclass
 from cad.electronics.resistors import Ballast, ballasts
 from cad.layout import FLEX, Layout, LightRow
 from sensor.design import Wedge
-from sensor.errors import WedgeError
 
 TRACK, GAP, EDGE = 0.3, 0.2, 0.2
 """Width of tracks, smallest distance of copper to copper, and to the board's edge."""
 HOLE, HOLE_PAD, HOLE_PITCH = 1.0, 1.7, 2.54
 """Where a wire is soldered in: drill, square pad and pitch."""
+_PAD_SHARE, _PAD_LEAST = 0.8, 0.6
+"""Height of an LED's pads over its width, and in mm at least."""
+_HALF_GAP = 0.215
+"""From an LED's middle to its pads, over its length."""
+LEAST_LED_WIDTH = _PAD_LEAST / _PAD_SHARE
+LEAST_LED_LENGTH = (TRACK + GAP) / (0.5 + _HALF_GAP)
+"""Below it the tracks to the middles of an LED's two pads come closer than the gap."""
 
 
 @dataclass(frozen=True)
@@ -98,15 +104,9 @@ def _array(design: Wedge, row: LightRow, place: Layout) -> Board:
     lights = design.lights
     start, end = row.board
     length, height = end - start, place.flex_z[1] - place.flex_z[0]
-    pad_height = min(0.8 * lights.led_width_mm, height - 2 * (EDGE + TRACK + GAP))
+    pad_height = min(_PAD_SHARE * lights.led_width_mm, height - 2 * (EDGE + TRACK + GAP))
     last = row.centres[-1] + lights.led_length_mm / 2 - start
-    if pad_height < 0.6 or length - last < 1.0:
-        raise WedgeError(
-            f"acrylic.thickness_mm = {design.acrylic.thickness_mm:g} leaves {height:.2f} mm for the"
-            f" flexible circuit and {length - last:.2f} mm for its tail: at least 2 and 1 are"
-            " needed."
-        )
-    middle, half_gap = height / 2, 0.215 * lights.led_length_mm
+    middle, half_gap = height / 2, _HALF_GAP * lights.led_length_mm
     rails = {"A": (height - EDGE - TRACK, height - EDGE), "K": (EDGE, EDGE + TRACK)}
     tail = (length - min(1.6, length - last - 0.3), length - EDGE)
     tracks = [Rectangle((EDGE, length - EDGE), rails[pin]) for pin in ("A", "K")]
@@ -114,6 +114,7 @@ def _array(design: Wedge, row: LightRow, place: Layout) -> Board:
         Pad("J1", "A", Rectangle(tail, (middle + GAP, height - EDGE))),
         Pad("J1", "K", Rectangle(tail, (EDGE, middle - GAP))),
     ]
+    package = led_package(design)
     components = []
     nets: dict[str, list[tuple[str, str]]] = {"A": [("J1", "A")], "K": [("J1", "K")]}
     for index, centre in enumerate(row.centres):
@@ -127,13 +128,19 @@ def _array(design: Wedge, row: LightRow, place: Layout) -> Board:
             Rectangle(_narrow(cathode), (EDGE, middle)),
         ]
         part = f"led_{row.colour}"
-        components.append(Component(name, part, row.colour, "3528", (u, middle), 0.0))
+        components.append(Component(name, part, row.colour, package, (u, middle), 0.0))
         nets["A"].append((name, "A"))
         nets["K"].append((name, "K"))
     return Board(
         f"led_array_{row.colour}", (length, height), FLEX, "flexible, polyimide", tuple(pads),
         tuple(tracks), tuple(components), {net: tuple(pins) for net, pins in nets.items()},
     )  # fmt: skip
+
+
+def led_package(design: Wedge) -> str:
+    """Length and width of the LEDs as their packages are named, in tenths of a mm: 3528."""
+    lights = design.lights
+    return "".join(f"{size * 10:02.0f}" for size in (lights.led_length_mm, lights.led_width_mm))
 
 
 def _narrow(span: tuple[float, float]) -> tuple[float, float]:
@@ -150,7 +157,7 @@ def _resistor_board(found: list[Ballast]) -> Board:
     pins_y, ground_y = 11.0, 13.4
     x_supply = x0 + 2 * len(found) * HOLE_PITCH + 2.3
     pads = [_hole("J1", "1", (x_supply, rail)), _hole("J1", "2", (x_supply, rail + HOLE_PITCH))]
-    nets: dict[str, list[tuple[str, str]]] = {"3V3": [("J1", "1")], "GND": [("J1", "2")]}
+    nets: dict[str, list[tuple[str, str]]] = {"supply": [("J1", "1")], "GND": [("J1", "2")]}
     tracks = [
         Rectangle((x0, x_supply), (rail - TRACK, rail + TRACK)),
         Rectangle((x0 + HOLE_PITCH, x_supply + TRACK), (ground_y - TRACK, ground_y + TRACK)),
@@ -173,7 +180,7 @@ def _resistor_board(found: list[Ballast]) -> Board:
         ]
         part = f"resistor_{ballast.label}"
         components.append(Component(name, part, ballast.label, "1206", (x, (low + high) / 2), 90.0))
-        nets["3V3"].append((name, "1"))
+        nets["supply"].append((name, "1"))
         nets["GND"].append(("J2", cathode))
         nets[f"{ballast.colour}_A"] = [(name, "2"), ("J2", anode)]
     return Board(

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The wiring picture: supply, resistor board and arrays, with every wire in its colour."""
 
+from html import escape
+
 from cad.electronics.resistors import ballasts
 from sensor.design import Wedge
 
@@ -27,8 +29,8 @@ def wiring_svg(design: Wedge) -> bytes:
         f' viewBox="0 0 820 {height}"'
         ' font-family="sans-serif" font-size="13">',
         f'<rect width="820" height="{height}" fill="#fff"/>',
-        f'<text x="20" y="26" font-size="16">Wiring, {design.name}: {design.wiring.supply_v:g} V'
-        " from the CSI-to-HDMI adapter</text>",
+        f'<text x="20" y="26" font-size="16">Wiring, {escape(design.name)}:'
+        f" {design.wiring.supply_v:g} V from the CSI-to-HDMI adapter</text>",
         _box(20, 60, 130, height - 106, "#eee", "adapter"),
         _box(240, 60, 190, height - 106, "#e3efe3", "resistor board"),
         *_wire(150, 90, 240, 90, "#c00", f"{design.wiring.supply_v:g} V to J1.1"),

@@ -4,6 +4,7 @@
 
 import math
 from collections.abc import Mapping
+from html import escape
 
 import manifold3d
 import numpy as np
@@ -51,7 +52,7 @@ def drawing_of(design: Wedge, meshes: Mapping[str, trimesh.Trimesh]) -> bytes:
         f' font-family="sans-serif" font-size="{page.line * _LETTER:.2f}">',
         f'<rect width="{width:.2f}" height="{height:.2f}" fill="#fff"/>',
         *(
-            f'<text x="{page.line:.2f}" y="{(index + 1.5) * page.line:.2f}">{note}</text>'
+            f'<text x="{page.line:.2f}" y="{(index + 1.5) * page.line:.2f}">{escape(note)}</text>'
             for index, note in enumerate(notes)
         ),
         f'<g transform="translate({left:.2f} {top:.2f})">',

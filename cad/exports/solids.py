@@ -35,6 +35,7 @@ def step_of_assembly(
     solids: Mapping[str, cq.Solid], name: str, colours: Mapping[str, Colour]
 ) -> bytes:
     """Named solids in their places and colours."""
+    name = _in_ascii(name)
     assembly = cq.Assembly(name=name)
     for key, solid in solids.items():
         assembly.add(solid, name=key)
@@ -49,8 +50,16 @@ def _written(write: object, name: str) -> bytes:
         write(path)
         text = path.read_text(encoding="ascii")
     text = _renumbered(text)
-    text = re.sub(r"FILE_NAME\('[^']*',\s*'[^']*'", f"FILE_NAME('{name}','{_TIME}'", text, count=1)
-    return re.sub(r"Open CASCADE STEP translator [\d.\s]*\d", name, text).encode("ascii")
+    quoted = name.replace("'", "''")
+    head = f"FILE_NAME('{quoted}','{_TIME}'"
+    text = re.sub(r"FILE_NAME\('(?:[^']|'')*',\s*'[^']*'", lambda _: head, text, count=1)
+    made_by = r"Open CASCADE STEP translator [\d.\s]*\d"
+    return re.sub(made_by, lambda _: quoted, text).encode("ascii")
+
+
+def _in_ascii(name: str) -> str:
+    """Any other character by its code, as strings have it in ISO 10303-21, clause 6.4.3."""
+    return re.sub(r"[^ -~]", lambda other: f"\\X4\\{ord(other[0]):08X}\\X0\\", name)
 
 
 def _renumbered(text: str) -> str:
@@ -129,9 +138,19 @@ def _zipped(files: Mapping[str, str]) -> bytes:
     return stream.getvalue()
 
 
+_IN_GLTF = np.array(
+    [[1e-3, 0.0, 0.0, 0.0], [0.0, 0.0, 1e-3, 0.0], [0.0, -1e-3, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
+)
+"""From mm with z up to what glTF 2.0 (section 3.4) is: metres with y up. A turn by -90° about x."""
+
+
 def glb_of(meshes: Mapping[str, tuple[trimesh.Trimesh, Colour]]) -> bytes:
-    """All bodies in their places with their colours, for viewers."""
+    """All bodies in their places with their colours, for viewers.
+
+    The meshes keep their mm and their z; one node above them makes metres of them, y up.
+    """
     scene = trimesh.Scene()
+    scene.graph.update(frame_to="sensor", matrix=_IN_GLTF)
     for name, (mesh, colour) in meshes.items():
         painted = mesh.copy()
         painted.visual = trimesh.visual.TextureVisuals(
@@ -139,7 +158,7 @@ def glb_of(meshes: Mapping[str, tuple[trimesh.Trimesh, Colour]]) -> bytes:
                 name=name, baseColorFactor=[*colour, 1.0], metallicFactor=0.0, roughnessFactor=0.7
             )
         )
-        scene.add_geometry(painted, node_name=name, geom_name=name)
+        scene.add_geometry(painted, node_name=name, geom_name=name, parent_node_name="sensor")
     content = scene.export(file_type="glb")
     assert isinstance(content, bytes)
     return content

@@ -18,9 +18,12 @@ BOARD = (24.0, 29.0, 1.6)
 RESISTOR_BOARD_HEIGHT = 3.0
 """With its resistors, wires soldered straight into the holes."""
 TAPE = 0.3
-PLUG_LENGTH = 10.0
+RESISTOR_BOARD_INSET = 2.5
+"""From the adapter's back edge to that of the resistor board on it."""
+PLUG_LENGTH, PLUG_INSET = 10.0, 0.5
+"""Of its HDMI connector, and from its end to the back of the cover."""
 PLUG = (15.0, 5.6)
-"""Width and height of its HDMI connector, which reaches to the back of the cover."""
+"""Width and height of the connector."""
 
 
 def acrylic(design: Wedge) -> cq.Solid:
@@ -126,7 +129,7 @@ def resistor_board(design: Wedge) -> cq.Solid:
     """The resistor board over the screws of the CSI-to-HDMI board, in front of its plug."""
     place = Layout(design)
     length, width = boards(design)[0].size
-    x0 = cover_middle_x(place) + BOARD[0] / 2 - 2.5 - length
+    x0 = cover_middle_x(place) + BOARD[0] / 2 - RESISTOR_BOARD_INSET - length
     z = board_z(place) + BOARD[2] + place.screw.head_height_mm + TAPE
     return one_solid(
         box((x0, x0 + length), (-width / 2, width / 2), (z, z + RESISTOR_BOARD_HEIGHT)),
@@ -140,13 +143,18 @@ def compartment_height_mm(place: Layout) -> float:
     return WALL + POST_HEIGHT + BOARD[2] + pile + TAPE
 
 
+def compartment_length_mm() -> float:
+    """Least length of the compartment: its plug, at the back, starts behind the resistor board."""
+    return 2 * (BOARD[0] / 2 - RESISTOR_BOARD_INSET + PLUG_LENGTH + PLUG_INSET)
+
+
 def csi_hdmi_board(design: Wedge) -> cq.Solid:
     """The CSI-to-HDMI adapter with its plug."""
     place = Layout(design)
     x, z = cover_middle_x(place), board_z(place)
     length, width, thickness = BOARD
     board = box((x - length / 2, x + length / 2), (-width / 2, width / 2), (z, z + thickness))
-    end = place.plate_x1 - 0.5
+    end = place.plate_x1 - PLUG_INSET
     plug = box(
         (min(end - PLUG_LENGTH, x + length / 2 - 2), end),
         (-PLUG[0] / 2, PLUG[0] / 2),

@@ -10,6 +10,7 @@ import pytest
 
 pytest.importorskip("cadquery", reason="needs the extra cad")
 
+import app.fabricate
 import cad.build
 from app.fabricate import MissingExtraError, main
 from cad.checks import Result
@@ -29,6 +30,17 @@ def test_a_folder_that_is_not_empty_is_kept(tmp_path: Path) -> None:
     with pytest.raises(WedgeError, match="not empty"):
         main(design="finger", out=tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
+
+
+@pytest.mark.parametrize("figures", ["", "out", "a_file/figures.json", "out/manifest.json"])
+def test_figures_that_could_not_be_written_are_refused_before_anything_is_built(
+    figures: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(app.fabricate, "fabricate", lambda *_: pytest.fail("it was built"))
+    (tmp_path / "a_file").write_text("mine")
+    with pytest.raises(WedgeError, match=r"cannot be written"):
+        main(design="finger", out=tmp_path / "out", json=tmp_path / figures)
+    assert [path.name for path in tmp_path.iterdir()] == ["a_file"]
 
 
 def test_without_the_solid_modeller_the_extra_is_named(

@@ -43,7 +43,9 @@ def test_every_price_says_where_and_when_it_comes_from() -> None:
     [("date", "", "must have date"), ("date", "2026", "a date as 2026-11"),
      ("alternative", "", "must have alternative"), ("supplier", "", "must have supplier"),
      ("basis", "hearsay", "must be paper or estimate"),
-     ("distributor_brand", "", "both distributor columns or neither")],
+     ("distributor_brand", "", "both distributor columns or neither"),
+     ("made_for", "lights.led_width_mm", "made_for of led_red must be fields of the design"),
+     ("made_for", "led_width_mm=2.8", "with their values, such as mirror.thickness_mm=1")],
 )  # fmt: skip
 def test_a_row_without_its_sources_is_refused(column: str, value: str, said: str) -> None:
     (led,) = [part for part in PARTS if part.id == "led_red"]
@@ -75,7 +77,7 @@ def test_a_part_without_a_row_is_refused() -> None:
 
 @given(st.integers(1, 60), st.integers(1, 40), st.integers(1, 100))
 def test_packs_are_whole_and_enough_and_no_more(need: int, sensors: int, pack: int) -> None:
-    part = BoughtPart("x", "", "", "", "", "", "", "", pack, 2.5, "estimate", "2026-11", "")
+    part = BoughtPart("x", "", "", "", "", "", "", "", pack, 2.5, "estimate", "2026-11", "", "")
     (line,) = make_bill({"x": need}, [part])
     packs = line.packs(sensors)
     assert (packs - 1) * pack < need * sensors <= packs * pack

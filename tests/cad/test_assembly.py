@@ -2,11 +2,33 @@
 # SPDX-License-Identifier: Apache-2.0
 """One graph drives bill, guide, insertion and pictures: it must be whole and in order."""
 
+import math
 import re
 from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pytest
 
 from cad.build import Model, manifest_of
 from cad.guide import guide_text
+from sensor.design import FINGER, Channel, Wedge
+from simulation.scene import sides
+
+
+def guide_of(built: Model, design: Wedge | None = None) -> str:
+    manifest = manifest_of(built, [])
+    names = {part["id"]: part["id"] for part in manifest["parts"]}
+    parts = [{**part, "title": part["id"]} for part in manifest["parts"]]
+    order = [("a ball", "1 piece")]
+    return guide_text(design or built.design, built.assembly, built.boards, parts, names, order)
+
+
+def side_of(built: Model, colour: str) -> np.ndarray:
+    """From the acrylic's middle to an array's, in the body's frame."""
+    low, high = built.body_meshes[f"{colour}_leds"].bounds
+    start, end = built.body_meshes["acrylic"].bounds
+    return np.asarray((low + high - start - end) / 2)
 
 
 def test_every_body_goes_in_once_and_ends_in_the_sensor(finger: Model, standard: Model) -> None:
@@ -40,12 +62,7 @@ def test_lights_follow_the_design(standard: Model) -> None:
 
 
 def test_the_guide_tells_every_step_and_counts_every_body(finger: Model) -> None:
-    manifest = manifest_of(finger, [])
-    names = {part["id"]: part["id"] for part in manifest["parts"]}
-    parts = [{**part, "title": part["id"]} for part in manifest["parts"]]
-    text = guide_text(
-        finger.design, finger.assembly, finger.boards, parts, names, [("a ball", "1 piece")]
-    )
+    text = guide_of(finger)
     taken: Counter[str] = Counter()
     for line in text.splitlines():
         if re.match(r"Take \d", line):
@@ -56,3 +73,41 @@ def test_the_guide_tells_every_step_and_counts_every_body(finger: Model) -> None
     assert "| a ball | 1 piece |" in text
     assert text.count("\n### Step ") == len(finger.assembly.steps)
     assert finger.design.sha256[:8] in text
+
+
+def test_the_guide_sends_red_and_blue_to_the_sides_where_they_are(finger: Model) -> None:
+    """From the tip one looks along x; with the gel down z is up, and right is their product."""
+    right = np.cross([1.0, 0.0, 0.0], [0.0, 0.0, 1.0])
+    text = guide_of(finger)
+    for colour in ("red", "blue"):
+        said = re.search(rf"{colour}(?: goes)? to the (left|right)", text, re.IGNORECASE)
+        assert said and said[1] == ("right" if side_of(finger, colour) @ right > 0 else "left")
+
+
+@pytest.mark.parametrize("name", ["standard", "finger"])
+def test_lights_sit_where_the_gel_frame_and_the_twin_have_them(
+    name: str, request: pytest.FixtureRequest
+) -> None:
+    """The gel frame's x runs to the tip and its z out of the gel: two signs of the body's turn."""
+    built: Model = request.getfixturevalue(name)
+    channels: dict[str, Channel] = {"red": "R", "green": "G", "blue": "B"}
+    in_the_twin = {side.colour: np.array(side.centre_mm) for side in sides(built.design)}
+    for colour, channel in channels.items():
+        offset = side_of(built, colour)[:2] * [-1.0, 1.0]
+        side = np.where(np.abs(offset) == np.abs(offset).max(), np.sign(offset), 0.0)
+        azimuth = math.radians(built.design.lights.azimuths_deg[channel])
+        assert side == pytest.approx([math.cos(azimuth), math.sin(azimuth)], abs=1e-9)
+        twin = in_the_twin[channel]
+        assert side == pytest.approx(twin / np.linalg.norm(twin), abs=1e-9)
+
+
+def test_the_guide_says_the_voltage_of_the_design(finger: Model) -> None:
+    five = replace(FINGER, wiring=replace(FINGER.wiring, supply_v=5.0))
+    assert "supply wires to 3.3 V and" in guide_of(finger)
+    assert "supply wires to 5 V and" in guide_of(finger, five)
+
+
+def test_the_guide_of_a_flat_gel_names_no_curved_mold(finger: Model) -> None:
+    flat = replace(FINGER, gel=replace(FINGER.gel, curved=False))
+    assert "cavity of `mold_curved` (or `mold_flat`)" in guide_of(finger)
+    assert "cavity of `mold_flat` up" in guide_of(finger, flat)

@@ -104,7 +104,8 @@ def test_an_open_mesh_is_found(finger: Model) -> None:
 def test_a_mold_with_another_curvature_is_found() -> None:
     off = replace(FINGER, gel=replace(FINGER.gel, semi_axis_across_mm=50.0))
     meshes = mesh_of(mold_curved(off)), mesh_of(mold_curved(FINGER))
-    first, _ = checks.check_mold(FINGER, meshes[0], meshes[1])
+    halves = {"mold_curved": meshes[0], "mold_flat": meshes[1]}
+    first, _ = checks.check_mold(FINGER, halves)
     # At the cavity's edge, y = 4.7 mm: the sag differs by about y²/2 (60/50² - 1/60).
     assert first.value == pytest.approx(4.7**2 / 2 * (60 / 50**2 - 1 / 60), rel=0.1)
     assert not first.passed
@@ -113,6 +114,13 @@ def test_a_mold_with_another_curvature_is_found() -> None:
 def test_screws_of_another_size_are_found(finger: Model) -> None:
     other = replace(FINGER, fastening=replace(FINGER.fastening, screw="M2.5"))
     assert failed(checks.check_fasteners(other, finger.printed))
+
+
+def test_a_screw_beside_its_hole_is_found(finger: Model) -> None:
+    assert not failed(checks.check_fasteners(FINGER, finger.printed))
+    moved = finger.printed["case"].translate(cq.Vector(0, 0.05, 0))
+    found = failed(checks.check_fasteners(FINGER, {**finger.printed, "case": moved}))
+    assert [text.split(":")[0] for text in found] == ["fasteners case, 1.6 mm"]
 
 
 def test_a_body_that_meets_another_is_found(finger: Model) -> None:

@@ -7,11 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from cad.build import model, run_checks
+from cad.exports.laser import area_mm2, laser_files, outline, pieces_by_id
 from cad.refusals import refuse_unbuildable
 from sensor.design import FINGER, STANDARD, Wedge
 from sensor.design_file import load_design
@@ -41,6 +43,9 @@ IMPOSSIBLE = {
     "screws in the tunnel": ("fastening.boss_pitch_mm", "fastening", {"boss_pitch_mm": 12.0}),
     "screws in the air": ("fastening.boss_pitch_mm", "fastening", {"boss_pitch_mm": 33.0}),
     "flat compartment": ("compartment.height_mm", "compartment", {"height_mm": 11.0}),
+    "plug in the resistor board": ("compartment.length_mm", "compartment", {"length_mm": 34.0}),
+    "LEDs too narrow to solder": ("lights.led_width_mm", "lights", {"led_width_mm": 0.7}),
+    "LEDs too short to solder": ("lights.led_length_mm", "lights", {"led_length_mm": 0.6}),
     "pad to the acrylic's edge": ("gel.pad_width_mm", "gel", {"pad_width_mm": 27.0}),
 }
 
@@ -76,6 +81,30 @@ def test_both_designs_take_every_fit_of_the_coupons(
     refuse_unbuildable(changed(design, "printing", **fit))
 
 
+@pytest.mark.parametrize("pin", [0.6, 0.7, 0.8])
+@pytest.mark.parametrize("press", [0.05, 0.15])
+def test_every_kerf_is_cut_or_refused(pin: float, press: float) -> None:
+    design = changed(changed(FINGER, "fastening", pin_diameter_mm=pin), "printing",
+                     press_clearance_mm=press, sliding_clearance_mm=0.15)  # fmt: skip
+    piece = pieces_by_id(design)["acrylic"]
+    whole = piece.length * piece.width
+    closes = design.fastening.pin_diameter_mm / 2 + press + 0.1
+    for kerf in np.arange(0.0, 0.601, 0.02).tolist():
+        try:
+            cut = changed(design, "laser", acrylic_kerf_mm=kerf)
+            refuse_unbuildable(cut)
+        except WedgeError as refusal:
+            assert re.match(r"laser.acrylic_kerf_mm = .* must be at most ", str(refusal))
+            assert kerf > closes - 0.051
+            continue
+        assert kerf < closes
+        dict(laser_files(cut))
+        # What the beam leaves of the grown outline has its notches.
+        grown = (piece.length + kerf) * (piece.width + kerf)
+        notches = grown - area_mm2(outline(piece, kerf / 2))
+        assert 0 < notches <= whole - area_mm2(outline(piece)) + 1e-9
+
+
 @pytest.mark.parametrize("page", ["build", "design"])
 def test_the_designs_of_the_documentation_can_be_built(page: str, tmp_path: Path) -> None:
     text = (ROOT / "docs" / "howto" / f"{page}.md").read_text(encoding="utf-8")
@@ -89,8 +118,8 @@ def test_the_designs_of_the_documentation_can_be_built(page: str, tmp_path: Path
 
 BARE = {"film_thickness_mm": 0.0, "gray_filter_transmission": 1.0, "diffuser": False}
 VARIANTS = {
-    "flat gel, red and green only, loosest fit": changed(
-        changed(changed(FINGER, "gel", curved=False), "lights", blue_side_leds=0),
+    "flat gel too thin to curve, red and green only, loosest fit": changed(
+        changed(changed(FINGER, "gel", curved=False, thickness_mm=0.6), "lights", blue_side_leds=0),
         "printing",
         press_clearance_mm=0.15,
     ),
@@ -98,6 +127,13 @@ VARIANTS = {
         changed(changed(STANDARD, "acrylic", thickness_mm=6.0), "fastening", screw="M2.5"),
         "lights",
         **BARE,
+    ),
+    "pins as thick as the screws' core holes, shortest compartment": replace(
+        changed(changed(STANDARD, "acrylic", tip_offset_mm=1.5), "camera", pupil_x_mm=42.7),
+        mirror=replace(STANDARD.mirror, foot_x_mm=4.5),
+        housing=replace(STANDARD.housing, case_length_mm=52.4),
+        fastening=replace(STANDARD.fastening, pin_diameter_mm=1.4),
+        compartment=replace(STANDARD.compartment, length_mm=40.0),
     ),
 }
 

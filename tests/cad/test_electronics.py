@@ -68,6 +68,13 @@ def faults_with(board: Board, tracks: tuple[Rectangle, ...]) -> str:
     return "; ".join(net_faults(replace(board, tracks=tracks)))
 
 
+def test_the_placement_names_the_package_that_the_design_has() -> None:
+    narrow = replace(STANDARD, lights=replace(STANDARD.lights, led_width_mm=2.0))
+    for design, package in ((STANDARD, "3528"), (narrow, "3520")):
+        for board in boards(design)[1:]:
+            assert {component.package for component in board.components} == {package}
+
+
 def test_a_cut_track_and_a_bridge_are_found() -> None:
     board = boards(STANDARD)[0]
     for index in range(len(board.tracks)):

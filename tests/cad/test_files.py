@@ -8,7 +8,9 @@ import hashlib
 import io
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
+from xml.etree import ElementTree
 
 import cadquery as cq
 import ezdxf
@@ -20,6 +22,8 @@ from ezdxf.document import Drawing
 
 from cad.build import Model
 from cad.catalogue import PRINTED
+from cad.electronics.wiring import wiring_svg
+from cad.exports.drawing import drawing_of
 from cad.exports.laser import area_mm2, outline, pieces_by_id, sheet_dxf, sheets
 from cad.exports.solids import step_of_assembly
 from cad.exports.step_colours import with_colours
@@ -28,6 +32,7 @@ from cad.exports.views import colour_of
 from cad.golden import differences, golden_of, read_golden
 from cad.manifest import with_hashes
 from cad.mesh import DEFLECTION_MM
+from sensor.design import FINGER
 from validation.report.fabrication import fabrication_section
 
 Folders = tuple[Path, Path]
@@ -121,6 +126,33 @@ def test_a_file_without_solids_takes_no_colours() -> None:
 def test_the_glb_holds_every_body(finger: Model, fabricated: Folders) -> None:
     scene = trimesh.load_scene(fabricated[0] / "view" / "assembly.glb")
     assert set(scene.geometry) == set(finger.bodies)
+
+
+def test_the_glb_is_in_metres_with_y_up(finger: Model, fabricated: Folders) -> None:
+    scene = trimesh.load_scene(fabricated[0] / "view" / "assembly.glb")
+    for name, mesh in finger.body_meshes.items():
+        matrix, geometry = scene.graph[name]
+        x, y, z = mesh.vertices.T
+        placed = trimesh.transform_points(scene.geometry[geometry].vertices, matrix)
+        wanted = np.column_stack([x, z, -y]) / 1000
+        assert placed.min(axis=0) == pytest.approx(wanted.min(axis=0), abs=1e-8)
+        assert placed.max(axis=0) == pytest.approx(wanted.max(axis=0), abs=1e-8)
+
+
+NAMES = ["R&D", 'a <b> "c"', "it's", "Größe 2", "𝄞;#1"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_any_name_is_text_in_drawings_and_solids(name: str, finger: Model, tmp_path: Path) -> None:
+    named = replace(FINGER, name=name)
+    for content in (wiring_svg(named), drawing_of(named, finger.body_meshes)):
+        said = "".join(ElementTree.fromstring(content).itertext())
+        assert name in said
+    bodies = {"pin": finger.bodies["pin_1"]}
+    path = tmp_path / "assembly.step"
+    path.write_bytes(step_of_assembly(bodies, name, {"pin": (1.0, 0.0, 0.0)}))
+    assert cq.Assembly.importStep(str(path)).name == name
+    assert re.search(r"FILE_NAME\('(?:[^']|'')*','2021", path.read_text(encoding="ascii"))
 
 
 def outline_area(entity: ezdxf.entities.LWPolyline) -> float:

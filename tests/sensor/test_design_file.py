@@ -33,6 +33,13 @@ def test_a_file_without_a_base_or_a_name_is_a_standard_named_after_the_file(tmp_
     assert load_design(written(tmp_path, "")) == replace(STANDARD, name="mine")
 
 
+@pytest.mark.parametrize("name", ["R&D", "Größe 2", "it's", "v1.2 (thin)", "指" * 60])
+def test_a_name_is_any_line_of_text_that_a_folder_can_have(name, tmp_path):
+    design = load_design(written(tmp_path, toml_text({"name": name})))
+    assert design.name == name
+    (tmp_path / design.name).mkdir()
+
+
 def test_every_value_can_be_written_and_read(tmp_path):
     for design in (STANDARD, FINGER):
         assert load_design(written(tmp_path, toml_text(asdict(design)))) == design
@@ -62,6 +69,14 @@ def test_every_value_can_be_written_and_read(tmp_path):
         ("[camera]\nprojection = 3", r"camera\.projection must be text"),
         ("gel = 3", "gel must be a table"),
         ("name = 3", "name must be text"),
+        ("name = ''", "name = '' must be 1 to 60 printable characters"),
+        ("name = '../../esc'", r"name = '\.\./\.\./esc' must be .* without / and"),
+        (r"name = 'a\b'", r"name = 'a\\\\b' must be"),
+        ('name = "a\\u0000b"', r"name = 'a\\x00b' must be"),
+        ('name = "two\\nlines"', r"name = 'two\\nlines' must be"),
+        ("name = '..'", r"name = '\.\.' must be .* no dot at its start"),
+        ("name = ' '", "name = ' ' must be .* no space at its ends"),
+        (f"name = '{'n' * 61}'", "must be 1 to 60 printable"),
         ('base = "large"', "base = 'large' must be one of standard, finger"),
         ('base = ["standard"]', "base = .* must be one of standard, finger"),
         ("base = {}", "base = .* must be one of"),

@@ -1,0 +1,51 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The parts table for one design: its sizes in the rows' words, and no product of another size."""
+
+from collections.abc import Sequence
+from dataclasses import fields, replace
+
+from bom.bill import BoughtPart
+from sensor.design import Wedge
+
+
+def parts_for(design: Wedge, parts: Sequence[BoughtPart]) -> list[BoughtPart]:
+    """The rows with the design's sizes; a row whose product has another size says so.
+
+    Args:
+        design: The sensor.
+        parts: The table, with fields such as ``{mirror.thickness_mm:g}`` in its words.
+    """
+    groups = {item.name: getattr(design, item.name) for item in fields(design)}
+    return [_without_misfit(_filled(part, groups), groups) for part in parts]
+
+
+def _filled(part: BoughtPart, groups: dict[str, object]) -> BoughtPart:
+    return replace(
+        part,
+        name=part.name.format(**groups),
+        alternative=part.alternative.format(**groups),
+    )
+
+
+def _without_misfit(part: BoughtPart, groups: dict[str, object]) -> BoughtPart:
+    """The row itself, or one that names no product and says why the usual one does not fit."""
+    misfits = []
+    for field, size in part.made_for_sizes:
+        group, _, name = field.partition(".")
+        wanted = getattr(groups[group], name)
+        if abs(wanted - size) > 1e-9:
+            misfits.append(f"its {field} is {size:g}, not {wanted:g}")
+    if not misfits:
+        return part
+    usual = f"{part.brand} {part.number}".removeprefix("any ")
+    reason = f"not {usual}: {' and '.join(misfits)}"
+    return replace(
+        part,
+        brand="any",
+        number="of this size",
+        distributor_brand="",
+        distributor_number="",
+        basis="estimate",
+        alternative=reason,
+    )
