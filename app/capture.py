@@ -2,8 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """`wedge capture`: from a stream to a dataset folder of labelled ball presses."""
 
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -155,8 +157,6 @@ def _card(
     other: "Dataset | None", out: Path, blank: Any, ball_radius_mm: float | None
 ) -> "DatasetCard":
     """The other dataset's card under a new name, or one made from the blank frame."""
-    from dataclasses import replace
-
     from sensor.design import STANDARD
     from validation.importers.raw_frames import first_card
 
@@ -204,13 +204,8 @@ def _finish(
     taken: list["BallLabel"],
 ) -> None:
     """Measure the lights, and the scale by the caliper; circles are then found anew."""
-    from functools import partial
-
-    from app._progress import progress
-    from app._workers import process_pool
-    from recon.labelling import automatic_label
     from recon.presses import press_reader
-    from sensor.dataset import read_dataset, write_card, write_labels
+    from sensor.dataset import read_dataset
     from validation.importers.folder import write_dataset
     from validation.importers.raw_frames import measured_scale, rescaled
 
@@ -227,25 +222,48 @@ def _finish(
         return
     dataset = read_dataset(out)
     few = taken[:: -(-len(taken) // 8)]
+    kept = f"The presses are kept in {out}, at the design's size."
     try:
         scale = measured_scale(out / CALIPER_FOLDER, calipers, press_reader(dataset), few)
+        measured = rescaled(card, scale)
+        found = _found_anew(replace(dataset, card=measured))
+    except KeyboardInterrupt:
+        print(kept, file=sys.stderr)
+        raise
     except WedgeError as error:
         write_dataset(out, card, taken)
-        raise WedgeError(f"{error} The presses are kept in {out}, at the design's size.") from error
-    card = rescaled(card, scale)
-    with progress("circles at the measured scale") as show, process_pool() as pool:
-        write_labels(out / "labels.csv", [])  # at the old scale
-        write_card(out / "dataset.toml", card)
-        reader = press_reader(read_dataset(out))
-        found = []
-        for label in pool.map(partial(automatic_label, reader), [x.file for x in taken]):
-            found.append(label)
-            show(len(found) / len(taken))
-    write_dataset(out, card, [label for label in found if label is not None])
+        raise WedgeError(f"{error} {kept}") from error
+    write_dataset(out, measured, found)
     x, y = (s / mm for s, mm in zip(scale.sigma_mm_per_px, scale.mm_per_px, strict=True))
     print(
         f"Scale from {scale.gaps} pictures of the caliper, to {x:.1%} along x and {y:.1%} along y."
     )
+
+
+def _found_anew(dataset: "Dataset") -> list["BallLabel"]:
+    """The labels of the frames of a dataset by another card than they were found with.
+
+    Raises:
+        WedgeError: no ball is recognised by it.
+    """
+    from functools import partial
+
+    from app._progress import progress
+    from app._workers import process_pool
+    from recon.labelling import automatic_label
+    from recon.presses import press_reader
+
+    found = []
+    with progress("circles at the measured scale") as show, process_pool() as pool:
+        files = [label.file for label in dataset.labels]
+        finder = partial(automatic_label, press_reader(dataset))
+        for done, label in enumerate(pool.map(finder, files), start=1):
+            found += [] if label is None else [label]
+            show(done / len(files))
+    if not found:
+        pitches = " x ".join(f"{pitch:.4g}" for pitch in dataset.card.mm_per_px)
+        raise WedgeError(f"no ball was recognised at the caliper's scale, {pitches} mm/px.")
+    return found
 
 
 def _keep(
@@ -286,8 +304,6 @@ class _Shown:
         self.last = "it gave no frame"
 
     def __call__(self, words: str, taken: int, watcher: "PressWatcher | None") -> None:
-        import sys
-
         if words != self.last:
             pad = "" if watcher is None else f"pad {watcher.coverage.share:4.0%} {watcher.coverage}"
             print(f"{taken:3d}/{self.presses}  {pad}  {words}", file=sys.stderr, flush=True)

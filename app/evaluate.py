@@ -3,6 +3,7 @@
 """`wedge evaluate`: the errors of units on data sets, and what has moved between them."""
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -63,6 +64,7 @@ def main(
     page = None if out is None else out / "index.html"
     check_outputs(page, json)
     calibrations = [load_calibration(folder) for folder in units]
+    _refuse_namesakes(units, calibrations)
     found, refused = [], []
     for calibration in calibrations:
         for name in datasets:
@@ -104,6 +106,23 @@ def main(
             sections=drift_sections(found, moved),
         )
         print(f"Page: {page}")
+
+
+def _refuse_namesakes(units: Sequence[Path], calibrations: "Sequence[Calibration]") -> None:
+    """Refuse two units of one serial, by which what has moved is told.
+
+    Raises:
+        WedgeError: names both folders.
+    """
+    seen: dict[str, Path] = {}
+    for folder, calibration in zip(units, calibrations, strict=True):
+        serial = calibration.card.serial
+        if serial in seen:
+            raise WedgeError(
+                f"{seen[serial]} and {folder} are both unit {serial}, and could not be told apart: "
+                "evaluate them one at a time."
+            )
+        seen[serial] = folder
 
 
 def _evaluated(calibration: "Calibration", name: str, seed: int) -> "Evaluation":

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`wedge markers`: the dots of a marker gel, found and followed."""
 
+import csv
 import io
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -149,6 +150,7 @@ def _write_frame(
 ) -> None:
     """A line for each dot."""
     markers = tracked.markers
+    lines = csv.writer(table, lineterminator="\n")
     for cell, rest_mm, moved_mm, seen in zip(
         markers.cell,
         markers.rest_mm(mm_per_px, size_px),
@@ -156,7 +158,5 @@ def _write_frame(
         tracked.seen,
         strict=True,
     ):
-        table.write(
-            f'"{name}",{time_ns},{cell[0]},{cell[1]},{rest_mm[0]:.4f},{rest_mm[1]:.4f},'
-            f"{moved_mm[0]:.4f},{moved_mm[1]:.4f},{int(seen)}\n"
-        )
+        lengths_mm = [f"{length_mm:.4f}" for length_mm in (*rest_mm, *moved_mm)]
+        lines.writerow([name, time_ns, *cell, *lengths_mm, int(seen)])

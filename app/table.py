@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """`wedge table`: the error table per light configuration."""
 
+import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
@@ -13,6 +14,9 @@ from app._seed import Seed
 from app._workers import process_pool
 from sensor.errors import WedgeError
 from sensor.files import write_atomic
+
+if TYPE_CHECKING:
+    from validation.error_table import ErrorTable
 
 
 def main(
@@ -27,14 +31,15 @@ def main(
     json: OutputFile = None,
     markdown: OutputFile = None,
     html: OutputFile = None,
-) -> None:
+) -> int:
     """Print the gradient errors of datasets per light configuration, split by press.
 
     Every configuration is fitted anew on some presses and judged on others. Where the lights sit
     as the Wedge's do, the rows are the paper's six (R, R + network, RB, RB + network, RG, RGB);
     for other sensors, every subset of the colours. Two sets of pixels are judged: contact alone,
     and contact with 5 % of the untouched ones as in the paper. Several datasets, such as those of
-    several units or dates, give a table each.
+    several units or dates, give a table each; one that cannot be used is left out by its name, and
+    the exit status is 2.
 
     Example: wedge table taxim-gelsight --folds 5 --json table.json
 
@@ -60,23 +65,33 @@ def main(
     page = None if out is None else out / "index.html"
     check_outputs(page, json, markdown, html)
     folders = {name: dataset_folder(name) for name in dict.fromkeys(dataset)}
-    measured = []
+    estimators = list(dict.fromkeys(part.strip() for part in estimator.split(",")))
+    measured: list[ErrorTable] = []
+    refused: dict[str, str] = {}
     with process_pool() as executor:
         for name, folder in folders.items():
-            with progress(f"error table of {name}") as show:
-                measured.append(
-                    error_table(
+            try:
+                with progress(f"error table of {name}") as show:
+                    table = error_table(
                         folder,
-                        list(dict.fromkeys(part.strip() for part in estimator.split(","))),
+                        estimators,
                         folds=folds,
                         seed=seed,
                         executor=executor,
                         progress=show,
                     )
-                )
-            print_error_table(measured[-1])
+            except WedgeError as error:
+                if len(folders) == 1:
+                    raise
+                refused[name] = str(error)
+            else:
+                measured.append(table)
+                print_error_table(table)
+    if not measured:
+        raise WedgeError("; ".join(f"{name}: {reason}" for name, reason in refused.items()))
     documents = [table_document(table) for table in measured]
-    write_json(json, documents[0] if len(documents) == 1 else {"tables": documents})
+    several = {"tables": documents, "left_out": refused}
+    write_json(json, documents[0] if len(folders) == 1 else several)
     if markdown:
         write_atomic(markdown, "\n".join(map(table_markdown, measured)).encode())
     if html:
@@ -90,3 +105,6 @@ def main(
             sections=[table_section(table) for table in measured],
         )
         print(f"Page: {page}")
+    for name, reason in refused.items():
+        print(f"left out {name}: {reason}", file=sys.stderr)
+    return 2 if refused else 0

@@ -4,6 +4,7 @@
 
 import csv
 import io
+import sys
 from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
 LEFT_OUT = "the frame is damaged"
 MOST_FRAMES = 20_000
+"""Of one run, whose rows and plot are held in memory; that there were more is said."""
 COLUMNS = (
     "frame,time_ns,state,reason,x_mm,y_mm,z_mm,qx,qy,qz,qw,rotation_std_deg,translation_std_mm,"
     "overlap,explained,markers"
@@ -68,7 +70,7 @@ def main(
         background: A blank frame of today, or `first` where the source begins with one; by default
             the unit's own.
         begin: Pass over so many frames: a light first touch is a poor likeness of the object.
-        frames: Stop after so many; needed for a live source, which has no end.
+        frames: Stop after so many, 20 000 at most; needed for a live source, which has no end.
         json: Write the poses here as JSON.
     """
     from recon.calibration import load_calibration
@@ -100,9 +102,9 @@ def main(
         blank = read_checked(background, calibration.unwarp)
     found: list[PoseEstimate] = []
     rows: list[list[Any]] = []
-    clip, anchor = Clip(), None
+    clip, anchor, cut = Clip(), None, ""
     with (
-        unit_frames([source], calibration.unwarp, begin + (frames or MOST_FRAMES)) as came,
+        unit_frames([source], calibration.unwarp, begin + (frames or MOST_FRAMES + 1)) as came,
         new_folder(out) as folder,
         TouchFile(folder / "poses.mcap") as file,
         progress("tracking") as show,
@@ -117,6 +119,9 @@ def main(
                 blank = frame.image
             if index < begin:
                 continue
+            if len(found) == MOST_FRAMES:
+                cut = _cut(begin)
+                break
             if reconstruct is None:
                 reconstruct = Reconstructor(calibration, blank)
             if frame.image is None:
@@ -155,8 +160,19 @@ def main(
     keys = COLUMNS.split(",")
     poses = [dict(zip(keys, row, strict=True)) for row in rows]
     document = {"unit": str(unit), "source": source, "tracker": tracker, "poses": poses}
-    write_json(json, {**document, "remarks": came.remarks})
+    write_json(json, {**document, "remarks": [*came.remarks, *([cut] if cut else [])]})
+    if cut:
+        print(cut, file=sys.stderr)
     came.tell()
+
+
+def _cut(begin: int) -> str:
+    """What is said where a source goes on after the last frame that one run follows."""
+    end = begin + MOST_FRAMES
+    return (
+        f"Frames {begin} to {end - 1} were followed, as many as one run does, and more came: "
+        f"--begin {end} follows those."
+    )
 
 
 def _pose(path: Path) -> "np.ndarray":

@@ -126,7 +126,12 @@ class McapFile:
             )
             head += record
         self._end, self._last_index = 0, b""
-        self._write(head)
+        try:
+            self._write(head)
+        except WedgeError:  # leave no file that is none, nor its writer
+            self._let_go()
+            path.unlink(missing_ok=True)
+            raise
 
     def add_channel(self, topic: str, kind: MessageType) -> int:
         """A new channel of CDR messages of one kind; its number."""
@@ -219,15 +224,28 @@ class McapFile:
         self._write(written)
 
     def close(self) -> None:
-        """Bring everything to the disk and let go of the file."""
+        """Bring everything to the disk and let go of the file.
+
+        Raises:
+            WedgeError: the disk is full.
+        """
         if self._file >= 0:
             try:
                 self.flush()
                 os.fsync(self._file)
+            except OSError as error:
+                raise self._unwritable(error) from error
             finally:
-                self._keeper.communicate()
-                os.close(self._file)
-                self._file = -1
+                self._let_go()
+
+    def _let_go(self) -> None:
+        """End the writer and close the file."""
+        self._keeper.communicate()
+        os.close(self._file)
+        self._file = -1
+
+    def _unwritable(self, error: OSError) -> WedgeError:
+        return WedgeError(f"{self._path} cannot be written: {error.strerror}.")
 
     def _write(self, written: bytes) -> None:
         """Put data over the previous index, with the new index behind it."""
@@ -239,7 +257,7 @@ class McapFile:
             with suppress(OSError):  # where the disk is full, there is room for what was there
                 self._put(self._last_index)
                 os.ftruncate(self._file, self._end + len(self._last_index))
-            raise WedgeError(f"{self._path} cannot be written: {error.strerror}.") from error
+            raise self._unwritable(error) from error
         self._end, self._last_index = end, index
 
     def _put(self, content: bytes) -> None:

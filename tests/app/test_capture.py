@@ -4,15 +4,23 @@
 
 import subprocess
 import sys
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
 
+import app._workers
+from app.__main__ import main
 from recon.images import read_image, write_image
 from recon.lens import Lens, read_lens, write_lens
+from recon.presses import read_presses
 from sensor.dataset import LENS_FILE, read_dataset
-from tests.synthetic import KEYSTONE_PX, make_dataset, pad_size_mm
+from sensor.design import STANDARD
+from sensor.errors import WedgeError
+from tests.synthetic import BALL_RADIUS_MM, KEYSTONE_PX, make_dataset, pad_size_mm
 from tests.validation.importers.test_raw_frames import GAP_MM, caliper, off_pad
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -80,16 +88,20 @@ def test_frames_of_another_size_than_the_dataset_s_are_refused(tmp_path: Path) -
     assert not (tmp_path / "out").exists()
 
 
-def test_a_new_sensor_is_captured_with_nothing_known_but_its_ball(tmp_path: Path) -> None:
+def new_sensor(tmp_path: Path) -> tuple[str, ...]:
+    """The words to capture three presses of a sensor whose caliper was pictured first."""
     truth = make_dataset(tmp_path / "truth", presses=3, corners_px=KEYSTONE_PX, seed=3)
     pictures = [read_image(truth.folder / "background.png"), caliper(True), caliper(False)]
     pictures += [read_image(truth.folder / label.file) for label in truth.labels]
     for index, picture in enumerate(pictures):
         dark = np.where(off_pad()[..., None], np.uint8(8), picture)
         write_image(tmp_path / "frames" / f"{index:02d}.png", dark)
-    out = tmp_path / "out"
-    words = ("capture", str(tmp_path / "frames"), "--out", str(out), "--presses", "3")
-    words += ("--ball-radius-mm", str(truth.card.ball_radius_mm), "--caliper-mm", f"{GAP_MM:g}")
+    words = ("capture", str(tmp_path / "frames"), "--out", str(tmp_path / "out"), "--presses", "3")
+    return (*words, "--ball-radius-mm", f"{BALL_RADIUS_MM:g}", "--caliper-mm", f"{GAP_MM:g}")
+
+
+def test_a_new_sensor_is_captured_with_nothing_known_but_its_ball(tmp_path: Path) -> None:
+    words, out = new_sensor(tmp_path), tmp_path / "out"
     command = [sys.executable, "-P", "-m", "app", *words]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
@@ -99,6 +111,39 @@ def test_a_new_sensor_is_captured_with_nothing_known_but_its_ball(tmp_path: Path
     assert len(captured.labels) == 3
     assert captured.card.lights_deg is not None
     assert sorted(path.name for path in (out / "caliper").iterdir()) == ["3mm-1.png", "3mm-2.png"]
+
+
+class Ending(ThreadPoolExecutor):
+    """Gives the first result of several; what then comes is Ctrl-C, or nothing."""
+
+    fault: ClassVar[BaseException | None] = None
+
+    def map(self, *given: Any, **options: Any) -> Iterator[Any]:
+        yield next(super().map(*given, **options)) if self.fault else None
+        if self.fault:
+            raise self.fault
+
+
+@pytest.mark.parametrize(
+    ("fault", "status"), [(KeyboardInterrupt(), 130), (WedgeError("A process."), 2), (None, 2)]
+)
+def test_what_was_taken_stays_where_its_circles_are_not_found_anew(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    fault: BaseException | None,
+    status: int,
+) -> None:
+    monkeypatch.setattr(Ending, "fault", fault)
+    monkeypatch.setattr(app._workers, "process_pool", Ending)
+    with pytest.raises(SystemExit) as left:
+        main(list(new_sensor(tmp_path)))
+    assert left.value.code == status
+    assert "The presses are kept in" in capsys.readouterr().err
+    kept = read_dataset(tmp_path / "out")
+    assert len(kept.labels) == 3
+    assert kept.card.pad_size_mm == STANDARD.pad_size_mm
+    assert len(read_presses(kept).presses) == 3
 
 
 def test_a_caliper_beside_another_dataset_is_refused(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@
 import csv
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -92,6 +93,20 @@ def test_markers_follows_dots_through_a_folder_of_frames(units, tmp_path):
         topics = [channel.topic for _, channel, _ in make_reader(stream).iter_messages()]
     assert topics.count("/wedge/markers") == topics.count("/wedge/markers_state") == 5
     assert run(*command) == 0  # again, over what is there
+
+
+def test_a_frame_is_named_in_the_table_as_it_is_called(units, tmp_path):
+    folder, _ = units
+    blank = read_image(folder / "dotted" / "unit" / "background.png")
+    names = [str(tmp_path / name) for name in ('b"q.png', "a, b.png", "plain.png")]
+    for name in names:
+        write_image(Path(name), blank)
+    out = tmp_path / "out"
+    assert run("markers", folder / "dotted" / "unit", *names, "--out", out) == 0
+    with (out / "markers.csv").open(newline="") as stream:
+        headings, *rows = csv.reader(stream)
+    assert {len(row) for row in rows} == {len(headings)}
+    assert list(dict.fromkeys(row[0] for row in rows)) == names
 
 
 def test_cloud_writes_what_was_asked_for(units, tmp_path):

@@ -9,6 +9,7 @@ import pytest
 from mcap.reader import make_reader
 from PIL import Image
 
+import app.track
 from app.__main__ import main
 from recon.calibration import calibrate
 from recon.images import write_image
@@ -76,6 +77,28 @@ def test_frames_before_the_beginning_are_passed_over_but_for_the_blank_one(workp
     poses = json.loads((tmp_path / "poses.json").read_text())["poses"]
     assert [row["frame"] for row in poses] == [2, 3, 4]
     assert poses[0]["state"] == "tracking" and poses[0]["x_mm"] == 0  # the object as it is there
+
+
+@pytest.mark.parametrize(
+    ("most", "extra", "followed", "said"),
+    [
+        (3, (), [0, 1, 2], "Frames 0 to 2 were followed"),
+        (2, ("--begin", 1), [1, 2], "--begin 3 follows those"),
+        (5, (), [0, 1, 2, 3, 4], ""),
+        (3, ("--frames", 3), [0, 1, 2], ""),
+    ],
+)
+def test_where_one_run_ends_before_its_source_does_it_says_so(
+    workplace, tmp_path, capsys, monkeypatch, most, extra, followed, said
+):
+    monkeypatch.setattr(app.track, "MOST_FRAMES", most)
+    words = (workplace / "unit", workplace / "clip", "--background", "first", *extra)
+    assert run("track", *words, "--out", tmp_path / "out", "--json", tmp_path / "poses.json") == 0
+    document = json.loads((tmp_path / "poses.json").read_text())
+    assert [row["frame"] for row in document["poses"]] == followed
+    assert len(document["remarks"]) == bool(said)
+    told = capsys.readouterr().err
+    assert all(said in remark and remark in told for remark in document["remarks"])
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,7 @@ from tests.validation.sensors import (
     good_set,
     unit_of,
 )
+from validation.acceptance.certificate import lines
 from validation.acceptance.errors import error_values
 from validation.acceptance.limits import LIMITS, grades, verdict
 from validation.acceptance.place import bent_grid_share, timing_values
@@ -207,6 +208,14 @@ def test_a_wrong_ball_fails_the_depth_and_the_radius_alone(calibration, broken, 
     write_card(broken.folder / "dataset.toml", replace(broken.card, ball_radius_mm=stated_mm))
     failed = failed_of(accepted_on(calibration, read_dataset(broken.folder)))
     assert {"depth_rmse_share", "ball_radius_share"} <= failed <= SLOPES
+
+
+def test_slopes_that_fit_no_ball_give_a_radius_that_nobody_knows(calibration, broken):
+    change_frames(broken, lambda frame, _: frame[..., ::-1])  # balls look like hollows
+    found = accepted_on(calibration, broken)
+    assert found.values["ball_radius_share"] == {"": float("inf")}
+    (shown,) = [line for line in lines(found) if line.title.startswith("radius")]
+    assert (shown.value.split()[0], shown.grade) == ("unknown", "fail")
 
 
 def test_presses_in_one_corner_do_not_cover_the_pad(calibration, broken):

@@ -68,6 +68,26 @@ def test_every_form_of_the_certificate_says_the_same(calibration, accepted):
     assert pdf.startswith(b"%PDF") and pdf == pdf_bytes(card, "a set", failed)
 
 
+@pytest.mark.parametrize(
+    ("failed", "said"),
+    [(3, None), (4, "1 more failure is in the table."), (5, "2 more failures are in the table.")],
+)
+def test_the_sheet_counts_the_failures_that_it_leaves_out(calibration, accepted, failed, said):
+    spoilt = {name: {"": float("nan")} for name in list(accepted.values)[:failed]}
+    figure = sheet(calibration.card, "a set", replace(accepted, values=accepted.values | spoilt))
+    counted = [text.get_text() for text in figure.texts if "more failure" in text.get_text()]
+    assert counted == ([said] if said else [])
+
+
+@pytest.mark.parametrize("name", ["a\x01b", "a\x00b", "a\ufffeb", "a\x1bb"])
+def test_a_name_that_no_xml_may_hold_does_not_spoil_the_test_report(calibration, accepted, name):
+    suite = ElementTree.fromstring(junit_xml(calibration.card, name, accepted))
+    assert suite.get("name") == f"wedge accept {calibration.card.serial} a\ufffdb"
+    plain = "<Kugel & Größe 🙂>"
+    suite = ElementTree.fromstring(junit_xml(calibration.card, plain, accepted))
+    assert suite.get("name").endswith(f" {plain}")
+
+
 def test_everything_lies_on_the_sheet_and_nothing_on_another(calibration, accepted):
     spoilt = {
         limit.name: dict.fromkeys(accepted.values.get(limit.name, [""]), 98.7 / limit.shown_times)

@@ -167,6 +167,16 @@ def test_the_command_takes_several_days_and_leaves_out_another_sensor(dates, tmp
     assert len(json.loads(numbers.read_text())["evaluations"]) == 2
 
 
+def test_two_units_of_one_serial_are_refused_before_anything_is_measured(dates, tmp_path, capsys):
+    shutil.copytree(dates / "unit", tmp_path / "unit")
+    numbers = tmp_path / "n.json"
+    words = ["evaluate", dates / "unit", tmp_path / "unit", dates / "may", "--json", numbers]
+    assert run(*words) == 2
+    (said,) = capsys.readouterr().err.splitlines()
+    assert f"{dates / 'unit'} and {tmp_path / 'unit'} are both unit wedge-007" in said
+    assert not numbers.exists()
+
+
 @pytest.mark.parametrize("words", [[], ["{unit}"], ["{may}"], ["{unit}", "{unit}/nothing"]])
 def test_a_unit_or_a_dataset_that_is_missing_is_said(dates, words, capsys):
     named = [word.format(unit=dates / "unit", may=dates / "may") for word in words]

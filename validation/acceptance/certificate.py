@@ -3,6 +3,7 @@
 """What was measured and what it is worth: in words, as a page, and for machines."""
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -25,6 +26,8 @@ from validation.report.page import Tile, bullets, paragraph, table_html, tiles_h
 WORDS: dict[Grade, str] = {"A": "Pass, grade A", "B": "Pass, grade B", "fail": "Fail"}
 TILES = ("theta_x_deg", "theta_y_deg", "depth_rmse_share")
 """Measurements in large type, where they were made."""
+NOT_IN_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+"""Characters that no XML file may hold: https://www.w3.org/TR/xml/#charsets."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,7 +84,7 @@ def junit_xml(card: UnitCard, dataset: str, found: Acceptance) -> bytes:
     failures = [name for name, grade in graded.items() if grade == "fail"]
     suite = ElementTree.Element(
         "testsuite",
-        name=f"wedge accept {card.serial} {dataset}",
+        name=NOT_IN_XML.sub("\ufffd", f"wedge accept {card.serial} {dataset}"),
         tests=str(len(graded) + len(found.absent)),
         failures=str(len(failures)),
         errors="0",

@@ -21,6 +21,8 @@ from validation.splits import splits
 
 RADIUS_PRESSES = 16
 """Whose slopes are compared with the ball's."""
+FLATTEST = 1e-3
+"""Of the ball's curvature; slopes that are flatter, or a hollow's, fit no ball."""
 FEWER = ("RG", "RB", "R")
 """The paper's light configurations beside all lights; others' lights were not set for them."""
 AXES: tuple[Axis, ...] = ("x", "y")
@@ -115,7 +117,8 @@ def ball_radius_values(
     """How far the radius that estimated slopes fit is from the ball's.
 
     Across a sphere the normal's component along an axis is ``-offset / R``, a straight line; its
-    slope is fitted to the estimated normals of each press. The median over presses counts.
+    slope is fitted to the estimated normals of each press. The median over presses counts; it is
+    infinite where the slopes fit no ball.
     """
     if unseen is not None:
         return {}
@@ -130,6 +133,6 @@ def ball_radius_values(
         offset = np.stack(offsets_mm(press.size_px, press.center_px, press.mm_per_px), -1)
         offset = offset.reshape(-1, 2)[pixels.place].astype(float)
         normal, offset = normal - normal.mean(0), offset - offset.mean(0)
-        curvature = -float((normal * offset).sum() / (offset**2).sum())
-        ratios.append(1 / max(curvature * press.ball_radius_mm, 1e-3))
+        curvature = -float((normal * offset).sum() / (offset**2).sum()) * press.ball_radius_mm
+        ratios.append(1 / curvature if curvature > FLATTEST else np.inf)
     return {"ball_radius_share": {"": abs(median(ratios) - 1)}} if ratios else {}

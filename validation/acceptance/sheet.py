@@ -89,8 +89,9 @@ def sheet(card: UnitCard, dataset: str, found: Acceptance) -> Figure:
             _say(figure, LEFT_IN, top, line, size=7.0)
             top += 0.13
     if len(said) > MOST_FAILURES:
-        more = f"{len(said) - MOST_FAILURES} more failures are in the table."
-        _say(figure, LEFT_IN, top, more, size=7.0)
+        more = len(said) - MOST_FAILURES
+        words = "1 more failure is" if more == 1 else f"{more} more failures are"
+        _say(figure, LEFT_IN, top, f"{words} in the table.", size=7.0)
         top += 0.13
     notes = [line for text in not_measured(found) for line in wrap(text, FAILURE_LETTERS)]
     bottom = PAGE_IN[1] - FOOT_IN - NOTE_IN * len(notes)

@@ -161,9 +161,11 @@ def _shade(axes: Axes, times: np.ndarray, found: Sequence[PoseEstimate]) -> None
     for word, look in looks.items():
         lost = word == "lost"
         marked = [x.state == "lost" if lost else x.state in ("weak", "frozen") for x in found]
-        for number, time in enumerate(times[np.array(marked, bool)]):
+        edges = np.flatnonzero(np.diff([0, *marked, 0])).reshape(-1, 2)
+        for number, (begin, end) in enumerate(edges):
             label = word if number == 0 else None
-            axes.axvspan(time - half, time + half, lw=0, label=label, **look)
+            span = times[begin] - half, times[end - 1] + half
+            axes.axvspan(*span, lw=0, label=label, **look)
 
 
 @styled

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Recordings open in the tools that others use, whenever the recorder was killed."""
 
+import errno
+import os
 import resource
 import signal
 import subprocess
@@ -164,6 +166,35 @@ def test_a_full_disk_is_a_sentence_and_costs_no_more_than_the_last_second(tmp_pa
     messages = read_with_mcap(path)
     assert len(messages) == len(read_with_rosbags(path)) > 100
     assert [t for _, t, _ in messages] == [frame(i).time_ns for i in range(len(messages))]
+
+
+def test_a_disk_that_is_full_at_the_start_is_left_without_a_file(tmp_path: Path) -> None:
+    path = tmp_path / "touch.mcap"
+    kept = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (0, kept[1]))
+    try:
+        with pytest.raises(WedgeError, match=r"touch\.mcap cannot be written: File too large"):
+            Recorder(path, {"wedge": None})
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, kept)
+    assert not path.exists()
+
+
+def test_a_disk_that_turns_out_full_as_the_file_is_finished_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(_file: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    path = tmp_path / "touch.mcap"
+    recorder = Recorder(path, {"wedge": None})
+    recorder.add("wedge", frame(0))
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "fsync", full)
+        with pytest.raises(WedgeError, match=r"touch\.mcap cannot be written: No space left"):
+            recorder.close()
+    recorder.close()  # again, as at the end of a block
+    assert len(read_with_mcap(path)) == 1
 
 
 def test_no_recording_is_written_over(tmp_path: Path) -> None:

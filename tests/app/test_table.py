@@ -1,0 +1,26 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""`wedge table` of several datasets, of which some are of no use."""
+
+import json
+
+from tests.app.test_commands import refused, run
+from tests.synthetic import make_dataset
+
+
+def test_a_dataset_that_cannot_be_tabulated_costs_the_others_nothing(tmp_path, capsys):
+    good = make_dataset(tmp_path / "good", presses=12)
+    few, poor = (make_dataset(tmp_path / name, presses=1).folder for name in ("few", "poor"))
+    numbers = tmp_path / "t.json"
+    words = ["table", few, good.folder, "--estimator", "table"]
+    assert run(*words, "--json", numbers, "--html", tmp_path / "t.html") == 2
+    document = json.loads(numbers.read_text())
+    assert len(document["tables"]) == 1
+    assert document["tables"][0]["dataset"] == good.card.name
+    (reason,) = document["left_out"].values()
+    assert list(document["left_out"]) == [str(few)] and "1 usable press cannot" in reason
+    assert f"left out {few}: {reason}" in capsys.readouterr().err
+    assert (tmp_path / "t.html").stat().st_size > 500
+    both = refused(capsys, "table", few, poor, "--json", tmp_path / "no.json")
+    assert f"{few}: 1 usable press" in both and f"{poor}: 1 usable press" in both
+    assert not (tmp_path / "no.json").exists()
