@@ -44,7 +44,8 @@ def main(
 
     Args:
         dataset: A dataset folder of your own: dataset.toml, a background and the frames.
-        again: Find the circles of labelled frames anew as well, those mended by hand excepted.
+        again: Find the circles of labelled frames anew as well, those mended by hand excepted,
+            and search those where somebody said that no ball touches.
         page: Whether the page opens afterwards, on this computer only, until Ctrl-C; without it
             the automatic circles are all.
         corners: Open the page for the pad's corners instead.
@@ -79,13 +80,15 @@ def main(
 
     def is_wanted(file: str) -> bool:
         label = book.label(file)
-        return label is None or (again and label.quality not in (None, CERTAIN))
+        if label is None:
+            return again or not book.has_no_ball(file)
+        return again and label.quality not in (None, CERTAIN)
 
     wanted = [file for file in files if is_wanted(file)]
     for label in _found(reader, wanted):
         book.put(label)
     doubtful = [x.file for x in book.labels if x.quality is not None and x.quality < DOUBTFUL]
-    missing = [file for file in files if book.label(file) is None]
+    missing = [x for x in files if book.label(x) is None and not book.has_no_ball(x)]
     print(f"{len(book.labels)} of {len(files)} frames have a circle; {len(doubtful)} are doubtful.")
     if missing:
         print(f"No ball was found in {', '.join(missing[:5])}{' ...' if len(missing) > 5 else ''}.")
@@ -120,7 +123,7 @@ def _serve_corners(reader: "PressReader", files: list[str], port: int) -> None:
 
     with _extra():
         from app.pages.corners import serve
-    serve(CornerBook(reader.dataset, reader.background), files, port)
+    serve(CornerBook(reader.dataset, reader.background, reader.lens), files, port)
 
 
 @contextmanager

@@ -6,9 +6,18 @@ from dataclasses import replace
 
 from recon.arrays import Frame
 from recon.labelling import CERTAIN, LABELS_FILE
+from recon.lens import Lens
 from recon.pad import base_side, find_pad, gel_corners
 from recon.unwarp import Corners, Unwarp, prepare_unwarp
-from sensor.dataset import Dataset, DatasetCard, corners, write_card, write_labels
+from sensor.dataset import (
+    BallLabel,
+    Dataset,
+    DatasetCard,
+    corners,
+    read_dataset,
+    write_card,
+    write_labels,
+)
 from sensor.errors import WedgeError
 from sensor.toml import Pair
 
@@ -25,10 +34,9 @@ class CornerBook:
     has looked at are never touched: then the corners stay.
     """
 
-    def __init__(self, dataset: Dataset, blank: Frame) -> None:
+    def __init__(self, dataset: Dataset, blank: Frame, lens: Lens | None = None) -> None:
         """Take over the corners of the card, or else those found in the blank frame."""
-        self.folder, self.card = dataset.folder, dataset.card
-        self.labels = dataset.labels
+        self.folder, self.card, self.lens = dataset.folder, dataset.card, lens
         self.frame_size_px = (blank.shape[1], blank.shape[0])
         self.blank = blank
         if self.card.corners_px is None:
@@ -47,9 +55,9 @@ class CornerBook:
 
     @property
     def unwarp(self) -> Unwarp:
-        """The map that the corners make, without the lens."""
+        """The map that the corners make, through the lens where it is known."""
         size = self.card.unwarped_size_px
-        return prepare_unwarp(self.frame_size_px, self.corners_px, size)
+        return prepare_unwarp(self.frame_size_px, self.corners_px, size, self.lens)
 
     def found(self) -> Corners:
         """The corners as the blank frame shows them, else a frame within the frame."""
@@ -113,18 +121,24 @@ class CornerBook:
             raise WedgeError(
                 f"{self.folder} was changed by another program meanwhile: begin again."
             )
-        if any(x.quality is None or x.quality >= CERTAIN for x in self.labels):
+        labels = self._labels()
+        if any(x.quality is None or x.quality >= CERTAIN for x in labels):
             raise WedgeError(
                 f"{self.folder / LABELS_FILE} holds circles that somebody drew or looked at, in "
                 "pixels of these corners: move it elsewhere first, then mend the corners."
             )
-        if self.labels:
+        if labels:
             write_labels(self.folder / LABELS_FILE, [])
-            self.labels = ()
         write_card(self.folder / CARD_FILE, card)
         if remember:
             self._history.append(self.card)
         self.card, self._written = card, self._on_disk()
+
+    def _labels(self) -> tuple[BallLabel, ...]:
+        """As they are on disk now: somebody may have looked at one in another page meanwhile."""
+        if not (self.folder / LABELS_FILE).is_file():
+            return ()
+        return read_dataset(self.folder).labels
 
     def _on_disk(self) -> bytes:
         return (self.folder / CARD_FILE).read_bytes()

@@ -6,10 +6,24 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 from nicegui import ui
-from nicegui.events import KeyEventArguments, MouseEventArguments
+from nicegui.events import MouseEventArguments
 from PIL import Image
 
-from app.pages.label import DRAWN, FINE_STEP_PX, HALO, STEP_PX, run_page
+from app.pages.editing import (
+    ARROWS,
+    DRAWN,
+    FINE_STEP_PX,
+    HALO,
+    MOUSE_EVENTS,
+    STEP_PX,
+    UNDO,
+    button,
+    keys_explained,
+    listen,
+    run_page,
+    say,
+)
+from recon.arrays import Frame
 from recon.corner_book import CornerBook
 from recon.images import read_frame
 from recon.unwarp import Corners
@@ -44,46 +58,55 @@ class CornersPage:
         self.book, self.files = book, list(files)
         self.index = 0
         self.chosen = 0
+        self.frame: Frame | None = None
+        """As shown, ``None`` where it cannot be read: what nobody sees is not edited."""
         self.held: Corners | None = None
         self.dragging = False
-        ui.keyboard(on_key=self.on_key, repeating=True)
+        listen(self.on_key)
         self.heading = ui.label().classes("text-lg").props("id=heading")
-        with ui.row().classes("w-full no-wrap items-start"):
-            self.raw = ui.interactive_image(
-                on_mouse=self.on_mouse,
-                events=["mousedown", "mousemove", "mouseup", "mouseleave"],
-                sanitize=False,
-            ).props("id=raw draggable=false")
-            with ui.column():
+        with ui.element("div").classes(
+            "grid grid-cols-1 lg:grid-cols-[minmax(0,3fr)_minmax(0,2fr)] gap-4 w-full"
+        ):
+            with ui.column().classes("min-w-0"):
+                self.raw = ui.interactive_image(
+                    on_mouse=self.on_mouse, events=MOUSE_EVENTS, sanitize=False
+                ).props('id=raw draggable=false role=img aria-label="The raw frame"')
+                with ui.row():
+                    button("Find", "search", self.find, first=True)
+                    button("Turn", "rotate_right", self.turn)
+                    button("Mirror", "flip", self.mirror)
+                    button("Undo", "undo", self.undo)
+                    button("Next frame", None, lambda: self.step(1))
+            with ui.column().classes("min-w-0"):
                 ui.label("Unwarped: base and green light on the left")
-                self.preview = ui.interactive_image().props("id=preview")
-                for key, meaning in HELP:
-                    with ui.row().classes("no-wrap gap-2"):
-                        ui.label(key).classes("font-bold w-24 shrink-0")
-                        ui.label(meaning)
-        with ui.row():
-            ui.button("Find", icon="search", on_click=self.find)
-            ui.button("Turn", icon="rotate_right", on_click=self.turn).props("outline")
-            ui.button("Mirror", icon="flip", on_click=self.mirror).props("outline")
-            ui.button("Undo", icon="undo", on_click=self.undo).props("outline")
-            ui.button("Next frame", on_click=lambda: self.step(1)).props("outline")
+                self.preview = ui.interactive_image()
+                self.preview.props('id=preview role=img aria-label="The unwarped picture"')
+                keys_explained(HELP)
         self.show()
 
     def show(self) -> None:
-        """The frame, and what the corners make of it."""
+        """The frame, and what the corners make of it; where it cannot be read, why."""
+        file = self.files[self.index]
+        self.held, self.dragging = None, False
         try:
-            self.frame = read_frame(self.book.folder, self.files[self.index])
-        except WedgeError as error:
-            ui.notify(str(error), type="negative")
-            return
-        height, width = self.frame.shape[:2]
-        self.raw.set_source(Image.fromarray(self.frame))
-        shown = min(3.0, 640 / height, 720 / width)
-        self.raw.style(f"width: {shown * width:.0f}px; max-width: none")
-        self.draw()
+            self.frame = read_frame(self.book.folder, file)
+            self.book.unwarp.check(self.frame)
+        except (WedgeError, OSError) as error:
+            self.frame = None
+            self.heading.set_text(f"{file} cannot be shown: {error}")
+        else:
+            height, width = self.frame.shape[:2]
+            self.raw.set_source(Image.fromarray(self.frame))
+            shown = min(3.0, 640 / height, 720 / width)
+            self.raw.style(f"width: min(100%, {shown * width:.0f}px); max-width: none")
+            self.draw()
+        for picture in (self.raw, self.preview):
+            picture.set_visibility(self.frame is not None)
 
     def draw(self) -> None:
         """Corners, heading and preview."""
+        if self.frame is None:
+            return
         corners = self.held or self.book.corners_px
         points = " ".join(f"{x + 0.5},{y + 0.5}" for x, y in corners)
         size = self.frame.shape[1] / 240
@@ -110,52 +133,45 @@ class CornersPage:
         if self.held is None:
             seen = np.clip(self.book.unwarp(self.frame) * 255, 0, 255).astype(np.uint8)
             self.preview.set_source(Image.fromarray(seen))
-            self.preview.style(f"width: {max(320, seen.shape[1])}px; max-width: none")
+            height, width = seen.shape[:2]
+            fitting = f"min(100%, {max(320, width)}px, {60 * width / height:.1f}vh)"
+            self.preview.style(f"width: {fitting}; max-width: none")
 
     def on_mouse(self, event: MouseEventArguments) -> None:
         """Drag the nearest corner."""
         place = (event.image_x - 0.5, event.image_y - 0.5)
-        if event.type == "mousedown":
+        if event.type == "mousedown" and event.button == 0:
             self.chosen, self.dragging = self.book.nearest(place), True
+            self.draw()
         elif event.type == "mousemove" and self.dragging:
             self.held = self.book.moved(self.chosen, place)
+            self.draw()
         elif event.type in ("mouseup", "mouseleave") and self.dragging:
             self.dragging = False
             if self.held is not None:
                 held = self.held
                 self.attempt(lambda: self.book.put(held))
-        self.draw()
 
-    def on_key(self, event: KeyEventArguments) -> None:
+    def on_key(self, key: str, step_px: float) -> None:
         """Every edit by a key."""
-        if not event.action.keydown:
-            return
-        name = event.key.name if len(event.key.name) > 1 else event.key.name.lower()
-        step = FINE_STEP_PX if event.modifiers.shift else STEP_PX
-        steps = {
-            "ArrowLeft": (-step, 0),
-            "ArrowRight": (step, 0),
-            "ArrowUp": (0, -step),
-            "ArrowDown": (0, step),
-        }
-        plain: dict[str, Callable[[], None]] = {
+        plain: dict[str, Callable[[], object]] = {
             "n": lambda: self.step(1),
             "p": lambda: self.step(-1),
             "f": self.find,
             "t": self.turn,
             "m": self.mirror,
+            UNDO: self.undo,
         }
-        if name == "z" and (event.modifiers.ctrl or event.modifiers.meta):
-            self.undo()
-        elif name in steps:
-            x, y = self.book.corners_px[self.chosen]
-            moved = self.book.moved(self.chosen, (x + steps[name][0], y + steps[name][1]))
-            self.attempt(lambda: self.book.put(moved))
-        elif name in ("1", "2", "3", "4"):
-            self.chosen = int(name) - 1
+        if key in ARROWS:
+            x_px, y_px = self.book.corners_px[self.chosen]
+            dx, dy = ARROWS[key]
+            place = (x_px + step_px * dx, y_px + step_px * dy)
+            self.attempt(lambda: self.book.put(self.book.moved(self.chosen, place)))
+        elif key in ("1", "2", "3", "4"):
+            self.chosen = int(key) - 1
             self.draw()
-        elif name in plain and not event.modifiers.ctrl:
-            plain[name]()
+        elif key in plain:
+            plain[key]()
 
     def step(self, by: int) -> None:
         """Another frame."""
@@ -183,11 +199,16 @@ class CornersPage:
 
         self.attempt(back)
 
-    def attempt(self, change: Callable[[], None]) -> None:
-        """Make a change and show it, or say why it could not be made."""
+    def attempt(self, change: Callable[[], object]) -> None:
+        """Make a change to what is seen and show it, or say why it could not be made."""
+        if self.frame is None:
+            ui.notify(
+                f"{self.files[self.index]} is not shown: nothing was changed.", type="warning"
+            )
+            return
         try:
             change()
         except (WedgeError, OSError) as error:
-            ui.notify(str(error), type="negative", timeout=0, close_button=True)
+            say(error)
         self.held = None
         self.draw()

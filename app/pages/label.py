@@ -4,13 +4,27 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from nicegui import ui
-from nicegui.events import GenericEventArguments, KeyEventArguments, MouseEventArguments
+from nicegui.events import GenericEventArguments, MouseEventArguments
 from PIL import Image
 
+from app.pages.editing import (
+    ARROWS,
+    DRAWN,
+    FINE_STEP_PX,
+    HALO,
+    MOUSE_EVENTS,
+    STEP_PX,
+    UNDO,
+    button,
+    keys_explained,
+    listen,
+    run_page,
+    say,
+)
+from app.pages.frame_list import FrameList
 from recon.images import read_frame
 from recon.labelling import CERTAIN, DOUBTFUL, LabelBook, doubtful_first
 from recon.presses import PressReader
@@ -20,10 +34,19 @@ from sensor.errors import WedgeError
 VIEWS = ("difference", "frame")
 CONTRAST = 2.0
 """Of the difference view, around middle grey."""
-STEP_PX, FINE_STEP_PX = 1.0, 0.25
 GROW = 1.02
-DRAWN = "#111111"
-HALO = "#ffffff"
+WHEEL = """(e) => {
+    if (e.ctrlKey || e.metaKey || Math.abs(e.deltaY) <= Math.abs(e.deltaX)) return;
+    e.preventDefault();
+    emit(e.deltaY);
+}"""
+"""With Ctrl the wheel is the browser's zoom, and a swipe to the side scrolls."""
+SCROLL = """requestAnimationFrame(() => requestAnimationFrame(() => {
+    const view = document.getElementById("view"), [x, y] = [%f, %f];
+    view.scrollLeft = x * view.scrollWidth - view.clientWidth / 2;
+    view.scrollTop = y * view.scrollHeight - view.clientHeight / 2;
+}));"""
+"""Two frames on, when the browser has laid out the new size."""
 HELP = (
     ("drag", "move the circle"),
     ("wheel, + and −", "resize it"),
@@ -47,36 +70,6 @@ def serve(reader: PressReader, book: LabelBook, files: Sequence[str], port: int)
     run_page(lambda: LabelPage(reader, book, files), title, port)
 
 
-def run_page(build: Callable[[], object], title: str, port: int) -> None:
-    """Serve a page on this computer until Ctrl-C, built anew for every tab.
-
-    Raises:
-        WedgeError: the port is in use.
-    """
-    import socket
-
-    with socket.socket() as probe:
-        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            probe.bind(("127.0.0.1", port))
-        except OSError as error:
-            raise WedgeError(f"port {port} is in use: choose another with --port.") from error
-
-    @ui.page("/")
-    def page() -> None:
-        build()
-
-    print(f"Open http://127.0.0.1:{port} and end with Ctrl-C; every change is kept at once.")
-    ui.run(
-        host="127.0.0.1",
-        port=port,
-        title=title,
-        show=False,
-        reload=False,
-        show_welcome_message=False,
-    )
-
-
 class LabelPage:
     """One browser tab: the list of frames, the picture with its circle, the numbers."""
 
@@ -86,72 +79,91 @@ class LabelPage:
         self.file = self.files[0]
         self.view = VIEWS[0]
         self.zoom = 1
+        self.seen = False
+        """Whether the frame is shown: what nobody sees is not edited."""
         self.grip: tuple[float, float] | None = None
         self.moved: BallLabel | None = None
-        ui.keyboard(on_key=self.on_key, repeating=True)
-        with ui.row().classes("w-full no-wrap items-start"):
-            with ui.column().classes("w-72 h-screen overflow-auto").props("id=frames"):
-                self.listing()
-            with ui.column().classes("grow"):
-                self.heading = ui.label().classes("text-lg").props("id=heading")
-                with ui.element("div").classes("w-full overflow-auto max-h-[80vh]"):
-                    self.picture = ui.interactive_image(
-                        on_mouse=self.on_mouse,
-                        events=["mousedown", "mousemove", "mouseup", "mouseleave"],
-                        sanitize=False,
-                    ).props("id=picture draggable=false")
-                    self.picture.on("wheel.prevent", self.on_wheel, ["deltaY"])
-                with ui.row():
-                    ui.button("Right, next", icon="check", on_click=self.accept)
-                    ui.button("No ball", icon="block", on_click=self.remove).props("outline")
-                    ui.button("Undo", icon="undo", on_click=self.undo).props("outline")
-                    ui.button("Difference / frame", on_click=self.switch).props("outline")
-                    ui.button("Zoom", icon="zoom_in", on_click=self.magnify).props("outline")
-            with ui.column().classes("w-72"):
-                for key, meaning in HELP:
-                    with ui.row().classes("no-wrap gap-2"):
-                        ui.label(key).classes("font-bold w-28 shrink-0")
-                        ui.label(meaning)
+        listen(self.on_key)
+        with ui.element("div").classes("flex flex-col sm:flex-row flex-nowrap gap-4 w-full"):
+            self.list = FrameList(self.files, self.standing, self.show)
+            self.list.element.classes(
+                "w-full sm:w-48 lg:w-72 shrink-0 h-40 sm:h-[calc(100vh-2rem)]"
+            )
+            self.list.element.classes("overflow-auto sm:sticky sm:top-0")
+            with ui.element("div").classes(
+                "flex flex-col xl:flex-row flex-nowrap gap-4 grow min-w-0"
+            ):
+                self._middle()
+                with ui.column().classes("w-72 shrink-0"):
+                    keys_explained(HELP)
         self.show(self.file)
 
-    @ui.refreshable_method
-    def listing(self) -> None:
-        """The frames, the doubtful ones first, each with what is known of its circle."""
-        for file in self.files:
-            label = self.book.label(file)
-            icon, words = _standing(label)
-            chosen = "bg-blue-100" if file == self.file else ""
-            with (
-                ui.row()
-                .classes(f"w-full no-wrap cursor-pointer items-center gap-2 px-2 {chosen}")
-                .on("click", lambda _, file=file: self.show(file))
-            ):
-                ui.icon(icon)
-                ui.label(file).classes("grow truncate")
-                ui.label(words)
+    def _middle(self) -> None:
+        with ui.column().classes("grow min-w-0"):
+            self.heading = ui.label().classes("text-lg").props("id=heading")
+            with ui.element("div").classes("w-full overflow-auto max-h-[80vh]").props("id=view"):
+                self.picture = ui.interactive_image(
+                    on_mouse=self.on_mouse, events=MOUSE_EVENTS, sanitize=False
+                ).props('id=picture draggable=false role=img aria-label="The frame, unwarped"')
+                self.picture.on("wheel", self.on_wheel, js_handler=WHEEL)
+            with ui.row():
+                button("Right, next", "check", self.accept, first=True)
+                button("No ball", "block", self.remove)
+                button("Undo", "undo", self.undo)
+                button("Difference / frame", None, self.switch)
+                button("Zoom", "zoom_in", self.magnify)
+
+    def standing(self, file: str) -> tuple[str, str]:
+        """An icon and a word on a frame's circle."""
+        label = self.book.label(file)
+        if label is None:
+            seen = self.book.has_no_ball(file)
+            return ("block", "no ball") if seen else ("radio_button_unchecked", "none")
+        if label.quality is None:
+            return "help_outline", "not scored"
+        if label.quality >= CERTAIN:
+            return "check_circle", "seen"
+        return ("warning" if label.quality < DOUBTFUL else "adjust"), f"{label.quality:.2f}"
 
     def show(self, file: str) -> None:
-        """Turn to a frame."""
+        """Turn to a frame; where it cannot be read, say so in its place."""
         self.file, self.moved, self.grip = file, None, None
         try:
             frame = self.reader.unwarp(read_frame(self.reader.dataset.folder, file))
-        except WedgeError as error:
-            ui.notify(str(error), type="negative")
+        except (WedgeError, OSError) as error:
+            self.seen = False
+            self.picture.set_visibility(False)
+            self.heading.set_text(f"{file} cannot be shown: {error}")
+            self.list.mark(file)
             return
         if self.view == "difference":
             frame = np.clip(0.5 + CONTRAST * (frame - self.reader.blank), 0, 1)
         pixels = (frame * 255).round().astype(np.uint8)
         self.picture.set_source(Image.fromarray(pixels))
-        width = max(640, frame.shape[1]) * self.zoom
-        self.picture.style(f"width: {width}px; max-width: none; image-rendering: pixelated")
+        width = f"{max(640, frame.shape[1]) * self.zoom}px"
+        width = f"min(100%, {width})" if self.zoom == 1 else width
+        self.picture.style(f"width: {width}; max-width: none; image-rendering: pixelated")
+        self.picture.set_visibility(True)
+        self.seen = True
         self.draw()
-        self.listing.refresh()
+        self.list.mark(file)
+        self.bring_into_view()
+
+    def bring_into_view(self) -> None:
+        """Scroll a magnified picture until its circle is in the middle."""
+        width, height = self.reader.unwarp.size_px
+        label = self.book.label(self.file)
+        at = (0.5, 0.5)
+        if label is not None:
+            at = ((label.center_x_px + 0.5) / width, (label.center_y_px + 0.5) / height)
+        self.picture.client.run_javascript(SCROLL % at)
 
     def draw(self) -> None:
         """The circle and its numbers."""
         label = self.moved or self.book.label(self.file)
         if label is None:
-            self.heading.set_text(f"{self.file}: no circle; click where the ball touches")
+            known = "no ball, as you said" if self.book.has_no_ball(self.file) else "no circle"
+            self.heading.set_text(f"{self.file}: {known}; click where the ball touches")
             self.picture.set_content("")
             return
         x, y, radius = label.center_x_px, label.center_y_px, label.contact_radius_px
@@ -176,7 +188,7 @@ class LabelPage:
         """Drag the circle; a click on a frame without one places it."""
         label = self.moved or self.book.label(self.file)
         x, y = event.image_x - 0.5, event.image_y - 0.5
-        if event.type == "mousedown":
+        if event.type == "mousedown" and event.button == 0 and self.seen:
             if label is None:
                 self.keep(self.new_label(x, y))
             else:
@@ -191,50 +203,38 @@ class LabelPage:
 
     def on_wheel(self, event: GenericEventArguments) -> None:
         """Resize the circle."""
-        self.resize(GROW if event.args["deltaY"] < 0 else 1 / GROW)
+        self.resize(GROW if event.args < 0 else 1 / GROW)
 
-    def on_key(self, event: KeyEventArguments) -> None:
+    def on_key(self, key: str, step_px: float) -> None:
         """Every edit by a key."""
-        if not event.action.keydown:
-            return
-        key, fine = event.key, FINE_STEP_PX if event.modifiers.shift else STEP_PX
-        steps = {
-            "ArrowLeft": (-1, 0),
-            "ArrowRight": (1, 0),
-            "ArrowUp": (0, -1),
-            "ArrowDown": (0, 1),
-        }
-        name = key.name if len(key.name) > 1 else key.name.lower()
-        plain: dict[str, Any] = {
+        plain: dict[str, Callable[[], object]] = {
             "Enter": self.accept,
             "Delete": self.remove,
             "n": lambda: self.turn(1),
             "p": lambda: self.turn(-1),
             "d": self.switch,
+            "z": self.magnify,
             "+": lambda: self.resize(GROW),
             "-": lambda: self.resize(1 / GROW),
+            UNDO: self.undo,
         }
         label = self.book.label(self.file)
-        if name == "z":
-            self.undo() if event.modifiers.ctrl or event.modifiers.meta else self.magnify()
-        elif name in steps and label is not None:
-            dx, dy = steps[name]
-            self.keep(
-                self.placed(label, label.center_x_px + fine * dx, label.center_y_px + fine * dy)
-            )
-        elif name in plain and not event.modifiers.ctrl:
-            plain[name]()
+        if key in ARROWS and label is not None:
+            x_px, y_px = label.center_x_px, label.center_y_px
+            dx, dy = ARROWS[key]
+            self.keep(self.placed(label, x_px + step_px * dx, y_px + step_px * dy))
+        elif key in plain:
+            plain[key]()
 
     def accept(self) -> None:
-        """The circle is right: note it and turn to the next frame."""
+        """The circle is right: note it and turn to the next frame; stay where that fails."""
         label = self.book.label(self.file)
-        if label is not None:
-            self.keep(replace(label, quality=CERTAIN))
-        self.turn(1)
+        if not self.seen or label is None or self.keep(replace(label, quality=CERTAIN)):
+            self.turn(1)
 
     def remove(self) -> None:
         """No ball touches here."""
-        self.attempt(lambda: self.book.remove(self.file))
+        self.edit(lambda: self.book.remove(self.file))
 
     def undo(self) -> None:
         """Take the last change back and show the frame it was made on."""
@@ -296,27 +296,27 @@ class LabelPage:
             quality=CERTAIN,
         )
 
-    def keep(self, label: BallLabel) -> None:
-        """Write a label."""
-        self.attempt(lambda: self.book.put(label))
+    def keep(self, label: BallLabel) -> bool:
+        """Write a label; whether it could be written."""
+        return self.edit(lambda: self.book.put(label))
 
-    def attempt(self, change: Any) -> None:
-        """Make a change and show it, or say why it could not be made."""
+    def edit(self, change: Callable[[], object]) -> bool:
+        """Change the frame that is seen; whether that was done."""
+        if not self.seen:
+            ui.notify(f"{self.file} is not shown: nothing was changed.", type="warning")
+            return False
+        return self.attempt(change)
+
+    def attempt(self, change: Callable[[], object]) -> bool:
+        """Make a change and show it, or say why it could not be made; whether it was."""
+        done = True
         try:
             change()
         except (WedgeError, OSError) as error:
-            ui.notify(str(error), type="negative", timeout=0, close_button=True)
+            say(error)
+            done = False
         self.moved = None
-        self.draw()
-        self.listing.refresh()
-
-
-def _standing(label: BallLabel | None) -> tuple[str, str]:
-    """An icon and a word on a frame's circle."""
-    if label is None:
-        return "radio_button_unchecked", "none"
-    if label.quality is None:
-        return "help_outline", "not scored"
-    if label.quality >= CERTAIN:
-        return "check_circle", "seen"
-    return ("warning" if label.quality < DOUBTFUL else "adjust"), f"{label.quality:.2f}"
+        if self.seen:
+            self.draw()
+        self.list.mark(self.file)
+        return done

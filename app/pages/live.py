@@ -23,6 +23,8 @@ body { background: #10151c; color: #e6edf3; font-variant-numeric: tabular-nums; 
 .picture { background: #0b0f14; border-radius: 8px; overflow: hidden; min-height: 9rem; }
 .picture img { width: 100%; display: block; }
 .quiet { color: #9fb0c0; }
+.surface { width: 100% !important; height: auto !important; contain: size; }
+.stale { opacity: .35; }
 .big { font-size: 2rem; line-height: 1.1; font-weight: 600; }
 .remark { color: #ffcf70; }
 .chip { border-radius: 999px; padding: 1px 10px; font-size: .75rem; font-weight: 600; }
@@ -69,8 +71,9 @@ class SensorCard:
         self.surface_s = 0.0
         with ui.column().classes("sensor w-full p-4 gap-3").props(f"id=sensor-{number}"):
             self._head()
-            pictured = 4 if watcher.unit and alone else 2
-            with ui.element("div").classes(f"grid grid-cols-{pictured} gap-3 w-full"):
+            pictured = "grid-cols-2 lg:grid-cols-4" if watcher.unit and alone else "grid-cols-2"
+            self.touch = [ui.element("div").classes(f"grid {pictured} gap-3 w-full")]
+            with self.touch[0]:
                 self.raw = _picture("Raw", "as the camera sees it", "raw")
                 about = f"to the blank gel, ×{pictures.CONTRAST:g} about grey"
                 self.difference = _picture("Difference", about, "difference")
@@ -85,8 +88,15 @@ class SensorCard:
                     "`wedge calibrate` makes it from ball presses."
                 ).classes("quiet")
             else:
-                layout = "grid-cols-[2fr_1fr]" if alone else "grid-cols-[3fr_2fr]"
-                with ui.element("div").classes(f"grid {layout} gap-3 w-full"):
+                layout = (
+                    "lg:grid-cols-[minmax(0,2fr)_minmax(0,1fr)]"
+                    if alone
+                    else "sm:grid-cols-[minmax(0,3fr)_minmax(0,2fr)]"
+                )
+                self.touch.append(
+                    ui.element("div").classes(f"grid grid-cols-1 {layout} gap-3 w-full")
+                )
+                with self.touch[1]:
                     self._surface(alone)
                     self._numbers()
             self._stream()
@@ -110,13 +120,13 @@ class SensorCard:
         self.remark = ui.label().classes("remark text-sm").props("id=remark")
 
     def _surface(self, alone: bool) -> None:
-        with ui.column().classes("gap-1 w-full"):
+        with ui.column().classes("gap-1 w-full min-w-0"):
             ui.label("Surface").classes("text-sm font-medium")
             with ui.element("div").classes("picture w-full"):
                 size = (980, 420) if alone else (500, 320)
                 with ui.scene(*size, grid=False, background_color="#0b0f14") as self.scene:
                     self.texture: Texture | None = None
-                self.scene.classes("w-full")
+                self.scene.classes("surface").style(f"aspect-ratio: {size[0]} / {size[1]}")
                 self.scene.move_camera(0, -4.3, 4.3, 0, -0.3, -0.3, 0, 0, 1, duration=0)
             ui.label(f"drag to turn, wheel to zoom; depth drawn {STEEPNESS:g}× steeper").classes(
                 "quiet text-xs"
@@ -162,6 +172,8 @@ class SensorCard:
         self.chip.classes(
             *(("on",) if watcher.live else ("off",)), remove="off" if watcher.live else "on"
         )
+        for part in self.touch:  # what is shown was so, and may be no more
+            part.classes("" if watcher.live else "stale", remove="stale" if watcher.live else "")
         self._update_facts()
         glimpse = watcher.glimpse
         if glimpse is None or glimpse.number == self.shown:
@@ -201,15 +213,15 @@ class SensorCard:
         self.texture.set_url(url)
 
     def _update_facts(self) -> None:
-        watcher, newest = self.watcher, self.watcher.newest
-        if newest is None:
-            return
-        counts, glimpse = newest.source.counts, watcher.glimpse
-        latency = watcher.latency_ms
-        self.facts["rate"].set_text(f"{watcher.rate_hz:.1f} frames/s")
+        watcher, newest, glimpse = self.watcher, self.watcher.newest, self.watcher.glimpse
+        rate_hz, latency = (watcher.rate_hz, watcher.latency_ms) if watcher.live else (0.0, None)
+        self.facts["rate"].set_text(f"{rate_hz:.1f} frames/s")
         self.facts["latency"].set_text(
             "latency unknown" if latency is None else f"latency {latency:.1f} ms"
         )
+        if newest is None:
+            return
+        counts = newest.source.counts
         if glimpse is not None and glimpse.depth is not None:
             self.facts["work"].set_text(f"depth in {glimpse.work_ms:.1f} ms")
         self.facts["lost"].set_text(f"{counts.dropped} dropped, {counts.corrupt} corrupt")

@@ -20,12 +20,14 @@ from recon.calibration import Calibration
 from recon.fast import FastReconstructor
 from recon.follower import Follower
 from recon.images import write_image
-from recon.stream import Newest
+from recon.stream import Counts, Newest
 from sensor.errors import WedgeError
 from sensor.toml import Pair
 
 VIEW_S = 1 / 12
 """Between two pictures."""
+PACE_S = 1.0
+"""Between two measurements of how fast frames come."""
 AGAIN_S = 1.0
 """Before a sensor that failed is tried again."""
 UNWATCHED_S = 3.0
@@ -51,6 +53,29 @@ class Glimpse:
     number: int = 0
 
 
+class _Pace:
+    """How fast frames come and how late, measured anew every second."""
+
+    def __init__(self, counts: Counts) -> None:
+        self.counts = counts
+        self.rate_hz = 0.0
+        self.latency_ms: float | None = None
+        self.latencies_ms: deque[float] = deque(maxlen=12)
+        self._counted, self._since_s = counts.received, time.monotonic()
+
+    def is_measured(self) -> bool:
+        """Measure where a second is over; whether that was done."""
+        passed_s = time.monotonic() - self._since_s
+        if passed_s <= PACE_S:
+            return False
+        self.rate_hz = (self.counts.received - self._counted) / passed_s
+        if self.counts.received == self._counted:
+            self.latencies_ms.clear()  # of frames long gone
+        self.latency_ms = median(self.latencies_ms) if self.latencies_ms else None
+        self._counted, self._since_s = self.counts.received, time.monotonic()
+        return True
+
+
 class Watcher:
     """Follows one sensor and keeps the newest glimpse of it."""
 
@@ -60,6 +85,8 @@ class Watcher:
         self.title = unit.card.serial if unit else self.name
         self.glimpse: Glimpse | None = None
         self.error = ""
+        self.trouble = ""
+        """Why the last background was not taken; until another is asked for."""
         self.rate_hz = 0.0
         self.latency_ms: float | None = None
         self.newest: Newest | None = None
@@ -88,17 +115,22 @@ class Watcher:
     @property
     def remark(self) -> str:
         """What is wrong, or what a person should know, in a sentence."""
+        return " ".join(words for words in (self._state, self.trouble) if words)
+
+    @property
+    def _state(self) -> str:
+        """What is wrong with the stream, in a sentence."""
         newest = self.newest
         return self.error or ("" if newest is None else newest.source.counts.remark)
 
     @property
     def live(self) -> bool:
         """Whether frames come."""
-        return not self.error and "lost" not in self.remark and self.glimpse is not None
+        return not self.error and "lost" not in self._state and self.glimpse is not None
 
     def take_background(self) -> None:
         """Make the mean of the next frames the blank frame, and keep it."""
-        self._taken = []
+        self._taken, self.trouble = [], ""
 
     def saved(self) -> str:
         """A sentence on what was written since the last call, if anything."""
@@ -130,23 +162,29 @@ class Watcher:
                 self.error = f"{self.name} has ended."
             except WedgeError as error:
                 self.error = str(error)
+            except OSError as error:
+                self.error = f"{self.name}: {error.strerror or error}."
+            except Exception as error:  # a thread that ends in silence would leave the page waiting
+                self.error = f"{self.name} failed by {type(error).__name__}: {error}."
             self.newest = None
+            self.rate_hz, self.latency_ms = 0.0, None
             self._closed.wait(AGAIN_S)
 
     def _follow(self, newest: Newest) -> None:
         reconstruct = self._prepared()
-        counted, since_s = newest.source.counts.received, time.monotonic()
-        latencies_ms: deque[float] = deque(maxlen=12)
+        pace = _Pace(newest.source.counts)
         while not self._closed.is_set():
             begun_s = time.monotonic()
             timed = newest.take(timeout_s=0.3)
+            if timed is not None and timed.latency_ms is not None:
+                pace.latencies_ms.append(timed.latency_ms)
+            if pace.is_measured():
+                self.rate_hz, self.latency_ms = pace.rate_hz, pace.latency_ms
             if timed is None:
                 if newest.ended:
                     return
                 continue
             self.frame = frame = timed.image()
-            if timed.latency_ms is not None:
-                latencies_ms.append(timed.latency_ms)
             if not self._fits(frame):
                 continue
             if self._background is None and self.unit is None:
@@ -156,12 +194,6 @@ class Watcher:
             if begun_s - self.watched_s < UNWATCHED_S:
                 self.glimpse = self._look(reconstruct, frame)
             self.error = ""
-            passed_s = time.monotonic() - since_s
-            if passed_s > 1:
-                received = newest.source.counts.received
-                self.rate_hz = (received - counted) / passed_s
-                counted, since_s = received, time.monotonic()
-                self.latency_ms = median(latencies_ms) if latencies_ms else None
             self._closed.wait(max(0.0, VIEW_S - (time.monotonic() - begun_s)))
 
     def _prepared(self) -> FastReconstructor | None:
@@ -192,8 +224,13 @@ class Watcher:
         if len(self._taken) < BACKGROUND_FRAMES:
             return False
         background: Frame = np.mean(self._taken, axis=0).round().astype(np.uint8)
-        self._background, self._taken = background, None
-        self._saved = self._write("background", background)
+        self._taken = None
+        try:
+            self._saved = self._write("background", background)
+        except (WedgeError, OSError) as error:
+            self.trouble = f"The background was not taken: {error}"
+            return False
+        self._background = background
         self.history.clear()
         return True
 

@@ -14,12 +14,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from playwright.sync_api import expect
 
 from recon.corner_book import CornerBook
 from recon.labelling import LabelBook
-from recon.presses import read_background
-from sensor.dataset import BallLabel, Dataset, read_dataset, write_labels
+from recon.lens import Lens, write_lens
+from recon.presses import press_reader, read_background
+from sensor.dataset import BallLabel, Dataset, read_dataset, write_card, write_labels
 from sensor.errors import WedgeError
+from tests.app.served import needs_chromium, opened, served
 from tests.synthetic import KEYSTONE_PX, make_dataset
 
 CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
@@ -104,6 +107,72 @@ def test_a_folded_pad_and_a_card_changed_meanwhile_are_refused(tmp_path: Path) -
         book.turn()
     assert path.read_bytes() == edited
     assert len(read_dataset(dataset.folder).labels) == 3
+
+
+def test_circles_looked_at_meanwhile_keep_the_corners(tmp_path: Path) -> None:
+    dataset = raw_set(tmp_path / "set", quality=0.9)
+    corner_book, label_book = CornerBook(dataset, read_background(dataset)), LabelBook(dataset)
+    label_book.put(replace(dataset.labels[0], quality=1.0))
+    before = {path.name: path.read_bytes() for path in dataset.folder.iterdir()}
+    with pytest.raises(WedgeError, match="drew or looked at"):
+        corner_book.turn()
+    assert {path.name: path.read_bytes() for path in dataset.folder.iterdir()} == before
+    label_book.undo()
+    corner_book.turn()
+    assert read_dataset(dataset.folder).labels == ()
+
+
+def test_the_unwarped_picture_is_the_one_that_is_learnt_from(tmp_path: Path) -> None:
+    dataset = raw_set(tmp_path / "set", quality=0.9)
+    blank = read_background(dataset)
+    lens = Lens(
+        frame_size_px=(160, 120),
+        focal_px=(160.0, 160.0),
+        center_px=(80.0, 60.0),
+        radial=(-0.3, 0.0, 0.0),
+        rms_px=0.1,
+    )
+    write_lens(dataset.folder / "camera.toml", lens)
+    reader = press_reader(dataset)
+    frame = np.random.default_rng(0).integers(0, 256, (120, 160, 3), np.uint8)
+    shown = CornerBook(dataset, blank, reader.lens).unwarp(frame)
+    np.testing.assert_array_equal(shown, reader.unwarp(frame))
+    assert np.abs(shown - CornerBook(dataset, blank).unwarp(frame)).max() > 0.1
+
+
+@needs_chromium
+def test_the_browsers_keys_and_an_unseen_frame_change_no_corner(tmp_path: Path) -> None:
+    folder = raw_set(tmp_path / "set", quality=0.9).folder
+    before = [(folder / name).read_bytes() for name in ("dataset.toml", "labels.csv")]
+    (folder / "press00.png").write_bytes(b"no picture")
+    with served("label", folder, "--corners") as address, opened(address) as page:
+        heading = page.locator("#heading")
+        for keys in ("Meta+t", "Alt+ArrowLeft", "Meta+m", "Control+f", "n"):
+            page.keyboard.press(keys)
+        expect(heading).to_contain_text("press00.png cannot be shown")
+        expect(page.locator("#raw")).to_be_hidden()
+        page.get_by_text("Turn", exact=True).click()
+        for key in ("ArrowLeft", "m", "f", "1", "n"):
+            page.keyboard.press(key)
+        expect(heading).to_contain_text("press01.png: corner 1")
+        expect(page.locator("#raw")).to_be_visible()
+        files = [(folder / name).read_bytes() for name in ("dataset.toml", "labels.csv")]
+        assert files == before
+
+
+@needs_chromium
+@pytest.mark.parametrize("width_px", [375, 700, 1280])
+def test_a_fine_pitch_leaves_room_for_the_raw_frame(width_px: int, tmp_path: Path) -> None:
+    folder = raw_set(tmp_path / "set", quality=0.9).folder
+    card = read_dataset(folder).card
+    x, y = card.mm_per_px
+    write_labels(folder / "labels.csv", [])
+    write_card(folder / "dataset.toml", replace(card, mm_per_px=(x / 15, y / 15)))
+    with served("label", folder, "--corners") as address, opened(address, width_px) as page:
+        page.wait_for_function("document.querySelector('#preview img').naturalWidth > 1000")
+        for part in ("#raw", "#preview"):
+            assert 300 < page.locator(part).evaluate("x => x.clientWidth") < width_px
+        assert page.evaluate("document.documentElement.scrollWidth") <= width_px
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine: apt install chromium")

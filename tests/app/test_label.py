@@ -116,8 +116,59 @@ def test_the_doubtful_come_first_and_the_seen_last(tmp_path: Path) -> None:
         label = book.label(file)
         assert label is not None
         book.put(replace(label, quality=quality))
-    book.remove(files[3])
-    assert doubtful_first(files, book) == [files[2], files[0], files[3], files[1]]
+    book.remove(files[3])  # that too is a look
+    assert doubtful_first(files, book) == [files[2], files[0], files[1], files[3]]
+    assert doubtful_first([*files, "new.png"], book)[2] == "new.png"
+
+
+def test_that_no_ball_touches_outlives_the_page(tmp_path: Path) -> None:
+    folder = make_dataset(tmp_path / "set", presses=3).folder
+    book = LabelBook(read_dataset(folder))
+    first, second, third = (label.file for label in book.labels)
+    for file in (first, second):
+        book.remove(file)
+    book.remove(third)
+    assert book.undo() == third and not book.has_no_ball(third)
+    circle = book.label(third)
+    assert circle is not None
+    book.put(replace(circle, file=second))
+    assert book.undo() == second and book.has_no_ball(second)
+    book.put(replace(circle, file=second))
+    assert not book.has_no_ball(second)
+
+    command = wedge("label", str(folder), "--no-page")
+    done = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
+    assert "No ball was found" not in done.stdout
+    assert [label.file for label in read_dataset(folder).labels] == [second, third]
+    assert LabelBook(read_dataset(folder)).has_no_ball(first)
+    subprocess.run([*command, "--again"], cwd=ROOT, check=True, capture_output=True)
+    assert len(read_dataset(folder).labels) == 3
+    assert not LabelBook(read_dataset(folder)).has_no_ball(first)
+
+
+def test_a_change_that_fails_half_way_leaves_both_files(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=2)
+    book, (first, second) = LabelBook(dataset), (label.file for label in dataset.labels)
+    book.remove(first)
+    before = {path.name: path.read_bytes() for path in dataset.folder.iterdir()}
+
+    def refuse(*_: object) -> None:
+        raise WedgeError("the disk is full.")
+
+    monkeypatch.setattr("recon.labelling.write_labels", refuse)
+    with pytest.raises(WedgeError, match="full"):
+        book.remove(second)
+    assert {path.name: path.read_bytes() for path in dataset.folder.iterdir()} == before
+    assert book.has_no_ball(first) and not book.has_no_ball(second)
+
+
+def test_a_damaged_list_of_frames_without_a_ball_is_a_sentence(tmp_path: Path) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=1)
+    (dataset.folder / "no_ball.txt").write_bytes(b"\xff\n")
+    with pytest.raises(WedgeError, match=r"no_ball\.txt cannot be read"):
+        LabelBook(dataset)
 
 
 @pytest.fixture

@@ -35,6 +35,9 @@ from tests.synthetic import make_dataset
 CLIP = Path("wedge-mit") / "2023-12-16" / "golf_ball_t0.avi"
 CORNERS_PX = ((46.0, 87.0), (439.0, 121.0), (446.0, 368.0), (52.0, 425.0))
 PATIENCE_MS = 120_000
+FITTING = """width => document.documentElement.scrollWidth <= width
+    && [...document.querySelectorAll("canvas")].every(
+        canvas => canvas.clientWidth <= canvas.closest(".picture").clientWidth + 1)"""
 NUMBER = "parseFloat(document.querySelector"
 
 
@@ -112,6 +115,13 @@ def test_two_sensors_one_of_them_away(tmp_path: Path, browser_page: Page) -> Non
         assert first.locator(".markers").inner_text() == "none on this gel"
         assert "frames/s" in first.locator("#stream").inner_text()
         assert "nothing listens" in second.locator("#remark").inner_text()
+        assert "0.0 frames/s\nlatency unknown" in second.locator("#stream").inner_text()
+        assert second.locator(".stale .deepest").count() == 1
+        assert first.locator(".stale").count() == 0
+        for width_px in (375, 700, 1280):
+            page.set_viewport_size({"width": width_px, "height": 1000})
+            page.wait_for_function(FITTING, arg=width_px)
+        page.set_viewport_size({"width": 1400, "height": 1000})
 
         first.get_by_text("Take background").click()
         page.get_by_text("background-").wait_for()

@@ -1,0 +1,105 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the pages that edit a dataset share: how they are served, their keys and their buttons."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from nicegui import ui
+from nicegui.events import KeyEventArguments
+
+from sensor.errors import WedgeError
+
+STEP_PX, FINE_STEP_PX = 1.0, 0.25
+DRAWN = "#111111"
+HALO = "#ffffff"
+UNDO = "Ctrl z"
+ARROWS = {
+    "ArrowLeft": (-1, 0),
+    "ArrowRight": (1, 0),
+    "ArrowUp": (0, -1),
+    "ArrowDown": (0, 1),
+}
+MOUSE_EVENTS = ["mousedown", "mousemove", "mouseup", "mouseleave"]
+STILL = """(e) => {
+    if (e.key.startsWith("Arrow") && !e.ctrlKey && !e.metaKey && !e.altKey)
+        e.event.preventDefault();
+}"""
+"""Arrow keys move what is drawn: the page and its list stay where they are."""
+
+
+def run_page(build: Callable[[], object], title: str, port: int) -> None:
+    """Serve a page on this computer until Ctrl-C, built anew for every tab.
+
+    Raises:
+        WedgeError: the port is in use.
+    """
+    import socket
+
+    with socket.socket() as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind(("127.0.0.1", port))
+        except OSError as error:
+            raise WedgeError(f"port {port} is in use: choose another with --port.") from error
+
+    @ui.page("/")
+    def page() -> None:
+        build()
+
+    print(f"Open http://127.0.0.1:{port} and end with Ctrl-C; every change is kept at once.")
+    ui.run(
+        host="127.0.0.1",
+        port=port,
+        title=title,
+        show=False,
+        reload=False,
+        show_welcome_message=False,
+    )
+
+
+def listen(on_key: Callable[[str, float], None]) -> None:
+    """Call with every key that is the page's, and with the pixels that an arrow moves by."""
+
+    def pressed(event: KeyEventArguments) -> None:
+        if (key := key_of(event)) is not None:
+            on_key(key, FINE_STEP_PX if event.modifiers.shift else STEP_PX)
+
+    ui.keyboard(on_key=pressed, repeating=True).on("key", js_handler=STILL)
+
+
+def key_of(event: KeyEventArguments) -> str | None:
+    """The key that was pressed, a letter in lower case; ``UNDO`` for Ctrl Z and Cmd Z.
+
+    Returns:
+        ``None`` where a key is let go, and for all that Ctrl, Cmd or Alt make the browser's own.
+    """
+    if not event.action.keydown:
+        return None
+    held = event.modifiers
+    name = event.key.name if len(event.key.name) > 1 else event.key.name.lower()
+    if held.ctrl or held.meta:
+        return UNDO if name == "z" and not (held.alt or held.shift) else None
+    return None if held.alt else name
+
+
+def button(
+    text: str, icon: str | None, on_click: Callable[[], Any], *, first: bool = False
+) -> None:
+    """A button that never takes the focus: Enter and the other keys stay the page's."""
+    made = ui.button(text, icon=icon, on_click=lambda: on_click())
+    made.props("tabindex=-1" if first else "tabindex=-1 outline")
+    made.on("mousedown", js_handler="(e) => e.preventDefault()")
+
+
+def keys_explained(lines: Sequence[tuple[str, str]]) -> None:
+    """A line for each key and what it does."""
+    for key, meaning in lines:
+        with ui.row().classes("no-wrap gap-2"):
+            ui.label(key).classes("font-bold w-28 shrink-0")
+            ui.label(meaning)
+
+
+def say(error: Exception) -> None:
+    """Show why a change could not be made, until somebody closes it."""
+    ui.notify(str(error), type="negative", timeout=0, close_button=True)

@@ -1,0 +1,61 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A page of the command line, served and opened in a real browser."""
+
+import contextlib
+import os
+import shutil
+import subprocess
+import sys
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Page, sync_playwright
+
+from tests.recon.stream.servers import free_port
+
+CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
+ROOT = Path(__file__).resolve().parents[2]
+PATIENCE_MS = 60_000
+needs_chromium = pytest.mark.skipif(
+    CHROMIUM is None, reason="no Chromium on this machine: apt install chromium"
+)
+
+
+@contextlib.contextmanager
+def served(*words: object) -> Iterator[str]:
+    """The address of the page that a command serves."""
+    port = free_port()
+    command = [sys.executable, "-P", "-m", "app", *map(str, words), "--port", str(port)]
+    # NiceGUI serves otherwise where it sees pytest.
+    environment = {key: value for key, value in os.environ.items() if "PYTEST" not in key}
+    with subprocess.Popen(
+        command, cwd=ROOT, stdout=subprocess.PIPE, text=True, env=environment
+    ) as server:
+        try:
+            assert server.stdout is not None
+            next(line for line in server.stdout if line.startswith("Open "))
+            yield f"http://127.0.0.1:{port}"
+        finally:
+            server.terminate()
+
+
+@contextlib.contextmanager
+def opened(address: str, width_px: int = 1400, height_px: int = 800) -> Iterator[Page]:
+    """The page in a browser, its heading there."""
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        page = browser.new_page(viewport={"width": width_px, "height": height_px})
+        page.set_default_timeout(PATIENCE_MS)
+        for _ in range(100):  # the server says where it will be just before it listens
+            try:
+                urllib.request.urlopen(address, timeout=5).close()
+                break
+            except OSError:
+                page.wait_for_timeout(100)
+        page.goto(address)
+        page.wait_for_function("document.querySelector('#heading')?.innerText")
+        yield page
+        browser.close()

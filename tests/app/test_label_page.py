@@ -1,0 +1,149 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The page of `wedge label` in a real browser: keys, buttons, odd frames, long lists, windows."""
+
+import os
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from recon.labelling import CERTAIN
+from sensor.dataset import BallLabel, Dataset, read_dataset, write_labels
+from tests.app.served import needs_chromium, opened, served
+from tests.synthetic import make_dataset
+
+expect.set_options(timeout=30_000)
+pytestmark = needs_chromium
+WITHIN = """([inner, outer]) => {
+    const a = document.querySelector(inner).getBoundingClientRect();
+    const b = document.querySelector(outer).getBoundingClientRect();
+    return a.left >= b.left - 1 && a.right <= b.right + 1
+        && a.top >= b.top - 1 && a.bottom <= b.bottom + 1;
+}"""
+
+
+def labels(dataset: Dataset) -> dict[str, BallLabel]:
+    return {label.file: label for label in read_dataset(dataset.folder).labels}
+
+
+def shown_file(page: Page) -> str:
+    heading = page.locator("#heading").inner_text()
+    return heading.partition(" cannot")[0].partition(":")[0]
+
+
+def test_keys_stay_the_pages_after_a_click_on_a_button(tmp_path: Path) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=3)
+    with served("label", dataset.folder) as address, opened(address) as page:
+        heading, first = page.locator("#heading"), shown_file(page)
+        page.get_by_text("No ball", exact=True).click()
+        expect(heading).to_contain_text("no ball")
+        page.keyboard.press("Enter")
+        expect(heading).not_to_contain_text(first)
+        second = shown_file(page)
+        page.get_by_text("Undo", exact=True).click()
+        expect(heading).to_contain_text(first)
+        assert labels(dataset).keys() == {label.file for label in dataset.labels}
+        page.keyboard.press("Tab")
+        page.keyboard.press("Enter")
+        expect(heading).to_contain_text(second)
+        assert labels(dataset)[first].quality == CERTAIN
+        page.keyboard.press("ArrowRight")
+        expect(heading).to_contain_text("quality 1.00")
+
+
+def test_what_is_the_browsers_own_edits_nothing(tmp_path: Path) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=3)
+    with served("label", dataset.folder) as address, opened(address) as page:
+        file = shown_file(page)
+        box = page.locator("#picture img").first.bounding_box()
+        assert box is not None
+        page.mouse.move(box["x"] + 50, box["y"] + 50)
+        for keys in ("Meta+Minus", "Alt+ArrowLeft", "Meta+Delete", "Control+Shift+z", "Alt+n"):
+            page.keyboard.press(keys)
+        page.mouse.wheel(60, 0)
+        page.keyboard.down("Control")
+        page.mouse.wheel(0, 100)
+        page.keyboard.up("Control")
+        page.mouse.down(button="right")
+        page.mouse.move(box["x"] + 90, box["y"] + 50)
+        page.mouse.up(button="right")
+        page.keyboard.press("ArrowRight")  # told after all these
+        expect(page.locator("#heading")).to_contain_text("quality 1.00")
+        before, after = {label.file: label for label in dataset.labels}[file], labels(dataset)[file]
+        assert after.center_x_px == pytest.approx(before.center_x_px + 1, abs=0.01)
+        assert after.center_y_px == pytest.approx(before.center_y_px, abs=0.01)
+        assert after.contact_radius_px == before.contact_radius_px
+
+
+def test_a_frame_that_cannot_be_read_is_not_edited(tmp_path: Path) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=3)
+    with served("label", dataset.folder) as address, opened(address) as page:
+        heading, first = page.locator("#heading"), shown_file(page)
+        (damaged,) = {label.file for label in dataset.labels[1:2]}
+        assert damaged != first
+        (dataset.folder / damaged).write_bytes(b"no picture")
+        page.keyboard.press("n")
+        expect(heading).to_contain_text(f"{damaged} cannot be shown")
+        expect(page.locator("#picture")).to_be_hidden()
+        for key in ("ArrowRight", "+", "Delete"):
+            page.keyboard.press(key)
+        page.get_by_text("No ball", exact=True).click()
+        page.keyboard.press("Enter")  # turns on and says nothing of the frame
+        expect(heading).to_contain_text("centre")
+        expect(page.locator("#picture")).to_be_visible()
+        assert labels(dataset) == {label.file: label for label in dataset.labels}
+
+
+def test_enter_that_cannot_write_stays_at_the_frame(tmp_path: Path) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=3)
+    with served("label", dataset.folder) as address, opened(address) as page:
+        first, path = shown_file(page), dataset.folder / "labels.csv"
+        path.write_text(path.read_text() + "\n")  # another program's
+        page.keyboard.press("Enter")
+        page.get_by_text("another program").wait_for()
+        page.keyboard.press("d")
+        expect(page.locator("#heading")).to_contain_text(first)
+
+
+def test_a_long_list_keeps_its_rows_and_follows_the_frame(tmp_path: Path) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=1)
+    (label,) = dataset.labels
+    for index in range(300):
+        os.link(dataset.folder / label.file, dataset.folder / f"more{index}.png")
+    more = [BallLabel(**{**vars(label), "file": f"more{i}.png"}) for i in range(300)]
+    write_labels(dataset.folder / "labels.csv", [label, *more])
+    with served("label", dataset.folder) as address, opened(address) as page:
+        rows = page.locator("#frames [role=option]")
+        assert rows.count() == 301
+        rows.evaluate_all("all => all.forEach(row => row.same = true)")
+        page.keyboard.press("p")
+        expect(rows.last).to_have_attribute("aria-selected", "true")
+        page.wait_for_function(WITHIN, arg=["#frames [aria-selected=true]", "#frames"])
+        assert page.evaluate("scrollY") == 0
+        page.keyboard.press("Delete")
+        expect(rows.last).to_contain_text("no ball")
+        assert rows.evaluate_all("all => all.every(row => row.same)")
+        page.locator("#frames").evaluate("list => list.scrollTop = 0")
+        rows.nth(2).click()
+        expect(page.locator("#heading")).to_contain_text(rows.nth(2).locator(".name").inner_text())
+        expect(page.locator("#frames [aria-selected=true]")).to_have_count(1)
+
+
+@pytest.mark.parametrize("width_px", [375, 700, 1280])
+def test_narrow_windows_and_zoom_leave_all_parts_in_view(width_px: int, tmp_path: Path) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=3)
+    with served("label", dataset.folder) as address, opened(address, width_px) as page:
+        page.wait_for_function("document.querySelector('#picture img').naturalWidth > 0")
+        for key in ("", "z", "z"):
+            if key:
+                shown_px = page.locator("#picture").evaluate("x => x.clientWidth")
+                page.keyboard.press(key)
+                page.wait_for_function(
+                    "before => document.querySelector('#picture').clientWidth > before",
+                    arg=shown_px,
+                )
+            page.wait_for_function(WITHIN, arg=["#picture path", "#view"])
+            for part in ("#frames", "#view"):
+                assert page.locator(part).evaluate("x => x.clientWidth") > 150
+            assert page.evaluate("document.documentElement.scrollWidth") <= width_px

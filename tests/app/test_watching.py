@@ -1,0 +1,132 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the watcher of a sensor says when something fails: every failure is a sentence."""
+
+import math
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.pages.watching import BACKGROUND_FRAMES, Watcher
+from recon.stream import Counts, TimedFrame
+
+FRAME = np.full((12, 16, 3), 90, np.uint8)
+
+
+class _Endless:
+    """A source of one frame after the other, until it is told to be silent."""
+
+    name, live = "endless", True
+
+    def __init__(self) -> None:
+        self.counts, self.silent, self.closed = Counts(), threading.Event(), threading.Event()
+
+    def __iter__(self) -> Iterator[TimedFrame]:
+        while not self.closed.wait(0.001):
+            if not self.silent.is_set():
+                self.counts.received += 1
+                yield TimedFrame(index=0, time_ns=0, arrived_ns=5_000_000, pixels=FRAME)
+
+    def close(self) -> None:
+        self.closed.set()
+
+    def __enter__(self) -> "_Endless":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def watching(
+    monkeypatch: pytest.MonkeyPatch, captures: Path, opened: Callable[[], object]
+) -> Watcher:
+    for name in ("VIEW_S", "AGAIN_S", "PACE_S"):
+        monkeypatch.setattr(f"app.pages.watching.{name}", 0.01, raising=False)
+    monkeypatch.setattr("app.pages.watching.open_live", lambda *_, **__: opened())
+    watcher = Watcher("endless", None, captures)
+    watcher.watched_s = math.inf
+    return watcher
+
+
+def until(true: Callable[[], object]) -> None:
+    pause = threading.Event()
+    for _ in range(2000):
+        if true():
+            return
+        pause.wait(0.005)
+    raise AssertionError("never")
+
+
+@pytest.mark.parametrize(
+    ("fault", "sentence"),
+    [
+        (OSError(5, "Input/output error"), "endless: Input/output error."),
+        (ZeroDivisionError("division by zero"), "endless failed by ZeroDivisionError: division"),
+    ],
+)
+def test_any_failure_is_said_and_the_sensor_tried_again(
+    fault: Exception, sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    healed = threading.Event()
+
+    def opened() -> _Endless:
+        if not healed.is_set():
+            raise fault
+        return _Endless()
+
+    watcher = watching(monkeypatch, tmp_path, opened)
+    watcher.start()
+    try:
+        until(lambda: watcher.error)
+        assert watcher.error.startswith(sentence) and not watcher.live
+        healed.set()
+        until(lambda: watcher.live)
+        assert watcher.remark == ""
+    finally:
+        watcher.close()
+
+
+def test_a_background_that_cannot_be_written_is_not_used(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    captures = tmp_path / "captures"
+    captures.write_text("a file where the folder should be")
+    watcher = watching(monkeypatch, captures, _Endless)
+    watcher.start()
+    try:
+        until(lambda: watcher.live)
+        watcher.take_background()
+        until(lambda: watcher.remark)
+        number = watcher.glimpse.number
+        until(lambda: watcher.glimpse.number > number + BACKGROUND_FRAMES)
+        assert "The background was not taken" in watcher.remark and watcher.live
+        assert watcher.saved() == ""
+        captures.unlink()
+        watcher.take_background()
+        words = []
+        until(lambda: words.append(watcher.saved()) or words[-1])
+        assert "background-" in words[-1] and watcher.remark == ""
+    finally:
+        watcher.close()
+
+
+def test_a_silent_sensor_has_no_rate_and_no_latency(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source = _Endless()
+    watcher = watching(monkeypatch, tmp_path, lambda: source)
+    watcher.start()
+    try:
+        until(lambda: watcher.rate_hz > 0)
+        source.silent.set()
+        source.counts.remark = "lost: no frame for 1.5 s"
+        until(lambda: watcher.rate_hz == 0 and watcher.latency_ms is None)
+        assert not watcher.live
+        source.close()
+        until(lambda: watcher.error)
+        assert watcher.rate_hz == 0
+    finally:
+        watcher.close()
