@@ -28,14 +28,14 @@ def progress(title: str) -> Iterator[Report]:
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = (
-        TextColumn(f"{escape(title):{_TITLE_WIDTH}}"),
+        TextColumn("{task.description}"),
         BarColumn(bar_width=24),
         TextColumn("{task.percentage:3.0f} %"),
         TimeRemainingColumn(elapsed_when_finished=True),
         TextColumn("[dim]{task.fields[what]}"),
     )
     with Progress(*columns, console=Console(stderr=True)) as bar:
-        step = bar.add_task("", total=1.0, what="")
+        step = bar.add_task(escape(f"{title:{_TITLE_WIDTH}}"), total=1.0, what="")
 
         def report(share: float, what: str = "") -> None:
             bar.update(step, completed=share, what=escape(what))

@@ -61,10 +61,7 @@ def main(
     """
     wanted = load_design(design)
     refuse_unbuildable(wanted)
-    if not 16 <= width_px <= 4096:
-        raise WedgeError(f"--width-px {width_px} must be from 16 to 4096.")
-    if not 1 <= samples <= 65536:
-        raise WedgeError(f"--samples {samples} must be from 1 to 65536.")
+    refuse_numbers(width_px, samples)
     from simulation.dataset import Recipe, presses_of, write_set
     from simulation.engine import best_engine
 
@@ -103,6 +100,18 @@ def main(
         f"{recipe.engine.variant}, {samples} samples a pixel, design {wanted.name}."
         + (f" Next: wedge table {out}" if balls > 1 else "")
     )
+
+
+def refuse_numbers(width_px: int, samples: int) -> None:
+    """Refuse sizes of a render that cannot be meant.
+
+    Raises:
+        WedgeError: names the option, its value and its bounds.
+    """
+    if not 16 <= width_px <= 4096:
+        raise WedgeError(f"--width-px {width_px} must be from 16 to 4096.")
+    if not 1 <= samples <= 65536:
+        raise WedgeError(f"--samples {samples} must be from 1 to 65536.")
 
 
 def refuse_unbuildable(design: Wedge) -> None:

@@ -14,7 +14,7 @@ from app._output import OutputFile, check_outputs, print_table, write_json
 from app._progress import progress
 from app._seed import Seed
 from app._workers import process_pool
-from app.simulate import refuse_unbuildable
+from app.simulate import refuse_numbers, refuse_unbuildable
 from sensor.design import Wedge
 from sensor.design_file import load_design
 from sensor.errors import WedgeError
@@ -64,12 +64,19 @@ def main(
         json: Write the numbers here as JSON.
     """
     check_outputs(json, out / "sweep.png")
+    refuse_numbers(width_px, samples)
+    from validation.sweep import LEAST_PRESSES, SweepSize, sweep
+
+    if presses < LEAST_PRESSES:
+        raise WedgeError(
+            f"--presses {presses} must be at least {LEAST_PRESSES}: some to learn from, others to "
+            "judge."
+        )
     base = load_design(design)
     designs = _buildable(base, field, values)
     from simulation.engine import best_engine
     from validation.figures.png import png_bytes
     from validation.figures.sweep import sweep_figure
-    from validation.sweep import SweepSize, sweep
 
     size = SweepSize(presses=presses, samples=samples, width_px=width_px, seed=seed)
     pool = cluster_pool(cluster) if cluster else process_pool()
@@ -95,10 +102,11 @@ def main(
         map(_cells, points),
     )
     learnt, judged = points[0].presses
+    intervals = " with 95 % intervals by press" if judged > 1 else ""
     print(
-        f"Mean absolute gradient errors with 95 % intervals by press; {learnt} rendered presses to "
-        f"learn from, {judged} others judged, seed {seed}. Lit: share of the pad where every "
-        f"colour has half of its own mean. Picture: {out / 'sweep.png'}"
+        f"Mean absolute gradient errors{intervals}; {learnt} rendered presses to learn from, "
+        f"{judged} other{'s' * (judged > 1)} judged, seed {seed}. Lit: share of the pad where "
+        f"every colour has half of its own mean. Picture: {out / 'sweep.png'}"
     )
     write_json(json, _document(design, field, size, points))
 
@@ -123,8 +131,11 @@ def _buildable(base: Wedge, field: str, values: tuple[str, ...]) -> list[tuple[s
 
 def _cells(point: "SweepPoint") -> list[str]:
     def number(row: Any, metric: str) -> str:
+        mean = f"{row.errors.values[metric]:.3f}"
+        if row.errors.n_presses < 2:
+            return mean
         low, high = row.errors.ci95[metric]
-        return f"{row.errors.values[metric]:.3f} [{low:.3f}, {high:.3f}]"
+        return f"{mean} [{low:.3f}, {high:.3f}]"
 
     return [
         point.value,
@@ -135,6 +146,7 @@ def _cells(point: "SweepPoint") -> list[str]:
 
 
 def _document(design: str, field: str, size: Any, points: "list[SweepPoint]") -> dict[str, Any]:
+    """The numbers as plain values for JSON; one press has no intervals, so ``None`` for each."""
     return {
         "design": design,
         "field": field,
@@ -149,7 +161,10 @@ def _document(design: str, field: str, size: Any, points: "list[SweepPoint]") ->
                 **{
                     name: {
                         **row.errors.values,
-                        "ci95": {key: list(bounds) for key, bounds in row.errors.ci95.items()},
+                        "ci95": {
+                            key: list(bounds) if row.errors.n_presses > 1 else None
+                            for key, bounds in row.errors.ci95.items()
+                        },
                         "mean_abs_gradient": row.errors.mean_abs_gradient,
                     }
                     for name, row in (("contact", point.contact), ("contact+5%", point.row))

@@ -248,7 +248,7 @@ def write_set(
                 (folder / "truth").mkdir(exist_ok=True)
                 np.save(folder / "truth" / f"{name}.npy", dent.depth_mm)
             if dent.circle_px is not None:
-                labels.append(_label(f"{name}.jpg", _as_seen(recipe, dent.circle_px)))
+                labels.append(label_of(recipe, f"{name}.jpg", dent.circle_px))
             progress(done / len(names), name)
     except BaseException:
         for future in started.values():
@@ -294,8 +294,15 @@ def _whole_pixels_mm(view: View) -> tuple[float, float]:
     return view.size_px[0] * view.mm_per_px[0], view.size_px[1] * view.mm_per_px[1]
 
 
-def _label(file: str, circle_px: tuple[float, float, float]) -> BallLabel:
-    x_px, y_px, radius_px = (round(value, 3) for value in circle_px)
+def label_of(recipe: Recipe, file: str, circle_px: tuple[float, float, float]) -> BallLabel:
+    """The label of a round contact.
+
+    Args:
+        recipe: raw frames are labelled where the unwarped picture shows the contact.
+        file: the frame.
+        circle_px: centre in x and y and radius of the contact, seen straight on.
+    """
+    x_px, y_px, radius_px = (round(value, 3) for value in _as_seen(recipe, circle_px))
     return BallLabel(file=file, center_x_px=x_px, center_y_px=y_px, contact_radius_px=radius_px)
 
 

@@ -31,6 +31,8 @@ class Indenter:
     """Of its lowest point, when nothing else is said."""
     round_mm: float = 0.0
     """Radius of an underside that is one ball; 0 for any other."""
+    middle_mm: float = np.inf
+    """Height of a round object's middle, where its underside ends: no press is deeper."""
 
 
 def ball(x: np.ndarray, y: np.ndarray, *, radius_mm: float) -> np.ndarray:
@@ -135,6 +137,7 @@ def calibration_ball(radius_mm: float = CALIBRATION_BALL_MM) -> Indenter:
         size_mm=(2 * radius_mm, 2 * radius_mm),
         depth_mm=0.3 * radius_mm,
         round_mm=radius_mm,
+        middle_mm=radius_mm,
     )
 
 
@@ -164,20 +167,48 @@ def shapes(pad_size_mm: tuple[float, float]) -> Mapping[str, Indenter]:
         ("prism", partial(prism, length_mm=5.0, half_angle_deg=60.0), (5.0, 3.0), 0.5),
         ("threads", partial(thread_rod, pitch_mm=0.8, size_mm=6.0), (6.0, 6.0), 0.3),
     ]
+    middles_mm = {"ball_array": 1.2, "m2_screw": 1.0}
     return {
-        name: Indenter(name=name, profile=profile, size_mm=size, depth_mm=depth)
+        name: Indenter(
+            name=name,
+            profile=profile,
+            size_mm=size,
+            depth_mm=depth,
+            middle_mm=middles_mm.get(name, np.inf),
+        )
         for name, profile, size, depth in rows
     }
 
 
-def refuse_unfit(indenter: Indenter, pad_size_mm: tuple[float, float], depth_mm: float) -> None:
-    """Refuse a press that cannot be.
+def refuse_depth(indenter: Indenter, depth_mm: float) -> None:
+    """Refuse a depth to which an object cannot be pressed, whatever the gel.
 
     Raises:
-        WedgeError: the object is larger than the pad, or the depth is not positive.
+        WedgeError: the depth is not finite or not positive, or sinks a round object past its
+            middle.
     """
     if not depth_mm > 0:
         raise WedgeError(f"{indenter.name}: a press of {depth_mm:g} mm must be deeper than zero.")
+    if not np.isfinite(depth_mm):
+        raise WedgeError(f"{indenter.name}: a press of {depth_mm:g} mm must be a finite number.")
+    if depth_mm > indenter.middle_mm:
+        raise WedgeError(
+            f"{indenter.name}: a press of {depth_mm:g} mm sinks it past its middle, "
+            f"{indenter.middle_mm:g} mm up: press less deep."
+        )
+
+
+def refuse_size(indenter: Indenter, pad_size_mm: tuple[float, float]) -> None:
+    """Refuse an object that does not fit the pad.
+
+    Raises:
+        WedgeError: it is larger than the pad, or has no size.
+    """
+    if not all(size > 0 for size in indenter.size_mm):
+        raise WedgeError(
+            f"{indenter.name} of {indenter.size_mm[0]:g} x {indenter.size_mm[1]:g} mm must be "
+            "larger than zero."
+        )
     if any(size > pad for size, pad in zip(indenter.size_mm, pad_size_mm, strict=True)):
         raise WedgeError(
             f"{indenter.name} of {indenter.size_mm[0]:g} x {indenter.size_mm[1]:g} mm is larger "

@@ -9,7 +9,7 @@ import numpy as np
 
 from sensor.design import Gel, Wedge
 from sensor.errors import WedgeError
-from simulation.indenters import Indenter, refuse_unfit
+from simulation.indenters import Indenter, refuse_depth, refuse_size
 from simulation.skin import Map, Skin, View, pressed, rest_height_mm
 
 BALL_DEPTHS: Final = (0.2, 0.42)
@@ -47,7 +47,7 @@ def ball_presses(design: Wedge, ball: Indenter, count: int, seed: int) -> list[P
     """
     if count < 1:
         raise WedgeError(f"--presses {count} must be at least 1.")
-    refuse_unfit(ball, design.pad_size_mm, ball.depth_mm)
+    refuse_size(ball, design.pad_size_mm)
     rng = np.random.default_rng(seed)
     radius = ball.size_mm[0] / 2
     shallow, deep = (share * radius for share in BALL_DEPTHS)
@@ -82,12 +82,19 @@ def skin_under(design: Wedge, view: View, press: Press, *, cover_mm: float = 0.0
         cover_mm: thickness of a glove over the paint.
 
     Raises:
-        WedgeError: the object is larger than the pad, or the depth is not positive.
+        WedgeError: the object is larger than the pad or does not reach the skin, or the depth is
+            not finite, not positive, past a round object's middle or through the gel.
     """
-    refuse_unfit(press.indenter, design.pad_size_mm, press.depth_mm)
+    refuse_size(press.indenter, design.pad_size_mm)
+    refuse_depth(press.indenter, press.depth_mm)
     x, y = view.grid_mm
     rest = rest_height_mm(design.gel, x, y)
     object_x, object_y, lowest = _placed(design, press)
+    if lowest <= -design.gel.thickness_mm:
+        raise WedgeError(
+            f"{press.name}: a press of {press.depth_mm:g} mm goes through the gel, "
+            f"{design.gel.thickness_at_mm(*press.centre_mm):.3g} mm thick there: press less deep."
+        )
     reach = rest - lowest - press.indenter.profile(x - object_x, y - object_y)
     return pressed(view, design.gel, reach, PAINT_MM + cover_mm)
 
@@ -103,9 +110,10 @@ def _placed(design: Wedge, press: Press) -> tuple[float, float, float]:
     slope = np.array(rest_slope(design.gel, x, y))
     normal = np.array([-slope[0], -slope[1], 1]) / np.sqrt(1 + slope @ slope)
     radius = press.indenter.round_mm
-    arm = max(radius - press.depth_mm, 0.0)
-    centre = np.array([x, y, height]) + normal * arm
-    lowest = centre[2] - radius if radius else height - press.depth_mm
+    if not radius:
+        return x, y, float(height - press.depth_mm)
+    centre = np.array([x, y, height]) + normal * (radius - press.depth_mm)
+    lowest = centre[2] - radius
     return float(centre[0]), float(centre[1]), float(lowest)
 
 

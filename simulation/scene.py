@@ -161,18 +161,22 @@ def _flat(values: np.ndarray) -> Float[np.ndarray, " n"]:
 
 def _paint(mi: Any, paint: Paint, ink: Map | None) -> dict[str, Any]:
     if paint == "gray":
-        colour = _gray(GRAY_REFLECTANCE)
-        if ink is not None:
-            texture = np.repeat((GRAY_REFLECTANCE * ink)[..., None], 3, -1).astype(np.float32)
-            colour = {"type": "bitmap", "bitmap": mi.Bitmap(texture), "raw": True,
-                      "filter_type": "bilinear", "wrap_mode": "clamp"}  # fmt: skip
-        matt = {"type": "diffuse", "reflectance": colour}
+        matt = {"type": "diffuse", "reflectance": _inked(mi, GRAY_REFLECTANCE, ink)}
         return {"type": "twosided", "bsdf": matt}
     flakes = {"type": "roughconductor", "material": "none", "alpha": SILVER["roughness"],
-              "specular_reflectance": _gray(SILVER["flake"])}  # fmt: skip
-    base = {"type": "diffuse", "reflectance": _gray(SILVER["diffuse"])}
+              "specular_reflectance": _inked(mi, SILVER["flake"], ink)}  # fmt: skip
+    base = {"type": "diffuse", "reflectance": _inked(mi, SILVER["diffuse"], ink)}
     blend = {"type": "blendbsdf", "weight": SILVER["share"], "base": base, "flakes": flakes}
     return {"type": "twosided", "bsdf": blend}
+
+
+def _inked(mi: Any, value: float, ink: Map | None) -> dict[str, Any]:
+    """A reflectance, less where there is ink: a dot's ink covers flakes as well as base."""
+    if ink is None:
+        return _gray(value)
+    texture = np.repeat((value * ink)[..., None], 3, -1).astype(np.float32)
+    return {"type": "bitmap", "bitmap": mi.Bitmap(texture), "raw": True,
+            "filter_type": "bilinear", "wrap_mode": "clamp"}  # fmt: skip
 
 
 def _gray(value: float) -> dict[str, Any]:

@@ -17,13 +17,14 @@ from typing import Any
 
 import simulation
 from recon.calibration import lit_channels
-from recon.presses import read_presses
+from recon.presses import LEAST_RADIUS_PX, read_presses
 from sensor.dataset import read_dataset
 from sensor.design import Wedge
 from sensor.errors import WedgeError
 from sensor.files import new_folder, sha256_of_files
-from simulation.dataset import Recipe, presses_of, write_set
+from simulation.dataset import Recipe, dent_of, label_of, presses_of, write_set
 from simulation.engine import Engine
+from simulation.presses import Press
 from validation.datasets import CARD
 from validation.error_table import Row
 from validation.evaluation import hold_out
@@ -34,6 +35,8 @@ LIT_SIDES = "lights.lit_sides"
 SIDES = {"R": "red_side_leds", "G": "green_base_leds", "B": "blue_side_leds"}
 SEEN_OVER_THE_MIRROR = ("mirror", "camera")
 """Parts that change the camera's own frame alone; sweeps over them render raw frames."""
+LEAST_PRESSES = 2
+"""That a split needs: one to learn from, one to judge."""
 Progress = Callable[[float, str], None]
 
 
@@ -112,14 +115,11 @@ def sweep(
         progress: called after every press.
 
     Raises:
-        WedgeError: a set cannot be rendered, written or judged.
+        WedgeError: a value's presses cannot be, or too few of them could be judged, which is told
+            before anything is rendered; a set cannot be rendered, written or judged.
     """
-    points = []
-    for index, (value, design) in enumerate(designs):
-
-        def show(share: float, what: str, start: int = index, at: str = value) -> None:
-            progress((start + share) / len(designs), f"{field} = {at}: {what}")
-
+    planned = []
+    for value, design in designs:
         recipe = Recipe(
             engine=engine,
             design=design,
@@ -128,9 +128,41 @@ def sweep(
             seed=size.seed,
             raw=field.partition(".")[0] in SEEN_OVER_THE_MIRROR,
         )
-        rendered = _rendered(folder, recipe, size, executor, show)
+        try:
+            planned.append((value, recipe, planned_presses(recipe, size)))
+        except WedgeError as error:
+            raise WedgeError(f"{field} = {value}: {error}") from error
+    points = []
+    for index, (value, recipe, presses) in enumerate(planned):
+
+        def show(share: float, what: str, start: int = index, at: str = value) -> None:
+            progress((start + share) / len(planned), f"{field} = {at}: {what}")
+
+        rendered = _rendered(folder, recipe, presses, executor, show)
         points.append(_judged(rendered, value, size.seed))
     return points
+
+
+def planned_presses(recipe: Recipe, size: SweepSize) -> list[Press]:
+    """The presses of a set, of which enough for a split show a contact that can be used.
+
+    Raises:
+        WedgeError: a press cannot be, or too few contacts are wide enough.
+    """
+    presses = presses_of(recipe.design, "balls", count=size.presses, seed=size.seed)
+    radii_px = [
+        label_of(recipe, press.name, circle_px).contact_radius_px
+        for press in presses
+        if (circle_px := dent_of(recipe, press).circle_px)
+    ]
+    usable = sum(radius_px >= LEAST_RADIUS_PX for radius_px in radii_px)
+    if usable < LEAST_PRESSES:
+        raise WedgeError(
+            f"{usable} of {len(presses)} contacts would be {LEAST_RADIUS_PX:g} pixels in radius "
+            f"or more (the widest: {max(radii_px):.2f}), too few to learn from and to judge: take "
+            f"more than --width-px {recipe.width_px}, or more presses."
+        )
+    return presses
 
 
 def key_of(recipe: Recipe, presses: int) -> str:
@@ -163,19 +195,22 @@ def _parsed(field: str, text: str, current: object) -> object:
 
 
 def _rendered(
-    folder: Path, recipe: Recipe, size: SweepSize, executor: Executor, progress: Progress
+    folder: Path,
+    recipe: Recipe,
+    presses: Sequence[Press],
+    executor: Executor,
+    progress: Progress,
 ) -> Path:
-    key = key_of(recipe, size.presses)
+    key = key_of(recipe, len(presses))
     made, keep = folder / "sets" / key, folder / "parts" / key
     if (made / CARD).is_file():
         return made
-    presses = presses_of(recipe.design, "balls", count=size.presses, seed=size.seed)
     with new_folder(made) as draft:
         write_set(
             draft,
             recipe,
             presses,
-            source=f"wedge sweep, {size.presses} presses at {size.samples} samples",
+            source=f"wedge sweep, {len(presses)} presses at {recipe.samples} samples",
             executor=executor,
             truth="shapes",
             threads=1,

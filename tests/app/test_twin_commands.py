@@ -45,6 +45,8 @@ def typed(*words: str) -> int:
 
 
 SMALL = ("--design", "finger", "--samples", "4", "--width-px", "24")
+FIVE_PRESSES = ("sweep", "lights.lit_sides", "RGB", "R", "--design", "finger", "--presses", "5",
+                "--samples", "16", "--width-px", "48")  # fmt: skip
 
 
 def test_simulate_writes_a_dataset_that_says_how_it_was_made(here, monkeypatch, capsys) -> None:
@@ -71,12 +73,46 @@ def test_simulate_writes_a_dataset_that_says_how_it_was_made(here, monkeypatch, 
         (["--presses", "0"], "--presses 0"),
         (["--ball-radius-mm", "30"], "larger than the pad"),
         (["--depth-mm", "-1"], "deeper than zero"),
+        (["--depth-mm", "inf"], "finite"),
+        (["--scene", "prism", "--depth-mm", "8"], "goes through the gel"),
+        (["--depth-mm", "2.9"], "past its middle"),
     ],
 )
 def test_simulate_refuses_in_a_sentence_and_leaves_nothing(here, words, said, capsys) -> None:
     assert typed("simulate", *SMALL, *words, "--out", "d") == 2
     assert said in capsys.readouterr().err
     assert list(here.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--width-px", "0"], "--width-px 0 must be from 16"),
+        (["--width-px", "-5"], "--width-px -5 must be from 16"),
+        (["--samples", "0"], "--samples 0 must be from 1"),
+        (["--presses", "1"], "--presses 1 must be at least 2"),
+        (["--presses", "2"], "RGB: 0 of 2 contacts would be 3 pixels in radius"),
+    ],
+)
+def test_sweep_refuses_before_it_renders(here, words, said, monkeypatch, capsys) -> None:
+    monkeypatch.setattr("validation.sweep.write_set", None)
+    assert typed("sweep", "lights.lit_sides", "RGB", *SMALL, *words, "--out", "s") == 2
+    assert said in " ".join(capsys.readouterr().err.split())
+    assert list(here.iterdir()) == []
+
+
+def test_one_judged_press_has_no_interval(here, capsys) -> None:
+    assert typed(*FIVE_PRESSES, "--out", "s", "--json", "s.json") == 0
+    document = json.loads((here / "s.json").read_text())
+    assert document["presses"] == {"train": 4, "test": 1}
+    for point in document["points"]:
+        for pixels in ("contact", "contact+5%"):
+            assert point[pixels]["gx_mae"] > 0
+            assert set(point[pixels]["ci95"].values()) == {None}
+    told = capsys.readouterr().out
+    assert "1 other judged" in told
+    assert "[" not in told
+    assert "interval" not in told
 
 
 def test_a_design_that_cannot_be_cut_is_not_rendered(here, capsys) -> None:
@@ -122,10 +158,8 @@ def cluster() -> Iterator[str]:
 
 
 def test_a_cluster_gives_the_same_numbers(here: Path, cluster: str) -> None:
-    common = ("sweep", "lights.lit_sides", "RGB", "R", "--design", "finger", "--presses", "5",
-              "--samples", "16", "--width-px", "48")  # fmt: skip
-    assert typed(*common, "--out", "a", "--json", "a.json") == 0
-    assert typed(*common, "--out", "b", "--json", "b.json", "--cluster", cluster) == 0
+    assert typed(*FIVE_PRESSES, "--out", "a", "--json", "a.json") == 0
+    assert typed(*FIVE_PRESSES, "--out", "b", "--json", "b.json", "--cluster", cluster) == 0
     assert json.loads((here / "a.json").read_text()) == json.loads((here / "b.json").read_text())
 
 

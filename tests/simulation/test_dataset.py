@@ -127,7 +127,12 @@ def test_an_interrupted_set_goes_on_without_tracing_anything_twice(
         ("cat", {}, "no scene 'cat'"),
         ("balls", {"count": 0}, "at least 1"),
         ("balls", {"ball_radius_mm": 40.0}, "larger than the pad"),
+        ("balls", {"ball_radius_mm": 0.0}, "larger than zero"),
+        ("balls", {"ball_radius_mm": np.nan}, "larger than zero"),
+        ("balls", {"depth_mm": 1.9, "ball_radius_mm": 1.8}, "past its middle, 1.8 mm"),
         ("shapes", {"depth_mm": -0.1}, "deeper than zero"),
+        ("set", {"depth_mm": np.inf}, "finite"),
+        ("prism", {"depth_mm": 2.0}, "prism: a press of 2 mm goes through the gel, 2 mm thick"),
     ],
 )
 def test_scenes_that_cannot_be_are_refused(scene, options, words) -> None:

@@ -7,6 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
 from cad.layout import BASE_POST, TIP_POST, Layout
 from cad.optics import pad_centre_x_mm
@@ -16,7 +17,7 @@ from simulation.engine import SCALAR
 from simulation.indenters import calibration_ball, shapes
 from simulation.presses import Press, marker_ink, skin_under
 from simulation.render import render, smoothed
-from simulation.scene import SIDE_END_MM, SIDE_START_MM, sides
+from simulation.scene import SIDE_END_MM, SIDE_START_MM, Paint, sides
 from simulation.skin import gel_view
 
 pytestmark = pytest.mark.usefixtures("mitsuba")
@@ -124,16 +125,25 @@ def test_a_dent_brightens_toward_the_light_it_faces() -> None:
     assert change[:, :7, 1].mean() > 0 > change[:, 9:, 1].mean()
 
 
-def test_markers_darken_their_dots() -> None:
+@pytest.mark.parametrize("paint", ["gray", "silver"])
+def test_markers_darken_their_dots_alone(paint: Paint) -> None:
     view = gel_view(STANDARD, 320)
     ink, rest = marker_ink(view), np.zeros(view.size_px[::-1])
     window = (slice(140, 180), slice(100, 140))
     dotted, clear = (
-        render(SCALAR, STANDARD, view, rest, samples=36, seed=0, ink=dots, window=window)
+        render(
+            SCALAR, STANDARD, view, rest, samples=36, seed=0, window=window, paint=paint, ink=dots
+        )
         for dots in (ink, None)
     )
-    dots = ink[window[1], window[0]] < 0.15
+    seen = ink[window[1], window[0]]
+    dots, beside = seen < 0.15, ndimage.distance_transform_edt(seen == 1) > 1
     assert dotted[dots].mean() < 0.4 * clear[dots].mean()
+    # Smoothing takes the ink off and puts it back: it leaves no halo around a dot.
+    pitch, rest = view.mm_per_px[0], np.zeros(seen.shape)
+    share = smoothed(dotted, pitch, rest, seen) / smoothed(clear, pitch, rest, None)
+    assert share[dots].mean() == pytest.approx(seen[dots].mean(), rel=0.1)
+    assert share[beside].mean() == pytest.approx(1, abs=0.06)
 
 
 @pytest.mark.parametrize("name", ["ball_array", "threads", "m2_screw", "lego"])

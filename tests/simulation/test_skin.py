@@ -123,6 +123,8 @@ def test_every_shape_fits_the_pad_and_stands_on_its_lowest_point(design) -> None
     [
         (-0.1, STANDARD, "deeper than zero"),
         (0.0, STANDARD, "deeper than zero"),
+        (np.nan, STANDARD, "deeper than zero"),
+        (np.inf, STANDARD, "finite"),
         (0.5, FINGER, "larger than the pad"),
     ],
 )
@@ -131,6 +133,51 @@ def test_a_press_that_cannot_be_is_refused(depth_mm, design, words) -> None:
     big = calibration_ball(5.0)
     with pytest.raises(WedgeError, match=words):
         skin_under(design, view, Press(name="b", indenter=big, centre_mm=(0, 0), depth_mm=depth_mm))
+
+
+@pytest.mark.parametrize("depth_mm", [2.41, 4.0, np.inf])
+def test_a_ball_is_pressed_no_deeper_than_its_middle(depth_mm) -> None:
+    deep = Press(name="b", indenter=BALL, centre_mm=(0, 0), depth_mm=depth_mm)
+    with pytest.raises(WedgeError, match=r"past its middle, 2\.4 mm|finite"):
+        skin_under(STANDARD, VIEW, deep)
+    skin = skin_under(STANDARD, VIEW, replace(deep, depth_mm=2.4))
+    assert skin.depth_mm.max() == pytest.approx(2.4, abs=0.03)
+
+
+@pytest.mark.parametrize(("name", "radius_mm"), [("ball_array", 1.2), ("m2_screw", 1.0)])
+def test_nor_are_small_round_things(name: str, radius_mm: float) -> None:
+    thing = shapes(STANDARD.pad_size_mm)[name]
+    low = thing.profile(*np.meshgrid(np.linspace(-1.6, 1.6, 801), np.linspace(-1.6, 1.6, 801)))
+    assert low[np.isfinite(low)].max() == pytest.approx(radius_mm, abs=0.15)
+    press = Press(name=name, indenter=thing, centre_mm=(0, 0), depth_mm=radius_mm)
+    skin_under(STANDARD, VIEW, press)
+    with pytest.raises(WedgeError, match=f"{name}: .* past its middle, {radius_mm:g} mm"):
+        skin_under(STANDARD, VIEW, replace(press, depth_mm=radius_mm + 0.01))
+
+
+@pytest.mark.parametrize("design", [STANDARD, FINGER])
+@pytest.mark.parametrize("centre_mm", [(0.0, 0.0), (3.0, -1.5)])
+def test_nothing_is_pressed_through_the_gel(design, centre_mm) -> None:
+    prism = shapes(design.pad_size_mm)["prism"]
+    thickness = design.gel.thickness_at_mm(*centre_mm)
+    deep = Press(name="edge", indenter=prism, centre_mm=centre_mm, depth_mm=thickness - 0.01)
+    view = gel_view(design, 160)
+    x, y = view.grid_mm
+    left = design.gel.thickness_mm + rest_height_mm(design.gel, x, y)
+    left -= skin_under(design, view, deep).depth_mm
+    assert 0 < left.min() < 0.2
+    for depth_mm in (thickness, 8.0):
+        with pytest.raises(WedgeError, match=r"^edge: .* goes through the gel"):
+            skin_under(design, view, replace(deep, depth_mm=depth_mm))
+
+
+def test_a_ball_beside_the_middle_of_a_curved_gel_goes_lower_than_its_depth() -> None:
+    # It is pressed along the skin's normal: its lowest point is below the place by more.
+    at, ball = (14.0, 10.0), calibration_ball(6.0)
+    thickness = STANDARD.gel.thickness_at_mm(*at)
+    deep = Press(name="b", indenter=ball, centre_mm=at, depth_mm=thickness - 0.05)
+    with pytest.raises(WedgeError, match="through the gel"):
+        skin_under(STANDARD, gel_view(STANDARD, 160), deep)
 
 
 def test_markers_cover_their_dots_alone() -> None:

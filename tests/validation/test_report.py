@@ -23,7 +23,7 @@ from recon.presses import read_presses
 from sensor.errors import WedgeError
 from tests.synthetic import make_dataset, make_fabrication
 from validation import folds
-from validation.error_table import error_table
+from validation.error_table import Row, error_table
 from validation.examples import held_out, label_shift_deg
 from validation.figures.maps import blank
 from validation.figures.png import FRAME_DPI, frames_bytes, plot_bytes, png_bytes
@@ -187,6 +187,17 @@ def test_numbers_are_the_tables(results: DatasetResults, text: str) -> None:
         assert f"{errors.values['theta_x_deg']:.2f}<small>{low:.2f}–{high:.2f}</small>" in text
     assert results.row("contact").configuration == "RGB"
     assert results.dataset.sha256 in text
+
+
+def test_one_judged_press_has_no_interval(results: DatasetResults) -> None:
+    def one(row: Row) -> Row:
+        return replace(row, errors=replace(row.errors, n_presses=1))
+
+    table = replace(results.table, test=1, rows=tuple(map(one, results.table.rows)))
+    section = headline_section([replace(results, table=table)]).html
+    assert "interval" in headline_section([results]).html
+    assert "interval" not in section
+    assert f"1 press of {table.dataset}" in section
 
 
 def test_presses_left_out_are_named(results: DatasetResults) -> None:

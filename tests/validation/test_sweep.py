@@ -7,15 +7,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from recon.presses import LEAST_RADIUS_PX
 from sensor.design import FINGER, STANDARD
 from sensor.errors import WedgeError
-from simulation.dataset import Recipe
+from simulation.dataset import Recipe, dent_of, label_of, presses_of
 from simulation.engine import SCALAR
 from tests.simulation.conftest import InLine
+from validation.error_table import Row
 from validation.figures.png import png_bytes
 from validation.figures.sweep import sweep_figure
 from validation.lighting import contrast, lit_area, unevenness
-from validation.sweep import SweepSize, key_of, sweep, varied
+from validation.metrics import METRICS, Errors
+from validation.sweep import SweepPoint, SweepSize, key_of, planned_presses, sweep, varied
 
 SIZE = SweepSize(presses=5, samples=16, width_px=48)
 
@@ -53,6 +56,68 @@ def test_nothing_is_rendered_twice(tmp_path: Path) -> None:
     assert 0 < point.lit_area <= other.lit_area + 0.02 <= 1.02  # fewer colours to wait for
     picture = png_bytes(sweep_figure("lights.lit_sides", [same, other]))
     assert picture == png_bytes(sweep_figure("lights.lit_sides", [same, other]))
+
+
+def test_a_value_that_cannot_be_pressed_is_told_before_anything_is_rendered(tmp_path: Path) -> None:
+    field, executor = "gel.pad_width_mm", Counting()
+    designs = [(value, varied(FINGER, field, value)) for value in ("9.4", "4.85")]
+    with pytest.raises(WedgeError, match=r"^gel.pad_width_mm = 4.85: a ball .* leaves no room"):
+        sweep(designs, field=field, folder=tmp_path, size=SIZE, engine=SCALAR, executor=executor)
+    assert executor.tasks == 0
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("raw", [False, True])
+def test_planned_contacts_are_the_labels_that_decide_what_is_used(raw: bool) -> None:
+    def widest_px(width_px: int) -> list[float]:
+        recipe = Recipe(engine=SCALAR, design=FINGER, width_px=width_px, raw=raw)
+        presses = presses_of(FINGER, "balls", count=SIZE.presses, seed=0)
+        dents = [(press.name, dent_of(recipe, press).circle_px) for press in presses]
+        return sorted(label_of(recipe, *dent).contact_radius_px for dent in dents)[-2:]
+
+    least = next(width for width in range(20, 60) if widest_px(width)[0] >= LEAST_RADIUS_PX)
+    enough, short = (
+        Recipe(engine=SCALAR, design=FINGER, width_px=width, raw=raw)
+        for width in (least, least - 1)
+    )
+    assert len(planned_presses(enough, SIZE)) == SIZE.presses
+    with pytest.raises(WedgeError, match=f"1 of 5 contacts .* than --width-px {least - 1}, or"):
+        planned_presses(short, SIZE)
+
+
+@pytest.mark.parametrize("n_presses", [(8, 8), (8, 1), (1, 1)])
+def test_one_press_is_drawn_without_an_interval(n_presses: tuple[int, int]) -> None:
+    points = [
+        point(value, presses) for value, presses in zip(("2.0", "3.0"), n_presses, strict=True)
+    ]
+    errors, _ = sweep_figure("gel.thickness_mm", points).axes
+    for bars in errors.containers:
+        assert bars.has_yerr == (max(n_presses) > 1)
+        spans = [path for lines in bars.lines[2] for path in lines.get_segments()]
+        lengths = [np.ptp(span[:, 1]) for span in spans if len(span)]
+        assert [length for length in lengths if length > 0] == pytest.approx(
+            [0.3 for count in n_presses if count > 1]
+        )
+        assert 0 not in lengths
+
+
+def point(value: str, n_presses: int) -> SweepPoint:
+    """What a value predicts, of the presses that were judged."""
+    width = 0.1 if n_presses > 1 else 0.0  # what drawing one press again and again gives
+    row = Row(
+        configuration="RGB",
+        missing_axis="none",
+        estimator="mlp",
+        pixels="contact",
+        errors=Errors(
+            values=dict.fromkeys(METRICS, 0.2),
+            ci95=dict.fromkeys(METRICS, (0.2 - width, 0.2 + 2 * width)),
+            mean_abs_gradient=0.4,
+            n_pixels=100,
+            n_presses=n_presses,
+        ),
+    )
+    return SweepPoint(value=value, row=row, contact=row, lit_area=1.0, presses=(4, n_presses))
 
 
 @pytest.mark.parametrize(

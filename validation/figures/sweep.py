@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A design's field against what its twin predicts."""
 
+import math
 from collections.abc import Sequence
 
 from matplotlib.figure import Figure
@@ -24,14 +25,10 @@ def sweep_figure(field: str, points: Sequence[SweepPoint]) -> Figure:
     aside = 0.0 if names is None else 0.06
     for sign, (metric, (name, mark, colour)) in zip((-1, 1), AXES.items(), strict=True):
         means = [point.contact.errors.values[metric] for point in points]
-        bounds = [point.contact.errors.ci95[metric] for point in points]
         errors.errorbar(
             [place + sign * aside for place in places],
             means,
-            yerr=(
-                [mean - low for mean, (low, _) in zip(means, bounds, strict=True)],
-                [high - mean for mean, (_, high) in zip(means, bounds, strict=True)],
-            ),
+            yerr=_spans(points, metric),
             fmt=f"{mark}-" if names is None else mark,
             color=colour,
             markersize=5,
@@ -50,6 +47,17 @@ def sweep_figure(field: str, points: Sequence[SweepPoint]) -> Figure:
         if names is not None:
             axes.set_xlim(-0.5, len(names) - 0.5)
     return figure
+
+
+def _spans(points: Sequence[SweepPoint], metric: str) -> tuple[list[float], list[float]] | None:
+    """Reach of the intervals below and above the means; one press has none: NaN."""
+    below, above = [], []
+    for errors in (point.contact.errors for point in points):
+        mean, (low, high) = errors.values[metric], errors.ci95[metric]
+        known = errors.n_presses > 1
+        below.append(mean - low if known else math.nan)
+        above.append(high - mean if known else math.nan)
+    return None if all(map(math.isnan, below)) else (below, above)
 
 
 def _places(values: Sequence[str]) -> tuple[list[float], list[str] | None]:

@@ -75,12 +75,14 @@ def headline_section(results: Sequence[DatasetResults]) -> Section:
     """The first dataset's numbers in large type, a press of every dataset, and all in a table."""
     first = results[0]
     contact, low_high = first.row("contact"), first.rmse_mm()
-    presses = f"{first.table.test} presses of {first.table.dataset}, each judged once"
+    presses = f"{_presses(first.table.test)} of {first.table.dataset}, each judged once"
     tiles = [
         Tile(
             label=f"{name} error in the contact",
             value=f"{contact.errors.values[key]:.2f}°",
-            note=f"95 % interval {interval(contact, key)}; {presses}",
+            note=f"95 % interval {interval(contact, key)}; {presses}"
+            if contact.errors.n_presses > 1
+            else presses,
         )
         for key, name in (("theta_x_deg", "θx"), ("theta_y_deg", "θy"))
     ]
@@ -209,23 +211,32 @@ def summary_cells(results: Sequence[DatasetResults]) -> tuple[list[str], list[li
 
 def summary_caption(results: Sequence[DatasetResults]) -> str:
     """What the numbers of that table are."""
-    return (
-        f"Mean absolute angle errors in degrees, all lights, {results[0].estimator}; below them "
-        "the press-level bootstrap 95 % interval. Depth RMSE is the median press's, in mm."
+    intervals = (
+        "; below them the press-level bootstrap 95 % interval"
+        if any(item.table.test > 1 for item in results)
+        else ""
     )
+    return (
+        f"Mean absolute angle errors in degrees, all lights, {results[0].estimator}{intervals}. "
+        "Depth RMSE is the median press's, in mm."
+    )
+
+
+def _presses(count: int) -> str:
+    return f"{count} press{'es' if count != 1 else ''}"
 
 
 def _figures(results: DatasetResults) -> list[Picture]:
     table, held, card = results.table, results.held_out, results.dataset.card
-    judged = f"{card.name}, {table.test} presses"
+    judged = f"{card.name}, {_presses(table.test)}"
+    intervals = ", with 95 % intervals over presses" if table.test > 1 else ""
     contact = held.pixels.contact
     pictures = [
         Picture(
             content=plot_bytes(error_figure(table.rows, pixels)),
             alt=f"Errors of θx and θy per light configuration and estimator, pixels {pixels}; the "
             "table above has the numbers",
-            caption=f"Angle errors per light configuration, pixels {pixels}, with 95 % intervals "
-            f"over presses ({judged})."
+            caption=f"Angle errors per light configuration, pixels {pixels}{intervals} ({judged})."
             + (" Diamonds: the paper's values, another sensor." if pixels == PAPER_PIXELS else ""),
         )
         for pixels in reversed(PIXEL_SETS)
