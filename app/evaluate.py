@@ -30,8 +30,8 @@ def main(
 ) -> None:
     """Measure the gradient and depth errors of a calibrated unit on the presses of a dataset.
 
-    Every press is judged. On the dataset that the unit was calibrated with, the errors are those
-    of presses it has seen, and a line says so. Name several units or datasets, in the order of
+    Every press is judged. On presses that the unit has learnt from its errors are too low, and a
+    line says of how many. Name several units or datasets, in the order of
     their dates, and every unit is measured on every dataset of its frame size; a number that
     differs from a unit's first dataset by more than presses scatter is named: errors, noise, the
     brightness of untouched gel and each colour's answer to slope. That is how a sensor that drifts

@@ -92,7 +92,7 @@ class PressReader:
 
 
 def fingerprint(frame: Frame) -> str:
-    """By which a frame is known again: the first 16 digits of its pixels' SHA-256."""
+    """By which a frame is known again: the SHA-256 of shape and pixels, its first 16 digits."""
     return hashlib.sha256(repr(frame.shape).encode() + frame.tobytes()).hexdigest()[:16]
 
 

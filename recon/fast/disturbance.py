@@ -28,6 +28,8 @@ from recon.poisson import Boundary
 SIDE_PX = 4
 LEAST_SIDE_PX = 200
 """Of frames with a shorter side than this, a quarter has too few pixels to tell contacts apart."""
+LEAST_STILL_PX = 100
+"""And of even smaller ones too few to tell where slopes matter: they are worked out everywhere."""
 QuarterMask = Bool[np.ndarray, "qh qw"]
 _LEFT_PX = math.sqrt(SMOOTHING_PX**2 - (SIDE_PX**2 - 1) / 12) / SIDE_PX
 """Variances add: what the averages have not smoothed yet, in averages."""
@@ -76,16 +78,9 @@ def in_pixels(disturbed: QuarterMask, size_px: tuple[int, int]) -> Bool[np.ndarr
 
 def in_quarters(mask: Bool[np.ndarray, "h w"]) -> UInt8[np.ndarray, "qh qw"]:
     """One where a mask of pixels holds any of 4 x 4."""
-    return any_of(mask, SIDE_PX)
-
-
-def any_of(
-    mask: Bool[np.ndarray, "h w"] | UInt8[np.ndarray, "h w"], side: int
-) -> UInt8[np.ndarray, "qh qw"]:
-    """One where a mask holds any of a square."""
-    rest = [(0, -length % side) for length in mask.shape]
-    height, width = (-(-length // side) for length in mask.shape)
-    blocks = np.pad(mask, rest).reshape(height, side, width, side)
+    rest = [(0, -length % SIDE_PX) for length in mask.shape]
+    height, width = (-(-length // SIDE_PX) for length in mask.shape)
+    blocks = np.pad(mask, rest).reshape(height, SIDE_PX, width, SIDE_PX)
     return np.asarray(blocks.any((1, 3)), np.uint8)
 
 

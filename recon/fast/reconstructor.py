@@ -23,6 +23,7 @@ from recon.estimators.default import Default
 from recon.estimators.mlp import Mlp
 from recon.fast.disturbance import (
     LEAST_SIDE_PX,
+    LEAST_STILL_PX,
     SIDE_PX,
     FrameDisturbance,
     QuarterMask,
@@ -160,12 +161,15 @@ class FastReconstructor:
             self._beside = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
             self._infer = FrameInference(size_px, card.mm_per_px, self._unseen, hinted=hinted)
         self._mlp = FrameMlp(estimator, size_px) if isinstance(estimator, Mlp) else None
-        self._ours: tuple[FrameEnsemble, FrameStill] | None = None
+        self._ours: FrameEnsemble | None = None
+        self._find_still: FrameStill | None = None
         self._asked = self._gradient
         self._weigh: dict[Boundary, FrameWeighing] = {}
         if isinstance(estimator, Default):
-            self._ours = FrameEnsemble(estimator, size_px), FrameStill(estimator, size_px)
-            asked_px = self._ours[0].asked_px
+            self._ours = FrameEnsemble(estimator, size_px)
+            if min(size_px) >= LEAST_STILL_PX:
+                self._find_still = FrameStill(estimator, size_px)
+            asked_px = self._ours.asked_px
             if asked_px != size_px:
                 self._asked = np.zeros((2, *asked_px[::-1]), np.float32)
             self._weigh = {
@@ -233,14 +237,14 @@ class FastReconstructor:
             calibration=self.calibration,
         )
 
-    def _near(self, disturbed: QuarterMask, seen: Seen, small: Seen) -> QuarterMask | None:
-        """What our estimator does not take for flat."""
-        return None if self._ours is None else self._ours[1](seen, small, disturbed)
+    def _near(self, disturbed: QuarterMask, small: Seen) -> QuarterMask | None:
+        """What our estimator does not take for flat; ``None`` is everywhere."""
+        return None if self._find_still is None else self._find_still(small, disturbed)
 
     def _take_gradient(
         self,
         difference: Float32[np.ndarray, "3 h w"],
-        near: Callable[[Seen, Seen], QuarterMask | None],
+        near: Callable[[Seen], QuarterMask | None],
         out: Float32[np.ndarray, "2 h w"],
     ) -> None:
         """Write gradients as planes; our estimator's are zero beyond what is near."""
@@ -248,9 +252,8 @@ class FastReconstructor:
         if self._mlp is not None:
             apply = partial(self._mlp, difference, self._asked)
         elif self._ours is not None:
-            network, _ = self._ours
-            seen, small = network.prepared(difference)
-            apply = partial(network, seen, self._asked, near=near(seen, small))
+            seen, small = self._ours.prepared(difference)
+            apply = partial(self._ours, seen, self._asked, near=near(small))
         else:
             whole = np.ascontiguousarray(np.moveaxis(difference, 0, -1))
             out[:] = np.moveaxis(gradient_field(self.calibration.estimator, whole), -1, 0)
@@ -275,7 +278,7 @@ class FastReconstructor:
         near = None
         if card.missing_axis == "network":  # elsewhere it takes gel for flat
             near = cv2.dilate(in_quarters(widest_support(disturbed, unseen)), self._beside) > 0
-        self._take_gradient(difference, lambda *_: near, self._gradient)
+        self._take_gradient(difference, lambda _: near, self._gradient)
         found = depth_of(
             np.moveaxis(self._gradient, 0, -1).copy(),
             disturbed,

@@ -11,13 +11,10 @@ import math
 import cv2
 import numpy as np
 
-from recon.estimators.default import Default
-from recon.fast.disturbance import SIDE_PX, QuarterMask, any_of
+from recon.estimators.default import Default, asked_size_px
+from recon.fast.disturbance import SIDE_PX, QuarterMask
 from recon.fast.ensemble import FrameEnsemble, Seen
 from recon.still import CLEAR_SLOPE, MARGIN, SMOOTHING
-
-LEAST_CELLS = 56
-"""Along the frame's shorter side, in which slopes are found."""
 
 
 class FrameStill:
@@ -25,12 +22,11 @@ class FrameStill:
 
     def __init__(self, estimator: Default, size_px: tuple[int, int]) -> None:
         """Prepare for frames of (width, height)."""
-        asked_px = _averaged_px(size_px)
+        asked_px = SIDE_PX if asked_size_px(size_px) == size_px else 2 * SIDE_PX
         width, height = (-(-length // asked_px) for length in size_px)
         self._network = FrameEnsemble(estimator, (width, height), (width, height))
         self._colors = np.zeros((3, height, width), np.float32)
         self._slopes = np.zeros((2, height, width), np.float32)
-        self._fewer = max(1, SIDE_PX // asked_px)
         side_px = min(size_px)
         # Variances add: what the averages have not smoothed yet, in averages.
         left = (SMOOTHING * side_px) ** 2 - (asked_px**2 - 1) / 12
@@ -38,22 +34,14 @@ class FrameStill:
         width_px = 2 * -(-round(MARGIN * side_px) // SIDE_PX) + 1
         self._around = np.ones((width_px, width_px), np.uint8)
 
-    def __call__(self, seen: Seen, small: Seen, disturbed: QuarterMask) -> QuarterMask:
-        """Where colour or slope tells of a contact nearby, from what was prepared; quartered."""
-        colors = small.settled if self._fewer == 1 else seen.settled
-        for every, fewer in zip(colors, self._colors, strict=True):
+    def __call__(self, small: Seen, disturbed: QuarterMask) -> QuarterMask:
+        """Where colour or slope tells of a contact nearby, from what was prepared, quartered."""
+        for every, fewer in zip(small.settled, self._colors, strict=True):
             cv2.resize(every, fewer.shape[::-1], dst=fewer, interpolation=cv2.INTER_AREA)
         self._network(small._replace(settled=self._colors), self._slopes)
         for slopes in self._slopes:
             cv2.GaussianBlur(slopes, (0, 0), self._sigma, dst=slopes)
         steep = (np.square(self._slopes).sum(0) > CLEAR_SLOPE**2).astype(np.uint8)
-        if self._fewer > 1:
-            steep = any_of(steep, self._fewer)
         quartered = cv2.resize(steep, disturbed.shape[::-1], interpolation=cv2.INTER_NEAREST)
         moved = disturbed.astype(np.uint8) | quartered
         return np.asarray(cv2.dilate(moved, self._around), bool)
-
-
-def _averaged_px(size_px: tuple[int, int]) -> int:
-    """Side of what slopes are found of: 8 pixels of a large frame, 4, 2 or 1 of smaller ones."""
-    return 2 ** max(0, min(3, int(math.log2(min(size_px) / LEAST_CELLS))))

@@ -12,13 +12,14 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Page, expect, sync_playwright
 
 from tests.recon.stream.servers import free_port
 
 CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 ROOT = Path(__file__).resolve().parents[2]
 PATIENCE_MS = 60_000
+expect.set_options(timeout=30_000)
 needs_chromium = pytest.mark.skipif(
     CHROMIUM is None, reason="no Chromium on this machine: apt install chromium"
 )
@@ -27,6 +28,13 @@ needs_chromium = pytest.mark.skipif(
 @contextlib.contextmanager
 def served(*words: object) -> Iterator[str]:
     """The address of the page that a command serves."""
+    with serving(*words) as (address, _):
+        yield address
+
+
+@contextlib.contextmanager
+def serving(*words: object) -> Iterator[tuple[str, "subprocess.Popen[str]"]]:
+    """That address, and the process that serves it."""
     port = free_port()
     command = [sys.executable, "-P", "-m", "app", *map(str, words), "--port", str(port)]
     # NiceGUI serves otherwise where it sees pytest.
@@ -37,7 +45,7 @@ def served(*words: object) -> Iterator[str]:
         try:
             assert server.stdout is not None
             next(line for line in server.stdout if line.startswith("Open "))
-            yield f"http://127.0.0.1:{port}"
+            yield f"http://127.0.0.1:{port}", server
         finally:
             server.terminate()
 

@@ -3,12 +3,6 @@
 """`wedge label --corners`: the book of corners, and the page in a real browser, killed midway."""
 
 import os
-import shutil
-import socket
-import subprocess
-import sys
-import urllib.request
-from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,10 +16,9 @@ from recon.lens import Lens, write_lens
 from recon.presses import press_reader, read_background
 from sensor.dataset import BallLabel, Dataset, read_dataset, write_card, write_labels
 from sensor.errors import WedgeError
-from tests.app.served import needs_chromium, opened, served
+from tests.app.served import needs_chromium, opened, served, serving
 from tests.synthetic import KEYSTONE_PX, make_dataset
 
-CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -175,61 +168,32 @@ def test_a_fine_pitch_leaves_room_for_the_raw_frame(width_px: int, tmp_path: Pat
         assert page.evaluate("document.documentElement.scrollWidth") <= width_px
 
 
-@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine: apt install chromium")
+@needs_chromium
 def test_a_corner_is_dragged_in_a_browser_and_survives_a_kill(tmp_path: Path) -> None:
-    from playwright.sync_api import expect, sync_playwright
-
-    expect.set_options(timeout=30_000)
-
     folder = raw_set(tmp_path / "set", quality=0.9).folder
-    with closing(socket.socket()) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    words = [sys.executable, "-P", "-m", "app", "label", str(folder), "--corners"]
-    # NiceGUI serves otherwise where it sees pytest.
-    environment = {key: value for key, value in os.environ.items() if "PYTEST" not in key}
-    server = subprocess.Popen(
-        [*words, "--port", str(port)], cwd=ROOT, stdout=subprocess.PIPE, text=True, env=environment
-    )
-    try:
-        assert server.stdout is not None
-        next(line for line in server.stdout if line.startswith("Open "))
-        with sync_playwright() as playwright:
-            browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-            page = browser.new_page(viewport={"width": 1300, "height": 900})
-            for _ in range(100):  # the server says where it will be just before it listens
-                try:
-                    urllib.request.urlopen(f"http://127.0.0.1:{port}", timeout=5).close()
-                    break
-                except OSError:
-                    page.wait_for_timeout(100)
-            page.goto(f"http://127.0.0.1:{port}")
-            heading = page.locator("#heading")
-            expect(heading).to_contain_text("corner 1")
-            page.locator("#preview img").first.wait_for()
-            box = page.locator("#raw img").first.bounding_box()
-            assert box is not None
-            scale = box["width"] / 160
-            x, y = (
-                edge + (at + 0.5) * scale
-                for edge, at in zip((box["x"], box["y"]), KEYSTONE_PX[2], strict=True)
-            )
-            page.mouse.move(x, y)
-            page.mouse.down()
-            page.mouse.move(x - 6 * scale, y - 3 * scale, steps=3)
-            page.mouse.up()
-            wanted = (KEYSTONE_PX[2][0] - 6, KEYSTONE_PX[2][1] - 3)
-            expect(heading).to_contain_text("corner 3")
-            page.keyboard.press("ArrowRight")
-            expect(heading).to_contain_text(f"({wanted[0] + 1:.0f}.")
-            page.mouse.move(x, y)
-            page.mouse.down()
-            page.mouse.move(x - 40 * scale, y, steps=3)  # held, never let go
-            server.kill()
-            browser.close()
-    finally:
+    with serving("label", folder, "--corners") as (address, server), opened(address) as page:
+        heading = page.locator("#heading")
+        expect(heading).to_contain_text("corner 1")
+        page.locator("#preview img").first.wait_for()
+        box = page.locator("#raw img").first.bounding_box()
+        assert box is not None
+        scale = box["width"] / 160
+        x, y = (
+            edge + (at + 0.5) * scale
+            for edge, at in zip((box["x"], box["y"]), KEYSTONE_PX[2], strict=True)
+        )
+        page.mouse.move(x, y)
+        page.mouse.down()
+        page.mouse.move(x - 6 * scale, y - 3 * scale, steps=3)
+        page.mouse.up()
+        wanted = (KEYSTONE_PX[2][0] - 6, KEYSTONE_PX[2][1] - 3)
+        expect(heading).to_contain_text("corner 3")
+        page.keyboard.press("ArrowRight")
+        expect(heading).to_contain_text(f"({wanted[0] + 1:.0f}.")
+        page.mouse.move(x, y)
+        page.mouse.down()
+        page.mouse.move(x - 40 * scale, y, steps=3)  # held, never let go
         server.kill()
-        server.communicate(timeout=30)
     moved = read_dataset(folder).card.corners_px
     assert moved is not None
     assert moved[2] == pytest.approx((wanted[0] + 1, wanted[1]), abs=0.4)

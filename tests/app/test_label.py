@@ -4,19 +4,15 @@
 
 import errno
 import os
-import shutil
-import socket
 import subprocess
 import sys
-import urllib.request
-from collections.abc import Iterator
-from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from playwright.sync_api import expect
 
 from recon.images import write_image
 from recon.labelling import (
@@ -29,9 +25,9 @@ from recon.labelling import (
 from recon.presses import press_reader
 from sensor.dataset import read_dataset
 from sensor.errors import WedgeError
+from tests.app.served import needs_chromium, opened, served
 from tests.synthetic import make_dataset
 
-CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -171,45 +167,11 @@ def test_a_damaged_list_of_frames_without_a_ball_is_a_sentence(tmp_path: Path) -
         LabelBook(dataset)
 
 
-@pytest.fixture
-def address(tmp_path: Path) -> Iterator[str]:
-    make_dataset(tmp_path / "set", presses=3)
-    with closing(socket.socket()) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    command = wedge("label", str(tmp_path / "set"), "--port", str(port))
-    # NiceGUI serves otherwise where it sees pytest.
-    environment = {key: value for key, value in os.environ.items() if "PYTEST" not in key}
-    server = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, env=environment)
-    try:
-        assert server.stdout is not None
-        for line in server.stdout:
-            if line.startswith("Open "):
-                break
-        yield f"http://127.0.0.1:{port}"
-    finally:
-        server.terminate()
-        server.communicate(timeout=30)
-
-
-@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine: apt install chromium")
-def test_a_circle_is_dragged_resized_and_undone_in_a_browser(address: str, tmp_path: Path) -> None:
-    from playwright.sync_api import expect, sync_playwright
-
-    expect.set_options(timeout=30_000)
-
-    folder = tmp_path / "set"
+@needs_chromium
+def test_a_circle_is_dragged_resized_and_undone_in_a_browser(tmp_path: Path) -> None:
+    folder = make_dataset(tmp_path / "set", presses=3).folder
     before = {label.file: label for label in read_dataset(folder).labels}
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        page = browser.new_page(viewport={"width": 1400, "height": 800})
-        for _ in range(100):  # the server says where it will be just before it listens
-            try:
-                urllib.request.urlopen(address, timeout=5).close()
-                break
-            except OSError:
-                page.wait_for_timeout(100)
-        page.goto(address)
+    with served("label", folder) as address, opened(address) as page:
         heading = page.locator("#heading")
         expect(heading).to_contain_text("centre")
         file = heading.inner_text().split(":")[0]
@@ -239,7 +201,6 @@ def test_a_circle_is_dragged_resized_and_undone_in_a_browser(address: str, tmp_p
         assert {item.file: item for item in read_dataset(folder).labels}[file] == label
         page.keyboard.press("ArrowRight")
         expect(heading).to_contain_text("quality 1.00")
-        browser.close()  # in the middle: nothing was said to be finished
     after = {item.file: item for item in read_dataset(folder).labels}
     assert after[file].center_x_px == pytest.approx(label.center_x_px + 1)
     assert after.keys() == before.keys()

@@ -13,7 +13,6 @@ from sensor.dataset import BallLabel, Dataset, read_dataset, write_labels
 from tests.app.served import needs_chromium, opened, served
 from tests.synthetic import make_dataset
 
-expect.set_options(timeout=30_000)
 pytestmark = needs_chromium
 WITHIN = """([inner, outer]) => {
     const a = document.querySelector(inner).getBoundingClientRect();

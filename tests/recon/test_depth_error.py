@@ -87,7 +87,7 @@ def test_errors_that_go_together_over_squares_scatter_depth_as_expected():
         np.full((*shape, 2), 0.1), pitch, "dirichlet"
     )
     inner = ratio[side_px:-side_px, side_px:-side_px]
-    assert 0.6 < np.median(inner) < 1.1 and inner.max() < 1.4
+    assert 0.65 < np.median(inner) < 0.85 and inner.max() < 1  # white noise spreads farther
 
 
 def test_depth_is_less_certain_where_slopes_are_and_never_surer_than_it_scatters():

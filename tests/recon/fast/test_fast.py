@@ -275,8 +275,8 @@ def test_slopes_alone_tell_of_a_contact_where_the_reference_says_so(size_px) -> 
     nothing = np.zeros((height, width), bool)
     wanted = without_still(gradient_field(network, change), nothing).any(-1)
     quarter = -(-height // 4), -(-width // 4)
-    prepared = FrameEnsemble(network, size_px).prepared(planes(change))
-    near = FrameStill(network, size_px)(*prepared, np.zeros(quarter, bool))
+    _, small = FrameEnsemble(network, size_px).prepared(planes(change))
+    near = FrameStill(network, size_px)(small, np.zeros(quarter, bool))
     found = near.repeat(4, 0).repeat(4, 1)[:height, :width]
     assert near.shape == quarter
     assert 0.1 < wanted.mean() < 0.9
