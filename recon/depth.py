@@ -98,13 +98,13 @@ def depth_of(
             hinted = estimator.looks_around
             infer = partial(inferred_depth, unseen=unseen, mm_per_px=mm_per_px, hinted=hinted)
         return infer(gradient, disturbed)
-    if estimator.flattens:
-        gradient = without_still(gradient, disturbed)
+    if estimator.reach is not None:
+        gradient = without_still(gradient, disturbed, estimator.reach)
     if missing == "zero" and unseen is not None:
         gradient = without(unseen, gradient)
     boundary = boundary_of(disturbed)
     depth_mm = integrate(gradient, mm_per_px, boundary)
-    if estimator.flattens:
+    if estimator.reach is not None:
         depth_mm = weighed_depth(depth_mm, gradient, mm_per_px, boundary)
     level_mm = untouched_depth(depth_mm, disturbed, boundary)
     return Depth(gradient=gradient, depth_mm=depth_mm - level_mm, boundary=boundary)

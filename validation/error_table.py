@@ -259,7 +259,7 @@ def _slopes_of(
     lights_deg: Mapping[str, float] | None,
 ) -> Slopes:
     """Slopes of some pixels as labels mean them; the rest of the frame only where it matters."""
-    if missing == "network" or estimator.flattens:
+    if missing == "network" or estimator.reach is not None:
         found = _reconstructed(estimator, press, missing, lights_deg)
         return _slopes_in(found, estimator, pixels)
     slopes = slopes_at(estimator, press.difference, pixels)

@@ -29,8 +29,6 @@ class GradientEstimator(Protocol):
     """Maps the colour difference and the position of a pixel to the slope of the skin."""
 
     name: ClassVar[str]
-    flattens: ClassVar[bool]
-    """Whether slopes of gel that did not move are taken for zero."""
     looks_around: ClassVar[bool]
     """Whether it sees more than single pixels, so that what it says of a slope across the lights is
     a hint and not a guess."""
@@ -38,6 +36,13 @@ class GradientEstimator(Protocol):
     @property
     def channels(self) -> str:
         """The colours it looks at, some of "RGB" in that order."""
+
+    @property
+    def reach(self) -> float | None:
+        """How far gel follows what moved, in shares of the frame's shorter side.
+
+        Slopes farther away are taken for zero; ``None`` where none are.
+        """
 
     def prepared(self, difference: Difference) -> Float32[np.ndarray, "h w k"]:
         """A frame's difference as its ``slopes`` want it; first three colours."""

@@ -2,14 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Our estimator: a few small networks on settled, smoothed colours and what lies around them.
 
-A frame's difference first loses its drift (the median of the frame, bounded) and its finest grain
-(a Gaussian). Each pixel then gives its colour difference, the blank gel's colour there, x and y,
-and how colours change around it (``surroundings``). These enter perceptrons with rectifiers, whose
-mean is the normal's direction: the components ``G / sqrt(1 + |G|^2)``, which stay bounded where
-slopes do not. On a domed gel the slopes that balls are labelled with are not the dent's; the
-difference is fitted first (``lean``). Balls alone would teach what balls look like; presses of
-other things, rendered, are taught beside them (``rendered``). Applied with numpy alone; only
-fitting needs torch.
+A frame's difference first loses its drift (the median of where colours change least, bounded) and
+its finest grain (a Gaussian). Each pixel then gives its colour difference, the blank gel's colour
+there, x and y, and how colours change around it (``surroundings``). These enter perceptrons with
+rectifiers, whose mean is the normal's direction: the components ``G / sqrt(1 + |G|^2)``, which stay
+bounded where slopes do not. On a domed gel the slopes that balls are labelled with are not the
+dent's; the difference is fitted first (``lean``). Balls alone would teach what balls look like;
+presses of other things, rendered, are taught beside them (``rendered``). Applied with numpy alone;
+only fitting needs torch.
 """
 
 from collections.abc import Mapping
@@ -34,12 +34,17 @@ from recon.estimators.surroundings import (
     quartered,
     surroundings,
 )
+from recon.still import FARTHEST, REACH
 
 MEMBERS = 2
 """Networks whose mean is taken."""
 DRIFT_STEP_PX = 8
 LARGEST_DRIFT = 0.04
 """Of full scale, ten grey levels: a larger median is a contact and not the light's."""
+CALM = 0.25
+"""Share of the frame, where colours change least from place to place, that tells of the drift."""
+CALM_SMOOTHING = 1 / 30
+"""Of the frame's shorter side: standard deviation of a Gaussian over what is looked at for it."""
 LARGE_PX = 480
 """Shorter side from which on a frame's colours are smoothed by 1.4 pixels and more."""
 STEEPEST_SLOPE = 2.1
@@ -58,7 +63,6 @@ class Default:
     """What was learnt: the blank gel's light, the inputs' scale, the networks, their errors."""
 
     name: ClassVar[str] = "default"
-    flattens: ClassVar[bool] = True
     looks_around: ClassVar[bool] = True
     channels: str
     light: Light
@@ -70,6 +74,8 @@ class Default:
     """How far the untouched gel leans against the slopes that balls are labelled with."""
     error90: Float32[np.ndarray, "k 2"]
     """Half the width of the interval that held 90 % of unseen truths, at ``SLOPE_KNOTS``."""
+    reach: float = REACH
+    """How far gel follows what moved, in shares of the frame's shorter side; farther it is flat."""
 
     def prepared(self, difference: Difference) -> Prepared:
         """The difference without the frame's drift and grain, and what lies around."""
@@ -117,6 +123,7 @@ class Default:
     def tensors(self) -> dict[str, np.ndarray]:
         """Everything it learnt."""
         named = {key: getattr(self, key) for key in ARRAYS}
+        named["reach"] = np.array([self.reach], np.float32)
         for index, (weight, bias) in enumerate(self.layers):
             named |= {f"weight{index}": weight, f"bias{index}": bias}
         return named
@@ -144,7 +151,15 @@ class Default:
             if tensors[key].shape != wanted:
                 raise ValueError(f"{key} is {tensors[key].shape}, not {wanted}")
         layers = ((tensors[f"weight{i}"], tensors[f"bias{i}"]) for i in range(len(HIDDEN) + 1))
-        return cls(channels=channels, **{key: tensors[key] for key in ARRAYS}, layers=tuple(layers))
+        reach = tensors.get("reach", np.array([REACH], np.float32))  # units made before have none
+        if reach.shape != (1,) or not 0 <= reach[0] <= FARTHEST:
+            raise ValueError(f"reach is {reach}, not one share from 0 to {FARTHEST}")
+        return cls(
+            channels=channels,
+            **{key: tensors[key] for key in ARRAYS},
+            layers=tuple(layers),
+            reach=float(reach[0]),
+        )
 
 
 def asked_size_px(size_px: tuple[int, int]) -> tuple[int, int]:
@@ -169,10 +184,28 @@ def prepared_colors(difference: Difference, size_px: tuple[int, int] | None = No
 
 def settled(difference: Difference) -> Difference:
     """The difference less the frame's drift, smoothed against grain."""
-    some = difference[::DRIFT_STEP_PX, ::DRIFT_STEP_PX]
-    drift = np.clip(np.median(some, axis=(0, 1)), -LARGEST_DRIFT, LARGEST_DRIFT)
+    drift = drift_of(difference[::DRIFT_STEP_PX, ::DRIFT_STEP_PX])
     sigma_px = SMOOTHING * min(difference.shape[:2])
-    return cv2.GaussianBlur(difference - drift.astype(np.float32), (0, 0), sigma_px)
+    return cv2.GaussianBlur(difference - drift, (0, 0), sigma_px)
+
+
+def drift_of(some: Float32[np.ndarray, "h w 3"]) -> Float32[np.ndarray, "3"]:
+    """How far the light has drifted, as the median of where colours change least.
+
+    Of the whole frame, things as large as the pad would pass for drift.
+
+    Args:
+        some: every ``DRIFT_STEP_PX``-th row and column of a difference.
+    """
+    some = np.ascontiguousarray(some)
+    calm = np.ones(some.shape[:2], bool)
+    if min(calm.shape) > 1:
+        sigma = CALM_SMOOTHING * min(calm.shape)
+        change = np.gradient(cv2.GaussianBlur(some, (0, 0), sigma), axis=(0, 1))
+        unrest = np.square(change).sum((0, -1))
+        calm = unrest <= np.quantile(unrest, CALM)
+    median = np.median(some[calm], axis=0)
+    return np.clip(median, -LARGEST_DRIFT, LARGEST_DRIFT).astype(np.float32)
 
 
 def raw_inputs(

@@ -24,6 +24,7 @@ from recon.estimators.shading import Light, Taught, fit_light
 from recon.estimators.shown import shown_axes
 from recon.estimators.surroundings import columns_around, of_other_sizes
 from recon.pixels import Pixels
+from recon.still import reach_of
 from sensor.errors import WedgeError
 
 LEFT_OUT = 3
@@ -67,6 +68,7 @@ def fit_default(pixels: Pixels, channels: str, seed: int, progress: Progress) ->
         layers=members_of(layers, slice(MEMBERS)),
         gel=told.gel,
         error90=_measured_error90(told, layers),
+        reach=reach_of(collar_of(pixels)),
     )
 
 

@@ -30,7 +30,7 @@ class LookupTable:
     """Mean gradients by bin of the colour difference."""
 
     name: ClassVar[str] = "table"
-    flattens: ClassVar[bool] = False
+    reach: ClassVar[None] = None
     looks_around: ClassVar[bool] = False
     channels: str
     low: Float32[np.ndarray, " c"]

@@ -30,7 +30,7 @@ class Mlp:
     """Layers (weight [in, out], bias [out]); inputs are the channels, then X and Y."""
 
     name: ClassVar[str] = "mlp"
-    flattens: ClassVar[bool] = False
+    reach: ClassVar[None] = None
     looks_around: ClassVar[bool] = False
     channels: str
     color_scale: Float32[np.ndarray, " c"]

@@ -16,10 +16,10 @@ from jaxtyping import Float32
 
 from recon.estimators.default import (
     DRIFT_STEP_PX,
-    LARGEST_DRIFT,
     STEEPEST_SLOPE,
     Default,
     asked_size_px,
+    drift_of,
 )
 from recon.estimators.mlp import channel_indices
 from recon.estimators.networks import HIDDEN
@@ -36,7 +36,6 @@ from recon.fast.disturbance import SIDE_PX, QuarterMask
 from recon.fast.floating import last_layer, rectified_layer
 from recon.fast.kernels import compiled
 from recon.fast.vectors import BLOCK
-from recon.middle import median
 from recon.pixels import positions
 
 COLORS, AROUND = 3, 3 * ASPECTS
@@ -101,12 +100,12 @@ class FrameEnsemble:
 
         The next call overwrites it.
         """
+        some = difference[:, ::DRIFT_STEP_PX, ::DRIFT_STEP_PX]
+        drift = drift_of(np.moveaxis(some, 0, -1))
         for channel in self._lit:
-            some = difference[channel, ::DRIFT_STEP_PX, ::DRIFT_STEP_PX].ravel()
-            drift = min(max(median(some), -LARGEST_DRIFT), LARGEST_DRIFT)
             plane = self._settled[channel]
             cv2.GaussianBlur(difference[channel], (0, 0), self._sigma_px, dst=plane)
-            plane -= np.float32(drift)
+            plane -= drift[channel]
             for fewer in (self._small, self._asked):
                 if fewer is not None:
                     size_px = fewer.shape[:0:-1]

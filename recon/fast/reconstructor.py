@@ -213,8 +213,9 @@ class FastReconstructor:
             disturbed = disturbed_in(difference * self._lit)
             quartered = in_quarters(disturbed).astype(bool)
             self._take_gradient(difference, partial(self._near, quartered), gradient)
-            if self.calibration.estimator.flattens:
-                still = without_still(np.moveaxis(gradient, 0, -1).copy(), disturbed)
+            reach = self.calibration.estimator.reach
+            if reach is not None:
+                still = without_still(np.moveaxis(gradient, 0, -1).copy(), disturbed, reach)
                 gradient[:] = np.moveaxis(still, -1, 0)
         else:
             disturbed = self._find_disturbance(difference)

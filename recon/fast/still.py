@@ -14,7 +14,7 @@ import numpy as np
 from recon.estimators.default import Default, asked_size_px
 from recon.fast.disturbance import SIDE_PX, QuarterMask
 from recon.fast.ensemble import FrameEnsemble, Seen
-from recon.still import CLEAR_SLOPE, MARGIN, SMOOTHING
+from recon.still import CLEAR_SLOPE, SMOOTHING
 
 
 class FrameStill:
@@ -31,7 +31,7 @@ class FrameStill:
         # Variances add: what the averages have not smoothed yet, in averages.
         left = (SMOOTHING * side_px) ** 2 - (asked_px**2 - 1) / 12
         self._sigma = math.sqrt(max(left, 0.01)) / asked_px
-        width_px = 2 * -(-round(MARGIN * side_px) // SIDE_PX) + 1
+        width_px = 2 * -(-round(estimator.reach * side_px) // SIDE_PX) + 1
         self._around = np.ones((width_px, width_px), np.uint8)
 
     def __call__(self, small: Seen, disturbed: QuarterMask) -> QuarterMask:

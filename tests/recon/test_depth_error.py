@@ -12,6 +12,7 @@ from recon.depth_error import CORRELATED_MM, depth_error, depth_noise, slope_err
 from recon.estimators import GradientEstimator
 from recon.pipeline import reconstruct
 from recon.poisson import integrate
+from recon.still import REACH
 
 WIDTH, HEIGHT, PITCH = 40, 30, (0.1, 0.12)
 OPPOSED_DEG = {"R": 90.0, "B": 270.0}
@@ -32,7 +33,7 @@ def told(half_width, channels="RGB"):
 
     return SimpleNamespace(
         name="told",
-        flattens=True,
+        reach=REACH,
         looks_around=False,
         channels=channels,
         prepared=lambda difference: difference,

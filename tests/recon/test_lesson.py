@@ -227,6 +227,17 @@ def test_drift_of_the_whole_frame_is_taken_off_but_a_contacts_colour_is_not():
     np.testing.assert_allclose(settled(flooded), 2 * LARGEST_DRIFT, atol=1e-6)
 
 
+@pytest.mark.parametrize("size_px", [(320, 240), (640, 480), (200, 150)])
+def test_what_fills_most_of_the_frame_does_not_pass_for_drift(size_px):
+    width, height = size_px
+    x, y = np.meshgrid(np.linspace(-1, 1, width), np.linspace(-1, 1, height))
+    bumps = 0.03 * (np.sin(9 * x) ** 2 + np.sin(7 * y) ** 2) * (np.maximum(abs(x), abs(y)) < 0.8)
+    noise = np.random.default_rng(0).normal(0, 0.002, (height, width, 3))
+    difference = np.float32(noise - bumps[..., None])
+    assert np.median(difference) < -0.015
+    np.testing.assert_allclose(settled(difference)[bumps == 0].mean(0), 0, atol=0.002)
+
+
 @given(st.floats(0, 0.99 * STEEPEST_SLOPE), st.floats(0, 6.3))
 def test_normals_and_slopes_are_each_others_inverse(steepness, azimuth):
     slopes = np.float32([[steepness * np.cos(azimuth), steepness * np.sin(azimuth)]])

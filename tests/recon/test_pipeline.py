@@ -23,6 +23,7 @@ from recon.pipeline import Reconstructor, reconstruct
 from recon.poisson import integrate
 from recon.pressed import nearest_pressed
 from recon.presses import read_presses
+from recon.still import REACH
 from recon.weighed import inferred_doubts, weighed_depth
 from sensor.errors import WedgeError
 from tests.synthetic import (
@@ -188,12 +189,12 @@ EVERYWHERE = np.ones((16, 24), bool)
 GRADIENT = np.random.default_rng(0).normal(size=(16, 24, 2)).astype(np.float32)
 
 
-@pytest.mark.parametrize("flattens", [False, True])
+@pytest.mark.parametrize("reach", [None, REACH])
 @pytest.mark.parametrize("lights_deg", [None, {"R": 90.0, "G": 180.0, "B": -90.0}])
-def test_where_every_axis_is_seen_nothing_is_inferred(lights_deg, flattens):
+def test_where_every_axis_is_seen_nothing_is_inferred(lights_deg, reach):
     cap = ball_cap((60, 40), (30.0, 20.0), 0.8, 1.6, MM_PER_PX)
     known = Known(cap.gradient + 0.005)  # still gel is not quite flat
-    known.flattens = flattens
+    known.reach = reach
     difference = (cap.contact[..., None] * np.array([0.2, -0.1, 0.1])).astype(np.float32)
     none, network = (
         reconstruct(difference, known, missing=missing, lights_deg=lights_deg, mm_per_px=MM_PER_PX)
@@ -201,7 +202,7 @@ def test_where_every_axis_is_seen_nothing_is_inferred(lights_deg, flattens):
     )
     np.testing.assert_array_equal(network.depth_mm, none.depth_mm)
     np.testing.assert_array_equal(network.gradient, none.gradient)
-    assert network.doubt is None and (none.gradient == 0).any() == flattens
+    assert network.doubt is None and (none.gradient == 0).any() == (reach is not None)
 
 
 @pytest.mark.parametrize(("unseen", "lost"), [("x", 0), ("y", 1)])
@@ -265,7 +266,7 @@ class Known:
 
     name = "known"
     channels = "RGB"
-    flattens = False
+    reach = None
     looks_around = False
     lean = staticmethod(np.zeros_like)
     half_width = staticmethod(lambda slopes: None)
@@ -319,32 +320,32 @@ def test_nothing_is_ever_allowed_to_unpickle(package):
                 assert getattr(node.value, "value", None) is False, path
 
 
-@pytest.mark.parametrize("flattens", [False, True])
-def test_still_gel_is_made_flat_for_estimators_that_ask_for_it(flattens):
+@pytest.mark.parametrize("reach", [None, REACH])
+def test_still_gel_is_made_flat_for_estimators_that_ask_for_it(reach):
     cap = ball_cap((60, 40), (16.0, 20.0), 0.6, 1.2, MM_PER_PX)
     wrong = cap.gradient + 0.02
     known = Known(wrong)
-    known.flattens = flattens
+    known.reach = reach
     difference = (cap.contact[..., None] * np.array([0.2, -0.1, 0.1])).astype(np.float32)
     found = reconstruct(
         difference, known, missing="none", lights_deg=None, mm_per_px=MM_PER_PX
     ).gradient
     np.testing.assert_array_equal(found[cap.contact], np.float32(wrong)[cap.contact])
-    assert (found[:, 40:] == 0).all() == flattens
+    assert (found[:, 40:] == 0).all() == (reach is not None)
 
 
-@pytest.mark.parametrize("flattens", [False, True])
-def test_slopes_count_by_their_doubt_where_still_gel_is_known(flattens):
+@pytest.mark.parametrize("reach", [None, REACH])
+def test_slopes_count_by_their_doubt_where_still_gel_is_known(reach):
     cap = ball_cap((60, 40), (30.0, 20.0), 0.8, 1.6, MM_PER_PX)
     known = Known(cap.gradient * np.array([1.0, 0.7]) + 0.1 * np.sign(cap.gradient))
-    known.flattens = flattens
+    known.reach = reach
     difference = (cap.contact[..., None] * np.array([0.2, -0.1, 0.1])).astype(np.float32)
     found = reconstruct(difference, known, missing="none", lights_deg=None, mm_per_px=MM_PER_PX)
     assert found.boundary == "dirichlet"
     free = integrate(found.gradient, MM_PER_PX, "dirichlet")
-    wanted = weighed_depth(free, found.gradient, MM_PER_PX, "dirichlet") if flattens else free
+    wanted = weighed_depth(free, found.gradient, MM_PER_PX, "dirichlet") if reach else free
     np.testing.assert_array_equal(found.depth_mm, wanted)
-    assert np.allclose(found.depth_mm, free, atol=1e-4) != flattens
+    assert np.allclose(found.depth_mm, free, atol=1e-4) == (reach is None)
 
 
 @pytest.mark.parametrize(("lights_deg", "unseen"), [((90.0, -90.0), "x"), ((0.0, 180.0), "y")])

@@ -5,9 +5,11 @@
 import cv2
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from recon.poisson import integrate
-from recon.still import MARGIN, without_still
+from recon.still import FARTHEST, REACH, reach_of, without_still
 
 
 def dent(height, width, sigma):
@@ -31,6 +33,24 @@ def test_a_dent_keeps_its_depth_at_every_size_and_drift_far_away_goes(shape):
     assert abs(kept.max() - depth.max()) < 0.02 * depth.max()
 
 
+def test_a_flat_top_in_thick_gel_keeps_its_depth_though_its_collar_fades_slowly():
+    """Depth of gel on springs beside a straight wall fades by exp(-x / s) (``simulation.skin``)."""
+    y, x = np.mgrid[:240, :320]
+    outside = np.maximum(np.hypot(x - 159.5, y - 119.5) - 50, 0)
+    depth = 6.5 * np.exp(-outside / 9.5)  # 0.4 mm in 5 mm of gel, 0.06 mm/px
+    clean = np.stack(np.gradient(depth)[::-1], -1).astype(np.float32)
+    found = without_still(clean, outside == 0, reach_of(0.046))  # its collar, fitted beside balls
+    kept = integrate(found, (1.0, 1.0), "dirichlet")
+    assert abs(kept[120, 160] / 6.5 - 1) < 0.04
+
+
+@given(collar=st.floats(0, 1), longer=st.floats(0, 1))
+def test_gel_of_a_longer_collar_reaches_farther_within_bounds(collar, longer):
+    near, far = reach_of(min(collar, longer)), reach_of(max(collar, longer))
+    assert REACH <= near <= far <= FARTHEST
+    assert reach_of(np.nan) == REACH
+
+
 def test_steep_slopes_are_kept_where_the_colour_says_nothing():
     clean, _, _ = dent(120, 160, 8.0)
     nothing = np.zeros((120, 160), bool)
@@ -43,5 +63,5 @@ def test_flat_gel_stays_flat_and_the_margin_is_as_wide_as_said():
     point = np.zeros((96, 96), bool)
     point[48, 48] = True
     found = without_still(np.full((96, 96, 2), 0.01, np.float32), point)
-    assert (found[..., 0] > 0).sum() == (2 * round(MARGIN * 96) + 1) ** 2
+    assert (found[..., 0] > 0).sum() == (2 * round(REACH * 96) + 1) ** 2
     assert (without_still(np.zeros((96, 96, 2), np.float32), point) == 0).all()

@@ -21,6 +21,7 @@ from recon.estimators.networks import HIDDEN as HIDDEN_OF_DEFAULT
 from recon.estimators.shading import LIGHT_POWERS
 from recon.estimators.surroundings import ASPECTS
 from recon.presses import read_presses
+from recon.still import FARTHEST, REACH
 from recon.tensors import read_tensors
 from recon.unet_weights import MISSING_AXIS, load_weights, save_weights, shipped_weights
 from sensor.errors import WedgeError
@@ -97,7 +98,7 @@ def tensors_of(name: str) -> dict[str, np.ndarray]:
             shapes |= {f"weight{index}": shape, f"bias{index}": shape[1:]}
     else:
         shapes = {"light": (len(LIGHT_POWERS), 3), "mean": (features,), "spread": (features,)}
-        shapes |= {"gel": FLAT.shape, "error90": (len(SLOPE_KNOTS), 2)}
+        shapes |= {"gel": FLAT.shape, "error90": (len(SLOPE_KNOTS), 2), "reach": (1,)}
         for index, shape in enumerate(pairwise((features, *HIDDEN_OF_DEFAULT, 2))):
             shapes |= {f"weight{index}": (MEMBERS, *shape), f"bias{index}": (MEMBERS, shape[1])}
     made = {key: random.normal(0, 0.3, shape) for key, shape in shapes.items()}
@@ -105,6 +106,8 @@ def tensors_of(name: str) -> dict[str, np.ndarray]:
         made[key] = 0.01 + np.abs(made[key])
     if name == "table":
         made["low"] = -made["high"]
+    if name == "default":
+        made["reach"] = np.array([REACH])
     return {key: values.astype(np.float32) for key, values in made.items()}
 
 
@@ -129,6 +132,16 @@ def test_an_array_of_any_number_is_refused_or_gives_finite_slopes(name, value, e
             assert key in str(error)
             continue
         assert abs(value) < 1e3 and np.abs(estimator.slopes(color, position)).max() < 1e38
+
+
+def test_how_far_gel_follows_is_kept_bounded_and_taken_as_usual_of_units_made_before():
+    tensors = tensors_of("default") | {"reach": np.array([0.1], np.float32)}
+    estimator = restore_estimator("default", tensors, "RGB")
+    assert estimator.tensors()["reach"] == tensors["reach"]
+    with pytest.raises(WedgeError, match=f"reach is .*not one share from 0 to {FARTHEST}"):
+        restore_estimator("default", tensors | {"reach": 2 * tensors["reach"]}, "RGB")
+    del tensors["reach"]
+    assert restore_estimator("default", tensors, "RGB").reach == pytest.approx(REACH)
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, 3e38, -1e30])

@@ -29,7 +29,7 @@ from recon.fast.still import FrameStill
 from recon.fast.unwarping import FrameDifference
 from recon.fast.weighing import FrameWeighing
 from recon.poisson import Boundary, integrate
-from recon.still import without_still
+from recon.still import REACH, without_still
 from recon.weighed import inferred_doubts, weighed_depth
 from tests.recon.fast.units import (
     CORNERS_PX,
@@ -264,16 +264,18 @@ def test_what_a_disturbance_encloses_or_has_beside_it_is_disturbed_too() -> None
     assert mask[120, 160] and mask[122, 215] and not mask[22, 22]
 
 
-@pytest.mark.parametrize("size_px", [(320, 240), (640, 480), (641, 487)])
-def test_slopes_alone_tell_of_a_contact_where_the_reference_says_so(size_px) -> None:
-    network, (width, height) = random_default(), size_px
+@pytest.mark.parametrize(
+    ("size_px", "reach"), [((320, 240), 0.06), ((640, 480), REACH), ((641, 487), REACH)]
+)
+def test_slopes_alone_tell_of_a_contact_where_the_reference_says_so(size_px, reach) -> None:
+    network, (width, height) = replace(random_default(), reach=reach), size_px
     weight, bias = network.layers[-1]
     gentle = (weight * np.float32(0.3), bias * np.float32(0.3))
     network = replace(network, layers=(*network.layers[:-1], gentle))
     noise = np.random.default_rng(0).normal(size=(9, 12, 3)).astype(np.float32)
     change = 0.3 * cv2.resize(noise, size_px, interpolation=cv2.INTER_CUBIC)
     nothing = np.zeros((height, width), bool)
-    wanted = without_still(gradient_field(network, change), nothing).any(-1)
+    wanted = without_still(gradient_field(network, change), nothing, reach).any(-1)
     quarter = -(-height // 4), -(-width // 4)
     _, small = FrameEnsemble(network, size_px).prepared(planes(change))
     near = FrameStill(network, size_px)(small, np.zeros(quarter, bool))
