@@ -201,8 +201,8 @@ def drift_of(some: Float32[np.ndarray, "h w 3"]) -> Float32[np.ndarray, "3"]:
     calm = np.ones(some.shape[:2], bool)
     if min(calm.shape) > 1:
         sigma = CALM_SMOOTHING * min(calm.shape)
-        change = np.gradient(cv2.GaussianBlur(some, (0, 0), sigma), axis=(0, 1))
-        unrest = np.square(change).sum((0, -1))
+        along_y, along_x = np.gradient(cv2.GaussianBlur(some, (0, 0), sigma), axis=(0, 1))
+        unrest = (along_y**2 + along_x**2).sum(-1)
         calm = unrest <= np.quantile(unrest, CALM)
     median = np.median(some[calm], axis=0)
     return np.clip(median, -LARGEST_DRIFT, LARGEST_DRIFT).astype(np.float32)
