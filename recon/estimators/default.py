@@ -12,6 +12,7 @@ presses of other things, rendered, are taught beside them (``rendered``). Applie
 only fitting needs torch.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
@@ -203,7 +204,12 @@ def drift_of(some: Float32[np.ndarray, "h w 3"]) -> Float32[np.ndarray, "3"]:
         sigma = CALM_SMOOTHING * min(calm.shape)
         along_y, along_x = np.gradient(cv2.GaussianBlur(some, (0, 0), sigma), axis=(0, 1))
         unrest = (along_y**2 + along_x**2).sum(-1)
-        calm = unrest <= np.quantile(unrest, CALM)
+        # What is black or burnt out does not change at all; the Gaussian reaches into it.
+        around = np.ones((2 * math.ceil(4 * sigma) + 1,) * 2, np.uint8)
+        seen = cv2.erode((unrest > 0).astype(np.uint8), around).astype(bool)
+        if seen.mean() < 0.5:
+            seen[...] = True
+        calm = seen & (unrest <= np.quantile(unrest[seen], CALM))
     median = np.median(some[calm], axis=0)
     return np.clip(median, -LARGEST_DRIFT, LARGEST_DRIFT).astype(np.float32)
 

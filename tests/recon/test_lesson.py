@@ -238,6 +238,13 @@ def test_what_fills_most_of_the_frame_does_not_pass_for_drift(size_px):
     np.testing.assert_allclose(settled(difference)[bumps == 0].mean(0), 0, atol=0.002)
 
 
+@pytest.mark.parametrize("black", [0, 0.2, 0.4])
+def test_what_is_black_does_not_hide_the_drift(black):
+    difference = np.random.default_rng(0).normal(0.02, 0.004, (240, 320, 3)).astype(np.float32)
+    difference[:, : round(black * 320)] = 0
+    np.testing.assert_allclose(settled(difference)[:, 200:].mean((0, 1)), 0, atol=0.003)
+
+
 @given(st.floats(0, 0.99 * STEEPEST_SLOPE), st.floats(0, 6.3))
 def test_normals_and_slopes_are_each_others_inverse(steepness, azimuth):
     slopes = np.float32([[steepness * np.cos(azimuth), steepness * np.sin(azimuth)]])
