@@ -10,6 +10,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from firmware_pi.cable import lay_cable, remove_cable
 from firmware_pi.mjpg_streamer import mjpg_streamer_command
 from firmware_pi.settings import Settings, read_settings, write_settings
 from sensor.errors import WedgeError
@@ -24,12 +25,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     apply = commands.add_parser("apply", help="put a settings file in the place of another")
     default = commands.add_parser("default", help="write a settings file, or check the one there")
     paper = commands.add_parser("mjpg-streamer", help="print the command of the paper's server")
+    cable = commands.add_parser("cable", help="make the USB socket a network cable, or undo that")
     for command in (serve, check, apply, default, paper):
         command.add_argument("settings", type=Path, help="settings file (TOML)")
     apply.add_argument("place", type=Path, help="the file that the service reads")
     default.add_argument("--address", default=Settings.address, help="where it will listen")
     default.add_argument("--camera", type=int, default=0, help="which camera, from 0")
     default.add_argument("--port", type=int, default=Settings.port, help="its TCP port")
+    cable.add_argument("action", choices=("lay", "remove"))
+    cable.add_argument("config", type=Path, help="the Pi's config.txt")
     for command in (serve, paper):
         command.add_argument("--credentials", type=Path, help="file that holds user:password")
     given = parser.parse_args(arguments)
@@ -56,6 +60,8 @@ def _run(given: argparse.Namespace) -> int:
             read_settings(given.settings)
         case "apply":
             write_settings(given.place, read_settings(given.settings))
+        case "cable":
+            (lay_cable if given.action == "lay" else remove_cable)(given.config)
         case "mjpg-streamer":
             credentials = read_credentials(given.credentials)
             words = mjpg_streamer_command(read_settings(given.settings), credentials)

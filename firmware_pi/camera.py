@@ -13,6 +13,7 @@ from sensor.errors import WedgeError
 Take = Callable[[bytes, int], None]
 """Takes a JPEG and the time at which its first row was read, ns since the Pi was switched on."""
 
+MODEL = "ov5647"
 SENSOR_MODE_PX = (640, 480)
 """The OV5647's fast mode, which sees 98.8 % of the sensor's width. The narrower 1080p mode would
 shift and scale the picture, and so silently undo the unwarp of a calibrated unit."""
@@ -53,7 +54,18 @@ class PiCamera:
                 "ribbon's contacts, and what `rpicam-hello --list-cameras` says."
             )
         self.model = str(seen[settings.camera]["Model"])
-        tuning = steady_tuning(Picamera2.load_tuning_file(f"{self.model}.json"))
+        if self.model != MODEL:  # others have a mode of this size too, but not of this view
+            raise WedgeError(
+                f"camera {settings.camera} is an {self.model}, and this server is for the OV5647: "
+                "connect one, or set camera to another."
+            )
+        try:
+            tuning = steady_tuning(Picamera2.load_tuning_file(f"{MODEL}.json"))
+        except RuntimeError as error:
+            raise WedgeError(
+                f"the {MODEL}'s tuning cannot be read ({error}): run firmware_pi/install.sh on the "
+                "Pi."
+            ) from error
         try:
             self._camera = Picamera2(settings.camera, tuning=tuning)
         except RuntimeError as error:

@@ -50,6 +50,7 @@ to=${DESTDIR-} # a folder in the place of /, for tests
 here=$(cd "$(dirname "$0")" && pwd)
 lib=$to/usr/local/lib/gelsight-wedge
 settings=$to/etc/gelsight-wedge/$camera.toml
+cable=$to/etc/NetworkManager/system-connections/gelsight-wedge.nmconnection
 changed=no
 
 [ -n "$to" ] || [ "$(id -u)" = 0 ] || fail "only root may install: put sudo before it."
@@ -70,23 +71,57 @@ check() {
   there=$settings
   [ -e "$there" ] || there=/dev/null # no settings, and nothing to be written
   python -m firmware_pi default "$there" --address "$address" --camera "$camera" --port "$port"
+  serves="$address $port"
+  [ ! -e "$settings" ] || serves=$(served "$settings")
+  for other in $(others); do
+    [ "$(served "$other")" != "$serves" ] ||
+      fail "$other has address and port $serves already: give another --port, or set it in $settings."
+  done
   [ "$gadget" = no ] || check_cable
+  if grep -Eqs '(^| )(boot=overlay|overlayroot=tmpfs)' "$to/proc/cmdline"; then
+    fail "the Pi forgets at its restart what is written: switch the overlay file system off in raspi-config first."
+  fi
+}
+
+# The settings of this Pi's other cameras.
+others() {
+  for file in "$to"/etc/gelsight-wedge/[0-3].toml; do
+    [ ! -e "$file" ] || [ "$file" = "$settings" ] || echo "$file"
+  done
+}
+
+# served FILE: the address and the port in its settings; nothing of a file that is wrong.
+served() {
+  python -c '
+import pathlib, sys
+from firmware_pi.settings import read_settings
+settings = read_settings(pathlib.Path(sys.argv[1]))
+print(settings.address, settings.port)' "$1" 2>/dev/null || true
 }
 
 check_cable() {
   case $address in
     *:*) fail "--usb-gadget needs an IPv4 address, such as 10.55.0.1, not $address." ;;
   esac
+  model=$(tr -d '\0' <"$to/proc/device-tree/model" 2>/dev/null || true)
+  case $model in
+    *'Pi Model B'* | *'Pi 2 Model B'* | *'Pi 3 Model B'*) # its Ethernet would be gone as well
+      fail "the USB sockets of a $model are a hub's and no network cable: leave --usb-gadget out."
+      ;;
+  esac
   config=$to/boot/firmware/config.txt
   [ -f "$config" ] || config=$to/boot/config.txt
   [ -f "$config" ] || fail "there is no config.txt below $to/boot: is this a Raspberry Pi?"
-  [ -e "$settings" ] || return 0
-  served=$(python -c '
-import pathlib, sys
-from firmware_pi.settings import read_settings
-print(read_settings(pathlib.Path(sys.argv[1])).address)' "$settings")
-  [ "$served" = "$address" ] ||
-    fail "the stream stays at $served, as $settings says: set address there to $address, or leave --usb-gadget out."
+  [ -w "$config" ] || fail "$config cannot be written: make its file system writable in raspi-config."
+  [ "${serves% *}" = "$address" ] ||
+    fail "the stream stays at ${serves% *}, as $settings says: set address there to $address, or leave --usb-gadget out."
+  [ -f "$cable" ] || return 0
+  laid=$(sed -n 's|^address1=\([^/]*\)/.*|\1|p' "$cable")
+  [ "$laid" != "$address" ] || return 0
+  for other in $(others); do
+    [ "$(served "$other" | cut -d ' ' -f 1)" != "$laid" ] ||
+      fail "the cable's address is $laid, at which $other serves: give --address $laid and another --port, or leave --usb-gadget out."
+  done
 }
 
 # put SOURCE TARGET MODE: copy a file unless it is there already.
@@ -97,7 +132,8 @@ put() {
   changed=yes
 }
 
-# write TARGET MODE: the same with what comes on standard input.
+# write TARGET MODE: the same with what comes on standard input; of no pipe, which would lose
+# that it changed something.
 write() {
   written=$(mktemp)
   cat >"$written"
@@ -152,22 +188,24 @@ install_settings() {
 }
 
 install_gadget() {
-  if ! grep -q '^# gelsight-wedge begin$' "$config"; then
-    {
-      cat "$config"
-      [ -z "$(tail -c 1 "$config")" ] || echo # its last line may have no end
-      printf '%s\n' '# gelsight-wedge begin' '[all]' 'dtoverlay=dwc2,dr_mode=peripheral' \
-        '# gelsight-wedge end'
-    } >"$config.new"
-    mv "$config.new" "$config"
-    say "restart the Pi once, so that its USB socket becomes a network cable"
-  fi
-  printf 'dwc2\ng_ether\n' | write "$to/etc/modules-load.d/gelsight-wedge.conf" 644
+  server_changed=$changed changed=no
+  before=$(cksum <"$config")
+  python -m firmware_pi cable lay "$config"
+  [ "$(cksum <"$config")" = "$before" ] || changed=yes
+  write "$to/etc/modules-load.d/gelsight-wedge.conf" 644 <<END
+dwc2
+g_ether
+END
   # Fixed hardware addresses: else the computer sees a new cable at every start.
   unique=$(sha256sum "$to/etc/machine-id" | cut -c 1-10 | sed 's/../:&/g')
-  echo "options g_ether dev_addr=02$unique host_addr=06$unique" |
-    write "$to/etc/modprobe.d/gelsight-wedge.conf" 644
-  write "$to/etc/NetworkManager/system-connections/gelsight-wedge.nmconnection" 600 <<END
+  write "$to/etc/modprobe.d/gelsight-wedge.conf" 644 <<END
+options g_ether dev_addr=02$unique host_addr=06$unique
+END
+  # NetworkManager leaves alone what is a USB gadget, by its 85-nm-unmanaged.rules.
+  write "$to/etc/udev/rules.d/86-gelsight-wedge.rules" 644 <<'END'
+SUBSYSTEM=="net", ACTION=="add|change|move", ENV{DEVTYPE}=="gadget", ENV{NM_UNMANAGED}="0"
+END
+  write "$cable" 600 <<END
 [connection]
 id=gelsight-wedge
 type=ethernet
@@ -181,6 +219,9 @@ never-default=true
 [ipv6]
 method=link-local
 END
+  [ "$changed" = no ] ||
+    say "restart the Pi once, so that its USB socket becomes a network cable with the address $address"
+  changed=$server_changed
 }
 
 check
@@ -194,6 +235,9 @@ systemctl daemon-reload
 systemctl enable "$unit"
 if [ "$changed" = yes ]; then
   systemctl restart "$unit"
+  for other in $(others); do # they run what was replaced
+    systemctl try-restart "gelsight-wedge@$(basename "$other" .toml).service"
+  done
 else
   systemctl start "$unit"
 fi

@@ -65,6 +65,7 @@ class Service:
             max_clients=self.settings.max_clients,
             credentials=credentials,
         )
+        self._camera: Camera | None = None
         try:
             self._camera = open_camera(self.settings, self._newest.put)
         except BaseException:
@@ -73,13 +74,15 @@ class Service:
 
     def describe(self) -> dict[str, Any]:
         """What was asked of the camera and what it used."""
-        return {"asked": asdict(self.settings), "used": self._camera.report()}
+        camera = self._camera
+        return {"asked": asdict(self.settings), "used": camera.report() if camera else {}}
 
     def run(self) -> None:
         """Serve until SIGTERM or SIGINT.
 
         Raises:
-            WedgeError: the camera gives no first frame.
+            WedgeError: the camera gives no first frame, or takes neither new settings nor, after
+                them, the old ones.
         """
         for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
             signal.signal(number, self._on_signal)
@@ -92,7 +95,7 @@ class Service:
         finally:
             notify("STOPPING=1")
             self.server.stop()
-            self._camera.stop()
+            self._stop_camera()
 
     def _await_first_frame(self) -> None:
         """Wait for a frame, or for a signal to stop: the wait is cut into slices to see it."""
@@ -119,25 +122,51 @@ class Service:
             self._wake.clear()
 
     def _read_again(self) -> None:
-        """Take new settings; where they are wrong or the camera refuses them, the old ones stay."""
+        """Take new settings; where they are wrong or the camera refuses them, the old ones stay.
+
+        Raises:
+            WedgeError: the camera does not take the old ones again either.
+        """
         usec = time.clock_gettime_ns(time.CLOCK_MONOTONIC) // 1000
         notify("RELOADING=1", f"MONOTONIC_USEC={usec}")
         before = self.settings
         try:
             after = read_settings(self._file)
-            self._camera.stop()
-            try:
-                self._camera = self._open(after, self._newest.put)
-                self.settings = after
-            except WedgeError:
-                self._camera = self._open(before, self._newest.put)
-                raise
-            served = (before.address, before.port, before.max_clients)
-            if served != (after.address, after.port, after.max_clients):
-                _say("address, port and max_clients hold from the next restart on.")
         except WedgeError as error:
-            _say(f"{error} The settings from before stay.")
+            refused: WedgeError | None = error
+        else:
+            refused = self._switch(after)
+            served = (before.address, before.port, before.max_clients)
+            if not refused and served != (after.address, after.port, after.max_clients):
+                _say("address, port and max_clients hold from the next restart on.")
+        if refused:
+            _say(f"{refused} The settings from before stay.")
         notify("READY=1")
+
+    def _switch(self, after: Settings) -> WedgeError | None:
+        """Have the camera take settings; why it does not, where it goes on with those from before.
+
+        Raises:
+            WedgeError: it does not, so that there is no camera any more. systemd then starts us
+                anew, as after a ribbon that came off.
+        """
+        self._stop_camera()
+        try:
+            self._camera = self._open(after, self._newest.put)
+        except WedgeError as refused:
+            try:
+                self._camera = self._open(self.settings, self._newest.put)
+            except WedgeError as lost:
+                raise WedgeError(f"{refused} Nor do the settings from before do: {lost}") from lost
+            return refused
+        self.settings = after
+        return None
+
+    def _stop_camera(self) -> None:
+        """Stop the camera once, even where stopping it fails."""
+        camera, self._camera = self._camera, None
+        if camera:
+            camera.stop()
 
     def _on_signal(self, number: int, _frame: object) -> None:
         if number == signal.SIGHUP:

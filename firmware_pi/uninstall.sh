@@ -33,22 +33,31 @@ if [ -z "$to" ] && [ "$(id -u)" != 0 ]; then
   exit 2
 fi
 
-for file in "$to"/etc/gelsight-wedge/*.toml; do
-  [ -e "$file" ] || continue
-  systemctl disable --now "gelsight-wedge@$(basename "$file" .toml).service" || true
+# First what may fail. The server lies beside this script where both are installed, else one up.
+here=$(cd "$(dirname "$0")" && pwd)
+for config in "$to/boot/firmware/config.txt" "$to/boot/config.txt"; do
+  grep -qs '# gelsight-wedge begin' "$config" || continue
+  before=$(cksum <"$config")
+  PYTHONPATH=$here:$here/.. PYTHONSAFEPATH=1 PYTHONDONTWRITEBYTECODE=1 \
+    python3 -m firmware_pi cable remove "$config"
+  [ "$(cksum <"$config")" = "$before" ] ||
+    echo "uninstall.sh: restart the Pi once, so that its USB socket is no network cable any more" >&2
+done
+# Also a camera whose settings were deleted by hand runs, and would run again.
+for file in "$to"/etc/gelsight-wedge/*.toml \
+  "$to"/etc/systemd/system/multi-user.target.wants/gelsight-wedge@*.service; do
+  [ -e "$file" ] || [ -L "$file" ] || continue
+  camera=$(basename "$file" .toml)
+  camera=${camera#gelsight-wedge@}
+  systemctl disable --now "gelsight-wedge@${camera%.service}.service" || true
 done
 rm -f "$to/etc/systemd/system/gelsight-wedge@.service" \
   "$to/usr/local/bin/gelsight-wedge" \
   "$to/etc/modules-load.d/gelsight-wedge.conf" \
   "$to/etc/modprobe.d/gelsight-wedge.conf" \
+  "$to/etc/udev/rules.d/86-gelsight-wedge.rules" \
   "$to/etc/NetworkManager/system-connections/gelsight-wedge.nmconnection"
 rm -rf "$to/usr/local/lib/gelsight-wedge"
-for config in "$to/boot/firmware/config.txt" "$to/boot/config.txt"; do
-  if [ -f "$config" ] && grep -q '^# gelsight-wedge begin$' "$config"; then
-    sed '/^# gelsight-wedge begin$/,/^# gelsight-wedge end$/d' "$config" >"$config.new"
-    mv "$config.new" "$config"
-  fi
-done
 if [ "$purge" = yes ]; then
   rm -rf "$to/etc/gelsight-wedge"
 elif [ -d "$to/etc/gelsight-wedge" ]; then

@@ -10,7 +10,8 @@ setup() {
   export PATH=$stubs:$PATH
   : >"$CALLS"
   mkdir -p "$stubs" "$DESTDIR/boot/firmware" "$DESTDIR/usr/local/lib" "$DESTDIR/usr/local/bin"
-  mkdir -p "$DESTDIR"/etc/{systemd/system,modules-load.d,modprobe.d,NetworkManager/system-connections}
+  mkdir -p "$DESTDIR"/etc/{systemd/system,modules-load.d,modprobe.d,udev/rules.d}
+  mkdir -p "$DESTDIR/etc/NetworkManager/system-connections"
   printf 'dtparam=audio=on\n[cm5]\ndtoverlay=dwc2,dr_mode=host\n' >"$DESTDIR/boot/firmware/config.txt"
   echo 0123456789abcdef0123456789abcdef >"$DESTDIR/etc/machine-id"
   cat >"$stubs/systemctl" <<'END'
@@ -73,6 +74,16 @@ moments() { (cd "$DESTDIR" && find . -type f -printf '%p %i %T@\n' | sort); }
   [ "$(grep -c 'systemctl restart' "$CALLS")" = 2 ]
 }
 
+@test "an update reaches every camera of the Pi" {
+  "$firmware/install.sh" --address 10.0.0.2
+  "$firmware/install.sh" --address 10.0.0.2 --camera 1 --port 8081
+  echo '# older' >>"$DESTDIR/usr/local/lib/gelsight-wedge/firmware_pi/server.py"
+  : >"$CALLS"
+  "$firmware/install.sh" --address 10.0.0.2
+  grep -qx 'systemctl restart gelsight-wedge@0.service' "$CALLS"
+  grep -qx 'systemctl try-restart gelsight-wedge@1.service' "$CALLS"
+}
+
 @test "settings are kept, and a misspelt one is refused by name" {
   "$firmware/install.sh" --address 10.55.0.1
   echo 'red_gain = 1.1' >"$DESTDIR/etc/gelsight-wedge/0.toml"
@@ -86,7 +97,15 @@ moments() { (cd "$DESTDIR" && find . -type f -printf '%p %i %T@\n' | sort); }
 
 @test "two cameras of one Pi have an instance and a port each" {
   "$firmware/install.sh" --address 10.0.0.2
+  before=$(tree)
+  run "$firmware/install.sh" --address 10.0.0.2 --camera 1
+  [ "$status" = 2 ]
+  [[ $output == *0.toml*"10.0.0.2 8080"*--port* ]]
+  [ "$(tree)" = "$before" ]
+  : >"$CALLS"
   "$firmware/install.sh" --address 10.0.0.2 --camera 1 --port 8081
+  run grep @0 "$CALLS"
+  [ "$status" = 1 ] # the first camera is left alone
   grep -qx 'systemctl enable gelsight-wedge@1.service' "$CALLS"
   grep -q '^port = 8081' "$DESTDIR/etc/gelsight-wedge/1.toml"
   grep -q '^camera = 1' "$DESTDIR/etc/gelsight-wedge/1.toml"
@@ -112,6 +131,16 @@ moments() { (cd "$DESTDIR" && find . -type f -printf '%p %i %T@\n' | sort); }
   [ ! -e "$DESTDIR/etc/gelsight-wedge" ]
 }
 
+@test "uninstalling stops a camera whose settings were deleted by hand" {
+  "$firmware/install.sh" --address 10.55.0.1
+  mkdir "$DESTDIR/etc/systemd/system/multi-user.target.wants"
+  ln -s /etc/systemd/system/gelsight-wedge@.service \
+    "$DESTDIR/etc/systemd/system/multi-user.target.wants/gelsight-wedge@0.service"
+  rm -r "$DESTDIR/etc/gelsight-wedge"
+  "$firmware/uninstall.sh"
+  grep -qx 'systemctl disable --now gelsight-wedge@0.service' "$CALLS"
+}
+
 @test "uninstalling twice, or where nothing is, is no fault" {
   "$firmware/uninstall.sh" --purge
   "$firmware/uninstall.sh" --purge
@@ -125,6 +154,56 @@ moments() { (cd "$DESTDIR" && find . -type f -printf '%p %i %T@\n' | sort); }
   grep -Eqx 'options g_ether dev_addr=02(:[0-9a-f]{2}){5} host_addr=06(:[0-9a-f]{2}){5}' \
     "$DESTDIR/etc/modprobe.d/gelsight-wedge.conf"
   [ "$(grep -c 'dtoverlay=dwc2,dr_mode=peripheral' "$DESTDIR/boot/firmware/config.txt")" = 1 ]
+  # NetworkManager's own rule, which leaves USB gadgets alone, must come before ours.
+  (cd "$DESTDIR/etc/udev/rules.d" && : >85-nm-unmanaged.rules && ls) | tail -n 1 >"$BATS_TEST_TMPDIR/last"
+  grep -q 'ENV{DEVTYPE}=="gadget", ENV{NM_UNMANAGED}="0"' \
+    "$DESTDIR/etc/udev/rules.d/$(cat "$BATS_TEST_TMPDIR/last")"
+  # Whatever of the cable is new holds from a restart on, and no camera is interrupted for it.
+  for file in boot/firmware/config.txt etc/*/gelsight-wedge.conf etc/udev/rules.d/86-gelsight-wedge.rules; do
+    for changed in "$DESTDIR"/$file; do
+      sed -i '/dwc2\|g_ether\|gadget\|gelsight/d' "$changed"
+      cp "$CALLS" "$CALLS.before"
+      run "$firmware/install.sh" --address 10.55.3.1 --usb-gadget
+      [[ $output == *"restart the Pi"* ]]
+      [ "$(grep -c restart "$CALLS")" = "$(grep -c restart "$CALLS.before")" ]
+    done
+  done
+  run "$firmware/install.sh" --address 10.55.3.1 --usb-gadget
+  [[ $output != *"restart the Pi"* ]]
+}
+
+@test "the second camera shares the cable of the first" {
+  file=$DESTDIR/etc/NetworkManager/system-connections/gelsight-wedge.nmconnection
+  "$firmware/install.sh" --address 10.55.0.1 --usb-gadget
+  before=$(tree)
+  : >"$CALLS"
+  run "$firmware/install.sh" --address 10.55.9.1 --usb-gadget --camera 1
+  [ "$status" = 2 ]
+  [[ $output == *"10.55.0.1"*0.toml*"--address 10.55.0.1"* ]]
+  [ "$(tree)" = "$before" ]
+  [ ! -s "$CALLS" ]
+  "$firmware/install.sh" --address 10.55.0.1 --usb-gadget --camera 1 --port 8081
+  grep -qx 'address1=10.55.0.1/24' "$file"
+  # Where no camera serves at the old address any more, the cable may have another.
+  sed -i 's/10.55.0.1/10.55.9.1/' "$DESTDIR"/etc/gelsight-wedge/[01].toml
+  run "$firmware/install.sh" --address 10.55.9.1 --usb-gadget
+  [ "$status" = 0 ]
+  [[ $output == *"restart the Pi"* ]]
+  grep -qx 'address1=10.55.9.1/24' "$file"
+}
+
+@test "what an older installer wrote into config.txt is mended, by installing and by uninstalling" {
+  config=$DESTDIR/boot/firmware/config.txt
+  block='# gelsight-wedge begin\n[all]\ndtoverlay=dwc2,dr_mode=peripheral\n# gelsight-wedge end\n'
+  printf '%b' "a=1\n$block" >"$BATS_TEST_TMPDIR/right"
+  for wrong in "a=1$block" "a=1$block$block"; do
+    printf '%b' "$wrong" >"$config"
+    "$firmware/install.sh" --address 10.55.0.1 --usb-gadget
+    cmp "$config" "$BATS_TEST_TMPDIR/right"
+    printf '%b' "$wrong" >"$config"
+    "$DESTDIR/usr/local/lib/gelsight-wedge/uninstall.sh"
+    [ "$(cat "$config")" = 'a=1' ]
+  done
 }
 
 @test "a config.txt whose last line has no end keeps its lines" {
@@ -188,6 +267,47 @@ moments() { (cd "$DESTDIR" && find . -type f -printf '%p %i %T@\n' | sort); }
   [[ $output == *config.txt*"Raspberry Pi?" ]]
   [ "$(tree)" = "$before" ]
   [ ! -s "$CALLS" ]
+}
+
+@test "no cable is made of a Pi whose USB sockets are a hub's" {
+  mkdir -p "$DESTDIR/proc/device-tree"
+  before=$(tree)
+  for model in 'Model B Rev 2' '2 Model B Rev 1.1' '3 Model B Plus Rev 1.3'; do
+    printf 'Raspberry Pi %s\0' "$model" >"$DESTDIR/proc/device-tree/model"
+    run "$firmware/install.sh" --address 10.55.0.1 --usb-gadget
+    [ "$status" = 2 ]
+    [[ $output == *"$model"*--usb-gadget* ]]
+  done
+  rm "$DESTDIR/proc/device-tree/model"
+  [ "$(tree)" = "$before" ]
+  for model in 'Zero 2 W Rev 1.0' '3 Model A Plus Rev 1.0' '4 Model B Rev 1.4' '5 Model B Rev 1.0'; do
+    printf 'Raspberry Pi %s\0' "$model" >"$DESTDIR/proc/device-tree/model"
+    "$firmware/install.sh" --address 10.55.0.1 --usb-gadget
+  done
+}
+
+@test "a cable is refused where config.txt cannot be written, before anything is done" {
+  [ "$(id -u)" != 0 ] || skip "root may write everything"
+  chmod a-w "$DESTDIR/boot/firmware/config.txt"
+  before=$(tree)
+  run "$firmware/install.sh" --address 10.55.0.1 --usb-gadget
+  [ "$status" = 2 ]
+  [[ $output == *"config.txt cannot be written"* ]]
+  [ "$(tree)" = "$before" ]
+}
+
+@test "a system that forgets is not installed on" {
+  mkdir "$DESTDIR/proc"
+  for option in boot=overlay overlayroot=tmpfs; do
+    echo "$option console=tty1" >"$DESTDIR/proc/cmdline"
+    before=$(tree)
+    run "$firmware/install.sh" --address 10.55.0.1
+    [ "$status" = 2 ]
+    [[ $output == *"overlay file system"* ]]
+    [ "$(tree)" = "$before" ]
+  done
+  echo 'overlayroot=disabled console=tty1' >"$DESTDIR/proc/cmdline"
+  "$firmware/install.sh" --address 10.55.0.1
 }
 
 @test "an older system is told what it can do" {

@@ -140,6 +140,8 @@ def test_two_sensors_keep_step_where_libcamera_can(fake_pi: FakePi) -> None:
         ("zero", Settings(camera=1), "sees 1"),
         ("busy", Settings(), "resource busy"),
         ("hd", Settings(), "OV5647"),
+        ("imx219", Settings(), "imx219, and this server is for the OV5647"),
+        ("untuned", Settings(), r"Tuning file not found.*install\.sh"),
         ("zero", Settings(sync="server"), "newer libcamera"),
         ("zero unfit", Settings(), "Invalid camera configuration"),
         ("zero stuck", Settings(), "did not start properly"),

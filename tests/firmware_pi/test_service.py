@@ -56,10 +56,10 @@ class Process:
             text=True,
         )
 
-    def until_told(self, state: str) -> list[str]:
-        """Wait until systemd is told a state; gives what it was told until then."""
+    def until_told(self, *states: str) -> list[str]:
+        """Wait until systemd is told one of some states; gives what it was told until then."""
         told: list[str] = []
-        while not any(line.startswith(state) for line in told):
+        while not any(line.startswith(states) for line in told):
             told += self._told.recv(4096).decode().splitlines()
         return told
 
@@ -169,6 +169,22 @@ def test_a_camera_that_refuses_new_settings_goes_on_with_the_old(start: Any, why
     said = process.end()
     assert (process.child.returncode, said.count("\n")) == (0, 1)
     assert said.endswith("The settings from before stay.\n")
+
+
+@pytest.mark.parametrize("why", ["unfit", "stuck"])
+def test_where_the_old_settings_fail_too_it_says_so_and_ends_for_systemd_to_restart(
+    start: Any, why: str
+) -> None:
+    process = start(fake_pi=f"zero {why} later")
+    process.until_told("READY=1")
+    process.file.write_text(process.file.read_text().replace("exposure_us = 1", "exposure_us = 2"))
+    process.child.send_signal(signal.SIGHUP)
+    process.until_told("RELOADING=1")
+    assert "READY=1" not in process.until_told("READY=1", "STOPPING=1")
+    said = process.end()
+    assert (process.child.returncode, said.count("\n")) == (2, 1)
+    assert "Nor do the settings from before" in said
+    assert "stay" not in said
 
 
 def test_the_wait_for_a_first_frame_ends_with_a_signal(

@@ -2,8 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Stands in for picamera2 0.3: as strict about names as libcamera, and quicker than any camera.
 
-``FAKE_PI`` says what stands where: words of zero, five, none, busy, hd, silent, stalls, unfit (not
-to be configured), stuck (not to be started), and second where that holds for the second one alone.
+``FAKE_PI`` says what stands where: words of zero, five, none, imx219 (another camera), untuned
+(without a tuning file), busy, hd, silent, stalls, unfit (not to be configured), stuck (not to be
+started), second where that holds for the second one alone, and later where it holds from the second
+one on.
 """
 
 import copy
@@ -25,7 +27,10 @@ def words() -> list[str]:
 
 
 def refuses(word: str) -> bool:
-    return word in words() and ("second" not in words() or len(Picamera2.opened) == 2)
+    if word not in words():
+        return False
+    number = len(Picamera2.opened)
+    return number == 2 if "second" in words() else number >= 2 if "later" in words() else True
 
 
 class Request:
@@ -51,11 +56,13 @@ class Picamera2:
 
     @staticmethod
     def global_camera_info() -> list[dict]:
-        return [] if "none" in words() else [{"Model": "ov5647", "Num": 0}]
+        model = "imx219" if "imx219" in words() else "ov5647"
+        return [] if "none" in words() else [{"Model": model, "Num": 0}]
 
     @staticmethod
     def load_tuning_file(name: str) -> dict:
-        assert name == "ov5647.json"
+        if "untuned" in words():
+            raise RuntimeError("Tuning file not found")
         return copy.deepcopy(Picamera2.TUNING)
 
     def __init__(self, camera_num: int = 0, tuning: dict | None = None) -> None:
@@ -132,6 +139,7 @@ class Picamera2:
             count += 1
 
     def stop_recording(self) -> None:
+        assert not self.closed
         self._done.set()
         if self._thread.is_alive():
             self._thread.join()
