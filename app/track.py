@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from app._frames import read_checked, unit_frames
-from app._output import OutputFile, check_outputs, print_table, write_json
+from app._output import OutputFile, check_outputs, keep_inputs, print_table, write_json
 from app._progress import progress
 from sensor.errors import WedgeError
 from sensor.files import write_atomic
@@ -23,8 +23,9 @@ if TYPE_CHECKING:
     from recon.pose.tracker import PoseEstimate
 
 LEFT_OUT = "the frame is damaged"
-MOST_FRAMES = 20_000
-"""Of one run, whose rows and plot are held in memory; that there were more is said."""
+MOST_FRAMES = 250_000
+"""Of one run, over two hours: a frame's row and pose stay in memory until its end, one or two
+kilobytes; that there were more is said."""
 COLUMNS = (
     "frame,time_ns,state,reason,x_mm,y_mm,z_mm,qx,qy,qz,qw,rotation_std_deg,translation_std_mm,"
     "overlap,explained,markers"
@@ -70,7 +71,7 @@ def main(
         background: A blank frame of today, or `first` where the source begins with one; by default
             the unit's own.
         begin: Pass over so many frames: a light first touch is a poor likeness of the object.
-        frames: Stop after so many, 20 000 at most; needed for a live source, which has no end.
+        frames: Stop after so many, 250 000 at most; needed for a live source, which has no end.
         json: Write the poses here as JSON.
     """
     from recon.calibration import load_calibration
@@ -90,6 +91,7 @@ def main(
     if begin < 0:
         raise WedgeError(f"--begin {begin} must be 0 or above.")
     check_outputs(out / "poses.csv", json)
+    keep_inputs([unit, source, mesh, start, background], [json])
     calibration = load_calibration(unit)
     model = (
         None
@@ -179,12 +181,16 @@ def _pose(path: Path) -> "np.ndarray":
     """A transform from a text file."""
     import numpy as np
 
+    from recon.pose.rigid import is_rigid
+
     try:
         numbers = np.array(path.read_text(encoding="utf-8").replace(",", " ").split(), float)
     except (OSError, ValueError) as error:
         raise WedgeError(f"{path} does not hold 16 numbers: {error}.") from error
     if numbers.size != 16:
         raise WedgeError(f"{path} holds {numbers.size} numbers, not the 16 of a 4 x 4 pose.")
+    if not is_rigid(numbers.reshape(4, 4)):
+        raise WedgeError(f"{path} is no rigid transform: give a 4 x 4 [R t; 0 0 0 1], t in mm.")
     return numbers.reshape(4, 4)
 
 

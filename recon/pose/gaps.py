@@ -7,14 +7,22 @@ more than a few do.
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
-from recon.depth_error import depth_noise
-from recon.poisson import eigenvalues
+from recon.arrays import GradientField
+from recon.pose.noise import (
+    LENGTHS_MM,
+    Coarse,
+    Variances,
+    depth_variances,
+    pixels,
+    sums_in_waves,
+    wave_variances,
+)
+from recon.pose.registration import PRIOR_INFORMATION
 from recon.pose.rigid import Covariance, Points, Transform, Twist, applied
 from sensor.toml import Pair
 
@@ -22,10 +30,10 @@ FARTHEST_MM = 0.5
 """Points farther apart are not the same place."""
 FLATTENED = 1 - 1e-3
 """GICP takes a point for a Gaussian of variance 1 mm^2 along the surface and 1e-3 across it."""
-CELL_MM = 0.25
-"""Noise is summed over cells so wide; the waves of a fine texture still have several of them."""
 LEAST_LEFT = 0.05
 """Of the noise's energy: a fit leaves so much of it in any case."""
+LEAST_ALIKE = 0.5
+"""Correlation of what two touches show of a motion: with less, they show more noise than motion."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,6 +45,9 @@ class PointCloud:
     shape: tuple[int, int]
     """Height and width of the frame in pixels."""
     mm_per_px: Pair
+    slopes: GradientField
+    """Of the frame, means of three by three pixels: normals that no choice of neighbours bends."""
+    coarse: Coarse
 
     @property
     def points(self) -> Points:
@@ -48,6 +59,13 @@ class PointCloud:
         """(n, 3), of either sign."""
         return np.asarray(self.cloud.normals())[:, :3]
 
+    def upright_normals(self, points: Points) -> Points:
+        """(n, 3), by the slopes of the pixels in which points lie."""
+        slopes = self.slopes[pixels(points, self.shape, self.mm_per_px)]
+        normals = np.concatenate([slopes, np.ones_like(slopes[:, :1])], 1)
+        found: Points = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+        return found
+
 
 @dataclass(frozen=True, kw_only=True)
 class Gaps:
@@ -55,6 +73,10 @@ class Gaps:
 
     points: Points
     """(n, 3) of the reference, in mm."""
+    nearest: Points
+    """(n, 3) of the current touch."""
+    rotation: Float[np.ndarray, "3 3"]
+    """From the reference to the current touch."""
     gap_mm: Float[np.ndarray, " n"]
     """From a moved point to the plane through the nearest current one."""
     change: Float[np.ndarray, "n 6"]
@@ -75,31 +97,65 @@ class Gaps:
         twist: Twist = np.linalg.solve(self.information, pull)
         return twist
 
-    def covariance(self, shape: tuple[int, int], mm_per_px: Pair) -> Covariance:
+    def covariance(
+        self, reference: PointCloud, current: PointCloud, noise: Variances | None
+    ) -> Covariance:
         """Of the twist that closes the gaps best, where depth is integrated from noisy slopes.
 
-        Let gaps d have the weights W and change by J. White noise of the slopes, integrated, gives
-        d the covariance s^2 C. The twist is H^-1 J'W d with H = J'W J, so its covariance and the
-        expected d'W d that it leaves are
+        Let gaps d have the weights W and change by J. Errors of the slopes, integrated, give d the
+        covariance C. The twist is H^-1 J'W d with H = J'W J, so its covariance and the expected
+        d'W d that it leaves are
 
-            s^2 H^-1 M H^-1,  M = J'W C W J,  and  s^2 (tr(W C) - tr(H^-1 M)).
+            H^-1 M H^-1,  M = J'W C W J,  and  tr(W C) - tr(H^-1 M).
 
-        The latter, held against what is left, tells s. Independent noise, C = W = 1, has the
-        well-known s^2 H^-1 with s^2 = d'd / (n - 6). Each second point gives the same as all.
+        Where more than the latter is left, noise is so much larger. Independent noise, C = W = 1,
+        has the well-known s^2 H^-1 with s^2 = d'd / (n - 6). Each second point gives the same as
+        all. A motion that is not seen (``unseen``) is as uncertain as before the touch.
 
         Args:
-            shape: height and width in pixels of the frame that was integrated, zero around it.
-            mm_per_px: its pixel pitch.
+            reference: the one touch; its frame was integrated with zero around it.
+            current: the other.
+            noise: of both touches' slopes together; ``None`` where nobody knows: then it is white,
+                and of the size that is left tells.
         """
+        shape, mm_per_px = reference.shape, reference.mm_per_px
+        known = np.eye(len(LENGTHS_MM))[0] if noise is None else noise
         shares = (self.weight * self.upright)[:, None] * self.change
-        sums = noise_of_sums(self.points, shares, shape, mm_per_px)
+        waves = sums_in_waves(self.points, shares[None], shape, mm_per_px)
+        sums = waves * (known @ wave_variances(shape, mm_per_px)) @ waves.T
+        place = pixels(self.points, shape, mm_per_px)
+        variances = known @ depth_variances(shape, mm_per_px)[:, *place]
+        energy = float((self.weight * self.upright**2) @ variances)
         inverse = np.linalg.inv(self.information)
-        pixels = _cells(self.points, shape, mm_per_px, (1, 1))
-        deviation = self.upright * depth_noise(shape, mm_per_px, "dirichlet")[pixels]
-        energy = float(self.weight @ deviation**2)
         left = max(energy - float(np.trace(inverse @ sums)), LEAST_LEFT * energy)
-        variance = float(self.weight @ self.gap_mm**2) / left
-        found: Covariance = variance * inverse @ sums @ inverse
+        growth = float(self.weight @ self.gap_mm**2) / left
+        if noise is not None:
+            growth = max(growth, 1.0)
+        unseen = self.unseen(reference, current)
+        found: Covariance = growth * inverse @ sums @ inverse + unseen @ unseen.T
+        return found
+
+    def unseen(self, reference: PointCloud, current: PointCloud) -> Float[np.ndarray, "6 u"]:
+        """Twists, in columns, that the touches do not show, as long as they may be before a touch.
+
+        Noise of the planes' normals makes every motion look seen, also one along an edge that
+        crosses the frame. Slopes of two touches err independently: what only noise shows of a
+        motion is not the same in both.
+        """
+        ours, theirs = (
+            np.concatenate([np.cross(self.points, normal), normal], 1)
+            for normal in (
+                reference.upright_normals(self.points),
+                current.upright_normals(self.nearest) @ self.rotation,
+            )
+        )
+        both = (self.weight * ours.T) @ theirs
+        each = ((self.weight * ours.T) @ ours + (self.weight * theirs.T) @ theirs) / 2
+        root = np.linalg.inv(np.linalg.cholesky(each + 1e-12 * np.trace(each) * np.eye(6)))
+        shares, axes = np.linalg.eigh(root @ (both + both.T) @ root.T / 2)
+        twists = root.T @ axes[:, shares < LEAST_ALIKE]
+        lengths = np.einsum("ku,kl,lu->u", twists, PRIOR_INFORMATION, twists)
+        found: np.ndarray = twists / np.sqrt(lengths)
         return found
 
 
@@ -133,55 +189,10 @@ def gaps_between(
     back = normal @ rotation
     return Gaps(
         points=points,
+        nearest=current.points[nearest],
+        rotation=rotation,
         gap_mm=((current.points[nearest] - moved) * normal).sum(1),
         change=np.concatenate([np.cross(points, back), back], 1),
         upright=normal[:, 2],
         weight=weight,
     )
-
-
-def noise_of_sums(
-    points: Points, shares: Float[np.ndarray, "n k"], shape: tuple[int, int], mm_per_px: Pair
-) -> Float[np.ndarray, "k k"]:
-    """Covariance of k sums over depths at points, mm^2, for slopes with white noise of deviation 1.
-
-    Integrated, that noise has the covariance (-L)^-1: L, the Laplacian of ``recon.poisson``, is
-    diagonal in sines. The slopes' mean over a cell of b pixels varies by 1 / b, and so do depths.
-    """
-    side_px = max(1, round(CELL_MM / mm_per_px[0])), max(1, round(CELL_MM / mm_per_px[1]))
-    row, column = _cells(points, shape, mm_per_px, side_px)
-    height, width = -(-shape[0] // side_px[1]), -(-shape[1] // side_px[0])
-    (top, left), (bottom, right) = ((f(row), f(column)) for f in (np.min, np.max))
-    rows, columns = bottom + 1 - top, right + 1 - left
-    cell = (row - top) * columns + column - left
-    summed = np.stack([np.bincount(cell, share, rows * columns) for share in shares.T])
-    down, across = _sines(height)[:, top : bottom + 1], _sines(width)[left : right + 1]
-    waves = down @ (summed.reshape(-1, rows, columns) @ across)
-    pitch_mm = side_px[0] * mm_per_px[0], side_px[1] * mm_per_px[1]
-    waves /= np.sqrt(-eigenvalues(height, width, pitch_mm, "dirichlet", "d"))
-    waves = waves.reshape(len(waves), -1)
-    noise: np.ndarray = waves @ waves.T / (side_px[0] * side_px[1])
-    return noise
-
-
-@lru_cache(maxsize=8)
-def _sines(count: int) -> Float[np.ndarray, "n n"]:
-    """The type-I sine transform's orthonormal matrix; do not write into it, it is kept."""
-    number = np.arange(1, count + 1)
-    found: np.ndarray = np.sqrt(2 / (count + 1)) * np.sin(
-        np.pi / (count + 1) * number[:, None] * number
-    )
-    return found
-
-
-def _cells(
-    points: Points, shape: tuple[int, int], mm_per_px: Pair, side_px: tuple[int, int]
-) -> tuple[Int[np.ndarray, " n"], Int[np.ndarray, " n"]]:
-    """Row and column of the cell, so many pixels wide and high, in which each point lies."""
-    height, width = shape
-    column, row = (
-        np.clip((points[:, axis] / mm_per_px[axis] + count / 2).astype(int), 0, count - 1)
-        // side_px[axis]
-        for axis, count in ((0, width), (1, height))
-    )
-    return row, column

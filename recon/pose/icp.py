@@ -5,9 +5,11 @@
 from dataclasses import dataclass
 from typing import Any, Literal
 
+import cv2
 import numpy as np
 
 from recon.pose.gaps import FARTHEST_MM, PointCloud, gaps_between
+from recon.pose.noise import coarse, noise_between
 from recon.pose.registration import Alignment, Touch, contact_points
 from recon.pose.rigid import Transform, motion
 from sensor.errors import WedgeError
@@ -45,7 +47,12 @@ class Icp:
         points = points[np.arange(len(points)) * GOLDEN % 1 < share]
         cloud, tree = small_gicp.preprocess_points(points, self.spacing_mm, NEIGHBOURS, 1)
         return PointCloud(
-            cloud=cloud, tree=tree, shape=touch.contact.shape, mm_per_px=touch.mm_per_px
+            cloud=cloud,
+            tree=tree,
+            shape=touch.contact.shape,
+            mm_per_px=touch.mm_per_px,
+            slopes=cv2.blur(np.ascontiguousarray(touch.gradient), (3, 3)),
+            coarse=coarse(touch),
         )
 
     def align(
@@ -61,7 +68,8 @@ class Icp:
         left = gaps_between(reference, current, found, gaussian=gaussian, every=every)
         if len(left.points) < LEAST_POINTS:
             return _unknown(found)
-        covariance = left.covariance(reference.shape, reference.mm_per_px)
+        noise = noise_between(reference.coarse, current.coarse, found)
+        covariance = left.covariance(reference, current, noise)
         return Alignment(T_current_reference=found, covariance=covariance)
 
 

@@ -13,12 +13,15 @@ takes in the height of the contact's rim, as far as it can be believed (``recon.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float32
 
-from recon.pose.pyramid import LEAST_PX, Level, Pyramid, Template, residuals
-from recon.pose.registration import Alignment, Touch
+from recon.pose.level import Level
+from recon.pose.noise import LENGTHS_MM, Variances, noise_between
+from recon.pose.pyramid import LEAST_PX, STENCIL, TILES, Pyramid, Template, residuals
+from recon.pose.registration import PRIOR, PRIOR_INFORMATION, Alignment, Touch
 from recon.pose.rigid import Covariance, Transform, Twist, motion
 from recon.pose.rim import rim
 
@@ -32,14 +35,12 @@ OUTLIER = 3.0
 RAYLEIGH_MEDIAN = 1.1774
 LEAST_NOISE = 0.002
 """Of slopes: what no real gel is better than."""
-PRIOR_DEG, PRIOR_MM = 5.0, 0.5
-"""Standard deviation of a motion nobody saw: where the touch says nothing, the guess stays."""
-TILES = 5
-"""Along each side of the contact."""
 CORRELATED_PX = (8.0, 6.7, 6.7)
 """By level: so many residuals say as much as one of independent noise would. Smoothing lets
 neighbours share noise; and what no surface can have is gone, half of the noise, but little of what
 a motion could be taken for."""
+WHITE_LEFT = (0.25, 0.075, 0.015)
+"""By level: of white noise's variance, what reading and halving leave."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,7 +72,14 @@ class Joint:
         if equations is not None and finest == 0:
             equations = _with_rim(equations, reference, current, guess)
             guess = guess @ motion(equations.step(_small_twist(T_current_reference, guess)))
-        covariance = _prior() if equations is None else equations.covariance()
+        if equations is None:
+            return Alignment(T_current_reference=guess, covariance=PRIOR.copy())
+        noise = noise_between(reference.coarse, current.coarse, guess)
+        if noise is None:
+            return Alignment(T_current_reference=guess, covariance=equations.covariance())
+        pretended = _pretended(noise, reference.level(min(reference.templates)))
+        pull = np.tensordot(noise[1:], reference.pulls[1:], 1)  # of white noise, residuals tell
+        covariance = equations.covariance(pretended, pull)
         return Alignment(T_current_reference=guess, covariance=covariance)
 
 
@@ -88,10 +96,10 @@ class _Equations:
     variance: float
     """The same squared, for neighbours that share noise."""
 
-    @property
+    @cached_property
     def rigidity(self) -> Covariance:
         """What the prior adds to the normal equations."""
-        return self.variance * np.linalg.inv(_prior())
+        return self.variance * PRIOR_INFORMATION
 
     def step(self, away: Twist) -> Twist:
         """The twist, when the guess is ``away`` from where the search began."""
@@ -100,32 +108,57 @@ class _Equations:
         twist: Twist = np.linalg.solve(self.normal + self.rigidity, pull - self.rigidity @ away)
         return twist
 
-    def covariance(self) -> Covariance:
+    def covariance(self, pretended: float = 1.0, pull: Covariance | None = None) -> Covariance:
         """Of the twist: what noise alone would leave, or what the residuals show, if that is more.
 
         Errors of a reconstruction are alike over millimetres. Sums of the equations over tiles of
         the contact show how much they scatter; a variance from these sums holds whatever the
-        correlation within a tile (cluster-robust: Liang and Zeger, Biometrika 73(1), 1986). No
-        direction is less certain than before the touch.
+        correlation within a tile (cluster-robust: Liang and Zeger, Biometrika 73(1), 1986). Where
+        the covariance M of the sums over all of the contact is known, with H for the normal
+        equations and R for the prior's part, which is worth as much noise, the twist's is
+        (H + R)^-1 (M + R) (H + R)^-1; it counts where it is larger. No direction is less certain
+        than before the touch.
+
+        Args:
+            pretended: how much the derivatives' noise seems to tell of a motion, as a share of what
+                white noise would.
+            pull: M; by default nobody knows it.
         """
         share = float(self.weight[0].mean())
-        learned = self.normal - self.noise**2 / 2 * share * self.template.noise_change
-        scale = np.sqrt(np.diag(_prior()))  # in these units the prior is the identity
+        learned = self.normal - pretended * self.noise**2 / 2 * share * self.template.noise_change
+        scale = np.sqrt(np.diag(PRIOR))  # in these units the prior is the identity
         known, axes = np.linalg.eigh(learned * np.outer(scale, scale) / self.variance)
         known = np.maximum(known, 0)
-        equations = ((self.weight * self.residual)[..., None] * self.template.change).sum(0)
-        tiles = self.template.tiles(TILES)
+        equations = np.zeros(self.template.change.shape[1:], np.float32)
+        for error, change in zip(self.weight * self.residual, self.template.change, strict=True):
+            equations += error[:, None] * change
+        tiles = self.template.tiles
         sums = np.stack(
             [np.bincount(tiles, column, minlength=TILES**2) for column in equations.T], -1
         )
         scatter = ((sums - sums.mean(0)) * scale @ axes / self.variance) ** 2
         growth = np.maximum(scatter.sum(0) / np.maximum(known, 1e-12), 1)
-        spread = scale[:, None] * axes / np.sqrt(known / growth + 1)
+        deviation = np.sqrt(known / growth + 1)
+        spread = scale[:, None] * axes / deviation
+        if pull is not None:
+            twists = scale[:, None] * axes * (deviation / (known + 1))
+            more = share * twists.T @ pull @ twists / self.variance**2
+            ratios, turned = np.linalg.eigh(more + np.diag((deviation / (known + 1)) ** 2))
+            spread = spread @ (turned * np.sqrt(np.maximum(ratios, 1)))
+            variances, axes = np.linalg.eigh(spread @ spread.T / np.outer(scale, scale))
+            spread = scale[:, None] * axes * np.sqrt(np.minimum(variances, 1))
         return spread @ spread.T
 
 
-def _prior() -> Covariance:
-    return np.diag([np.radians(PRIOR_DEG) ** 2] * 3 + [PRIOR_MM**2] * 3)
+def _pretended(noise: Variances, level: Level) -> float:
+    """What slope errors' own derivatives seem to tell, as a share of what white ones would.
+
+    Noise smoothed by l has derivatives of the variance 1 / (2 l^2).
+    """
+    length_px = np.array(LENGTHS_MM[1:]) / np.sqrt(np.prod(level.pitch_mm))
+    steepness = np.minimum(1 / (2 * length_px**2) / (STENCIL**2).sum(), 1)
+    white = noise[0] * WHITE_LEFT[level.halvings]
+    return float((white + noise[1:] @ steepness) / (white + noise[1:].sum()))
 
 
 def _linearized(template: Template, level: Level, guess: Transform) -> _Equations | None:

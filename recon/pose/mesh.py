@@ -88,8 +88,13 @@ def read_mesh(path: Path) -> Mesh:
         raise WedgeError(f"{path} cannot be read: {error.strerror or error}.") from error
     except Exception as error:  # the readers raise whatever a damaged file leads them to
         raise WedgeError(f"{path} cannot be read as {kind.upper()}: export it anew.") from error
+    vertices, faces = vertices.reshape(-1, 3), faces.reshape(-1, 3)
+    if faces.size and 0 <= faces.min() and faces.max() < len(vertices):
+        # A corner that no triangle has is nothing that could touch.
+        used, places = np.unique(faces, return_inverse=True)
+        vertices, faces = vertices[used], places.reshape(-1, 3)
     try:
-        return Mesh(vertices_mm=vertices.reshape(-1, 3), triangles=faces.reshape(-1, 3))
+        return Mesh(vertices_mm=vertices, triangles=faces)
     except WedgeError as error:
         raise WedgeError(f"{path}: {error}") from error
 

@@ -4,6 +4,7 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Protocol, runtime_checkable
 
 import cv2
@@ -14,13 +15,15 @@ from recon.arrays import DepthMap
 from recon.pose.mesh import Mesh, render, under_side
 from recon.pose.pyramid import Pyramid
 from recon.pose.registration import Registration, Touch, contact_points
-from recon.pose.rigid import Covariance, Transform, angle_deg, inverse, rigid
+from recon.pose.rigid import Covariance, Points, Transform, angle_deg, inverse, rigid
 from sensor.toml import Pair
 
 REACH_DEG, REACH_MM = 12.0, 1.2
 """A touch is compared with those that differ by less."""
 RENDER_DEG, RENDER_MM = 4.0, 0.4
 """A mesh is rendered anew where the object has moved by more."""
+MOST_LEARNT = 100
+"""Touches of a run that are kept: each takes megabytes, and an object may turn for hours."""
 YAWS = 12
 DIRECTIONS = 100
 MOST_GUESSES = 24
@@ -38,6 +41,11 @@ class Keyframe:
     pyramid: Pyramid
     prepared: Any
     """What the registration made of it."""
+
+    @cached_property
+    def middle(self) -> Points:
+        """(3,), of the contact, in mm, gel frame."""
+        return contact_points(self.pyramid.touch).mean(0)
 
 
 def keyframe(
@@ -75,6 +83,11 @@ class TouchModel:
     """Earlier touches; without any, the first touch becomes the object."""
 
     keyframes: list[Keyframe] = field(default_factory=list)
+    _stay: int = field(default=1, init=False)
+    """So many are never forgotten: those given, or the first."""
+
+    def __post_init__(self) -> None:
+        self._stay = max(len(self.keyframes), 1)
 
     def near(self, T_sensor_object: Transform, like: Touch) -> Keyframe | None:
         """The touch whose pose was nearest, if it is in reach."""
@@ -88,18 +101,19 @@ class TouchModel:
         return sorted(self.keyframes, key=lambda item: float(np.trace(item.covariance[:3, :3])))
 
     def learn(self, seen: Keyframe) -> None:
-        """Keep it."""
+        """Keep it, and forget what was learnt long ago."""
         self.keyframes.append(seen)
+        if len(self.keyframes) > self._stay + MOST_LEARNT:
+            del self.keyframes[self._stay]
 
     def guesses(self, touch: Touch) -> Iterator[tuple[Keyframe, Transform]]:
         """Each touch as it was, and turned about the gel's normal, moved to the contact."""
         center = contact_points(touch).mean(0)
         for item in self.keyframes:
             yield item, item.T_sensor_object
-            middle = contact_points(item.pyramid.touch).mean(0)
             for yaw in np.arange(YAWS) * 2 * np.pi / YAWS:
                 turn = Rotation.from_rotvec([0, 0, yaw]).as_matrix()
-                yield item, rigid(turn, center - turn @ middle) @ item.T_sensor_object
+                yield item, rigid(turn, center - turn @ item.middle) @ item.T_sensor_object
 
 
 @dataclass(kw_only=True)
@@ -164,7 +178,7 @@ def remoteness(item: Keyframe, T_sensor_object: Transform) -> float:
 
 def moved_mm(item: Keyframe, between: Transform) -> float:
     """How far a motion in the gel frame moves the middle of a keyframe's contact."""
-    middle = np.append(contact_points(item.pyramid.touch).mean(0), 1.0)
+    middle = np.append(item.middle, 1.0)
     return float(np.linalg.norm((between @ middle - middle)[:3]))
 
 

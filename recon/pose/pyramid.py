@@ -16,10 +16,12 @@ from functools import cached_property
 
 import cv2
 import numpy as np
-from jaxtyping import Bool, Float, Float32, Int, Int32
+from jaxtyping import Bool, Float, Float32, Int
 
 from recon.arrays import ContactMask
 from recon.integrable import integrable
+from recon.pose.level import Level, blurred, looked_up
+from recon.pose.noise import Coarse, coarse, sums_in_waves, wave_variances
 from recon.pose.registration import Touch, pixel_grid_mm
 from recon.pose.rigid import Covariance, Points, Transform
 from sensor.toml import Pair
@@ -30,7 +32,6 @@ FULL_RESOLUTION_PX = 4000
 LEAST_PX = 40
 """Of a level that takes part."""
 MOST_PX = 6000
-DETAIL_PX = 2.0
 CONTINUATION_SIGMA_PX = 1.0
 CONTINUED_PX = 8
 """Beyond the contact, at full resolution."""
@@ -38,45 +39,11 @@ BESIDE_PX, BESIDE_SIGMA_PX = 3, 3.0
 """The gel right beside is so far beyond the contact: masks end before a gentle flank does."""
 LEAST_BESIDE = 0.001
 """Share of that mean's weights on gel: with less, none is near."""
+TILES = 5
+"""Along each side of the contact."""
 STENCIL = np.array([[1, -8, 0, 8, -1]], np.float32) / 12
 ON_PIXEL = np.array([1, 4, 1], np.float32) / 6
 """Weights of a cubic B-spline at a pixel."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Level:
-    """Slopes and depth at one resolution."""
-
-    values: Float32[np.ndarray, "h w 4"]
-    """Slopes, depth in mm, and 1 inside the contact, as read at the pixels."""
-    samples: Float32[np.ndarray, "h w 4"]
-    """What readings between pixels are weighed from; at full resolution not smoothed yet."""
-    x_mm: Float[np.ndarray, " w"]
-    y_mm: Float[np.ndarray, " h"]
-    halvings: int
-
-    @property
-    def pitch_mm(self) -> Pair:
-        """Between neighbours along x and y."""
-        return float(self.x_mm[1] - self.x_mm[0]), float(self.y_mm[1] - self.y_mm[0])
-
-    def place(self, points: Points) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
-        """Columns and rows of points, not rounded."""
-        pitch_x, pitch_y = self.pitch_mm
-        return (
-            (points[:, 0] - np.float32(self.x_mm[0])) * np.float32(1 / pitch_x),
-            (points[:, 1] - np.float32(self.y_mm[0])) * np.float32(1 / pitch_y),
-        )
-
-    @cached_property
-    def detail(self) -> "Level":
-        """The same slopes less their mean around: texture and edges, without the large shape."""
-        mask = self.values[..., 3]
-        slopes = self.values[..., :2]
-        inner = (cv2.GaussianBlur(mask, (0, 0), DETAIL_PX) > 0.9) * mask  # a mean needs both sides
-        fine = (slopes - _blurred(slopes, mask, DETAIL_PX)) * inner[..., None]
-        values = np.dstack([fine, np.zeros_like(mask), mask])
-        return replace(self, values=values, samples=values)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,13 +60,14 @@ class Template:
     """What white slope noise of unit variance adds to ``change.T @ change`` of the slopes."""
     depth_weight: float
 
-    def tiles(self, count: int) -> Int[np.ndarray, " n"]:
-        """Which of ``count`` x ``count`` tiles of the contact's extent each pixel lies in."""
+    @cached_property
+    def tiles(self) -> Int[np.ndarray, " n"]:
+        """Which of ``TILES`` x ``TILES`` tiles of the contact's extent each pixel lies in."""
         place = self.points[:, :2] - self.points[:, :2].min(0)
         column, row = np.minimum(
-            place * (count / np.maximum(place.max(0), 1e-6)), count - 1
+            place * (TILES / np.maximum(place.max(0), 1e-6)), TILES - 1
         ).T.astype(int)
-        return row * count + column
+        return row * TILES + column
 
 
 class Pyramid:
@@ -144,6 +112,11 @@ class Pyramid:
         return replace(level, values=values, samples=samples)
 
     @cached_property
+    def coarse(self) -> Coarse:
+        """The touch in cells."""
+        return coarse(self.touch)
+
+    @cached_property
     def templates(self) -> dict[int, Template]:
         """By level, those of too few pixels left out, the coarsest first."""
         made = {
@@ -151,6 +124,22 @@ class Pyramid:
             for index in range(LEVELS - 1, self.finest - 1, -1)
         }
         return {index: item for index, item in made.items() if len(item.points) >= LEAST_PX}
+
+    @cached_property
+    def pulls(self) -> Float[np.ndarray, "l 6 6"]:
+        """Covariances of what slope errors pull at a twist, of variance 1 by ``LENGTHS_MM``.
+
+        That is ``change.T @ (weight * errors)`` of the finest template, with the depths above the
+        still window's border.
+        """
+        template, window = self.templates[min(self.templates)], still_window(self.touch.contact)
+        shape = self.touch.contact[window].shape
+        grid = pixel_grid_mm(self.touch.contact.shape[::-1], self.touch.mm_per_px)
+        middle = [axis[span].mean() for axis, span in zip(grid, window[::-1], strict=True)]
+        shares = template.change * np.array([1, 1, template.depth_weight])[:, None, None]
+        points = template.points - np.array([*middle, 0], np.float32)
+        waves = sums_in_waves(points, shares, shape, self.touch.mm_per_px)
+        return (waves * wave_variances(shape, self.touch.mm_per_px)[:, None]) @ waves.T
 
 
 def residuals(
@@ -168,52 +157,6 @@ def residuals(
     depth = -gap * template.steepness / np.linalg.norm(normal, axis=1)
     residual = np.stack([*(slopes - template.slopes).T, depth])
     return residual, (found[:, 3] > 0.5) & upright
-
-
-def looked_up(level: Level, points: Points) -> Float32[np.ndarray, "n 4"]:
-    """A level's values at points; zero outside the frame.
-
-    Bilinear reading blurs more between pixels than on them, which bends a step such as an edge's
-    toward where it happens to lie between them. So at full resolution the weights are those of a
-    cubic B-spline, whose blur is the same everywhere (variance 1/3 pixel squared; Unser, IEEE
-    Signal Processing Magazine 16(6), 1999). Coarser levels are smooth enough.
-    """
-    height, width = level.samples.shape[:2]
-    x, y = level.place(points)
-    weights = _bilinear if level.halvings else _cubic
-    left, across = weights(x)
-    top, down = weights(y)
-    taps = len(across)
-    inside = (left >= 0) & (top >= 0) & (left <= width - taps) & (top <= height - taps)
-    flat = level.samples.reshape(-1, 4)
-    place = (top * inside) * width + left * inside
-    found = np.zeros((len(points), 4), np.float32)
-    for row in range(taps):
-        line = across[0][:, None] * flat[place]
-        for column in range(1, taps):
-            line += across[column][:, None] * flat[place + column]
-        found += down[row][:, None] * line
-        place = place + width
-    return found * inside[:, None]
-
-
-Taps = tuple[Int32[np.ndarray, " n"], list[Float32[np.ndarray, " n"]]]
-"""The first pixel that a reading weighs, and the weights of it and its successors."""
-
-
-def _bilinear(along: Float32[np.ndarray, " n"]) -> Taps:
-    first = np.floor(along)
-    share = along - first
-    return first.astype(np.int32), [1 - share, share]
-
-
-def _cubic(along: Float32[np.ndarray, " n"]) -> Taps:
-    second = np.floor(along)
-    share = along - second
-    rest = 1 - share
-    ends = [rest**3 / 6, share**3 / 6]
-    inner = [2 / 3 - part**2 * (1 - part / 2) for part in (share, rest)]
-    return second.astype(np.int32) - 1, [ends[0], *inner, ends[1]]
 
 
 def _full_level(touch: Touch, values: Float32[np.ndarray, "h w 3"]) -> Level:
@@ -334,7 +277,7 @@ def _continued(
     values: Float32[np.ndarray, "h w c"], mask: Float32[np.ndarray, "h w"]
 ) -> Float32[np.ndarray, "h w c"]:
     """The values inside the mask, continued to its outside."""
-    outside = _blurred(values, mask, CONTINUATION_SIGMA_PX)
+    outside = blurred(values, mask, CONTINUATION_SIGMA_PX)
     whole: Float32[np.ndarray, "h w c"] = np.where(mask[..., None] > 0, values, outside)
     return whole
 
@@ -364,13 +307,3 @@ def depth_weight(touch: Touch) -> float:
     ratio = max(np.sqrt(touch.contact[still_window(touch.contact)].size / contact_px), 1.0)
     spread = (np.log(ratio) + 0.25) / (2 * np.pi)
     return float(1 / (contact_px * pitch_x * pitch_y * spread))
-
-
-def _blurred(
-    values: Float32[np.ndarray, "h w c"], mask: Float32[np.ndarray, "h w"], sigma_px: float
-) -> Float32[np.ndarray, "h w c"]:
-    """A Gaussian mean over the pixels inside the mask."""
-    share = np.maximum(cv2.GaussianBlur(mask, (0, 0), sigma_px), np.float32(1e-3))
-    total = cv2.GaussianBlur(values * mask[..., None], (0, 0), sigma_px)
-    blurred: Float32[np.ndarray, "h w c"] = total.reshape(values.shape) / share[..., None]
-    return blurred

@@ -12,6 +12,11 @@ from recon.arrays import ContactMask, DepthMap, GradientField
 from recon.pose.rigid import Covariance, Points, Transform
 from sensor.toml import Pair
 
+PRIOR_DEG, PRIOR_MM = 5.0, 0.5
+"""Standard deviation of a motion nobody saw: where the touch says nothing, the guess stays."""
+PRIOR = np.diag([np.radians(PRIOR_DEG) ** 2] * 3 + [PRIOR_MM**2] * 3)
+PRIOR_INFORMATION = np.linalg.inv(PRIOR)
+
 
 @runtime_checkable
 class Touch(Protocol):
@@ -84,6 +89,11 @@ def pixel_grid_mm(
         for count, pitch in zip(size_px, mm_per_px, strict=True)
     )
     return x_mm, y_mm
+
+
+def reaches_border(contact: ContactMask) -> bool:
+    """Whether the frame's border may cut a contact off."""
+    return bool(contact[[0, -1]].any() or contact[:, [0, -1]].any())
 
 
 def contact_points(touch: Touch) -> Points:

@@ -19,7 +19,8 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float32
 
-from recon.pose.pyramid import BESIDE_PX, Pyramid, looked_up
+from recon.pose.level import looked_up
+from recon.pose.pyramid import BESIDE_PX, Pyramid
 from recon.pose.rigid import Covariance, Transform, applied
 
 SKIPPED_PX = 1

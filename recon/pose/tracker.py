@@ -19,6 +19,7 @@ from typing import Literal
 
 import numpy as np
 
+from recon.pose.agreement import agreement
 from recon.pose.icp import Icp
 from recon.pose.joint import Joint
 from recon.pose.models import (
@@ -29,14 +30,12 @@ from recon.pose.models import (
     moved_mm,
     remoteness,
 )
-from recon.pose.pyramid import Pyramid, looked_up, residuals
-from recon.pose.registration import Registration, Touch, kept
+from recon.pose.registration import Registration, Touch, kept, reaches_border
 from recon.pose.rigid import (
     Covariance,
     Transform,
     adjoint,
     angle_deg,
-    applied,
     inverse,
     is_rigid,
     straightened,
@@ -56,6 +55,9 @@ REGISTRATIONS: Mapping[str, Registration] = {
 LEAST_CONTACT_PX = 120
 LEAST_SHARE = 0.1
 """Of the largest contact so far: a last remnant, or the gel's slow return, is not the object."""
+LEAST_IN_FRAME = 0.5
+"""Of the largest contact so far, where the frame's border cuts it off: the end of an edge may lie
+beyond, and what is left of it slides along it unseen."""
 LEAST_OVERLAP = 0.35
 """Of the smaller contact."""
 LEAST_EXPLAINED = 0.5
@@ -177,6 +179,10 @@ class Tracker:
             if adrift or (self._estimate.state == "lost" and found.state != "tracking"):
                 found = self._recognized(touch, found)
             self._estimate = found
+        if self._estimate.state == "tracking" and contact_px < LEAST_IN_FRAME * self._most_px:
+            if reaches_border(touch.contact):
+                reason = "most of the object lies beyond the frame's border"
+                self._estimate = replace(self._estimate, state="weak", reason=reason)
         if self._estimate.T_sensor_object is not None:
             self._last = self._estimate.T_sensor_object
         return self._estimate
@@ -246,12 +252,13 @@ class Tracker:
         assert found.T_sensor_object is not None
         if found.state == "tracking" and _certain(found):
             return found
-        reached = [
+        reached = (
             item
             for item in self.model.surest_first()
-            if remoteness(item, found.T_sensor_object) < 1 and item is not self._keyframe
-        ]
-        for surest in reached[:1]:
+            if item is not self._keyframe and remoteness(item, found.T_sensor_object) < 1
+        )
+        surest = next(reached, None)
+        if surest is not None:
             again = self._compared(surest, seen, found.T_sensor_object)
             if again.state == "tracking" and _certain(again):
                 self._keyframe = surest
@@ -359,41 +366,3 @@ def _certain(found: PoseEstimate) -> bool:
     turn = np.linalg.eigvalsh(found.covariance[:3, :3])[-1]
     shift = np.linalg.eigvalsh(found.covariance[3:, 3:])[-1]
     return bool(turn < np.radians(WEAK_DEG) ** 2 and shift < WEAK_MM**2)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Agreement:
-    """How well a motion between two touches accounts for what both show."""
-
-    overlap: float = 0.0
-    """Share of the smaller contact in common."""
-    explained: float = 0.0
-    """Share of the energy of the slopes there."""
-    alike: float = 0.0
-    """Correlation of texture and edges there."""
-
-
-def agreement(reference: Pyramid, current: Pyramid, T_current_reference: Transform) -> Agreement:
-    """Judge a motion, at half resolution."""
-    index = 1 if 1 in reference.templates else reference.finest
-    if index not in reference.templates:
-        return Agreement()
-    template, level = reference.templates[index], current.level(index)
-    residual, seen = residuals(template, level, T_current_reference)
-    if not seen.any():
-        return Agreement()
-    contacts = [
-        int(np.count_nonzero(item.values[..., 3])) for item in (reference.level(index), level)
-    ]
-    common = int(np.count_nonzero(seen)) * contacts[0] / len(template.points)
-    energy = float((template.slopes[seen] ** 2).sum())
-    left = float((residual[:2, seen] ** 2).sum())
-    there = looked_up(reference.level(index).detail, template.points[seen])[:, :2]
-    moved = applied(T_current_reference, template.points[seen]).astype(np.float32)
-    here = looked_up(level.detail, moved)[:, :2] @ T_current_reference[:2, :2]
-    product = float(np.linalg.norm(there) * np.linalg.norm(here))
-    return Agreement(
-        overlap=min(common / max(min(contacts), 1), 1.0),
-        explained=1 - left / max(energy, 1e-9),
-        alike=float((there * here).sum()) / max(product, 1e-9),
-    )

@@ -101,6 +101,18 @@ def test_where_one_run_ends_before_its_source_does_it_says_so(
     assert all(said in remark and remark in told for remark in document["remarks"])
 
 
+def test_an_hour_of_frames_may_be_asked_for(workplace, tmp_path):
+    words = (workplace / "unit", workplace / "clip", "--background", "first", "--frames", 108_000)
+    assert run("track", *words, "--out", tmp_path / "out") == 0
+
+
+def test_a_first_pose_that_is_none_is_named(workplace, tmp_path, capsys):
+    (tmp_path / "scaled.txt").write_text("1000 0 0 0 0 1000 0 0 0 0 1000 0 0 0 0 1")
+    words = (workplace / "unit", workplace / "clip", "--start", tmp_path / "scaled.txt")
+    assert run("track", *words, "--out", tmp_path / "out") == 2
+    assert "scaled.txt is no rigid transform" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("extra", "words"),
     [

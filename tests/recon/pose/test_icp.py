@@ -19,11 +19,10 @@ from benchmarks.touches import (
     shallow_texture,
 )
 from recon.poisson import integrate
-from recon.pose.gaps import gaps_between, noise_of_sums
+from recon.pose.gaps import gaps_between
 from recon.pose.icp import Icp
-from recon.pose.registration import pixel_grid_mm
 from recon.pose.rigid import Transform, inverse, motion
-from tests.recon.pose.touched import MM_PER_PX, touch
+from tests.recon.pose.touched import touch
 
 Kind = Literal["PLANE_ICP", "GICP"]
 FRAMES = 40
@@ -82,26 +81,6 @@ def test_errors_are_as_large_as_the_covariance_says(kind, thing, noise):
     assert by_axis.min() > 0.4 and by_axis.max() < 1.7
 
 
-def test_noise_adds_up_over_depths_as_integration_makes_it():
-    height, width = 60, 80
-    x_mm, y_mm = np.meshgrid(*pixel_grid_mm((width, height), MM_PER_PX))
-    inside = np.hypot(x_mm - 1, y_mm) < 2
-    points = np.stack([x_mm[inside], y_mm[inside], 0 * x_mm[inside]], -1)
-    shares = np.stack([np.ones(len(points)), points[:, 0], np.cos(6 * points[:, 1])], -1)
-    stated = noise_of_sums(points, shares, (height, width), MM_PER_PX)
-    rng = np.random.default_rng(0)
-    drawn = np.stack(
-        [
-            integrate(rng.standard_normal((height, width, 2)), MM_PER_PX, "dirichlet")[inside]
-            @ shares
-            for _ in range(1500)
-        ]
-    )
-    scale = np.sqrt(np.diag(stated))
-    seen = (drawn / scale).T @ (drawn / scale) / len(drawn)
-    np.testing.assert_allclose(seen, stated / np.outer(scale, scale), atol=0.1)
-
-
 @every_kind
 def test_a_third_of_the_points_tells_the_same_covariance(kind):
     rng = np.random.default_rng(3)
@@ -109,7 +88,7 @@ def test_a_third_of_the_points_tells_the_same_covariance(kind):
     first, second = (Icp(kind=kind).prepare(with_noise(still, 0.05, rng)) for _ in range(2))
     whole, third = (
         gaps_between(first, second, np.eye(4), gaussian=kind == "GICP", every=every).covariance(
-            first.shape, first.mm_per_px
+            first, second, None
         )
         for every in (1, 3)
     )

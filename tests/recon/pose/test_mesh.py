@@ -87,6 +87,22 @@ def test_a_written_mesh_is_read_back(tmp_path):
         read_mesh(tmp_path / "cube.step")
 
 
+def test_a_corner_that_no_triangle_has_is_nothing_that_touches(tmp_path):
+    path = tmp_path / "cube.ply"
+    mesh = cube()
+    lines = ["ply", "format ascii 1.0", "element vertex 9"]
+    lines += [f"property float {axis}" for axis in "xyz"]
+    lines += ["element face 12", "property list uchar int vertex_indices", "end_header"]
+    lines += ["0 0 -3000", *("{} {} {}".format(*corner) for corner in mesh.vertices_mm)]
+    lines += ["3 {} {} {}".format(*(triangle + 1)) for triangle in mesh.triangles]
+    path.write_text("\n".join(lines) + "\n")
+    read = read_mesh(path)
+    assert len(read.vertices_mm) == 8
+    np.testing.assert_array_equal(
+        read.vertices_mm[read.triangles], mesh.vertices_mm[mesh.triangles]
+    )
+
+
 @pytest.mark.parametrize("corner", [-1, 8])
 def test_a_corner_that_is_not_there_is_refused(corner):
     whole = cube()

@@ -8,11 +8,19 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from benchmarks.touches import SyntheticTouch, bead
-from recon.pose.joint import PRIOR_DEG, Joint
-from recon.pose.models import TouchModel, touches
+from benchmarks.touches import (
+    SyntheticTouch,
+    Thing,
+    _below,
+    _convex,
+    bead,
+    lowest_surface,
+)
+from recon.poisson import integrate
+from recon.pose.joint import Joint
+from recon.pose.models import MOST_LEARNT, TouchModel, keyframe, touches
 from recon.pose.pyramid import Pyramid
-from recon.pose.registration import pixel_grid_mm
+from recon.pose.registration import PRIOR_DEG, pixel_grid_mm
 from recon.pose.rigid import angle_deg, inverse, motion, rigid, shift_mm
 from recon.pose.tracker import REGISTRATIONS, Tracker
 from sensor.errors import WedgeError
@@ -171,6 +179,41 @@ def test_slopes_that_are_not_finite_are_said(name):
     assert track(replace(first, gradient=broken)).state == "lost"
 
 
+def beside_the_border(thing: Thing, shift_mm: tuple[float, float], seed: int) -> SyntheticTouch:
+    """As it is reconstructed where the frame's border cuts it off: depth with a free border."""
+    seen = touch(thing, motion(np.array([0, 0, 0, *shift_mm, 0])), seed)
+    lattice = np.stack(np.meshgrid(*pixel_grid_mm(SIZE_PX, MM_PER_PX)), -1)
+    surface_mm, _ = lowest_surface(thing, motion(np.array([0, 0, 0, *shift_mm, 0])), lattice)
+    contact = surface_mm < -0.04
+    depth = integrate(seen.gradient, MM_PER_PX, "neumann")
+    return replace(seen, depth_mm=depth - np.median(depth[~contact]), contact=contact)
+
+
+@every_tracker
+def test_an_edge_across_the_whole_frame_does_not_show_how_it_slides(name):
+    turned = Rotation.from_euler("z", 11, degrees=True).as_matrix()
+    normals = np.array([[0, 0.5, -1.0], [0, -0.5, -1.0]]) @ turned.T
+    edge = Thing(
+        name="edge",
+        field=_convex(normals, np.full(2, 0.6 / np.hypot(1, 0.5))),
+        start_mm=_below(2.0),
+    )
+    for seed in range(3):
+        track = Tracker(name)
+        track(beside_the_border(edge, (0.0, 0.0), 10 + seed))
+        found = track(beside_the_border(edge, tuple(0.5 * turned[:2, 0]), 20 + seed))
+        assert found.state == "weak" and found.translation_std_mm > 0.2
+
+
+def test_an_object_mostly_beyond_the_border_is_followed_with_a_warning():
+    track = Tracker()
+    reasons = [
+        track(beside_the_border(coarse_bead(), (0.0, shift), 30 + number)).reason
+        for number, shift in enumerate(np.arange(-5.0, -9.0, -0.6))
+    ]
+    assert reasons[0] == "" and reasons[-1] == "most of the object lies beyond the frame's border"
+
+
 @every_tracker
 def test_a_last_remnant_is_not_the_object(name):
     first = bead_pairs()[0][0]
@@ -296,6 +339,18 @@ def test_earlier_touches_are_a_model_to_search_in():
     track = Tracker("joint", touches([(first, pose)], Joint()))
     found = track(second)
     assert angle_deg(inverse(moved @ pose) @ found.T_sensor_object) < 0.5
+
+
+def test_of_touches_learnt_in_a_long_run_the_first_and_the_latest_are_kept():
+    first = keyframe(bead_pairs()[0][0], np.eye(4), np.zeros((6, 6)), Joint())
+    learnt = [replace(first, covariance=number * np.eye(6)) for number in range(3 * MOST_LEARNT)]
+    for given in (0, 5):
+        model = TouchModel(keyframes=learnt[:given])
+        for seen in learnt[given:]:
+            model.learn(seen)
+        stay = max(given, 1)
+        assert model.keyframes[:stay] == learnt[:stay]
+        assert model.keyframes[stay:] == learnt[-MOST_LEARNT:]
 
 
 def test_derivatives_are_those_of_a_moved_object():

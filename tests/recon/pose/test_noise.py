@@ -1,0 +1,126 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Errors that neighbouring pixels share: they are measured, and poses state what they do."""
+
+from dataclasses import replace
+from functools import cache
+from statistics import fmean
+
+import numpy as np
+import pytest
+
+from benchmarks.pose_doubt import Step, by_axis, errors_of, smooth_noise, square, with_errors
+from benchmarks.touches import SyntheticTouch, cube_corner, motions, shallow_texture
+from recon.poisson import integrate
+from recon.pose.noise import (
+    LENGTHS_MM,
+    coarse,
+    noise_between,
+    sums_in_waves,
+    wave_variances,
+)
+from recon.pose.registration import pixel_grid_mm
+from recon.pose.tracker import REGISTRATIONS
+from tests.recon.pose.touched import MM_PER_PX, coarse_bead, touch
+
+THINGS = {
+    "cube corner": lambda: cube_corner(2.0),
+    "shallow texture": shallow_texture,
+    "bead": coarse_bead,
+}
+FRAMES, MOTIONS, ALIKE_PX = 16, 4, 4.0
+every_length = pytest.mark.parametrize("number", range(len(LENGTHS_MM)))
+
+
+def length_px(number: int) -> float:
+    return LENGTHS_MM[number] / MM_PER_PX[0]
+
+
+@cache
+def steps(thing: str) -> list[Step]:
+    first = touch(THINGS[thing](), np.eye(4), None)
+    moves = motions(np.random.default_rng(7), MOTIONS)
+    return [
+        Step(first=first, second=touch(THINGS[thing](), moved, None), moved=moved)
+        for moved in moves
+    ]
+
+
+@pytest.mark.parametrize("thing", THINGS)
+@pytest.mark.parametrize("tracker", REGISTRATIONS)
+def test_errors_that_pixels_share_are_stated(thing, tracker):
+    found = list(errors_of(REGISTRATIONS[tracker], steps(thing), ALIKE_PX, FRAMES))
+    assert 0.3 < fmean(square(*item) for item in found) < 2
+    assert by_axis(found).max() < 4
+
+
+def two(number: int) -> tuple[SyntheticTouch, SyntheticTouch]:
+    """The bead and a moved one, with errors of deviation 0.05."""
+    rng, step = np.random.default_rng(1), steps("bead")[0]
+    first, second = (
+        with_errors(exact, 0.05 * smooth_noise(rng, exact.contact.shape, length_px(number)))
+        for exact in (step.first, step.second)
+    )
+    return first, second
+
+
+def of_long_waves(variances: np.ndarray) -> float:
+    """Variance of errors' sum over a wide area, per area, in mm^2."""
+    areas = 4 * np.pi * np.square(LENGTHS_MM)
+    areas[0] = MM_PER_PX[0] * MM_PER_PX[1]
+    return float(variances @ areas)
+
+
+@every_length
+def test_how_far_errors_reach_shows_beside_the_contact(number):
+    found = noise_between(*map(coarse, two(number)), steps("bead")[0].moved)
+    assert found is not None
+    true = 2 * 0.05**2 * np.eye(len(LENGTHS_MM))[number]
+    assert 0.5 < of_long_waves(found) / of_long_waves(true) < 2
+
+
+@every_length
+def test_it_shows_within_a_contact_where_gel_beside_is_taken_for_flat(number):
+    height, width = steps("bead")[0].first.contact.shape
+    rows, columns = np.indices((height, width))
+    near = np.hypot(rows - height / 2, columns - width / 2) < 38
+    flat = [replace(seen, gradient=seen.gradient * near[..., None]) for seen in two(number)]
+    assert all(not (seen.contact & ~near).any() for seen in flat)
+    found = noise_between(*map(coarse, flat), steps("bead")[0].moved)
+    assert found is not None
+    true = 2 * 0.05**2 * np.eye(len(LENGTHS_MM))[number]
+    assert 1 / 3 < of_long_waves(found) / of_long_waves(true) < 3
+
+
+def test_without_any_errors_nobody_knows():
+    step = steps("bead")[0]
+    cells = coarse(step.first)
+    assert noise_between(cells, cells, np.eye(4)) is None
+
+
+@every_length
+def test_sums_vary_as_integration_makes_them(number):
+    height, width = 60, 80
+    x_mm, y_mm = np.meshgrid(*pixel_grid_mm((width, height), MM_PER_PX))
+    away = np.hypot(x_mm - 1, y_mm)
+    inside = away < 2.5
+    points = np.stack([x_mm[inside], y_mm[inside], 0 * x_mm[inside]], -1)
+    depths = np.stack([np.ones(len(points)), points[:, 0], np.cos(3 * points[:, 1])], -1)
+    slopes = np.stack([points[:, 1], points[:, 0] - 1, np.ones(len(points))], -1)
+    fading = np.cos(np.pi / 5 * away[inside])[:, None] ** 2
+    shares = np.stack([slopes, slopes[:, ::-1], 0.5 * depths]) * fading
+    if number == 0:  # within cells, white noise of slopes is not followed
+        shares = shares[2:]
+    waves = sums_in_waves(points, shares, (height, width), MM_PER_PX)
+    stated = (waves * wave_variances((height, width), MM_PER_PX)[number]) @ waves.T
+    rng = np.random.default_rng(0)
+    drawn = []
+    for _ in range(600):
+        errors = smooth_noise(rng, (height, width), length_px(number))
+        depth = integrate(errors, MM_PER_PX, "dirichlet")
+        along_y, along_x = np.gradient(depth, MM_PER_PX[1], MM_PER_PX[0])
+        parts = [part[inside] for part in (along_x, along_y, depth)][-len(shares) :]
+        drawn.append(sum(part @ share for part, share in zip(parts, shares, strict=True)))
+    scale = np.sqrt(np.diag(stated))
+    seen = (np.array(drawn) / scale).T @ (np.array(drawn) / scale) / len(drawn)
+    np.testing.assert_allclose(seen, stated / np.outer(scale, scale), atol=0.2)
