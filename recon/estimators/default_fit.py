@@ -28,7 +28,10 @@ from recon.still import reach_of
 from sensor.errors import WedgeError
 
 LEFT_OUT = 3
-"""Of so many presses one is left out by a network that measures the error and is then forgotten."""
+"""Of so many presses, and of so many rendered pixels, one is left out by a network that measures
+the error and is then forgotten."""
+FEWEST_PIXELS = 20
+"""Left out and near a knot, from which the error there is told."""
 LEANING = 0.6
 """Of the lean that colours tell, what labels lean by: some is light that a dent turns away."""
 RENDERED = 1.2
@@ -84,8 +87,9 @@ class _Told:
     """Of mean 0 and spread 1 among the balls' pixels, before some are taken as of other sizes."""
     slopes: Float32[np.ndarray, "n 2"]
     """Of the dent, mm/mm."""
-    unseen: Bool[np.ndarray, " b"]
-    """Which of the balls' pixels measure the error."""
+    of_balls: Bool[np.ndarray, " n"]
+    unseen: Bool[np.ndarray, " n"]
+    """Which measure the error: those of some balls, and some of the rendered."""
     unseen_inputs: Float32[np.ndarray, "u f"]
     """What those show, of balls of their own size."""
 
@@ -145,6 +149,7 @@ def _told(pixels: Pixels, channels: str, seed: int) -> _Told:
     others = raw_inputs(other.color, other.around, light, other.position)
     mean, spread = own.mean(0), np.maximum(own.std(0), 1e-3)
     unseen = np.unique(beside.press, return_inverse=True)[1] % LEFT_OUT == 0
+    unseen_others = np.arange(len(others)) % LEFT_OUT == 0
     return _Told(
         light=light,
         gel=gel,
@@ -152,8 +157,9 @@ def _told(pixels: Pixels, channels: str, seed: int) -> _Told:
         spread=spread,
         inputs=(np.concatenate([resized, others]) - mean) / spread,
         slopes=np.concatenate([beside.slopes, other.slopes]),
-        unseen=unseen,
-        unseen_inputs=(own[unseen] - mean) / spread,
+        of_balls=np.arange(len(own) + len(others)) < len(own),
+        unseen=np.concatenate([unseen, unseen_others]),
+        unseen_inputs=(np.concatenate([own[unseen], others[unseen_others]]) - mean) / spread,
     )
 
 
@@ -166,31 +172,39 @@ def _sizes(count: int, seed: int) -> Float32[np.ndarray, " n"]:
 
 
 def _choices(told: _Told) -> list[Int[np.ndarray, " _"]]:
-    """What each network learns from: ``MEMBERS`` from everything, the last without some presses."""
-    everything = np.arange(len(told.inputs))
-    rendered = everything[len(told.unseen) :]
-    others = np.flatnonzero(~told.unseen)
-    # All, where the presses left out are all there are.
-    part = np.concatenate([others, rendered]) if len(others) else everything
-    return [everything] * MEMBERS + [part]
+    """What each network learns from: ``MEMBERS`` from everything, the last without the unseen."""
+    # Of balls all, where the presses left out are all there are.
+    none_left = not (told.of_balls & ~told.unseen).any()
+    part = np.flatnonzero(~told.unseen | (told.of_balls & none_left))
+    return [np.arange(len(told.inputs))] * MEMBERS + [part]
 
 
 def _measured_error90(told: _Told, layers: tuple[Layer, ...]) -> Float32[np.ndarray, "k 2"]:
-    """The errors' quantiles on presses that the last network did not see."""
-    left_out = np.flatnonzero(told.unseen)
+    """The errors' quantiles on what the last network did not see, near each knot of steepness.
+
+    On balls, and on rendered things at slopes that no ball shows; where neither has enough, as at
+    the nearest gentler slope.
+    """
     slopes = slopes_of(answers(layers, MEMBERS, told.unseen_inputs))
-    return _error90(slopes, np.abs(slopes - told.slopes[left_out]))
+    errors = np.abs(slopes - told.slopes[told.unseen])
+    of_balls = told.of_balls[told.unseen]
+    by_balls, by_others = (_error90(slopes[some], errors[some]) for some in (of_balls, ~of_balls))
+    table = np.where(np.isnan(by_balls), by_others, by_balls)
+    known = np.flatnonzero(np.isfinite(table[:, 0]))
+    if not len(known):
+        return np.tile(np.quantile(errors, 0.9, axis=0), (len(table), 1)).astype(np.float32)
+    gentler = np.searchsorted(known, np.arange(len(table)), side="right") - 1
+    return table[known[np.maximum(gentler, 0)]]
 
 
 def _error90(
     slopes: Float32[np.ndarray, "n 2"], errors: Float32[np.ndarray, "n 2"]
 ) -> Float32[np.ndarray, "k 2"]:
-    """The 90 % quantile of errors near each knot of the steepness."""
+    """The 90 % quantile of errors near each knot of the steepness; NaN near which are too few."""
     steepness = np.linalg.norm(slopes, axis=1)
     nearest = np.abs(steepness[:, None] - SLOPE_KNOTS).argmin(1)
-    everywhere = np.quantile(errors, 0.9, axis=0)
-    rows = [
-        np.quantile(errors[nearest == k], 0.9, axis=0) if (nearest == k).sum() > 20 else everywhere
-        for k in range(len(SLOPE_KNOTS))
-    ]
-    return np.stack(rows).astype(np.float32)
+    table = np.full((len(SLOPE_KNOTS), 2), np.nan, np.float32)
+    for k in range(len(SLOPE_KNOTS)):
+        if (nearest == k).sum() > FEWEST_PIXELS:
+            table[k] = np.quantile(errors[nearest == k], 0.9, axis=0)
+    return table

@@ -10,16 +10,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from recon.ball import offsets_mm
-from recon.estimators import fit_estimator, gradient_field, training_pixels
+from recon.estimators import default_fit, fit_estimator, gradient_field, training_pixels
 from recon.estimators.default import (
     LARGEST_DRIFT,
     MEMBERS,
+    SLOPE_KNOTS,
     STEEPEST_SLOPE,
     normal_of,
     settled,
     slopes_of,
 )
 from recon.estimators.default_fit import OTHER_SIZES, RENDERED, UNLIKE, collar_of, with_some_collars
+from recon.estimators.lean import FLAT
 from recon.estimators.lesson import COLLAR_PIXELS, FLAT_FROM, elastic_fade, fit_elastic
 from recon.estimators.rendered import SeenPixels
 from recon.estimators.surroundings import ASPECTS
@@ -141,7 +143,7 @@ def test_the_less_a_light_is_like_a_rendered_one_the_more_of_its_own_collars_are
     assert rendered == [round(RENDERED * len(pixels))]
 
 
-def test_of_the_networks_one_leaves_every_third_press_out_and_the_others_none(monkeypatch):
+def test_of_the_networks_one_leaves_a_third_of_all_out_and_the_others_none(monkeypatch):
     taught = []
 
     def trained(inputs, wanted, chosen, seed, progress):
@@ -149,16 +151,17 @@ def test_of_the_networks_one_leaves_every_third_press_out_and_the_others_none(mo
         raise InterruptedError
 
     monkeypatch.setattr(
-        "recon.estimators.default_fit.rendered_pixels", lambda *_: (rendered_of(1), 1.0)
+        "recon.estimators.default_fit.rendered_pixels", lambda *_: (rendered_of(6), 1.0)
     )
     monkeypatch.setattr("recon.estimators.default_training.train", trained)
     pixels = join([training_pixels("default", elastic_press(TRUE_MM), k, 0) for k in range(5)])
     with pytest.raises(InterruptedError):
         fit_estimator("default", pixels, "RGB", 0)
     *members, last = [set(chosen.tolist()) for chosen in taught]
-    everything = set(range(len(pixels) + 1))  # the rendered pixel comes last
+    everything = set(range(len(pixels) + 6))  # the rendered pixels come last
     assert members == [everything] * MEMBERS
-    assert everything - last == set(np.flatnonzero(pixels.press % 3 == 0).tolist())
+    rendered = {len(pixels), len(pixels) + 3}
+    assert everything - last == rendered | set(np.flatnonzero(pixels.press % 3 == 0).tolist())
 
 
 def test_half_of_the_balls_are_taught_as_of_other_sizes_in_nothing_but_what_lies_around(
@@ -280,3 +283,33 @@ def test_most_unseen_truths_lie_in_their_interval_and_few_in_a_fifth_of_it(tmp_p
             kept.append(within[pixels.contact].mean())
     assert np.mean(covered[1.0]) >= 0.85
     assert np.mean(covered[0.2]) < 0.85  # and it is not merely wide
+
+
+@pytest.mark.parametrize(("others", "steep"), [(4000, 0.4), (0, 0.05)])
+def test_how_wrong_steep_slopes_are_is_told_by_what_shows_them(monkeypatch, others, steep):
+    """By balls up to their steepest, then by rendered things, then as at the nearest gentler."""
+    random = np.random.default_rng(0)
+    steepness = np.concatenate([random.uniform(0, 1, 3000), random.uniform(0, 1.9, others)])
+    azimuth = random.uniform(0, 2 * np.pi, len(steepness))
+    read = np.float32(steepness[:, None] * np.stack([np.cos(azimuth), np.sin(azimuth)], 1))
+    of_balls = np.arange(len(read)) < 3000
+    off = np.where(of_balls, 0.05, 0.4)[:, None] * random.standard_normal(read.shape)
+    unseen = random.random(len(read)) < 0.5
+    told = default_fit._Told(
+        light=np.zeros((6, 3), np.float32),
+        gel=np.zeros_like(FLAT),
+        mean=np.zeros(2, np.float32),
+        spread=np.ones(2, np.float32),
+        inputs=read,
+        slopes=np.float32(read + off),
+        of_balls=of_balls,
+        unseen=unseen,
+        unseen_inputs=read[unseen],
+    )
+    monkeypatch.setattr(default_fit, "answers", lambda _layers, _member, rows: normal_of(rows))
+    table = default_fit._measured_error90(told, ()).mean(1) / 1.645
+    gentle = SLOPE_KNOTS <= 1
+    np.testing.assert_allclose(table[gentle], 0.05, rtol=0.25)
+    np.testing.assert_allclose(table[~gentle], steep, rtol=0.25)
+    *every, last = default_fit._choices(told)
+    assert all(len(one) == len(read) for one in every) and not unseen[last].any()
