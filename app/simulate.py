@@ -44,14 +44,15 @@ def main(
         out: The folder to make; new or empty.
         design: standard, finger, or a TOML file that changes numbers of one of them.
         scene: balls (labelled presses of the calibration ball), shapes (each showcase object
-            once), set (both), or one shape: ball_array, lego, screw_cap, m2_screw, tyre,
-            cube_corner, prism, threads.
+            once), set (both), tools (18 plain things, most with flat tops, each at two depths),
+            or one of them: ball_array, lego, screw_cap, m2_screw, tyre, cube_corner, prism,
+            threads, disc_shallow, disc_deep, ...
         presses: Ball presses, spread over the pad.
         samples: Light paths a pixel; twice as many take twice as long and leave less grain.
         width_px: Pixels along the pad.
         ball_radius_mm: Of the calibration ball.
-        depth_mm: Press everything this deep, instead of each ball at random and each shape at its
-            own depth.
+        depth_mm: Press everything this deep, instead of each ball at random and each other thing
+            at its own depth.
         paint: gray is matt, silver semi-specular.
         markers: Print a lattice of dots on the skin.
         view: gel shows the pad straight on; raw is the camera's own frame, over the mirror, which

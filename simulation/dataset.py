@@ -26,6 +26,7 @@ from simulation.raw_view import pad_corners_px, raw_frame, unwarped_px
 from simulation.render import Radiance, render, smoothed
 from simulation.scene import Paint, Window
 from simulation.skin import Map, View, gel_view
+from simulation.tools import DEPTHS_MM, TOOLS, tools
 
 Truth = Literal["all", "shapes"]
 Progress = Callable[[float, str], None]
@@ -154,7 +155,7 @@ def presses_of(
 
     Args:
         design: the sensor.
-        scene: "balls", "shapes", "set" (both), or the name of one shape.
+        scene: "balls", "shapes", "set" (both), "tools", or the name of one shape or tool.
         count: of ball presses.
         seed: of their places and depths.
         ball_radius_mm: of the calibration ball.
@@ -163,18 +164,20 @@ def presses_of(
     Raises:
         WedgeError: the scene is unknown, or a press cannot be.
     """
-    known = shapes(design.pad_size_mm)
-    if scene not in ("balls", "shapes", "set", *known):
+    showcase, plain = shapes(design.pad_size_mm), tools(design.pad_size_mm)
+    known = {**showcase, **plain}
+    if scene not in ("balls", "shapes", "set", "tools", *known):
         raise WedgeError(
-            f"there is no scene {scene!r}: take balls, shapes, set (both), or {', '.join(known)}."
+            f"there is no scene {scene!r}: take balls, shapes, set (both), tools, one of "
+            f"{', '.join(showcase)}, or one of {', '.join(TOOLS)} with _{' or _'.join(DEPTHS_MM)}."
         )
     presses: list[Press] = []
     if scene in ("balls", "set"):
         presses += ball_presses(design, calibration_ball(ball_radius_mm), count, seed)
-    names = known if scene in ("shapes", "set") else [scene] if scene in known else []
+    of_scene = {"shapes": showcase, "set": showcase, "tools": plain, "balls": ()}
     presses += [
         Press(name=name, indenter=known[name], centre_mm=(0.0, 0.0), depth_mm=known[name].depth_mm)
-        for name in names
+        for name in of_scene.get(scene, (scene,))
     ]
     if depth_mm is not None:
         presses = [

@@ -3,11 +3,12 @@
 """What an estimator does beyond its lesson: other shapes, other balls, fewer presses.
 
 ``python -m validation.beyond shapes DATASET`` teaches the presses of a set and reconstructs its
-shapes; ``other TAUGHT JUDGED`` teaches one set and judges the presses of another; ``fewer DATASET``
-teaches ten presses and all, by five folds; ``intervals DATASET`` counts the held-out truths inside
-the intervals. Few presses are chosen twice: as a capture leads them over the pad, and evenly
-through the list, which leaves parts of the pad out. Deviations are errors of depth, each by what is
-expected of it, root mean square. ``--json FILE`` keeps the numbers.
+shapes, or those of a second set of the same sensor, where one is named; ``other TAUGHT JUDGED``
+teaches one set and judges the presses of another; ``fewer DATASET`` teaches ten presses and all, by
+five folds; ``intervals DATASET`` counts the held-out truths inside the intervals. Few presses are
+chosen twice: as a capture leads them over the pad, and evenly through the list, which leaves parts
+of the pad out. Deviations are errors of depth, each by what is expected of it, root mean square.
+``--json FILE`` keeps the numbers.
 """
 
 import argparse
@@ -49,9 +50,9 @@ Presses = Sequence[BallPress]
 Row = dict[str, Any]
 
 
-def shapes(taught: str, names: Sequence[str], count: int | None = None) -> list[Row]:
-    """Depth errors of a set's shapes, by estimators that were taught its presses, or some."""
-    folder = dataset_folder(taught)
+def shapes(taught: str, judged: str, names: Sequence[str], count: int | None = None) -> list[Row]:
+    """Depth errors of a set's shapes, by estimators that were taught presses, or some of them."""
+    folder, shown = dataset_folder(taught), dataset_folder(judged)
     dataset, every = read_dataset(folder), read_presses(read_dataset(folder))
     rows: list[Row] = []
     for how in EVERY if count is None else CHOICES:
@@ -65,8 +66,10 @@ def shapes(taught: str, names: Sequence[str], count: int | None = None) -> list[
                 {"estimator": name, "shape": shape.name, "presses": len(presses.presses)}
                 | {"chosen": how, "rmse_mm": shape.rmse_mm, "bias_mm": shape.bias_mm}
                 | ({} if shape.deviations is None else {"deviations": shape.deviations})
-                for shape in measure_shapes(folder, unit)
+                for shape in measure_shapes(shown, unit)
             ]
+        if not some:
+            raise WedgeError(f"{shown} holds no shape whose depth is in truth/: name another set.")
         rows += _with_ratio(some, "shape", "rmse_mm")
     return rows
 
@@ -260,10 +263,10 @@ def main() -> None:
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
     names = options.estimator.split(",")
-    if len(options.dataset) != (2 if options.what == "other" else 1):
-        parser.error("other takes two datasets, the rest take one")
+    if len(options.dataset) not in {"other": (2,), "shapes": (1, 2)}.get(options.what, (1,)):
+        parser.error("other takes two datasets, shapes one or two, the rest take one")
     measures: dict[str, Callable[[], list[Row]]] = {
-        "shapes": lambda: shapes(options.dataset[0], names, options.presses),
+        "shapes": lambda: shapes(options.dataset[0], options.dataset[-1], names, options.presses),
         "other": lambda: other(options.dataset[0], options.dataset[1], names),
         "fewer": lambda: fewer(options.dataset[0], names, options.presses or 10),
         "intervals": lambda: intervals(options.dataset[0]),

@@ -3,12 +3,14 @@
 """What is measured beyond the lesson: other shapes, other balls, fewer presses, intervals."""
 
 import json
+import shutil
 import sys
 
 import numpy as np
 import pytest
 
 from recon.images import read_image, write_image
+from sensor.errors import WedgeError
 from tests.synthetic import make_dataset
 from validation import beyond
 from validation.depth import cap_of
@@ -28,12 +30,26 @@ def folder(tmp_path_factory):
 
 def test_a_shapes_ratio_is_to_the_papers_error_of_that_shape(folder, monkeypatch):
     monkeypatch.setattr(beyond, "REFERENCE", "table")
-    rows = beyond.shapes(str(folder), ["table"])
+    rows = beyond.shapes(str(folder), str(folder), ["table"])
     assert [row["shape"] for row in rows] == ["cap"] and rows[0]["ratio"] == 1.0
     assert rows[0]["rmse_mm"] >= abs(rows[0]["bias_mm"])
-    few = beyond.shapes(str(folder), ["table"], count=6)
+    few = beyond.shapes(str(folder), str(folder), ["table"], count=6)
     assert [row["presses"] for row in few] == [6, 6]
     assert [row["chosen"] for row in few] == list(beyond.CHOICES)
+
+
+def test_shapes_of_a_second_set_are_read_as_the_first_one_taught(folder, tmp_path):
+    second = make_dataset(tmp_path / "set", presses=8, seed=3)
+    with pytest.raises(WedgeError, match="truth"):
+        beyond.shapes(str(folder), str(second.folder), ["table"])
+    for name in ("cap.png", "cap.jpg"):
+        if (folder / name).exists():
+            shutil.copy(folder / name, second.folder)
+    shutil.copytree(folder / "truth", second.folder / "truth")
+    (own,) = beyond.shapes(str(folder), str(folder), ["table"])
+    (row,) = beyond.shapes(str(folder), str(second.folder), ["table"])
+    assert row["shape"] == "cap" and row["presses"] == own["presses"] == 12
+    assert row["rmse_mm"] == pytest.approx(own["rmse_mm"], rel=0.3)
 
 
 def test_another_set_is_judged_by_what_one_set_taught_and_by_its_own_folds(folder, tmp_path):
