@@ -10,7 +10,7 @@ their gradient is zero; 5 % of them are drawn with a seed. (The error table's de
 from dataclasses import dataclass, fields
 
 import numpy as np
-from jaxtyping import Bool, Float32, Int, Int32
+from jaxtyping import Bool, Float, Float32, Int, Int32
 
 from recon.arrays import ContactMask, Difference, Unwarped
 from recon.ball import offsets_mm
@@ -106,8 +106,7 @@ def label_pixels(press: BallPress, index: int, seed: int) -> Pixels:
     drawn = np.random.default_rng([seed, index]).choice(others, count, replace=False)
     taken = np.concatenate([np.flatnonzero(contact), np.sort(drawn)])
     is_contact = contact.ravel()[taken]
-    height_mm = np.sqrt(np.maximum(ball_mm**2 - distance_mm.ravel()[taken] ** 2, ball_mm**2 / 100))
-    slope = -np.stack([x_mm.ravel()[taken], y_mm.ravel()[taken]], 1) / height_mm[:, None]
+    slope = ball_slopes(x_mm.ravel()[taken], y_mm.ravel()[taken], ball_mm)
     return Pixels(
         color=press.difference.reshape(-1, 3)[taken],
         position=positions(press.size_px).reshape(-1, 2)[taken],
@@ -119,6 +118,18 @@ def label_pixels(press: BallPress, index: int, seed: int) -> Pixels:
         blank=blank_at(press, taken),
         collar=np.full(len(taken), np.nan, np.float32),
     )
+
+
+def ball_slopes(
+    x_mm: Float[np.ndarray, " n"], y_mm: Float[np.ndarray, " n"], ball_radius_mm: float
+) -> Float[np.ndarray, "n 2"]:
+    """Gradient (mm/mm) of a ball's dent at some places, told from the dent's centre.
+
+    Past the ball's edge it goes on as if a tenth of the radius were left of its height.
+    """
+    squared = ball_radius_mm**2 - np.hypot(x_mm, y_mm) ** 2
+    height_mm = np.sqrt(np.maximum(squared, ball_radius_mm**2 / 100))
+    return -np.stack([x_mm, y_mm], 1) / height_mm[:, None]
 
 
 def blank_at(press: BallPress, places: Int[np.ndarray, " n"]) -> Float32[np.ndarray, "n 3"]:
