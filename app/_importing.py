@@ -46,6 +46,9 @@ def import_source(
         raise WedgeError(f"{source} does not exist: name a folder of frames or a data pack.")
     refuse_kept_folder(out)
     found = find_calibration(source)
+    if found is not None and not found.labels:
+        print(f"No circle in the text files fits: circles are found anew. {found.left_aside}")
+        found = None
     if found is not None and found.kind == TEXTS and mm_per_px is None:
         print(
             "The circles in text files are left aside, as nothing says in which pixels they lie: "
@@ -67,6 +70,8 @@ def import_source(
                 found, source, folder, mm_per_px=mm_per_px, ball_radius_mm=ball_radius_mm
             )
         _say_refitted(found.kind, found.labels, read_dataset(out).labels)
+        if found.left_aside:
+            print(found.left_aside)
     else:
         if not source.is_dir():
             raise WedgeError(f"{source} is no calibration data that is known here.")

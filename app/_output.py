@@ -17,6 +17,8 @@ from sensor.files import write_atomic
 
 OutputFile = Annotated[Path | None, tyro.conf.arg(metavar="FILE")]
 """An option that names a file to write."""
+READ_IN_FOLDERS = (".png", ".jpg", ".jpeg", ".npz", ".npy", ".toml", ".csv", ".safetensors")
+"""Endings of what is read with a folder that is named; reports beside it may be written anew."""
 
 if TYPE_CHECKING:
     from recon.presses import LeftOut
@@ -27,11 +29,17 @@ def check_outputs(*files: Path | None) -> None:
     """Refuse what could not be written, before minutes are spent on what it would hold.
 
     Raises:
-        WedgeError: names the file, and the folder that is in its way.
+        WedgeError: names the file, and the folder that is in its way; or two are one file.
     """
+    taken = set[Path]()
     for file in files:
         if file is None:
             continue
+        if file.resolve() in taken:
+            raise WedgeError(
+                f"{file} cannot be written: it is named for another output too; name two files."
+            )
+        taken.add(file.resolve())
         if file.is_dir():
             raise WedgeError(f"{file} cannot be written: it is a folder; name a file.")
         folder = next(parent for parent in file.absolute().parents if parent.exists())
@@ -61,16 +69,32 @@ def output_names(images: Sequence[str], ends: Sequence[str]) -> list[str]:
     return stems
 
 
-def keep_inputs(read: Iterable[str | None], written: Iterable[Path | None]) -> None:
+def keep_inputs(read: Iterable[str | Path | None], written: Iterable[Path | None]) -> None:
     """Refuse to write over what is read.
+
+    Args:
+        read: files, ``frames.npz#17``, and folders of frames, of a dataset or of a unit; what is
+            none of these, such as an address, is passed over.
+        written: files; ``None`` where one was not asked for.
 
     Raises:
         WedgeError: names the file.
     """
-    ours = {Path(name.partition("#")[0]).resolve() for name in read if name is not None}
+    names = [str(name) for name in read if name is not None]
+    ours = {Path(part).resolve() for name in names for part in (name, name.partition("#")[0])}
     for path in written:
-        if path is not None and path.resolve() in ours:
-            raise WedgeError(f"{path} would be written over: give --out another folder.")
+        if path is not None and (path.resolve() in ours or _is_read_in(ours, path.resolve())):
+            raise WedgeError(f"{path} would be written over, and it is read: write elsewhere.")
+
+
+def _is_read_in(folders: set[Path], path: Path) -> bool:
+    """Whether a file is there already that is read with one of these folders."""
+    if path.suffix.lower() not in READ_IN_FOLDERS or not path.is_file():
+        return False
+    # A dataset may have folders of its own; in others, what lies deeper is not looked at.
+    return path.parent in folders or any(
+        folder in folders and (folder / "dataset.toml").is_file() for folder in path.parents
+    )
 
 
 def write_json(path: Path | None, document: dict[str, Any]) -> None:

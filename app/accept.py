@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from app._output import OutputFile, check_outputs, print_table, write_json
+from app._output import OutputFile, check_outputs, keep_inputs, print_table, write_json
 from app._progress import progress
 from app._seed import Seed
 from app._workers import process_pool
@@ -70,6 +70,7 @@ def main(
 
     page, pdf = (None, None) if out is None else (out / "index.html", out / "certificate.pdf")
     check_outputs(page, pdf, json, junit)
+    keep_inputs([unit, dataset, frames], [json, junit])
     calibration = load_calibration(unit)
     source = read_dataset(dataset_folder(dataset))
     card, name = calibration.card, source.card.name

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import tyro
 
-from app._output import OutputFile, check_outputs, print_error_table, write_json
+from app._output import OutputFile, check_outputs, keep_inputs, print_error_table, write_json
 from app._progress import progress
 from app._seed import Seed
 from app._workers import process_pool
@@ -64,6 +64,7 @@ def main(
         raise WedgeError(f"--out {out} has no name to call the unit by: name a new folder.")
     refuse_kept_folder(out)
     check_outputs(out / "unit.toml", json)
+    keep_inputs([dataset, design], [json])
     kind_of(estimator)
     built_from = load_design(design)
     folder = _dataset_of(Path(dataset), out, built_from, ball_radius_mm)

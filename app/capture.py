@@ -80,6 +80,11 @@ def main(
         )
     refuse_kept_folder(out)
     other = _dataset(like)
+    if other is not None and ball_radius_mm is None and len(other.ball_radii_mm) > 1:
+        raise WedgeError(
+            f"{like} has presses of balls of {' and '.join(f'{x:g}' for x in other.ball_radii_mm)} "
+            "mm radius: say which is pressed now, --ball-radius-mm."
+        )
     alone = Path(where).is_dir()
     # Of a sensor the newest frame, as judging one takes longer than the next needs to come.
     with open_where(where) if alone else Newest(open_live(where)) as source:
@@ -170,7 +175,7 @@ def _card(
         source="captured from a sensor",
         licence="your own",
         background=background,
-        ball_radius_mm=ball_radius_mm or other.card.ball_radius_mm,
+        ball_radius_mm=ball_radius_mm or other.ball_radii_mm[0],
     )
 
 

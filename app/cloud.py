@@ -81,7 +81,7 @@ def main(
     names = output_names(apart[:frames], [f".{form}"])
     written = [out / f"{name}.{form}" for name in names or ["cloud"]]
     check_outputs(*written, json)
-    keep_inputs([*where, background], [*written, json])
+    keep_inputs([unit, *where, background, design], [*written, json])
     calibration = load_calibration(unit)
     gel = None if design is None else load_design(design).gel
     blank = None if background is None else read_checked(background, calibration.unwarp)

@@ -9,7 +9,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from app._output import OutputFile, check_outputs, print_error_table, print_table, write_json
+from app._output import (
+    OutputFile,
+    check_outputs,
+    keep_inputs,
+    print_error_table,
+    print_table,
+    write_json,
+)
 from app._progress import progress
 from app._seed import Seed
 from sensor.errors import WedgeError
@@ -50,7 +57,7 @@ def main(
     """
     from recon.calibration import load_calibration
     from validation.drift import moves
-    from validation.report.drift import drift_document, drift_sections, sentences, summary
+    from validation.report.drift import drift_document, drift_sections, summary, verdict
     from validation.report.page import write_report
     from validation.table_text import table_document
 
@@ -63,6 +70,7 @@ def main(
         )
     page = None if out is None else out / "index.html"
     check_outputs(page, json)
+    keep_inputs(what, [json])
     calibrations = [load_calibration(folder) for folder in units]
     _refuse_namesakes(units, calibrations)
     found, refused = [], []
@@ -92,9 +100,8 @@ def main(
         print_table(headings, rows)
         if not all(item.held_out for item in found):
             print("* has learnt from some or all of these presses: its errors are too low there.")
-        for sentence in sentences(moved):
+        for sentence in verdict(found, moved):
             print(sentence)
-        print(f"{len(moved)} numbers moved." if moved else "Nothing moved.")
         write_json(json, drift_document(found, moved))
     for reason in refused:
         print(f"left out: {reason}", file=sys.stderr)

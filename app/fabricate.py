@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from app._output import OutputFile, check_outputs, print_table, write_json
+from app._output import OutputFile, check_outputs, keep_inputs, print_table, write_json
 from app._progress import progress
 from app._workers import process_pool
 from sensor.design import Wedge
@@ -41,6 +41,7 @@ def main(design: str = "standard", out: Path | None = None, json: OutputFile = N
     wanted = load_design(design)
     folder = out or Path("build", "fabrication", wanted.name)
     check_outputs(folder / MANIFEST, json)
+    keep_inputs([design], [json])
     if json is not None and (folder / MANIFEST).resolve().is_relative_to(json.resolve()):
         raise WedgeError(f"{json} cannot be written: it is in the way of {folder}; name a file.")
     manifest = fabricate(wanted, folder)

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from recon.presses import PressReader
     from sensor.dataset import BallLabel
 
+SAVED_TOGETHER = 50
+"""Circles found: to write the whole file for each would take a time that grows as their square."""
 Port = Annotated[int, tyro.conf.arg(metavar="PORT")]
 
 
@@ -84,9 +86,7 @@ def main(
             return again or not book.has_no_ball(file)
         return again and label.quality not in (None, CERTAIN)
 
-    wanted = [file for file in files if is_wanted(file)]
-    for label in _found(reader, wanted):
-        book.put(label)
+    _find(reader, book, [file for file in files if is_wanted(file)])
     doubtful = [x.file for x in book.labels if x.quality is not None and x.quality < DOUBTFUL]
     missing = [x for x in files if book.label(x) is None and not book.has_no_ball(x)]
     print(f"{len(book.labels)} of {len(files)} frames have a circle; {len(doubtful)} are doubtful.")
@@ -96,20 +96,26 @@ def main(
         _serve(reader, book, files, port)
 
 
-def _found(reader: "PressReader", files: list[str]) -> list["BallLabel"]:
-    """The circles of some frames, found in parallel."""
+def _find(reader: "PressReader", book: "LabelBook", files: list[str]) -> None:
+    """Find the circles of some frames in parallel; what is found is kept, whatever ends it."""
     from functools import partial
 
     from app._workers import process_pool
     from recon.labelling import automatic_label
 
-    found = []
+    found: list[BallLabel] = []
     with progress("circles") as show, process_pool() as pool:
         labels = pool.map(partial(automatic_label, reader), files, chunksize=2)
-        for done, label in enumerate(labels, start=1):
-            found.append(label)
-            show(done / len(files), files[done - 1])
-    return [label for label in found if label is not None]
+        try:
+            for done, label in enumerate(labels, start=1):
+                found += [] if label is None else [label]
+                if len(found) >= SAVED_TOGETHER:
+                    book.put_found(found)
+                    found = []
+                show(done / len(files), files[done - 1])
+        finally:
+            if found:
+                book.put_found(found)
 
 
 def _serve(reader: "PressReader", book: "LabelBook", files: list[str], port: int) -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from app._frames import is_image, read_checked, unit_frames
-from app._output import OutputFile, check_outputs, print_table, write_json
+from app._output import OutputFile, check_outputs, keep_inputs, print_table, write_json
 from app._progress import progress
 from sensor.errors import WedgeError
 from sensor.files import new_file, write_atomic
@@ -62,7 +62,9 @@ def main(
     from validation.figures.overlay import Clip
     from validation.figures.png import png_bytes
 
-    check_outputs(*(out / name for name in WRITTEN), json)
+    written = [out / name for name in WRITTEN]
+    check_outputs(*written, json)
+    keep_inputs([unit, *where, background], [*written, json])
     calibration = load_calibration(unit)
     unwarp, pitch = calibration.unwarp, calibration.card.mm_per_px
     blank = calibration.background if background is None else read_checked(background, unwarp)

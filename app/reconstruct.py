@@ -76,7 +76,7 @@ def main(
     names = output_names(image, ends)
     written = [out / f"{name}{end}" for name in names for end in ends]
     check_outputs(*written, json)
-    keep_inputs([*image, background], [*written, json])
+    keep_inputs([unit, *image, background], [*written, json])
     with progress("reconstruction") as show:
         for done, name in enumerate(image, start=1):
             read_checked(name, unwarp)

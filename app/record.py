@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from app._output import OutputFile, check_outputs, write_json
+from app._output import OutputFile, check_outputs, keep_inputs, write_json
 from app._sources import open_live, open_where, refuse_few
 from sensor.errors import WedgeError
 
@@ -55,6 +55,7 @@ def main(
     if out.suffix.lower() != ".mcap":
         raise WedgeError(f"{out} would be a recording: call it {out.stem}.mcap, as readers expect.")
     check_outputs(out, json)
+    keep_inputs([*where, *unit], [json])
     refuse_few("seconds", seconds)
     sensors = ["wedge"] if len(where) == 1 else [f"wedge{i}" for i in range(len(where))]
     sources: list[FrameSource] = []

@@ -175,18 +175,18 @@ def _fabrication(out: Path) -> "tuple[Section, bool]":
     """The files of both designs, as a section, and whether every check of them passed."""
     from validation.report.fabrication import fabrication_section, no_fabrication_section
 
-    folders = [out / "fabrication" / name for name in DESIGNS]
+    designs = {out / "fabrication" / name: load_design(name) for name in DESIGNS}
     try:
         manifests = []
-        for name, folder in zip(DESIGNS, folders, strict=True):
+        for folder, design in designs.items():
             with process_pool() as pool:  # what the solid modeller holds goes with its process
-                made = pool.submit(fabricate, load_design(name), folder, again=True)
+                made = pool.submit(fabricate, design, folder, again=True)
                 manifests.append(made.result())
     except MissingExtraError as error:
         print(f"left out fabrication: {error}", file=sys.stderr)
         return no_fabrication_section(str(error)), True
     sound = all(check["passed"] for manifest in manifests for check in manifest["checks"])
-    return fabrication_section(folders, out), sound
+    return fabrication_section(designs, out), sound
 
 
 def _measure(

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from app._interrupt import UntilInterrupted
-from app._output import OutputFile, check_outputs, write_json
+from app._output import OutputFile, check_outputs, keep_inputs, write_json
 from app._sources import Rate, open_live, refuse_few, unit_of
 from sensor.errors import WedgeError
 
@@ -57,6 +57,7 @@ def main(
     from recon.stream import Newest
 
     check_outputs(json, mcap, rerun)
+    keep_inputs([where, unit], [json, mcap, rerun])
     refuse_few("seconds", seconds)
     with unit_of(where, unit) as folder:
         reconstruct = None

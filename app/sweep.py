@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from app._cluster import cluster_pool
-from app._output import OutputFile, check_outputs, print_table, write_json
+from app._output import OutputFile, check_outputs, keep_inputs, print_table, write_json
 from app._progress import progress
 from app._seed import Seed
 from app._workers import process_pool
@@ -64,6 +64,7 @@ def main(
         json: Write the numbers here as JSON.
     """
     check_outputs(json, out / "sweep.png")
+    keep_inputs([design], [json])
     refuse_numbers(width_px, samples)
     from validation.sweep import LEAST_PRESSES, SweepSize, sweep
 
@@ -77,6 +78,7 @@ def main(
     from simulation.engine import best_engine
     from validation.figures.png import png_bytes
     from validation.figures.sweep import sweep_figure
+    from validation.intervals import remark
 
     size = SweepSize(presses=presses, samples=samples, width_px=width_px, seed=seed)
     pool = cluster_pool(cluster) if cluster else process_pool()
@@ -102,9 +104,9 @@ def main(
         map(_cells, points),
     )
     learnt, judged = points[0].presses
-    intervals = " with 95 % intervals by press" if judged > 1 else ""
+    intervals = remark("in brackets 95 % intervals by press", judged)
     print(
-        f"Mean absolute gradient errors{intervals}; {learnt} rendered presses to learn from, "
+        f"Mean absolute gradient errors, {intervals}; {learnt} rendered presses to learn from, "
         f"{judged} other{'s' * (judged > 1)} judged, seed {seed}. Lit: share of the pad where "
         f"every colour has half of its own mean. Picture: {out / 'sweep.png'}"
     )
@@ -131,11 +133,8 @@ def _buildable(base: Wedge, field: str, values: tuple[str, ...]) -> list[tuple[s
 
 def _cells(point: "SweepPoint") -> list[str]:
     def number(row: Any, metric: str) -> str:
-        mean = f"{row.errors.values[metric]:.3f}"
-        if row.errors.n_presses < 2:
-            return mean
-        low, high = row.errors.ci95[metric]
-        return f"{mean} [{low:.3f}, {high:.3f}]"
+        mean, interval = f"{row.errors.values[metric]:.3f}", row.errors.ci95[metric]
+        return mean if interval is None else f"{mean} [{interval[0]:.3f}, {interval[1]:.3f}]"
 
     return [
         point.value,
@@ -162,8 +161,7 @@ def _document(design: str, field: str, size: Any, points: "list[SweepPoint]") ->
                     name: {
                         **row.errors.values,
                         "ci95": {
-                            key: list(bounds) if row.errors.n_presses > 1 else None
-                            for key, bounds in row.errors.ci95.items()
+                            key: bounds and list(bounds) for key, bounds in row.errors.ci95.items()
                         },
                         "mean_abs_gradient": row.errors.mean_abs_gradient,
                     }

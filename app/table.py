@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from app._output import OutputFile, check_outputs, print_error_table, write_json
+from app._output import OutputFile, check_outputs, keep_inputs, print_error_table, write_json
 from app._progress import progress
 from app._seed import Seed
 from app._workers import process_pool
@@ -65,6 +65,7 @@ def main(
     page = None if out is None else out / "index.html"
     check_outputs(page, json, markdown, html)
     folders = {name: dataset_folder(name) for name in dict.fromkeys(dataset)}
+    keep_inputs(folders.values(), [json, markdown, html])
     estimators = list(dict.fromkeys(part.strip() for part in estimator.split(",")))
     measured: list[ErrorTable] = []
     refused: dict[str, str] = {}
@@ -101,7 +102,7 @@ def main(
             out,
             title="Gradient errors per light configuration",
             lead="Every press was judged by estimators that had not learnt from it. Written by "
-            f"wedge table, {folds} folds, seed {seed}.",
+            f"wedge table --folds {folds} --seed {seed}.",
             sections=[table_section(table) for table in measured],
         )
         print(f"Page: {page}")

@@ -13,7 +13,7 @@ from urllib.parse import unquote, urlsplit
 
 import tyro
 
-from app._output import OutputFile, check_outputs, print_table, write_json
+from app._output import OutputFile, check_outputs, keep_inputs, print_table, write_json
 from app._progress import Report, progress
 from sensor.errors import WedgeError
 
@@ -62,8 +62,8 @@ def main(
 
     if frames < 1:
         raise WedgeError(f"--frames {frames} is none: give 1 or more.")
+    keep_inputs([source, settings, unit], [json])
     check_outputs(settings, json)
-    _keep_inputs(source, settings, json)
     pad = _pad(unit)
     kept = read_settings(settings) if settings is not None and settings.exists() else None
     with open_source(source) as opened, progress("frames of the blank gel") as show:
@@ -84,13 +84,6 @@ def main(
         "settings": asdict(tuned.settings),
     }
     write_json(json, document | {"remarks": tuned.remarks, "settled": tuned.settled})
-
-
-def _keep_inputs(source: str, settings: Path | None, json: Path | None) -> None:
-    """Refuse JSON in the place of the settings or of a video."""
-    for read in (source, settings):
-        if json is not None and read is not None and json.resolve() == Path(read).resolve():
-            raise WedgeError(f"{json} would be written over: give --json another file.")
 
 
 def _pad(unit: Path | None) -> "Mask | None":

@@ -31,7 +31,7 @@ class CornerBook:
 
     Labels lie in pixels of the unwarped frame, which the corners decide. Those found automatically
     are dropped at the first change, before it is written, to be found again; labels that somebody
-    has looked at are never touched: then the corners stay.
+    has looked at, or given a ball of its own, are never touched: then the corners stay.
     """
 
     def __init__(self, dataset: Dataset, blank: Frame, lens: Lens | None = None) -> None:
@@ -122,10 +122,11 @@ class CornerBook:
                 f"{self.folder} was changed by another program meanwhile: begin again."
             )
         labels = self._labels()
-        if any(x.quality is None or x.quality >= CERTAIN for x in labels):
+        if any(_is_by_hand(label) for label in labels):
             raise WedgeError(
                 f"{self.folder / LABELS_FILE} holds circles that somebody drew or looked at, in "
-                "pixels of these corners: move it elsewhere first, then mend the corners."
+                "pixels of these corners, or balls of their own: move it elsewhere first, then "
+                "mend the corners."
             )
         if labels:
             write_labels(self.folder / LABELS_FILE, [])
@@ -142,3 +143,9 @@ class CornerBook:
 
     def _on_disk(self) -> bytes:
         return (self.folder / CARD_FILE).read_bytes()
+
+
+def _is_by_hand(label: BallLabel) -> bool:
+    """Whether somebody drew its circle, looked at it, or wrote down its ball."""
+    looked_at = label.quality is None or label.quality >= CERTAIN
+    return looked_at or label.ball_radius_mm is not None

@@ -2,14 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Labels of ball presses: found automatically, mended by hand, every change kept at once."""
 
-from collections.abc import Iterable, Sequence
+import math
+import unicodedata
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from recon.find_circle import find_circle
 from recon.images import frame_count, read_frame
 from recon.presses import PressReader
-from sensor.dataset import BallLabel, Dataset, DatasetCard, write_labels
+from sensor.dataset import BallLabel, Dataset, DatasetCard, frame_name, write_labels
 from sensor.errors import WedgeError
 from sensor.files import write_atomic
 
@@ -21,41 +23,63 @@ CERTAIN = 1.0
 """Quality of a label that somebody looked at."""
 DOUBTFUL = 0.7
 """Below this quality somebody should look."""
+LARGEST = 0.98
+"""Of the ball's radius: a contact circle is smaller than its ball."""
 
 
 def pressed_frames(folder: Path, card: DatasetCard) -> list[str]:
     """Names of the frames that may show a press: images beside the card, and ``frames.npz#i``.
 
     Raises:
-        WedgeError: ``frames.npz`` is damaged.
+        WedgeError: ``frames.npz`` is damaged, or ``labels.csv`` cannot keep an image's name.
     """
-    names = sorted(
+    blank = {frame_name(name) for name in card.background}
+    images = sorted(
         path.name
         for path in folder.iterdir()
-        if path.suffix.lower() in IMAGES and path.name not in card.background
+        if path.suffix.lower() in IMAGES and not path.name.startswith(".")  # as a Mac's ._press.png
     )
+    names = [name for name in images if name not in blank]
+    for name in names:
+        refuse_name(folder / name)
     archive = folder / "frames.npz"
     if archive.is_file():
         names += [f"{archive.name}#{i}" for i in range(frame_count(archive))]
-        names = [name for name in names if name not in card.background]
-    return names
+    return [name for name in names if name not in blank]
+
+
+def refuse_name(path: Path) -> None:
+    """Refuse an image whose name would not come back from a table, or means a frame inside.
+
+    Raises:
+        WedgeError: says what a name cannot hold.
+    """
+    name = path.name
+    odd = any(unicodedata.category(character) in ("Cc", "Cs") for character in name)
+    if odd or "#" in name or name != name.strip():
+        raise WedgeError(
+            f"{path.parent}: {LABELS_FILE} cannot keep the name {name!r}, with a space at an end, "
+            "or a #, a line break or what is no character in it: rename it."
+        )
 
 
 def automatic_label(reader: PressReader, file: str) -> BallLabel | None:
     """The label of one frame as found, ``None`` where no ball shows.
 
+    A frame that has a label keeps the ball that this states.
+
     Raises:
         WedgeError: the frame is missing, damaged or of another size.
     """
-    card = reader.dataset.card
-    frame = read_frame(reader.dataset.folder, file)
+    dataset = reader.dataset
+    frame, before = read_frame(dataset.folder, file), dataset.label(file)
     try:
         difference = reader.unwarp(frame) - reader.blank
     except WedgeError as error:
         raise WedgeError(
-            f"{reader.dataset.folder / file}: {error} Is it another camera's? Take it out."
+            f"{dataset.folder / file}: {error} Is it another camera's? Take it out."
         ) from error
-    circle = find_circle(difference, card.ball_radius_mm, card.mm_per_px)
+    circle = find_circle(difference, dataset.ball_radius_mm(before), dataset.card.mm_per_px)
     if circle is None:
         return None
     height, width = difference.shape[:2]
@@ -66,8 +90,15 @@ def automatic_label(reader: PressReader, file: str) -> BallLabel | None:
         center_x_px=round(x_px, 2),
         center_y_px=round(y_px, 2),
         contact_radius_px=round(circle.radius_px, 2),
+        ball_radius_mm=None if before is None else before.ball_radius_mm,
         quality=round(circle.quality, 3),
     )
+
+
+def largest_radius_px(dataset: Dataset, file: str) -> float:
+    """How large a frame's contact circle may be: its ball is larger."""
+    ball_mm = dataset.ball_radius_mm(dataset.label(file))
+    return LARGEST * ball_mm / math.sqrt(math.prod(dataset.card.mm_per_px))
 
 
 @dataclass(frozen=True)
@@ -80,7 +111,7 @@ class Change:
 
 
 class LabelBook:
-    """The labels of one dataset folder, written after every change; edits can be undone.
+    """The labels of one dataset folder, written after every change; edits by hand can be undone.
 
     That no ball touches in a frame is written too, lest a circle is found there again. A frame
     with a label has a ball, whatever else is written.
@@ -93,7 +124,7 @@ class LabelBook:
             WedgeError: ``no_ball.txt`` cannot be read.
         """
         self.folder = dataset.folder
-        self._labels = {label.file: label for label in dataset.labels}
+        self._labels = {frame_name(label.file): label for label in dataset.labels}
         self._no_ball = _read_no_ball(dataset.folder / NO_BALL_FILE).difference(self._labels)
         self._history: list[Change] = []
         self._written = self._on_disk()
@@ -101,15 +132,15 @@ class LabelBook:
     @property
     def labels(self) -> tuple[BallLabel, ...]:
         """All labels, in the order of their frames' names."""
-        return tuple(self._labels[file] for file in sorted(self._labels, key=_by_number))
+        return _in_order(self._labels)
 
     def label(self, file: str) -> BallLabel | None:
         """The label of a frame, ``None`` where it has none."""
-        return self._labels.get(file)
+        return self._labels.get(frame_name(file))
 
     def has_no_ball(self, file: str) -> bool:
         """Whether somebody saw that no ball touches in a frame."""
-        return file in self._no_ball
+        return frame_name(file) in self._no_ball
 
     def put(self, label: BallLabel) -> None:
         """Add or replace the label of a frame.
@@ -117,7 +148,16 @@ class LabelBook:
         Raises:
             WedgeError: the file was changed meanwhile, or cannot be written; nothing changed then.
         """
-        self._apply(label.file, label, no_ball=False, remember=True)
+        self._edit(label.file, label, no_ball=False)
+
+    def put_found(self, labels: Sequence[BallLabel]) -> None:
+        """Add or replace labels that were found, in one write, which ``undo`` does not take back.
+
+        Raises:
+            WedgeError: the file was changed meanwhile, or cannot be written; nothing changed then.
+        """
+        found = {frame_name(label.file): label for label in labels}
+        self._write(self._labels | found, self._no_ball.difference(found))
 
     def remove(self, file: str) -> None:
         """Take a frame's label away and keep in mind that no ball touches there.
@@ -125,7 +165,7 @@ class LabelBook:
         Raises:
             WedgeError: the file was changed meanwhile, or cannot be written; nothing changed then.
         """
-        self._apply(file, None, no_ball=True, remember=True)
+        self._edit(file, None, no_ball=True)
 
     def undo(self) -> str | None:
         """Take the last edit back; the frame it was made on, ``None`` where there is none left.
@@ -136,32 +176,37 @@ class LabelBook:
         if not self._history:
             return None
         last = self._history[-1]
-        self._apply(last.file, last.before, no_ball=last.had_no_ball, remember=False)
+        self._put(last.file, last.before, no_ball=last.had_no_ball)
         self._history.pop()
         return last.file
 
-    def _apply(self, file: str, label: BallLabel | None, *, no_ball: bool, remember: bool) -> None:
+    def _edit(self, file: str, label: BallLabel | None, *, no_ball: bool) -> None:
+        change = Change(file, self.label(file), self.has_no_ball(file))
+        self._put(file, label, no_ball=no_ball)
+        self._history.append(change)
+
+    def _put(self, file: str, label: BallLabel | None, *, no_ball: bool) -> None:
+        name = frame_name(file)
+        after = {key: value for key, value in self._labels.items() if key != name}
+        if label is not None:
+            after[name] = label
+        self._write(after, self._no_ball | {name} if no_ball else self._no_ball - {name})
+
+    def _write(self, after: Mapping[str, BallLabel], untouched: frozenset[str]) -> None:
         path = self.folder / LABELS_FILE
         if self._on_disk() != self._written:
             raise WedgeError(
                 f"{path} or {NO_BALL_FILE} was changed by another program meanwhile: start "
                 "`wedge label` again."
             )
-        change = Change(file, self._labels.get(file), file in self._no_ball)
-        untouched = self._no_ball | {file} if no_ball else self._no_ball - {file}
-        after = {key: value for key, value in self._labels.items() if key != file}
-        if label is not None:
-            after[file] = label
         self._write_no_ball(self._no_ball, untouched)
         try:
-            write_labels(path, [after[key] for key in sorted(after, key=_by_number)])
+            write_labels(path, _in_order(after))
         except BaseException:
             self._write_no_ball(untouched, self._no_ball)
             raise
-        self._labels, self._no_ball = after, untouched
+        self._labels, self._no_ball = dict(after), untouched
         self._written = self._on_disk()
-        if remember:
-            self._history.append(change)
 
     def _write_no_ball(self, before: frozenset[str], after: frozenset[str]) -> None:
         if after != before:
@@ -194,12 +239,17 @@ def doubtful_first(files: Sequence[str], book: LabelBook) -> list[str]:
 def _read_no_ball(path: Path) -> frozenset[str]:
     """The frames that a file names, one a line; none where there is no file."""
     try:
-        lines: Iterable[str] = path.read_text(encoding="utf-8").splitlines()
+        lines: Iterable[str] = path.read_text(encoding="utf-8-sig").split("\n")
     except FileNotFoundError:
         lines = ()
     except (OSError, UnicodeDecodeError) as error:
         raise WedgeError(f"{path} cannot be read ({error}): mend it or take it away.") from error
-    return frozenset(line for line in lines if line)
+    return frozenset(frame_name(line.strip()) for line in lines if line.strip())
+
+
+def _in_order(labels: Mapping[str, BallLabel]) -> tuple[BallLabel, ...]:
+    """By the names of their frames."""
+    return tuple(labels[name] for name in sorted(labels, key=_by_number))
 
 
 def _by_number(file: str) -> tuple[str, int]:

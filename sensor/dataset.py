@@ -91,9 +91,23 @@ class Dataset:
     card: DatasetCard
     labels: tuple[BallLabel, ...]
 
-    def ball_radius_mm(self, label: BallLabel) -> float:
-        """Radius of the ball that made this press."""
-        return self.card.ball_radius_mm if label.ball_radius_mm is None else label.ball_radius_mm
+    def label(self, file: str) -> BallLabel | None:
+        """The label of a frame, ``None`` where it has none."""
+        name = frame_name(file)
+        return next((label for label in self.labels if frame_name(label.file) == name), None)
+
+    def ball_radius_mm(self, label: BallLabel | None) -> float:
+        """Radius of the ball that made this press: its own, else, or without a label, the card's.
+
+        Whoever needs a press's ball asks here, as a set may hold presses of several.
+        """
+        own_mm = None if label is None else label.ball_radius_mm
+        return self.card.ball_radius_mm if own_mm is None else own_mm
+
+    @property
+    def ball_radii_mm(self) -> tuple[float, ...]:
+        """Radii of the balls that made its presses, the smallest first."""
+        return tuple(sorted({self.ball_radius_mm(label) for label in self.labels or (None,)}))
 
     @property
     def sha256(self) -> str:
@@ -121,10 +135,10 @@ def read_dataset(folder: Path) -> Dataset:
     except WedgeError as error:
         raise located(path, error) from error
     dataset = Dataset(folder=folder, card=card, labels=_read_labels(folder / "labels.csv"))
-    seen: set[tuple[PurePath, str]] = set()
-    blank = {_frame(name) for name in card.background}
+    seen: set[str] = set()
+    blank = {frame_name(name) for name in card.background}
     for label in dataset.labels:
-        file = _frame(label.file)
+        file = frame_name(label.file)
         if file in seen:  # it would teach in one row and judge in the other
             raise WedgeError(
                 f"{folder / 'labels.csv'} labels {label.file} twice: keep one circle a frame."
@@ -165,10 +179,10 @@ def write_card(path: Path, card: DatasetCard) -> None:
     write_atomic(path, toml_text(document).encode())
 
 
-def _frame(name: str) -> tuple[PurePath, str]:
-    """The file and the number of a frame: ``frames.npz#7`` and ``frames.npz#07`` are one."""
-    file, _, number = name.partition("#")
-    return PurePath(file), number.lstrip("0") or number[:1]
+def frame_name(name: str) -> str:
+    """By which a frame is known however it is written: ``./frames.npz#07`` is ``frames.npz#7``."""
+    file, hash_mark, number = name.partition("#")
+    return f"{PurePath(file)}{hash_mark}{number.lstrip('0') or number[:1]}"
 
 
 def _card(document: dict[str, Any]) -> DatasetCard:

@@ -6,12 +6,14 @@ import functools
 import importlib
 import importlib.util
 import inspect
+import json
 import re
 import runpy
 import shlex
 import shutil
 import sys
 from pathlib import Path
+from types import ModuleType
 
 import cv2
 import matplotlib
@@ -206,12 +208,32 @@ def test_the_table_of_datasets_is_the_registry() -> None:
     assert rows == [(x.name, str(x.presses), r) for x, r in zip(DATASETS, radii, strict=True)]
 
 
-def test_measured_tables_are_what_was_measured() -> None:
+@pytest.fixture
+def tables() -> ModuleType:
     spec = importlib.util.spec_from_file_location("tables", DOCS / "measured" / "tables.py")
     assert spec and spec.loader
     tables = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(tables)
+    return tables
+
+
+def test_measured_tables_are_what_was_measured(tables: ModuleType) -> None:
     for page in tables.PAGES:
         assert tables.filled(page.read_text()) == page.read_text(), (
             f"run docs/measured/tables.py: {ids(page)} is not what its JSON says"
         )
+
+
+def test_a_measured_table_of_one_press_has_no_intervals(
+    tables: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    document = json.loads((DOCS / "measured" / "error_table.json").read_text())["tables"][0]
+    name, folds = document["dataset"], {"folds": 1, "presses": {"train": 4, "test": 1}}
+    alone = [{**row, "ci95": dict.fromkeys(row["ci95"])} for row in document["rows"]]
+    (tmp_path / "error_table.json").write_text(
+        json.dumps({"tables": [{**document, **folds, "rows": alone}]})
+    )
+    monkeypatch.setattr(tables, "HERE", tmp_path)
+    page = tables.filled(f"<!-- table: {name} -->\n<!-- end of table -->")
+    assert f"{alone[0]['gx_mae']:.3f} |" in page and "<br>" not in page
+    assert "(4 presses learnt from, 1 press judged), 1 press, too few for an interval." in page

@@ -23,6 +23,7 @@ from sensor.dataset import BallLabel, read_dataset
 from sensor.errors import WedgeError
 from validation.datasets import dataset_folder, shared_folder
 from validation.importers.known_depth import published_labels
+from validation.intervals import Interval, counted, enough, remark
 
 COMPARED_AT_PX = 320
 """Width at which distances are stated."""
@@ -70,11 +71,11 @@ def labelled(name: str) -> tuple[PressReader, Sequence[BallLabel]]:
 
 def look(reader: PressReader, label: BallLabel) -> Found:
     """Find one press as if it had no label."""
-    card = reader.dataset.card
+    ball_mm, pitch_mm = reader.dataset.ball_radius_mm(label), reader.dataset.card.mm_per_px
     difference = reader.unwarp(read_frame(reader.dataset.folder, label.file)) - reader.blank
     scale = COMPARED_AT_PX / difference.shape[1]
     truth = np.array([label.center_x_px, label.center_y_px])
-    small, ball_px = search_image(difference, card.ball_radius_mm, card.mm_per_px)
+    small, ball_px = search_image(difference, ball_mm, pitch_mm)
     shrunk = small.shape[1] / difference.shape[1]
     fits = []
     for one in candidates(small, ball_px):
@@ -82,7 +83,7 @@ def look(reader: PressReader, label: BallLabel) -> Found:
         ratio = one.radius_px / shrunk / label.contact_radius_px
         is_right = away_px < RIGHT_WITHIN_PX and RIGHT_RADIUS[0] < ratio < RIGHT_RADIUS[1]
         fits.append((one.quality, bool(is_right)))
-    circle = find_circle(difference, card.ball_radius_mm, card.mm_per_px)
+    circle = find_circle(difference, ball_mm, pitch_mm)
     if circle is None:
         return Found(None, tuple(fits))
     x_px, y_px = scale * (np.array(circle.center_px) - truth)
@@ -113,16 +114,21 @@ def area_under_curve(fits: Sequence[tuple[float, bool]]) -> float:
     return float(excess / (count * (len(fits) - count)))
 
 
-def interval(found: Sequence[Found], seed: int = 0) -> tuple[float, float]:
-    """95 % interval of that area over presses drawn anew, each with all of its fits."""
+def interval(found: Sequence[Found], seed: int = 0) -> Interval | None:
+    """95 % interval of that area over presses drawn anew, each with all of its fits.
+
+    ``None`` for too few of them, or where no draw holds right fits and wrong ones.
+    """
     rng = np.random.default_rng(seed)
     areas = []
-    for _ in range(RESAMPLES):
+    for _ in range(RESAMPLES if enough(len(found)) else 0):
         drawn = [
             fit for index in rng.integers(len(found), size=len(found)) for fit in found[index].fits
         ]
         if len({right for _, right in drawn}) == 2:
             areas.append(area_under_curve(drawn))
+    if not areas:
+        return None
     low, high = np.quantile(areas, [0.025, 0.975])
     return float(low), float(high)
 
@@ -141,18 +147,19 @@ def measure(names: Sequence[str], pool: Executor) -> Mapping[str, object]:
         looked += found
         print(_line(rows[-1]), flush=True)
     fits = [fit for one in looked for fit in one.fits]
-    auc, (low, high) = area_under_curve(fits), interval(looked)
+    auc, ci95 = area_under_curve(fits), interval(looked)
     right = sum(is_right for _, is_right in fits)
+    ends = f"{ci95[0]:.3f}-{ci95[1]:.3f}, 95 % over " if ci95 else ""
     print(
         f"quality tells {right} right fits from {len(fits) - right} wrong ones: AUC {auc:.3f} "
-        f"({low:.3f}-{high:.3f}, 95 % over {len(looked)} presses)"
+        f"({remark(f'{ends}{counted(len(looked))}', len(looked))})"
     )
     return {
         "sets": [asdict(row) for row in rows],
         "fits": len(fits),
         "right": right,
         "auc": auc,
-        "auc_ci95": [low, high],
+        "auc_ci95": ci95 and list(ci95),
     }
 
 

@@ -22,6 +22,7 @@ from validation.evaluation import (
     refuse_other_sensor,
     table_of,
 )
+from validation.intervals import Interval, enough
 from validation.metrics import METRICS, PIXEL_SETS
 
 WITHIN = 0.95
@@ -52,23 +53,24 @@ class Number:
     def standard_error(self) -> float:
         """Of the mean, from the scatter of presses (linearised, as the mean is a ratio).
 
-        Without end where there is one press alone.
+        Without end where there are too few of them to scatter.
         """
         count = len(self.sums)
-        if count < 2:
+        if not enough(count):
             return float("inf")
         off = (self.sums - self.mean * self.counts) / self.counts.mean()
         return float(np.sqrt((off**2).sum() / (count * (count - 1))))
 
     @property
-    def ci95(self) -> tuple[float, float]:
-        """Interval of the mean over presses, by Student's t."""
-        half = float(stats.t.ppf((1 + WITHIN) / 2, max(len(self.sums) - 1, 1)))
-        half *= self.standard_error
+    def ci95(self) -> Interval | None:
+        """Interval of the mean over presses, by Student's t; ``None`` for too few of them."""
+        if not enough(len(self.sums)):
+            return None
+        half = float(stats.t.ppf((1 + WITHIN) / 2, len(self.sums) - 1)) * self.standard_error
         return self.mean - half, self.mean + half
 
 
-def difference(now: Number, before: Number) -> tuple[float, float]:
+def difference(now: Number, before: Number) -> Interval:
     """The 99 % interval of how much a mean differs (Welch's t)."""
     errors = np.array([now.standard_error, before.standard_error])
     counts = np.array([len(now.sums), len(before.sums)])
@@ -112,7 +114,7 @@ class Move:
     dataset: str
     before: float
     now: float
-    ci99: tuple[float, float]
+    ci99: Interval
     """Of the difference."""
 
 
@@ -165,7 +167,7 @@ def moves(evaluations: Sequence[Evaluation]) -> list[Move]:
     from none of both sets.
     """
     found = []
-    for first, later in _pairs(evaluations):
+    for first, later in pairs(evaluations):
         learnt = not (first.held_out and later.held_out)
         for name, now in later.numbers.items():
             before = first.numbers.get(name)
@@ -189,14 +191,15 @@ def moves(evaluations: Sequence[Evaluation]) -> list[Move]:
     return found
 
 
-def _pairs(evaluations: Sequence[Evaluation]) -> list[tuple[Evaluation, Evaluation]]:
+def pairs(evaluations: Sequence[Evaluation]) -> list[tuple[Evaluation, Evaluation]]:
+    """Each later data set of a unit, behind that unit's first."""
     firsts: dict[str, Evaluation] = {}
-    pairs = []
+    found = []
     for item in evaluations:
         first = firsts.setdefault(item.unit, item)
         if first is not item:
-            pairs.append((first, item))
-    return pairs
+            found.append((first, item))
+    return found
 
 
 def _of_light(presses: Sequence[BallPress], channels: str) -> dict[str, Number]:

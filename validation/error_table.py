@@ -65,7 +65,8 @@ class ErrorTable:
 
     dataset: str
     licence: str
-    ball_radius_mm: float
+    ball_radii_mm: tuple[float, ...]
+    """Of its balls, the smallest first."""
     train: int
     test: int
     folds: int
@@ -77,6 +78,11 @@ class ErrorTable:
     """Presses that could not be used, and why."""
     folds_fitted: Mapping[str, tuple[Fold, ...]]
     """Per estimator, what each split taught it, with all lights."""
+
+    @property
+    def balls(self) -> str:
+        """The radii of its balls in words."""
+        return f"{' and '.join(f'{radius_mm:g}' for radius_mm in self.ball_radii_mm)} mm"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -156,7 +162,7 @@ def error_table(
     return ErrorTable(
         dataset=dataset.card.name,
         licence=dataset.card.licence,
-        ball_radius_mm=dataset.card.ball_radius_mm,
+        ball_radii_mm=dataset.ball_radii_mm,
         train=min(len(part.train) for part in parts),
         test=sum(len(part.test) for part in parts),
         folds=folds,

@@ -203,7 +203,7 @@ def _table(
     return ErrorTable(
         dataset=dataset.card.name,
         licence=dataset.card.licence,
-        ball_radius_mm=dataset.card.ball_radius_mm,
+        ball_radii_mm=dataset.ball_radii_mm,
         train=train,
         test=len(judged.depth),
         folds=1,

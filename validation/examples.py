@@ -41,6 +41,8 @@ class HeldOut:
     """What an estimator makes of the presses that a split holds out."""
 
     pixels: Pixels
+    ball_radius_mm: Float32[np.ndarray, " n"]
+    """Of the ball that pressed at each."""
     estimated: Float32[np.ndarray, "n 2"]
     """Gradients at those pixels."""
     half_width: Float32[np.ndarray, "n 2"] | None
@@ -96,6 +98,9 @@ def held_out(folder: Path, fold: Fold, seed: int) -> HeldOut:
     chosen = {ranked[round(RANKS[rank] * (len(ranked) - 1))]: rank for rank in RANKS}
     return HeldOut(
         pixels=join([pixels for _, pixels in judged]),
+        ball_radius_mm=np.concatenate(
+            [np.full(len(pixels), press.ball_radius_mm, np.float32) for press, pixels in judged]
+        ),
         estimated=np.concatenate(estimated),
         half_width=fitted.half_width(np.concatenate(estimated)),
         estimator=fitted.name,
@@ -146,11 +151,18 @@ def example(
 
 
 def label_shift_deg(
-    gradient: Float32[np.ndarray, "n 2"], ball_radius_mm: float, shift_mm: float
+    gradient: Float32[np.ndarray, "n 2"],
+    ball_radius_mm: float | Float32[np.ndarray, " n"],
+    shift_mm: float,
 ) -> float:
     """How far a ball's true theta_x moves, on average, when its centre is moved along x.
 
     A label that is off by so much makes an exact estimator look that wrong.
+
+    Args:
+        gradient: true slopes on balls.
+        ball_radius_mm: of the ball at each, or of all.
+        shift_mm: of the centre.
     """
     steepness = np.sqrt(1 + np.sum(gradient.astype(float) ** 2, 1))
     x_mm, y_mm = (-ball_radius_mm * gradient[:, axis] / steepness for axis in (0, 1))

@@ -7,7 +7,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from jaxtyping import Bool, Float, Float32
+from jaxtyping import Bool, Float, Float32, Int
+
+from validation.intervals import Interval, enough
 
 PixelSet = Literal["contact+5%", "contact"]
 PIXEL_SETS: tuple[PixelSet, ...] = ("contact+5%", "contact")
@@ -34,8 +36,8 @@ class Errors:
 
     values: Mapping[str, float]
     """By name, in the order of ``METRICS``."""
-    ci95: Mapping[str, tuple[float, float]]
-    """Press-level bootstrap 95 % intervals."""
+    ci95: Mapping[str, Interval | None]
+    """Press-level bootstrap 95 % intervals; ``None`` each where too few presses were judged."""
     mean_abs_gradient: float
     n_pixels: int
     n_presses: int
@@ -63,14 +65,23 @@ def mean_errors(presses: Sequence[PressErrors], seed: int) -> Errors:
     """Means over all pixels of the presses, with press-level bootstrap intervals."""
     sums = np.stack([press.absolute for press in presses])
     counts = np.array([press.n_pixels for press in presses])
-    drawn = np.random.default_rng(seed).integers(len(presses), size=(RESAMPLES, len(presses)))
-    resampled = sums[drawn].sum(1) / counts[drawn].sum(1)[:, None]
-    low, high = np.percentile(resampled, [2.5, 97.5], axis=0)
     means = sums.sum(0) / counts.sum()
     return Errors(
         values={name: float(mean) for name, mean in zip(METRICS, means, strict=True)},
-        ci95={name: (float(a), float(b)) for name, a, b in zip(METRICS, low, high, strict=True)},
+        ci95=_bootstrapped(sums, counts, seed),
         mean_abs_gradient=float(sum(press.absolute_gradient for press in presses) / counts.sum()),
         n_pixels=int(counts.sum()),
         n_presses=len(presses),
     )
+
+
+def _bootstrapped(
+    sums: Float[np.ndarray, "p 4"], counts: Int[np.ndarray, " p"], seed: int
+) -> dict[str, Interval | None]:
+    """95 % intervals of the means over presses that are drawn anew."""
+    if not enough(len(sums)):
+        return dict.fromkeys(METRICS)
+    drawn = np.random.default_rng(seed).integers(len(sums), size=(RESAMPLES, len(sums)))
+    resampled = sums[drawn].sum(1) / counts[drawn].sum(1)[:, None]
+    low, high = np.percentile(resampled, [2.5, 97.5], axis=0)
+    return {name: (float(a), float(b)) for name, a, b in zip(METRICS, low, high, strict=True)}

@@ -10,6 +10,7 @@ from typing import Any
 from sensor.unit import MissingAxis
 from validation.depth import DepthErrors
 from validation.error_table import ErrorTable, Row
+from validation.intervals import counted, remark
 from validation.metrics import METRICS, PIXEL_SETS, Errors
 
 HEADINGS = {
@@ -45,8 +46,7 @@ def table_document(table: ErrorTable) -> dict[str, Any]:
                 "n_pixels": row.errors.n_pixels,
                 "n_presses": row.errors.n_presses,
                 "ci95": {
-                    name: list(interval) if row.errors.n_presses > 1 else None
-                    for name, interval in row.errors.ci95.items()
+                    name: interval and list(interval) for name, interval in row.errors.ci95.items()
                 },
             }
             for row in table.rows
@@ -85,17 +85,19 @@ def depth_document(errors: Sequence[DepthErrors]) -> dict[str, Any]:
 def caption(table: ErrorTable) -> str:
     """One sentence that says what the numbers of a table are."""
     split = (
-        f"{table.folds}-fold by press, {table.test} presses judged"
+        f"{table.folds}-fold by press, {counted(table.test)} judged"
         if table.folds > 1
-        else f"{table.train} presses to learn from, {table.test} judged"
+        else f"{counted(table.train)} to learn from, {table.test} judged"
     )
-    brackets = "In brackets, the press-level bootstrap 95 % interval; " if table.test > 1 else ""
+    brackets = remark("In brackets, the press-level bootstrap 95 % interval", table.test)
+    zero = any(row.missing_axis == "zero" for row in table.rows)
     return (
-        f"Mean absolute gradient errors on {table.dataset} (ball radius {table.ball_radius_mm:g} "
-        f"mm; {split}; seed {table.seed}). Contact pixels lie inside the labelled circle less one "
+        f"Mean absolute gradient errors on {table.dataset} (ball radius {table.balls}; "
+        f"{split}; seed {table.seed}). Contact pixels lie inside the labelled circle less one "
         "pixel and inside 0.9 of the ball's radius, so slopes stay below 2.07; contact+5% adds "
-        f"5 % of the pixels beyond 1.3 contact radii. {brackets}w/o network sets the unseen axis "
-        "to zero."
+        f"5 % of the pixels beyond 1.3 contact radii. {brackets}"
+        + "; w/o network sets the unseen axis to zero" * zero
+        + "."
     )
 
 
@@ -121,11 +123,10 @@ def row_cells(row: Row) -> list[str]:
 def _value(errors: Errors, name: str) -> str:
     """A mean and, where presses can be drawn anew, its interval."""
     digits = DIGITS[name]
-    mean = f"{errors.values[name]:.{digits}f}"
-    if errors.n_presses < 2:
+    mean, interval = f"{errors.values[name]:.{digits}f}", errors.ci95[name]
+    if interval is None:
         return mean
-    low, high = errors.ci95[name]
-    return f"{mean} [{low:.{digits}f}, {high:.{digits}f}]"
+    return f"{mean} [{interval[0]:.{digits}f}, {interval[1]:.{digits}f}]"
 
 
 def column_headings() -> list[str]:

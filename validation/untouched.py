@@ -108,7 +108,7 @@ def beside_presses(name: str) -> FalseCircles:
         part = clear_part(difference, label)
         if part is not None:
             searches += 1
-            if find_circle(part, card.ball_radius_mm, card.mm_per_px):
+            if find_circle(part, reader.dataset.ball_radius_mm(label), card.mm_per_px):
                 found.append(label.file)
     return FalseCircles(name=name, kind="beside a press", searches=searches, found=tuple(found))
 

@@ -26,7 +26,7 @@ from app.pages.editing import (
 )
 from app.pages.frame_list import FrameList
 from recon.images import read_frame
-from recon.labelling import CERTAIN, DOUBTFUL, LabelBook, doubtful_first
+from recon.labelling import CERTAIN, DOUBTFUL, LabelBook, doubtful_first, largest_radius_px
 from recon.presses import PressReader
 from sensor.dataset import BallLabel
 from sensor.errors import WedgeError
@@ -83,6 +83,7 @@ class LabelPage:
         """Whether the frame is shown: what nobody sees is not edited."""
         self.grip: tuple[float, float] | None = None
         self.moved: BallLabel | None = None
+        self.drawn = self.known()
         listen(self.on_key)
         with ui.element("div").classes("flex flex-col sm:flex-row flex-nowrap gap-4 w-full"):
             self.list = FrameList(self.files, self.standing, self.show)
@@ -158,8 +159,14 @@ class LabelPage:
             at = ((label.center_x_px + 0.5) / width, (label.center_y_px + 0.5) / height)
         self.picture.client.run_javascript(SCROLL % at)
 
+    def known(self) -> tuple[BallLabel | None, bool]:
+        """What the book holds of the frame: its circle, and whether no ball touches."""
+        return self.book.label(self.file), self.book.has_no_ball(self.file)
+
     def draw(self) -> None:
         """The circle and its numbers."""
+        if self.moved is None:
+            self.drawn = self.known()
         label = self.moved or self.book.label(self.file)
         if label is None:
             known = "no ball, as you said" if self.book.has_no_ball(self.file) else "no circle"
@@ -272,16 +279,17 @@ class LabelPage:
     @property
     def largest_px(self) -> float:
         """A contact circle is smaller than its ball."""
-        card = self.reader.dataset.card
-        return 0.98 * card.ball_radius_mm / float(np.sqrt(np.prod(card.mm_per_px)))
+        return largest_radius_px(self.reader.dataset, self.file)
 
     def new_label(self, x_px: float, y_px: float) -> BallLabel:
-        """A circle of half the ball's radius, where somebody clicked."""
+        """A circle of half the ball's radius, where somebody clicked; its ball stays the same."""
+        first = self.reader.dataset.label(self.file)
         new = BallLabel(
             file=self.file,
             center_x_px=x_px,
             center_y_px=y_px,
             contact_radius_px=round(self.largest_px / 2, 2),
+            ball_radius_mm=None if first is None else first.ball_radius_mm,
             quality=CERTAIN,
         )
         return self.placed(new, x_px, y_px)
@@ -304,6 +312,10 @@ class LabelPage:
         """Change the frame that is seen; whether that was done."""
         if not self.seen:
             ui.notify(f"{self.file} is not shown: nothing was changed.", type="warning")
+            return False
+        if self.known() != self.drawn:
+            self.show(self.file)
+            ui.notify(f"{self.file} was changed in another tab: look again.", type="warning")
             return False
         return self.attempt(change)
 

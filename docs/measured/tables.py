@@ -17,6 +17,8 @@ import re
 from pathlib import Path
 from typing import Any
 
+from validation.intervals import counted, remark
+
 HERE = Path(__file__).resolve().parent
 PAGES = (HERE.parents[1] / "README.md", HERE / "index.md", HERE / "performance.md")
 BLOCK = re.compile(r"(<!-- table: ([\w-]+)([\w+% ]*) -->\n).*?(<!-- end of table -->)", re.DOTALL)
@@ -63,7 +65,7 @@ def _table(dataset: str, words: list[str]) -> str:
         lines += [
             "",
             f"Depth in the contact, {depth['estimator']}, all lights: RMSE {depth['rmse_mm']:.3f} "
-            f"mm, bias {depth['bias_mm']:+.3f} mm, mean of {depth['n_presses']} presses, against "
+            f"mm, bias {depth['bias_mm']:+.3f} mm, mean of {counted(depth['n_presses'])}, against "
             f"the {depth['truth']}.",
         ]
     return "\n".join(lines) + "\n"
@@ -72,22 +74,25 @@ def _table(dataset: str, words: list[str]) -> str:
 def _cells(row: dict[str, Any]) -> list[str]:
     values = []
     for key, (_, digits) in METRICS.items():
-        low, high = row["ci95"][key]
-        values.append(f"{row[key]:.{digits}f}<br>{low:.{digits}f}–{high:.{digits}f}")
+        ends = "–".join(f"{end:.{digits}f}" for end in row["ci95"][key] or ())
+        values.append(f"{row[key]:.{digits}f}" + f"<br>{ends}" * bool(ends))
     lights = row["configuration"] + STAND_INS[row["missing_axis"]]
     return [lights, row["estimator"], row["pixels"], *values]
 
 
 def _caption(document: dict[str, Any]) -> str:
     presses, folds = document["presses"], document["folds"]
-    split = f"{folds}-fold by press, " if folds > 1 else f"{presses['train']} presses learnt from, "
+    split = (
+        f"{folds}-fold by press, " if folds > 1 else f"{counted(presses['train'])} learnt from, "
+    )
     options = f" --folds {folds}" * (folds > 1) + f" --seed {document['seed']}"
     slopes = ", ".join(
         f"{value:.2f} on {pixels}" for pixels, value in document["mean_abs_gradient"].items()
     )
+    intervals = remark("below each the 95 % interval over presses", presses["test"])
     return (
-        f"Mean absolute errors ({split}{presses['test']} presses judged), below each the 95 % "
-        f"interval over presses. Mean \\|G\\| {slopes}. "
+        f"Mean absolute errors ({split}{counted(presses['test'])} judged), {intervals}. "
+        f"Mean \\|G\\| {slopes}. "
         f"By `wedge table {document['dataset']}{options}`."
     )
 

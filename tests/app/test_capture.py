@@ -6,6 +6,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -17,7 +18,7 @@ from app.__main__ import main
 from recon.images import read_image, write_image
 from recon.lens import Lens, read_lens, write_lens
 from recon.presses import read_presses
-from sensor.dataset import LENS_FILE, read_dataset
+from sensor.dataset import LENS_FILE, read_dataset, write_labels
 from sensor.design import STANDARD
 from sensor.errors import WedgeError
 from tests.synthetic import BALL_RADIUS_MM, KEYSTONE_PX, make_dataset, pad_size_mm
@@ -51,6 +52,20 @@ def test_a_folder_of_frames_becomes_a_dataset(tmp_path: Path) -> None:
     again = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert again.returncode == 2
     assert len(again.stderr.splitlines()) == 1
+
+
+def test_of_several_balls_one_must_be_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    like = make_dataset(tmp_path / "like", presses=2)
+    first, second = like.labels
+    write_labels(like.folder / "labels.csv", [replace(first, ball_radius_mm=2.5), second])
+    words = ["capture", str(tmp_path), "--like", str(like.folder), "--out", str(tmp_path / "out")]
+    with pytest.raises(SystemExit) as stop:
+        main(words)
+    assert stop.value.code == 2
+    assert "balls of 2.5 and 4 mm radius" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
 
 
 def test_the_lens_of_the_dataset_comes_along(tmp_path: Path) -> None:

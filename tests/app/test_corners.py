@@ -58,9 +58,14 @@ def test_turning_four_times_and_mirroring_twice_change_nothing(tmp_path: Path) -
     assert book.corners_px == KEYSTONE_PX
 
 
-@pytest.mark.parametrize("quality", [None, 1.0])
-def test_circles_that_somebody_drew_keep_the_corners(tmp_path: Path, quality: float | None) -> None:
+@pytest.mark.parametrize(("quality", "ball_mm"), [(None, None), (1.0, None), (0.9, 3.5)])
+def test_circles_and_balls_that_somebody_wrote_keep_the_corners(
+    tmp_path: Path, quality: float | None, ball_mm: float | None
+) -> None:
     dataset = raw_set(tmp_path / "set", quality=quality)
+    first, *others = dataset.labels
+    write_labels(dataset.folder / "labels.csv", [replace(first, ball_radius_mm=ball_mm), *others])
+    dataset = read_dataset(dataset.folder)
     before = [path.read_bytes() for path in sorted(dataset.folder.iterdir())]
     book = CornerBook(dataset, read_background(dataset))
     with pytest.raises(WedgeError, match="drew or looked at"):

@@ -4,8 +4,10 @@
 
 import errno
 import os
+import shutil
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,6 +16,10 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
+import app._workers
+import app.label
+import recon.labelling
+from app.__main__ import main
 from recon.images import write_image
 from recon.labelling import (
     CERTAIN,
@@ -23,10 +29,10 @@ from recon.labelling import (
     pressed_frames,
 )
 from recon.presses import press_reader
-from sensor.dataset import read_dataset
+from sensor.dataset import Dataset, read_dataset, write_card, write_labels
 from sensor.errors import WedgeError
 from tests.app.served import needs_chromium, opened, served
-from tests.synthetic import make_dataset
+from tests.synthetic import BALL_RADIUS_MM, make_dataset
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -54,6 +60,103 @@ def test_a_frame_of_another_camera_is_named(tmp_path: Path) -> None:
     write_image(dataset.folder / "odd.png", np.zeros((64, 48, 3), np.uint8))
     with pytest.raises(WedgeError, match=r"odd\.png: .*48x64.*Take it out"):
         automatic_label(press_reader(dataset), "odd.png")
+
+
+@pytest.fixture
+def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(app._workers, "process_pool", lambda: ThreadPoolExecutor(1))
+
+
+def label_quietly(dataset: Dataset) -> object:
+    """The exit status of the automatic search."""
+    with pytest.raises(SystemExit) as stop:
+        main(["label", str(dataset.folder), "--no-page"])
+    return stop.value.code
+
+
+def test_a_circle_found_again_is_that_of_the_press_s_own_ball(tmp_path: Path) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=2)
+    by_card = [automatic_label(press_reader(dataset), label.file) for label in dataset.labels]
+    card = replace(dataset.card, ball_radius_mm=2 * BALL_RADIUS_MM)
+    write_card(dataset.folder / "dataset.toml", card)
+    own = [replace(x, ball_radius_mm=BALL_RADIUS_MM, quality=0.5) for x in dataset.labels]
+    write_labels(dataset.folder / "labels.csv", own)
+    command = wedge("label", str(dataset.folder), "--no-page", "--again")
+    subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
+    found = read_dataset(dataset.folder).labels
+    assert [replace(label, ball_radius_mm=None) for label in found] == by_card
+    assert {label.ball_radius_mm for label in found} == {BALL_RADIUS_MM}
+
+
+def test_circles_found_are_saved_together_and_undo_leaves_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, in_this_process: None
+) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=1)
+    for index in range(8):
+        shutil.copy(dataset.folder / dataset.labels[0].file, dataset.folder / f"more{index}.png")
+    written: list[int] = []
+
+    def counted(path: Path, labels: Any) -> None:
+        written.append(len(labels))
+        write_labels(path, labels)
+
+    monkeypatch.setattr(recon.labelling, "write_labels", counted)
+    monkeypatch.setattr(app.label, "SAVED_TOGETHER", 3)
+    assert label_quietly(dataset) == 0
+    assert written == [4, 7, 9]
+    book = LabelBook(read_dataset(dataset.folder))
+    found = replace(dataset.labels[0], file="more0.png")
+    book.put_found([found])
+    assert book.undo() is None and book.label("more0.png") == found
+
+
+def test_what_was_found_before_a_damaged_frame_is_kept(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], in_this_process: None
+) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=3)
+    (dataset.folder / "labels.csv").unlink()
+    (dataset.folder / dataset.labels[2].file).write_bytes(b"no picture")
+    assert label_quietly(dataset) == 2
+    assert dataset.labels[2].file in capsys.readouterr().err
+    kept = [label.file for label in read_dataset(dataset.folder).labels]
+    assert kept == [label.file for label in dataset.labels[:2]]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "press 1.png",
+        "prêß-漢.PNG",
+        "a,b;c.png",
+        "q\"uote'.png",
+        "press #1.png",
+        " a.png",
+        "a\n.png",
+        os.fsdecode(b"pr\xeass.png"),
+    ],
+)
+def test_an_odd_name_is_kept_or_refused_by_a_sentence(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], in_this_process: None
+) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=1)
+    (dataset.folder / "labels.csv").unlink()
+    (dataset.folder / dataset.labels[0].file).rename(dataset.folder / name)
+    (dataset.folder / f"._{name}").write_bytes(b"a Mac's notes")
+    if {"#", "\n", "\udcea"} & set(name) or name[0] == " ":
+        assert label_quietly(dataset) == 2
+        assert "rename it" in capsys.readouterr().err
+    else:
+        assert label_quietly(dataset) == 0
+        assert [label.file for label in read_dataset(dataset.folder).labels] == [name]
+
+
+def test_a_frame_written_in_two_ways_has_one_label(tmp_path: Path, in_this_process: None) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=2, in_npz=True)
+    first, second = dataset.labels
+    written = [replace(first, file="./frames.npz#00"), replace(second, file="frames.npz#001")]
+    write_labels(dataset.folder / "labels.csv", written)
+    assert label_quietly(dataset) == 0
+    assert len(read_dataset(dataset.folder).labels) == 2
 
 
 def test_every_change_is_on_disk_at_once_and_can_be_undone(tmp_path: Path) -> None:
@@ -158,6 +261,16 @@ def test_a_change_that_fails_half_way_leaves_both_files(
         book.remove(second)
     assert {path.name: path.read_bytes() for path in dataset.folder.iterdir()} == before
     assert book.has_no_ball(first) and not book.has_no_ball(second)
+
+
+def test_a_list_of_frames_without_a_ball_may_come_from_another_editor(tmp_path: Path) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=2)
+    first, second = dataset.labels
+    write_labels(dataset.folder / "labels.csv", [])
+    text = f"\ufeff{first.file}\r\n {second.file} \r\n\r\n"
+    (dataset.folder / "no_ball.txt").write_text(text, encoding="utf-8", newline="")
+    book = LabelBook(read_dataset(dataset.folder))
+    assert book.has_no_ball(first.file) and book.has_no_ball(second.file)
 
 
 def test_a_damaged_list_of_frames_without_a_ball_is_a_sentence(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 """The page of `wedge label` in a real browser: keys, buttons, odd frames, long lists, windows."""
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -92,6 +93,51 @@ def test_a_frame_that_cannot_be_read_is_not_edited(tmp_path: Path) -> None:
         expect(heading).to_contain_text("centre")
         expect(page.locator("#picture")).to_be_visible()
         assert labels(dataset) == {label.file: label for label in dataset.labels}
+
+
+def test_a_circle_stays_smaller_than_its_own_ball(tmp_path: Path) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=1)
+    ball_mm = 2.0  # of the press; the card's is larger
+    write_labels(
+        dataset.folder / "labels.csv",
+        [replace(x, ball_radius_mm=ball_mm, contact_radius_px=18.0) for x in dataset.labels],
+    )
+    with served("label", dataset.folder) as address, opened(address) as page:
+        heading, box = page.locator("#heading"), page.locator("#picture img").first.bounding_box()
+        assert box is not None
+        for _ in range(12):
+            page.keyboard.press("+")
+        expect(heading).to_contain_text("radius 19.60 px")
+        (label,) = read_dataset(dataset.folder).labels
+        assert label.contact_radius_px * dataset.card.mm_per_px[0] < ball_mm
+        page.keyboard.press("Delete")
+        expect(heading).to_contain_text("no ball")
+        page.mouse.click(box["x"] + 50, box["y"] + 50)
+        expect(heading).to_contain_text("radius 9.80 px")
+        (label,) = read_dataset(dataset.folder).labels
+        assert label.ball_radius_mm == ball_mm
+
+
+def test_a_circle_moved_in_another_tab_is_shown_before_it_is_edited(tmp_path: Path) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=1)
+    with served("label", dataset.folder) as address, opened(address) as page:
+        assert page.context.browser is not None
+        other = page.context.browser.new_page()
+        other.goto(address)
+        expect(other.locator("#heading")).to_contain_text("centre")
+        page.keyboard.press("ArrowRight")
+        expect(page.locator("#heading")).to_contain_text("quality 1.00")
+        moved = labels(dataset)
+        other.keyboard.press("Delete")
+        other.get_by_text("another tab").wait_for()
+        expect(other.locator("#heading")).to_contain_text("quality 1.00")
+        assert labels(dataset) == moved
+        other.keyboard.press("Delete")
+        expect(other.locator("#heading")).to_contain_text("no ball")
+        page.close()
+        other.keyboard.press("Control+z")
+        expect(other.locator("#heading")).to_contain_text("quality 1.00")
+        assert labels(dataset) == moved
 
 
 def test_enter_that_cannot_write_stays_at_the_frame(tmp_path: Path) -> None:

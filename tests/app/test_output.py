@@ -1,13 +1,15 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the commands write: JSON that every reader takes, one file for each thing."""
+"""What the commands write: JSON that every reader takes, one file for each thing, none read."""
 
 import json
 from pathlib import Path
 
 import pytest
+from PIL import Image
 
-from app._output import output_names, write_json
+from app.__main__ import main
+from app._output import check_outputs, keep_inputs, output_names, write_json
 from sensor.errors import WedgeError
 
 
@@ -41,3 +43,101 @@ def test_names_are_those_of_the_images_and_of_the_frame_in_an_archive() -> None:
 def test_two_images_of_one_file_are_refused(images: tuple[str, ...], twice: str) -> None:
     with pytest.raises(WedgeError, match=f"two images would be written to {twice}: rename one"):
         output_names(images, (".npy", ".png", "-doubt.png"))
+
+
+@pytest.fixture
+def inputs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A unit, a dataset, a folder of frames and files of no content, in the working folder."""
+    for name in (
+        *("unit/unit.toml", "unit/background.png"),
+        *("set/dataset.toml", "set/labels.csv", "set/raw/press.png"),
+        *("frames/000.png", "frames/report.json", "frames/more/000.png", "frames.npz"),
+        *("clip.mp4", "touch.mcap", "blank.png", "ball.stl", "start.txt", "a#1.png"),
+    ):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).touch()
+    (tmp_path / "design.toml").write_text('base = "standard"\n')
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("read", "written", "kept"),
+    [
+        ("frames", "frames/000.png", True),
+        ("frames/", "unit/../frames/000.png", True),
+        ("frames", "frames/report.json", False),
+        ("frames", "frames/more/000.png", False),
+        ("frames", "frames/new.png", False),
+        ("set", "set/raw/press.png", True),
+        ("unit", "unit/unit.toml", True),
+        ("frames.npz#17", "frames.npz", True),
+        ("a#1.png", "a#1.png", True),
+        ("http://10.55.0.1:8080", "frames/000.png", False),
+        (None, "frames/000.png", False),
+    ],
+)
+def test_what_is_read_is_kept_and_nothing_else(
+    inputs: Path, read: str | None, written: str, kept: bool
+) -> None:
+    if kept:
+        with pytest.raises(WedgeError, match=f"{Path(written)} would be written over"):
+            keep_inputs([read], [None, Path(written)])
+    else:
+        keep_inputs([read], [None, Path(written)])
+
+
+def test_two_outputs_are_not_one_file(inputs: Path) -> None:
+    check_outputs(Path("a.json"), None, Path("b.json"))
+    with pytest.raises(WedgeError, match=r"^unit/\.\./a\.json cannot be written: it is named"):
+        check_outputs(Path("a.json"), None, Path("unit/../a.json"))
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "accept unit set --json set/labels.csv",
+        "accept unit set --junit unit/unit.toml",
+        "accept unit set --frames touch.mcap --json touch.mcap",
+        "calibrate set --out new --json set/dataset.toml",
+        "calibrate set --out new --design design.toml --json design.toml",
+        "cloud unit frames --out new --json frames/000.png",
+        "cloud unit clip.mp4 --out new --design design.toml --json design.toml",
+        "evaluate unit set --json set/raw/press.png",
+        "fabricate --design design.toml --json design.toml",
+        "markers unit frames --out new --json frames/000.png",
+        "markers unit clip.mp4 --out new --background blank.png --json blank.png",
+        "record touch.mcap --out new.mcap --json touch.mcap",
+        "record touch.mcap --unit unit --out new.mcap --json unit/background.png",
+        "stream touch.mcap --unit unit --json touch.mcap",
+        "stream touch.mcap --unit unit --rerun touch.mcap",
+        "sweep gel.curved --design design.toml --json design.toml",
+        "table set --markdown set/labels.csv",
+        "table set --html set/labels.csv",
+        "track unit clip.mp4 --out new --json clip.mp4",
+        "track unit clip.mp4 --out new --mesh ball.stl --json ball.stl",
+        "track unit clip.mp4 --out new --start start.txt --json start.txt",
+        "tune frames --unit unit --json frames/000.png",
+        "tune clip.mp4 --unit unit --json unit/unit.toml",
+    ],
+)
+def test_no_command_writes_over_what_it_reads(
+    inputs: Path, words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = {path: path.read_bytes() for path in inputs.rglob("*") if path.is_file()}
+    with pytest.raises(SystemExit) as stop:
+        main(words.split())
+    said = capsys.readouterr().err
+    assert stop.value.code == 2
+    assert f"{words.split()[-1]} would be written over" in said and said.count("\n") == 1
+    assert {path: path.read_bytes() for path in inputs.rglob("*") if path.is_file()} == before
+
+
+def test_numbers_are_not_written_over_the_recording_that_they_are_of(
+    inputs: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Image.new("RGB", (64, 48)).save("frames/000.png")
+    with pytest.raises(SystemExit):
+        main(["record", "frames", "--out", "new.mcap", "--json", "new.mcap"])
+    assert not Path("new.mcap").exists()
+    assert "new.mcap cannot be written: it is named for another output" in capsys.readouterr().err

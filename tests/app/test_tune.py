@@ -122,6 +122,18 @@ def test_a_misspelt_settings_file_is_refused_by_name_and_stays(
     assert file.read_text() == "red_gian = 1.0\n"
 
 
+def test_a_frame_of_the_folder_is_not_written_over_but_an_earlier_report_may_be(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = frames(tmp_path / "blank", 0, 0, 0)
+    before = (folder / "000.png").read_bytes()
+    assert run(folder, "--json", folder / "000.png") == 2
+    assert capsys.readouterr().err.count("would be written over") == 1
+    assert (folder / "000.png").read_bytes() == before
+    for _ in range(2):
+        assert run(folder, "--json", folder / "tune.json") == 0
+
+
 @pytest.mark.parametrize("report", ["wedge.toml", "sub/../wedge.toml", "clip.mp4"])
 def test_what_is_read_is_not_written_over_by_json(
     tmp_path: Path,

@@ -321,7 +321,7 @@ def test_a_change_is_told_in_words() -> None:
 
 def test_the_report_shows_a_whole_folder(fabricated: tuple[Path, Path]) -> None:
     folder, _ = fabricated
-    section = fabrication_section([folder], folder.parent)
+    section = fabrication_section({folder: FINGER}, folder.parent)
     assert len(re.findall("data:image/png;base64,", section.html)) == 2
     assert len(re.findall("data:image/svg", section.html)) == 1
     assert len(section.html) < 500_000

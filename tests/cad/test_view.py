@@ -15,6 +15,7 @@ import pytest
 
 from cad.build import Model
 from cad.exports.page import view_files
+from sensor.design import FINGER
 from validation.report.fabrication import fabrication_section
 from validation.report.page import write_report
 
@@ -67,7 +68,7 @@ def test_the_view_turns_and_hides_parts_from_the_disk(
     target = folder / "index.html"
     if place == "report":
         (tmp_path / "finger").symlink_to(folder)
-        sections = [fabrication_section([tmp_path / "finger"], tmp_path)]
+        sections = [fabrication_section({tmp_path / "finger": FINGER}, tmp_path)]
         target = write_report(tmp_path, title="A page", lead="Of files.", sections=sections)
     page.goto(target.as_uri())  # type: ignore[attr-defined]
     view = page.locator(".wedge-view")  # type: ignore[attr-defined]

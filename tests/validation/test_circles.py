@@ -34,6 +34,13 @@ def test_the_area_is_the_share_of_pairs_in_the_right_order() -> None:
     assert area_under_curve(fits) == pytest.approx(np.mean([(d > 0) + (d == 0) / 2 for d in pairs]))
 
 
+def test_one_press_has_no_interval() -> None:
+    fits = ((0.9, True), (0.1, False), (0.5, True), (0.6, False))
+    assert interval([Found(None, fits)]) is None
+    assert interval([Found(None, fits[:1]), Found(None, fits[:1])]) is None  # nothing wrong
+    assert interval([Found(None, fits), Found(None, fits[:3])]) is not None
+
+
 def test_the_interval_holds_the_area_and_narrows_with_presses() -> None:
     rng = np.random.default_rng(0)
     found = [

@@ -6,6 +6,7 @@ import numpy as np
 
 from recon.pipeline import Reconstruction
 from validation.contact_shapes import ShapeContact
+from validation.figures.contact import contact_figure
 from validation.report.contact_shapes import shape_contact_section
 from validation.shadows import ShadowScore
 
@@ -37,3 +38,6 @@ def test_the_section_on_shapes_says_how_masks_and_shadows_fit():
     )
     for words in ("a-twin", "m2 screw", "0.500", "1.000", "Mean IoU 0.750", "0.75", "0.80", "<img"):
         assert words in section.html
+    shown = [axes.get_title("left") for axes in contact_figure([shape("a", truth, truth)] * 5).axes
+             if axes.get_visible()]  # fmt: skip
+    assert shown == ["a: 1.00"] * 5

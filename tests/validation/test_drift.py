@@ -138,6 +138,58 @@ def test_every_form_says_the_same(evaluations):
     assert all(len(row) == len(headings) for row in rows)
 
 
+def alone(item):
+    """The same with its first press only."""
+    first = {
+        name: replace(x, sums=x.sums[:1], counts=x.counts[:1]) for name, x in item.numbers.items()
+    }
+    return replace(item, errors=replace(item.errors, test=1), numbers=first)
+
+
+def drawn_spans(figure):
+    """Lengths of all error bars."""
+    bars = [bars for axes in figure.axes for bars in axes.containers]
+    spans = [path for one in bars for lines in one.lines[2] for path in lines.get_segments()]
+    return [np.ptp(span[:, 1]) for span in spans if np.isfinite(span).all() and len(span)]
+
+
+def test_one_press_has_no_interval_and_tells_no_move(evaluations):
+    june, july = alone(evaluations[1]), alone(evaluations[2])
+    for days in ([evaluations[0], june, july], [alone(evaluations[0]), june]):
+        several = sum(item.errors.test > 1 for item in days)
+        moved = moves(days)
+        numbers = [x for item in drift_document(days, moved)["evaluations"][several:]
+                   for x in item["numbers"].values()]  # fmt: skip
+        assert numbers and all(x["ci95"] is None for x in numbers)
+        page = "".join(section.html for section in drift_sections(days, moved))
+        assert page.count("<small>") == several * len(june.numbers)
+        assert ("too few for an interval" in page) == (several == 0)
+        assert ("of 1 press there is none" in page) == (several > 0)
+        assert "Nothing moved" not in page
+        assert f"to tell: {june.unit} on {june.dataset}" in page
+        spans = drawn_spans(drift_figure(days, moved))
+        assert len(spans) == several * len(june.numbers)
+
+
+def test_nothing_moved_is_said_of_what_could_be_compared(evaluations):
+    may, june, july = evaluations
+    page = drift_sections([may, june, alone(july)], [])[0].html
+    assert "Nothing moved." in page
+    assert f"to tell: {july.unit} on {july.dataset}." in page
+
+
+def test_units_with_other_lights_and_gels_stand_beside_each_other(evaluations):
+    may = evaluations[0]
+    lit = {name: x for name, x in may.numbers.items() if not name.endswith("_B")}
+    short = {name: x for name, x in lit.items() if name != "noise"}  # no gel lay still
+    for days in ([may, replace(may, unit="RG", numbers=short)], [replace(may, numbers=short), may]):
+        headings, rows = summary(days)
+        assert {len(row) for row in rows} == {len(headings)}
+        assert sorted(row[-1] == "–" for row in rows) == [False, True]
+        titles = [axes.get_title() for axes in drift_figure(days, []).axes if axes.get_visible()]
+        assert len(titles) == len(may.numbers)
+
+
 def test_no_words_of_the_plot_lie_outside_it(evaluations):
     figure = drift_figure(evaluations, moves(evaluations))
     canvas = FigureCanvasAgg(figure)
@@ -165,6 +217,15 @@ def test_the_command_takes_several_days_and_leaves_out_another_sensor(dates, tmp
     assert "brightness, R moved" in printed.out and "another sensor" in printed.err
     assert (page / "index.html").stat().st_size > 5000
     assert len(json.loads(numbers.read_text())["evaluations"]) == 2
+
+
+def test_the_command_does_not_say_that_one_press_shows_no_move(dates, tmp_path, capsys):
+    july = read_dataset(dates / "july")
+    shutil.copytree(july.folder, tmp_path / "one")
+    write_labels(tmp_path / "one" / "labels.csv", july.labels[:1])
+    assert run("evaluate", dates / "unit", dates / "may", tmp_path / "one") in (0, None)
+    printed = capsys.readouterr().out
+    assert "Nothing moved" not in printed and "Too few presses" in printed
 
 
 def test_two_units_of_one_serial_are_refused_before_anything_is_measured(dates, tmp_path, capsys):

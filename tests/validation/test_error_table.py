@@ -3,6 +3,7 @@
 """The error table: the paper's rows, whatever runs them, judged on presses never learnt from."""
 
 import json
+import re
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from html.parser import HTMLParser
@@ -182,6 +183,9 @@ def test_one_judged_press_has_no_interval(tmp_path, one_thread):
     for text in (table_markdown(table), table_html(table), table_section(table).html):
         assert f"{table.rows[0].errors.values['gx_mae']:.3f}" in text
         assert " [0" not in text and "In brackets" not in text and "–0" not in text
+        said = re.sub('aria-label="[^"]*"', "", text)
+        assert said.count("interval") == said.count("1 press, too few for an interval") > 0
+        assert "1 presses" not in text
     for row in table_document(table)["rows"]:
         assert set(row["ci95"].values()) == {None}
     assert "In brackets" in caption(replace(table, test=2))
@@ -191,6 +195,9 @@ def test_a_caption_claims_nothing_of_who_was_judged(tmp_path, one_thread):
     table = measured(tmp_path, one_thread)
     assert "8 presses to learn from, 2 judged; seed 0" in caption(table)
     assert "5-fold by press, 10 presses judged" in caption(replace(table, folds=5, test=10))
+    assert "w/o network sets the unseen axis to zero" in caption(table)
+    seen = [row for row in table.rows if row.missing_axis != "zero"]
+    assert "w/o network" not in caption(replace(table, rows=tuple(seen)))
 
 
 def test_several_sets_give_a_table_each_and_a_page(tmp_path, monkeypatch, capsys):

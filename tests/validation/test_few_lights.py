@@ -2,9 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """One light and two beside three, on a rendered set that knows the depth of one shape."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.text import Text
 
 from recon.ball import ball_cap
 from tests.synthetic import (
@@ -59,5 +63,23 @@ def test_the_section_says_every_number_and_shows_every_touch(touches):
         assert f"{touch.name}, made" in section.html
         for rmse in touch.rmse_mm.values():
             assert f"{rmse:.3f}" in section.html
+        least = round(100 * touch.lowest("two lights, zero"))
+        assert f"<td>−{-least} %</td><td>0 %</td>" in section.html
     maps = [axes for axes in few_lights_figure(touches).axes if axes.images]
     assert len(maps) == len(touches) * (len(WAYS) + 2)
+
+
+@pytest.mark.parametrize("deepest_mm", [0.06, 0.58, 1.2, 12.0])
+def test_the_bars_words_run_into_no_map(touches, deepest_mm):
+    scale = deepest_mm / max(depth.max() for depth in touches[0].depth_mm.values())
+    deep = {way: np.float32(scale) * depth for way, depth in touches[0].depth_mm.items()}
+    truth_mm = touches[0].truth_mm * (0.9 * deepest_mm / touches[0].truth_mm.max())
+    figure = few_lights_figure([replace(touches[0], depth_mm=deep, truth_mm=truth_mm)])
+    FigureCanvasAgg(figure).draw()
+    maps = [axes.get_window_extent() for axes in figure.axes if axes.images]
+    bars = [axes for axes in figure.axes if not axes.images]
+    words = [text.get_window_extent() for axes in bars for text in axes.findobj(Text)
+             if text.get_text() and text.get_visible()]  # fmt: skip
+    assert len(bars) == 2 and len(words) > 6
+    assert not [word for word in words for place in maps if word.overlaps(place)]
+    assert max(word.x1 for word in words) <= figure.bbox.x1

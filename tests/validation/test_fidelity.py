@@ -2,13 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """The comparison of twin and sensor recovers what a synthetic sensor was made with."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tests.synthetic import LIGHTS_DEG, make_dataset
-from validation.fidelity import keystone, likeness, near_far, transfer
+from validation.fidelity import Transfer, keystone, likeness, near_far, transfer
+from validation.metrics import mean_errors, press_errors
 from validation.report.fidelity import FIGURES, fidelity_section
 
 
@@ -55,3 +57,17 @@ def test_a_network_crosses_to_the_mirrored_sensor_and_not_to_a_turned_one(
     assert failed.errors.values["gy_mae"] > 3 * crossed.errors.values["gy_mae"]
     section = fidelity_section([likeness(ideal)], [crossed])
     assert all(name.partition("[")[0] in section.html for name in FIGURES if "|" not in name)
+    assert "in brackets, press-level bootstrap" in section.html and "<small>[" in section.html
+
+
+def test_a_cell_of_one_press_has_no_interval_and_one_without_untouched_gel_no_grain(
+    ideal: Path,
+) -> None:
+    rng = np.random.default_rng(0)
+    truth = rng.normal(size=(50, 2)).astype(np.float32)
+    press = press_errors("a", truth + np.float32(0.1), truth, np.ones(50, bool))
+    crossed = Transfer(learnt="a", judged="b", errors=mean_errors([press], 0))
+    section = fidelity_section([replace(likeness(ideal), grain=float("nan"))], [crossed])
+    assert "1 press, too few for an interval" in section.html
+    assert "<td>0.100 / 0.100</td>" in section.html
+    assert "nan" not in section.html

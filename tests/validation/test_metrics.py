@@ -70,6 +70,13 @@ def test_intervals_cover_the_truth_nineteen_times_of_twenty():
     assert 0.85 <= covered / 150 <= 0.99
 
 
+def test_one_press_does_not_tell_how_presses_scatter():
+    rng = np.random.default_rng(0)
+    one, two = (mean_errors([errors_of(rng, 0.1) for _ in range(count)], 0) for count in (1, 2))
+    assert one.ci95 == dict.fromkeys(METRICS)
+    assert all(low < high for low, high in two.ci95.values())
+
+
 def test_names_are_the_tables():
     rng = np.random.default_rng(0)
     assert tuple(mean_errors([errors_of(rng, 0.1)], seed=0).values) == METRICS

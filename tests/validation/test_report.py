@@ -16,10 +16,13 @@ from PIL import Image
 from scipy import ndimage
 
 from benchmarks.integrators import BOUNDARIES, bump_error, three_caps
+from bom.bill import make_bill, read_parts, totals_text
+from bom.fit import parts_for
 from recon.estimators import GradientEstimator, fit_estimator
 from recon.pixels import Pixels
 from recon.poisson import integrate
 from recon.presses import read_presses
+from sensor.design import FINGER, STANDARD
 from sensor.errors import WedgeError
 from tests.synthetic import make_dataset, make_fabrication
 from validation import folds
@@ -191,13 +194,42 @@ def test_numbers_are_the_tables(results: DatasetResults, text: str) -> None:
 
 def test_one_judged_press_has_no_interval(results: DatasetResults) -> None:
     def one(row: Row) -> Row:
-        return replace(row, errors=replace(row.errors, n_presses=1))
+        return replace(
+            row, errors=replace(row.errors, n_presses=1, ci95=dict.fromkeys(row.errors.ci95))
+        )
 
-    table = replace(results.table, test=1, rows=tuple(map(one, results.table.rows)))
-    section = headline_section([replace(results, table=table)]).html
-    assert "interval" in headline_section([results]).html
-    assert "interval" not in section
-    assert f"1 press of {table.dataset}" in section
+    alone = replace(results.table, test=1, rows=tuple(map(one, results.table.rows)))
+    few = replace(results, table=alone)
+
+    def words(*sections: Section) -> str:
+        return " ".join(word for section in sections for word in Page(section.html).words)
+
+    assert words(headline_section([results])).count("interval") == 3  # two tiles and a caption
+    section = headline_section([few])
+    assert f"1 press of {alone.dataset}" in words(section)
+    for part, captions in ((section, 1), (dataset_section(few), 4)):
+        said = words(part)
+        assert said.count("interval") == said.count("1 press, too few for an interval") == captions
+        assert not re.search(r"\d<small>", part.html)
+    mixed = words(headline_section([results, few]))
+    assert "bootstrap 95 % interval; of 1 press there is none" in mixed
+
+
+def test_sets_of_gentle_contacts_and_of_nothing_else_have_a_page(results: DatasetResults) -> None:
+    held = results.held_out
+    contact = held.pixels.contact
+    flat = replace(held.pixels, gradient=0.2 * held.pixels.gradient)  # too flat for a direction
+    gentle = dataset_section(replace(results, held_out=replace(held, pixels=flat))).html
+    assert "Mean colour change" in dataset_section(results).html
+    assert "Mean colour change" not in gentle
+    chosen = {
+        name: values[contact]
+        for name, values in vars(held).items()
+        if isinstance(values, np.ndarray | Pixels)
+    }
+    filled = weakness_section([replace(results, held_out=replace(held, **chosen))]).html
+    assert "Untouched gel" in weakness_section([results]).html
+    assert "Untouched gel" not in filled and "nan" not in filled
 
 
 def test_presses_left_out_are_named(results: DatasetResults) -> None:
@@ -207,11 +239,11 @@ def test_presses_left_out_are_named(results: DatasetResults) -> None:
 
 
 def test_files_to_build_are_counted_shown_and_linked(tmp_path: Path) -> None:
-    folders = [tmp_path / "fabrication" / name for name in ("standard", "finger")]
-    for failed, folder in enumerate(folders):
+    designs = {tmp_path / "fabrication" / design.name: design for design in (STANDARD, FINGER)}
+    for failed, folder in enumerate(designs):
         folder.mkdir(parents=True)
         make_fabrication(folder, folder.name, failed=failed)
-    section = fabrication_section(folders, tmp_path)
+    section = fabrication_section(designs, tmp_path)
     page = Page(section.html)
     pattern = r'<th scope="row">(\w+)</th><td>\d+</td><td>(\d)</td><td>(\d)<'
     row = re.findall(pattern, section.html)
@@ -229,6 +261,17 @@ def test_files_to_build_are_counted_shown_and_linked(tmp_path: Path) -> None:
     assert len(links) == 2 * len(LINKS)
     assert all((tmp_path / link).is_file() for link in links)
     assert "no solids here" in no_fabrication_section("no solids here").html
+
+
+def test_the_page_and_the_folder_price_the_same_parts(tmp_path: Path) -> None:
+    """The paper's camera sees 120 degrees: of another view, its price is a guess."""
+    narrow = replace(STANDARD, name="narrow", camera=replace(STANDARD.camera, diagonal_view_deg=90))
+    (tmp_path / "narrow").mkdir()
+    manifest = make_fabrication(tmp_path / "narrow", "narrow", failed=0)
+    lines = make_bill(manifest["bill"], parts_for(narrow, read_parts()))
+    wanted = totals_text(lines, 1).partition(": ")[2].strip().removesuffix(".")
+    assert wanted.endswith("; 16.00 of it estimated")
+    assert f"<td>{wanted}</td>" in fabrication_section({tmp_path / "narrow": narrow}, tmp_path).html
 
 
 def test_page_is_whole_or_absent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

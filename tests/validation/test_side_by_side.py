@@ -63,6 +63,14 @@ def test_the_headline_estimators_pixels_are_those_of_the_others(tmp_path):
     assert alone.error_deg.mean() < 2 and alone.half_width is None
 
 
+@pytest.mark.parametrize("half_width", [1e-6, 0.01, 0.1, 9.0])
+def test_coverage_is_shown_however_low(half_width):
+    plot = side_by_side_figure([unseen(half_width=half_width)]).axes[-1]
+    low, high = plot.get_ylim()
+    coverage = plot.lines[0].get_ydata()
+    assert 0 <= low <= np.nanmin(coverage) and np.nanmax(coverage) <= high == 100
+
+
 @pytest.mark.parametrize(("count", "pixels"), [(1, 20_000), (3, 20_000), (2, 30)])
 def test_the_figure_clips_no_words_and_the_section_names_all(count, pixels):
     items = [unseen(f"estimator {n}", 0.05 * (n + 1), 0.1, count=pixels) for n in range(count)]

@@ -103,7 +103,6 @@ def test_one_press_is_drawn_without_an_interval(n_presses: tuple[int, int]) -> N
 
 def point(value: str, n_presses: int) -> SweepPoint:
     """What a value predicts, of the presses that were judged."""
-    width = 0.1 if n_presses > 1 else 0.0  # what drawing one press again and again gives
     row = Row(
         configuration="RGB",
         missing_axis="none",
@@ -111,7 +110,7 @@ def point(value: str, n_presses: int) -> SweepPoint:
         pixels="contact",
         errors=Errors(
             values=dict.fromkeys(METRICS, 0.2),
-            ci95=dict.fromkeys(METRICS, (0.2 - width, 0.2 + 2 * width)),
+            ci95=dict.fromkeys(METRICS, (0.1, 0.4) if n_presses > 1 else None),
             mean_abs_gradient=0.4,
             n_pixels=100,
             n_presses=n_presses,

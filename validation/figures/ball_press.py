@@ -80,11 +80,11 @@ def press_figure(press: PressPicture) -> Figure:
         error_box,
         error,
         pitch,
-        "depth error in the contact",
+        "depth error in the contact [mm]",
         colors=maps.SIGNED_COLORS,
         limits=(-worst_mm, worst_mm),
     )
-    maps.color_bar(figure, image, "mm")
+    maps.color_bar(figure, image)
 
     left = MARGIN + quarter + BAR_ROOM + AXIS_ROOM
     width = (FULL_IN - left - MARGIN - GAP) / 2

@@ -21,10 +21,14 @@ def contact_figure(shapes: Sequence[ShapeContact]) -> Figure:
     """A picture a shape: held and found, found alone, held but missed."""
     rows = -(-len(shapes) // COLUMNS)
     figure = card(FULL_IN, 2.45 * rows)
-    for place, shape in zip(figure.subplots(rows, COLUMNS).flat, shapes, strict=False):
+    places = figure.subplots(rows, COLUMNS).ravel()
+    for place, shape in zip(places, shapes, strict=False):
         place.imshow(_overlay(shape), interpolation="nearest")
         place.set_title(f"{shape.name.replace('_', ' ')}: {shape.iou:.2f}")
         place.set(xticks=[], yticks=[])
+        place.spines[:].set_visible(True)
+    for place in places[len(shapes) :]:
+        place.set_visible(False)
     return figure
 
 

@@ -51,12 +51,13 @@ def rmse_figure(errors: Mapping[str, Sequence[DepthErrors]]) -> Figure:
     """Share of presses whose depth RMSE in the contact is below a value, by estimator."""
     figure = card(HALF_IN, HEIGHT_IN)
     axes = figure.add_subplot()
+    end_mm = 1.05 * max(error.rmse_mm for presses in errors.values() for error in presses)
     for number, (estimator, presses) in enumerate(errors.items()):
         values = np.sort([error.rmse_mm for error in presses])
         median = float(np.median(values))
         axes.step(
-            np.concatenate([[0.0], values]),
-            100 * np.arange(len(values) + 1) / len(values),
+            [0.0, *values, end_mm],
+            100 * np.array([*range(len(values) + 1), len(values)]) / len(values),
             where="post",
             color=SERIES[number % len(SERIES)],
             ls=("-", (0, (5, 1.5)), ":")[number % 3],
@@ -66,7 +67,7 @@ def rmse_figure(errors: Mapping[str, Sequence[DepthErrors]]) -> Figure:
     axes.set_xlabel("depth RMSE in the contact [mm]")
     axes.set_ylabel("presses below it [%]")
     axes.set(ylim=(0, 102), yticks=range(0, 101, 25))
-    axes.set_xlim(left=0)
+    axes.set_xlim(0, end_mm)
     axes.grid()
-    axes.legend(loc="lower right")
+    axes.legend()
     return figure

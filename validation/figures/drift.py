@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from validation.drift import Evaluation, Move
 from validation.figures.style import FULL_IN, SERIES, SOFT, card, styled
+from validation.intervals import whiskers
 
 COLUMNS = 4
 PANEL_IN, NAMES_IN, LEGEND_IN = 1.45, 0.4, 0.3
@@ -61,18 +62,16 @@ def _series(
     moved: Sequence[Move],
 ) -> None:
     shown = [item for item in evaluations if name in item.numbers]
+    if not shown:  # a unit that lacks this light
+        return
     places = [sets.index(item.dataset) + SIDEWAYS * number for item in shown]
     means = [item.numbers[name].mean for item in shown]
-    low, high = zip(*(item.numbers[name].ci95 for item in shown), strict=True)
     color = SERIES[number % len(SERIES)]
     axes.plot(places, means, color=SOFT, lw=0.8, zorder=1)
     axes.errorbar(
         places,
         means,
-        yerr=(
-            [mean - end for mean, end in zip(means, low, strict=True)],
-            [end - mean for mean, end in zip(means, high, strict=True)],
-        ),
+        yerr=whiskers(means, [item.numbers[name].ci95 for item in shown]),
         fmt="os^"[number % 3],
         color=color,
         mfc="white",

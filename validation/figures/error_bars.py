@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from sensor.unit import MissingAxis
 from validation.error_table import Row, widest
 from validation.figures.style import FAINT, HALF_IN, INK, SERIES, card, styled
+from validation.intervals import whiskers
 from validation.metrics import PixelSet
 from validation.paper import PAPER_PIXELS, PAPER_TABLE
 from validation.table_text import line_name
@@ -26,8 +27,8 @@ SPREAD = 0.34
 def error_figure(rows: Sequence[Row], pixels: PixelSet) -> Figure:
     """Mean absolute angle errors over one set of pixels, one line a configuration.
 
-    Points are means, whiskers press-level bootstrap 95 % intervals. The paper's values, of
-    another sensor, stand beside the configurations and pixels that it has.
+    Points are means, whiskers press-level bootstrap 95 % intervals, where there are presses enough.
+    The paper's values, of another sensor, stand beside the configurations and pixels that it has.
     """
     chosen = [row for row in rows if row.pixels == pixels]
     lines = widest(chosen)
@@ -47,7 +48,7 @@ def error_figure(rows: Sequence[Row], pixels: PixelSet) -> Figure:
         axes.spines["left"].set_visible(False)
         for line in range(len(lines)):
             axes.axhline(line, color=FAINT, lw=0.8, zorder=0)
-    shown = [row.errors.ci95[metric][1] for row in chosen for metric in ANGLES]
+    shown = [_upper(row, metric) for row in chosen for metric in ANGLES]
     if pixels == PAPER_PIXELS:
         shown += [value for metric in ANGLES for _, value in _papers(lines, metric)]
     panels[0].set_xlim(0, 1.04 * max(shown))
@@ -71,18 +72,22 @@ def _points(
 ) -> None:
     means = [row.errors.values[metric] for row in rows]
     places = [lines.index((row.configuration, row.missing_axis)) + offset for row in rows]
-    below = [mean - row.errors.ci95[metric][0] for mean, row in zip(means, rows, strict=True)]
-    above = [row.errors.ci95[metric][1] - mean for mean, row in zip(means, rows, strict=True)]
     axes.errorbar(
         means,
         places,
-        xerr=(below, above),
+        xerr=whiskers(means, [row.errors.ci95[metric] for row in rows]),
         fmt="os^"[number % 3],
         color=SERIES[number % len(SERIES)],
         markersize=4.5,
         elinewidth=1.4,
         label=rows[0].estimator,
     )
+
+
+def _upper(row: Row, metric: str) -> float:
+    """Where its mark ends."""
+    interval = row.errors.ci95[metric]
+    return row.errors.values[metric] if interval is None else interval[1]
 
 
 def _papers(lines: Sequence[tuple[str, MissingAxis]], metric: str) -> list[tuple[int, float]]:

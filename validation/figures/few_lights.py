@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from recon.arrays import DepthMap
 from validation.few_lights import WAYS, Touch
 from validation.figures import maps
-from validation.figures.style import FULL_IN, styled
+from validation.figures.style import FULL_IN, INK, styled
 
 TITLES = {
     "two lights, zero": "R+B, Gx zero",
@@ -24,7 +24,7 @@ MOST_DOUBT = 0.5
 AROUND = 1.25
 """The window, relative to the pressed part."""
 MARGIN, GAP, ROW_GAP = 0.08, 0.08, 0.3
-ROOM = 0.62
+ROOM = 0.74
 """For the numbers beside a colour bar, in inches."""
 
 
@@ -58,7 +58,7 @@ def _row(figure: Figure, touch: Touch, top: float, side: float, titled: bool) ->
             limits=(-deepest, deepest),
         )
         if place == 0:
-            maps.scale_bar(image)
+            maps.scale_bar(image, color=INK, halo_color="white")
         left += side + GAP
     maps.color_bar(figure, image, "[mm]")
     left += maps.BAR_GAP_IN + maps.BAR_WIDTH_IN + ROOM - GAP

@@ -33,8 +33,9 @@ def lobe_figure(
 
     Args:
         color: difference to the background of contact pixels, full scale.
-        gradient: their true gradient.
-        lights_deg: where the dataset says that the lights sit; drawn as spokes.
+        gradient: their true gradient, some of it of ``SLOPES``.
+        lights_deg: where the dataset says that the lights sit; drawn as spokes, and a colour
+            without a light is not drawn. All are where it does not say.
     """
     figure = Figure(figsize=(HALF_IN, HEIGHT_IN), facecolor="white")
     axes = figure.add_axes(PLACE, projection="polar")
@@ -42,7 +43,9 @@ def lobe_figure(
     centers_deg, means = sector_means(color, gradient)
     closed = np.radians(np.append(centers_deg, centers_deg[:1]))
     levels = GREY_LEVELS * means
-    for index, shade in enumerate(CHANNELS.values()):
+    lit = [channel for channel in CHANNELS if not lights_deg or channel in lights_deg]
+    for channel in lit:
+        index, shade = "RGB".index(channel), CHANNELS[channel]
         values = np.append(levels[:, index], levels[:1, index])
         axes.plot(closed, values, color=shade, ls=("-", (0, (5, 1.5)), (0, (2, 1)))[index])
     highest, lowest = float(np.nanmax(levels)), float(np.nanmin(levels))
@@ -50,11 +53,12 @@ def lobe_figure(
     floor, top = lowest - 0.25 * span, highest + 0.12 * span
     axes.set_rlim(floor, top)
     axes.plot(np.linspace(0, 2 * np.pi, 181), np.zeros(181), color=INK, lw=0.9)
-    for index, (channel, shade) in enumerate(CHANNELS.items()):
-        mean_deg = lobe_azimuth_deg(centers_deg, means[:, index])
+    for channel in lit:
+        shade = CHANNELS[channel]
+        mean_deg = lobe_azimuth_deg(centers_deg, means[:, "RGB".index(channel)])
         label = f"{channel}: {mean_deg:+.0f}°".replace("-", "−")
         axes.plot(np.radians(mean_deg), top, "o", color=shade, clip_on=False, ms=6, label=label)
-        if lights_deg and channel in lights_deg:
+        if lights_deg:
             spoke = np.radians(lights_deg[channel])
             axes.plot([spoke, spoke], [floor, top], color=shade, lw=0.9, ls=":")
     axes.set_theta_direction(-1)

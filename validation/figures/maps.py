@@ -94,7 +94,7 @@ def show_map(
     return image
 
 
-def color_bar(figure: Figure, image: AxesImage, label: str) -> None:
+def color_bar(figure: Figure, image: AxesImage, label: str = "") -> None:
     """A colour bar to the right of a map, as high as the map."""
     axes = image.axes
     assert isinstance(axes, Axes)
@@ -105,16 +105,16 @@ def color_bar(figure: Figure, image: AxesImage, label: str) -> None:
     bar.outline.set_visible(False)
 
 
-def scale_bar(image: AxesImage) -> None:
-    """A bar of a round length, up to a fifth of the map's width."""
+def scale_bar(image: AxesImage, *, color: str = "white", halo_color: str = "#000000a0") -> None:
+    """A bar of a round length, up to a fifth of the map's width; dark ones suit light maps."""
     axes = image.axes
     assert isinstance(axes, Axes)
     width_mm = axes.get_xlim()[1]
     length_mm = round_length_mm(width_mm / 5)
-    halo: list[AbstractPathEffect] = [withStroke(linewidth=2.2, foreground="#000000a0")]
+    halo: list[AbstractPathEffect] = [withStroke(linewidth=2.2, foreground=halo_color)]
     left, bottom, thick = 0.04, 0.05, 0.016
     bar = Rectangle(
-        (left, bottom), length_mm / width_mm, thick, transform=axes.transAxes, fc="white", ec="none"
+        (left, bottom), length_mm / width_mm, thick, transform=axes.transAxes, fc=color, ec="none"
     )
     bar.set_path_effects(halo)
     axes.add_patch(bar)
@@ -124,7 +124,7 @@ def scale_bar(image: AxesImage) -> None:
         f"{length_mm:g} mm",
         transform=axes.transAxes,
         va="bottom",
-        color="white",
+        color=color,
         fontsize=8.5,
         path_effects=halo,
     )

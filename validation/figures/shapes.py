@@ -35,7 +35,11 @@ def _row(figure: Figure, shape: Shape, top: float, side: float, room: float, ind
     deepest = float(shape.truth_mm.max())
     columns = (
         (shape.frame[window], shape.name.replace("_", " "), None),
-        (np.clip(0.5 + AMPLIFIED * shape.difference[window], 0, 1), "difference × 3", None),
+        (
+            np.clip(0.5 + AMPLIFIED * shape.difference[window], 0, 1),
+            f"difference × {AMPLIFIED:g}",
+            None,
+        ),
         (shape.depth_mm[window], "depth", (0.0, deepest)),
         (shape.truth_mm[window], "true depth", (0.0, deepest)),
     )

@@ -74,11 +74,12 @@ def side_by_side_figure(unseen: Sequence[Unseen]) -> Figure:
             plots[1].plot(middles, coverage, color=color, label=label)
     plots[0].set_ylim(bottom=0)
     plots[1].axhline(100 * NOMINAL, color=INK, lw=0.9, ls=(0, (4, 2)), label="90 %")
-    plots[1].set_ylim(50, 100)
+    lowest = float(plots[1].get_ylim()[0])
+    plots[1].set_ylim(np.clip(lowest, 0, 50), 100)  # with what covers less than half
     titles = ("mean angle error [°]", "truths inside the 90 % interval [%]")
     for axes, title in zip(plots, titles, strict=True):
         axes.set_title(title)
-        axes.set_xlabel("true |G| [mm/mm]")
+        axes.set_xlabel("true slope [mm/mm]")
         axes.grid()
         axes.legend()
     return figure

@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """A design's field against what its twin predicts."""
 
-import math
 from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 
 from validation.figures.style import BLUE, FULL_IN, INK, ORANGE, card, styled
+from validation.intervals import whiskers
 from validation.sweep import SweepPoint
 
 AXES = {"gx_mae": ("Gx", "o", BLUE), "gy_mae": ("Gy", "s", ORANGE)}
@@ -28,7 +28,7 @@ def sweep_figure(field: str, points: Sequence[SweepPoint]) -> Figure:
         errors.errorbar(
             [place + sign * aside for place in places],
             means,
-            yerr=_spans(points, metric),
+            yerr=whiskers(means, [point.contact.errors.ci95[metric] for point in points]),
             fmt=f"{mark}-" if names is None else mark,
             color=colour,
             markersize=5,
@@ -47,17 +47,6 @@ def sweep_figure(field: str, points: Sequence[SweepPoint]) -> Figure:
         if names is not None:
             axes.set_xlim(-0.5, len(names) - 0.5)
     return figure
-
-
-def _spans(points: Sequence[SweepPoint], metric: str) -> tuple[list[float], list[float]] | None:
-    """Reach of the intervals below and above the means; one press has none: NaN."""
-    below, above = [], []
-    for errors in (point.contact.errors for point in points):
-        mean, (low, high) = errors.values[metric], errors.ci95[metric]
-        known = errors.n_presses > 1
-        below.append(mean - low if known else math.nan)
-        above.append(high - mean if known else math.nan)
-    return None if all(map(math.isnan, below)) else (below, above)
 
 
 def _places(values: Sequence[str]) -> tuple[list[float], list[str] | None]:

@@ -4,9 +4,9 @@
 
 Known by what they hold: gs_sdk's ``catalog.csv`` (a folder a press, diameter in mm), Taxim's
 ``dataPack.npz`` (frames and circles in one archive, BGR), and frames with their circles in text
-files, one a frame (``x y r``) or one for all (``name x y r``). None of them says everything, so
-pitch, and where it is not in there the ball, are asked for. Circles are taken as they are: they go
-round the visible disc, and ``mend_circles`` refits them to the contact.
+files (``circle_texts``). None of them says everything, so pitch, and where it is not in there the
+ball, are asked for. Circles are taken as they are: they go round the visible disc, and
+``mend_circles`` refits them to the contact.
 """
 
 import csv
@@ -21,9 +21,9 @@ import numpy as np
 from recon.images import read_image, write_image
 from sensor.dataset import BallLabel, DatasetCard
 from sensor.errors import WedgeError
-from validation.importers.drawn import MOST_PRESSES, drawn_label, read_numbers, refuse_count
+from validation.importers.circle_texts import read_circle_texts, read_text
+from validation.importers.drawn import drawn_label, read_numbers, refuse_count
 from validation.importers.folder import write_dataset
-from validation.importers.raw_frames import IMAGES, is_background
 from validation.importers.taxim_pack import (
     BACKGROUND,
     TaximPack,
@@ -33,11 +33,8 @@ from validation.importers.taxim_pack import (
 
 CATALOG = "catalog.csv"
 TEXTS = "frames with circle texts"
-LARGEST_TEXT = 10**7
-"""Bytes."""
-NUMBER = r"([-+]?\d+(?:\.\d+)?)"
-CIRCLE = re.compile(rf"^\W*{NUMBER}[\s,;()]+{NUMBER}[\s,;()]+{NUMBER}\W*$")
-NAMED_CIRCLE = re.compile(rf"^(\S+\.(?:png|jpe?g))[\s,;:(]+{NUMBER}[\s,;]+{NUMBER}[\s,;)]+{NUMBER}")
+MOST_TOLD = 5
+"""Of the lines and the pictures that did not fit each other."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,6 +49,24 @@ class Found:
     """Of each label, where the frames are pictures."""
     pack: TaximPack | None = None
     """Where the frames came in one archive."""
+    unmatched: tuple[str, ...] = ()
+    """Lines of texts that draw no circle on a picture there."""
+    without: tuple[str, ...] = ()
+    """Names of pictures on which texts draw no circle."""
+
+    @property
+    def left_aside(self) -> str | None:
+        """A sentence on lines and pictures that did not fit each other; ``None`` where all did."""
+        parts = [
+            f"{len(of)} {what}{'s' * (len(of) > 1)} without a circle{where}: "
+            f"{', '.join(of[:MOST_TOLD])}{' ...' * (len(of) > MOST_TOLD)}"
+            for of, what, where in (
+                (self.unmatched, "line", " on a picture that lies there"),
+                (self.without, "picture", ""),
+            )
+            if of
+        ]
+        return f"Left aside: {'; '.join(parts)}." if parts else None
 
 
 def find_calibration(source: Path) -> Found | None:
@@ -60,7 +75,7 @@ def find_calibration(source: Path) -> Found | None:
     Raises:
         WedgeError: it is one of them, but a part is missing, damaged or hostile.
     """
-    if source.suffix == ".npz" and source.is_file():
+    if source.suffix.lower() == ".npz" and source.is_file():
         return _taxim(source)
     if (source / CATALOG).is_file():
         return _gs_sdk(source)
@@ -89,9 +104,11 @@ def import_calibration(
         mend_circles: refit every circle to its ball's shading.
 
     Raises:
-        WedgeError: the ball's radius is nowhere or contradicts the source, or a frame is damaged
-            or does not fit.
+        WedgeError: no picture has a circle, the ball's radius is nowhere or contradicts the source,
+            or a frame is damaged or does not fit.
     """
+    if not found.labels:
+        raise WedgeError(f"{source} has no picture with a circle. {found.left_aside}")
     radius_mm = _card_radius_mm(found, source, ball_radius_mm)
     if found.pack is not None:
         write_taxim_frames(found.pack, folder)
@@ -139,7 +156,7 @@ def _card_radius_mm(found: Found, source: Path, given_mm: float | None) -> float
 def _gs_sdk(source: Path) -> Found:
     """gs_sdk: ``catalog.csv`` names a folder a press with ``gelsight.png`` and ``label.npz``."""
     try:
-        rows = list(csv.reader(io.StringIO(_text(source / CATALOG))))
+        rows = list(csv.reader(io.StringIO(read_text(source / CATALOG))))
     except csv.Error as error:
         raise WedgeError(f"{source / CATALOG} cannot be read as a table: {error}.") from error
     header = [cell.strip() for cell in rows[0]] if rows else []
@@ -181,47 +198,23 @@ def _taxim(path: Path) -> Found:
 
 def _circle_texts(source: Path) -> Found | None:
     """Frames with ``NAME.txt`` beside them or in a folder of texts, or one text for all."""
-    by_name = {p.name: p for p in sorted(source.iterdir()) if p.suffix.lower() in IMAGES}
-    frames = {path.stem: path for path in by_name.values()}
-    circles: dict[str, tuple[float, ...]] = {}
-    for path in sorted([*source.glob("*.txt"), *source.glob("*/*.txt")])[: MOST_PRESSES + 1]:
-        for line in _text(path).splitlines():
-            if (match := CIRCLE.match(line)) and path.stem in frames:
-                circles[frames[path.stem].name] = tuple(float(x) for x in match.groups())
-            elif (match := NAMED_CIRCLE.match(line)) and match[1] in by_name:
-                circles[match[1]] = tuple(float(x) for x in match.groups()[1:])
-    backgrounds = tuple(path for path in by_name.values() if is_background(path.name))
-    if not circles:
+    texts = read_circle_texts(source)
+    if not (texts.circles or texts.unmatched):
         return None
-    for path in by_name.values():
-        if (other := frames[path.stem]) != path:
-            raise WedgeError(
-                f"{path} and {other.name} are called alike but for their endings: move or "
-                "rename one."
-            )
-    if not backgrounds:
+    if texts.circles and not texts.backgrounds:
         raise WedgeError(
             f"{source} has circles, but no picture of the blank gel: name it background.png."
         )
-    labels = [
-        drawn_label(f"{Path(name).stem}.png", circle, source / name)
-        for name, circle in circles.items()
-    ]
     return Found(
         kind=TEXTS,
-        backgrounds=backgrounds,
-        labels=tuple(labels),
-        frames=tuple(by_name[name] for name in circles),
+        backgrounds=texts.backgrounds,
+        labels=tuple(
+            drawn_label(f"{path.stem}.png", circle, path) for path, circle in texts.circles.items()
+        ),
+        frames=tuple(texts.circles),
+        unmatched=texts.unmatched,
+        without=texts.without,
     )
-
-
-def _text(path: Path) -> str:
-    try:
-        if path.stat().st_size > LARGEST_TEXT:
-            raise WedgeError(f"{path} is larger than 10 MB: that is no list of circles.")
-        return path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise WedgeError(f"{path} cannot be read as text: {error}.") from error
 
 
 def _inside(source: Path, name: str, where: str) -> Path:

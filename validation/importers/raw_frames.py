@@ -20,7 +20,7 @@ import numpy as np
 from recon.arrays import Frame
 from recon.caliper import Scale, find_gap, scale_of, shading_response, slopes_of
 from recon.images import read_image
-from recon.labelling import automatic_label
+from recon.labelling import automatic_label, refuse_name
 from recon.lens import read_lens, write_lens
 from recon.pad import base_side, find_pad, gel_corners
 from recon.presses import PressReader, press_reader
@@ -86,7 +86,8 @@ def sort_pictures(names: Sequence[str]) -> Pictures:
     Raises:
         WedgeError: none shows the blank gel, or none a press.
     """
-    pictures = sorted(name for name in names if Path(name).suffix.lower() in IMAGES)
+    shown = (name for name in names if not name.startswith("."))  # as a Mac's ._press.png is not
+    pictures = sorted(name for name in shown if Path(name).suffix.lower() in IMAGES)
     background = tuple(name for name in pictures if is_background(name))
     gaps = {name: CALIPER.match(Path(name).stem) for name in pictures}
     caliper = tuple((name, float(gap[1])) for name, gap in gaps.items() if gap)
@@ -139,6 +140,8 @@ def import_raw_frames(
             f"{source / pictures.caliper[0][0]} is a caliper's picture, which measures the scale: "
             "leave --mm-per-px or the picture out."
         )
+    for name in pictures.presses:
+        refuse_name(source / name)
     copy_frames(source, folder, [*pictures.background, *pictures.presses])
     blank = read_image(source / pictures.background[0])
     name = re.sub(r"\W+", "-", source.resolve().name).strip("-") or "frames"

@@ -29,7 +29,7 @@ def shape_contact_section(dataset: str, shapes: Sequence[ShapeContact]) -> Secti
     ]
     picture = Picture(
         content=plot_bytes(contact_figure(shapes)),
-        alt="Contact masks of eight shapes over the pixels that each object holds",
+        alt=f"Contact masks of {len(shapes)} shapes over the pixels that each object holds",
         caption="Gray: held and found. Orange: found, but the gel only follows. Blue: held, but "
         f"missed. Mean IoU {mean:.3f}.",
         wide=True,

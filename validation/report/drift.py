@@ -5,9 +5,10 @@
 from collections.abc import Sequence
 from typing import Any
 
-from validation.drift import Evaluation, Move, Number
+from validation.drift import Evaluation, Move, Number, pairs
 from validation.figures.drift import drift_figure
 from validation.figures.png import plot_bytes
+from validation.intervals import enough, remark
 from validation.report.page import Picture, Section, bullets, figure_html, paragraph, table_html
 from validation.table_text import table_document
 
@@ -17,21 +18,17 @@ HEADLINES = ("theta_x_deg", "theta_y_deg", "depth_rmse_mm", "depth_bias_mm", "no
 
 def summary(evaluations: Sequence[Evaluation]) -> tuple[list[str], list[list[str]]]:
     """Headings and rows of a short table: a line for each unit on each data set."""
-    titles = [
-        f"{item.title} [{item.unit}]"
-        for name in HEADLINES
-        if (item := evaluations[0].numbers.get(name)) is not None
-    ]
+    titles = {name: title for name, title in _titles(evaluations).items() if name in HEADLINES}
     rows = [
         [
             item.unit + ("" if item.held_out else "*"),
             item.dataset,
             str(item.errors.test),
-            *(value(item.numbers[name]) for name in HEADLINES if name in item.numbers),
+            *(value(item.numbers.get(name)) for name in titles),
         ]
         for item in evaluations
     ]
-    return ["unit", "data", "presses", *titles], rows
+    return ["unit", "data", "presses", *titles.values()], rows
 
 
 def sentences(moved: Sequence[Move]) -> list[str]:
@@ -42,6 +39,24 @@ def sentences(moved: Sequence[Move]) -> list[str]:
         f"{move.ci99[0]:+.3g} to {move.ci99[1]:+.3g}."
         for move in moved
     ]
+
+
+def verdict(evaluations: Sequence[Evaluation], moved: Sequence[Move]) -> list[str]:
+    """What moved, in words, or that nothing did, and where too few presses were judged to tell."""
+    compared = pairs(evaluations)
+    if not compared:
+        return ["One data set of each unit: nothing to compare over time."]
+    few = [
+        f"{later.unit} on {later.dataset}"
+        for first, later in compared
+        if not enough(min(first.errors.test, later.errors.test))
+    ]
+    said = sentences(moved)
+    if not moved and len(few) < len(compared):
+        said = ["Nothing moved."]
+    if few:
+        said.append(f"Too few presses, there or on the first, to tell: {', '.join(few)}.")
+    return said
 
 
 def drift_document(evaluations: Sequence[Evaluation], moved: Sequence[Move]) -> dict[str, Any]:
@@ -58,7 +73,7 @@ def drift_document(evaluations: Sequence[Evaluation], moved: Sequence[Move]) -> 
                         "title": number.title,
                         "unit": number.unit,
                         "mean": number.mean,
-                        "ci95": list(number.ci95),
+                        "ci95": number.ci95 and list(number.ci95),
                         "n_presses": len(number.sums),
                     }
                     for name, number in item.numbers.items()
@@ -84,24 +99,20 @@ def drift_document(evaluations: Sequence[Evaluation], moved: Sequence[Move]) -> 
 
 def drift_sections(evaluations: Sequence[Evaluation], moved: Sequence[Move]) -> list[Section]:
     """A plot of every number, what moved, and all numbers in a table."""
+    presses = _presses(evaluations)
     picture = Picture(
         content=plot_bytes(drift_figure(evaluations, moved)),
         alt="Each number over the data sets, with intervals; the table below has the values",
-        caption="Means over presses with 95 % intervals. Filled: moved since the unit's first "
-        "data set.",
+        caption=f"Means over presses; {remark('bars are 95 % intervals', *presses)}."
+        + " Filled: moved since the unit's first data set." * bool(moved),
         wide=True,
     )
-    several = len({item.unit for item in evaluations}) < len(evaluations)
-    said = sentences(moved)
-    verdict = (
-        paragraph(
-            "A number has moved where the 99 % interval of its difference to the unit's first data "
-            "set, by the scatter of presses (Welch's t), leaves out zero."
-        )
-        + (bullets(said) if said else paragraph("Nothing moved."))
-        if several
-        else paragraph("One data set of each unit: nothing to compare over time.")
+    rule = paragraph(
+        "A number has moved where the 99 % interval of its difference to the unit's first data "
+        "set, by the scatter of presses (Welch's t), leaves out zero."
     )
+    said = verdict(evaluations, moved)
+    words = bullets(said) if len(said) > 1 else paragraph(said[0])
     seen = [item for item in evaluations if not item.held_out]
     note = (
         paragraph(
@@ -112,28 +123,42 @@ def drift_sections(evaluations: Sequence[Evaluation], moved: Sequence[Move]) -> 
         else ""
     )
     return [
-        Section(title="What moved", html=verdict + figure_html(picture)),
+        Section(
+            title="What moved", html=rule * bool(pairs(evaluations)) + words + figure_html(picture)
+        ),
         Section(title="All numbers", html=note + _all_numbers(evaluations)),
     ]
 
 
 def _all_numbers(evaluations: Sequence[Evaluation]) -> str:
-    names = list(dict.fromkeys(name for item in evaluations for name in item.numbers))
     headings = [
         "number",
         *(f"{x.unit}{'' if x.held_out else '*'} on {x.dataset}" for x in evaluations),
     ]
-    rows = []
-    for name in names:
-        some = next(item.numbers[name] for item in evaluations if name in item.numbers)
-        cells = [value(item.numbers[name]) if name in item.numbers else "–" for item in evaluations]
-        rows.append([f"{some.title} [{some.unit}]", *cells])
-    return table_html("Means over presses; below each its 95 % interval.", headings, rows)
+    rows = [
+        [title, *(value(item.numbers.get(name)) for item in evaluations)]
+        for name, title in _titles(evaluations).items()
+    ]
+    intervals = remark("below each its 95 % interval", *_presses(evaluations))
+    return table_html(f"Means over presses; {intervals}.", headings, rows)
 
 
-def value(number: Number) -> str:
-    """A mean, and its interval on a line of its own, where there is one."""
-    if len(number.sums) < 2:
-        return f"{number.mean:.3g}"
-    low, high = number.ci95
-    return f"{number.mean:.3g}\n{low:.3g} to {high:.3g}"
+def _titles(evaluations: Sequence[Evaluation]) -> dict[str, str]:
+    """Of every number that some set has, with its unit of measure."""
+    return {
+        name: f"{number.title} [{number.unit}]"
+        for item in evaluations
+        for name, number in item.numbers.items()
+    }
+
+
+def _presses(evaluations: Sequence[Evaluation]) -> list[int]:
+    return [len(number.sums) for item in evaluations for number in item.numbers.values()]
+
+
+def value(number: Number | None) -> str:
+    """A mean, its interval on a line of its own where there is one; a dash for no number."""
+    if number is None:
+        return "–"
+    mean, interval = f"{number.mean:.3g}", number.ci95
+    return mean if interval is None else f"{mean}\n{interval[0]:.3g} to {interval[1]:.3g}"

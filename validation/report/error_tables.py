@@ -7,12 +7,14 @@ from validation.error_table import ErrorTable, Row, widest
 from validation.figures.depth_scatter import rmse_figure
 from validation.figures.error_bars import error_figure
 from validation.figures.png import plot_bytes
+from validation.intervals import counted, remark
 from validation.metrics import PIXEL_SETS, PixelSet
 from validation.paper import PAPER_PIXELS, PAPER_TABLE
 from validation.report.page import Picture, Section, gallery_html, table_html
 from validation.table_text import DIGITS, HEADINGS, line_name
 
 PAPER = "paper"
+PAPERS_MARKS = " Diamonds: the paper's values, another sensor."
 
 
 def error_tables(table: ErrorTable) -> list[str]:
@@ -27,8 +29,9 @@ def table_section(table: ErrorTable) -> Section:
             content=plot_bytes(error_figure(table.rows, pixels)),
             alt=f"Errors of θx and θy per light configuration and estimator, pixels {pixels}; the "
             "table above has the numbers",
-            caption=f"Angle errors per light configuration, pixels {pixels}, with 95 % intervals "
-            f"over {table.test} presses.",
+            caption=f"Angle errors per light configuration, pixels {pixels}; "
+            + remark(f"bars are 95 % intervals over {counted(table.test)}", table.test)
+            + f".{PAPERS_MARKS * (pixels == PAPER_PIXELS)}",
         )
         for pixels in reversed(PIXEL_SETS)
     ]
@@ -68,15 +71,16 @@ def _error_table(table: ErrorTable, pixels: PixelSet) -> str:
     some = next(iter(chosen.values())).errors
     which = (
         "Contact pixels: inside the labelled circle less one pixel and inside 0.9 of the ball's "
-        "radius, so |G| ≤ 2.07."
+        "radius, so slopes stay below 2.07."
         if pixels == "contact"
         else "Contact pixels and 5 % of those beyond 1.3 contact radii, the paper's choice."
     )
     beside = f" Rows named {PAPER}: its Table I, another sensor." if from_paper else ""
+    intervals = remark("Below each value its press-level bootstrap 95 % interval", some.n_presses)
     return table_html(
-        f"Mean absolute errors on {table.dataset}, pixels: {pixels}. {which} {some.n_presses} "
-        f"presses, {some.n_pixels:,} pixels, mean |G| {some.mean_abs_gradient:.3f}. Below each "
-        f"value its press-level bootstrap 95 % interval.{beside}",
+        f"Mean absolute errors on {table.dataset}, pixels: {pixels}. {which} "
+        f"{counted(some.n_presses)}, {some.n_pixels:,} pixels, mean |G| = (|Gx| + |Gy|) / 2 of "
+        f"{some.mean_abs_gradient:.3f}. {intervals}.{beside}",
         ["error", *(line_name(*column) for column in columns)],
         rows,
         notes=from_paper,
@@ -89,13 +93,12 @@ def _paper_number(column: tuple[str, MissingAxis], metric: str) -> str:
 
 
 def number_cell(row: Row, metric: str) -> str:
-    """A mean with its interval on a line of its own, where more than one press was judged."""
-    if row.errors.n_presses < 2:
-        return f"{row.errors.values[metric]:.{DIGITS[metric]}f}"
-    return f"{row.errors.values[metric]:.{DIGITS[metric]}f}\n{interval(row, metric)}"
+    """A mean with its interval on a line of its own, where it has one."""
+    mean, interval = f"{row.errors.values[metric]:.{DIGITS[metric]}f}", interval_text(row, metric)
+    return f"{mean}\n{interval}" if interval else mean
 
 
-def interval(row: Row, metric: str) -> str:
-    """The 95 % interval of a mean."""
-    low, high = row.errors.ci95[metric]
-    return f"{low:.{DIGITS[metric]}f}–{high:.{DIGITS[metric]}f}"
+def interval_text(row: Row, metric: str) -> str:
+    """The 95 % interval of a mean; empty where it has none."""
+    interval = row.errors.ci95[metric]
+    return "–".join(f"{end:.{DIGITS[metric]}f}" for end in interval or ())

@@ -5,11 +5,13 @@
 import base64
 import html
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from bom.bill import make_bill, read_parts, totals_text
+from bom.fit import parts_for
+from sensor.design import Wedge
 from validation.report.page import (
     Picture,
     Section,
@@ -33,13 +35,14 @@ LINKS = {
 }
 
 
-def fabrication_section(folders: Sequence[Path], page_folder: Path) -> Section:
+def fabrication_section(designs: Mapping[Path, Wedge], page_folder: Path) -> Section:
     """Each design's pictures, checks and cost, with links to its folder.
 
     Args:
-        folders: written by `wedge fabricate`, below the page's folder.
+        designs: by the folder that `wedge fabricate` wrote for each, below the page's folder.
         page_folder: where the page will lie; links are relative to it.
     """
+    folders = list(designs)
     manifests = [json.loads((folder / "manifest.json").read_bytes()) for folder in folders]
     failed = [
         f"{manifest['design']}, {check['check']} of {check['subject']}"
@@ -56,7 +59,7 @@ def fabrication_section(folders: Sequence[Path], page_folder: Path) -> Section:
         table_html(
             "The designs: checks measured on the files, and cost in whole packs.",
             ["design", "files", "checks passed", "checks failed", "for 1 sensor", "for 10 sensors"],
-            map(_row, manifests),
+            map(_row, manifests, designs.values()),
             of_words=True,
         ),
     ]
@@ -105,9 +108,9 @@ def no_fabrication_section(reason: str) -> Section:
     return Section(title=TITLE, html=paragraph(f"Left out on this machine: {reason}"))
 
 
-def _row(manifest: dict[str, Any]) -> list[str]:
+def _row(manifest: dict[str, Any], design: Wedge) -> list[str]:
     passed = sum(check["passed"] for check in manifest["checks"])
-    lines = make_bill(manifest["bill"], read_parts())
+    lines = make_bill(manifest["bill"], parts_for(design, read_parts()))
     costs = [
         totals_text(lines, count).partition(": ")[2].strip().removesuffix(".") for count in (1, 10)
     ]

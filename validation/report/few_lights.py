@@ -21,8 +21,7 @@ def few_lights_section(measured: Mapping[str, Sequence[Touch]]) -> Section:
             f"{touch.name.replace('_', ' ')}, {dataset}",
             f"{touch.truth_mm.max():.3f}",
             *(f"{touch.rmse_mm[way]:.3f}" for way, _, _ in WAYS),
-            f"{100 * min(0.0, touch.lowest('two lights, zero')):.0f} %",
-            f"{100 * min(0.0, touch.lowest('two lights, network')):.0f} %",
+            *(_least(touch, way) for way in ("two lights, zero", "two lights, network")),
         ]
         for dataset, touches in measured.items()
         for touch in touches
@@ -64,3 +63,8 @@ def few_lights_section(measured: Mapping[str, Sequence[Touch]]) -> Section:
         )
         + pictures,
     )
+
+
+def _least(touch: Touch, way: str) -> str:
+    """How far below zero a depth goes, of the height."""
+    return f"{min(0, round(100 * touch.lowest(way)))} %".replace("-", "−")

@@ -4,7 +4,10 @@
 
 from collections.abc import Callable, Mapping, Sequence
 
+import numpy as np
+
 from validation.fidelity import Likeness, Transfer
+from validation.intervals import remark
 from validation.report.page import Section, paragraph, table_html
 
 NOTHING = "–"
@@ -12,6 +15,7 @@ NOTHING = "–"
 
 def fidelity_section(sensors: Sequence[Likeness], transfers: Sequence[Transfer]) -> Section:
     """The same numbers of rendered and real sensors, and networks that cross over."""
+    judged = [item.errors.n_presses for item in transfers]
     return Section(
         title="Is the twin true?",
         html=paragraph(
@@ -35,8 +39,9 @@ def fidelity_section(sensors: Sequence[Likeness], transfers: Sequence[Transfer])
         )
         + table_html(
             "Mean absolute errors of Gx and Gy on contact pixels, all lights, the paper's "
-            "network; rows learnt, columns were judged. Sensors are turned so that red shines "
-            "from the same side.",
+            "network; rows learnt, columns were judged; "
+            + remark("in brackets, press-level bootstrap 95 % intervals", *judged)
+            + ". Sensors are turned so that red shines from the same side.",
             ["learnt on", *dict.fromkeys(item.judged for item in transfers)],
             _crossed(transfers),
         ),
@@ -46,17 +51,18 @@ def fidelity_section(sensors: Sequence[Likeness], transfers: Sequence[Transfer])
 def _crossed(transfers: Sequence[Transfer]) -> list[list[str]]:
     rows: dict[str, list[str]] = {}
     for item in transfers:
-        values, ci = item.errors.values, item.errors.ci95
-        low_high = " ".join(f"[{ci[m][0]:.3f}, {ci[m][1]:.3f}]" for m in ("gx_mae", "gy_mae"))
-        cell = f"{values['gx_mae']:.3f} / {values['gy_mae']:.3f}\n{low_high}"
-        rows.setdefault(item.learnt, []).append(cell)
+        values, ci95 = item.errors.values, item.errors.ci95
+        cell = f"{values['gx_mae']:.3f} / {values['gy_mae']:.3f}"
+        known = [interval for metric in ("gx_mae", "gy_mae") if (interval := ci95[metric])]
+        below = " ".join(f"[{low:.3f}, {high:.3f}]" for low, high in known)
+        rows.setdefault(item.learnt, []).append(f"{cell}\n{below}")
     return [[learnt, *cells] for learnt, cells in rows.items()]
 
 
 def _number(name: str, form: str = "{:.2f}") -> Callable[[Likeness], str]:
     def cell(sensor: Likeness) -> str:
         value = getattr(sensor, name)
-        return NOTHING if value is None else form.format(value)
+        return NOTHING if value is None or np.isnan(value) else form.format(value)
 
     return cell
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from validation.examples import label_shift_deg
+from validation.intervals import counted
 from validation.report.page import Section, bullets, code, paragraph, table_html
 from validation.report.results import DatasetResults
 
@@ -36,23 +37,24 @@ def _weaknesses(results: DatasetResults) -> list[str]:
     slope = np.hypot(truth[:, 0], truth[:, 1])
     steep = slope > np.percentile(slope, 90)
     returned = 100 * np.median((found * truth).sum(1)[steep] / slope[steep] ** 2)
-    idle = np.abs(held.estimated[~contact]).mean()
     pitch_mm = card.mm_per_px[0]
-    moved = label_shift_deg(truth, card.ball_radius_mm, pitch_mm)
+    moved = label_shift_deg(truth, held.ball_radius_mm[contact], pitch_mm)
     found_mm, true_mm = results.peaks_mm()
     worst = max(results.table.depth[results.estimator], key=lambda error: error.rmse_mm)
     items = [
         f"Steep slopes: in the steepest tenth of the contact pixels (slope above "
         f"{slope[steep].min():.2f}) the {results.estimator} returns {returned:.0f} % of the true "
-        f"slope (median; {held.n_presses} held-out presses).",
+        f"slope (median; {counted(held.n_presses)} held out).",
         f"Depth: contacts come out {found_mm:.2f} mm deep where the ball's cap is {true_mm:.2f} mm"
-        f" (means of {results.table.test} presses). The worst press is {worst.file}: RMSE "
+        f" (means of {counted(results.table.test)}). The worst press is {worst.file}: RMSE "
         f"{worst.rmse_mm:.3f} mm.",
-        f"Untouched gel: the mean |G| estimated there is {idle:.3f}, and should be 0.",
         f"Labels: a centre that is one pixel off ({pitch_mm:g} mm) moves the true θx by "
         f"{moved:.1f}° on average, so errors near that size say as much about the labels as about "
         "the estimator.",
     ]
+    if not contact.all():
+        idle = np.abs(held.estimated[~contact]).mean()
+        items.append(f"Untouched gel: the mean |G| estimated there is {idle:.3f}, and should be 0.")
     items += _useless_networks(results)
     left_out = results.table.left_out
     if left_out:

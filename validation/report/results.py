@@ -14,11 +14,17 @@ from validation.figures.ball_press import press_figure, strip_figure
 from validation.figures.depth_scatter import peak_figure, rmse_figure
 from validation.figures.error_bars import error_figure
 from validation.figures.gradients import gradient_figure
-from validation.figures.light_lobes import lobe_figure
+from validation.figures.light_lobes import SLOPES, lobe_figure, sector_means
 from validation.figures.png import frames_bytes, plot_bytes
+from validation.intervals import counted, enough, remark
 from validation.metrics import PIXEL_SETS, PixelSet
 from validation.paper import PAPER_PIXELS
-from validation.report.error_tables import error_tables, interval, number_cell
+from validation.report.error_tables import (
+    PAPERS_MARKS,
+    error_tables,
+    interval_text,
+    number_cell,
+)
 from validation.report.page import (
     Picture,
     Section,
@@ -75,13 +81,13 @@ def headline_section(results: Sequence[DatasetResults]) -> Section:
     """The first dataset's numbers in large type, a press of every dataset, and all in a table."""
     first = results[0]
     contact, low_high = first.row("contact"), first.rmse_mm()
-    presses = f"{_presses(first.table.test)} of {first.table.dataset}, each judged once"
+    presses = f"{counted(first.table.test)} of {first.table.dataset}, each judged once"
     tiles = [
         Tile(
             label=f"{name} error in the contact",
             value=f"{contact.errors.values[key]:.2f}°",
-            note=f"95 % interval {interval(contact, key)}; {presses}"
-            if contact.errors.n_presses > 1
+            note=f"95 % interval {interval}; {presses}"
+            if (interval := interval_text(contact, key))
             else presses,
         )
         for key, name in (("theta_x_deg", "θx"), ("theta_y_deg", "θy"))
@@ -91,14 +97,17 @@ def headline_section(results: Sequence[DatasetResults]) -> Section:
         Tile(
             label="Depth RMSE in the contact",
             value=f"{low_high[1]:.3f} mm",
-            note=f"median press; half lie within {low_high[0]:.3f} and {low_high[2]:.3f} mm",
+            note=f"median press; half lie within {low_high[0]:.3f} and {low_high[2]:.3f} mm"
+            if enough(first.table.test)
+            else counted(first.table.test),
         )
     )
     tiles.append(
         Tile(
             label="Depth at the centre",
             value=f"{found:.2f} mm",
-            note=f"reconstructed, of {true:.2f} mm true; means over the presses",
+            note=f"reconstructed, of {true:.2f} mm true"
+            + "; means over the presses" * enough(first.table.test),
         )
     )
     return Section(
@@ -120,11 +129,11 @@ def dataset_section(results: DatasetResults) -> Section:
     split = (
         f"{table.folds} folds by press, every press judged once"
         if table.folds > 1
-        else f"{table.train} presses learnt from, {table.test} others judged"
+        else f"{counted(table.train)} learnt from, {counted(table.test)} judged"
     )
     about = (
         f"{results.about[:1].upper()}{results.about[1:]}: {len(results.dataset.labels)} presses of "
-        f"a ball of {table.ball_radius_mm:g} mm radius, "
+        f"{'a ball' if len(table.ball_radii_mm) == 1 else 'balls'} of {table.balls} radius, "
         f"{card.mm_per_px[0]:g} × {card.mm_per_px[1]:g} mm per pixel. Source: {card.source}. "
         f"Licence: {card.licence}. {split[:1].upper()}{split[1:]}; seed {table.seed}."
     )
@@ -211,33 +220,27 @@ def summary_cells(results: Sequence[DatasetResults]) -> tuple[list[str], list[li
 
 def summary_caption(results: Sequence[DatasetResults]) -> str:
     """What the numbers of that table are."""
-    intervals = (
-        "; below them the press-level bootstrap 95 % interval"
-        if any(item.table.test > 1 for item in results)
-        else ""
+    intervals = remark(
+        "below them the press-level bootstrap 95 % interval", *(item.table.test for item in results)
     )
     return (
-        f"Mean absolute angle errors in degrees, all lights, {results[0].estimator}{intervals}. "
+        f"Mean absolute angle errors in degrees, all lights, {results[0].estimator}; {intervals}. "
         "Depth RMSE is the median press's, in mm."
     )
 
 
-def _presses(count: int) -> str:
-    return f"{count} press{'es' if count != 1 else ''}"
-
-
 def _figures(results: DatasetResults) -> list[Picture]:
     table, held, card = results.table, results.held_out, results.dataset.card
-    judged = f"{card.name}, {_presses(table.test)}"
-    intervals = ", with 95 % intervals over presses" if table.test > 1 else ""
+    judged = f"{card.name}, {counted(table.test)}"
+    intervals = remark("bars are 95 % intervals over presses", table.test)
     contact = held.pixels.contact
     pictures = [
         Picture(
             content=plot_bytes(error_figure(table.rows, pixels)),
             alt=f"Errors of θx and θy per light configuration and estimator, pixels {pixels}; the "
             "table above has the numbers",
-            caption=f"Angle errors per light configuration, pixels {pixels}{intervals} ({judged})."
-            + (" Diamonds: the paper's values, another sensor." if pixels == PAPER_PIXELS else ""),
+            caption=f"Angle errors per light configuration, pixels {pixels}; {intervals} "
+            f"({judged}).{PAPERS_MARKS * (pixels == PAPER_PIXELS)}",
         )
         for pixels in reversed(PIXEL_SETS)
     ]
@@ -264,25 +267,32 @@ def _figures(results: DatasetResults) -> list[Picture]:
             content=plot_bytes(
                 gradient_figure(held.estimated[contact], held.pixels.gradient[contact])
             ),
-            alt="Signed error of Gx and Gy against the true value: the median falls away from "
-            "zero at the steepest slopes",
+            alt="Signed error of Gx and Gy against the true value: its median, and the bands that "
+            "hold half and nine tenths of the pixels",
             caption=f"Gradient error against the true slope, {results.estimator}, all lights "
-            f"({card.name}, {held.n_presses} held-out presses of the first fold, "
+            f"({card.name}, {counted(held.n_presses)} that the first fold holds out, "
             f"{contact.sum():,} contact pixels).",
         ),
-        Picture(
-            content=plot_bytes(
-                lobe_figure(
-                    held.pixels.color[contact], held.pixels.gradient[contact], card.lights_deg
-                )
-            ),
-            alt="Polar curves of the mean colour change per channel: each points at its light",
-            caption="Mean colour change in grey levels by the direction in which the skin faces "
-            f"(slopes 0.3 to 1; {card.name}, {held.n_presses} presses). Dots: where each lobe "
-            "points; dotted spokes: the set's lights_deg. Black circle: no change.",
-        ),
     ]
-    return pictures
+    return [*pictures, *_lobes(results)]
+
+
+def _lobes(results: DatasetResults) -> list[Picture]:
+    """Where each colour grows; none of contacts too flat or too steep to tell."""
+    held, card = results.held_out, results.dataset.card
+    pixels = held.pixels[held.pixels.contact]
+    if not len(sector_means(pixels.color, pixels.gradient)[0]):
+        return []
+    flattest, steepest = SLOPES
+    picture = Picture(
+        content=plot_bytes(lobe_figure(pixels.color, pixels.gradient, card.lights_deg)),
+        alt="Polar curves of the mean colour change per channel, and where each points",
+        caption="Mean colour change in grey levels by the direction in which the skin faces "
+        f"(slopes {flattest:g} to {steepest:g}; {card.name}, {counted(held.n_presses)}). Black "
+        "circle: no change. Dots: where each lobe points"
+        + ("; dotted spokes: the set's lights_deg." if card.lights_deg else "."),
+    )
+    return [picture]
 
 
 def _strip(results: DatasetResults) -> str:
@@ -292,7 +302,7 @@ def _strip(results: DatasetResults) -> str:
             content=frames_bytes(strip_figure(example.picture)),
             alt=f"{example.picture.title}: frame, difference image and depth map",
             caption=f"{example.picture.title}, {results.about}; {example.rank} of the "
-            f"{results.held_out.n_presses} presses that the first fold holds out "
+            f"{counted(results.held_out.n_presses)} that the first fold holds out "
             f"(depth RMSE {example.depth.rmse_mm:.3f} mm).",
         )
     )
@@ -305,8 +315,8 @@ def _press_picture(example: Example, results: DatasetResults) -> str:
         Picture(
             content=frames_bytes(press_figure(picture)),
             alt=_alt(example),
-            caption=f"{title}: {example.rank} of the {results.held_out.n_presses} presses that the "
-            f"first fold holds out ({results.estimator}, all lights; depth RMSE "
+            caption=f"{title}: {example.rank} of the {counted(results.held_out.n_presses)} that "
+            f"the first fold holds out ({results.estimator}, all lights; depth RMSE "
             f"{example.depth.rmse_mm:.3f} mm). Dotted lines: the labelled circle; the ideal ball "
             "stands on its rim.",
             wide=True,

@@ -124,7 +124,8 @@ def contact_section(
         html += figure_html(
             Picture(
                 content=plot_bytes(force_figure(curves)),
-                alt="Disturbed area and deepest point over the measured force of six clips",
+                alt=f"Disturbed area and deepest point over the measured force of {len(curves)} "
+                "clips",
                 caption="Clips of an MIT Wedge that grips objects, joined in time. Depths come "
                 "from the twin's calibration and show a trend. Rank correlation of force with "
                 f"area and with depth: {words}.",

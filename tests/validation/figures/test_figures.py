@@ -205,6 +205,22 @@ def test_lobes_point_at_their_lights(channel: str) -> None:
     assert abs((found - LIGHTS_DEG[channel] + 180) % 360 - 180) < 3
 
 
+def test_a_colour_without_a_light_has_no_lobe() -> None:
+    figure = lobe_figure(colors(), GRADIENT, {"R": 90.0, "B": -90.0})
+    words = " ".join(text.get_text() for text in figure.legends[0].get_texts())
+    assert "R: +" in words and "B: −" in words and "G" not in words
+
+
+def test_the_share_of_presses_stays_whole_beyond_the_worst() -> None:
+    axes = rmse_figure(depth_errors()).axes[0]
+    for line, errors in zip(axes.lines, depth_errors().values(), strict=False):
+        x_mm, share = line.get_xydata().T
+        assert (x_mm[0], share[0]) == (0, 0)
+        assert (x_mm[-1], share[-1]) == (axes.get_xlim()[1], 100)
+        worst_mm = max(error.rmse_mm for error in errors)
+        assert share[x_mm >= worst_mm].tolist()[-2:] == [100, 100]
+
+
 def test_the_papers_values_stand_only_beside_its_own_pixels() -> None:
     def words(figure: Figure) -> set[str]:
         return {text.get_text() for text in figure.findobj(Text)}
@@ -225,10 +241,25 @@ def test_the_papers_marks_are_whole_beside_a_far_better_sensor() -> None:
         assert (places[:, 0] + half_px <= axes.bbox.x1).all()
 
 
+@pytest.mark.parametrize("few", [0, 6, 12])
+def test_a_mean_over_one_press_has_no_whisker(few: int) -> None:
+    chosen = rows()[:12]  # of two pixel sets
+    one = [replace(row, errors=replace(row.errors, n_presses=1, ci95=dict.fromkeys(METRICS)))
+           for row in chosen]  # fmt: skip
+    figure = error_figure([*one[:few], *chosen[few:]], "contact")
+    for axes in figure.axes:
+        (bars,) = axes.containers
+        assert bars.has_xerr == (few < 12)
+        spans = [path for lines in bars.lines[2] for path in lines.get_segments()]
+        lengths = [np.ptp(span[:, 0]) for span in spans if len(span) and np.isfinite(span).all()]
+        assert lengths == pytest.approx([0.3 * 4.0] * (6 - few // 2))
+        assert axes.get_xlim()[1] > 4.0
+
+
 def better(row: Row) -> Row:
     """The same with a tenth of the errors."""
     values = {name: value / 10 for name, value in row.errors.values.items()}
-    ci95 = {name: (low / 10, high / 10) for name, (low, high) in row.errors.ci95.items()}
+    ci95 = {name: (0.9 * value, 1.2 * value) for name, value in values.items()}
     return replace(row, errors=replace(row.errors, values=values, ci95=ci95))
 
 

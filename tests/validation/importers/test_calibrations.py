@@ -4,6 +4,7 @@
 
 import subprocess
 import sys
+import unicodedata
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -204,6 +205,82 @@ def test_a_link_to_itself_is_no_press(truth: Dataset, tmp_path: Path) -> None:
     (source / "loop").symlink_to("loop")
     (source / "catalog.csv").write_text("experiment_reldir,diameter(mm)\nloop,8.0\n")
     with pytest.raises(WedgeError, match="source"):
+        find_calibration(source)
+
+
+def test_names_differ_by_case_and_folders_and_numbers_by_what_sets_them_apart(
+    truth: Dataset, tmp_path: Path
+) -> None:
+    source, expected = tmp_path / "source", {}
+    lines = ["\ufefffile;x;y;r", "# press00.PNG 1 2 3"]
+    for label, file, line in zip(
+        truth.labels,
+        ("press00.PNG", "Press 01.png", "frames/prêss02.png", "press03.JPEG", "press04.JPG"),
+        (
+            "PRESS00.png {} {} {} % by eye",
+            "C:\\data\\presses\\press 01.PNG;{};{};{};",
+            unicodedata.normalize("NFD", '"./all/frames/prêss02.png",{},{},{}'),
+            "press03.jpeg ({}, {}) {}",
+            "",
+        ),
+        strict=True,
+    ):
+        frame = read_image(truth.folder / label.file)
+        (source / file).parent.mkdir(parents=True, exist_ok=True)
+        format_name = "JPEG" if "J" in file else "PNG"
+        Image.fromarray(frame).save(source / file, format=format_name)
+        expected[Path(file).stem] = circle(label)
+        numbers = [repr(x) for x in circle(label)]
+        if ";" in line:
+            numbers = [number.replace(".", ",") for number in numbers]
+        if line:
+            lines.append(line.format(*numbers))
+        else:
+            text = source / "texts" / "Press04.TXT"
+            text.parent.mkdir()
+            text.write_text("\t".join(numbers))
+    (source / "circles.txt").write_text("\r\n".join(lines), encoding="utf-8", newline="")
+    (source / "._circles.txt").write_bytes(b"\xff a Mac's notes")
+    write_image(source / "BG-0.png", read_image(truth.folder / "background.png"))
+    found = find_calibration(source)
+    assert found is not None
+    assert {Path(x.file).stem: circle(x) for x in found.labels} == expected
+    assert found.left_aside is None
+
+
+def test_what_fits_no_picture_is_said(
+    truth: Dataset, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    source = write_one_text(truth, tmp_path / "source")
+    text = source / "calib_res.txt"
+    _, *others = text.read_text().splitlines()
+    unread = ["press00.png 45,5 40,2 12,1", "press99.png 45 40 12", "press00.bmp 45 40 12"]
+    text.write_text("\n".join([*unread, *others]))
+    words = ["--mm-per-px", f"{MM_PER_PX[0]}", "--ball-radius-mm", f"{BALL_RADIUS_MM}"]
+    with pytest.raises(SystemExit) as stop:
+        main(["data", "import", str(source), "--out", str(tmp_path / "out"), *words])
+    assert stop.value.code == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert len(read_dataset(tmp_path / "out").labels) == len(others)
+    for number, line in enumerate(unread, start=1):
+        assert f"calib_res.txt, line {number} ({line})" in said
+    assert said.count("1 picture without a circle: press00.png") == 1
+
+    text.write_text("\n".join(unread))
+    with pytest.raises(SystemExit):
+        main(["data", "import", str(source), "--out", str(tmp_path / "none"), *words[:2]])
+    said = " ".join(capsys.readouterr().out.split())
+    assert "circles are found anew" in said and "press99.png" in said
+
+
+def test_another_circle_on_one_picture_is_refused(truth: Dataset, tmp_path: Path) -> None:
+    source = write_texts(truth, tmp_path / "source")
+    stem = Path(truth.labels[0].file).stem
+    text = source / "ball_position" / f"{stem}.txt"
+    text.write_text(f"# 1 2 3\n{text.read_text()}{text.read_text()}")
+    assert find_calibration(source) is not None
+    (source / "later.txt").write_text(f"{stem}.png 50 40 12\n")
+    with pytest.raises(WedgeError, match=rf"line \d: another circle .* {stem}\.png"):
         find_calibration(source)
 
 

@@ -125,6 +125,7 @@ def test_pictures_are_told_by_their_names() -> None:
             "4.84mmball-1.png",
             "press 5mm.png",
             "notes.txt",
+            "._press 5mm.png",
         ]
     )
     assert sorted_.background == ("Background.PNG", "bg-0.jpg")
@@ -139,6 +140,16 @@ def test_pictures_are_told_by_their_names() -> None:
         sort_pictures(["a.png"])
     with pytest.raises(WedgeError, match="ball press"):
         sort_pictures(["background.png", "5mm-1.png"])
+
+
+def test_a_name_that_would_mean_a_frame_of_an_archive_is_refused(tmp_path: Path) -> None:
+    for name in ("background.png", "press #1.png"):
+        write_image(tmp_path / name, np.zeros((8, 8, 3), np.uint8))
+    with ThreadPoolExecutor(1) as pool, pytest.raises(WedgeError, match=r"press #1\.png.*rename"):
+        import_raw_frames(
+            tmp_path, tmp_path / "out", pool, ball_radius_mm=4.0, pad_size_mm=(9.9, 11.0)
+        )
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_ball_as_small_as_its_contacts_is_refused(frames: Path) -> None:
