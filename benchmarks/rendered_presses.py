@@ -5,7 +5,8 @@
     python -m benchmarks.rendered_presses standard build/standard
 
 The objects are those of ``recon.contact_presses``, one or a few in a square at a place drawn from
-the pad, or with ``--parts`` those of ``simulation.random_parts``, one at a place. OUT becomes a
+the pad, or with ``--parts`` those of ``simulation.random_parts``, with ``--dies`` those of
+``simulation.random_dies``, one at a place. OUT becomes a
 dataset folder without a label, with the skin's depth of every frame in truth/ and where the object
 holds it in held/. The default estimator learns from some of its pixels
 (``benchmarks.rendered_pixels``), the contact's network from all (``recon.contact_further``).
@@ -32,6 +33,7 @@ from simulation.dataset import Recipe, write_set
 from simulation.engine import best_engine
 from simulation.indenters import Indenter, Profile
 from simulation.presses import DEEPEST, Press, rest_slope, skin_under
+from simulation.random_dies import random_die
 from simulation.random_parts import KINDS, random_part
 from simulation.skin import View, collar_mm, gel_view, rest_height_mm
 
@@ -88,10 +90,28 @@ def part_presses(design: Wedge, count: int, seed: int) -> list[Press]:
     return [_part_press(design, index, seed) for index in range(count)]
 
 
+def die_presses(design: Wedge, count: int, seed: int) -> list[Press]:
+    """Presses of random dies, straight down on the skin where they lie."""
+    return [_die_press(design, index, seed) for index in range(count)]
+
+
 def _part_press(design: Wedge, index: int, seed: int) -> Press:
     rng = np.random.default_rng([seed, index])
-    widest_mm = min(WIDEST_PART_MM, PART_SHARE * min(design.pad_size_mm))
-    part = random_part(rng, tuple(KINDS)[index % len(KINDS)], widest_mm)
+    part = random_part(rng, tuple(KINDS)[index % len(KINDS)], _widest_mm(design))
+    return _pressed(design, part, f"press_{index:03d}", rng)
+
+
+def _die_press(design: Wedge, index: int, seed: int) -> Press:
+    rng = np.random.default_rng([seed, index])
+    return _pressed(design, random_die(rng, _widest_mm(design)), f"press_{index:03d}", rng)
+
+
+def _widest_mm(design: Wedge) -> float:
+    return min(WIDEST_PART_MM, PART_SHARE * min(design.pad_size_mm))
+
+
+def _pressed(design: Wedge, part: Indenter, name: str, rng: np.random.Generator) -> Press:
+    """A part pressed in as deep as it says, where the pad has room for it."""
     room_mm = [max(LEAST_ROOM_MM, (pad - part.size_mm[0]) / 2) for pad in design.pad_size_mm]
     x_mm, y_mm = (float(rng.uniform(-room, room)) for room in room_mm)
     lean = rest_slope(design.gel, x_mm, y_mm)
@@ -99,9 +119,7 @@ def _part_press(design: Wedge, index: int, seed: int) -> Press:
     leant = replace(
         part, profile=partial(_leant, profile=part.profile, lean=lean), depth_mm=depth_mm
     )
-    return Press(
-        name=f"press_{index:03d}", indenter=leant, centre_mm=(x_mm, y_mm), depth_mm=depth_mm
-    )
+    return Press(name=name, indenter=leant, centre_mm=(x_mm, y_mm), depth_mm=depth_mm)
 
 
 def _leant(
@@ -140,7 +158,9 @@ def main() -> None:
     parser.add_argument(
         "--sides-px", type=int, nargs="+", default=SIDES_PX, help="of the squares of odd things"
     )
-    parser.add_argument("--parts", action="store_true", help="made things, not odd ones")
+    kinds = parser.add_mutually_exclusive_group()
+    kinds.add_argument("--parts", action="store_true", help="made things, not odd ones")
+    kinds.add_argument("--dies", action="store_true", help="flat faces within steep walls")
     parser.add_argument("--samples", type=int, default=128, help="light paths a pixel")
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
@@ -156,11 +176,12 @@ def main() -> None:
         os.environ.setdefault("OMP_NUM_THREADS", "1")
         spawn = multiprocessing.get_context("spawn")
         with new_folder(options.out) as folder, ProcessPoolExecutor(2, spawn) as executor:
-            presses = (
-                part_presses(design, options.presses, options.seed)
-                if options.parts
-                else random_presses(design, options.sides_px, options.presses, options.seed)
-            )
+            if options.parts:
+                presses = part_presses(design, options.presses, options.seed)
+            elif options.dies:
+                presses = die_presses(design, options.presses, options.seed)
+            else:
+                presses = random_presses(design, options.sides_px, options.presses, options.seed)
             write_set(
                 folder,
                 recipe,

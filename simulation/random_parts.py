@@ -36,13 +36,14 @@ def random_part(rng: Generator, kind: str, widest_mm: float) -> Indenter:
     profile, half_mm = KINDS[kind](rng, widest_mm / 2)
     return Indenter(
         name=kind,
-        profile=partial(_turned, profile=profile, angle=rng.uniform(0, 2 * np.pi)),
+        profile=partial(turned, profile=profile, angle=rng.uniform(0, 2 * np.pi)),
         size_mm=(min(2 * half_mm, widest_mm),) * 2,
         depth_mm=_spread(rng, *DEPTHS_MM),
     )
 
 
-def _turned(x: np.ndarray, y: np.ndarray, *, profile: Profile, angle: float) -> np.ndarray:
+def turned(x: np.ndarray, y: np.ndarray, *, profile: Profile, angle: float) -> np.ndarray:
+    """Height of an underside that is turned by an angle in radians."""
     cosine, sine = np.cos(angle), np.sin(angle)
     return profile(cosine * x + sine * y, cosine * y - sine * x)
 
