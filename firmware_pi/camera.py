@@ -4,7 +4,7 @@
 
 import copy
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from firmware_pi.settings import NOISE_REDUCTIONS, SYNCS, Settings
@@ -47,17 +47,14 @@ class PiCamera:
                 f"the Pi's camera needs {error.name}: run firmware_pi/install.sh on the Pi."
             ) from error
 
+        called = settings.camera_called
         seen = Picamera2.global_camera_info()
-        if settings.camera >= len(seen):
-            raise WedgeError(
-                f"camera = {settings.camera}, but the Pi sees {len(seen)} of them: check the "
-                "ribbon's contacts, and what `rpicam-hello --list-cameras` says."
-            )
-        self.model = str(seen[settings.camera]["Model"])
+        number = camera_number(settings, [str(one["Id"]) for one in seen])
+        self.model, self.id = str(seen[number]["Model"]), str(seen[number]["Id"])
         if self.model != MODEL:  # others have a mode of this size too, but not of this view
             raise WedgeError(
-                f"camera {settings.camera} is an {self.model}, and this server is for the OV5647: "
-                "connect one, or set camera to another."
+                f"camera {called} is an {self.model}, and this server is for the OV5647: "
+                "connect one, or set another."
             )
         try:
             tuning = steady_tuning(Picamera2.load_tuning_file(f"{MODEL}.json"))
@@ -67,10 +64,10 @@ class PiCamera:
                 "Pi."
             ) from error
         try:
-            self._camera = Picamera2(settings.camera, tuning=tuning)
+            self._camera = Picamera2(number, tuning=tuning)
         except RuntimeError as error:
             raise WedgeError(
-                f"camera {settings.camera} cannot be opened ({error}): stop what else uses it."
+                f"camera {called} cannot be opened ({error}): stop what else uses it."
             ) from error
 
         # picamera2 names the software encoder MJPEGEncoder where there is no hardware for it.
@@ -105,7 +102,7 @@ class PiCamera:
             self._camera.close()
             if isinstance(error, RuntimeError):  # what picamera2 raises where libcamera refuses
                 raise WedgeError(
-                    f"camera {settings.camera} does not start ({error}): check the settings and "
+                    f"camera {called} does not start ({error}): check the settings and "
                     "its ribbon's contacts."
                 ) from error
             raise
@@ -114,6 +111,7 @@ class PiCamera:
         """What the camera is and what it used for a frame of the last second or two."""
         return {
             "model": self.model,
+            "id": self.id,
             "encodes_in": "hardware" if self.encodes_in_hardware else "software",
             **{key: self._metadata[key] for key in REPORTED if key in self._metadata},
         }
@@ -136,6 +134,30 @@ class PiCamera:
         if now_ns - self._noted_ns > REPORT_EVERY_NS:
             self._noted_ns = now_ns
             self._metadata = dict(request.get_metadata())
+
+
+def camera_number(settings: Settings, ids: Sequence[str]) -> int:
+    """Which of the cameras that a Pi sees is meant.
+
+    They are counted anew at each start of the Pi: without the first one, the second is number 0.
+
+    Args:
+        settings: The camera by its id or, where that is empty, by its number.
+        ids: Of the cameras that are seen, in libcamera's words, by number.
+
+    Raises:
+        WedgeError: it is not seen.
+    """
+    if settings.camera_id in ids:
+        return ids.index(settings.camera_id)
+    if settings.camera_id or settings.camera >= len(ids):
+        key = "camera_id" if settings.camera_id else "camera"
+        raise WedgeError(
+            f"{key} = {settings.camera_called}, but the Pi sees {len(ids)} cameras "
+            f"({', '.join(ids) or 'none'}): check the ribbon's contacts, and what "
+            "`rpicam-hello --list-cameras` says."
+        )
+    return settings.camera
 
 
 def camera_controls(settings: Settings, controls: Any) -> dict[str, Any]:

@@ -124,11 +124,14 @@ check_cable() {
   done
 }
 
-# put SOURCE TARGET MODE: copy a file unless it is there already.
+# put SOURCE TARGET MODE: copy a file unless it is there already. Until it is whole its name is
+# hidden: NetworkManager takes every other file of its folder for settings.
 put() {
+  new=${2%/*}/.${2##*/}.new
+  rm -f "$new" "$2.new" # left by a run that was cut off, the second by that of an older installer
   if [ -f "$2" ] && cmp -s "$1" "$2"; then return; fi
-  install -D -m "$3" "$1" "$2.new"
-  mv "$2.new" "$2"
+  install -D -m "$3" "$1" "$new"
+  mv "$new" "$2"
   changed=yes
 }
 

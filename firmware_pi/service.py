@@ -45,7 +45,7 @@ class Service:
         open_camera: Opens the camera.
 
     Raises:
-        WedgeError: the settings, the camera or the port are not as they must be.
+        WedgeError: the settings or the port are not as they must be.
     """
 
     def __init__(
@@ -56,6 +56,9 @@ class Service:
         self._newest = Newest()
         self._wake = threading.Event()
         self._stop = self._reload = False
+        self._look_every_s = min(LOOK_EVERY_S, (watchdog_s() or LOOK_EVERY_S * 3) / 3)
+        self._camera: Camera | None = None
+        self._refused: WedgeError | None = None
         self.settings = read_settings(file)
         self.server = StreamServer(
             self.settings.address,
@@ -65,30 +68,28 @@ class Service:
             max_clients=self.settings.max_clients,
             credentials=credentials,
         )
-        self._camera: Camera | None = None
-        try:
-            self._camera = open_camera(self.settings, self._newest.put)
-        except BaseException:
-            self.server.server_close()
-            raise
 
     def describe(self) -> dict[str, Any]:
-        """What was asked of the camera and what it used."""
+        """What was asked of the camera, what it used, and why newer settings were refused."""
         camera = self._camera
-        return {"asked": asdict(self.settings), "used": camera.report() if camera else {}}
+        return {
+            "asked": asdict(self.settings),
+            "used": camera.report() if camera else {},
+            "refused": self._refused and str(self._refused),
+        }
 
     def run(self) -> None:
         """Serve until SIGTERM or SIGINT.
 
         Raises:
-            WedgeError: the camera gives no first frame, or takes neither new settings nor, after
-                them, the old ones.
+            WedgeError: the camera does not open or gives no first frame, with its first settings
+                or, after new ones, with the old ones.
         """
         for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
             signal.signal(number, self._on_signal)
         threading.Thread(target=self.server.serve_forever, daemon=True).start()
         try:
-            self._await_first_frame()
+            self._take_up(self.settings, "STATUS=waiting for the first frame")
             if not self._stop:
                 notify("READY=1", f"STATUS=streaming at {self.settings.address}")
                 self._look_after()
@@ -97,18 +98,30 @@ class Service:
             self.server.stop()
             self._stop_camera()
 
-    def _await_first_frame(self) -> None:
-        """Wait for a frame, or for a signal to stop: the wait is cut into slices to see it."""
+    def _take_up(self, settings: Settings, meanwhile: str) -> None:
+        """Open the camera and wait for its first frame, or for a signal to stop.
+
+        Args:
+            settings: What to tell the camera.
+            meanwhile: What systemd is told while the frame is awaited.
+
+        Raises:
+            WedgeError: the camera does not open or gives no frame; it is closed again.
+        """
+        last = self._newest.count - 1
+        self._camera = self._open(settings, self._newest.put)
         end_s = time.monotonic() + FIRST_FRAME_WITHIN_S
-        while not self._stop and self._newest.after(-1, LOOK_EVERY_S) is None:
+        while not self._stop and self._newest.after(last, self._look_every_s) is None:
             if time.monotonic() > end_s:
+                self._stop_camera()
                 raise WedgeError(
-                    f"camera {self.settings.camera} gives no frame: check its ribbon's contacts."
+                    f"camera {settings.camera_called} gives no frame: check the settings and its "
+                    "ribbon's contacts."
                 )
+            notify(meanwhile)
 
     def _look_after(self) -> None:
         """Tell systemd that frames come, as long as they do: it restarts us when they stop."""
-        every_s = min(LOOK_EVERY_S, (watchdog_s() or LOOK_EVERY_S * 3) / 3)
         while not self._stop:
             if self._reload:
                 self._reload = False
@@ -118,14 +131,14 @@ class Service:
                 notify("WATCHDOG=1", f"STATUS={rate or 0:.1f} Hz, {self.server.clients} clients")
             else:
                 notify(f"STATUS=no frame for {self._newest.age_s:.0f} s")
-            self._wake.wait(every_s)
+            self._wake.wait(self._look_every_s)
             self._wake.clear()
 
     def _read_again(self) -> None:
-        """Take new settings; where they are wrong or the camera refuses them, the old ones stay.
+        """Take new settings; where they are wrong or bring no frame, the old ones stay.
 
         Raises:
-            WedgeError: the camera does not take the old ones again either.
+            WedgeError: the old ones bring none any more either.
         """
         usec = time.clock_gettime_ns(time.CLOCK_MONOTONIC) // 1000
         notify("RELOADING=1", f"MONOTONIC_USEC={usec}")
@@ -133,29 +146,31 @@ class Service:
         try:
             after = read_settings(self._file)
         except WedgeError as error:
-            refused: WedgeError | None = error
+            self._refused = error
         else:
-            refused = self._switch(after)
+            self._refused = self._switch(after)
             served = (before.address, before.port, before.max_clients)
-            if not refused and served != (after.address, after.port, after.max_clients):
+            if not self._refused and served != (after.address, after.port, after.max_clients):
                 _say("address, port and max_clients hold from the next restart on.")
-        if refused:
-            _say(f"{refused} The settings from before stay.")
+        if self._refused:
+            _say(f"{self._refused} The settings from before stay.")
         notify("READY=1")
 
     def _switch(self, after: Settings) -> WedgeError | None:
         """Have the camera take settings; why it does not, where it goes on with those from before.
 
+        Each may take longer than systemd's watchdog waits, which is kept quiet meanwhile.
+
         Raises:
-            WedgeError: it does not, so that there is no camera any more. systemd then starts us
-                anew, as after a ribbon that came off.
+            WedgeError: it does not go on, so that there is no camera any more. systemd then starts
+                us anew, as after a ribbon that came off.
         """
         self._stop_camera()
         try:
-            self._camera = self._open(after, self._newest.put)
+            self._take_up(after, "WATCHDOG=1")
         except WedgeError as refused:
             try:
-                self._camera = self._open(self.settings, self._newest.put)
+                self._take_up(self.settings, "WATCHDOG=1")
             except WedgeError as lost:
                 raise WedgeError(f"{refused} Nor do the settings from before do: {lost}") from lost
             return refused

@@ -7,7 +7,9 @@ Only the standard library and ``sensor`` are needed: the Pi has nothing else of 
 
 import ipaddress
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field, fields
+from glob import escape
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +42,7 @@ class Settings:
     """
 
     camera: int = _key(0, "which of the Pi's cameras, from 0", 0, 3)
+    camera_id: str = _key("", "that one alone, however they are counted: its id in /settings")
     width_px: int = _key(640, "640 or 320; the sensor reads 640 x 480 either way")
     height_px: int = _key(480, "480 or 240")
     rate_hz: float = _key(58.0, "frames per second; what a Pi can do: docs/howto/pi.md", 1, 90)
@@ -72,6 +75,11 @@ class Settings:
         _check_name("noise_reduction", self.noise_reduction, NOISE_REDUCTIONS)
         _check_name("sync", self.sync, SYNCS)
         _check_address(self.address)
+
+    @property
+    def camera_called(self) -> str:
+        """The camera in sentences: by its id where that is set, else by its number."""
+        return self.camera_id or str(self.camera)
 
     @property
     def frame_duration_us(self) -> int:
@@ -121,6 +129,9 @@ def write_settings(path: Path, settings: Settings) -> None:
     Raises:
         WedgeError: the file cannot be written.
     """
+    for left in path.parent.glob(f".{escape(path.name)}.{'[0-9a-f]' * 12}"):
+        with suppress(OSError):  # of a write that was cut off
+            left.unlink()
     write_atomic(path, settings_text(settings).encode())
     path.chmod(0o644)
 

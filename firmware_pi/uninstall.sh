@@ -51,12 +51,14 @@ for file in "$to"/etc/gelsight-wedge/*.toml \
   camera=${camera#gelsight-wedge@}
   systemctl disable --now "gelsight-wedge@${camera%.service}.service" || true
 done
-rm -f "$to/etc/systemd/system/gelsight-wedge@.service" \
+for file in "$to/etc/systemd/system/gelsight-wedge@.service" \
   "$to/usr/local/bin/gelsight-wedge" \
   "$to/etc/modules-load.d/gelsight-wedge.conf" \
   "$to/etc/modprobe.d/gelsight-wedge.conf" \
   "$to/etc/udev/rules.d/86-gelsight-wedge.rules" \
-  "$to/etc/NetworkManager/system-connections/gelsight-wedge.nmconnection"
+  "$to/etc/NetworkManager/system-connections/gelsight-wedge.nmconnection"; do
+  rm -f "$file" "$file.new" "${file%/*}/.${file##*/}.new" # .new: of a run that was cut off
+done
 rm -rf "$to/usr/local/lib/gelsight-wedge"
 if [ "$purge" = yes ]; then
   rm -rf "$to/etc/gelsight-wedge"

@@ -20,7 +20,7 @@ from recon.calibration import Calibration
 from recon.fast import FastReconstructor
 from recon.follower import Follower
 from recon.images import write_image
-from recon.stream import Counts, Newest
+from recon.stream import Counts, Newest, TimedFrame
 from sensor.errors import WedgeError
 from sensor.toml import Pair
 
@@ -28,6 +28,8 @@ VIEW_S = 1 / 12
 """Between two pictures."""
 PACE_S = 1.0
 """Between two measurements of how fast frames come."""
+SILENT_S = 3.0
+"""Without a frame for so long, a sensor has no rate."""
 AGAIN_S = 1.0
 """Before a sensor that failed is tried again."""
 UNWATCHED_S = 3.0
@@ -54,26 +56,41 @@ class Glimpse:
 
 
 class _Pace:
-    """How fast frames come and how late, measured anew every second."""
+    """How fast frames come and how late, measured anew every second.
+
+    From one frame to another: of slow frames a second holds none, one or two by chance.
+    """
 
     def __init__(self, counts: Counts) -> None:
-        self.counts = counts
         self.rate_hz = 0.0
         self.latency_ms: float | None = None
-        self.latencies_ms: deque[float] = deque(maxlen=12)
-        self._counted, self._since_s = counts.received, time.monotonic()
+        self._counts = counts
+        self._latencies_ms: deque[float] = deque(maxlen=12)
+        self._received: int | None = None
+        self._since_s = time.monotonic()
 
-    def is_measured(self) -> bool:
-        """Measure where a second is over; whether that was done."""
-        passed_s = time.monotonic() - self._since_s
-        if passed_s <= PACE_S:
+    def is_measured(self, frame: TimedFrame | None) -> bool:
+        """Take the newest frame, or that there is none now; whether something was measured."""
+        now_s = time.monotonic()
+        passed_s = now_s - self._since_s
+        if frame is None:
+            if passed_s <= SILENT_S:
+                return False
+            self.rate_hz, self.latency_ms = 0.0, None
+            self._latencies_ms.clear()  # of frames long gone
+            self._received, self._since_s = None, now_s
+            return True
+        if frame.latency_ms is not None:
+            self._latencies_ms.append(frame.latency_ms)
+        received, before = frame.index - self._counts.dropped, self._received
+        goes_on = before is not None and received > before  # else a file has begun again
+        if goes_on and passed_s <= PACE_S:
             return False
-        self.rate_hz = (self.counts.received - self._counted) / passed_s
-        if self.counts.received == self._counted:
-            self.latencies_ms.clear()  # of frames long gone
-        self.latency_ms = median(self.latencies_ms) if self.latencies_ms else None
-        self._counted, self._since_s = self.counts.received, time.monotonic()
-        return True
+        if before is not None and goes_on:
+            self.rate_hz = (received - before) / passed_s
+            self.latency_ms = median(self._latencies_ms) if self._latencies_ms else None
+        self._received, self._since_s = received, now_s
+        return goes_on
 
 
 class Watcher:
@@ -176,9 +193,7 @@ class Watcher:
         while not self._closed.is_set():
             begun_s = time.monotonic()
             timed = newest.take(timeout_s=0.3)
-            if timed is not None and timed.latency_ms is not None:
-                pace.latencies_ms.append(timed.latency_ms)
-            if pace.is_measured():
+            if pace.is_measured(timed):
                 self.rate_hz, self.latency_ms = pace.rate_hz, pace.latency_ms
             if timed is None:
                 if newest.ended:

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The live page as a browser shows it, on presses of the rendered twin: live.jpg.
 
+They follow each other at one a second, which is the rate that it shows, whatever the machine.
+
 Needs Chromium; run it again when the page has changed:
 
     python docs/figures/live.py

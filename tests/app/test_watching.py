@@ -6,11 +6,12 @@ import math
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from app.pages.watching import BACKGROUND_FRAMES, Watcher
+from app.pages.watching import BACKGROUND_FRAMES, VIEW_S, Watcher, _Pace
 from recon.stream import Counts, TimedFrame
 
 FRAME = np.full((12, 16, 3), 90, np.uint8)
@@ -27,8 +28,8 @@ class _Endless:
     def __iter__(self) -> Iterator[TimedFrame]:
         while not self.closed.wait(0.001):
             if not self.silent.is_set():
-                self.counts.received += 1
-                yield TimedFrame(index=0, time_ns=0, arrived_ns=5_000_000, pixels=FRAME)
+                index, self.counts.received = self.counts.received, self.counts.received + 1
+                yield TimedFrame(index=index, time_ns=0, arrived_ns=5_000_000, pixels=FRAME)
 
     def close(self) -> None:
         self.closed.set()
@@ -43,7 +44,7 @@ class _Endless:
 def watching(
     monkeypatch: pytest.MonkeyPatch, captures: Path, opened: Callable[[], object]
 ) -> Watcher:
-    for name in ("VIEW_S", "AGAIN_S", "PACE_S"):
+    for name in ("VIEW_S", "AGAIN_S", "PACE_S", "SILENT_S"):
         monkeypatch.setattr(f"app.pages.watching.{name}", 0.01, raising=False)
     monkeypatch.setattr("app.pages.watching.open_live", lambda *_, **__: opened())
     watcher = Watcher("endless", None, captures)
@@ -111,6 +112,27 @@ def test_a_background_that_cannot_be_written_is_not_used(
         assert "background-" in words[-1] and watcher.remark == ""
     finally:
         watcher.close()
+
+
+@pytest.mark.parametrize("rate_hz", [0.7, 1.0, 1.3, 58.0])
+def test_the_rate_is_that_of_the_frames_however_few_a_second_holds(
+    rate_hz: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As the watcher looks: at each picture's time, or for 0.3 s where no frame is there yet."""
+    now_s, taken = 0.0, -1
+    monkeypatch.setattr("app.pages.watching.time", SimpleNamespace(monotonic=lambda: now_s))
+    counts, measured = Counts(), []
+    pace = _Pace(counts)
+    while len(measured) < 20:
+        due_s = (taken + 1) / rate_hz
+        now_s, came = (max(now_s, due_s), True) if due_s <= now_s + 0.3 else (now_s + 0.3, False)
+        taken = int(now_s * rate_hz + 1e-9) if came else taken
+        counts.received = taken + 2  # a file's next frame is read before its time has come
+        frame = TimedFrame(index=taken, time_ns=0, arrived_ns=0, pixels=FRAME) if came else None
+        if pace.is_measured(frame):
+            measured.append(pace.rate_hz)
+        now_s += VIEW_S if came else 0.0
+    assert measured == pytest.approx([rate_hz] * 20, rel=0.02)
 
 
 def test_a_silent_sensor_has_no_rate_and_no_latency(

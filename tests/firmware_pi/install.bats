@@ -122,6 +122,37 @@ moments() { (cd "$DESTDIR" && find . -type f -printf '%p %i %T@\n' | sort); }
   [ "$(tree)" = "$before" ]
 }
 
+@test "a run that is cut off leaves nothing that is read, and nothing at all after the next" {
+  before=$(tree)
+  "$firmware/install.sh" --address 10.55.0.1 --usb-gadget
+  whole=$(tree)
+  "$firmware/uninstall.sh" --purge
+  cat >"$stubs/mv" <<'END'
+#!/bin/sh
+case $2 in *"$CUT") kill -9 "$PPID" ;; *) exec /bin/mv "$@" ;; esac
+END
+  chmod +x "$stubs/mv"
+  for CUT in sensor/files.py @.service .nmconnection; do
+    export CUT
+    for next in install uninstall; do
+      run "$firmware/install.sh" --address 10.55.0.1 --usb-gadget
+      [ "$status" = 137 ]
+      cut=$(find "$DESTDIR" -name '*.new')
+      name=$(basename "$cut") # of one, and hidden
+      [[ $name == .*.new ]]
+      touch "$(dirname "$cut")/${name#.}" # as an older installer left it
+      if [ "$next" = install ]; then
+        CUT=nothing "$firmware/install.sh" --address 10.55.0.1 --usb-gadget
+        [ "$(tree)" = "$whole" ]
+        "$firmware/uninstall.sh" --purge
+      else
+        "$firmware/uninstall.sh" --purge
+      fi
+      [ "$(tree)" = "$before" ]
+    done
+  done
+}
+
 @test "uninstalling keeps the settings unless it is told not to" {
   "$firmware/install.sh" --address 10.55.0.1
   "$firmware/uninstall.sh"

@@ -133,11 +133,27 @@ def test_two_sensors_keep_step_where_libcamera_can(fake_pi: FakePi) -> None:
     assert modes == ["Server", "Client"]
 
 
+def test_a_camera_is_found_by_its_id_however_many_are_left(fake_pi: FakePi) -> None:
+    fake_pi("two")
+    first, second = (take(Settings(camera=number))[1]["id"] for number in (0, 1))
+    assert first != second
+    for words, there in (("two", (first, second)), ("two first-gone", (second,))):
+        pi = fake_pi(words)
+        for number in (0, 1):
+            for one in (first, second):
+                settings = Settings(camera=number, camera_id=one)
+                if one in there:
+                    assert take(settings)[1]["id"] == one == pi.opened[-1].id
+                else:
+                    with pytest.raises(WedgeError, match=f"camera_id = {one}, .*{second}"):
+                        PiCamera(settings, Taken(1))
+
+
 @pytest.mark.parametrize(
     ("words", "settings", "says"),
     [
         ("none", Settings(), "sees 0"),
-        ("zero", Settings(camera=1), "sees 1"),
+        ("zero", Settings(camera=1), "camera = 1, .* sees 1"),
         ("busy", Settings(), "resource busy"),
         ("hd", Settings(), "OV5647"),
         ("imx219", Settings(), "imx219, and this server is for the OV5647"),

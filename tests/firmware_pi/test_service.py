@@ -9,7 +9,9 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
+from dataclasses import asdict, replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -17,8 +19,10 @@ from typing import Any
 import pytest
 
 from firmware_pi import service
+from firmware_pi.camera import Take
 from firmware_pi.newest import Newest
 from firmware_pi.settings import Settings, write_settings
+from sensor.errors import WedgeError
 from tests.firmware_pi.conftest import FAKE_PI
 
 ROOT = Path(__file__).parents[2]
@@ -202,6 +206,65 @@ def test_the_wait_for_a_first_frame_ends_with_a_signal(
     camera = SimpleNamespace(stop=lambda: None)
     service.Service(tmp_path / "0.toml", None, lambda *_: camera).run()
     assert waits_s == [service.LOOK_EVERY_S]
+
+
+@pytest.mark.parametrize("silent", [{2}, {2, 3}])
+def test_new_settings_that_bring_no_frame_give_way_to_the_last_that_did(
+    silent: set[int],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    handlers: None,
+) -> None:
+    file = tmp_path / "0.toml"
+    before = Settings(port=free_port())
+    new = replace(before, exposure_us=4000)
+    opened: list[Settings] = []
+    streaming: list[int] = []
+    told: list[str] = []
+
+    class Camera:
+        def __init__(self, settings: Settings, take: Take) -> None:
+            assert not streaming  # the one before is closed
+            opened.append(settings)
+            streaming.append(len(opened))
+            if len(opened) in silent:
+                return
+            take(b"", time.clock_gettime_ns(time.CLOCK_BOOTTIME))
+            if len(opened) == 1:
+                write_settings(file, new)
+                signal.raise_signal(signal.SIGHUP)
+            else:
+                signal.raise_signal(signal.SIGTERM)
+
+        def report(self) -> dict[str, Any]:
+            return {}
+
+        def stop(self) -> None:
+            streaming.pop()
+
+    def notify(*states: str) -> None:
+        told.extend(states)
+        if states[0].startswith("STATUS=no frame"):  # else it would go on so for ever
+            signal.raise_signal(signal.SIGTERM)
+
+    monkeypatch.setattr(service, "notify", notify)
+    monkeypatch.setattr(service, "FIRST_FRAME_WITHIN_S", 0.05)
+    monkeypatch.setattr(service, "LOOK_EVERY_S", 0.01)
+    write_settings(file, before)
+    served = service.Service(file, None, Camera)
+    if silent == {2}:
+        served.run()
+        assert served.describe()["asked"] == asdict(before)
+        assert "gives no frame" in served.describe()["refused"]
+        assert capsys.readouterr().err.endswith("The settings from before stay.\n")
+    else:
+        with pytest.raises(WedgeError, match=r"gives no frame.*Nor do .* gives no frame"):
+            served.run()
+    assert opened == [before, new, before]
+    assert not streaming
+    # systemd would have ended it after 10 s of silence, and a camera has longer.
+    assert "WATCHDOG=1" in told[told.index("RELOADING=1") :]
 
 
 def test_it_stops_when_told_while_no_frame_has_come(start: Any) -> None:

@@ -2,6 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Settings survive their file, and a wrong one is refused by name."""
 
+import signal
+import subprocess
+import sys
 import tomllib
 from dataclasses import asdict, fields, replace
 from pathlib import Path
@@ -37,6 +40,7 @@ ANY = st.builds(
     share=st.floats(0, 1),
     size_px=st.sampled_from([(640, 480), (320, 240)]),
     camera=st.integers(0, 3),
+    camera_id=st.sampled_from(["", "/base/axi/pcie@1000120000/rp1/i2c@88000/ov5647@36"]),
     analogue_gain=st.floats(1, 16),
     red_gain=st.floats(0.1, 8),
     blue_gain=st.floats(0.1, 8),
@@ -121,6 +125,29 @@ def test_applying_wrong_settings_leaves_the_old_ones(
     assert read_settings(place) == Settings(red_gain=1.0)
     assert {path.name for path in tmp_path.iterdir()} == {"0.toml", "new.toml"}
     assert place.stat().st_mode & 0o777 == 0o644  # the service's user must read what root wrote
+
+
+def test_what_a_killed_apply_leaves_is_read_by_nobody_and_gone_after_the_next(
+    tmp_path: Path,
+) -> None:
+    place, new, swap = tmp_path / "0.toml", tmp_path / "new.toml", tmp_path / ".0.toml.swp"
+    write_settings(place, Settings(red_gain=2.0))
+    new.write_text("red_gain = 1.0")
+    swap.write_text("an editor's, with what nobody has saved yet")
+    killed = """if True:
+        import os, signal, sys
+        os.fsync = lambda _: os.kill(os.getpid(), signal.SIGKILL)
+        from firmware_pi.__main__ import main
+        main(["apply", *sys.argv[1:]])"""
+    for _ in range(2):  # the second takes away what the first left
+        words = [sys.executable, "-c", killed, str(new), str(place)]
+        assert subprocess.run(words, check=False).returncode == -signal.SIGKILL
+        (left,) = set(tmp_path.iterdir()) - {place, new, swap}
+        assert left.name.startswith(".") and left.suffix != ".toml"
+        assert read_settings(place) == Settings(red_gain=2.0)
+    assert main(["apply", str(new), str(place)]) == 0
+    assert read_settings(place) == Settings(red_gain=1.0)
+    assert set(tmp_path.iterdir()) == {place, new, swap}
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Stands in for picamera2 0.3: as strict about names as libcamera, and quicker than any camera.
 
-``FAKE_PI`` says what stands where: words of zero, five, none, imx219 (another camera), untuned
+``FAKE_PI`` says what stands where: words of zero, five, none, two (cameras of a Pi 5, of which
+first-gone leaves the second one), imx219 (another camera), untuned
 (without a tuning file), busy, hd, silent, stalls, unfit (not to be configured), stuck (not to be
 started), second where that holds for the second one alone, and later where it holds from the second
 one on.
@@ -20,6 +21,7 @@ from PIL import Image
 from picamera2.encoders import JpegEncoder
 
 RATE_HZ = 200.0
+BUSES = ("/base/axi/pcie@1000120000/rp1/i2c@88000", "/base/axi/pcie@1000120000/rp1/i2c@80000")
 
 
 def words() -> list[str]:
@@ -57,7 +59,10 @@ class Picamera2:
     @staticmethod
     def global_camera_info() -> list[dict]:
         model = "imx219" if "imx219" in words() else "ov5647"
-        return [] if "none" in words() else [{"Model": model, "Num": 0}]
+        first, second = ([{"Model": model, "Id": f"{on}/{model}@36"}] for on in BUSES)
+        if "none" in words():
+            return []
+        return second if "first-gone" in words() else first + second * ("two" in words())
 
     @staticmethod
     def load_tuning_file(name: str) -> dict:
@@ -68,6 +73,7 @@ class Picamera2:
     def __init__(self, camera_num: int = 0, tuning: dict | None = None) -> None:
         if "busy" in words():
             raise RuntimeError("Failed to acquire camera: Device or resource busy")
+        self.id = self.global_camera_info()[camera_num]["Id"]
         self.tuning = tuning
         self.post_callback = None
         self.closed = False
