@@ -12,14 +12,13 @@ from typing import TYPE_CHECKING
 
 from app._interrupt import UntilInterrupted
 from app._sources import open_where
+from sensor.dataset import IMAGES
 from sensor.errors import WedgeError
 
 if TYPE_CHECKING:
     from recon.arrays import Frame
     from recon.stream import Counts, TimedFrame
     from recon.unwarp import Unwarp
-
-IMAGES = (".png", ".jpg", ".jpeg")
 
 
 def is_image(where: str) -> bool:

@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
+from sensor.dataset import IMAGES
 from sensor.errors import WedgeError
 from sensor.files import write_atomic
 
 OutputFile = Annotated[Path | None, tyro.conf.arg(metavar="FILE")]
 """An option that names a file to write."""
-READ_IN_FOLDERS = (".png", ".jpg", ".jpeg", ".npz", ".npy", ".toml", ".csv", ".safetensors")
+READ_IN_FOLDERS = (*IMAGES, ".npz", ".npy", ".toml", ".csv", ".safetensors")
 """Endings of what is read with a folder that is named; reports beside it may be written anew."""
 
 if TYPE_CHECKING:

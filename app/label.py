@@ -55,23 +55,12 @@ def main(
     """
     from recon.labelling import CERTAIN, DOUBTFUL, LabelBook, pressed_frames
     from recon.presses import press_reader
-    from sensor.dataset import read_dataset, write_labels
+    from sensor.dataset import read_dataset
 
-    if not (dataset / "dataset.toml").is_file():
-        raise WedgeError(f"{dataset} is not a dataset folder: it has no dataset.toml.")
     if not 1 <= port <= 65535:
         raise WedgeError(f"--port {port} must lie between 1 and 65535.")
-    labels = dataset / "labels.csv"
-    is_new = not labels.exists()
-    if is_new:
-        write_labels(labels, [])
-    try:
-        source = read_dataset(dataset)
-        reader = press_reader(source)
-    except WedgeError:
-        if is_new:
-            labels.unlink()
-        raise
+    source = read_dataset(dataset, labelled=False)
+    reader = press_reader(source)
     files = pressed_frames(dataset, source.card)
     if not files:
         raise WedgeError(f"{dataset} holds no frames but its background: press the ball first.")

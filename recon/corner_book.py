@@ -19,6 +19,7 @@ from sensor.dataset import (
     write_labels,
 )
 from sensor.errors import WedgeError
+from sensor.files import alone_in
 from sensor.toml import Pair
 
 CARD_FILE = "dataset.toml"
@@ -117,29 +118,25 @@ class CornerBook:
         return True
 
     def _write(self, card: DatasetCard, *, remember: bool) -> None:
-        if self._on_disk() != self._written:
-            raise WedgeError(
-                f"{self.folder} was changed by another program meanwhile: begin again."
-            )
-        labels = self._labels()
-        if any(_is_by_hand(label) for label in labels):
-            raise WedgeError(
-                f"{self.folder / LABELS_FILE} holds circles that somebody drew or looked at, in "
-                "pixels of these corners, or balls of their own: move it elsewhere first, then "
-                "mend the corners."
-            )
-        if labels:
-            write_labels(self.folder / LABELS_FILE, [])
-        write_card(self.folder / CARD_FILE, card)
-        if remember:
-            self._history.append(self.card)
-        self.card, self._written = card, self._on_disk()
-
-    def _labels(self) -> tuple[BallLabel, ...]:
-        """As they are on disk now: somebody may have looked at one in another page meanwhile."""
-        if not (self.folder / LABELS_FILE).is_file():
-            return ()
-        return read_dataset(self.folder).labels
+        with alone_in(self.folder):
+            if self._on_disk() != self._written:
+                raise WedgeError(
+                    f"{self.folder} was changed by another program meanwhile: begin again."
+                )
+            # As they are now: somebody may have looked at one in another page meanwhile.
+            labels = read_dataset(self.folder, labelled=False).labels
+            if any(_is_by_hand(label) for label in labels):
+                raise WedgeError(
+                    f"{self.folder / LABELS_FILE} holds circles that somebody drew or looked at, "
+                    "in pixels of these corners, or balls of their own: move it elsewhere first, "
+                    "then mend the corners."
+                )
+            if labels:
+                write_labels(self.folder / LABELS_FILE, [])
+            write_card(self.folder / CARD_FILE, card)
+            if remember:
+                self._history.append(self.card)
+            self.card, self._written = card, self._on_disk()
 
     def _on_disk(self) -> bytes:
         return (self.folder / CARD_FILE).read_bytes()

@@ -14,16 +14,19 @@ from pathlib import Path
 
 import numpy as np
 from PIL import Image, UnidentifiedImageError
+from PIL.TiffImagePlugin import BITSPERSAMPLE, TiffImageFile
 
 from recon.arrays import Frame
 from sensor.errors import WedgeError
 from sensor.files import write_atomic
 
-FORMATS = ("PNG", "JPEG")
+FORMATS = ("PNG", "JPEG", "BMP", "TIFF")
+"""Behind the endings of ``sensor.dataset.IMAGES``."""
 UNREADABLE_IMAGE = (
     OSError,
     SyntaxError,
     ValueError,
+    TypeError,  # of Pillow on a TIFF without its size
     EOFError,
     IndexError,
     Warning,
@@ -53,10 +56,11 @@ UNREADABLE_ARCHIVE = (
 
 
 def read_image(path: Path) -> Frame:
-    """Decode a PNG or a JPEG file.
+    """Decode a PNG, JPEG, BMP or TIFF file.
 
     Raises:
-        WedgeError: the file is missing, truncated, damaged, or without three colours.
+        WedgeError: the file is missing, truncated, damaged, or without three colours; or a TIFF of
+            several pictures, or of other than 8 bits a colour.
     """
     if not path.is_file():
         raise WedgeError(f"{path} is missing.")
@@ -65,6 +69,8 @@ def read_image(path: Path) -> Frame:
         with warnings.catch_warnings(action="error", category=Image.DecompressionBombWarning):
             warnings.simplefilter("ignore", UserWarning)  # of EXIF, which nobody asked for
             with Image.open(content, formats=FORMATS) as image:
+                if isinstance(image, TiffImageFile):
+                    _refuse_other_tiff(path, image)
                 image.verify()  # a PNG's checksums, which decoding skips
             with Image.open(content, formats=FORMATS) as image:
                 if image.mode not in ("RGB", "RGBA", "P"):
@@ -74,9 +80,21 @@ def read_image(path: Path) -> Frame:
                     )
                 return np.asarray(image.convert("RGB"))
     except UnidentifiedImageError as error:  # its own words name a buffer's address
-        raise WedgeError(f"{path} is neither a PNG nor a JPEG image.") from error
+        raise WedgeError(f"{path} is no PNG, JPEG, BMP or TIFF image.") from error
     except UNREADABLE_IMAGE as error:
         raise WedgeError(f"{path} cannot be decoded, it may be truncated: {error}.") from error
+
+
+def _refuse_other_tiff(path: Path, image: TiffImageFile) -> None:
+    """Refuse what would come as less than it is, without a word."""
+    bits = max(image.tag_v2.get(BITSPERSAMPLE, (1,)))
+    if bits != 8:  # how many of 16 a camera fills, nothing says
+        raise WedgeError(f"{path} has {bits} bits a colour: write it with 8.")
+    try:
+        image.seek(1)
+    except EOFError:
+        return
+    raise WedgeError(f"{path} holds several pictures: write each into a file of its own.")
 
 
 def read_frame(folder: Path, name: str) -> Frame:

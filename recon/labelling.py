@@ -11,11 +11,18 @@ from pathlib import Path
 from recon.find_circle import find_circle
 from recon.images import frame_count, read_frame
 from recon.presses import PressReader
-from sensor.dataset import BallLabel, Dataset, DatasetCard, frame_name, write_labels
+from sensor.dataset import (
+    IMAGES,
+    BallLabel,
+    Dataset,
+    DatasetCard,
+    frame_name,
+    read_dataset,
+    write_labels,
+)
 from sensor.errors import WedgeError
-from sensor.files import write_atomic
+from sensor.files import alone_in, write_atomic
 
-IMAGES = (".png", ".jpg", ".jpeg")
 LABELS_FILE = "labels.csv"
 NO_BALL_FILE = "no_ball.txt"
 """The frames in which somebody saw that no ball touches, one a line."""
@@ -115,19 +122,22 @@ class LabelBook:
 
     That no ball touches in a frame is written too, lest a circle is found there again. A frame
     with a label has a ball, whatever else is written.
+
+    Several may be open on one folder, in several processes: a change is of its frame alone, and
+    what others wrote meanwhile is taken over before it. A frame that others changed is changed no
+    further by who has not seen that, and what they changed ``undo`` does not take back.
     """
 
     def __init__(self, dataset: Dataset) -> None:
-        """Take over the labels as they are on disk.
+        """Take over the labels of a dataset.
 
         Raises:
             WedgeError: ``no_ball.txt`` cannot be read.
         """
-        self.folder = dataset.folder
-        self._labels = {frame_name(label.file): label for label in dataset.labels}
-        self._no_ball = _read_no_ball(dataset.folder / NO_BALL_FILE).difference(self._labels)
+        self.folder, self._card = dataset.folder, dataset.card
+        self._labels, self._no_ball = _known(dataset)
         self._history: list[Change] = []
-        self._written = self._on_disk()
+        self._changed_by_others: set[str] = set()
 
     @property
     def labels(self) -> tuple[BallLabel, ...]:
@@ -146,24 +156,31 @@ class LabelBook:
         """Add or replace the label of a frame.
 
         Raises:
-            WedgeError: the file was changed meanwhile, or cannot be written; nothing changed then.
+            WedgeError: somebody else has changed the frame's label or the card meanwhile, or a file
+                cannot be read or written; nothing changed then.
         """
         self._edit(label.file, label, no_ball=False)
 
     def put_found(self, labels: Sequence[BallLabel]) -> None:
         """Add or replace labels that were found, in one write, which ``undo`` does not take back.
 
+        Frames that somebody else has changed since the book was opened stay as they are.
+
         Raises:
-            WedgeError: the file was changed meanwhile, or cannot be written; nothing changed then.
+            WedgeError: somebody else has changed the card meanwhile, or a file cannot be read or
+                written; nothing changed then.
         """
-        found = {frame_name(label.file): label for label in labels}
-        self._write(self._labels | found, self._no_ball.difference(found))
+        with alone_in(self.folder):
+            self._catch_up()
+            found = {frame_name(label.file): label for label in labels}
+            found = {name: found[name] for name in found.keys() - self._changed_by_others}
+            self._write(self._labels | found, self._no_ball.difference(found))
 
     def remove(self, file: str) -> None:
         """Take a frame's label away and keep in mind that no ball touches there.
 
         Raises:
-            WedgeError: the file was changed meanwhile, or cannot be written; nothing changed then.
+            WedgeError: as for ``put``.
         """
         self._edit(file, None, no_ball=True)
 
@@ -171,7 +188,7 @@ class LabelBook:
         """Take the last edit back; the frame it was made on, ``None`` where there is none left.
 
         Raises:
-            WedgeError: the file was changed meanwhile, or cannot be written; nothing changed then.
+            WedgeError: as for ``put``.
         """
         if not self._history:
             return None
@@ -187,35 +204,53 @@ class LabelBook:
 
     def _put(self, file: str, label: BallLabel | None, *, no_ball: bool) -> None:
         name = frame_name(file)
-        after = {key: value for key, value in self._labels.items() if key != name}
-        if label is not None:
-            after[name] = label
-        self._write(after, self._no_ball | {name} if no_ball else self._no_ball - {name})
+        with alone_in(self.folder):
+            if name in self._catch_up():
+                raise WedgeError(
+                    f"{file} was changed by another program meanwhile: look at it as it is now."
+                )
+            after = {key: value for key, value in self._labels.items() if key != name}
+            if label is not None:
+                after[name] = label
+            self._write(after, self._no_ball | {name} if no_ball else self._no_ball - {name})
 
-    def _write(self, after: Mapping[str, BallLabel], untouched: frozenset[str]) -> None:
-        path = self.folder / LABELS_FILE
-        if self._on_disk() != self._written:
+    def _catch_up(self) -> set[str]:
+        """Take over what is on disk; the frames of which it says something else than is known.
+
+        Raises:
+            WedgeError: it cannot be read, or the card is another, in whose pixels circles lie.
+        """
+        dataset = read_dataset(self.folder, labelled=False)
+        if dataset.card != self._card:
             raise WedgeError(
-                f"{path} or {NO_BALL_FILE} was changed by another program meanwhile: start "
+                f"{self.folder / 'dataset.toml'} was changed by another program meanwhile: start "
                 "`wedge label` again."
             )
+        labels, no_ball = _known(dataset)
+        changed = {
+            name
+            for name in {*labels, *self._labels, *no_ball, *self._no_ball}
+            if labels.get(name) != self._labels.get(name)
+            or (name in no_ball) != (name in self._no_ball)
+        }
+        self._labels, self._no_ball = labels, no_ball
+        self._changed_by_others |= changed
+        self._history = [x for x in self._history if frame_name(x.file) not in changed]
+        return changed
+
+    def _write(self, after: Mapping[str, BallLabel], untouched: frozenset[str]) -> None:
         self._write_no_ball(self._no_ball, untouched)
         try:
-            write_labels(path, _in_order(after))
+            write_labels(self.folder / LABELS_FILE, _in_order(after))
         except BaseException:
             self._write_no_ball(untouched, self._no_ball)
             raise
         self._labels, self._no_ball = dict(after), untouched
-        self._written = self._on_disk()
 
     def _write_no_ball(self, before: frozenset[str], after: frozenset[str]) -> None:
         if after != before:
             lines = [f"{file}\n" for file in sorted(after, key=_by_number)]
             write_atomic(self.folder / NO_BALL_FILE, "".join(lines).encode())
-
-    def _on_disk(self) -> list[bytes]:
-        paths = [self.folder / name for name in (LABELS_FILE, NO_BALL_FILE)]
-        return [path.read_bytes() if path.is_file() else b"" for path in paths]
 
 
 def doubtful_first(files: Sequence[str], book: LabelBook) -> list[str]:
@@ -234,6 +269,16 @@ def doubtful_first(files: Sequence[str], book: LabelBook) -> list[str]:
         return (2 if quality >= CERTAIN else 0), quality, _by_number(file)
 
     return sorted(files, key=doubt)
+
+
+def _known(dataset: Dataset) -> tuple[dict[str, BallLabel], frozenset[str]]:
+    """By frames' names, the labels of a dataset, and the frames without one that no ball touches.
+
+    Raises:
+        WedgeError: ``no_ball.txt`` cannot be read.
+    """
+    labels = {frame_name(label.file): label for label in dataset.labels}
+    return labels, _read_no_ball(dataset.folder / NO_BALL_FILE).difference(labels)
 
 
 def _read_no_ball(path: Path) -> frozenset[str]:

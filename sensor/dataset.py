@@ -37,6 +37,8 @@ REQUIRED_KEYS = ("name", "source", "licence", "mm_per_px", "ball_radius_mm", "ba
 OPTIONAL_KEYS = ("corners_px", "pad_size_mm", "lights_deg")
 REQUIRED_COLUMNS = ("file", "center_x_px", "center_y_px", "contact_radius_px")
 OPTIONAL_COLUMNS = ("ball_radius_mm", "quality")
+IMAGES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
+"""Endings of the images that frames come in, in small letters."""
 LARGEST_SIDE_PX = 8192
 
 
@@ -121,8 +123,12 @@ class Dataset:
             raise WedgeError(f"{error.filename} cannot be read: {error.strerror}.") from error
 
 
-def read_dataset(folder: Path) -> Dataset:
+def read_dataset(folder: Path, *, labelled: bool = True) -> Dataset:
     """Read ``dataset.toml`` and ``labels.csv``; frames are read when they are needed.
+
+    Args:
+        folder: of the dataset.
+        labelled: whether ``labels.csv`` must be there; else a folder without it has no labels.
 
     Raises:
         WedgeError: names the file, the key or the line, and what is wrong with it.
@@ -134,7 +140,9 @@ def read_dataset(folder: Path) -> Dataset:
         card = _card(read_toml(path))
     except WedgeError as error:
         raise located(path, error) from error
-    dataset = Dataset(folder=folder, card=card, labels=_read_labels(folder / "labels.csv"))
+    table = folder / "labels.csv"
+    labels = _read_labels(table) if labelled or table.exists() else ()
+    dataset = Dataset(folder=folder, card=card, labels=labels)
     seen: set[str] = set()
     blank = {frame_name(name) for name in card.background}
     for label in dataset.labels:

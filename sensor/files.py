@@ -3,6 +3,7 @@
 """Files and folders that are either whole or absent."""
 
 import errno
+import fcntl
 import hashlib
 import os
 import secrets
@@ -70,6 +71,28 @@ def new_folder(folder: Path, *, over: str | None = None) -> Iterator[Path]:
         raise WedgeError(f"{folder} cannot be written: {error.strerror}.") from error
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
+
+
+@contextmanager
+def alone_in(folder: Path) -> Iterator[None]:
+    """Run the block while no other process or thread is in here with the same folder.
+
+    For what is read, changed and written back. The lock leaves no file behind and ends with the
+    process. On a drive of the network it holds among the processes of one computer.
+
+    Raises:
+        WedgeError: there is no such folder, or it cannot be read.
+    """
+    try:
+        handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    except OSError as error:
+        raise WedgeError(f"{folder} cannot be read: {error.strerror}.") from error
+    try:
+        with suppress(OSError):  # some file systems know no locks
+            fcntl.flock(handle, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(handle)
 
 
 @contextmanager

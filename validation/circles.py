@@ -7,9 +7,10 @@
 
 import argparse
 import json
+import sys
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -21,6 +22,7 @@ from recon.images import read_frame
 from recon.presses import PressReader, press_reader
 from sensor.dataset import BallLabel, read_dataset
 from sensor.errors import WedgeError
+from sensor.files import write_atomic
 from validation.datasets import dataset_folder, shared_folder
 from validation.importers.known_depth import published_labels
 from validation.intervals import Interval, counted, enough, remark
@@ -46,15 +48,15 @@ class Found:
 
 @dataclass(frozen=True, kw_only=True)
 class CircleErrors:
-    """One set's row."""
+    """One set's row; where every press was missed there are no distances."""
 
     name: str
     presses: int
     missed: int
-    median_px: float
-    mean_px: float
-    within_90_px: float
-    bias_px: tuple[float, float]
+    median_px: float | None = None
+    mean_px: float | None = None
+    within_90_px: float | None = None
+    bias_px: tuple[float, float] | None = None
     """Median of the offsets along x and y."""
 
 
@@ -92,13 +94,14 @@ def look(reader: PressReader, label: BallLabel) -> Found:
 
 def summary(name: str, found: Sequence[Found]) -> CircleErrors:
     """One row from what was found of every press."""
-    offsets = np.array([one.offset_px for one in found if one.offset_px is not None])
-    away = np.hypot(*offsets.T)
+    offsets = [one.offset_px for one in found if one.offset_px is not None]
+    row = CircleErrors(name=name, presses=len(found), missed=len(found) - len(offsets))
+    if not offsets:
+        return row
+    away = np.hypot(*np.transpose(offsets))
     bias = np.median(offsets, axis=0)
-    return CircleErrors(
-        name=name,
-        presses=len(found),
-        missed=len(found) - len(offsets),
+    return replace(
+        row,
         median_px=float(np.median(away)),
         mean_px=float(away.mean()),
         within_90_px=float(np.quantile(away, 0.9)),
@@ -106,8 +109,13 @@ def summary(name: str, found: Sequence[Found]) -> CircleErrors:
     )
 
 
-def area_under_curve(fits: Sequence[tuple[float, bool]]) -> float:
-    """Probability that a right fit has a higher quality than a wrong one (Mann and Whitney)."""
+def area_under_curve(fits: Sequence[tuple[float, bool]]) -> float | None:
+    """Probability that a right fit has a higher quality than a wrong one (Mann and Whitney).
+
+    ``None`` where there are not both.
+    """
+    if len({is_right for _, is_right in fits}) < 2:
+        return None
     quality, right = (np.array(column) for column in zip(*fits, strict=True))
     ranks, count = rankdata(quality), right.sum()
     excess = ranks[right].sum() - count * (count + 1) / 2
@@ -125,8 +133,8 @@ def interval(found: Sequence[Found], seed: int = 0) -> Interval | None:
         drawn = [
             fit for index in rng.integers(len(found), size=len(found)) for fit in found[index].fits
         ]
-        if len({right for _, right in drawn}) == 2:
-            areas.append(area_under_curve(drawn))
+        area = area_under_curve(drawn)
+        areas += [] if area is None else [area]
     if not areas:
         return None
     low, high = np.quantile(areas, [0.025, 0.975])
@@ -149,11 +157,13 @@ def measure(names: Sequence[str], pool: Executor) -> Mapping[str, object]:
     fits = [fit for one in looked for fit in one.fits]
     auc, ci95 = area_under_curve(fits), interval(looked)
     right = sum(is_right for _, is_right in fits)
-    ends = f"{ci95[0]:.3f}-{ci95[1]:.3f}, 95 % over " if ci95 else ""
-    print(
-        f"quality tells {right} right fits from {len(fits) - right} wrong ones: AUC {auc:.3f} "
-        f"({remark(f'{ends}{counted(len(looked))}', len(looked))})"
-    )
+    counts = f"{right} right fits from {len(fits) - right} wrong ones"
+    if auc is None:
+        print(f"nothing shows how well the quality tells {counts}")
+    else:
+        ends = f"{ci95[0]:.3f}-{ci95[1]:.3f}, 95 % over " if ci95 else ""
+        over = remark(f"{ends}{counted(len(looked))}", len(looked))
+        print(f"quality tells {counts}: AUC {auc:.3f} ({over})")
     return {
         "sets": [asdict(row) for row in rows],
         "fits": len(fits),
@@ -164,6 +174,8 @@ def measure(names: Sequence[str], pool: Executor) -> Mapping[str, object]:
 
 
 def _line(row: CircleErrors) -> str:
+    if row.bias_px is None:
+        return f"{row.name}: {row.presses} presses, all missed"
     x_px, y_px = row.bias_px
     return (
         f"{row.name}: {row.presses} presses, {row.missed} missed; at {COMPARED_AT_PX} px of width "
@@ -181,7 +193,11 @@ def main() -> None:
     with ProcessPoolExecutor(2) as pool:
         numbers = measure(arguments.sets, pool)
     if arguments.json:
-        arguments.json.write_text(json.dumps(numbers, indent=1) + "\n")
+        try:
+            text = json.dumps(numbers, indent=1, allow_nan=False)
+            write_atomic(arguments.json, (text + "\n").encode())
+        except WedgeError as error:
+            sys.exit(str(error))
 
 
 if __name__ == "__main__":

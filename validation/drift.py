@@ -3,7 +3,7 @@
 """Numbers of units on data sets of several dates, press by press, and which of them have moved."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float64
@@ -43,6 +43,8 @@ class Number:
     unit: str
     sums: Float64[np.ndarray, " n"]
     counts: Float64[np.ndarray, " n"]
+    signed: bool = False
+    """Whether it may be negative."""
 
     @property
     def mean(self) -> float:
@@ -63,11 +65,15 @@ class Number:
 
     @property
     def ci95(self) -> Interval | None:
-        """Interval of the mean over presses, by Student's t; ``None`` for too few of them."""
+        """Interval of the mean over presses, by Student's t, as far as such a mean can be.
+
+        ``None`` for too few of them.
+        """
         if not enough(len(self.sums)):
             return None
         half = float(stats.t.ppf((1 + WITHIN) / 2, len(self.sums) - 1)) * self.standard_error
-        return self.mean - half, self.mean + half
+        low = self.mean - half
+        return (low if self.signed else max(low, 0.0)), self.mean + half
 
 
 def difference(now: Number, before: Number) -> Interval:
@@ -149,7 +155,9 @@ def evaluate_on(
         for name, symbol in (("theta_x_deg", "θx"), ("theta_y_deg", "θy"))
     }
     numbers["depth_rmse_mm"] = _number("depth RMSE", "mm", [x.rmse_mm for x in judged.depth])
-    numbers["depth_bias_mm"] = _number("depth bias", "mm", [x.bias_mm for x in judged.depth])
+    numbers["depth_bias_mm"] = replace(
+        _number("depth bias", "mm", [x.bias_mm for x in judged.depth]), signed=True
+    )
     numbers |= _of_light(presses.presses, card.channels)
     return Evaluation(
         unit=card.serial,

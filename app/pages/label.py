@@ -315,7 +315,9 @@ class LabelPage:
             return False
         if self.known() != self.drawn:
             self.show(self.file)
-            ui.notify(f"{self.file} was changed in another tab: look again.", type="warning")
+            ui.notify(
+                f"{self.file} was changed in another tab or program: look again.", type="warning"
+            )
             return False
         return self.attempt(change)
 

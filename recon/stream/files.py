@@ -15,11 +15,10 @@ import cv2
 from recon.arrays import Frame
 from recon.images import read_frame
 from recon.stream.frame import Counts, TimedFrame
-from sensor.dataset import read_dataset
+from sensor.dataset import IMAGES, read_dataset
 from sensor.errors import WedgeError
 
 os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # a line for each damaged block, else
-IMAGES = (".png", ".jpg", ".jpeg")
 FOLDER_FPS = 30.0
 """Images of a folder bear no times: they follow each other so quickly."""
 COUNTED = (".avi", ".mp4", ".mov")
@@ -89,7 +88,7 @@ class FolderSource(_Pixels):
         self._names = names or sorted(found, key=_natural)
         self._folder, self._fps = folder, fps
         if not self._names:
-            raise WedgeError(f"{folder} holds no PNG or JPEG images.")
+            raise WedgeError(f"{folder} holds no PNG, JPEG, BMP or TIFF images.")
 
     def _images(self) -> Iterator[tuple[int, Frame | WedgeError]]:
         for index, name in enumerate(self._names):

@@ -242,6 +242,7 @@ def test_a_camera_that_is_unplugged_costs_what_it_would_have_given(
     [
         ("press.png", True),
         ("run#1/press.JPG", True),
+        ("press.TIF", True),
         ("frames.npz#17", True),
         ("clip.mp4", False),
         ("folder", False),

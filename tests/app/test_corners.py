@@ -107,6 +107,17 @@ def test_a_folded_pad_and_a_card_changed_meanwhile_are_refused(tmp_path: Path) -
     assert len(read_dataset(dataset.folder).labels) == 3
 
 
+def test_a_circle_in_pixels_of_corners_mended_meanwhile_is_not_written(tmp_path: Path) -> None:
+    dataset = raw_set(tmp_path / "set", quality=0.9)
+    write_labels(dataset.folder / "labels.csv", [])
+    label_book = LabelBook(read_dataset(dataset.folder))
+    CornerBook(dataset, read_background(dataset)).turn()
+    for _ in range(2):
+        with pytest.raises(WedgeError, match=r"dataset\.toml was changed by another program"):
+            label_book.put(dataset.labels[0])
+    assert read_dataset(dataset.folder).labels == ()
+
+
 def test_circles_looked_at_meanwhile_keep_the_corners(tmp_path: Path) -> None:
     dataset = raw_set(tmp_path / "set", quality=0.9)
     corner_book, label_book = CornerBook(dataset, read_background(dataset)), LabelBook(dataset)

@@ -9,11 +9,14 @@ import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from multiprocessing import get_context
+from multiprocessing.synchronize import Barrier
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 from playwright.sync_api import expect
 
 import app._workers
@@ -53,6 +56,26 @@ def test_circles_are_found_without_a_label(tmp_path: Path) -> None:
         off = (circle.center_x_px - label.center_x_px, circle.center_y_px - label.center_y_px)
         assert np.hypot(*off) < 1.0
         assert circle.contact_radius_px == pytest.approx(label.contact_radius_px, rel=0.15)
+
+
+def test_circles_are_the_same_in_frames_of_other_formats(
+    tmp_path: Path, in_this_process: None
+) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=2)
+    circles = [automatic_label(press_reader(dataset), label.file) for label in dataset.labels]
+    (dataset.folder / "labels.csv").unlink()
+    for file, ending in (("background.png", "BMP"), ("press00.png", "bmp"), ("press01.png", "tif")):
+        picture = dataset.folder / file
+        Image.open(picture).save(picture.with_suffix(f".{ending}"))
+        picture.unlink()
+    write_card(
+        dataset.folder / "dataset.toml", replace(dataset.card, background=("background.BMP",))
+    )
+    assert label_quietly(dataset) == 0
+    found = read_dataset(dataset.folder).labels
+    assert [label.file for label in found] == ["press00.bmp", "press01.tif"]
+    renamed = zip(found, dataset.labels, strict=True)
+    assert [replace(label, file=before.file) for label, before in renamed] == circles
 
 
 def test_a_frame_of_another_camera_is_named(tmp_path: Path) -> None:
@@ -174,16 +197,42 @@ def test_every_change_is_on_disk_at_once_and_can_be_undone(tmp_path: Path) -> No
     assert (dataset.folder / "labels.csv").read_bytes() == before
 
 
-def test_labels_changed_by_another_hand_are_not_overwritten(tmp_path: Path) -> None:
+def test_what_others_changed_is_looked_at_before_it_is_changed(tmp_path: Path) -> None:
     dataset = make_dataset(tmp_path / "set", presses=3)
+    mine, theirs = LabelBook(dataset), LabelBook(dataset)
+    first, second, third = dataset.labels
+    mine.put(replace(first, quality=0.8))
+    with pytest.raises(WedgeError, match=f"{first.file} was changed by another program"):
+        theirs.remove(first.file)
+    theirs.remove(first.file)
+    theirs.put(seen := replace(third, quality=CERTAIN))
+    mine.put_found([found := replace(second, quality=0.5), replace(third, quality=0.5)])
+    mine.put_found([replace(third, quality=0.4)])  # theirs is no news by now
+    assert mine.undo() is None  # they have taken away what was put
+    assert read_dataset(dataset.folder).labels == mine.labels == (found, seen)
+    assert LabelBook(read_dataset(dataset.folder)).has_no_ball(first.file)
+
+
+def label_thirty(dataset: Dataset, name: str, begin: Barrier) -> None:
     book = LabelBook(dataset)
-    path = dataset.folder / "labels.csv"
-    path.write_text("\n".join(path.read_text().splitlines()[:-1]) + "\n")
-    edited = path.read_bytes()
-    with pytest.raises(WedgeError, match="another program"):
-        book.remove(dataset.labels[0].file)
-    assert path.read_bytes() == edited
-    assert book.label(dataset.labels[0].file) is not None
+    begin.wait()
+    for index in range(30):
+        book.put(replace(dataset.labels[0], file=f"{name}{index}.png"))
+        book.remove(f"{name}-none-{index}.png")
+
+
+def test_two_programs_at_once_lose_nothing_of_each_other(tmp_path: Path) -> None:
+    dataset, context = make_dataset(tmp_path / "set", presses=1), get_context("spawn")
+    begin = context.Barrier(2)
+    programs = [context.Process(target=label_thirty, args=(dataset, x, begin)) for x in "ab"]
+    for program in programs:
+        program.start()
+    for program in programs:
+        program.join()
+    assert [program.exitcode for program in programs] == [0, 0]
+    book = LabelBook(read_dataset(dataset.folder))
+    assert len(book.labels) == 61
+    assert all(book.has_no_ball(f"{name}-none-{i}.png") for name in "ab" for i in range(30))
 
 
 def test_a_read_only_folder_is_a_sentence_and_nothing_is_lost(

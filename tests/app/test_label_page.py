@@ -144,7 +144,7 @@ def test_enter_that_cannot_write_stays_at_the_frame(tmp_path: Path) -> None:
     dataset = make_dataset(tmp_path / "set", presses=3)
     with served("label", dataset.folder) as address, opened(address) as page:
         first, path = shown_file(page), dataset.folder / "labels.csv"
-        path.write_text(path.read_text() + "\n")  # another program's
+        path.write_text(path.read_text().replace(f"{first},", f"{first},1"))  # another program's
         page.keyboard.press("Enter")
         page.get_by_text("another program").wait_for()
         page.keyboard.press("d")

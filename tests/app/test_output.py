@@ -52,6 +52,7 @@ def inputs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         *("unit/unit.toml", "unit/background.png"),
         *("set/dataset.toml", "set/labels.csv", "set/raw/press.png"),
         *("frames/000.png", "frames/report.json", "frames/more/000.png", "frames.npz"),
+        "frames/001.BMP",
         *("clip.mp4", "touch.mcap", "blank.png", "ball.stl", "start.txt", "a#1.png"),
     ):
         (tmp_path / name).parent.mkdir(exist_ok=True)
@@ -65,6 +66,7 @@ def inputs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     ("read", "written", "kept"),
     [
         ("frames", "frames/000.png", True),
+        ("frames", "frames/001.BMP", True),
         ("frames/", "unit/../frames/000.png", True),
         ("frames", "frames/report.json", False),
         ("frames", "frames/more/000.png", False),

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The measure of found circles: exact where the truth is moved by a known amount."""
 
+import json
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,7 +11,9 @@ import numpy as np
 import pytest
 
 from recon.presses import press_reader
+from sensor.errors import WedgeError
 from tests.synthetic import make_dataset
+from validation import circles
 from validation.circles import COMPARED_AT_PX, Found, area_under_curve, interval, look, summary
 
 
@@ -32,6 +36,51 @@ def test_the_area_is_the_share_of_pairs_in_the_right_order() -> None:
     fits = [(0.9, True), (0.5, True), (0.6, False), (0.1, False), (0.5, False)]
     pairs = [a - b for a, right in fits if right for b, wrong in fits if not wrong]
     assert area_under_curve(fits) == pytest.approx(np.mean([(d > 0) + (d == 0) / 2 for d in pairs]))
+
+
+RIGHT, WRONG = ((0.9, True),), ((0.4, False),)
+
+
+@pytest.mark.parametrize(
+    ("found", "nulls"),
+    [
+        ([Found((1.0, 0.0), RIGHT), Found((0.0, 1.0), RIGHT)], {"auc", "auc_ci95"}),
+        ([Found(None, WRONG), Found(None, WRONG)], {"auc", "auc_ci95", "median_px", "bias_px"}),
+        ([Found(None, ())], {"auc", "auc_ci95", "median_px", "bias_px"}),
+        ([Found((1.0, 0.0), (*RIGHT, *WRONG)), Found((1.0, 0.0), RIGHT)], set()),
+        (None, {"auc", "auc_ci95"}),
+    ],
+    ids=["all right", "all missed", "no fit", "some of each", "no set"],
+)
+def test_what_cannot_be_told_is_null_and_said(
+    found: list[Found] | None,
+    nulls: set[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def labelled(name: str) -> tuple[None, list[Found]]:
+        if found is None:
+            raise WedgeError(f"{name} is not on this machine.")
+        return None, found
+
+    monkeypatch.setattr(circles, "labelled", labelled)
+    monkeypatch.setattr(circles, "look", lambda _, one: one)
+    monkeypatch.setattr(circles, "ProcessPoolExecutor", ThreadPoolExecutor)
+    file = tmp_path / "numbers.json"
+    monkeypatch.setattr("sys.argv", ["circles", "set", "--json", str(file)])
+    circles.main()
+    numbers = json.loads(file.read_text(), parse_constant=pytest.fail)
+    rows = numbers.pop("sets")
+    said = numbers | (rows[0] if rows else {})
+    assert nulls == {
+        key
+        for key in ("auc", "auc_ci95", "median_px", "bias_px")
+        if said.get(key) is None and key in said
+    }
+    printed = capsys.readouterr().out
+    assert "nan" not in printed
+    assert ("nothing shows how well" in printed) == ("auc" in nulls)
 
 
 def test_one_press_has_no_interval() -> None:

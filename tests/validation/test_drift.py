@@ -8,6 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from scipy import stats
 
@@ -20,7 +22,14 @@ from tests.validation.sensors import PRESSES, change_frames, good_set, unit_of
 from validation.drift import ERRORS, Number, difference, evaluate_on, moves
 from validation.evaluation import learnt_presses
 from validation.figures.drift import drift_figure
-from validation.report.drift import drift_document, drift_sections, sentences, summary
+from validation.report.drift import (
+    drift_document,
+    drift_sections,
+    plain,
+    sentences,
+    summary,
+    value,
+)
 
 
 @pytest.fixture(scope="module")
@@ -110,6 +119,30 @@ def test_the_intervals_are_students_and_welchs():
     assert number(a).ci95 == pytest.approx(known)
     welch = stats.ttest_ind(b, a, equal_var=False).confidence_interval(0.99)
     assert difference(number(b), number(a)) == pytest.approx((welch.low, welch.high))
+
+
+def test_what_cannot_be_negative_is_told_without_a_minus():
+    scattered = number([0.001, 0.012, 0.03])
+    low, high = scattered.ci95
+    assert low == 0 and high == pytest.approx(stats.t.interval(0.95, 2, *moments(scattered))[1])
+    bias = replace(scattered, signed=True)
+    assert bias.ci95 == pytest.approx(stats.t.interval(0.95, 2, *moments(bias)))
+    assert value(scattered).endswith("\n0 to 0.0507") and "\n-0.022 to" in value(bias)
+
+
+def moments(item):
+    return item.sums.mean(), stats.sem(item.sums)
+
+
+def test_only_the_bias_is_signed(evaluations):
+    assert {name for name, x in evaluations[0].numbers.items() if x.signed} == {"depth_bias_mm"}
+
+
+@given(st.floats(-1e9, 1e9))
+def test_numbers_are_written_out_and_mean_what_they_say(x):
+    text = plain(x)
+    assert set(text) <= set("-.0123456789") and float(text) == float(f"{round(x, 6):.3g}")
+    assert text != "-0" and plain(x, "+")[0] in "+-"
 
 
 def test_pixels_weigh_in_the_mean_and_presses_in_its_error():

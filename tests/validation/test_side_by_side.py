@@ -9,7 +9,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from recon.presses import read_presses
 from tests.synthetic import make_dataset
 from validation.examples import held_out
-from validation.figures.side_by_side import side_by_side_figure
+from validation.figures.side_by_side import NO_INTERVAL, side_by_side_figure
 from validation.folds import fit_folds
 from validation.report.side_by_side import side_by_side_section
 from validation.side_by_side import Unseen, by_steepness, covered, error_map_deg, unseen_slopes
@@ -69,6 +69,13 @@ def test_coverage_is_shown_however_low(half_width):
     low, high = plot.get_ylim()
     coverage = plot.lines[0].get_ydata()
     assert 0 <= low <= np.nanmin(coverage) and np.nanmax(coverage) <= high == 100
+
+
+@pytest.mark.parametrize("half_widths", [(None, None), (None, 0.1)])
+def test_where_no_estimator_tells_an_interval_the_panel_says_so(half_widths):
+    items = [unseen(f"estimator {n}", half_width=x) for n, x in enumerate(half_widths)]
+    said = [text.get_text() for text in side_by_side_figure(items).axes[-1].texts]
+    assert said == [NO_INTERVAL] * (half_widths == (None, None))
 
 
 @pytest.mark.parametrize(("count", "pixels"), [(1, 20_000), (3, 20_000), (2, 30)])

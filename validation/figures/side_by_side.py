@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from validation.figures import maps
-from validation.figures.style import FULL_IN, INK, SERIES, styled
+from validation.figures.style import FULL_IN, INK, SERIES, SOFT, styled
 from validation.side_by_side import LEAST_PIXELS, Unseen, by_steepness, covered, error_map_deg
 
 FINEST, COARSEST, SLOPE_BINS = 45, 7, 16
@@ -19,6 +19,7 @@ MAP_IN, PLOT_IN = 2.0, 2.0
 SHOWN_SHARE = 0.995
 """Of the pixels, the steepest left out, that the axes reach."""
 NOMINAL = 0.9
+NO_INTERVAL = "none of these estimators tells an interval"
 
 
 @styled
@@ -73,6 +74,9 @@ def side_by_side_figure(unseen: Sequence[Unseen]) -> Figure:
             coverage = 100 * by_steepness(item, inside, edges)
             plots[1].plot(middles, coverage, color=color, label=label)
     plots[0].set_ylim(bottom=0)
+    if not plots[1].lines:
+        middle = plots[1].transAxes
+        plots[1].text(0.5, 0.5, NO_INTERVAL, color=SOFT, transform=middle, ha="center", va="center")
     plots[1].axhline(100 * NOMINAL, color=INK, lw=0.9, ls=(0, (4, 2)), label="90 %")
     lowest = float(plots[1].get_ylim()[0])
     plots[1].set_ylim(np.clip(lowest, 0, 50), 100)  # with what covers less than half

@@ -15,9 +15,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from recon.labelling import refuse_name
+from sensor.dataset import IMAGES
 from sensor.errors import WedgeError
 from validation.importers.drawn import MOST_PRESSES
-from validation.importers.raw_frames import IMAGES, is_background
+from validation.importers.raw_frames import is_background
 
 LARGEST_TEXT = 10**7
 """Bytes."""

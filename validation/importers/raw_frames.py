@@ -26,6 +26,7 @@ from recon.pad import base_side, find_pad, gel_corners
 from recon.presses import PressReader, press_reader
 from recon.unwarp import prepare_unwarp
 from sensor.dataset import (
+    IMAGES,
     LENS_FILE,
     BallLabel,
     DatasetCard,
@@ -37,7 +38,6 @@ from sensor.errors import WedgeError
 from sensor.toml import Pair, located
 from validation.importers.folder import copy_frames, write_dataset
 
-IMAGES = (".png", ".jpg", ".jpeg")
 BACKGROUND = re.compile(r"^(background|blank|bg|ref|reference|empty)([-_ ]?\d*)$", re.IGNORECASE)
 CALIPER = re.compile(r"(?:caliper[-_ ]?)?(\d+(?:\.\d+)?)mm(?=$|[-_ ])", re.IGNORECASE)
 """From the name's beginning: further on, a length is that of the ball."""

@@ -3,6 +3,7 @@
 """Units over data sets and dates: in tables, as a page, and for machines."""
 
 from collections.abc import Sequence
+from decimal import Decimal
 from typing import Any
 
 from validation.drift import Evaluation, Move, Number, pairs
@@ -14,6 +15,8 @@ from validation.table_text import table_document
 
 HEADLINES = ("theta_x_deg", "theta_y_deg", "depth_rmse_mm", "depth_bias_mm", "noise")
 """Numbers in the short table."""
+DECIMALS = 6
+"""Shown at most: of a millimetre the last is a nanometre."""
 
 
 def summary(evaluations: Sequence[Evaluation]) -> tuple[list[str], list[list[str]]]:
@@ -34,9 +37,9 @@ def summary(evaluations: Sequence[Evaluation]) -> tuple[list[str], list[list[str
 def sentences(moved: Sequence[Move]) -> list[str]:
     """What moved, in words."""
     return [
-        f"{move.unit}: {move.title} moved from {move.before:.3g} ({move.since}) to {move.now:.3g} "
-        f"{move.measure} ({move.dataset}); 99 % interval of the difference "
-        f"{move.ci99[0]:+.3g} to {move.ci99[1]:+.3g}."
+        f"{move.unit}: {move.title} moved from {plain(move.before)} ({move.since}) to "
+        f"{plain(move.now)} {move.measure} ({move.dataset}); 99 % interval of the difference "
+        f"{plain(move.ci99[0], '+')} to {plain(move.ci99[1], '+')}."
         for move in moved
     ]
 
@@ -160,5 +163,11 @@ def value(number: Number | None) -> str:
     """A mean, its interval on a line of its own where there is one; a dash for no number."""
     if number is None:
         return "–"
-    mean, interval = f"{number.mean:.3g}", number.ci95
-    return mean if interval is None else f"{mean}\n{interval[0]:.3g} to {interval[1]:.3g}"
+    mean, interval = plain(number.mean), number.ci95
+    return mean if interval is None else f"{mean}\n{plain(interval[0])} to {plain(interval[1])}"
+
+
+def plain(value: float, sign: str = "") -> str:
+    """Three digits that count, of six decimals, written out without an exponent."""
+    rounded = round(value, DECIMALS) + 0.0  # no minus before a zero
+    return f"{Decimal(f'{rounded:.3g}'):{sign}f}"

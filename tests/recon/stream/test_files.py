@@ -152,7 +152,7 @@ def test_a_file_can_be_watched_like_a_camera(tmp_path: Path) -> None:
     ("where", "sentence"),
     [
         ("nowhere", "is not there: name an address"),
-        ("empty", "holds no PNG or JPEG images"),
+        ("empty", "holds no PNG, JPEG, BMP or TIFF images"),
         ("notes.txt", "is no stream"),
         ("bad.avi", "is no video"),
         ("bad.mcap", "is no MCAP file"),

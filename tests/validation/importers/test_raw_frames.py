@@ -124,17 +124,21 @@ def test_pictures_are_told_by_their_names() -> None:
             "ball-4.84mm-03.png",
             "4.84mmball-1.png",
             "press 5mm.png",
+            "Blank.bmp",
+            "5mm-1.tiff",
+            "press.TIF",
             "notes.txt",
             "._press 5mm.png",
         ]
     )
-    assert sorted_.background == ("Background.PNG", "bg-0.jpg")
-    assert sorted_.caliper == (("5mm-0.jpg", 5.0), ("caliper-2.5mm.png", 2.5))
+    assert sorted_.background == ("Background.PNG", "Blank.bmp", "bg-0.jpg")
+    assert sorted_.caliper == (("5mm-0.jpg", 5.0), ("5mm-1.tiff", 5.0), ("caliper-2.5mm.png", 2.5))
     assert set(sorted_.presses) == {
         "4.84mmball-1.png",
         "ball-4.84mm-03.png",
         "ball-5mmx.jpg",
         "press 5mm.png",
+        "press.TIF",
     }
     with pytest.raises(WedgeError, match="blank gel"):
         sort_pictures(["a.png"])

@@ -1,0 +1,62 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The same picture in every format that labs write, and nothing less than it."""
+
+import struct
+
+import cv2
+import numpy as np
+import pytest
+from PIL import Image
+
+from recon.images import read_image
+from sensor.dataset import IMAGES
+from sensor.errors import WedgeError
+from tests.synthetic import digitized, gradient_of, shaded
+
+PICTURE = digitized(shaded(gradient_of((50.0, 40.0, 15.0)))[24:56:4, 32:80:4])
+
+
+@pytest.mark.parametrize("ending", [x for x in IMAGES if not x.startswith(".jp")])
+def test_a_picture_is_the_same_in_every_file(tmp_path, ending):
+    path = tmp_path / f"frame{ending}"
+    cv2.imwrite(str(path), PICTURE[..., ::-1])
+    np.testing.assert_array_equal(read_image(path), PICTURE)
+    Image.fromarray(PICTURE).convert("RGBA").save(path)
+    np.testing.assert_array_equal(read_image(path), PICTURE)
+
+
+def test_a_tiff_that_would_come_as_less_than_it_is_is_refused(tmp_path):
+    path, picture = tmp_path / "frame.tif", Image.fromarray(PICTURE)
+    cv2.imwrite(str(path), PICTURE.astype(np.uint16) * 16)  # as a camera of 12 bits writes it
+    with pytest.raises(WedgeError, match=r"frame\.tif has 16 bits a colour: write it with 8"):
+        read_image(path)
+    picture.save(path, save_all=True, append_images=[picture])
+    with pytest.raises(WedgeError, match=r"frame\.tif holds several pictures"):
+        read_image(path)
+
+
+@pytest.mark.parametrize("ending", [".bmp", ".tif"])
+def test_a_changed_byte_gives_a_frame_or_a_sentence(tmp_path, ending):
+    path = tmp_path / f"frame{ending}"
+    Image.fromarray(PICTURE).save(path)
+    whole = path.read_bytes()
+    for place in range(len(whole)):
+        changed = bytearray(whole)
+        changed[place] ^= 0x55
+        path.write_bytes(changed)
+        try:
+            assert read_image(path).dtype == np.uint8
+        except WedgeError as error:
+            assert path.name in str(error)
+
+
+@pytest.mark.parametrize("side", [10_000, 60_000])
+def test_a_bitmap_that_claims_to_be_vast_is_refused_unread(tmp_path, side):
+    path = tmp_path / "vast.bmp"
+    Image.fromarray(PICTURE).save(path)
+    content = bytearray(path.read_bytes())
+    content[18:26] = struct.pack("<ii", side, side)
+    path.write_bytes(content)
+    with pytest.raises(WedgeError, match=r"vast\.bmp cannot be decoded.*decompression bomb"):
+        read_image(path)
