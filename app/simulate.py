@@ -36,7 +36,8 @@ def main(
     Light is traced from the LEDs through film, acrylic and gel to the painted skin, which follows
     what is pressed in; a camera model makes JPEG frames of it. OUT becomes a dataset folder like
     any other: `wedge table OUT` tells the gradient error to expect. truth/ holds the depth of the
-    skin. With libLLVM 16 or later on the machine it is several times faster.
+    skin. With libLLVM 16 or later on the machine it is several times faster, with an NVIDIA GPU
+    more so.
 
     Example: wedge simulate --design finger --scene balls --out build/finger-balls
 

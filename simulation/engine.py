@@ -1,11 +1,13 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which Mitsuba renders: the plain one that always works, or the compiled one where it does.
+"""Which Mitsuba renders: the plain one that always works, or a compiled one where it does.
 
-``llvm_ad_rgb`` is several times faster, but needs libLLVM 16 or later, and an older one ends the
-process without a word. So a candidate is tried in a child process first.
+``cuda_ad_rgb`` needs an NVIDIA GPU and its driver with OptiX. ``llvm_ad_rgb``, several times faster
+than the plain one, needs libLLVM 16 or later, and an older one ends the process without a word. So
+a candidate is tried in a child process first.
 """
 
+import ctypes
 import os
 import re
 import subprocess
@@ -17,13 +19,14 @@ from typing import Any, Literal
 
 from sensor.errors import WedgeError
 
-Variant = Literal["scalar_rgb", "llvm_ad_rgb"]
+Variant = Literal["scalar_rgb", "llvm_ad_rgb", "cuda_ad_rgb"]
 OLDEST_LLVM = 16
 LIBRARY_VARIABLE = "DRJIT_LIBLLVM_PATH"
+NVIDIA_DRIVER = "libcuda.so.1"
 SEARCHED = ("/usr/lib", "/usr/lib64", "/usr/local/lib", "/opt/homebrew/opt", "/usr/local/opt")
 TRIAL_S = 60
 _TRIAL = (
-    "import mitsuba as mi; mi.set_variant('llvm_ad_rgb'); scene = mi.cornell_box(); "
+    "import sys, mitsuba as mi; mi.set_variant(sys.argv[1]); scene = mi.cornell_box(); "
     "scene['sensor']['film']['width'] = scene['sensor']['film']['height'] = 8; "
     "assert float(mi.render(mi.load_dict(scene), spp=4).array[0]) >= 0"
 )
@@ -66,16 +69,24 @@ SCALAR = Engine(variant="scalar_rgb")
 
 @lru_cache
 def best_engine() -> Engine:
-    """The compiled engine where a trial render with it succeeds, else the plain one.
+    """The fastest engine with which a trial render succeeds: on a GPU, compiled, or the plain one.
 
     Raises:
         WedgeError: Mitsuba is not installed.
     """
     SCALAR.load()
-    for library in llvm_libraries():
-        if compiles(library):
-            return Engine(variant="llvm_ad_rgb", library=library)
-    return SCALAR
+    candidates = [Engine(variant="cuda_ad_rgb")] if has_nvidia_driver() else []
+    candidates += [Engine(variant="llvm_ad_rgb", library=path) for path in llvm_libraries()]
+    return next((engine for engine in candidates if renders(engine)), SCALAR)
+
+
+def has_nvidia_driver() -> bool:
+    """Whether the driver of an NVIDIA GPU is found."""
+    try:
+        ctypes.CDLL(NVIDIA_DRIVER)
+    except OSError:
+        return False
+    return True
 
 
 def llvm_libraries() -> list[str]:
@@ -98,13 +109,12 @@ def llvm_version(name: str) -> int:
     return int(match[1]) if match else 0
 
 
-def compiles(library: str) -> bool:
-    """Whether a render with this libLLVM comes back, tried where a crash does no harm."""
-    environment = {**os.environ, LIBRARY_VARIABLE: library}
+def renders(engine: Engine) -> bool:
+    """Whether a render with this engine comes back, tried where a crash does no harm."""
+    environment = {**os.environ, **({LIBRARY_VARIABLE: engine.library} if engine.library else {})}
+    command = [sys.executable, "-c", _TRIAL, engine.variant]
     try:
-        done = subprocess.run(
-            [sys.executable, "-c", _TRIAL], env=environment, capture_output=True, timeout=TRIAL_S
-        )
+        done = subprocess.run(command, env=environment, capture_output=True, timeout=TRIAL_S)
     except (OSError, subprocess.TimeoutExpired):
         return False
     return done.returncode == 0

@@ -10,7 +10,7 @@ import pytest
 from sensor.design import FINGER
 from sensor.errors import WedgeError
 from simulation import engine
-from simulation.engine import SCALAR, best_engine, compiles, llvm_libraries, llvm_version
+from simulation.engine import SCALAR, Engine, best_engine, llvm_libraries, llvm_version, renders
 from simulation.render import render
 from simulation.skin import gel_view
 
@@ -43,12 +43,34 @@ def test_old_libraries_are_not_tried(tmp_path, monkeypatch) -> None:
     assert llvm_libraries() == [str(tmp_path / "libLLVM-21.so"), str(tmp_path / "libLLVM.so.18.1")]
 
 
-def test_a_library_that_crashes_costs_a_child_only(tmp_path, fresh, monkeypatch) -> None:
+def test_an_engine_that_crashes_costs_a_child_only(fresh, monkeypatch) -> None:
     crash = "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)"
     monkeypatch.setattr(engine, "_TRIAL", crash)
+    monkeypatch.setattr(engine, "has_nvidia_driver", lambda: True)
     monkeypatch.setattr(engine, "llvm_libraries", lambda: ["libLLVM-99.so"])
-    assert not compiles("libLLVM-99.so")
+    assert not renders(Engine(variant="cuda_ad_rgb"))
     assert engine.best_engine() == SCALAR
+
+
+def test_a_gpu_comes_before_the_processor_and_a_driver_alone_is_none(fresh, monkeypatch) -> None:
+    gpu, compiled = (
+        Engine(variant="cuda_ad_rgb"),
+        Engine(variant="llvm_ad_rgb", library="libLLVM-99.so"),
+    )
+    monkeypatch.setattr(engine, "has_nvidia_driver", lambda: True)
+    monkeypatch.setattr(engine, "llvm_libraries", lambda: ["libLLVM-99.so"])
+    monkeypatch.setattr(engine, "renders", lambda item: True)
+    assert engine.best_engine() == gpu
+    monkeypatch.setattr(engine, "renders", lambda item: item != gpu)
+    assert engine.best_engine() == compiled
+    monkeypatch.setattr(engine, "has_nvidia_driver", lambda: False)
+    monkeypatch.setattr(engine, "renders", lambda item: True)
+    assert engine.best_engine() == compiled
+
+
+def test_a_library_that_is_no_driver_is_not_taken_for_one(monkeypatch) -> None:
+    monkeypatch.setattr(engine, "NVIDIA_DRIVER", "libno_such_driver.so.1")
+    assert not engine.has_nvidia_driver()
 
 
 def test_without_mitsuba_the_extra_is_named(monkeypatch) -> None:
