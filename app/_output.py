@@ -2,11 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the subcommands share at their output: tables on the terminal, JSON in files."""
 
+import csv
+import io
 import json
 import math
 import os
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -96,6 +99,76 @@ def _is_read_in(folders: set[Path], path: Path) -> bool:
     return path.parent in folders or any(
         folder in folders and (folder / "dataset.toml").is_file() for folder in path.parents
     )
+
+
+@contextmanager
+def noted(failures: list[WedgeError]) -> Iterator[None]:
+    """Note what cannot be written instead of raising it: a full disk ends a run, but takes nothing.
+
+    Args:
+        failures: where the error is added.
+    """
+    try:
+        yield
+    except WedgeError as error:
+        failures.append(error)
+
+
+class RowFile:
+    """A CSV file that is written row by row, and ends with a whole one where the disk is full."""
+
+    def __init__(self, path: Path, headings: Sequence[str]) -> None:
+        """Begin a file.
+
+        Raises:
+            WedgeError: the file exists or cannot be written.
+        """
+        self._path, self._end = path, 0
+        try:
+            self._file = path.open("xb", buffering=0)
+        except OSError as error:
+            raise self._unwritable(error) from error
+        self.add(headings)
+
+    def __enter__(self) -> "RowFile":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def add(self, row: Sequence[object]) -> None:
+        """Append a row.
+
+        Raises:
+            WedgeError: the disk is full.
+        """
+        line = io.StringIO()
+        csv.writer(line, lineterminator="\n").writerow(row)
+        rest = line.getvalue().encode()
+        try:
+            while rest:
+                rest = rest[self._file.write(rest) :]
+        except OSError as error:
+            self._file.truncate(self._end)
+            raise self._unwritable(error) from error
+        self._end = self._file.tell()
+
+    def close(self) -> None:
+        """Bring everything to the disk and let go of the file.
+
+        Raises:
+            WedgeError: the disk is full.
+        """
+        if not self._file.closed:
+            try:
+                os.fsync(self._file.fileno())
+            except OSError as error:
+                raise self._unwritable(error) from error
+            finally:
+                self._file.close()
+
+    def _unwritable(self, error: OSError) -> WedgeError:
+        return WedgeError(f"{self._path} cannot be written: {error.strerror}.")
 
 
 def write_json(path: Path | None, document: dict[str, Any]) -> None:

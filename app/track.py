@@ -2,26 +2,37 @@
 # SPDX-License-Identifier: Apache-2.0
 """`wedge track`: where the touched object is, frame after frame."""
 
-import csv
-import io
 import sys
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
 from app._frames import read_checked, unit_frames
-from app._output import OutputFile, check_outputs, keep_inputs, print_table, write_json
+from app._output import (
+    OutputFile,
+    RowFile,
+    check_outputs,
+    keep_inputs,
+    noted,
+    print_table,
+    write_json,
+)
 from app._progress import progress
 from sensor.errors import WedgeError
-from sensor.files import write_atomic
+from sensor.files import refuse_kept_folder, write_atomic
 
 if TYPE_CHECKING:
     import numpy as np
 
     from recon.pose.tracker import PoseEstimate
+    from recon.touch_file import TouchFile
+    from validation.figures.overlay import Clip
 
+WRITTEN = ("poses.mcap", "poses.csv", "poses.png", "overlay.webp")
 LEFT_OUT = "the frame is damaged"
 MOST_FRAMES = 250_000
 """Of one run, over two hours: a frame's row and pose stay in memory until its end, one or two
@@ -43,20 +54,22 @@ def main(
     begin: int = 0,
     frames: int | None = None,
     json: OutputFile = None,
-) -> None:
+) -> int:
     """Follow the pose of the object that a sensor touches.
 
     Without a mesh, the object is what the first touch shows, and its pose there is the identity:
     what follows is how it has moved. With a mesh in mm, poses are those of the mesh; where --start
-    gives none, the first touch is compared with the mesh from all sides, which takes seconds. A
-    pose maps object coordinates to the gel frame: x along the columns, y down, z out of the gel.
+    gives none, and again after a loss, a touch is compared with the mesh from all sides, which
+    takes seconds. A pose maps object coordinates to the gel frame: x along the columns, y down, z
+    out of the gel.
 
     Every frame gets a state: tracking; weak (a pose, but the touch does not show every motion, as
     a smooth ball does not show how it turns); frozen (the stream stands still); lost, with the
     reason, and a damaged frame is lost as well. A lost frame has no pose. Ctrl-C ends a stream, and
     what was found is written. OUT receives poses.csv, poses.png (with two standard
     deviations), overlay.webp, and poses.mcap for Foxglove and RViz: poses as transforms, their
-    states, the touched points and a marker gel's dots.
+    states, the touched points and a marker gel's dots. Where the disk fills up, the run ends, what
+    was found until then is kept and told, and the exit status is 2.
 
     Example: wedge track units/wedge-001 press.mp4 --background first --out tracked
 
@@ -81,10 +94,9 @@ def main(
     from recon.pose.mesh import read_mesh
     from recon.pose.models import MeshModel
     from recon.pose.tracker import REGISTRATIONS, PoseEstimate, Tracker
-    from recon.touch_file import TouchFile
-    from sensor.files import new_folder
     from validation.figures.overlay import Clip
-    from validation.figures.tracking import anchor_on, overlay
+    from validation.figures.png import png_bytes
+    from validation.figures.tracking import anchor_on, overlay, pose_figure
 
     if frames is not None and not 0 < frames <= MOST_FRAMES:
         raise WedgeError(f"--frames must be 1 to {MOST_FRAMES}, not {frames}.")
@@ -104,11 +116,12 @@ def main(
         blank = read_checked(background, calibration.unwarp)
     found: list[PoseEstimate] = []
     rows: list[list[Any]] = []
-    clip, anchor, cut = Clip(), None, ""
+    failed: list[WedgeError] = []
+    clip, anchor = Clip(), None
+    said: list[str] = []
     with (
         unit_frames([source], calibration.unwarp, begin + (frames or MOST_FRAMES + 1)) as came,
-        new_folder(out) as folder,
-        TouchFile(folder / "poses.mcap") as file,
+        _opened(out, clip) as (file, table),
         progress("tracking") as show,
     ):
         if came.live and frames is None:
@@ -122,34 +135,54 @@ def main(
             if index < begin:
                 continue
             if len(found) == MOST_FRAMES:
-                cut = _cut(begin)
+                said.append(_cut(begin))
                 break
             if reconstruct is None:
                 reconstruct = Reconstructor(calibration, blank)
-            if frame.image is None:
+            touch = None if frame.image is None else reconstruct(frame.image)
+            if touch is None:
                 pose, markers = PoseEstimate(state="lost", reason=LEFT_OUT), ""
-                file.add_pose(frame.time_ns, pose)
             else:
-                touch = reconstruct(frame.image)
-                markers = touch.markers
-                strange = is_strange(touch.disturbed)
+                markers, strange = touch.markers, is_strange(touch.disturbed)
                 pose = doubted(track(touch), markers, still=frame.still, strange=strange)
-                file.add(frame.time_ns, touch, pose, touch.dots)
+            row = _row(index, frame.time_ns, pose, markers)
+            with noted(failed):
+                if touch is None:
+                    file.add_pose(frame.time_ns, pose)
+                else:
+                    file.add(frame.time_ns, touch, pose, touch.dots)
+                table.add(row)
+            if failed:
+                break
+            if touch is not None and frame.image is not None:
                 if anchor is None and pose.T_sensor_object is not None:
                     anchor = anchor_on(touch, pose.T_sensor_object)
                 shown = reconstruct.unwarp(frame.image)
                 clip.add(overlay(shown, touch.contact, touch.mm_per_px, pose, anchor))
             found.append(pose)
-            rows.append(_row(index, frame.time_ns, pose, markers))
+            rows.append(row)
             show(len(found) / (frames or len(found) + 1), pose.state)
         if came.interrupted and clip.empty:
             raise KeyboardInterrupt  # there is nothing to keep
+        if failed and clip.empty:
+            raise failed[0]
         if not found:
             raise WedgeError(f"{source} holds no frame" + (f" {begin}." if begin else "."))
         if clip.empty:
             raise WedgeError(f"{source} holds no whole frame from {begin} on.")
-        _write(folder, rows, found, Path(source).name)
-        write_atomic(folder / "overlay.webp", clip.webp())
+        rest = f" --begin {index} follows the rest." if failed else ""
+        for written in (table, file):
+            with noted(failed):
+                written.close()
+        short = "; the last second may be missing in poses.mcap" if failed else ""
+        times_s = [(row[1] - rows[0][1]) / 1e9 for row in rows]
+        figure = pose_figure(times_s, found, Path(source).name)
+        for name, content in (("poses.png", png_bytes(figure)), ("overlay.webp", clip.webp())):
+            with noted(failed):
+                write_atomic(out / name, content)
+        if failed:
+            span = f"Frames {rows[0][0]} to {rows[-1][0]}"
+            said.append(f"{failed[0]} {span} are kept in {_written(out)}{short}.{rest}")
     counts = Counter((item.state, item.reason) for item in found)
     print_table(
         ["state", "why", "frames"],
@@ -158,14 +191,45 @@ def main(
     misfit = Counter(row[-1] for row in rows if row[-1] not in ("", *TRUSTED_MARKERS))
     for word, count in misfit.most_common():
         print(f"The dots on the gel, in {count} of {len(rows)} frames: {word}")
-    print(f"Open {out / 'overlay.webp'}")
+    if (out / "overlay.webp").exists():
+        print(f"Open {out / 'overlay.webp'}")
+    for sentence in said:
+        print(sentence, file=sys.stderr)
     keys = COLUMNS.split(",")
     poses = [dict(zip(keys, row, strict=True)) for row in rows]
     document = {"unit": str(unit), "source": source, "tracker": tracker, "poses": poses}
-    write_json(json, {**document, "remarks": [*came.remarks, *([cut] if cut else [])]})
-    if cut:
-        print(cut, file=sys.stderr)
+    write_json(json, {**document, "remarks": [*came.remarks, *said]})
     came.tell()
+    return 2 if failed else 0
+
+
+@contextmanager
+def _opened(out: Path, clip: "Clip") -> "Iterator[tuple[TouchFile, RowFile]]":
+    """The files that grow with every frame: they are whole and stay, whatever ends the run.
+
+    Only where that is before its first whole frame, they go again.
+    """
+    from recon.touch_file import TouchFile
+
+    refuse_kept_folder(out)
+    file = TouchFile(out / "poses.mcap")  # not over that of a run that began just now
+    try:
+        with file, RowFile(out / "poses.csv", COLUMNS.split(",")) as table:
+            yield file, table
+    except BaseException:
+        if clip.empty:
+            for name in WRITTEN:
+                (out / name).unlink(missing_ok=True)
+            with suppress(OSError):
+                out.rmdir()
+        else:
+            print(f"What was found is kept in {_written(out)}.", file=sys.stderr)
+        raise
+
+
+def _written(out: Path) -> str:
+    """A folder and what a run has written there."""
+    return f"{out}: {', '.join(name for name in WRITTEN if (out / name).exists())}"
 
 
 def _cut(begin: int) -> str:
@@ -192,20 +256,6 @@ def _pose(path: Path) -> "np.ndarray":
     if not is_rigid(numbers.reshape(4, 4)):
         raise WedgeError(f"{path} is no rigid transform: give a 4 x 4 [R t; 0 0 0 1], t in mm.")
     return numbers.reshape(4, 4)
-
-
-def _write(folder: Path, rows: list[list[Any]], found: "list[PoseEstimate]", title: str) -> None:
-    """The table and the plot."""
-    from validation.figures.png import png_bytes
-    from validation.figures.tracking import pose_figure
-
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(COLUMNS.split(","))
-    table.writerows(["" if cell is None else cell for cell in row] for row in rows)
-    write_atomic(folder / "poses.csv", text.getvalue().encode())
-    times_s = [(row[1] - rows[0][1]) / 1e9 for row in rows]
-    write_atomic(folder / "poses.png", png_bytes(pose_figure(times_s, found, title)))
 
 
 def _row(index: int, time_ns: int, item: "PoseEstimate", markers: str) -> list[Any]:

@@ -12,7 +12,7 @@ from recon.calibration import Calibration
 from recon.cloud import Skin
 from recon.contact import is_strange
 from recon.markers.detection import unexpected_dots
-from recon.markers.tracking import Tracked, marker_tracker
+from recon.markers.tracking import Tracked, marker_tracker, misfit
 from recon.poisson import Boundary
 from recon.pose.tracker import PoseEstimate, Tracker
 from sensor.toml import Pair
@@ -63,11 +63,11 @@ class Follower:
             background: a blank frame of today; by default the unit's own.
         """
         self._unwarp = unit.unwarp
-        blank = self._unwarp(unit.background if background is None else background)
-        self._find_dots = marker_tracker(blank)
+        self._blank = self._unwarp(unit.background if background is None else background)
+        self._find_dots = marker_tracker(self._blank)
         self._dots: Tracked | None = None
         self._before: Frame | None = None
-        self._misfit = ""
+        self._misfit = misfit(unit.card.markers, self._find_dots)
         self._track = Tracker()
         self._object_number = 0
         self._touched_s = 0.0
@@ -87,9 +87,11 @@ class Follower:
         still = self._before is not None and np.array_equal(self._before, frame)
         if self._find_dots is not None:
             self._dots = self._find_dots.track(image, self._dots)
-        elif self._before is None:
-            self._misfit = unexpected_dots(image)
-        word = self._misfit or "none" if self._dots is None else self._dots.word
+        else:
+            self._misfit = self._misfit or unexpected_dots(image, self._blank)
+        word = "none" if self._dots is None else self._dots.word
+        if word != "lost":  # which no blank frame can tell
+            word = self._misfit or word
         self._before = frame.copy()
         found = self._track(kept)
         if found.reason != "nothing touches":

@@ -19,7 +19,7 @@ from recon.depth_error import slope_error
 from recon.estimators import GradientEstimator, gradient_field
 from recon.markers.detection import unexpected_dots
 from recon.markers.filling import fill_gradients
-from recon.markers.tracking import MarkerTracker, Tracked, marker_tracker
+from recon.markers.tracking import Tracked, marker_tracker, misfit
 from recon.poisson import Boundary
 from recon.shadows import cast_shadows
 from sensor.toml import Pair
@@ -94,8 +94,7 @@ class Reconstructor:
         self.unwarp = calibration.unwarp
         self._blank = self.unwarp(calibration.background if background is None else background)
         self._tracker = marker_tracker(self._blank)
-        self._misfit = _misfit(calibration.card.markers, self._tracker)
-        self._seen_frame = False
+        self._misfit = misfit(calibration.card.markers, self._tracker)
 
     @classmethod
     def load(cls, folder: str | Path, background: Frame | None = None) -> "Reconstructor":
@@ -119,9 +118,8 @@ class Reconstructor:
             dots = self._tracker.track(image)
             hidden = self._tracker.hidden(dots)
             difference = fill_gradients(difference, hidden, "harmonic")
-        elif not self._seen_frame:
-            self._seen_frame = True
-            self._misfit = self._misfit or unexpected_dots(image)
+        else:
+            self._misfit = self._misfit or unexpected_dots(image, self._blank)
         found = reconstruct(
             difference,
             self.calibration.estimator,
@@ -176,12 +174,3 @@ def reconstruct(
         doubt=found.doubt,
         estimator=estimator,
     )
-
-
-def _misfit(recorded: Mapping[str, float] | None, found: MarkerTracker | None) -> str:
-    """What is wrong where the unit's record and the blank gel disagree about dots; else empty."""
-    if recorded is not None and found is None:
-        return f"none, but the unit has {recorded['count']:g}: is this its gel, in focus?"
-    if recorded is None and found is not None:
-        return f"{len(found.markers)} dots, but the unit was calibrated without: calibrate it anew"
-    return ""

@@ -44,7 +44,8 @@ class PoseView:
         words = "none on this gel" if felt.markers == "none" else felt.markers
         if felt.dots is not None:
             draw_arrows(shown, felt.dots, shown.shape[1] / felt.image.shape[1])
-            words = marker_words(felt.dots, touch.mm_per_px)
+            misfit = "" if felt.markers == felt.dots.word else f"; {felt.markers}"
+            words = marker_words(felt.dots, touch.mm_per_px) + misfit
         return Followed(
             picture=pictures.as_url(shown),
             state=felt.pose.state,

@@ -17,6 +17,7 @@ from scipy.spatial import KDTree
 
 from recon.arrays import Unwarped
 from recon.markers.lattice import Cells, Points, grow_lattice
+from recon.middle import median
 from sensor.toml import Pair
 
 DARKEST = 0.02
@@ -138,21 +139,31 @@ def find_markers(image: Unwarped) -> Markers | None:
     )
 
 
-def unexpected_dots(image: Unwarped) -> str:
+def unexpected_dots(image: Unwarped, blank: Unwarped) -> str:
     """A word where a frame of a gel whose blank frame has no dots shows a grid of them; else empty.
 
     Args:
         image: the unwarped frame, blank or pressed. What touches may be dotted too, so only a grid
             over most of the frame counts.
+        blank: the unwarped blank frame. What is no darker than it is no dot, which is soon told.
     """
+    darker = _log_brightness(blank) - _log_brightness(image)
+    smooth = cv2.GaussianBlur(darker - median(darker), (0, 0), FINEST_SCALE_PX)
+    dark = smooth > LEAST_RESPONSE  # so much the faintest and finest dot is
+    if not _reaches_far(np.argwhere(dark)[:, ::-1], image):
+        return ""
     found = find_markers(image)
-    if found is None or (np.ptp(found.position_px, axis=0) < MOST_OF_FRAME * _size_px(image)).any():
+    if found is None or not _reaches_far(found.position_px, image):
         return ""
     return f"{len(found)} dots, but the blank frame has none: is this the unit's gel?"
 
 
-def _size_px(image: Unwarped) -> np.ndarray:
-    return np.array(image.shape[1::-1])
+def _reaches_far(position_px: np.ndarray, image: Unwarped) -> bool:
+    """Whether places (n, 2), x and y, are spread over most of a frame."""
+    if not len(position_px):
+        return False
+    reach_px = MOST_OF_FRAME * np.array(image.shape[1::-1])
+    return bool((np.ptp(position_px, axis=0) >= reach_px).all())
 
 
 def inside(position_px: Points, shape: tuple[int, int]) -> Bool[np.ndarray, " n"]:

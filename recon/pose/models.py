@@ -107,9 +107,9 @@ class TouchModel:
             del self.keyframes[self._stay]
 
     def guesses(self, touch: Touch) -> Iterator[tuple[Keyframe, Transform]]:
-        """Each touch as it was, and turned about the gel's normal, moved to the contact."""
+        """Those given, each as it was, and turned about the gel's normal, moved to the contact."""
         center = contact_points(touch).mean(0)
-        for item in self.keyframes:
+        for item in self.keyframes[: self._stay]:
             yield item, item.T_sensor_object
             for yaw in np.arange(YAWS) * 2 * np.pi / YAWS:
                 turn = Rotation.from_rotvec([0, 0, yaw]).as_matrix()

@@ -13,13 +13,13 @@ not per frame, and an object that comes back meets its first keyframe again. A r
 only if it explains the slopes that are seen.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from typing import Literal
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from recon.pose.agreement import agreement
+from recon.pose.estimate import PoseEstimate as PoseEstimate
 from recon.pose.icp import Icp
 from recon.pose.joint import Joint
 from recon.pose.models import (
@@ -32,7 +32,6 @@ from recon.pose.models import (
 )
 from recon.pose.registration import Registration, Touch, kept, reaches_border
 from recon.pose.rigid import (
-    Covariance,
     Transform,
     adjoint,
     angle_deg,
@@ -41,9 +40,6 @@ from recon.pose.rigid import (
     straightened,
 )
 from sensor.errors import WedgeError
-
-State = Literal["tracking", "weak", "frozen", "lost"]
-"""``weak``: a pose with a warning; ``frozen``: the stream stands still; ``lost``: no pose."""
 
 REGISTRATIONS: Mapping[str, Registration] = {
     "joint": Joint(),
@@ -79,42 +75,11 @@ ADRIFT_DEG = 4.0
 """A standard deviation from which keyframes are tried wherever they are."""
 ALIKE = 0.03
 """Poses whose explained shares differ by less cannot be told apart."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class PoseEstimate:
-    """What one touch says of the object's pose."""
-
-    state: State
-    reason: str = ""
-    """Why the state is not ``tracking``, in plain words."""
-    T_sensor_object: Transform | None = None
-    """``None`` where lost."""
-    covariance: Covariance | None = None
-    """Of a twist x (rad, mm) in ``T_sensor_object @ motion(x)``, since the start."""
-    overlap: float = 0.0
-    """Share of the smaller contact that both touches show."""
-    explained: float = 0.0
-    """Share of the energy of the slopes there that the pose explains."""
-
-    @property
-    def words(self) -> str:
-        """The state, and why where there is a reason."""
-        return f"{self.state}: {self.reason}" if self.reason else self.state
-
-    @property
-    def rotation_std_deg(self) -> float:
-        """Of the rotation vector's length; infinite without a pose."""
-        if self.covariance is None:
-            return np.inf
-        return float(np.degrees(np.sqrt(np.trace(self.covariance[:3, :3]))))
-
-    @property
-    def translation_std_mm(self) -> float:
-        """Of the object's origin; infinite without a pose."""
-        return (
-            np.inf if self.covariance is None else float(np.sqrt(np.trace(self.covariance[3:, 3:])))
-        )
+LOOKS = 3
+"""From where a guess leads to, one after another: a mesh looks other from twenty degrees away."""
+FITS = 0.95
+"""Explained share of a searched pose that leaves no doubt: of random polyhedra right poses came to
+0.953 and more, wrong ones, where the right was not among the guesses, to 0.931 at most."""
 
 
 class Tracker:
@@ -146,12 +111,17 @@ class Tracker:
         self.registration = REGISTRATIONS[registration]
         self.model: ObjectModel = TouchModel() if model is None else model
         self._knows_nothing = model is None
+        self._searches = model is not None
         self._start = T_sensor_object
         self._last: Transform | None = T_sensor_object
         self._before: Touch | None = None
         self._estimate = PoseEstimate(state="lost", reason="nothing touches")
         self._keyframe: Keyframe | None = None
         self._recent: Keyframe | None = None
+        self._sought: Keyframe | None = None
+        """A touch for which no pose was found."""
+        self._unsure = False
+        """Whether the last search left doubt: poses that follow from it keep it."""
         self._most_px = 0
 
     def __call__(self, touch: Touch) -> PoseEstimate:
@@ -162,6 +132,7 @@ class Tracker:
         self._most_px = max(self._most_px, contact_px)
         if contact_px < LEAST_CONTACT_PX:
             self._estimate = PoseEstimate(state="lost", reason="nothing touches")
+            self._sought = None
         elif contact_px < LEAST_SHARE * self._most_px:
             self._estimate = PoseEstimate(state="lost", reason="too little of the object touches")
         elif not np.isfinite(touch.gradient).all():
@@ -174,11 +145,19 @@ class Tracker:
         elif self._last is None:
             self._estimate = self._searched(touch)
         else:
+            known = self._recent is not None
             found = self._followed(touch, self._last)
             adrift = found.state == "weak" and found.rotation_std_deg > ADRIFT_DEG
             if adrift or (self._estimate.state == "lost" and found.state != "tracking"):
                 found = self._recognized(touch, found)
+            if self._searches and self._estimate.state == "lost":
+                # Who gave the first pose knows it; a touch after a loss must show where it is.
+                if found.state == "lost" or (known and found.state == "weak"):
+                    found = self._searched(touch)
             self._estimate = found
+            if found.state == "tracking" and self._unsure:
+                reason = "the touch by which it was found left it in doubt"
+                self._estimate = replace(found, state="weak", reason=reason)
         if self._estimate.state == "tracking" and contact_px < LEAST_IN_FRAME * self._most_px:
             if reaches_border(touch.contact):
                 reason = "most of the object lies beyond the frame's border"
@@ -293,25 +272,49 @@ class Tracker:
         return doubtful
 
     def _searched(self, touch: Touch) -> PoseEstimate:
-        """Without a pose to start from: every guess of the model."""
-        seen = self._seen(touch)
-        results = [
-            (result, known)
-            for known, guess in self.model.guesses(touch)
-            if (result := self._compared(known, seen, guess)).T_sensor_object is not None
-        ]
+        """Where no pose is known, or the last one does not lead here: every guess of the model."""
+        seen, lost = self._seen(touch), "no pose of the object fits this touch"
+        if self._sought is not None:
+            same = agreement(self._sought.pyramid, seen.pyramid, np.eye(4))
+            if min(same.overlap, same.explained) > FITS:
+                return PoseEstimate(state="lost", reason=lost)
+        results: list[tuple[PoseEstimate, Keyframe, Transform]] = []
+        last: tuple[PoseEstimate, Keyframe, Transform] | None = None
+        for known, guess in self._guesses(touch):
+            found = self._compared(known, seen, guess)
+            for _ in range(LOOKS):
+                if found.T_sensor_object is not None:
+                    known = self.model.near(found.T_sensor_object, touch) or known
+                    found = self._compared(known, seen, found.T_sensor_object)
+            if found.T_sensor_object is not None:
+                results.append((found, known, found.T_sensor_object))
+                last = results[-1] if guess is self._last else last
         results.sort(key=lambda item: -item[0].explained)
         if not results or results[0][0].explained < FOUND_AGAIN:
-            return PoseEstimate(state="lost", reason="no pose of the object fits this touch")
-        best, self._keyframe = results[0]
-        assert best.T_sensor_object is not None
-        for other, known in results[1:]:
-            assert other.T_sensor_object is not None
-            between = other.T_sensor_object @ inverse(best.T_sensor_object)
-            alike = best.explained - other.explained < ALIKE
+            self._sought = seen
+            return PoseEstimate(state="lost", reason=lost)
+        best, self._keyframe, pose = results[0]
+        if last is not None and best.state == "weak" and best.explained - last[0].explained < ALIKE:
+            best, self._keyframe, pose = last  # what a touch does not show stays as it was
+        assert best.covariance is not None
+        self._recent = replace(seen, T_sensor_object=pose, covariance=best.covariance)
+        for other, known, elsewhere in results:
+            between = elsewhere @ inverse(pose)
+            rivals = other.state == "tracking" or best.state == "weak"
+            alike = rivals and best.explained - other.explained < ALIKE
             if alike and (angle_deg(between) > 5 or moved_mm(known, between) > 0.5):
-                return replace(best, state="weak", reason="several poses fit this touch")
+                best = replace(best, state="weak", reason="several poses fit this touch")
+        fits = best.explained >= FITS and best.overlap >= KEYFRAME_OVERLAP
+        if best.state == "tracking" and not fits:
+            best = replace(best, state="weak", reason="no pose of the object fits this touch well")
+        self._unsure = best.state != "tracking"
         return best
+
+    def _guesses(self, touch: Touch) -> Iterator[tuple[Keyframe, Transform]]:
+        """The last pose, and the model's guesses."""
+        if (last := self._last) is not None and (near := self.model.near(last, touch)) is not None:
+            yield near, last
+        yield from self.model.guesses(touch)
 
     def _seen(self, touch: Touch) -> Keyframe:
         """The touch prepared; its pose is not known yet."""

@@ -28,6 +28,7 @@ def test_dots_that_moved_are_counted_measured_and_drawn() -> None:
     moved = digitized(dotted(places + np.array([2.0, 0]), 2.0, gel))
     shown = [view(follow(frame, blank(), 0.0)) for frame in (moved, unit.background)]
     assert shown[0].markers.startswith(f"{len(places)} of {len(places)} dots seen")
+    assert shown[0].markers.endswith("but the unit was calibrated without: calibrate it anew")
     found_mm = float(shown[0].markers.split("moved ")[1].split()[0])
     assert found_mm == pytest.approx(2 * MM_PER_PX[0], abs=0.02)
     arrows = [decode_jpeg(base64.b64decode(item.picture.partition(",")[2])).std() for item in shown]

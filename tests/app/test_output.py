@@ -9,8 +9,9 @@ import pytest
 from PIL import Image
 
 from app.__main__ import main
-from app._output import check_outputs, keep_inputs, output_names, write_json
+from app._output import RowFile, check_outputs, keep_inputs, output_names, write_json
 from sensor.errors import WedgeError
+from tests.sensor.test_files import full_disk
 
 
 def refuse_constant(word: str) -> None:
@@ -24,6 +25,19 @@ def test_what_is_no_finite_number_is_written_as_null(tmp_path: Path) -> None:
     text = (tmp_path / "a.json").read_text()
     read = json.loads(text, parse_constant=refuse_constant)
     assert read == {"mean": 0.5, "ci95": [None, None], "rows": [{"a": None, "b": 1}]}
+
+
+def test_a_table_ends_with_a_whole_row_where_the_disk_is_full(tmp_path: Path) -> None:
+    path = tmp_path / "rows.csv"
+    with full_disk(100), RowFile(path, ["first", "second", "third"]) as table:
+        with pytest.raises(WedgeError, match=r"rows\.csv cannot be written: File too large"):
+            for _ in range(20):
+                table.add(['a "b", c', None, 7])
+    row = '"a ""b"", c",,7\n'
+    rows = (100 - len("first,second,third\n")) // len(row)
+    assert path.read_text() == "first,second,third\n" + rows * row
+    with pytest.raises(WedgeError, match=r"rows\.csv cannot be written: File exists"):
+        RowFile(path, ["first"])
 
 
 def test_names_are_those_of_the_images_and_of_the_frame_in_an_archive() -> None:

@@ -152,6 +152,20 @@ def test_the_word_tells_when_unit_and_gel_disagree_about_dots(units, tmp_path, c
     assert "is this its gel" in row["markers"]
 
 
+def test_dots_that_come_after_a_clear_frame_are_told(units, tmp_path, capsys):
+    folder, _ = units
+    names = [folder / name / "set" / "background.png" for name in ("clear", "dotted", "dotted")]
+    for index, name in enumerate(names):
+        (tmp_path / "clip").mkdir(exist_ok=True)
+        (tmp_path / "clip" / f"{index}.png").symlink_to(name)
+    words = (folder / "clear" / "unit", tmp_path / "clip", "--background", "first")
+    assert run("track", *words, "--out", tmp_path / "out", "--json", tmp_path / "t.json") == 0
+    told = [row["markers"] for row in json.loads((tmp_path / "t.json").read_text())["poses"]]
+    word = f"{len(PLACES)} dots, but the blank frame has none: is this the unit's gel?"
+    assert told == ["none", word, word]
+    assert f"The dots on the gel, in 2 of 3 frames: {word}" in capsys.readouterr().out
+
+
 def test_bad_input_is_one_sentence(units, tmp_path, capsys):
     folder, _ = units
     clear, dotted_unit = folder / "clear" / "unit", folder / "dotted" / "unit"

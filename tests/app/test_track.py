@@ -1,7 +1,9 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
 import csv
+import errno
 import json
+import os
 from collections import Counter
 
 import numpy as np
@@ -13,7 +15,9 @@ import app.track
 from app.__main__ import main
 from recon.calibration import calibrate
 from recon.images import write_image
+from recon.pipeline import Reconstructor
 from recon.presses import read_presses
+from tests.sensor.test_files import failing, full_disk
 from tests.synthetic import digitized, gradient_of, make_dataset, shaded
 
 
@@ -99,6 +103,87 @@ def test_where_one_run_ends_before_its_source_does_it_says_so(
     assert len(document["remarks"]) == bool(said)
     told = capsys.readouterr().err
     assert all(said in remark and remark in told for remark in document["remarks"])
+
+
+def poses_in(out):
+    """Frames in the table and in the recording, both read to their end."""
+    with (out / "poses.csv").open() as stream:
+        rows = list(csv.reader(stream))
+    assert {len(row) for row in rows} == {len(app.track.COLUMNS.split(","))}
+    with (out / "poses.mcap").open("rb") as stream:
+        topics = [channel.topic for _, channel, _ in make_reader(stream).iter_messages()]
+    return [int(row[0]) for row in rows[1:]], topics.count("/wedge/pose_state")
+
+
+def test_a_disk_that_fills_up_ends_a_run_but_takes_nothing(workplace, tmp_path, capsys):
+    (tmp_path / "clip").mkdir()
+    for index in range(100):
+        frame = workplace / "clip" / f"frame-{(0, 1, 2, 3, 2)[index % 5]}.png"
+        (tmp_path / "clip" / f"{index:03d}.png").symlink_to(frame)
+    words = ("track", workplace / "unit", tmp_path / "clip", "--background", "first", "--out")
+    out, rest = tmp_path / "out", tmp_path / "rest"
+    with full_disk(1_000_000):
+        assert run(*words, out, "--json", tmp_path / "poses.json") == 2
+    said = capsys.readouterr().err
+    assert sorted(path.name for path in out.iterdir()) == sorted(app.track.WRITTEN)
+    followed, recorded = poses_in(out)
+    assert followed == list(range(len(followed))) and 31 <= len(followed) < 100
+    assert len(followed) - 31 <= recorded <= len(followed) and recorded > 0
+    assert f"{out / 'poses.mcap'} cannot be written: File too large." in said
+    assert f"Frames 0 to {followed[-1]} are kept in {out}: poses.mcap, poses.csv" in said
+    document = json.loads((tmp_path / "poses.json").read_text())
+    assert [row["frame"] for row in document["poses"]] == followed
+    assert document["remarks"][-1] in said
+    assert f"--begin {len(followed)} follows the rest." in said
+    assert run(*words, rest, "--begin", len(followed)) == 0
+    assert [*followed, *poses_in(rest)[0]] == list(range(100))
+
+
+def test_a_disk_that_turns_out_full_at_the_end_costs_the_pictures_alone(
+    workplace, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setattr(os, "fsync", failing(errno.ENOSPC))
+    out = tmp_path / "out"
+    words = (workplace / "unit", workplace / "clip", "--background", "first", "--out", out)
+    assert run("track", *words) == 2
+    said = capsys.readouterr().err
+    assert "poses.csv cannot be written: No space left on device. Frames 0 to 4 are kept" in said
+    assert "follows the rest" not in said
+    assert sorted(path.name for path in out.iterdir()) == ["poses.csv", "poses.mcap"]
+    assert poses_in(out) == ([0, 1, 2, 3, 4], 5)
+
+
+@pytest.mark.parametrize("whole", [0, 3])
+def test_what_ends_a_run_takes_nothing_that_was_found(
+    workplace, tmp_path, capsys, monkeypatch, whole
+):
+    usual, seen = Reconstructor.__call__, []
+
+    def interrupted(self, frame):
+        seen.append(frame)
+        if len(seen) > whole:
+            raise KeyboardInterrupt
+        return usual(self, frame)
+
+    monkeypatch.setattr(Reconstructor, "__call__", interrupted)
+    out = tmp_path / "out"
+    words = (workplace / "unit", workplace / "clip", "--background", "first", "--out", out)
+    assert run("track", *words) == 130
+    if whole:
+        assert f"What was found is kept in {out}: poses.mcap, poses.csv." in capsys.readouterr().err
+        assert poses_in(out) == ([0, 1, 2], 3)
+    else:
+        assert not out.exists()
+
+
+def test_a_run_takes_nothing_of_another_that_began_just_now(
+    workplace, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setattr(app.track, "refuse_kept_folder", lambda _: None)  # empty a moment ago
+    (tmp_path / "poses.mcap").write_bytes(b"another's")
+    assert run("track", workplace / "unit", workplace / "clip", "--out", tmp_path) == 2
+    assert "poses.mcap exists" in capsys.readouterr().err
+    assert (tmp_path / "poses.mcap").read_bytes() == b"another's"
 
 
 def test_an_hour_of_frames_may_be_asked_for(workplace, tmp_path):

@@ -79,6 +79,27 @@ def test_dots_on_a_gel_that_should_have_none_are_told_by_stream_and_by_reconstru
     assert Reconstructor(unit)(corner).markers == "none"
 
 
+def test_dots_that_come_after_clear_frames_are_told_from_there_on():
+    unit, dots = make_unit(SIZE_PX), f"{len(PLACES)} dots, but the blank frame has none"
+    follow, reconstruct = Follower(unit), Reconstructor(unit)
+    frames = [unit.background, unit.background, dotted_frame(), dotted_frame((1.0, 0.0))]
+    told = [follow(frame, bead_pair(0)[0], 0.1).markers for frame in frames]
+    assert told == [reconstruct(frame).markers for frame in frames]
+    assert told[:2] == ["none", "none"] and all(word.startswith(dots) for word in told[2:])
+
+
+def test_unit_and_blank_frame_that_disagree_about_dots_are_told_in_a_stream_too():
+    clear, first = make_unit(SIZE_PX), bead_pair(0)[0]
+    card = replace(clear.card, markers={"count": 45, "spacing_mm": 2.0, "diameter_mm": 0.5})
+    for unit, blank_frame, word in (
+        (replace(clear, card=card), clear.background, "none, but the unit has 45"),
+        (clear, dotted_frame(), f"{len(PLACES)} dots, but the unit was calibrated without"),
+    ):
+        felt = Follower(unit, blank_frame)(blank_frame, first, 0.0)
+        assert felt.markers.startswith(word)
+        assert felt.pose.state == "weak" and word in felt.pose.reason
+
+
 @pytest.mark.parametrize("word", ["lost", "240 dots, but the unit was calibrated without"])
 def test_only_a_pose_that_was_sure_changes_by_a_word_on_dots(word):
     assert doubted(SURE, word, still=False).state == "weak"

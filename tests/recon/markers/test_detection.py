@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
-from recon.markers.detection import find_markers
+from recon.markers.detection import find_markers, unexpected_dots
 from tests.dotted import HEIGHT, WIDTH, dotted, grid_px, pad
 from validation.dots import COUNTED_FRAMES, hand_counted, score_detection
 
@@ -76,6 +76,18 @@ def test_dots_in_dark_corners_are_found():
 def test_a_gel_without_a_grid_of_dots_has_no_markers(seed, specks):
     dirt = np.random.default_rng(seed).uniform(5, [WIDTH - 5, HEIGHT - 5], (specks, 2))
     assert find_markers(dotted(dirt, seed=seed)) is None
+
+
+@pytest.mark.parametrize("light", [0.8, 1.0, 1.2])
+@pytest.mark.parametrize(("spacing_px", "darkness"), [(9.0, 0.8), (13.0, 0.2), (31.0, 0.12)])
+def test_dots_that_the_blank_frame_has_not_are_told_in_any_light(light, spacing_px, darkness):
+    places, none = grid_px(spacing_px), np.zeros((0, 2))
+    blank, radius_px = dotted(none), 0.2 * spacing_px
+    image = light * dotted(places, radius_px, darkness=darkness, seed=1)
+    assert unexpected_dots(image, blank).startswith(f"{len(places)} dots, but the blank frame")
+    assert unexpected_dots(light * dotted(none, seed=2), blank) == ""
+    aside = places[places[:, 0] < 0.45 * WIDTH]  # as a dotted thing's
+    assert unexpected_dots(dotted(aside, radius_px, seed=3), blank) == ""
 
 
 def test_frames_too_small_for_a_grid_have_none():

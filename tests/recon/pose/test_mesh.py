@@ -3,16 +3,26 @@
 
 import numpy as np
 import pytest
+from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from benchmarks.touches import OBLIQUE_DEG, cube_corner
+from benchmarks.touches import OBLIQUE_DEG, SyntheticTouch, cube_corner
+from recon.poisson import integrate
 from recon.pose.joint import Joint
-from recon.pose.mesh import Mesh, read_mesh, render
+from recon.pose.mesh import CONTACT_DEPTH_MM, Mesh, read_mesh, render, under_side
 from recon.pose.models import MeshModel
-from recon.pose.rigid import angle_deg, inverse, motion, rigid
-from recon.pose.tracker import Tracker
+from recon.pose.rigid import angle_deg, inverse, motion, rigid, shift_mm
+from recon.pose.tracker import PoseEstimate, Tracker
 from sensor.errors import WedgeError
-from tests.recon.pose.touched import MM_PER_PX, SIZE_PX, corner, touch
+from tests.recon.pose.touched import (
+    MM_PER_PX,
+    SIZE_PX,
+    bead_pair,
+    blank,
+    coarse_bead,
+    corner,
+    touch,
+)
 
 SIDE_MM = 10.0
 
@@ -30,6 +40,38 @@ def standing(press_mm: float = 2.0) -> np.ndarray:
     upright = Rotation.align_vectors([[0.0, 0, -1]], [[1.0, 1, 1]])[0]
     turn = Rotation.from_euler("z", OBLIQUE_DEG, degrees=True) * upright
     return rigid(turn.as_matrix(), np.array([0, 0, -press_mm]))
+
+
+def polyhedron(seed: int) -> Mesh:
+    """Fourteen random corners, no two alike: from the right side each pose looks like no other."""
+    rng = np.random.default_rng(seed)
+    ways = rng.standard_normal((14, 3))
+    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+    corners = np.array([9, 7, 6]) * ways * rng.uniform(0.7, 1.1, (14, 1))
+    return Mesh(vertices_mm=corners, triangles=ConvexHull(corners).simplices)
+
+
+def lying(mesh: Mesh, number: int, press_mm: float = 1.2) -> np.ndarray:
+    """A random pose in which the mesh is pressed so deep, near the middle."""
+    turn = Rotation.random(random_state=number).as_matrix()
+    corners = mesh.vertices_mm @ turn.T
+    z_mm = -press_mm - corners[:, 2].min()
+    return rigid(turn, np.array([*-under_side(corners, mesh.triangles, z_mm), z_mm]))
+
+
+def seen(mesh: Mesh, pose: np.ndarray, seed: int) -> SyntheticTouch:
+    drawn = render(mesh, pose, SIZE_PX, MM_PER_PX)
+    noise = 0.04 * np.random.default_rng(seed).standard_normal(drawn.gradient.shape)
+    gradient = (drawn.gradient + noise).astype(np.float32)
+    depth = integrate(gradient, MM_PER_PX, "dirichlet").astype(np.float32)
+    contact = depth > CONTACT_DEPTH_MM
+    return SyntheticTouch(gradient=gradient, depth_mm=depth, contact=contact, mm_per_px=MM_PER_PX)
+
+
+def is_right(found: PoseEstimate, pose: np.ndarray) -> bool:
+    assert found.T_sensor_object is not None
+    left = inverse(pose) @ found.T_sensor_object
+    return angle_deg(left) < 2 and shift_mm(left) < 0.3
 
 
 def test_a_rendered_corner_is_the_corner():
@@ -58,6 +100,60 @@ def test_a_pose_is_found_from_all_sides_and_said_to_be_one_of_several():
     inside = corner().contact & drawn.contact
     assert np.count_nonzero(inside) > 0.9 * np.count_nonzero(corner().contact)
     assert np.median(np.abs(drawn.depth_mm - corner().depth_mm)[inside]) < 0.02
+
+
+def test_a_mesh_that_was_lost_is_searched_anew():
+    mesh = polyhedron(1)
+    first, lifted, jumped = (lying(mesh, number) for number in (10, 11, 12))
+    track = Tracker("joint", MeshModel(mesh=mesh, registration=Joint()), first)
+    assert is_right(track(seen(mesh, first, 0)), first)
+    assert track(blank()).reason == "nothing touches"
+    for seed in (1, 2):
+        found = track(seen(mesh, lifted, seed))
+        assert found.words == "tracking" and is_right(found, lifted)
+    assert track(seen(mesh, jumped, 3)).state == "lost"
+    for seed in (4, 5):
+        found = track(seen(mesh, jumped, seed))
+        assert found.words == "tracking" and is_right(found, jumped)
+
+
+def test_doubt_of_a_search_stays_with_the_poses_that_follow_from_it():
+    track = Tracker("joint", MeshModel(mesh=cube(), registration=Joint()), standing())
+    assert track(corner()).state == "tracking"  # somebody knew
+    track(blank())
+    turned = rigid(Rotation.from_euler("z", 50, degrees=True).as_matrix(), np.zeros(3))
+    found = [track(touch(cube_corner(2.0), turned, seed)) for seed in (6, 7)]
+    found += [track(item) for item in (blank(), touch(cube_corner(2.0), turned, 8))]
+    assert [item.reason for item in found] == [
+        "several poses fit this touch",
+        "the touch by which it was found left it in doubt",
+        "nothing touches",
+        "the touch by which it was found left it in doubt",
+    ]
+    assert [item.state for item in found] == ["weak", "weak", "lost", "weak"]
+
+
+@pytest.mark.parametrize(("number", "way"), [(11, 0), (13, 2)])
+def test_a_wrong_pose_by_a_search_has_a_warning_and_keeps_it(number, way):
+    mesh = polyhedron(number)
+    pose = lying(mesh, 10 * number + way)
+    track = Tracker("joint", MeshModel(mesh=mesh, registration=Joint()))
+    for seed in (way, way + 50):
+        found = track(seen(mesh, pose, seed))
+        assert found.state != "tracking" or is_right(found, pose)
+
+
+def test_a_touch_like_one_that_was_searched_in_vain_is_not_searched_again(monkeypatch):
+    searches = []
+    monkeypatch.setattr(MeshModel, "guesses", lambda _, like: searches.append(like) or ())
+    track = Tracker("joint", MeshModel(mesh=cube(), registration=Joint()))
+    first, again = bead_pair(0)[0], bead_pair(1)[0]  # noise apart
+    aside = touch(coarse_bead(), motion(np.array([0, 0, 0, 3.0, 0, 0])), 5)
+    counts = []
+    for item in (first, again, aside, blank(), aside):
+        assert track(item).reason in ("no pose of the object fits this touch", "nothing touches")
+        counts.append(len(searches))
+    assert counts == [1, 1, 2, 2, 3]
 
 
 def test_a_mesh_in_metres_is_said():

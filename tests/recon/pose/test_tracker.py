@@ -341,6 +341,16 @@ def test_earlier_touches_are_a_model_to_search_in():
     assert angle_deg(inverse(moved @ pose) @ found.T_sensor_object) < 0.5
 
 
+def test_a_known_touch_that_comes_back_turned_is_searched_anew():
+    first, second, _ = bead_pairs()[0]
+    track = Tracker("joint", touches([(first, np.eye(4))], Joint()))
+    assert track(second).state == "tracking" and track(blank()).state == "lost"
+    turned = rigid(Rotation.from_euler("z", 90, degrees=True).as_matrix(), np.zeros(3))
+    found = track(touch(coarse_bead(), turned, 5))
+    assert found.state == "tracking"
+    assert angle_deg(inverse(turned) @ found.T_sensor_object) < 0.5
+
+
 def test_of_touches_learnt_in_a_long_run_the_first_and_the_latest_are_kept():
     first = keyframe(bead_pairs()[0][0], np.eye(4), np.zeros((6, 6)), Joint())
     learnt = [replace(first, covariance=number * np.eye(6)) for number in range(3 * MOST_LEARNT)]

@@ -1,0 +1,49 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What is known of an object's pose, and in plain words what is not."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from recon.pose.rigid import Covariance, Transform
+
+State = Literal["tracking", "weak", "frozen", "lost"]
+"""``weak``: a pose with a warning; ``frozen``: the stream stands still; ``lost``: no pose."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PoseEstimate:
+    """What one touch says of the object's pose."""
+
+    state: State
+    reason: str = ""
+    """Why the state is not ``tracking``, in plain words."""
+    T_sensor_object: Transform | None = None
+    """``None`` where lost."""
+    covariance: Covariance | None = None
+    """Of a twist x (rad, mm) in ``T_sensor_object @ motion(x)``, since the start."""
+    overlap: float = 0.0
+    """Share of the smaller contact that both touches show."""
+    explained: float = 0.0
+    """Share of the energy of the slopes there that the pose explains."""
+
+    @property
+    def words(self) -> str:
+        """The state, and why where there is a reason."""
+        return f"{self.state}: {self.reason}" if self.reason else self.state
+
+    @property
+    def rotation_std_deg(self) -> float:
+        """Of the rotation vector's length; infinite without a pose."""
+        if self.covariance is None:
+            return np.inf
+        return float(np.degrees(np.sqrt(np.trace(self.covariance[:3, :3]))))
+
+    @property
+    def translation_std_mm(self) -> float:
+        """Of the object's origin; infinite without a pose."""
+        return (
+            np.inf if self.covariance is None else float(np.sqrt(np.trace(self.covariance[3:, 3:])))
+        )
