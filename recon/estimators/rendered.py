@@ -19,7 +19,7 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float32, Float64
+from jaxtyping import Float32, Float64, Int64
 
 from recon.estimators.shading import (
     DARKEST,
@@ -111,8 +111,8 @@ def rendered_pixels(
     steepness = np.linalg.norm(taught.slopes, axis=1)
     steepest = float(np.quantile(steepness[steepness > 0], MOST)) if count else 0.0
     seen = []
-    for sensor, (mix, _), some in zip(sensors, matched, from_each, strict=True):
-        chosen = random.integers(len(sensor.slopes), size=some)
+    for sensor, (mix, _), some in zip(sensors, matched, from_each.tolist(), strict=True):
+        chosen = drawn_evenly(random, len(sensor.slopes), some)
         nothing = np.zeros((len(sensor.shading), mix.shape[1]))
         left = left_by_mix(sensor.shading, mix, taught, light) if some else nothing
         seen.append(_seen(sensor, chosen, mix, left, steepest, light))
@@ -218,6 +218,12 @@ def _seen(
         position=position,
         slopes=slopes,
     )
+
+
+def drawn_evenly(random: np.random.Generator, things: int, count: int) -> Int64[np.ndarray, " c"]:
+    """That many of some things: none a second time before all were drawn once."""
+    rounds, rest = divmod(count, things)
+    return np.concatenate([np.tile(np.arange(things), rounds), random.permutation(things)[:rest]])
 
 
 def _placed(change: np.ndarray, position: np.ndarray) -> Float64[np.ndarray, "n 9"]:

@@ -6,6 +6,8 @@ import json
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from safetensors.numpy import save
 
 from benchmarks.rendered_pixels import joined, sensor_pixels
@@ -14,6 +16,7 @@ from recon.estimators.rendered import (
     FILE,
     STEEPEST,
     VERSION,
+    drawn_evenly,
     matched_light,
     read_rendered,
     rendered_pixels,
@@ -27,6 +30,9 @@ from sensor.errors import WedgeError
 from simulation.presses import skin_under
 from simulation.skin import gel_view
 from tests.synthetic import SIZE_PX, gradient_of, make_dataset, make_rendered_set, shaded
+
+THICKER = (0.25, 0.25, 0.25, 0.4)
+"""What no shading tells of each sensor's colours: through 6.5 mm of gel the skin lights itself."""
 
 
 def mixed(change, position, columns=3):
@@ -82,12 +88,12 @@ def test_the_shipped_sensors_have_slopes_that_no_ball_shows_and_gel_that_is_flat
 
 
 def test_the_shading_of_each_shipped_sensor_tells_most_of_its_gentle_pixels_colours():
-    for sensor in rendered_sensors():
+    for sensor, most in zip(rendered_sensors(), THICKER, strict=True):
         steepness = np.linalg.norm(sensor.slopes, axis=1)
         some = (steepness > 0.1) & (steepness < 0.5)
         told = color_changes(sensor.shading, sensor.slopes[some], sensor.position[some])
         left = ((sensor.change[some] - told) ** 2).sum() / (sensor.change[some] ** 2).sum()
-        assert left < 0.25
+        assert left < most
 
 
 def test_pixels_of_more_presses_are_added_to_those_of_the_same_sensor_alone():
@@ -153,7 +159,7 @@ def test_what_no_mix_explains_is_told_by_the_balls_and_kept_within_their_slopes(
 
 
 def test_a_sensor_whose_gel_follows_as_far_is_drawn_from_most():
-    one, other = rendered_sensors()
+    one, *_, other = sorted(rendered_sensors(), key=lambda sensor: float(sensor.collar[0]))
     assert abs(np.log(one.collar[0] / other.collar[0])) > 0.3
     taught, light = balls(one, noise=0.3)  # neither explains much
     places = [set(described(sensor)) for sensor in (one, other)]
@@ -176,6 +182,21 @@ def test_the_less_a_light_is_like_any_rendered_one_the_fewer_pixels_come():
     dark = Taught(**{**vars(taught), "color": np.zeros_like(taught.color)})
     none, everything = rendered_pixels(dark, light, np.nan, 1000, seed=0)
     assert len(none.slopes) == 0 and everything == 1
+
+
+@settings(deadline=None)
+@given(things=st.integers(1, 40), count=st.integers(0, 200), seed=st.integers(0, 9))
+def test_none_is_drawn_a_second_time_before_all_were_drawn_once(things, count, seed):
+    drawn = drawn_evenly(np.random.default_rng(seed), things, count)
+    often = np.bincount(drawn, minlength=things)
+    assert len(drawn) == count and len(often) == things
+    assert often.max() - often.min() <= 1
+
+
+def test_what_is_drawn_is_left_to_chance():
+    first = [drawn_evenly(np.random.default_rng(seed), 20, 5) for seed in range(400)]
+    often = np.bincount(np.concatenate(first), minlength=20)
+    np.testing.assert_allclose(often, 100, atol=50)
 
 
 def test_the_same_seed_draws_the_same():
