@@ -8,8 +8,7 @@ import json
 import math
 import os
 import sys
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -101,19 +100,6 @@ def _is_read_in(folders: set[Path], path: Path) -> bool:
     )
 
 
-@contextmanager
-def noted(failures: list[WedgeError]) -> Iterator[None]:
-    """Note what cannot be written instead of raising it: a full disk ends a run, but takes nothing.
-
-    Args:
-        failures: where the error is added.
-    """
-    try:
-        yield
-    except WedgeError as error:
-        failures.append(error)
-
-
 class RowFile:
     """A CSV file that is written row by row, and ends with a whole one where the disk is full."""
 
@@ -136,15 +122,15 @@ class RowFile:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def add(self, row: Sequence[object]) -> None:
-        """Append a row.
+    def add(self, *rows: Sequence[object]) -> None:
+        """Append rows, all or none.
 
         Raises:
             WedgeError: the disk is full.
         """
-        line = io.StringIO()
-        csv.writer(line, lineterminator="\n").writerow(row)
-        rest = line.getvalue().encode()
+        lines = io.StringIO()
+        csv.writer(lines, lineterminator="\n").writerows(rows)
+        rest = lines.getvalue().encode()
         try:
             while rest:
                 rest = rest[self._file.write(rest) :]

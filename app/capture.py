@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`wedge capture`: from a stream to a dataset folder of labelled ball presses."""
 
+import math
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -16,6 +17,7 @@ from sensor.errors import WedgeError
 if TYPE_CHECKING:
     from recon.capture import PressWatcher
     from recon.circles import Circle
+    from recon.labelling import LabelBook
     from sensor.dataset import BallLabel, Dataset, DatasetCard
 
 CALIPER_FOLDER = "caliper"
@@ -62,7 +64,7 @@ def main(
     from app._sources import open_live, open_where
     from recon.images import read_image, write_image
     from recon.stream import Newest
-    from sensor.files import refuse_kept_folder
+    from sensor.files import alone_in, refuse_kept_folder
 
     if presses < 1:
         raise WedgeError(f"--presses {presses} must be at least 1.")
@@ -89,7 +91,8 @@ def main(
     # Of a sensor the newest frame, as judging one takes longer than the next needs to come.
     with open_where(where) if alone else Newest(open_live(where)) as source:
         watcher: PressWatcher | None = None
-        taken: list[BallLabel] = []
+        book: LabelBook | None = None
+        taken: list[str] = []
         calipers: list[tuple[str, float]] = []
         shown = _Shown(presses)
         with _ending_early(taken):
@@ -112,9 +115,11 @@ def main(
                         watcher.set_background(blank)
                 verdict = watcher.judge_alone(frame) if alone else watcher.look(frame)
                 if verdict.circle is not None:
-                    if other is not None and not taken:
-                        _keep_lens(other, out)
-                    taken.append(_keep(out, card, watcher, frame, verdict.circle, taken))
+                    if book is None:
+                        book = _begun(other, out, card, watcher)
+                    name = f"press-{len(taken) + 1:03d}.png"
+                    _keep(book, name, watcher, frame, verdict.circle)
+                    taken.append(name)
                 elif verdict.taken and caliper_mm is not None:
                     name = f"{caliper_mm:g}mm-{len(calipers) + 1}.png"
                     write_image(out / CALIPER_FOLDER / name, frame)
@@ -126,7 +131,8 @@ def main(
         raise WedgeError(f"no press was taken from {where}: {shown.last}.")
     print(_map(watcher))
     if other is None:
-        _finish(out, card, calipers, taken)
+        with alone_in(out):  # what others write meanwhile is neither lost nor made of other pixels
+            _finish(out, calipers)
     print(f"{len(taken)} presses in {out}. Next: wedge label {out}")
 
 
@@ -142,7 +148,7 @@ def _keep_lens(other: "Dataset", out: Path) -> None:
 
 
 @contextmanager
-def _ending_early(taken: list["BallLabel"]) -> Iterator[None]:
+def _ending_early(taken: list[str]) -> Iterator[None]:
     """Let Ctrl-C end the capture as the last press does, where there is one."""
     try:
         yield
@@ -202,20 +208,20 @@ def _watcher(
     return PressWatcher(unwarp, card.ball_radius_mm, card.mm_per_px, calipers)
 
 
-def _finish(
-    out: Path,
-    card: "DatasetCard",
-    calipers: list[tuple[str, float]],
-    taken: list["BallLabel"],
-) -> None:
-    """Measure the lights, and the scale by the caliper; circles are then found anew."""
+def _finish(out: Path, calipers: list[tuple[str, float]]) -> None:
+    """Measure the lights, and the scale by the caliper; circles are then found anew.
+
+    All of what is on disk by now: somebody may have mended it while presses were taken.
+    """
     from recon.presses import press_reader
     from sensor.dataset import read_dataset
-    from validation.importers.folder import write_dataset
+    from validation.importers.folder import add_lights, write_dataset
     from validation.importers.raw_frames import measured_scale, rescaled
 
+    dataset = read_dataset(out)
+    card = dataset.card
     if not calipers:
-        write_dataset(out, card, taken)
+        add_lights(dataset)
         if card.pad_size_mm is not None:
             length, width = card.pad_size_mm
             print(f"The pad is taken to be {length:g} x {width:g} mm: --caliper-mm measures it.")
@@ -225,18 +231,17 @@ def _finish(
                 f"design's pad, so {card.mm_per_px[0]:.5f} mm/px: --caliper-mm measures it."
             )
         return
-    dataset = read_dataset(out)
-    few = taken[:: -(-len(taken) // 8)]
+    few = dataset.labels[:: max(1, -(-len(dataset.labels) // 8))]
     kept = f"The presses are kept in {out}, at the design's size."
     try:
         scale = measured_scale(out / CALIPER_FOLDER, calipers, press_reader(dataset), few)
         measured = rescaled(card, scale)
-        found = _found_anew(replace(dataset, card=measured))
+        found = _found_anew(dataset, measured)
     except KeyboardInterrupt:
         print(kept, file=sys.stderr)
         raise
     except WedgeError as error:
-        write_dataset(out, card, taken)
+        add_lights(dataset)
         raise WedgeError(f"{error} {kept}") from error
     write_dataset(out, measured, found)
     x, y = (s / mm for s, mm in zip(scale.sigma_mm_per_px, scale.mm_per_px, strict=True))
@@ -245,8 +250,10 @@ def _finish(
     )
 
 
-def _found_anew(dataset: "Dataset") -> list["BallLabel"]:
-    """The labels of the frames of a dataset by another card than they were found with.
+def _found_anew(before: "Dataset", card: "DatasetCard") -> list["BallLabel"]:
+    """The labels of a dataset by another card than they were made with.
+
+    Circles that somebody drew or looked at stay where they are on the gel.
 
     Raises:
         WedgeError: no ball is recognised by it.
@@ -255,39 +262,62 @@ def _found_anew(dataset: "Dataset") -> list["BallLabel"]:
 
     from app._progress import progress
     from app._workers import process_pool
-    from recon.labelling import automatic_label
+    from recon.labelling import CERTAIN, automatic_label
     from recon.presses import press_reader
 
-    found = []
+    dataset = replace(before, card=card)
+    found = [_carried(x, before, dataset) for x in before.labels if x.quality in (None, CERTAIN)]
     with progress("circles at the measured scale") as show, process_pool() as pool:
-        files = [label.file for label in dataset.labels]
+        files = [x.file for x in before.labels if x.quality not in (None, CERTAIN)]
         finder = partial(automatic_label, press_reader(dataset))
         for done, label in enumerate(pool.map(finder, files), start=1):
             found += [] if label is None else [label]
             show(done / len(files))
     if not found:
-        pitches = " x ".join(f"{pitch:.4g}" for pitch in dataset.card.mm_per_px)
+        pitches = " x ".join(f"{pitch:.4g}" for pitch in card.mm_per_px)
         raise WedgeError(f"no ball was recognised at the caliper's scale, {pitches} mm/px.")
-    return found
+    return sorted(found, key=lambda label: label.file)
+
+
+def _carried(label: "BallLabel", before: "Dataset", after: "Dataset") -> "BallLabel":
+    """A circle in the pixels of another card, whose unwarped pictures have another size."""
+    from recon.labelling import largest_radius_px
+
+    sizes = before.card.unwarped_size_px, after.card.unwarped_size_px
+    old, new = ((1, 1) if size is None else size for size in sizes)
+    x, y = (n / m for m, n in zip(old, new, strict=True))
+    radius_px = label.contact_radius_px * math.sqrt(x * y)
+    return replace(
+        label,  # the middle of the first pixel is 0
+        center_x_px=round((label.center_x_px + 0.5) * x - 0.5, 2),
+        center_y_px=round((label.center_y_px + 0.5) * y - 0.5, 2),
+        contact_radius_px=round(min(radius_px, largest_radius_px(after, label.file)), 2),
+    )
+
+
+def _begun(
+    other: "Dataset | None", out: Path, card: "DatasetCard", watcher: "PressWatcher"
+) -> "LabelBook":
+    """Write all but the presses; their labels are others' to mend from here on as well."""
+    from recon.images import write_image
+    from recon.labelling import LabelBook
+    from sensor.dataset import read_dataset, write_card
+
+    assert watcher.background is not None
+    if other is not None:
+        _keep_lens(other, out)
+    write_image(out / "background.png", watcher.background)
+    write_card(out / "dataset.toml", card)
+    return LabelBook(read_dataset(out, labelled=False))
 
 
 def _keep(
-    out: Path,
-    card: "DatasetCard",
-    watcher: "PressWatcher",
-    frame: Any,
-    circle: "Circle",
-    taken: list["BallLabel"],
-) -> "BallLabel":
+    book: "LabelBook", name: str, watcher: "PressWatcher", frame: Any, circle: "Circle"
+) -> None:
     """Write one press: the frame first, then the labels that name it."""
     from recon.images import write_image
-    from sensor.dataset import BallLabel, write_card, write_labels
+    from sensor.dataset import BallLabel
 
-    if not taken:
-        assert watcher.background is not None
-        write_image(out / "background.png", watcher.background)
-        write_card(out / "dataset.toml", card)
-    name = f"press-{len(taken) + 1:03d}.png"
     width, height = watcher.unwarp.size_px
     label = BallLabel(
         file=name,
@@ -296,9 +326,8 @@ def _keep(
         contact_radius_px=round(circle.radius_px, 2),
         quality=round(circle.quality, 3),
     )
-    write_image(out / name, frame)
-    write_labels(out / "labels.csv", [*taken, label])
-    return label
+    write_image(book.folder / name, frame)
+    book.put_found([label])
 
 
 class _Shown:

@@ -2,25 +2,23 @@
 # SPDX-License-Identifier: Apache-2.0
 """`wedge markers`: the dots of a marker gel, found and followed."""
 
-import csv
-import io
+import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
 from app._frames import is_image, read_checked, unit_frames
+from app._growing import growing
 from app._output import OutputFile, check_outputs, keep_inputs, print_table, write_json
 from app._progress import progress
 from sensor.errors import WedgeError
-from sensor.files import new_file, write_atomic
 
 if TYPE_CHECKING:
     from recon.markers.tracking import Tracked
 
 SHOWN_ROWS = 20
-WRITTEN = ("markers.csv", "markers.png", "overlay.webp", "markers.mcap")
-HEADINGS = "frame,time_ns,row,column,x_mm,y_mm,dx_mm,dy_mm,seen"
+COLUMNS = "frame,time_ns,row,column,x_mm,y_mm,dx_mm,dy_mm,seen"
 
 
 def main(
@@ -30,7 +28,7 @@ def main(
     background: Annotated[str | None, tyro.conf.arg(metavar="IMAGE")] = None,
     frames: int | None = None,
     json: OutputFile = None,
-) -> None:
+) -> int:
     """Follow the dots of a marker gel and write how each has moved.
 
     The dots are found on the blank frame without being told their size or spacing. In a video or a
@@ -40,6 +38,8 @@ def main(
     its neighbours; markers.png, the frame in which they moved most; overlay.webp, all frames with
     arrows; and markers.mcap, dots and shifts as ROS 2 point clouds for Foxglove and RViz. In a
     stream, damaged frames are left out and counted; Ctrl-C ends it, and what was found is written.
+    Where the disk fills up, the run ends, what was found until then is kept and told, and the exit
+    status is 2.
 
     Examples:
         wedge markers units/wedge-001 press.mp4 --out moved
@@ -48,7 +48,7 @@ def main(
     Args:
         unit: A unit folder, written by `wedge calibrate` for a gel with dots.
         where: Images, or one video, folder, dataset, recording (.mcap), usb:0 or http address.
-        out: The folder to write; made where it is missing.
+        out: The folder for the results; new or empty.
         background: A blank frame of today; by default the unit's own.
         frames: Stop after so many frames.
         json: Write what each frame says here as JSON.
@@ -57,14 +57,11 @@ def main(
 
     from recon.calibration import load_calibration
     from recon.markers.tracking import marker_tracker
-    from recon.touch_file import TouchFile
     from validation.figures.markers import displacement_figure, marker_overlay
-    from validation.figures.overlay import Clip
     from validation.figures.png import png_bytes
 
-    written = [out / name for name in WRITTEN]
-    check_outputs(*written, json)
-    keep_inputs([unit, *where, background], [*written, json])
+    check_outputs(out / "markers.csv", json)
+    keep_inputs([unit, *where, background], [json])
     calibration = load_calibration(unit)
     unwarp, pitch = calibration.unwarp, calibration.card.mm_per_px
     blank = calibration.background if background is None else read_checked(background, unwarp)
@@ -81,13 +78,9 @@ def main(
     tracked: Tracked | None = None
     farthest, picture = -1.0, None
     rows: list[dict[str, object]] = []
-    table = io.StringIO()
-    table.write(HEADINGS + "\n")
-    clip = Clip()
     with (
         unit_frames(where, unwarp, frames) as came,
-        new_file(out / "markers.mcap") as recording,
-        TouchFile(recording) as file,
+        growing(out, "markers", COLUMNS) as files,
         progress("markers") as show,
     ):
         for frame in came:
@@ -98,9 +91,12 @@ def main(
             moved_mm = np.hypot(*tracked.displacement_mm(pitch).T)
             seen = moved_mm[tracked.seen]
             size_px = image.shape[1], image.shape[0]
-            _write_frame(table, name, time_ns, tracked, pitch, size_px)
-            file.add_dots(time_ns, tracked, pitch, size_px)
-            clip.add(marker_overlay(image, tracked, pitch))
+            with files.writing():
+                files.recording.add_dots(time_ns, tracked, pitch, size_px)
+                files.table.add(*_rows(name, time_ns, tracked, pitch, size_px))
+            if files.failed:
+                break
+            files.clip.add(marker_overlay(image, tracked, pitch))
             most = float(seen.max(initial=0.0))
             if most > farthest:
                 farthest, picture = most, (name, image, tracked)
@@ -115,12 +111,11 @@ def main(
                 }
             )
             show(len(rows) / max(len(where), len(rows) + 1), name)
-    write_atomic(out / "markers.csv", table.getvalue().encode())
-    assert picture is not None
-    name, image, shown = picture
-    figure = displacement_figure(image, shown, pitch, title=f"{Path(name).name}, displacement × 3")
-    write_atomic(out / "markers.png", png_bytes(figure))
-    write_atomic(out / "overlay.webp", clip.webp())
+        assert picture is not None
+        name, image, shown = picture
+        title = f"{Path(name).name}, displacement × 3"
+        figure = displacement_figure(image, shown, pitch, title=title)
+        said = files.finish(png_bytes(figure), f"Frames {rows[0]['frame']} to {rows[-1]['frame']}")
     print_table(
         ["frame", "seen", "mean moved [mm]", "most moved [mm]", ""],
         [
@@ -136,23 +131,26 @@ def main(
     )
     if len(rows) > SHOWN_ROWS:
         print(f"and {len(rows) - SHOWN_ROWS} more frames, in {out / 'markers.csv'}")
-    print(f"Open {out / 'overlay.webp'}")
+    if (out / "overlay.webp").exists():
+        print(f"Open {out / 'overlay.webp'}")
+    for sentence in said:
+        print(sentence, file=sys.stderr)
     document = {"unit": str(unit), "markers": markers.card(pitch), "frames": rows}
-    write_json(json, {**document, "remarks": came.remarks})
+    write_json(json, {**document, "remarks": [*came.remarks, *said]})
     came.tell()
+    return 2 if files.failed else 0
 
 
-def _write_frame(
-    table: io.StringIO,
+def _rows(
     name: str,
     time_ns: int,
     tracked: "Tracked",
     mm_per_px: tuple[float, float],
     size_px: tuple[int, int],
-) -> None:
-    """A line for each dot."""
+) -> list[list[Any]]:
+    """The cells of each dot."""
     markers = tracked.markers
-    lines = csv.writer(table, lineterminator="\n")
+    rows = []
     for cell, rest_mm, moved_mm, seen in zip(
         markers.cell,
         markers.rest_mm(mm_per_px, size_px),
@@ -161,4 +159,5 @@ def _write_frame(
         strict=True,
     ):
         lengths_mm = [f"{length_mm:.4f}" for length_mm in (*rest_mm, *moved_mm)]
-        lines.writerow([name, time_ns, *cell, *lengths_mm, int(seen)])
+        rows.append([name, time_ns, *cell, *lengths_mm, int(seen)])
+    return rows

@@ -4,35 +4,22 @@
 
 import sys
 from collections import Counter
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
 from app._frames import read_checked, unit_frames
-from app._output import (
-    OutputFile,
-    RowFile,
-    check_outputs,
-    keep_inputs,
-    noted,
-    print_table,
-    write_json,
-)
+from app._growing import growing
+from app._output import OutputFile, check_outputs, keep_inputs, print_table, write_json
 from app._progress import progress
 from sensor.errors import WedgeError
-from sensor.files import refuse_kept_folder, write_atomic
 
 if TYPE_CHECKING:
     import numpy as np
 
     from recon.pose.tracker import PoseEstimate
-    from recon.touch_file import TouchFile
-    from validation.figures.overlay import Clip
 
-WRITTEN = ("poses.mcap", "poses.csv", "poses.png", "overlay.webp")
 LEFT_OUT = "the frame is damaged"
 MOST_FRAMES = 250_000
 """Of one run, over two hours: a frame's row and pose stay in memory until its end, one or two
@@ -94,7 +81,6 @@ def main(
     from recon.pose.mesh import read_mesh
     from recon.pose.models import MeshModel
     from recon.pose.tracker import REGISTRATIONS, PoseEstimate, Tracker
-    from validation.figures.overlay import Clip
     from validation.figures.png import png_bytes
     from validation.figures.tracking import anchor_on, overlay, pose_figure
 
@@ -116,12 +102,11 @@ def main(
         blank = read_checked(background, calibration.unwarp)
     found: list[PoseEstimate] = []
     rows: list[list[Any]] = []
-    failed: list[WedgeError] = []
-    clip, anchor = Clip(), None
+    anchor = None
     said: list[str] = []
     with (
         unit_frames([source], calibration.unwarp, begin + (frames or MOST_FRAMES + 1)) as came,
-        _opened(out, clip) as (file, table),
+        growing(out, "poses", COLUMNS) as files,
         progress("tracking") as show,
     ):
         if came.live and frames is None:
@@ -146,43 +131,33 @@ def main(
                 markers, strange = touch.markers, is_strange(touch.disturbed)
                 pose = doubted(track(touch), markers, still=frame.still, strange=strange)
             row = _row(index, frame.time_ns, pose, markers)
-            with noted(failed):
+            with files.writing():
                 if touch is None:
-                    file.add_pose(frame.time_ns, pose)
+                    files.recording.add_pose(frame.time_ns, pose)
                 else:
-                    file.add(frame.time_ns, touch, pose, touch.dots)
-                table.add(row)
-            if failed:
+                    files.recording.add(frame.time_ns, touch, pose, touch.dots)
+                files.table.add(row)
+            if files.failed:
                 break
             if touch is not None and frame.image is not None:
                 if anchor is None and pose.T_sensor_object is not None:
                     anchor = anchor_on(touch, pose.T_sensor_object)
                 shown = reconstruct.unwarp(frame.image)
-                clip.add(overlay(shown, touch.contact, touch.mm_per_px, pose, anchor))
+                picture = overlay(shown, touch.contact, touch.mm_per_px, pose, anchor)
+                files.clip.add(picture)
             found.append(pose)
             rows.append(row)
             show(len(found) / (frames or len(found) + 1), pose.state)
-        if came.interrupted and clip.empty:
+        if came.interrupted and files.clip.empty:
             raise KeyboardInterrupt  # there is nothing to keep
-        if failed and clip.empty:
-            raise failed[0]
         if not found:
             raise WedgeError(f"{source} holds no frame" + (f" {begin}." if begin else "."))
-        if clip.empty:
+        if files.clip.empty:
             raise WedgeError(f"{source} holds no whole frame from {begin} on.")
-        rest = f" --begin {index} follows the rest." if failed else ""
-        for written in (table, file):
-            with noted(failed):
-                written.close()
-        short = "; the last second may be missing in poses.mcap" if failed else ""
         times_s = [(row[1] - rows[0][1]) / 1e9 for row in rows]
         figure = pose_figure(times_s, found, Path(source).name)
-        for name, content in (("poses.png", png_bytes(figure)), ("overlay.webp", clip.webp())):
-            with noted(failed):
-                write_atomic(out / name, content)
-        if failed:
-            span = f"Frames {rows[0][0]} to {rows[-1][0]}"
-            said.append(f"{failed[0]} {span} are kept in {_written(out)}{short}.{rest}")
+        span = f"Frames {rows[0][0]} to {rows[-1][0]}"
+        said += files.finish(png_bytes(figure), span, f" --begin {index} follows the rest.")
     counts = Counter((item.state, item.reason) for item in found)
     print_table(
         ["state", "why", "frames"],
@@ -200,36 +175,7 @@ def main(
     document = {"unit": str(unit), "source": source, "tracker": tracker, "poses": poses}
     write_json(json, {**document, "remarks": [*came.remarks, *said]})
     came.tell()
-    return 2 if failed else 0
-
-
-@contextmanager
-def _opened(out: Path, clip: "Clip") -> "Iterator[tuple[TouchFile, RowFile]]":
-    """The files that grow with every frame: they are whole and stay, whatever ends the run.
-
-    Only where that is before its first whole frame, they go again.
-    """
-    from recon.touch_file import TouchFile
-
-    refuse_kept_folder(out)
-    file = TouchFile(out / "poses.mcap")  # not over that of a run that began just now
-    try:
-        with file, RowFile(out / "poses.csv", COLUMNS.split(",")) as table:
-            yield file, table
-    except BaseException:
-        if clip.empty:
-            for name in WRITTEN:
-                (out / name).unlink(missing_ok=True)
-            with suppress(OSError):
-                out.rmdir()
-        else:
-            print(f"What was found is kept in {_written(out)}.", file=sys.stderr)
-        raise
-
-
-def _written(out: Path) -> str:
-    """A folder and what a run has written there."""
-    return f"{out}: {', '.join(name for name in WRITTEN if (out / name).exists())}"
+    return 2 if files.failed else 0
 
 
 def _cut(begin: int) -> str:

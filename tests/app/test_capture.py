@@ -15,7 +15,9 @@ import pytest
 
 import app._workers
 from app.__main__ import main
+from recon.capture import PressWatcher
 from recon.images import read_image, write_image
+from recon.labelling import CERTAIN, LabelBook
 from recon.lens import Lens, read_lens, write_lens
 from recon.presses import read_presses
 from sensor.dataset import LENS_FILE, read_dataset, write_labels
@@ -169,3 +171,44 @@ def test_a_caliper_beside_another_dataset_is_refused(tmp_path: Path) -> None:
     assert done.returncode == 2
     assert "--caliper-mm measures it anew: leave one of them out" in done.stderr
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("sensor", ["known", "new", "measured by a caliper"])
+def test_a_circle_that_somebody_draws_while_presses_are_taken_stays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, sensor: str
+) -> None:
+    words, out = list(new_sensor(tmp_path)), tmp_path / "out"
+    if sensor != "measured by a caliper":
+        del words[words.index("--caliper-mm") :]
+        for picture in ("01.png", "02.png"):
+            (tmp_path / "frames" / picture).unlink()
+    if sensor == "known":
+        words += ["--like", str(tmp_path / "truth")]
+    usual = PressWatcher.judge_alone
+    drawn: list[np.ndarray] = []
+
+    def share_of_pad() -> np.ndarray:
+        """Where the first press's circle lies, from 0 to 1 along both sides of the pad."""
+        dataset = read_dataset(out)
+        assert dataset.card.unwarped_size_px is not None
+        label = dataset.labels[0]
+        middle = np.array([label.center_x_px, label.center_y_px])
+        return (middle + 0.5) / dataset.card.unwarped_size_px
+
+    def meanwhile(watcher: PressWatcher, frame: Any) -> Any:
+        if (out / "labels.csv").exists() and not drawn:
+            book = LabelBook(read_dataset(out))
+            (found,) = book.labels
+            book.put(replace(found, center_x_px=found.center_x_px + 20, quality=CERTAIN))
+            drawn.append(share_of_pad())
+        return usual(watcher, frame)
+
+    monkeypatch.setattr(PressWatcher, "judge_alone", meanwhile)
+    with pytest.raises(SystemExit) as left:
+        main(words)
+    assert left.value.code == 0
+    captured = read_dataset(out)
+    assert [label.file for label in captured.labels] == [f"press-00{i}.png" for i in (1, 2, 3)]
+    assert [label.quality == CERTAIN for label in captured.labels] == [True, False, False]
+    np.testing.assert_allclose(share_of_pad(), drawn[0], atol=1e-4)
+    assert captured.card.lights_deg is not None

@@ -260,26 +260,3 @@ def test_an_image_is_told_from_what_gives_a_stream(
         Path(folder).mkdir()
     Path("clip#2.mp4").write_bytes(b"")
     assert is_image(where) is is_one
-
-
-def test_markers_that_fail_leave_an_earlier_run_whole(
-    unit: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    for i, image in enumerate(pictures(unit)):
-        write_image(tmp_path / "clip" / f"{i}.png", image)
-    ran("markers", unit, tmp_path / "clip", tmp_path)
-    out = tmp_path / "out"
-    before = {path.name: path.read_bytes() for path in out.iterdir()}
-    assert set(before) == {"markers.csv", "markers.png", "overlay.webp", "markers.mcap"}
-    left = [2]
-    usual = MarkerTracker.track
-
-    def failing(*given: object) -> object:
-        left[0] -= 1
-        if left[0] < 0:
-            raise KeyboardInterrupt
-        return usual(*given)
-
-    monkeypatch.setattr(MarkerTracker, "track", failing)
-    assert run("markers", unit, tmp_path / "clip", "--out", out) == 130
-    assert {path.name: path.read_bytes() for path in out.iterdir()} == before

@@ -11,6 +11,7 @@ import pytest
 from mcap.reader import make_reader
 from PIL import Image
 
+import app._growing
 import app.track
 from app.__main__ import main
 from recon.calibration import calibrate
@@ -125,7 +126,12 @@ def test_a_disk_that_fills_up_ends_a_run_but_takes_nothing(workplace, tmp_path, 
     with full_disk(1_000_000):
         assert run(*words, out, "--json", tmp_path / "poses.json") == 2
     said = capsys.readouterr().err
-    assert sorted(path.name for path in out.iterdir()) == sorted(app.track.WRITTEN)
+    assert sorted(path.name for path in out.iterdir()) == [
+        "overlay.webp",
+        "poses.csv",
+        "poses.mcap",
+        "poses.png",
+    ]
     followed, recorded = poses_in(out)
     assert followed == list(range(len(followed))) and 31 <= len(followed) < 100
     assert len(followed) - 31 <= recorded <= len(followed) and recorded > 0
@@ -179,7 +185,7 @@ def test_what_ends_a_run_takes_nothing_that_was_found(
 def test_a_run_takes_nothing_of_another_that_began_just_now(
     workplace, tmp_path, capsys, monkeypatch
 ):
-    monkeypatch.setattr(app.track, "refuse_kept_folder", lambda _: None)  # empty a moment ago
+    monkeypatch.setattr(app._growing, "refuse_kept_folder", lambda _: None)  # empty a moment ago
     (tmp_path / "poses.mcap").write_bytes(b"another's")
     assert run("track", workplace / "unit", workplace / "clip", "--out", tmp_path) == 2
     assert "poses.mcap exists" in capsys.readouterr().err

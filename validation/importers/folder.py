@@ -11,7 +11,14 @@ import numpy as np
 from recon.circles import refit_circle
 from recon.pixels import BallPress
 from recon.presses import read_presses
-from sensor.dataset import BallLabel, DatasetCard, read_dataset, write_card, write_labels
+from sensor.dataset import (
+    BallLabel,
+    Dataset,
+    DatasetCard,
+    read_dataset,
+    write_card,
+    write_labels,
+)
 from sensor.errors import WedgeError
 from sensor.files import write_atomic
 from validation.importers.lights import measure_lights_deg
@@ -36,18 +43,26 @@ def write_dataset(
     """
     write_card(folder / "dataset.toml", card)
     write_labels(folder / "labels.csv", labels)
-    if not labels:
-        return
-    if mend_circles:
+    if labels and mend_circles:
         drawn = {label.file: label for label in labels}
         presses = read_presses(read_dataset(folder)).presses
         labels = [mended(press, drawn[press.file]) for press in presses]
         write_labels(folder / "labels.csv", labels)
-    dataset = read_dataset(folder)
-    step = max(1, len(labels) // PRESSES_FOR_LIGHTS)
+    add_lights(read_dataset(folder))
+
+
+def add_lights(dataset: Dataset) -> None:
+    """Measure the lights of a dataset that has labels, and write them into its card.
+
+    Raises:
+        WedgeError: a frame is missing or damaged, or a label does not fit it.
+    """
+    if not dataset.labels:
+        return
+    step = max(1, len(dataset.labels) // PRESSES_FOR_LIGHTS)
     presses = read_presses(replace(dataset, labels=dataset.labels[::step])).presses
-    lit = replace(card, lights_deg=measure_lights_deg(presses))
-    write_card(folder / "dataset.toml", lit)
+    lit = replace(dataset.card, lights_deg=measure_lights_deg(presses))
+    write_card(dataset.folder / "dataset.toml", lit)
 
 
 def mended(press: BallPress, drawn: BallLabel) -> BallLabel:
