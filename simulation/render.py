@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Path-traced radiance of the skin, linear, before any camera."""
 
+from collections.abc import Callable, Iterator
 from typing import Final
 
 import cv2
@@ -22,6 +23,8 @@ WIDE_MM: Final = 0.8
 """...and where nothing touches."""
 FAINT_MM: Final = 0.02
 """Indentation from which the narrow window holds."""
+OUT_OF_MEMORY: Final = "out of memory"
+"""In the words of Mitsuba's compiler."""
 STEADY_SLOPE: Final = 0.01
 """Slopes that vary less than this in a window do not shape it."""
 
@@ -54,14 +57,40 @@ def render(
         threads: that the render may use; all cores by default.
 
     Raises:
-        WedgeError: no samples, or Mitsuba is not installed.
+        WedgeError: no samples, Mitsuba is not installed, or a GPU's memory is too small.
     """
     if samples < 1:
         raise WedgeError(f"--samples {samples} must be at least 1.")
     mi = engine.load(threads)
-    parts = gel_scene(mi, design, view, depth_mm, window=window, paint=paint, ink=ink)
-    scene = mi.load_dict(parts, optimize=False)  # merged parts would come in a random order
-    return np.array(mi.render(scene, spp=samples, seed=seed % 2**32), np.float32)
+    columns, rows = window or tuple(slice(0, size) for size in view.size_px)
+
+    def traced(rows: slice) -> Radiance:
+        part = (columns, rows)
+        parts = gel_scene(mi, design, view, depth_mm, window=part, paint=paint, ink=ink)
+        scene = mi.load_dict(parts, optimize=False)  # merged parts would come in a random order
+        return np.array(mi.render(scene, spp=samples, seed=seed % 2**32), np.float32)
+
+    return np.concatenate(list(_in_pieces(traced, rows)))
+
+
+def _in_pieces(traced: Callable[[slice], Radiance], rows: slice) -> Iterator[Radiance]:
+    """All rows at once, or where a GPU has too little memory for that, in halves of halves."""
+    try:
+        whole = traced(rows)
+    except RuntimeError as error:  # what Mitsuba raises
+        if OUT_OF_MEMORY not in str(error):
+            raise
+        if rows.stop - rows.start < 2:
+            raise WedgeError(
+                "the GPU's memory is too small for one row of the picture: take fewer --samples."
+            ) from error
+    else:
+        yield whole
+        return
+    # Not above: the error would hold on to what filled the memory.
+    middle = (rows.start + rows.stop) // 2
+    yield from _in_pieces(traced, slice(rows.start, middle))
+    yield from _in_pieces(traced, slice(middle, rows.stop))
 
 
 def smoothed(radiance: Radiance, pitch_mm: float, depth_mm: Map, ink: Map | None) -> Radiance:

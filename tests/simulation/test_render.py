@@ -1,0 +1,71 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A picture that does not fit into a GPU's memory is traced in pieces."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from sensor.design import FINGER
+from sensor.errors import WedgeError
+from simulation.engine import SCALAR
+from simulation.render import render
+from simulation.skin import gel_view
+
+VIEW = gel_view(FINGER, 16)
+REST = np.zeros(VIEW.size_px[::-1])
+FULL = "jit_malloc(): out of memory! Could not allocate 4096 bytes (backend=cuda, shared=0)."
+
+
+class Small:
+    """The plain engine, as if no more rows than these fitted, or as if it failed otherwise."""
+
+    def __init__(self, rows=99, error=None):
+        self.rows, self.error, self.seen = rows, error, []
+
+    def load(self, threads=None):
+        mi = SCALAR.load(threads)
+
+        def traced(scene, **options):
+            rows = scene.sensors()[0].film().crop_size()[1]
+            self.seen.append(rows)
+            if self.error or rows > self.rows:
+                raise RuntimeError(self.error or FULL)
+            return mi.render(scene, **options)
+
+        names = ("load_dict", "Properties", "Mesh", "traverse", "Bitmap", "ScalarTransform4f")
+        return SimpleNamespace(**{name: getattr(mi, name) for name in names}, render=traced)
+
+
+def picture(engine, window=None):
+    return render(engine, FINGER, VIEW, REST, samples=4, seed=3, window=window)
+
+
+def test_pieces_are_those_of_the_windows_and_none_is_larger_than_need_be(mitsuba) -> None:
+    width, height = VIEW.size_px
+    engine = Small(rows=height // 2 + 1)
+    halves = [
+        picture(SCALAR, (slice(0, width), rows))
+        for rows in (slice(0, height // 2), slice(height // 2, height))
+    ]
+    np.testing.assert_array_equal(picture(engine), np.concatenate(halves))
+    assert engine.seen == [height, height // 2, height - height // 2]
+
+
+def test_a_picture_that_fits_is_traced_at_once_and_as_ever(mitsuba) -> None:
+    engine = Small()
+    np.testing.assert_array_equal(picture(engine), picture(SCALAR))
+    assert engine.seen == [VIEW.size_px[1]]
+
+
+def test_memory_for_no_row_is_said(mitsuba) -> None:
+    with pytest.raises(WedgeError, match="fewer --samples"):
+        picture(Small(rows=0))
+
+
+def test_other_errors_are_not_taken_for_it(mitsuba) -> None:
+    engine = Small(error="the film has no pixels")
+    with pytest.raises(RuntimeError, match="no pixels"):
+        picture(engine)
+    assert len(engine.seen) == 1
