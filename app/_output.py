@@ -135,7 +135,7 @@ class RowFile:
             while rest:
                 rest = rest[self._file.write(rest) :]
         except OSError as error:
-            self._file.truncate(self._end)
+            self._file.truncate(self._file.seek(self._end))
             raise self._unwritable(error) from error
         self._end = self._file.tell()
 

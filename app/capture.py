@@ -234,6 +234,8 @@ def _finish(out: Path, calipers: list[tuple[str, float]]) -> None:
     few = dataset.labels[:: max(1, -(-len(dataset.labels) // 8))]
     kept = f"The presses are kept in {out}, at the design's size."
     try:
+        if not few:
+            raise WedgeError("no press has a circle any more, and some are needed for the scale.")
         scale = measured_scale(out / CALIPER_FOLDER, calipers, press_reader(dataset), few)
         measured = rescaled(card, scale)
         found = _found_anew(dataset, measured)

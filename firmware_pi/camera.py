@@ -117,9 +117,17 @@ class PiCamera:
         }
 
     def stop(self) -> None:
-        """Stop the camera and let others use it."""
-        self._camera.stop_recording()
-        self._camera.close()
+        """Stop the camera and let others use it.
+
+        Raises:
+            WedgeError: it does not stop; it is let go of all the same.
+        """
+        try:
+            self._camera.stop_recording()
+        except RuntimeError as error:
+            raise WedgeError(f"the camera does not stop ({error}): check its ribbon.") from error
+        finally:
+            self._camera.close()
 
     def _refuse_other_mode(self) -> None:
         chosen = self._camera.camera_configuration()["sensor"]

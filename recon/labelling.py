@@ -223,8 +223,8 @@ class LabelBook:
         dataset = read_dataset(self.folder, labelled=False)
         if dataset.card != self._card:
             raise WedgeError(
-                f"{self.folder / 'dataset.toml'} was changed by another program meanwhile: start "
-                "`wedge label` again."
+                f"{self.folder / 'dataset.toml'} was changed by another program meanwhile, and "
+                "with it where circles lie: start this command again."
             )
         labels, no_ball = _known(dataset)
         changed = {

@@ -172,6 +172,14 @@ def test_a_camera_that_will_not_do_is_one_sentence(
     assert all(camera.closed for camera in pi.opened)
 
 
+def test_a_camera_that_does_not_stop_is_let_go_of_and_told_in_a_sentence(fake_pi: FakePi) -> None:
+    pi = fake_pi("clings")
+    camera = PiCamera(Settings(), Taken(1))
+    with pytest.raises(WedgeError, match="does not stop"):
+        camera.stop()
+    assert pi.opened[-1].closed
+
+
 def test_without_picamera2_it_says_what_to_run(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "libcamera", None)
     with pytest.raises(WedgeError, match=r"install\.sh"):

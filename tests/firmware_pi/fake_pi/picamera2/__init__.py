@@ -5,8 +5,8 @@
 ``FAKE_PI`` says what stands where: words of zero, five, none, two (cameras of a Pi 5, of which
 first-gone leaves the second one), imx219 (another camera), untuned
 (without a tuning file), busy, hd, silent, stalls, unfit (not to be configured), stuck (not to be
-started), second where that holds for the second one alone, and later where it holds from the second
-one on.
+started), clings (not to be stopped), second where that holds for the second one alone, and later
+where it holds from the second one on.
 """
 
 import copy
@@ -149,6 +149,8 @@ class Picamera2:
         self._done.set()
         if self._thread.is_alive():
             self._thread.join()
+        if "clings" in words():
+            raise RuntimeError("Camera in Stopping state, but trying stop()")
 
     def close(self) -> None:
         self.closed = True
