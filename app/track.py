@@ -18,7 +18,7 @@ from sensor.errors import WedgeError
 if TYPE_CHECKING:
     import numpy as np
 
-    from recon.pose.tracker import PoseEstimate
+    from recon.pose.estimate import PoseEstimate
 
 LEFT_OUT = "the frame is damaged"
 MOST_FRAMES = 250_000
@@ -78,9 +78,10 @@ def main(
     from recon.contact import is_strange
     from recon.follower import TRUSTED_MARKERS, doubted
     from recon.pipeline import Reconstructor
+    from recon.pose.estimate import PoseEstimate
     from recon.pose.mesh import read_mesh
     from recon.pose.models import MeshModel
-    from recon.pose.tracker import REGISTRATIONS, PoseEstimate, Tracker
+    from recon.pose.tracker import REGISTRATIONS, Tracker
     from validation.figures.png import png_bytes
     from validation.figures.tracking import anchor_on, overlay, pose_figure
 

@@ -17,9 +17,10 @@ import numpy as np
 from recon.arrays import Frame
 from recon.calibration import Calibration, calibrate
 from recon.pipeline import Reconstruction, Reconstructor
+from recon.pose.estimate import PoseEstimate
 from recon.pose.registration import contact_points
 from recon.pose.rigid import angle_deg, applied, inverse
-from recon.pose.tracker import PoseEstimate, Tracker
+from recon.pose.tracker import Tracker
 from recon.presses import read_presses
 from sensor.dataset import read_dataset
 from validation.datasets import dataset_folder, shared_folder

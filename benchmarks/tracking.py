@@ -14,9 +14,10 @@ from scipy.spatial.transform import Rotation
 from benchmarks.clips import CLIPS, learnt_elsewhere, there_and_back
 from benchmarks.measurement import Measurement, interleaved_ms
 from benchmarks.touches import SyntheticTouch, Thing, bead, motions, pressed, things
+from recon.pose.estimate import PoseEstimate
 from recon.pose.pyramid import Pyramid
 from recon.pose.rigid import Transform, angle_deg, inverse, rigid, shift_mm
-from recon.pose.tracker import REGISTRATIONS, PoseEstimate, Tracker
+from recon.pose.tracker import REGISTRATIONS, Tracker
 from validation.datasets import shared_folder
 
 STEPS = 12

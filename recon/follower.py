@@ -14,7 +14,8 @@ from recon.contact import is_strange
 from recon.markers.detection import unexpected_dots
 from recon.markers.tracking import Tracked, marker_tracker, misfit
 from recon.poisson import Boundary
-from recon.pose.tracker import PoseEstimate, Tracker
+from recon.pose.estimate import PoseEstimate
+from recon.pose.tracker import Tracker
 from sensor.toml import Pair
 
 FORGET_S = 1.0

@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 
 from app.pages import pictures
 from recon.follower import Felt
+from recon.pose.estimate import PoseEstimate
 from recon.pose.rigid import Points
-from recon.pose.tracker import PoseEstimate
 from validation.figures.markers import draw_arrows, marker_words
 from validation.figures.tracking import anchor_on, overlay
 

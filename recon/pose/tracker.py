@@ -19,7 +19,7 @@ from dataclasses import replace
 import numpy as np
 
 from recon.pose.agreement import agreement
-from recon.pose.estimate import PoseEstimate as PoseEstimate
+from recon.pose.estimate import PoseEstimate
 from recon.pose.icp import Icp
 from recon.pose.joint import Joint
 from recon.pose.models import (

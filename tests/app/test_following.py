@@ -10,8 +10,8 @@ import pytest
 
 from app.pages.following import PoseView, pose_words
 from recon.follower import Follower
+from recon.pose.estimate import PoseEstimate
 from recon.pose.rigid import motion
-from recon.pose.tracker import PoseEstimate
 from recon.stream.jpeg import decode_jpeg
 from tests.dotted import dotted, grid_px
 from tests.recon.fast.units import make_unit

@@ -9,7 +9,7 @@ import pytest
 
 from recon.follower import FORGET_S, Follower, doubted
 from recon.pipeline import Reconstructor
-from recon.pose.tracker import PoseEstimate
+from recon.pose.estimate import PoseEstimate
 from tests.dotted import dotted, grid_px
 from tests.recon.fast.units import make_unit
 from tests.recon.pose.touched import MM_PER_PX, SIZE_PX, bead_pair, blank

@@ -31,8 +31,8 @@ from simulation.presses import skin_under
 from simulation.skin import gel_view
 from tests.synthetic import SIZE_PX, gradient_of, make_dataset, make_rendered_set, shaded
 
-THICKER = (0.25, 0.25, 0.25, 0.4)
-"""What no shading tells of each sensor's colours: through 6.5 mm of gel the skin lights itself."""
+UNTOLD = (0.25, 0.25, 0.25, 0.4)
+"""Of each sensor's colours, at most; shading tells least of the last, of gel 6.5 mm thick."""
 
 
 def mixed(change, position, columns=3):
@@ -88,7 +88,7 @@ def test_the_shipped_sensors_have_slopes_that_no_ball_shows_and_gel_that_is_flat
 
 
 def test_the_shading_of_each_shipped_sensor_tells_most_of_its_gentle_pixels_colours():
-    for sensor, most in zip(rendered_sensors(), THICKER, strict=True):
+    for sensor, most in zip(rendered_sensors(), UNTOLD, strict=True):
         steepness = np.linalg.norm(sensor.slopes, axis=1)
         some = (steepness > 0.1) & (steepness < 0.5)
         told = color_changes(sensor.shading, sensor.slopes[some], sensor.position[some])

@@ -11,8 +11,8 @@ from rosbags.typesys import Stores, get_typestore
 from recon import touch_file
 from recon.cloud import point_cloud
 from recon.markers.tracking import marker_tracker
+from recon.pose.estimate import PoseEstimate
 from recon.pose.rigid import motion
-from recon.pose.tracker import PoseEstimate
 from recon.touch_file import DOT, SKIN, TouchFile
 from tests.dotted import HEIGHT, WIDTH, dotted, grid_px
 from tests.recon.pose.touched import bead_pair, blank

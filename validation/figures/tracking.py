@@ -13,9 +13,9 @@ from matplotlib.figure import Figure
 from scipy.spatial.transform import Rotation
 
 from recon.arrays import ContactMask, GradientField, Unwarped
+from recon.pose.estimate import PoseEstimate
 from recon.pose.registration import Touch, contact_points
 from recon.pose.rigid import Points, Transform, applied, inverse
-from recon.pose.tracker import PoseEstimate
 from sensor.toml import Pair
 from validation.figures.overlay import Picture, enlarged, with_words
 from validation.figures.style import BLUE, FAINT, FULL_IN, GREEN, ORANGE, RED, SOFT, card, styled

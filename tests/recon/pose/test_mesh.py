@@ -8,11 +8,12 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks.touches import OBLIQUE_DEG, SyntheticTouch, cube_corner
 from recon.poisson import integrate
+from recon.pose.estimate import PoseEstimate
 from recon.pose.joint import Joint
 from recon.pose.mesh import CONTACT_DEPTH_MM, Mesh, read_mesh, render, under_side
 from recon.pose.models import MeshModel
 from recon.pose.rigid import angle_deg, inverse, motion, rigid, shift_mm
-from recon.pose.tracker import PoseEstimate, Tracker
+from recon.pose.tracker import Tracker
 from sensor.errors import WedgeError
 from tests.recon.pose.touched import (
     MM_PER_PX,

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from recon.pose.estimate import PoseEstimate
 from recon.pose.rigid import motion
-from recon.pose.tracker import PoseEstimate
 from validation.figures.png import png_bytes
 from validation.figures.tracking import overlay, pose_figure, roll_figure, series
 
