@@ -17,8 +17,8 @@ from sensor.errors import WedgeError
 
 if TYPE_CHECKING:
     from recon.arrays import Frame
+    from recon.geometry.unwarp import Unwarp
     from recon.stream import Counts, TimedFrame
-    from recon.unwarp import Unwarp
 
 
 def is_image(where: str) -> bool:

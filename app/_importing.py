@@ -118,7 +118,7 @@ def _flat_scale(card: "DatasetCard", given_mm_per_px: float | None, pad_size_mm:
 
 def _say(prepared: "Prepared", flat_scale: str) -> None:
     """What was found out, in sentences that say what to doubt."""
-    from recon.labelling import DOUBTFUL
+    from recon.labels.label_book import DOUBTFUL
 
     card, scale = prepared.card, prepared.scale
     if card.corners_px is None:
@@ -165,7 +165,7 @@ def _say_refitted(
     """How far refitting to the shading took the circles from where somebody drew them."""
     from statistics import median
 
-    from recon.labelling import DOUBTFUL
+    from recon.labels.label_book import DOUBTFUL
 
     drawn = {label.file: label for label in theirs}
     pairs = [(drawn[label.file], label) for label in refitted]

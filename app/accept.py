@@ -15,7 +15,7 @@ from sensor.errors import WedgeError
 
 if TYPE_CHECKING:
     from recon.arrays import Frame
-    from recon.unwarp import Unwarp
+    from recon.geometry.unwarp import Unwarp
 
 TIMED_FRAMES = 300
 """Read from a stream for its rate: ten seconds of the slowest that passes with grade A."""

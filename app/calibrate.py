@@ -49,9 +49,9 @@ def main(
         seed: Seed of the split, drawn pixels and training.
         json: Write the errors on the held-out presses here as JSON.
     """
-    from recon.ball_size import doubtful_ball
     from recon.calibration import lit_channels, unit_of
     from recon.estimators import fit_estimator, kind_of, lesson_of
+    from recon.labels.ball_size import doubtful_ball
     from recon.presses import left_out_places, read_presses
     from sensor.dataset import read_dataset
     from sensor.design_file import load_design

@@ -15,9 +15,9 @@ import tyro
 from sensor.errors import WedgeError
 
 if TYPE_CHECKING:
-    from recon.capture import PressWatcher
-    from recon.circles import Circle
-    from recon.labelling import LabelBook
+    from recon.labels.capture import PressWatcher
+    from recon.labels.circles import Circle
+    from recon.labels.label_book import LabelBook
     from sensor.dataset import BallLabel, Dataset, DatasetCard
 
 CALIPER_FOLDER = "caliper"
@@ -138,7 +138,7 @@ def main(
 
 def _keep_lens(other: "Dataset", out: Path) -> None:
     """Circles lie in pixels that the other's lens was taken out of: it belongs to these as well."""
-    from recon.lens import write_lens
+    from recon.geometry.lens import write_lens
     from recon.presses import read_dataset_lens
     from sensor.dataset import LENS_FILE
 
@@ -188,10 +188,10 @@ def _card(
 def _watcher(
     other: "Dataset | None", card: "DatasetCard", blank: Any, calipers: int
 ) -> "PressWatcher":
-    from recon.capture import PressWatcher
+    from recon.geometry.unwarp import prepare_unwarp
     from recon.images import read_frame
+    from recon.labels.capture import PressWatcher
     from recon.presses import dataset_unwarp, read_dataset_lens
-    from recon.unwarp import prepare_unwarp
 
     if other is None:
         height, width = blank.shape[:2]
@@ -264,7 +264,7 @@ def _found_anew(before: "Dataset", card: "DatasetCard") -> list["BallLabel"]:
 
     from app._progress import progress
     from app._workers import process_pool
-    from recon.labelling import CERTAIN, automatic_label
+    from recon.labels.label_book import CERTAIN, automatic_label
     from recon.presses import press_reader
 
     dataset = replace(before, card=card)
@@ -283,7 +283,7 @@ def _found_anew(before: "Dataset", card: "DatasetCard") -> list["BallLabel"]:
 
 def _carried(label: "BallLabel", before: "Dataset", after: "Dataset") -> "BallLabel":
     """A circle in the pixels of another card, whose unwarped pictures have another size."""
-    from recon.labelling import largest_radius_px
+    from recon.labels.label_book import largest_radius_px
 
     sizes = before.card.unwarped_size_px, after.card.unwarped_size_px
     old, new = ((1, 1) if size is None else size for size in sizes)
@@ -302,7 +302,7 @@ def _begun(
 ) -> "LabelBook":
     """Write all but the presses; their labels are others' to mend from here on as well."""
     from recon.images import write_image
-    from recon.labelling import LabelBook
+    from recon.labels.label_book import LabelBook
     from sensor.dataset import read_dataset, write_card
 
     assert watcher.background is not None

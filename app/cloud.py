@@ -71,7 +71,7 @@ def main(
     from recon.calibration import load_calibration
     from recon.cloud import point_cloud, skin_mesh
     from recon.cloud_files import cloud_bytes
-    from recon.contact_patches import contact_word
+    from recon.contact.patches import contact_word
     from recon.pipeline import Reconstructor
     from sensor.design_file import load_design
 

@@ -13,7 +13,7 @@ from app._progress import progress
 from sensor.errors import WedgeError
 
 if TYPE_CHECKING:
-    from recon.labelling import LabelBook
+    from recon.labels.label_book import LabelBook
     from recon.presses import PressReader
     from sensor.dataset import BallLabel
 
@@ -53,7 +53,7 @@ def main(
         corners: Open the page for the pad's corners instead.
         port: Port of the page.
     """
-    from recon.labelling import CERTAIN, DOUBTFUL, LabelBook, pressed_frames
+    from recon.labels.label_book import CERTAIN, DOUBTFUL, LabelBook, pressed_frames
     from recon.presses import press_reader
     from sensor.dataset import read_dataset
 
@@ -90,7 +90,7 @@ def _find(reader: "PressReader", book: "LabelBook", files: list[str]) -> None:
     from functools import partial
 
     from app._workers import process_pool
-    from recon.labelling import automatic_label
+    from recon.labels.label_book import automatic_label
 
     found: list[BallLabel] = []
     with progress("circles") as show, process_pool() as pool:
@@ -114,7 +114,7 @@ def _serve(reader: "PressReader", book: "LabelBook", files: list[str], port: int
 
 
 def _serve_corners(reader: "PressReader", files: list[str], port: int) -> None:
-    from recon.corner_book import CornerBook
+    from recon.labels.corner_book import CornerBook
 
     with _extra():
         from app.pages.corners import serve

@@ -60,7 +60,7 @@ def main(
     import numpy as np
 
     from recon.calibration import load_calibration
-    from recon.contact import is_strange
+    from recon.contact.mask import is_strange
     from recon.pipeline import Reconstructor
     from validation.figures.depth_map import depth_figure, doubt_figure
     from validation.figures.png import png_bytes

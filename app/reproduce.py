@@ -301,7 +301,7 @@ def _integrators() -> "Section":
     import numpy as np
 
     from benchmarks.integrators import BOUNDARIES, bump_error, three_caps
-    from recon.poisson import integrate
+    from recon.integration.poisson import integrate
     from validation.report.integrators import integrator_section
 
     depth, gradient = three_caps()

@@ -21,8 +21,8 @@ from sensor.errors import WedgeError
 if TYPE_CHECKING:
     from recon.calibration import Calibration
     from recon.fast import FastReconstructor, Touch
+    from recon.rerun_file import RerunFile
     from recon.stream import Counts, Newest, TimedFrame
-    from recon.stream.rerun_file import RerunFile
 
 LINE_S = 1.0
 
@@ -113,7 +113,7 @@ def _felt_file(
 def _rerun_file(path: Path | None) -> "RerunFile | nullcontext[None]":
     if path is None:
         return nullcontext()
-    from recon.stream.rerun_file import RerunFile
+    from recon.rerun_file import RerunFile
 
     return RerunFile(path)
 

@@ -75,7 +75,7 @@ def main(
         json: Write the poses here as JSON.
     """
     from recon.calibration import load_calibration
-    from recon.contact import is_strange
+    from recon.contact.mask import is_strange
     from recon.follower import TRUSTED_MARKERS, doubted
     from recon.pipeline import Reconstructor
     from recon.pose.estimate import PoseEstimate

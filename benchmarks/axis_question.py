@@ -20,8 +20,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from recon import unet
-from recon.axis_baselines import by_columns, by_convex_fit
-from recon.contact import disturbed_mask
+from recon.contact.mask import disturbed_mask
 from recon.estimators import (
     GradientEstimator,
     as_labelled,
@@ -29,8 +28,9 @@ from recon.estimators import (
 )
 from recon.images import read_frame
 from recon.lights import Axis
-from recon.missing_axis import infer_missing_axis
-from recon.moved import may_have_moved
+from recon.missing_axis.baselines import by_columns, by_convex_fit
+from recon.missing_axis.inference import infer_missing_axis
+from recon.missing_axis.moved import may_have_moved
 from recon.pixels import BallPress, label_pixels
 from recon.presses import press_reader, read_presses
 from sensor.dataset import read_dataset

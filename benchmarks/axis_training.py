@@ -20,9 +20,9 @@ import numpy as np
 from benchmarks import axis_question
 from benchmarks.measurement import interleaved_ms
 from recon import unet
-from recon.missing_axis import infer_missing_axis
-from recon.surfaces import Recipe
-from recon.unet_training import Settings, Training, share_of_zeros_error
+from recon.missing_axis.inference import infer_missing_axis
+from recon.training.missing_axis import Settings, Training, share_of_zeros_error
+from recon.training.random_surfaces import Recipe
 from sensor.files import write_atomic
 
 STEPS = 600

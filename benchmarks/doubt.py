@@ -20,16 +20,16 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from recon.contact import disturbed_mask
-from recon.contact_surfaces import surface_gradient
+from recon.contact.mask import disturbed_mask
 from recon.estimators import GradientEstimator, gradient_field
-from recon.few_lights import measure
-from recon.missing_axis import infer_missing_axis
-from recon.moved import may_have_moved
+from recon.missing_axis.inference import infer_missing_axis
+from recon.missing_axis.moved import may_have_moved
 from recon.presses import read_presses
-from recon.random_balls import SQUARE, random_ball
 from recon.rendered_presses import RenderedPress, rendered_presses
-from recon.surfaces import RECIPES
+from recon.training.contact_surfaces import surface_gradient
+from recon.training.few_lights import measure
+from recon.training.random_balls import SQUARE, random_ball
+from recon.training.random_surfaces import RECIPES
 from sensor.dataset import read_dataset
 from sensor.errors import WedgeError
 from sensor.files import write_atomic

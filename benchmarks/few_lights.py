@@ -19,8 +19,7 @@ import numpy as np
 
 from benchmarks.measurement import Measurement
 from recon.arrays import DepthMap
-from recon.axis_baselines import by_columns, by_convex_fit
-from recon.contact import disturbed_mask
+from recon.contact.mask import disturbed_mask
 from recon.estimators import (
     GradientEstimator,
     as_labelled,
@@ -31,7 +30,8 @@ from recon.estimators import (
 from recon.images import read_frame
 from recon.lights import unseen_axis
 from recon.markers.filling import fill_gradients
-from recon.moved import may_have_moved
+from recon.missing_axis.baselines import by_columns, by_convex_fit
+from recon.missing_axis.moved import may_have_moved
 from recon.pipeline import reconstruct
 from recon.pixels import BallPress, label_pixels
 from recon.presses import press_reader, read_presses

@@ -11,7 +11,7 @@ from scipy import fft
 from benchmarks.measurement import Measurement, interleaved_ms
 from recon.arrays import DepthMap, GradientField
 from recon.ball import ball_cap
-from recon.poisson import Boundary, integrate, solve_dirichlet, solve_neumann
+from recon.integration.poisson import Boundary, integrate, solve_dirichlet, solve_neumann
 
 SIZES_PX = ((320, 240), (640, 480))
 BOUNDARIES: tuple[Boundary, ...] = ("dirichlet", "neumann")

@@ -11,8 +11,8 @@ import numpy as np
 from benchmarks.integrators import three_caps
 from benchmarks.measurement import Measurement, interleaved_ms
 from recon.arrays import ContactMask
+from recon.integration.poisson import integrate
 from recon.markers.filling import METHODS, fill_gradients, prepare_fill
-from recon.poisson import integrate
 from validation.dots import COUNTED_FRAMES, hand_counted, score_detection
 
 DOT_RADIUS_PX, DOT_PITCH_PX = 4.0, 32

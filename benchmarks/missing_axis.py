@@ -10,11 +10,11 @@ import numpy as np
 from jaxtyping import Float
 
 from benchmarks.measurement import Measurement, interleaved_ms
-from recon.axis_baselines import by_columns, by_convex_fit
-from recon.missing_axis import infer_missing_axis
-from recon.pressed import nearest_pressed
-from recon.random_balls import SQUARE, random_ball
-from recon.surfaces import RECIPES, surface_set
+from recon.integration.pressed import nearest_pressed
+from recon.missing_axis.baselines import by_columns, by_convex_fit
+from recon.missing_axis.inference import infer_missing_axis
+from recon.training.random_balls import SQUARE, random_ball
+from recon.training.random_surfaces import RECIPES, surface_set
 
 SIZE_PX = (320, 240)
 SLOPE_NOISE = 0.04

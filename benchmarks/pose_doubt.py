@@ -29,7 +29,7 @@ from benchmarks.touches import (
     shallow_texture,
 )
 from recon.arrays import GradientField
-from recon.poisson import integrate
+from recon.integration.poisson import integrate
 from recon.pose.registration import Registration
 from recon.pose.rigid import Covariance, Transform, Twist, inverse
 from recon.pose.tracker import REGISTRATIONS

@@ -29,7 +29,7 @@ from recon.estimators.shading import DARKEST, blank_colors, fit_shading
 from recon.pixels import positions
 from recon.presses import read_presses
 from recon.rendered_presses import RenderedPress, depth_files, rendered_presses
-from recon.unet_weights import sha256_of
+from recon.unet.weights import sha256_of
 from sensor.dataset import read_dataset
 from sensor.errors import WedgeError
 from sensor.files import write_atomic

@@ -4,12 +4,12 @@
 
     python -m benchmarks.rendered_presses standard build/standard
 
-The objects are those of ``recon.contact_presses``, one or a few in a square at a place drawn from
-the pad, or with ``--parts`` those of ``simulation.random_parts``, with ``--dies`` those of
-``simulation.random_dies``, one at a place. OUT becomes a
-dataset folder without a label, with the skin's depth of every frame in truth/ and where the object
-holds it in held/. The default estimator learns from some of its pixels
-(``benchmarks.rendered_pixels``), the contact's network from all (``recon.contact_further``).
+The objects are those of ``recon.training.random_presses``, one or a few in a square at a place
+drawn from the pad, or with ``--parts`` those of ``simulation.random_parts``, with ``--dies`` those
+of ``simulation.random_dies``, one at a place. OUT becomes a dataset folder without a label, with
+the skin's depth of every frame in truth/ and where the object holds it in held/. The default
+estimator learns from some of its pixels (``benchmarks.rendered_pixels``), the contact's network
+from all (``recon.training.contact_further``).
 """
 
 import argparse
@@ -24,7 +24,7 @@ from typing import Final
 
 import numpy as np
 
-from recon.contact_presses import NOTHING_PX, random_objects
+from recon.training.random_presses import NOTHING_PX, random_objects
 from sensor.design import Wedge
 from sensor.design_file import load_design
 from sensor.errors import WedgeError

@@ -16,7 +16,7 @@ from scipy import ndimage
 from scipy.spatial.transform import Rotation
 
 from recon.arrays import ContactMask, DepthMap, GradientField
-from recon.poisson import Boundary, integrate
+from recon.integration.poisson import Boundary, integrate
 from sensor.toml import Pair
 
 SIZE_PX = (320, 240)

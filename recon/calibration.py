@@ -15,12 +15,12 @@ from recon.estimators import (
     lesson_of,
     restore_estimator,
 )
+from recon.geometry.lens import Lens, read_lens, write_lens
+from recon.geometry.unwarp import Unwarp, prepare_unwarp
 from recon.images import read_image, write_image
-from recon.lens import Lens, read_lens, write_lens
 from recon.lights import unseen_axis
 from recon.presses import PressSet
 from recon.tensors import read_tensors
-from recon.unwarp import Unwarp, prepare_unwarp
 from sensor.dataset import LENS_FILE, Dataset
 from sensor.design import STANDARD, Wedge
 from sensor.errors import WedgeError

@@ -16,7 +16,7 @@ from jaxtyping import Bool, Float32, Float64, Int32
 from recon.arrays import DepthMap, GradientField
 from recon.ball import normals
 from recon.depth_error import depth_error, depth_noise, slope_noise
-from recon.poisson import Boundary
+from recon.integration.poisson import Boundary
 from recon.pose.registration import Touch
 from sensor.design import Gel
 from sensor.errors import WedgeError

@@ -12,18 +12,23 @@ from jaxtyping import Float32
 
 from recon import unet
 from recon.arrays import ContactMask, DepthMap, GradientField
-from recon.columns import weigh_columns
-from recon.contact import boundary_of
+from recon.contact.mask import boundary_of
 from recon.estimators import GradientEstimator
+from recon.integration.poisson import Boundary, integrate
+from recon.integration.pressed import Support, nearest_pressed
+from recon.integration.weighed import inferred_doubts, weighed_depth
 from recon.lights import Axis, unseen_axis
 from recon.markers.filling import fill_gradients
 from recon.middle import median
-from recon.missing_axis import LONGEST_SIDE_PX, infer_missing_axis, resampled, working_size
-from recon.moved import may_have_moved
-from recon.poisson import Boundary, integrate
-from recon.pressed import Support, nearest_pressed
+from recon.missing_axis.columns import weigh_columns
+from recon.missing_axis.inference import (
+    LONGEST_SIDE_PX,
+    infer_missing_axis,
+    resampled,
+    working_size,
+)
+from recon.missing_axis.moved import may_have_moved
 from recon.still import without_still
-from recon.weighed import inferred_doubts, weighed_depth
 from sensor.toml import Pair
 from sensor.unit import MissingAxis
 

@@ -17,8 +17,8 @@ from scipy import fft
 
 from recon.arrays import ContactMask, DepthMap, GradientField
 from recon.estimators import GradientEstimator
+from recon.integration.poisson import Boundary
 from recon.lights import unseen_axis
-from recon.poisson import Boundary
 from sensor.toml import Pair
 
 CORRELATED_MM = 0.8

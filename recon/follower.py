@@ -10,10 +10,10 @@ from jaxtyping import Bool
 from recon.arrays import ContactMask, DepthMap, Frame, GradientField, Unwarped
 from recon.calibration import Calibration
 from recon.cloud import Skin
-from recon.contact import is_strange
+from recon.contact.mask import is_strange
+from recon.integration.poisson import Boundary
 from recon.markers.detection import unexpected_dots
 from recon.markers.tracking import Tracked, marker_tracker, misfit
-from recon.poisson import Boundary
 from recon.pose.estimate import PoseEstimate
 from recon.pose.tracker import Tracker
 from sensor.toml import Pair
@@ -121,7 +121,8 @@ def doubted(
             pose is weak.
         still: the frame is that before to the last bit, as no camera's is: where nothing touches,
             nothing can be known of it.
-        strange: nearly all of the frame differs from the blank gel (``recon.contact.is_strange``),
+        strange: nearly all of the frame differs from the blank gel
+        (``recon.contact.mask.is_strange``),
             so that slopes mean little.
     """
     if found.state == "lost" and still:

@@ -12,16 +12,16 @@ from jaxtyping import Float32
 
 from recon.arrays import ContactMask, DepthMap, Difference, Frame, GradientField
 from recon.calibration import Calibration, load_calibration
-from recon.contact import contact_mask, disturbed_mask
-from recon.contact_patches import ContactPatch, contact_patches
+from recon.contact.mask import contact_mask, disturbed_mask
+from recon.contact.patches import ContactPatch, contact_patches
+from recon.contact.shadows import cast_shadows
 from recon.depth import depth_of
 from recon.depth_error import slope_error
 from recon.estimators import GradientEstimator, gradient_field
+from recon.integration.poisson import Boundary
 from recon.markers.detection import unexpected_dots
 from recon.markers.filling import fill_gradients
 from recon.markers.tracking import Tracked, marker_tracker, misfit
-from recon.poisson import Boundary
-from recon.shadows import cast_shadows
 from sensor.toml import Pair
 from sensor.unit import MissingAxis
 

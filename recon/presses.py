@@ -11,12 +11,12 @@ import numpy as np
 
 from recon.arrays import Frame, Unwarped
 from recon.coverage import Coverage
+from recon.geometry.lens import Lens, read_lens
+from recon.geometry.unwarp import Unwarp, prepare_unwarp
 from recon.images import read_frame
-from recon.lens import Lens, read_lens
 from recon.markers.filling import fill_gradients
 from recon.markers.tracking import MarkerTracker, marker_tracker
 from recon.pixels import RIM_PX, BallPress
-from recon.unwarp import Unwarp, prepare_unwarp
 from sensor.dataset import LENS_FILE, BallLabel, Dataset
 from sensor.errors import WedgeError
 

@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import rankdata
 
-from recon.find_circle import candidates, find_circle, search_image
 from recon.images import read_frame
+from recon.labels.find_circle import candidates, find_circle, search_image
 from recon.presses import PressReader, press_reader
 from sensor.dataset import BallLabel, read_dataset
 from sensor.errors import WedgeError

@@ -10,7 +10,7 @@ import numpy as np
 
 from recon.arrays import ContactMask, Frame, Unwarped
 from recon.ball import offsets_mm
-from recon.contact import disturbed_mask
+from recon.contact.mask import disturbed_mask
 from recon.markers.filling import fill_gradients
 from recon.pipeline import reconstruct
 from recon.pixels import BallPress

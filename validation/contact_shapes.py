@@ -11,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from recon.arrays import ContactMask, Difference
-from recon.contact import contact_mask, disturbed_mask
+from recon.contact.mask import contact_mask, disturbed_mask
+from recon.contact.shadows import cast_shadows
 from recon.images import read_frame
 from recon.pipeline import Reconstruction, reconstruct
 from recon.presses import press_reader, read_presses
-from recon.shadows import cast_shadows
 from sensor.dataset import Dataset
 from sensor.design import Wedge
 from simulation.indenters import shapes

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from recon import circles
+from recon.labels import circles
 from sensor.design import FINGER, STANDARD
 from sensor.errors import WedgeError
 from sensor.files import new_folder, sha256_of_files

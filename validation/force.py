@@ -16,7 +16,7 @@ from jaxtyping import Float64
 from scipy.stats import rankdata
 
 from recon.arrays import Unwarped
-from recon.contact import disturbed_mask
+from recon.contact.mask import disturbed_mask
 from recon.estimators import GradientEstimator
 from recon.images import read_frame
 from recon.pipeline import reconstruct

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from recon.caliper import Gap, Scale, find_gap, scale_of, shading_response, slopes_of
+from recon.geometry.caliper import Gap, Scale, find_gap, scale_of, shading_response, slopes_of
 from recon.images import read_image
 from recon.presses import press_reader
 from sensor.dataset import read_dataset

@@ -22,8 +22,8 @@ import numpy as np
 from jaxtyping import Float32
 
 from recon.arrays import Difference
-from recon.find_circle import find_circle
 from recon.images import read_frame
+from recon.labels.find_circle import find_circle
 from recon.presses import press_reader
 from sensor.dataset import BallLabel, read_dataset
 from sensor.errors import WedgeError

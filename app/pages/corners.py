@@ -24,9 +24,9 @@ from app.pages.editing import (
     say,
 )
 from recon.arrays import Frame
-from recon.corner_book import CornerBook
+from recon.geometry.unwarp import Corners
 from recon.images import read_frame
-from recon.unwarp import Corners
+from recon.labels.corner_book import CornerBook
 from sensor.errors import WedgeError
 
 NAMES = ("top left", "top right", "bottom right", "bottom left")

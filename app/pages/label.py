@@ -26,7 +26,7 @@ from app.pages.editing import (
 )
 from app.pages.frame_list import FrameList
 from recon.images import read_frame
-from recon.labelling import CERTAIN, DOUBTFUL, LabelBook, doubtful_first, largest_radius_px
+from recon.labels.label_book import CERTAIN, DOUBTFUL, LabelBook, doubtful_first, largest_radius_px
 from recon.presses import PressReader
 from sensor.dataset import BallLabel
 from sensor.errors import WedgeError

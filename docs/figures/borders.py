@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from style import BLUE, INK, RED, SOFT, figure, save
 
 from recon.ball import ball_cap
-from recon.poisson import Boundary, integrate
+from recon.integration.poisson import Boundary, integrate
 
 SIZE_PX, PITCH_MM, BALL_MM, CONTACT_MM = (320, 240), 0.05, 3.0, 2.2
 BIAS = 0.025

@@ -8,7 +8,7 @@ from scipy import fft
 from style import INK, RED, SOFT, figure, save
 
 from recon.ball import ball_cap
-from recon.poisson import integrate
+from recon.integration.poisson import integrate
 
 HEIGHT, WIDTH = 240, 320
 PLACES = ((60.0, 70.0, 30.0), (160.0, 150.0, 45.0), (255.0, 90.0, 36.0))

@@ -8,8 +8,8 @@ import numpy as np
 from style import INK, bare, figure
 
 from recon.calibration import calibrate
+from recon.integration.poisson import integrate
 from recon.pipeline import reconstruct
-from recon.poisson import integrate
 from recon.presses import read_presses
 from sensor.dataset import read_dataset
 from validation.datasets import dataset_folder

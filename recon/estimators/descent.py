@@ -3,8 +3,8 @@
 """How the small networks learn: backpropagation written out, Adam, one cycle of its rates.
 
 A step of so small a network is over sooner than autograd has noted down what it did. So the
-gradient is written here by hand, into buffers that stay. ``tests/recon/test_descent.py`` holds
-each against torch's own.
+gradient is written here by hand, into buffers that stay. ``tests/recon/estimators/test_descent.py``
+holds each against torch's own.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -14,7 +14,7 @@ from math import cos, pi
 
 import torch
 
-from recon.optimizers import State, adam, change_along_axes
+from recon.estimators.optimizers import State, adam, change_along_axes
 
 PEAK_LEARNING_RATE = 1e-2
 """Of a one-cycle schedule (Smith and Topin, 2018)."""

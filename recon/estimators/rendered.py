@@ -32,7 +32,7 @@ from recon.estimators.shading import (
 )
 from recon.estimators.surroundings import ASPECTS
 from recon.tensors import read_tensors
-from recon.unet_weights import sha256_of
+from recon.unet.weights import sha256_of
 from sensor.errors import WedgeError
 
 FILE = Path(__file__).parents[1] / "weights" / "rendered.safetensors"

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the gel is disturbed, at a quarter of the frame's resolution: enough to choose a border.
 
-The thresholds are those of ``recon.contact``; averages over 4 x 4 pixels stand in for most of its
-smoothing, and every second of them for its medians.
+The thresholds are those of ``recon.contact.mask``; averages over 4 x 4 pixels stand in for most of
+its smoothing, and every second of them for its medians.
 """
 
 import math
@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float32, UInt8
 
-from recon.contact import (
+from recon.contact.mask import (
     BESIDE_PX,
     DEVIATION,
     SMOOTHING_PX,
@@ -22,8 +22,8 @@ from recon.contact import (
     least_change,
 )
 from recon.fast.kernels import compiled
+from recon.integration.poisson import Boundary
 from recon.middle import median
-from recon.poisson import Boundary
 
 SIDE_PX = 4
 LEAST_SIDE_PX = 200

@@ -9,9 +9,9 @@ from recon.depth import Depth, InferredField, fewer_px, inferred_depth
 from recon.fast.convolution import CompiledLayers
 from recon.fast.poisson import FrameIntegrator
 from recon.fast.weighing import FrameWeighing
+from recon.integration.poisson import Boundary
 from recon.lights import Axis
-from recon.poisson import Boundary
-from recon.unet_weights import shipped_weights
+from recon.unet.weights import shipped_weights
 from sensor.toml import Pair
 
 BORDERS: tuple[Boundary, ...] = ("dirichlet", "neumann")

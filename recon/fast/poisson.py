@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The Poisson solver of ``recon.poisson`` with everything prepared that depends on size alone.
+"""The solver of ``recon.integration.poisson`` with all prepared that depends on size alone.
 
 Same equations and borders, but only the rows are transformed. That leaves one three-point
 equation along the columns for each wave number, which elimination solves in one sweep down and
@@ -15,7 +15,7 @@ from scipy import fft
 
 from recon.arrays import DepthMap
 from recon.fast.kernels import compiled
-from recon.poisson import Boundary, margins_px
+from recon.integration.poisson import Boundary, margins_px
 from sensor.toml import Pair
 
 

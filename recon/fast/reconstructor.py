@@ -15,7 +15,7 @@ from jaxtyping import Float32
 
 from recon.arrays import ContactMask, DepthMap, Difference, Frame, GradientField
 from recon.calibration import Calibration, load_calibration
-from recon.contact import contact_mask, disturbed_in
+from recon.contact.mask import contact_mask, disturbed_in
 from recon.depth import depth_of, fewer_px, untouched_depth
 from recon.depth_error import slope_error
 from recon.estimators import gradient_field
@@ -39,10 +39,10 @@ from recon.fast.poisson import FrameIntegrator
 from recon.fast.still import FrameStill
 from recon.fast.unwarping import FrameDifference
 from recon.fast.weighing import FrameWeighing
+from recon.integration.poisson import Boundary
 from recon.lights import Axis, unseen_axis
 from recon.markers.tracking import marker_tracker
-from recon.moved import MARGIN_PX, widest_support
-from recon.poisson import Boundary
+from recon.missing_axis.moved import MARGIN_PX, widest_support
 from recon.still import without_still
 from recon.stream.frame import TimedFrame
 from recon.stream.jpeg import decode_jpeg

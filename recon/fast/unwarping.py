@@ -10,7 +10,7 @@ from jaxtyping import Float32
 
 from recon.arrays import Frame, Unwarped
 from recon.fast.kernels import compiled
-from recon.unwarp import Unwarp
+from recon.geometry.unwarp import Unwarp
 
 
 class FrameDifference:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""``recon.weighed`` for frames of one size: one pass along each axis gathers what it needs."""
+"""``recon.integration.weighed`` for frames of one size: one pass along each axis."""
 
 from typing import Any
 
@@ -9,9 +9,8 @@ from jaxtyping import Float32
 
 from recon.arrays import DepthMap
 from recon.fast.kernels import compiled
-from recon.lights import Axis
-from recon.poisson import Boundary
-from recon.weighed import (
+from recon.integration.poisson import Boundary
+from recon.integration.weighed import (
     MEASURED,
     MORE_PER_SLOPE,
     STILL,
@@ -22,6 +21,7 @@ from recon.weighed import (
     spread,
     without_ring,
 )
+from recon.lights import Axis
 from sensor.toml import Pair
 
 BEYOND = 1e30

@@ -19,9 +19,9 @@ from jaxtyping import Bool, Float, Float32, Int
 from scipy.optimize import nnls
 
 from recon.arrays import GradientField
-from recon.contact import COLLAR_MM
+from recon.contact.mask import COLLAR_MM
 from recon.depth_error import depth_noise
-from recon.poisson import eigenvalues
+from recon.integration.poisson import eigenvalues
 from recon.pose.registration import Touch
 from recon.pose.rigid import Points, Transform
 from sensor.toml import Pair
@@ -140,7 +140,8 @@ def sums_in_waves(
     that was smoothed by l and is again of variance 1 at each pixel 4 pi l^2 exp(-l^2 k^2) of the
     wave k. What is returned is A, and A S A' the sums' covariance. The surface that fits wrong
     slopes best is off by depths of the covariance (-L)^-1 S: L, the Laplacian of
-    ``recon.poisson``, is diagonal in sines. Means over a cell of n pixels vary by 1 / n.
+    ``recon.integration.poisson``, is diagonal in sines. Means over a cell of n pixels vary by 1 /
+    n.
 
     Args:
         points: (n, 3), in mm; the frame's middle is at zero.

@@ -19,7 +19,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Float32, Int
 
 from recon.arrays import ContactMask
-from recon.integrable import integrable
+from recon.integration.integrable import integrable
 from recon.pose.level import Level, blurred, looked_up
 from recon.pose.noise import Coarse, coarse, sums_in_waves, wave_variances
 from recon.pose.registration import Touch, pixel_grid_mm

@@ -15,10 +15,10 @@ import pytest
 
 import app._workers
 from app.__main__ import main
-from recon.capture import PressWatcher
+from recon.geometry.lens import Lens, read_lens, write_lens
 from recon.images import read_image, write_image
-from recon.labelling import CERTAIN, LabelBook
-from recon.lens import Lens, read_lens, write_lens
+from recon.labels.capture import PressWatcher
+from recon.labels.label_book import CERTAIN, LabelBook
 from recon.presses import read_presses
 from sensor.dataset import LENS_FILE, read_dataset, write_labels
 from sensor.design import STANDARD

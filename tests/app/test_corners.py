@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
-from recon.corner_book import CornerBook
-from recon.labelling import LabelBook
-from recon.lens import Lens, write_lens
+from recon.geometry.lens import Lens, write_lens
+from recon.labels.corner_book import CornerBook
+from recon.labels.label_book import LabelBook
 from recon.presses import press_reader, read_background
 from sensor.dataset import BallLabel, Dataset, read_dataset, write_card, write_labels
 from sensor.errors import WedgeError

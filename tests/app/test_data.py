@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import app._workers
-from recon.lens import Lens, read_lens, write_lens
+from recon.geometry.lens import Lens, read_lens, write_lens
 from sensor.dataset import LENS_FILE, read_dataset
 from tests.app.test_commands import refused, run
 from tests.synthetic import BALL_RADIUS_MM, MM_PER_PX, SIZE_PX, make_dataset

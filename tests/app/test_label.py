@@ -21,10 +21,10 @@ from playwright.sync_api import expect
 
 import app._workers
 import app.label
-import recon.labelling
+import recon.labels.label_book
 from app.__main__ import main
 from recon.images import write_image
-from recon.labelling import (
+from recon.labels.label_book import (
     CERTAIN,
     LabelBook,
     automatic_label,
@@ -123,7 +123,7 @@ def test_circles_found_are_saved_together_and_undo_leaves_them(
         written.append(len(labels))
         write_labels(path, labels)
 
-    monkeypatch.setattr(recon.labelling, "write_labels", counted)
+    monkeypatch.setattr(recon.labels.label_book, "write_labels", counted)
     monkeypatch.setattr(app.label, "SAVED_TOGETHER", 3)
     assert label_quietly(dataset) == 0
     assert written == [4, 7, 9]
@@ -305,7 +305,7 @@ def test_a_change_that_fails_half_way_leaves_both_files(
     def refuse(*_: object) -> None:
         raise WedgeError("the disk is full.")
 
-    monkeypatch.setattr("recon.labelling.write_labels", refuse)
+    monkeypatch.setattr("recon.labels.label_book.write_labels", refuse)
     with pytest.raises(WedgeError, match="full"):
         book.remove(second)
     assert {path.name: path.read_bytes() for path in dataset.folder.iterdir()} == before

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page, expect
 
-from recon.labelling import CERTAIN
+from recon.labels.label_book import CERTAIN
 from sensor.dataset import BallLabel, Dataset, read_dataset, write_labels
 from tests.app.served import needs_chromium, opened, served
 from tests.synthetic import make_dataset

@@ -9,8 +9,8 @@ import pytest
 from safetensors.numpy import load_file, save_file
 
 from recon.calibration import calibrate, lit_channels, load_calibration
+from recon.geometry.lens import Lens, write_lens
 from recon.images import write_image
-from recon.lens import Lens, write_lens
 from recon.presses import read_presses
 from sensor.dataset import LENS_FILE
 from sensor.design import FINGER

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from recon.ball import ball_cap
 from recon.depth import Depth, fewer_px, inferred_depth, without
 from recon.lights import Axis
-from recon.missing_axis import LONGEST_SIDE_PX
+from recon.missing_axis.inference import LONGEST_SIDE_PX
 
 
 @given(

@@ -8,10 +8,16 @@ import numpy as np
 import pytest
 
 from recon.cloud import point_cloud
-from recon.depth_error import CORRELATED_MM, depth_error, depth_noise, slope_error, slope_noise
+from recon.depth_error import (
+    CORRELATED_MM,
+    depth_error,
+    depth_noise,
+    slope_error,
+    slope_noise,
+)
 from recon.estimators import GradientEstimator
+from recon.integration.poisson import integrate
 from recon.pipeline import reconstruct
-from recon.poisson import integrate
 from recon.still import REACH
 
 WIDTH, HEIGHT, PITCH = 40, 30, (0.1, 0.12)

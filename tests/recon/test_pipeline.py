@@ -13,18 +13,18 @@ import recon
 import sensor
 from recon.ball import ball_cap
 from recon.calibration import calibrate
-from recon.columns import weigh_columns
-from recon.contact import boundary_of, contact_mask, disturbed_mask
+from recon.contact.mask import boundary_of, contact_mask, disturbed_mask
 from recon.depth import HINT_SHARE, SEEN_SHARE, infer_gradient, without
 from recon.images import read_frame
-from recon.missing_axis import infer_missing_axis
-from recon.moved import FLANK, MARGIN_PX
+from recon.integration.poisson import integrate
+from recon.integration.pressed import nearest_pressed
+from recon.integration.weighed import inferred_doubts, weighed_depth
+from recon.missing_axis.columns import weigh_columns
+from recon.missing_axis.inference import infer_missing_axis
+from recon.missing_axis.moved import FLANK, MARGIN_PX
 from recon.pipeline import Reconstructor, reconstruct
-from recon.poisson import integrate
-from recon.pressed import nearest_pressed
 from recon.presses import read_presses
 from recon.still import REACH
-from recon.weighed import inferred_doubts, weighed_depth
 from sensor.errors import WedgeError
 from tests.synthetic import (
     BALL_RADIUS_MM,

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from recon.geometry.lens import Lens, write_lens
 from recon.images import read_image, write_image
-from recon.lens import Lens, write_lens
 from recon.presses import left_out_places, read_background, read_presses
 from sensor.dataset import LENS_FILE, BallLabel, read_dataset, write_card, write_labels
 from sensor.errors import WedgeError

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from recon.poisson import integrate
+from recon.integration.poisson import integrate
 from recon.still import FARTHEST, REACH, reach_of, without_still
 
 

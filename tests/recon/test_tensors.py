@@ -23,7 +23,7 @@ from recon.estimators.surroundings import ASPECTS
 from recon.presses import read_presses
 from recon.still import FARTHEST, REACH
 from recon.tensors import read_tensors
-from recon.unet_weights import MISSING_AXIS, load_weights, save_weights, shipped_weights
+from recon.unet.weights import MISSING_AXIS, load_weights, save_weights, shipped_weights
 from sensor.errors import WedgeError
 from tests.synthetic import make_dataset
 
@@ -149,7 +149,7 @@ def test_weights_that_are_no_numbers_or_absurd_are_refused_whatever_their_hash(t
     weights = {name: values.copy() for name, values in shipped_weights().items()}
     weights["out.bias"][0] = value
     path = tmp_path / "weights.safetensors"
-    save_weights(path, weights, "python -m recon.unet_training", 0)
+    save_weights(path, weights, "python -m recon.training.missing_axis", 0)
     with pytest.raises(WedgeError, match=r"weights\.safetensors holds out\.bias in sizes nobody"):
         load_weights(path)
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cad import optics
-from recon.unwarp import prepare_unwarp
+from recon.geometry.unwarp import prepare_unwarp
 from sensor.design import FINGER, STANDARD, Wedge
 from simulation.indenters import calibration_ball
 from simulation.presses import Press, skin_under

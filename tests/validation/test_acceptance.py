@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from recon.lens import Lens, write_lens
+from recon.geometry.lens import Lens, write_lens
 from recon.presses import read_presses
 from sensor.dataset import LENS_FILE, read_dataset, write_card, write_labels
 from tests import synthetic

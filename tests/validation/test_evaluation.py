@@ -7,8 +7,8 @@ import pytest
 
 import recon.estimators.mlp_training as mlp_training
 from recon.calibration import calibrate
+from recon.integration.poisson import integrate
 from recon.pixels import BallPress
-from recon.poisson import integrate
 from recon.presses import read_presses
 from sensor.design import STANDARD
 from sensor.errors import WedgeError

@@ -19,8 +19,8 @@ from benchmarks.integrators import BOUNDARIES, bump_error, three_caps
 from bom.bill import make_bill, read_parts, totals_text
 from bom.fit import parts_for
 from recon.estimators import GradientEstimator, fit_estimator
+from recon.integration.poisson import integrate
 from recon.pixels import Pixels
-from recon.poisson import integrate
 from recon.presses import read_presses
 from sensor.design import FINGER, STANDARD
 from sensor.errors import WedgeError

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from recon.shadows import cast_shadows
+from recon.contact.shadows import cast_shadows
 from sensor.design import STANDARD
 from simulation.skin import gel_view
 from validation.shadows import score_shadows, true_shadows

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from recon.find_circle import find_circle
+from recon.labels.find_circle import find_circle
 from recon.presses import press_reader
 from tests.synthetic import make_dataset
 from validation.untouched import CLEAR_OF_BALL, clear_part, seen_again

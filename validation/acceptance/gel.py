@@ -10,7 +10,7 @@ from jaxtyping import Float64
 
 from recon.arrays import ContactMask, Difference, Unwarped
 from recon.ball import offsets_mm
-from recon.capture import SATURATED_LEVEL
+from recon.labels.capture import SATURATED_LEVEL
 from recon.markers.filling import fill_gradients
 from recon.markers.tracking import MarkerTracker
 from recon.pixels import BallPress, label_pixels

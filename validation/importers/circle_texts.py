@@ -14,7 +14,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from recon.labelling import refuse_name
+from recon.labels.label_book import refuse_name
 from sensor.dataset import IMAGES
 from sensor.errors import WedgeError
 from validation.importers.drawn import MOST_PRESSES

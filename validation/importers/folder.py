@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from recon.circles import refit_circle
+from recon.labels.circles import refit_circle
 from recon.pixels import BallPress
 from recon.presses import read_presses
 from sensor.dataset import (

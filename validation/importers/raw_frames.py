@@ -18,13 +18,13 @@ from pathlib import Path
 import numpy as np
 
 from recon.arrays import Frame
-from recon.caliper import Scale, find_gap, scale_of, shading_response, slopes_of
+from recon.geometry.caliper import Scale, find_gap, scale_of, shading_response, slopes_of
+from recon.geometry.lens import read_lens, write_lens
+from recon.geometry.pad import base_side, find_pad, gel_corners
+from recon.geometry.unwarp import prepare_unwarp
 from recon.images import read_image
-from recon.labelling import automatic_label, refuse_name
-from recon.lens import read_lens, write_lens
-from recon.pad import base_side, find_pad, gel_corners
+from recon.labels.label_book import automatic_label, refuse_name
 from recon.presses import PressReader, press_reader
-from recon.unwarp import prepare_unwarp
 from sensor.dataset import (
     IMAGES,
     LENS_FILE,

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from recon.arrays import DepthMap
-from recon.poisson import Boundary
+from recon.integration.poisson import Boundary
 from sensor.toml import Pair
 from validation.figures.integrators import cap_error_figure, convergence_figure
 from validation.figures.png import plot_bytes

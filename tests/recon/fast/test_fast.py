@@ -16,7 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from recon import unet
-from recon.contact import boundary_of, disturbed_mask
+from recon.contact.mask import boundary_of, disturbed_mask
 from recon.estimators import GradientEstimator, gradient_field
 from recon.estimators.mlp import Mlp
 from recon.fast import fixed_point, kernels, network
@@ -28,9 +28,9 @@ from recon.fast.poisson import FrameIntegrator
 from recon.fast.still import FrameStill
 from recon.fast.unwarping import FrameDifference
 from recon.fast.weighing import FrameWeighing
-from recon.poisson import Boundary, integrate
+from recon.integration.poisson import Boundary, integrate
+from recon.integration.weighed import inferred_doubts, weighed_depth
 from recon.still import REACH, without_still
-from recon.weighed import inferred_doubts, weighed_depth
 from tests.recon.fast.units import (
     CORNERS_PX,
     SLOPE,
@@ -218,7 +218,9 @@ def test_the_integrator_solves_the_same_equations(size_px: tuple, boundary: str)
 def test_doubted_slopes_count_as_little_as_in_the_reference(
     size_px: tuple, boundary: Boundary, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("recon.weighed.STEPS", 4)  # later, rounding errors part them for a while
+    monkeypatch.setattr(
+        "recon.integration.weighed.STEPS", 4
+    )  # later, rounding errors part them for a while
     width, height = size_px
     random = np.random.default_rng(1)
     pitch_mm = (0.05, 0.08)

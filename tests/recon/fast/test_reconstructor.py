@@ -11,11 +11,11 @@ import pytest
 
 from recon.estimators.lookup_table import BINS, LookupTable
 from recon.fast import FastReconstructor, fixed_point
+from recon.integration.poisson import integrate
+from recon.integration.weighed import weighed_depth
 from recon.pipeline import Reconstructor
-from recon.poisson import integrate
 from recon.stream.frame import TimedFrame
 from recon.stream.jpeg import decode_jpeg, encode_jpeg
-from recon.weighed import weighed_depth
 from sensor.errors import WedgeError
 from tests.dotted import HEIGHT, WIDTH, dotted, grid_px, pad
 from tests.recon.fast.units import (
@@ -37,8 +37,8 @@ RED_AND_BLUE = {
 
 def to_the_minimum(monkeypatch: pytest.MonkeyPatch) -> None:
     """How many steps are taken is a matter of rounding, where they end before it."""
-    monkeypatch.setattr("recon.weighed.STEPS", 200)
-    monkeypatch.setattr("recon.weighed.ENOUGH", 1e-10)
+    monkeypatch.setattr("recon.integration.weighed.STEPS", 200)
+    monkeypatch.setattr("recon.integration.weighed.ENOUGH", 1e-10)
 
 
 def in_bytes(image: np.ndarray) -> np.ndarray:

@@ -18,7 +18,7 @@ from benchmarks.touches import (
     motions,
     shallow_texture,
 )
-from recon.poisson import integrate
+from recon.integration.poisson import integrate
 from recon.pose.gaps import gaps_between
 from recon.pose.icp import Icp
 from recon.pose.rigid import Transform, inverse, motion

@@ -7,7 +7,7 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from benchmarks.touches import OBLIQUE_DEG, SyntheticTouch, cube_corner
-from recon.poisson import integrate
+from recon.integration.poisson import integrate
 from recon.pose.estimate import PoseEstimate
 from recon.pose.joint import Joint
 from recon.pose.mesh import CONTACT_DEPTH_MM, Mesh, read_mesh, render, under_side

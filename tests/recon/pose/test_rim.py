@@ -18,7 +18,7 @@ from benchmarks.touches import (
     lowest_surface,
     motions,
 )
-from recon.poisson import integrate
+from recon.integration.poisson import integrate
 from recon.pose.joint import Joint
 from recon.pose.pyramid import Pyramid, residuals
 from recon.pose.registration import pixel_grid_mm

@@ -16,7 +16,7 @@ from benchmarks.touches import (
     bead,
     lowest_surface,
 )
-from recon.poisson import integrate
+from recon.integration.poisson import integrate
 from recon.pose.joint import Joint
 from recon.pose.models import MOST_LEARNT, TouchModel, keyframe, touches
 from recon.pose.pyramid import Pyramid

@@ -1,0 +1,183 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Which frames of a live sensor are good ball presses, and where on the pad some are missing."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import cv2
+import numpy as np
+from jaxtyping import Float32
+
+from recon.arrays import Difference, Frame, Unwarped
+from recon.contact.mask import disturbed_mask
+from recon.coverage import Coverage
+from recon.geometry.unwarp import Unwarp
+from recon.labels.circles import Circle
+from recon.labels.find_circle import find_circle
+from sensor.toml import Pair
+
+BLANK_FRAMES = 8
+"""Averaged to the background: its noise then is a third of a frame's."""
+STILL_FRAMES = 3
+"""In a row, before a frame is taken."""
+STILL_FACTOR = 1.6
+"""Neighbouring frames of a still gel differ by noise; a finger that moves adds to that."""
+LEAST_STILL = 1 / 255
+SHARPEST_LOSS = 0.5
+"""A frame with less than this share of the blank gel's fine detail is out of focus or shaken."""
+SATURATED_LEVEL = 250
+MOST_SATURATED = 0.3
+"""Of the contact's pixels, in any colour: what saturates says nothing about the slope.
+
+`wedge accept` fails a sensor beyond it; real presses that calibrate lie far below:
+at most 0.12 of 22 of one sensor, none of 98 of two others.
+"""
+
+State = Literal["blank", "waiting", "lift"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Verdict:
+    """What was made of one frame."""
+
+    taken: bool
+    words: str
+    """For the person at the sensor: what happened, and what to do next."""
+    circle: Circle | None = None
+    """Of a ball's frame that was taken; ``None`` for a caliper's."""
+
+
+class PressWatcher:
+    """Looks at every frame of a sensor and says which to keep.
+
+    First the blank gel: still frames, averaged. Then, for each press: wait until something
+    touches and holds still, judge that frame, and wait until the gel is free again. The first
+    presses may be a caliper's.
+    """
+
+    def __init__(
+        self, unwarp: Unwarp, ball_radius_mm: float, mm_per_px: Pair, calipers: int = 0
+    ) -> None:
+        """Begin with the blank gel, which nothing must touch; ``calipers`` presses follow."""
+        self.unwarp = unwarp
+        self.ball_radius_mm, self.mm_per_px = ball_radius_mm, mm_per_px
+        self.state: State = "blank"
+        self.calipers_left = calipers
+        self.coverage = Coverage(unwarp.size_px)
+        self.background: Frame | None = None
+        self._blanks: list[Frame] = []
+        self._steps: list[float] = []
+        self._blank: Unwarped | None = None
+        self._noise = 0.0
+        self._sharpness = 0.0
+        self._last: Unwarped | None = None
+        self._still = 0
+
+    def look(self, frame: Frame) -> Verdict:
+        """Look at the next frame of the stream, (h, w, 3) uint8 RGB.
+
+        Raises:
+            WedgeError: the frame has another size than the camera's.
+        """
+        seen = self.unwarp(frame)
+        moved = np.inf if self._last is None else _moved(seen, self._last)
+        self._last = seen
+        if self.state == "blank":
+            return self._look_at_blank(frame, moved)
+        assert self._blank is not None
+        difference = seen - self._blank
+        contact = disturbed_mask(difference)
+        if not contact.any():
+            self.state, self._still = "waiting", 0
+            return _no(f"no contact: {self._wanted}")
+        if self.state == "lift":
+            return _no("taken: lift it")
+        is_still = moved < max(STILL_FACTOR * self._noise, LEAST_STILL)
+        self._still = self._still + 1 if is_still else 0
+        if self._still < STILL_FRAMES:
+            return _no("still moving: hold it")
+        return self._judge(frame, seen, difference, contact)
+
+    def judge_alone(self, frame: Frame) -> Verdict:
+        """Judge a frame that has no neighbours in time, as a folder's; the blank gel is known."""
+        assert self._blank is not None
+        seen = self.unwarp(frame)
+        difference = seen - self._blank
+        contact = disturbed_mask(difference)
+        if not contact.any():
+            return _no("no contact")
+        verdict = self._judge(frame, seen, difference, contact)
+        self.state = "waiting"
+        return verdict
+
+    def set_background(self, background: Frame) -> None:
+        """Take a blank frame as it is, instead of waiting for still ones."""
+        self.background = background
+        self._blank = self.unwarp(background)
+        self._sharpness = _fine_detail(self._blank)
+        self.state = "waiting"
+
+    @property
+    def _wanted(self) -> str:
+        """What to press next."""
+        if self.calipers_left:
+            along = "across" if self.calipers_left % 2 else "along"
+            return f"press the caliper's jaws, the gap measured {along} the finger"
+        return f"press the ball, next at: {self.coverage.next_place}"
+
+    def _look_at_blank(self, frame: Frame, moved: float) -> Verdict:
+        if self._blanks and len(self._steps) > 1 and moved > 3 * max(*self._steps, LEAST_STILL):
+            self._blanks.clear()
+            self._steps.clear()
+            return _no("still moving: let go of the gel")
+        if self._blanks:
+            self._steps.append(moved)
+        self._blanks.append(frame)
+        if len(self._blanks) < BLANK_FRAMES:
+            return _no(f"blank gel, {len(self._blanks)} of {BLANK_FRAMES}: touch nothing")
+        self.set_background(np.stack(self._blanks).mean(axis=0).round().astype(np.uint8))
+        # An average is smoother than any frame: the frames' own noise is what others compare with.
+        self._noise = max(self._steps)
+        self._sharpness = float(np.median([_fine_detail(self.unwarp(x)) for x in self._blanks]))
+        return _no(f"the blank gel is known: {self._wanted}")
+
+    def _judge(
+        self, frame: Frame, seen: Unwarped, difference: Difference, contact: np.ndarray
+    ) -> Verdict:
+        """Keep a frame, or say what is wrong with it."""
+        self._still = 0
+        if _fine_detail(seen) < SHARPEST_LOSS * self._sharpness:
+            return _no("blurred: hold the sensor still, or mend its focus")
+        saturated = (seen[contact] >= SATURATED_LEVEL / 255).any(-1).mean()
+        if saturated > MOST_SATURATED:
+            return _no(f"saturated on {saturated:.0%} of the contact: lower the exposure")
+        if self.calipers_left:
+            self.calipers_left -= 1
+            self.state = "lift"
+            return Verdict(taken=True, words="caliper taken: lift it")
+        circle = find_circle(difference, self.ball_radius_mm, self.mm_per_px)
+        if circle is None:
+            return _no("no ball is recognised: press the ball alone, not its holder")
+        self.coverage.add(circle.center_px)
+        self.state = "lift"
+        x, y = circle.center_px
+        return Verdict(
+            taken=True, words=f"taken at ({x:.0f}, {y:.0f}) px: lift the ball", circle=circle
+        )
+
+
+def _no(words: str) -> Verdict:
+    return Verdict(taken=False, words=words)
+
+
+def _moved(a: Float32[np.ndarray, "h w 3"], b: Float32[np.ndarray, "h w 3"]) -> float:
+    """How much two frames differ where they differ most: the 99th percentile, noise smoothed."""
+    change = np.abs(cv2.GaussianBlur(a - b, (0, 0), 2)).max(-1)
+    return float(np.percentile(change, 99))
+
+
+def _fine_detail(seen: Unwarped) -> float:
+    """Energy of what changes from pixel to pixel."""
+    gray = np.ascontiguousarray(seen.mean(-1))
+    return float(np.median(np.abs(cv2.Laplacian(gray, cv2.CV_32F))))

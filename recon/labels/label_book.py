@@ -1,0 +1,305 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Labels of ball presses: found automatically, mended by hand, every change kept at once."""
+
+import math
+import unicodedata
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from recon.images import frame_count, read_frame
+from recon.labels.find_circle import find_circle
+from recon.presses import PressReader
+from sensor.dataset import (
+    IMAGES,
+    BallLabel,
+    Dataset,
+    DatasetCard,
+    frame_name,
+    read_dataset,
+    write_labels,
+)
+from sensor.errors import WedgeError
+from sensor.files import alone_in, write_atomic
+
+LABELS_FILE = "labels.csv"
+NO_BALL_FILE = "no_ball.txt"
+"""The frames in which somebody saw that no ball touches, one a line."""
+CERTAIN = 1.0
+"""Quality of a label that somebody looked at."""
+DOUBTFUL = 0.7
+"""Below this quality somebody should look."""
+LARGEST = 0.98
+"""Of the ball's radius: a contact circle is smaller than its ball."""
+
+
+def pressed_frames(folder: Path, card: DatasetCard) -> list[str]:
+    """Names of the frames that may show a press: images beside the card, and ``frames.npz#i``.
+
+    Raises:
+        WedgeError: ``frames.npz`` is damaged, or ``labels.csv`` cannot keep an image's name.
+    """
+    blank = {frame_name(name) for name in card.background}
+    images = sorted(
+        path.name
+        for path in folder.iterdir()
+        if path.suffix.lower() in IMAGES and not path.name.startswith(".")  # as a Mac's ._press.png
+    )
+    names = [name for name in images if name not in blank]
+    for name in names:
+        refuse_name(folder / name)
+    archive = folder / "frames.npz"
+    if archive.is_file():
+        names += [f"{archive.name}#{i}" for i in range(frame_count(archive))]
+    return [name for name in names if name not in blank]
+
+
+def refuse_name(path: Path) -> None:
+    """Refuse an image whose name would not come back from a table, or means a frame inside.
+
+    Raises:
+        WedgeError: says what a name cannot hold.
+    """
+    name = path.name
+    odd = any(unicodedata.category(character) in ("Cc", "Cs") for character in name)
+    if odd or "#" in name or name != name.strip():
+        raise WedgeError(
+            f"{path.parent}: {LABELS_FILE} cannot keep the name {name!r}, with a space at an end, "
+            "or a #, a line break or what is no character in it: rename it."
+        )
+
+
+def automatic_label(reader: PressReader, file: str) -> BallLabel | None:
+    """The label of one frame as found, ``None`` where no ball shows.
+
+    A frame that has a label keeps the ball that this states.
+
+    Raises:
+        WedgeError: the frame is missing, damaged or of another size.
+    """
+    dataset = reader.dataset
+    frame, before = read_frame(dataset.folder, file), dataset.label(file)
+    try:
+        difference = reader.unwarp(frame) - reader.blank
+    except WedgeError as error:
+        raise WedgeError(
+            f"{dataset.folder / file}: {error} Is it another camera's? Take it out."
+        ) from error
+    circle = find_circle(difference, dataset.ball_radius_mm(before), dataset.card.mm_per_px)
+    if circle is None:
+        return None
+    height, width = difference.shape[:2]
+    x_px = min(max(circle.center_px[0], 0.0), width - 1.0)
+    y_px = min(max(circle.center_px[1], 0.0), height - 1.0)
+    return BallLabel(
+        file=file,
+        center_x_px=round(x_px, 2),
+        center_y_px=round(y_px, 2),
+        contact_radius_px=round(circle.radius_px, 2),
+        ball_radius_mm=None if before is None else before.ball_radius_mm,
+        quality=round(circle.quality, 3),
+    )
+
+
+def largest_radius_px(dataset: Dataset, file: str) -> float:
+    """How large a frame's contact circle may be: its ball is larger."""
+    ball_mm = dataset.ball_radius_mm(dataset.label(file))
+    return LARGEST * ball_mm / math.sqrt(math.prod(dataset.card.mm_per_px))
+
+
+@dataclass(frozen=True)
+class Change:
+    """What one edit replaced."""
+
+    file: str
+    before: BallLabel | None
+    had_no_ball: bool
+
+
+class LabelBook:
+    """The labels of one dataset folder, written after every change; edits by hand can be undone.
+
+    That no ball touches in a frame is written too, lest a circle is found there again. A frame
+    with a label has a ball, whatever else is written.
+
+    Several may be open on one folder, in several processes: a change is of its frame alone, and
+    what others wrote meanwhile is taken over before it. A frame that others changed is changed no
+    further by who has not seen that, and what they changed ``undo`` does not take back.
+    """
+
+    def __init__(self, dataset: Dataset) -> None:
+        """Take over the labels of a dataset.
+
+        Raises:
+            WedgeError: ``no_ball.txt`` cannot be read.
+        """
+        self.folder, self._card = dataset.folder, dataset.card
+        self._labels, self._no_ball = _known(dataset)
+        self._history: list[Change] = []
+        self._changed_by_others: set[str] = set()
+
+    @property
+    def labels(self) -> tuple[BallLabel, ...]:
+        """All labels, in the order of their frames' names."""
+        return _in_order(self._labels)
+
+    def label(self, file: str) -> BallLabel | None:
+        """The label of a frame, ``None`` where it has none."""
+        return self._labels.get(frame_name(file))
+
+    def has_no_ball(self, file: str) -> bool:
+        """Whether somebody saw that no ball touches in a frame."""
+        return frame_name(file) in self._no_ball
+
+    def put(self, label: BallLabel) -> None:
+        """Add or replace the label of a frame.
+
+        Raises:
+            WedgeError: somebody else has changed the frame's label or the card meanwhile, or a file
+                cannot be read or written; nothing changed then.
+        """
+        self._edit(label.file, label, no_ball=False)
+
+    def put_found(self, labels: Sequence[BallLabel]) -> None:
+        """Add or replace labels that were found, in one write, which ``undo`` does not take back.
+
+        Frames that somebody else has changed since the book was opened stay as they are.
+
+        Raises:
+            WedgeError: somebody else has changed the card meanwhile, or a file cannot be read or
+                written; nothing changed then.
+        """
+        with alone_in(self.folder):
+            self._catch_up()
+            found = {frame_name(label.file): label for label in labels}
+            found = {name: found[name] for name in found.keys() - self._changed_by_others}
+            self._write(self._labels | found, self._no_ball.difference(found))
+
+    def remove(self, file: str) -> None:
+        """Take a frame's label away and keep in mind that no ball touches there.
+
+        Raises:
+            WedgeError: as for ``put``.
+        """
+        self._edit(file, None, no_ball=True)
+
+    def undo(self) -> str | None:
+        """Take the last edit back; the frame it was made on, ``None`` where there is none left.
+
+        Raises:
+            WedgeError: as for ``put``.
+        """
+        if not self._history:
+            return None
+        last = self._history[-1]
+        self._put(last.file, last.before, no_ball=last.had_no_ball)
+        self._history.pop()
+        return last.file
+
+    def _edit(self, file: str, label: BallLabel | None, *, no_ball: bool) -> None:
+        change = Change(file, self.label(file), self.has_no_ball(file))
+        self._put(file, label, no_ball=no_ball)
+        self._history.append(change)
+
+    def _put(self, file: str, label: BallLabel | None, *, no_ball: bool) -> None:
+        name = frame_name(file)
+        with alone_in(self.folder):
+            if name in self._catch_up():
+                raise WedgeError(
+                    f"{file} was changed by another program meanwhile: look at it as it is now."
+                )
+            after = {key: value for key, value in self._labels.items() if key != name}
+            if label is not None:
+                after[name] = label
+            self._write(after, self._no_ball | {name} if no_ball else self._no_ball - {name})
+
+    def _catch_up(self) -> set[str]:
+        """Take over what is on disk; the frames of which it says something else than is known.
+
+        Raises:
+            WedgeError: it cannot be read, or the card is another, in whose pixels circles lie.
+        """
+        dataset = read_dataset(self.folder, labelled=False)
+        if dataset.card != self._card:
+            raise WedgeError(
+                f"{self.folder / 'dataset.toml'} was changed by another program meanwhile, and "
+                "with it where circles lie: start this command again."
+            )
+        labels, no_ball = _known(dataset)
+        changed = {
+            name
+            for name in {*labels, *self._labels, *no_ball, *self._no_ball}
+            if labels.get(name) != self._labels.get(name)
+            or (name in no_ball) != (name in self._no_ball)
+        }
+        self._labels, self._no_ball = labels, no_ball
+        self._changed_by_others |= changed
+        self._history = [x for x in self._history if frame_name(x.file) not in changed]
+        return changed
+
+    def _write(self, after: Mapping[str, BallLabel], untouched: frozenset[str]) -> None:
+        self._write_no_ball(self._no_ball, untouched)
+        try:
+            write_labels(self.folder / LABELS_FILE, _in_order(after))
+        except BaseException:
+            self._write_no_ball(untouched, self._no_ball)
+            raise
+        self._labels, self._no_ball = dict(after), untouched
+
+    def _write_no_ball(self, before: frozenset[str], after: frozenset[str]) -> None:
+        if after != before:
+            lines = [f"{file}\n" for file in sorted(after, key=_by_number)]
+            write_atomic(self.folder / NO_BALL_FILE, "".join(lines).encode())
+
+
+def doubtful_first(files: Sequence[str], book: LabelBook) -> list[str]:
+    """Frames in the order in which they deserve a look.
+
+    Found circles by their quality, worst first; then frames in which no ball was found; then what
+    somebody has looked at already.
+    """
+
+    def doubt(file: str) -> tuple[int, float, tuple[str, int]]:
+        label = book.label(file)
+        if label is None:
+            seen = book.has_no_ball(file)
+            return (2 if seen else 1), (CERTAIN if seen else 0.0), _by_number(file)
+        quality = CERTAIN if label.quality is None else label.quality
+        return (2 if quality >= CERTAIN else 0), quality, _by_number(file)
+
+    return sorted(files, key=doubt)
+
+
+def _known(dataset: Dataset) -> tuple[dict[str, BallLabel], frozenset[str]]:
+    """By frames' names, the labels of a dataset, and the frames without one that no ball touches.
+
+    Raises:
+        WedgeError: ``no_ball.txt`` cannot be read.
+    """
+    labels = {frame_name(label.file): label for label in dataset.labels}
+    return labels, _read_no_ball(dataset.folder / NO_BALL_FILE).difference(labels)
+
+
+def _read_no_ball(path: Path) -> frozenset[str]:
+    """The frames that a file names, one a line; none where there is no file."""
+    try:
+        lines: Iterable[str] = path.read_text(encoding="utf-8-sig").split("\n")
+    except FileNotFoundError:
+        lines = ()
+    except (OSError, UnicodeDecodeError) as error:
+        raise WedgeError(f"{path} cannot be read ({error}): mend it or take it away.") from error
+    return frozenset(frame_name(line.strip()) for line in lines if line.strip())
+
+
+def _in_order(labels: Mapping[str, BallLabel]) -> tuple[BallLabel, ...]:
+    """By the names of their frames."""
+    return tuple(labels[name] for name in sorted(labels, key=_by_number))
+
+
+def _by_number(file: str) -> tuple[str, int]:
+    """Sorts press2 before press10."""
+    stem = file.rsplit(".", 1)[0] if "#" not in file else file
+    digits = len(stem) - len(stem.rstrip("0123456789"))
+    number = stem[len(stem) - digits :] if digits else ""
+    return stem[: len(stem) - digits], int(number[:18] or -1)

@@ -1,0 +1,123 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Train the contact's network further, on presses rendered for sensors.
+
+``python -m recon.training.contact_further FIRST --sensor BALLS SETS --out FILE`` goes on from
+weights that random presses taught (``recon.training.contact``). A quarter of every step is still
+such presses; the rest is what calibrated estimators read off rendered frames
+(``recon.training.felt_presses``). What is kept lies between the weights before and after. Needs
+torch, the extra ``train``.
+"""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from recon import unet
+from recon.contact.network import CONTACT
+from recon.training.contact import (
+    COURSES,
+    FRAME_PX,
+    TESTED,
+    Batch,
+    ContactNet,
+    follow,
+    overlap_on_fresh_presses,
+    training_batch,
+)
+from recon.training.felt_presses import FeltPress, felt_presses, seen_anew
+from recon.training.further_courses import between, name_sensors, words_of
+from recon.training.missing_axis import write_curve
+from recon.unet.weights import load_weights, save_weights
+from sensor.errors import WedgeError
+
+try:
+    import torch
+except ModuleNotFoundError:  # one sentence in place of a traceback
+    sys.exit("Training needs torch: install the extra, `pip install gelsight-wedge[train]`.")
+
+STEPS = 6000
+SEED = 1  # the first courses' is 0
+COURSE = COURSES[-1]
+RANDOM_FRAMES, FELT_FRAMES = 2, 6
+"""In every step."""
+PRESSES = 1500
+"""Random ones, pressed once and measured anew each time."""
+AFTER = 0.35
+"""Share of the weights after in those kept: with more of them, sharp ridges read without an error
+are taken for the gel beside their crest."""
+
+
+def train_further(
+    first: unet.Weights, presses: Sequence[FeltPress], steps: int, seed: int
+) -> tuple[unet.Weights, list[float]]:
+    """The kept weights and the loss of every step; progress on stdout.
+
+    Args:
+        first: weights before.
+        presses: rendered, as sensors measured them.
+        steps: batches.
+        seed: of random presses and of the order of rendered ones; not the first courses', whose
+            presses the network has seen.
+    """
+    network = ContactNet(unet.channels_of(first))
+    with torch.no_grad():
+        for name, parameter in network.layers.named_parameters():
+            parameter.copy_(torch.from_numpy(np.array(first[name])))
+    batches = (further_batch(presses, seed, step) for step in range(steps))
+    losses = follow(network, COURSE, batches, steps)
+    return between(first, network.weights(), AFTER), losses
+
+
+def further_batch(presses: Sequence[FeltPress], seed: int, step: int) -> Batch:
+    """Inputs and truth of random presses and of rendered ones."""
+    maps, truth = training_batch(seed, PRESSES, COURSE, step, RANDOM_FRAMES)
+    rng = np.random.default_rng([seed, step, 1])
+    chosen = rng.integers(len(presses), size=FELT_FRAMES)
+    felt = [seen_anew(rng, presses[index], FRAME_PX[0]) for index in chosen]
+    seen, held = zip(*felt, strict=True)
+    return np.concatenate([maps, np.stack(seen)]), np.concatenate([truth, np.stack(held)])
+
+
+def main() -> None:
+    """Train, save the weights and the loss, and print the overlap on fresh presses."""
+    parser = argparse.ArgumentParser(
+        prog="python -m recon.training.contact_further", description=__doc__
+    )
+    parser.add_argument("first", type=Path, help="weights of recon.training.contact")
+    name_sensors(parser)
+    parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--steps", type=int, default=STEPS, help="batches")
+    parser.add_argument("--out", type=Path, required=True, help="the safetensors file to write")
+    options = parser.parse_args()
+    if options.steps < 2:
+        parser.error("--steps must be 2 at least")
+    torch.set_num_threads(1)
+    try:
+        first = load_weights(options.first, CONTACT)
+        presses = [
+            press
+            for balls, *rendered in options.sensor
+            for press in felt_presses(balls, rendered, options.seed)
+        ]
+    except WedgeError as error:
+        parser.error(str(error))
+    if not presses:
+        parser.error("no rendered press is felt: name sets of benchmarks.rendered_presses")
+    print(f"{len(presses)} presses as felt", flush=True)
+    weights, losses = train_further(first, presses, options.steps, options.seed)
+    command = (
+        f"python -m recon.training.contact_further {options.first.name} {words_of(options.sensor)}"
+        f" --seed {options.seed} --steps {options.steps} --out {options.out.name}"
+    )
+    save_weights(options.out, weights, command, options.seed, CONTACT)
+    write_curve(options.out, losses)
+    overlap = overlap_on_fresh_presses(weights, TESTED, options.seed)
+    print(f"overlap with the truth on {TESTED} fresh presses: {overlap:.3f}")
+
+
+if __name__ == "__main__":
+    main()

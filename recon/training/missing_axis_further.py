@@ -1,0 +1,187 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Train the U-Net of the missing gradient axis further, on presses rendered for sensors.
+
+``python -m recon.training.missing_axis_further FIRST --sensor BALLS SETS --out FILE`` goes on from
+weights that random surfaces taught (``recon.training.missing_axis``). Half of every step is still
+such surfaces; the other half is what calibrated estimators read off rendered frames
+(``recon.training.measured_presses``). There errors count in means over squares as well as
+singly, since what many neighbours err by alike adds up to depth; a window of untouched gel is among
+them, where the answer is to be nothing. What is kept lies between the weights before and after.
+Last it teaches the doubt anew (``recon.training.missing_axis_doubt``), as slopes that err less
+elsewhere err in other places. Needs torch, the extra ``train``.
+"""
+
+import argparse
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from recon import unet
+from recon.training.further_courses import between, name_sensors, words_of
+from recon.training.measured_presses import MeasuredPress, measured_presses
+from recon.training.missing_axis import (
+    DOUBT_SHARE,
+    HUBER_SLOPE,
+    STEEPEST_STEP,
+    Settings,
+    UNet,
+    doubt_losses,
+    learning_rate,
+    print_measures,
+    training_batch,
+    write_curve,
+)
+from recon.training.missing_axis_doubt import LEAST_MOVED_PX, train_doubt
+from recon.unet.weights import load_weights, save_weights
+from sensor.errors import WedgeError
+
+try:
+    import torch
+    from torch import Tensor, nn
+    from torch.nn import functional
+
+    from recon.estimators.optimizers import Soap
+except ModuleNotFoundError:  # one sentence in place of a traceback
+    sys.exit("Training needs torch: install the extra, `pip install gelsight-wedge[train]`.")
+
+STEPS = 4500
+SEED = 1  # the first course's is 0
+PEAK = 2 / 3
+"""Of the first course's learning rate."""
+PRESSES_A_STEP = 4
+"""Which weigh together, by the gel that moved, as much as a batch of surfaces."""
+SIDES_PX = (1, 4, 16)
+"""Of the squares over whose means errors count; the longest is the stride of the network."""
+UNTOUCHED_PX = (64, 256)
+"""Sides of the untouched gel: windows of any size, so that no border is answered with a slope."""
+AFTER = 0.7
+"""Share of the weights after in those kept: with more of them, crests become too steep, and balls
+lose by what shapes gain."""
+DOUBT_STEPS = 600
+
+
+def train_further(
+    first: unet.Weights,
+    presses: Sequence[MeasuredPress],
+    steps: int,
+    seed: int,
+    share_after: float = AFTER,
+) -> tuple[dict[str, np.ndarray], list[float]]:
+    """The kept weights, and the loss on rendered presses of every step; progress on stdout.
+
+    Args:
+        first: weights before.
+        presses: rendered, as sensors measured them.
+        steps: batches.
+        seed: of surfaces and of the order of presses; not the first course's, whose surfaces
+            the network has seen.
+        share_after: of the weights after the course in those kept, 0 to 1.
+    """
+    network = UNet(unet.channels_of(first))
+    network.take(first)
+    optimizer = Soap(network.parameters())
+    settings = Settings(seed=seed, steps=steps, horizon=steps, channels=unet.channels_of(first))
+    losses: list[float] = []
+    begin = time.monotonic()
+    for step in range(steps):
+        optimizer.zero_grad()
+        maps, truth = (torch.from_numpy(item) for item in training_batch(settings, step))
+        found = network(maps)
+        loss = 2 * functional.huber_loss(found[:, :2], truth, delta=HUBER_SLOPE)
+        (loss + DOUBT_SHARE * doubt_losses(found, truth).mean()).backward()
+        rng = np.random.default_rng([seed, step, 1])
+        chosen = rng.integers(len(presses), size=PRESSES_A_STEP)
+        off = [_learn_from(network, presses[index].mirrored(rng)) for index in chosen]
+        _learn_from(network, untouched_gel(rng, unet.stride(first)))
+        nn.utils.clip_grad_norm_(network.parameters(), STEEPEST_STEP)
+        optimizer.step(PEAK * learning_rate(step, steps, steps))
+        losses.append(float(np.mean(off)))
+        if (step + 1) % 100 == 0 or step + 1 == steps:
+            mean, spent = np.mean(losses[-100:]), time.monotonic() - begin
+            print(f"step {step + 1}/{steps}  loss {mean:.5f}  {spent:.0f} s", flush=True)
+    return between(first, network.weights(), share_after), losses
+
+
+def untouched_gel(rng: np.random.Generator, stride: int) -> MeasuredPress:
+    """Gel that did not move, seen without noise, in a window of random size."""
+    rows, columns = rng.integers(*UNTOUCHED_PX, size=2)
+    support = np.zeros((rows + -rows % stride, columns + -columns % stride), np.float32)
+    support[:rows, :columns] = 1
+    return MeasuredPress(
+        maps=np.zeros((unet.INPUTS, *support.shape), np.float32),
+        truth=np.zeros((2, *support.shape), np.float32),
+        support=support,
+    )
+
+
+def _learn_from(network: UNet, press: MeasuredPress) -> float:
+    """Add a press's gradients; its loss."""
+    maps, truth = (torch.from_numpy(item[None]) for item in (press.maps, press.truth))
+    support = torch.from_numpy(press.support)
+    found: Tensor = network(maps)
+    off = _errors(found[:, :2], truth, support)
+    doubt = doubt_losses(found, truth).mean()
+    ((off + DOUBT_SHARE * doubt) / PRESSES_A_STEP).backward()
+    return off.item()
+
+
+def _errors(found: Tensor, truth: Tensor, support: Tensor) -> Tensor:
+    """Of slopes where the gel may have moved, singly and in means over squares."""
+    error = (found - truth) * support
+    none = torch.zeros(())
+    each = [
+        side**2
+        * functional.huber_loss(means, none.expand_as(means), delta=HUBER_SLOPE, reduction="sum")
+        for side, means in ((side, functional.avg_pool2d(error, side)) for side in SIDES_PX)
+    ]
+    return torch.stack(each).sum() / (2 * max(float(support.sum()), LEAST_MOVED_PX))
+
+
+def main() -> None:
+    """Train, save the weights and print the numbers that their README states."""
+    parser = argparse.ArgumentParser(
+        prog="python -m recon.training.missing_axis_further", description=__doc__
+    )
+    parser.add_argument("first", type=Path, help="weights of recon.training.missing_axis")
+    name_sensors(parser)
+    parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--steps", type=int, default=STEPS, help="batches")
+    parser.add_argument("--after", type=float, default=AFTER, help="share kept of what it learns")
+    parser.add_argument("--doubt-steps", type=int, default=DOUBT_STEPS, help="batches after them")
+    parser.add_argument("--out", type=Path, required=True, help="the safetensors file to write")
+    options = parser.parse_args()
+    if min(options.steps, options.doubt_steps) < 2:
+        parser.error("--steps and --doubt-steps must be 2 at least")
+    if not 0 <= options.after <= 1:
+        parser.error("--after is a share, 0 to 1")
+    torch.set_num_threads(1)
+    try:
+        first = load_weights(options.first)
+        presses = [
+            press
+            for balls, *rendered in options.sensor
+            for press in measured_presses(balls, rendered, unet.stride(first), options.seed)
+        ]
+    except WedgeError as error:
+        parser.error(str(error))
+    if not presses:
+        parser.error("no rendered press moves the gel: name sets of benchmarks.rendered_presses")
+    print(f"{len(presses)} measured presses", flush=True)
+    kept, losses = train_further(first, presses, options.steps, options.seed, options.after)
+    kept = train_doubt(kept, presses, options.doubt_steps, options.seed + 1)
+    command = (
+        f"python -m recon.training.missing_axis_further {options.first.name}"
+        f" {words_of(options.sensor)} --seed {options.seed} --steps {options.steps}"
+        f" --after {options.after} --doubt-steps {options.doubt_steps} --out {options.out.name}"
+    )
+    save_weights(options.out, kept, command, options.seed)
+    write_curve(options.out, losses)
+    print_measures(kept)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,44 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+
+from recon.contact.patches import contact_patches, contact_word
+
+ROWS, COLUMNS = np.indices((80, 121))
+
+
+def disc(x, y, radius):
+    return np.hypot(COLUMNS - x, ROWS - y) < radius
+
+
+def test_patches_come_with_their_place_area_and_deepest_point():
+    contact = disc(30, 40, 10) | disc(90, 40, 15)
+    depth = 1.0 - 0.01 * np.hypot(COLUMNS - 32, ROWS - 43)
+    large, small = contact_patches(contact, depth, (0.1, 0.2))
+    assert large.area_mm2 == pytest.approx(np.pi * 15**2 * 0.02, rel=0.03)
+    assert small.area_mm2 == pytest.approx(np.pi * 10**2 * 0.02, rel=0.03)
+    assert small.centre_mm == pytest.approx((-3.0, 0.1))
+    assert small.deepest_at_mm == pytest.approx((-2.8, 0.7))
+    assert small.deepest_mm == pytest.approx(1.0)
+    assert large.deepest_mm == pytest.approx(depth[disc(90, 40, 15)].max())
+
+
+def test_the_word_says_whether_how_many_and_whether_the_border_cuts():
+    depth = np.ones(ROWS.shape)
+    nothing = np.zeros(ROWS.shape, bool)
+    words = {
+        "no contact": nothing,
+        "1 patch": disc(60, 40, 10),
+        "2 patches": disc(30, 40, 10) | disc(90, 40, 10),
+        "1 patch, cut by the border": disc(0, 40, 10),
+        "2 patches, cut by the border": disc(30, 40, 10) | disc(90, 79, 10),
+    }
+    for word, mask in words.items():
+        assert contact_word(contact_patches(mask, depth, (0.1, 0.1))) == word
+
+
+def test_specks_are_no_patches():
+    speck = disc(60, 40, 1)
+    assert speck.any()
+    assert not contact_patches(speck, np.ones(ROWS.shape), (0.1, 0.1))

@@ -1,0 +1,137 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A caliper's gap is measured at any angle, on the twin's elastic skin and in closed form."""
+
+import numpy as np
+import pytest
+
+from recon.geometry.caliper import Gap, find_gap, scale_of, shading_response, slopes_of
+from recon.pixels import BallPress
+from sensor.design import STANDARD
+from sensor.errors import WedgeError
+from simulation.skin import gel_view, pressed
+from tests.shading import pressed as pressed_ball
+
+GAP_MM, JAW_MM, COLLAR_MM = 5.0, 3.5, 0.5
+CENTER_MM = (1.5, -0.7)
+VIEW = gel_view(STANDARD, 240)
+
+
+def away_from_jaws(x: np.ndarray, y: np.ndarray, angle_deg: float) -> list[np.ndarray]:
+    """Distance in mm into the gap side from each jaw's edge, infinite beside the jaws."""
+    angle = np.radians(angle_deg)
+    across = np.cos(angle) * (x - CENTER_MM[0]) + np.sin(angle) * (y - CENTER_MM[1])
+    along = np.cos(angle) * (y - CENTER_MM[1]) - np.sin(angle) * (x - CENTER_MM[0])
+    return [
+        np.where(np.abs(along) < half_mm, GAP_MM / 2 - side * across, np.inf)
+        for side, half_mm in ((-1, 4.5), (1, 3.5))
+    ]
+
+
+def jaws(angle_deg: float) -> np.ndarray:
+    """Gradient field of two jaws, one a little deeper, in closed form; pixels average their area.
+
+    The gel hangs on as exp(-distance / COLLAR_MM), which is the twin's law where an edge is long.
+    """
+    fine = 4
+    side = (np.arange(fine) + 0.5) / fine - 0.5
+    x, y = (axis[..., None, None] for axis in VIEW.grid_mm)
+    x = x + side[:, None] * VIEW.mm_per_px[0]
+    y = y + side[None, :] * VIEW.mm_per_px[1]
+    x, y = np.broadcast_arrays(x, y)
+    angle = np.radians(angle_deg)
+    slope = np.zeros(x.shape)
+    for sign, depth_mm, away in zip(
+        (-1, 1), (0.5, 0.4), away_from_jaws(x, y, angle_deg), strict=True
+    ):
+        outside = (away > 0) & (away < GAP_MM)
+        slope += sign * np.where(outside, depth_mm / COLLAR_MM * np.exp(-away / COLLAR_MM), 0)
+        outer = (away < -JAW_MM) & np.isfinite(away)
+        hung = depth_mm / COLLAR_MM * np.exp((away + JAW_MM) / COLLAR_MM)
+        slope -= sign * np.where(outer, hung, 0)
+    mean = slope.mean((-1, -2))
+    noise = np.random.default_rng(0).normal(0, 0.02, (*mean.shape, 2))
+    field = np.stack([np.cos(angle) * mean, np.sin(angle) * mean], -1) + noise
+    return field.astype(np.float32)
+
+
+def matches(gap: Gap | None, angle_deg: float, within_mm: float) -> bool:
+    """Width and direction and place of a gap."""
+    assert gap is not None
+    lean = np.degrees(np.arctan2(gap.normal[1], gap.normal[0])) - angle_deg
+    away = np.dot(np.subtract(gap.center_px, VIEW.pixel(*CENTER_MM)), gap.normal)
+    width_mm = gap.width_px * VIEW.mm_per_px[0]
+    straight = abs((lean + 90) % 180 - 90) < 1
+    return bool(abs(width_mm - GAP_MM) < within_mm and straight and abs(away) < 1)
+
+
+@pytest.mark.parametrize("angle_deg", [0, 20, 45, 90, 133, 250])
+def test_the_gap_between_jaws_is_found_at_any_angle(angle_deg: float) -> None:
+    assert matches(find_gap(jaws(angle_deg)), angle_deg, 0.05)
+
+
+def test_the_gap_is_found_on_the_skin_of_the_twin() -> None:
+    angle_deg = 25.0
+    reach = np.full(VIEW.grid_mm[0].shape, -np.inf)
+    half_px_mm = VIEW.mm_per_px[0] / 2  # a jaw's first pixel is wholly pressed: it begins before
+    for away in away_from_jaws(*VIEW.grid_mm, angle_deg):
+        reach[(away < half_px_mm) & (away > -JAW_MM)] = 0.4
+    depth = pressed(VIEW, STANDARD.gel, reach, cover_mm=0.1).depth_mm
+    down, right = np.gradient(depth, *VIEW.mm_per_px[::-1])
+    assert matches(find_gap(np.stack([right, down], -1).astype(np.float32)), angle_deg, 0.1)
+
+
+def test_neither_balls_nor_blank_gel_have_a_gap() -> None:
+    ball = pressed_ball((240, 180), (100.0, 90.0), 20.0, 30.0)
+    press = BallPress(
+        file="ball.png",
+        difference=ball,
+        center_px=(100.0, 90.0),
+        contact_radius_px=20.0,
+        ball_radius_mm=3.0,
+        mm_per_px=(0.1, 0.1),
+    )
+    response = shading_response([press])
+    assert find_gap(slopes_of(ball, response)) is None
+    noise = np.random.default_rng(1).normal(0, 0.02, (180, 240, 2)).astype(np.float32)
+    assert find_gap(noise) is None
+
+
+def exact_gap(angle_deg: float, mm_per_px: tuple[float, float]) -> Gap:
+    """What the jaws' two lines are in pixels that are not square."""
+    normal_px = np.array([np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))]) * mm_per_px
+    length = float(np.linalg.norm(normal_px))
+    x, y = normal_px / length
+    return Gap(width_px=GAP_MM / length, normal=(float(x), float(y)), center_px=(0.0, 0.0))
+
+
+def test_scale_along_both_axes_follows_from_exact_gaps() -> None:
+    pitch = (0.08, 0.13)
+    scale = scale_of([exact_gap(angle, pitch) for angle in (10, 95, 50, 160)], GAP_MM)
+    assert scale.mm_per_px == pytest.approx(pitch, rel=1e-9)
+    assert 0 < scale.sigma_mm_per_px[0] < 0.02 * pitch[0]
+
+
+def test_uncertainty_covers_the_error() -> None:
+    rng = np.random.default_rng(2)
+    pitch, pulls = np.array([0.1, 0.11]), []
+    for _ in range(60):
+        exact = [exact_gap(angle, (0.1, 0.11)) for angle in rng.uniform(0, 180, 3).cumsum()]
+        seen = [
+            Gap(width_px=g.width_px + rng.normal(0, 0.55), normal=g.normal, center_px=g.center_px)
+            for g in exact
+        ]
+        try:
+            scale = scale_of(seen, GAP_MM)
+        except WedgeError:
+            continue
+        pulls.append((np.array(scale.mm_per_px) - pitch) / scale.sigma_mm_per_px)
+    assert len(pulls) > 40
+    assert 0.5 < np.square(pulls).mean() < 2.0
+
+
+def test_one_direction_and_no_picture_are_refused() -> None:
+    with pytest.raises(WedgeError, match="same direction"):
+        scale_of([exact_gap(angle, (0.1, 0.1)) for angle in (2, 178, 9)], GAP_MM)
+    with pytest.raises(WedgeError, match="no picture"):
+        scale_of([], GAP_MM)

@@ -1,0 +1,208 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A lens measured from rendered chessboards comes out as it was put in."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from recon.geometry.lens import Boards, Lens, calibrate_lens, find_boards, read_lens, write_lens
+from recon.images import read_image
+from sensor.errors import WedgeError
+from validation.datasets import shared_folder
+
+TRUE = Lens(
+    frame_size_px=(320, 240),
+    focal_px=(200.0, 202.0),
+    center_px=(162.0, 118.0),
+    radial=(-0.2, 0.06, 0.0),
+    rms_px=0.1,
+)
+PATTERN = (8, 6)
+TILTS = [(0.4, 0.1), (-0.4, 0.2), (0.1, 0.45), (-0.2, -0.45), (0.3, -0.3), (-0.35, 0.35)]
+
+
+def board_points(tilt: tuple[float, float], index: int) -> np.ndarray:
+    """Ideal pixels of a tilted board's inner corners, spread over the frame."""
+    columns, rows = PATTERN
+    y, x = np.mgrid[:rows, :columns]
+    points = np.stack([x - 3.5, y - 2.5, np.zeros_like(x)], -1).reshape(-1, 3) * 1.0
+    turned = points @ cv2.Rodrigues(np.array([*tilt, 0.1 * index]))[0].T
+    turned += (1.2 * np.cos(index), 0.6 * np.sin(index), 8.5)
+    return turned[:, :2] / turned[:, 2:] * TRUE.focal_px + TRUE.center_px
+
+
+def rendered(tilt: tuple[float, float], index: int) -> np.ndarray:
+    """A picture of that board through the true lens."""
+    columns, rows = PATTERN
+    y, x = np.mgrid[:rows, :columns]
+    grid = np.stack([x, y], -1).reshape(-1, 2).astype(np.float32)
+    ideal = board_points(tilt, index).astype(np.float32)
+    to_board, _ = cv2.findHomography(ideal, grid)
+    fine = 3  # sub-pixels, so that edges are as soft as a camera's
+    v, u = (np.mgrid[: 240 * fine, : 320 * fine] - (fine - 1) / 2) / fine
+    straight = TRUE.undistort(np.stack([u, v], -1).reshape(-1, 2))
+    on_board = cv2.perspectiveTransform(straight[:, None], to_board)[:, 0]
+    inside = ((on_board > -1) & (on_board < PATTERN)).all(1)
+    black = inside & (np.floor(on_board).sum(1) % 2 == 0)
+    gray = np.where(black, 30.0, 220.0).reshape(240, fine, 320, fine).mean((1, 3))
+    return np.repeat(gray.round().astype(np.uint8)[..., None], 3, -1)
+
+
+@given(
+    k1=st.floats(-0.3, 0.6),
+    k2=st.floats(-0.1, 0.3),
+    k3=st.floats(-0.05, 0.2),
+    f=st.floats(150, 600),
+)
+def test_undistort_inverts_distort_over_the_whole_frame(
+    k1: float, k2: float, k3: float, f: float
+) -> None:
+    try:
+        lens = Lens(
+            frame_size_px=(640, 480),
+            focal_px=(f, 1.01 * f),
+            center_px=(310.0, 235.0),
+            radial=(k1, k2, k3),
+            rms_px=0.2,
+        )
+    except WedgeError as error:
+        assert "folds" in str(error)  # the seen radius stops growing before the corner
+        return
+    x, y = np.meshgrid(np.linspace(-0.5, 639.5, 21), np.linspace(-0.5, 479.5, 21))
+    raw = np.stack([x, y], -1).reshape(-1, 2)
+    assert np.abs(lens.distort(lens.undistort(raw)) - raw).max() < 1e-6
+    offsets = (lens.undistort(raw) - lens.center_px) * (raw - lens.center_px)
+    assert (offsets.sum(1) >= 0).all()  # never through the centre to the far side
+
+
+def test_without_distortion_pixels_stay() -> None:
+    lens = Lens(
+        frame_size_px=(64, 48),
+        focal_px=(50.0, 50.0),
+        center_px=(31.5, 23.5),
+        radial=(0.0, 0.0, 0.0),
+        rms_px=0.1,
+    )
+    points = np.array([[31.5, 23.5], [0.0, 0.0], [63.0, 47.0]])
+    assert lens.undistort(points) == pytest.approx(points)
+    assert lens.distort(points) == pytest.approx(points)
+
+
+def test_barrel_distortion_draws_points_toward_the_centre() -> None:
+    corner = np.array([[0.0, 0.0]])
+    centre = np.array(TRUE.center_px)
+    assert np.linalg.norm(TRUE.distort(corner) - centre) < np.linalg.norm(corner - centre)
+
+
+def test_exact_corners_give_back_the_lens() -> None:
+    seen = {str(i): TRUE.distort(board_points(tilt, i)) for i, tilt in enumerate(TILTS)}
+    boards = Boards(frame_size_px=(320, 240), pattern=PATTERN, corners_px=seen, left_out=())
+    lens = calibrate_lens(boards)
+    assert lens.rms_px < 1e-3
+    assert lens.focal_px == pytest.approx(TRUE.focal_px, rel=1e-3)
+    assert lens.center_px == pytest.approx(TRUE.center_px, abs=0.2)
+    points = np.concatenate(list(seen.values()))
+    assert np.abs(lens.undistort(points) - TRUE.undistort(points)).max() < 0.1
+
+
+def test_pictures_give_back_the_lens_and_name_what_shows_no_board() -> None:
+    images = {f"board{i}.png": rendered(tilt, i) for i, tilt in enumerate(TILTS)}
+    images["blank.png"] = np.full((240, 320, 3), 200, np.uint8)
+    boards = find_boards(images)
+    assert boards.pattern == PATTERN
+    assert boards.left_out == ("blank.png",)
+    lens = calibrate_lens(boards)
+    assert lens.rms_px < 0.15
+    assert lens.focal_px == pytest.approx(TRUE.focal_px, rel=0.02)
+
+
+def test_too_few_boards_or_mixed_sizes_are_refused() -> None:
+    blank = np.full((240, 320, 3), 200, np.uint8)
+    with pytest.raises(WedgeError, match="found in 0 of 4 pictures"):
+        find_boards({str(i): blank for i in range(4)})
+    with pytest.raises(WedgeError, match="differ in size"):
+        find_boards({"a.png": blank, "b.png": blank[:200]})
+
+
+def test_a_lens_survives_its_file(tmp_path: Path) -> None:
+    write_lens(tmp_path / "camera.toml", TRUE)
+    assert read_lens(tmp_path / "camera.toml") == TRUE
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "fault"),
+    [
+        ("radial", "radail", "unknown key radail; did you mean radial"),
+        ("rms_px = 0.1", "", "rms_px is missing"),
+        ("[200.0, 202.0]", "[200.0, -1]", "focal_px"),
+        ("[162.0, 118.0]", "[162.0]", "center_px"),
+        ("[-0.2, 0.06, 0.0]", "[-0.25]", "radial"),
+        ("[-0.2, 0.06, 0.0]", "[-0.9, 0.0, 0.0]", "folds"),
+        ("[162.0, 118.0]", "[nan, 118.0]", "finite"),
+        ("[-0.2, 0.06, 0.0]", "[1e308, 1e308, 1e308]", "radial .* is no lens's: 1e.308 would move"),
+        ("[-0.2, 0.06, 0.0]", "[0.0, 0.0, 1e308]", "radial .* is no lens's"),
+        ("[-0.2, 0.06, 0.0]", "[1e154, 1e154, -1e154]", "radial .* is no lens's"),
+        ("[162.0, 118.0]", "[1e308, 118.0]", "center_px must lie between -640 and 960"),
+        ("[162.0, 118.0]", "[162.0, -1e5]", "center_px must lie"),
+        ("[200.0, 202.0]", "[200.0, 1e5]", "focal_px must lie between 32 and 32000"),
+        ("[200.0, 202.0]", "[1e-3, 202.0]", "focal_px must lie"),
+        ("[320, 240]", "[320, 0.4]", "frame_size_px must be 1 to 8192"),
+        ("[320, 240]", "[1000000, 240]", "frame_size_px must be 1 to 8192"),
+    ],
+)
+def test_a_bad_file_is_named_with_its_fault(tmp_path: Path, old: str, new: str, fault: str) -> None:
+    path = tmp_path / "camera.toml"
+    write_lens(path, TRUE)
+    path.write_text(path.read_text().replace(old, new))
+    with pytest.raises(WedgeError, match=fault) as caught:
+        read_lens(path)
+    assert str(caught.value).startswith(str(path))
+
+
+@given(
+    focal=st.floats(),
+    center=st.floats(),
+    radial=st.tuples(st.floats(), st.floats(), st.floats()),
+    size=st.tuples(st.integers(-1, 10**9), st.integers(-1, 10**9)),
+)
+@settings(max_examples=300)
+@example(focal=1e300, center=160.0, radial=(0.0, 0.0, 0.0), size=(320, 240))
+@example(focal=float("nan"), center=160.0, radial=(0.0, 0.0, 0.0), size=(320, 240))
+@example(focal=200.0, center=1e308, radial=(0.0, 0.0, 0.0), size=(320, 240))
+@example(focal=200.0, center=160.0, radial=(1e308, 1e308, 1e308), size=(320, 240))
+@example(focal=200.0, center=160.0, radial=(0.0, float("nan"), 0.0), size=(320, 240))
+@example(focal=200.0, center=160.0, radial=(30.0, 30.0, 30.0), size=(320, 240))
+def test_whatever_the_numbers_a_lens_is_refused_or_inverts(
+    focal: float, center: float, radial: tuple[float, float, float], size: tuple[int, int]
+) -> None:
+    try:
+        lens = Lens(
+            frame_size_px=size,
+            focal_px=(focal, focal),
+            center_px=(center, center),
+            radial=radial,
+            rms_px=0.1,
+        )
+    except WedgeError:
+        return
+    raw = np.array([[0.0, 0.0], [size[0] - 1.0, size[1] - 1.0], [size[0] / 2, size[1] / 2]])
+    assert np.abs(lens.distort(lens.undistort(raw)) - raw).max() < 1e-6 * max(size)
+
+
+def test_a_wide_angle_camera_is_calibrated_from_real_boards() -> None:
+    folder = shared_folder() / "pi-chessboards"
+    if not folder.is_dir():
+        pytest.skip(f"{folder} is absent")
+    boards = find_boards({path.name: read_image(path) for path in sorted(folder.glob("*.jpg"))})
+    assert (boards.pattern, boards.left_out) == (PATTERN, ())
+    lens = calibrate_lens(boards)
+    assert lens.rms_px < 0.35
+    for corners in boards.corners_px.values():  # straight lines on paper are straight again
+        for line in lens.undistort(corners).reshape(PATTERN[1], PATTERN[0], 2):
+            offset = line - line.mean(0)
+            assert np.linalg.svd(offset)[1][1] / np.sqrt(len(line)) < 0.5

@@ -1,0 +1,61 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A wrong ball is noticed where anything can notice it: by its contacts' width, by another ball."""
+
+from dataclasses import replace
+
+import pytest
+
+from recon.labels.ball_size import answer_to_lean, doubtful_ball
+from recon.presses import read_presses
+from tests import synthetic
+from tests.synthetic import make_dataset
+
+RADIUS_MM, OTHER_MM = 2.2, 2.8
+
+
+@pytest.fixture(scope="module")
+def balls(tmp_path_factory):
+    """Presses of two balls on one sensor, contacts of 1 to 1.8 mm."""
+    patch = pytest.MonkeyPatch()
+    found = []
+    for radius_mm in (RADIUS_MM, OTHER_MM):
+        patch.setattr(synthetic, "BALL_RADIUS_MM", radius_mm)
+        folder = tmp_path_factory.mktemp("balls") / "set"
+        found.append(read_presses(make_dataset(folder, presses=8)).presses)
+    patch.undo()
+    return found
+
+
+def stated(presses, radius_mm):
+    return [replace(press, ball_radius_mm=radius_mm) for press in presses]
+
+
+def test_right_radii_raise_no_doubt(balls):
+    one, other = balls
+    assert doubtful_ball(one) is None
+    assert doubtful_ball([*one, *other]) is None
+    assert answer_to_lean(one) == pytest.approx(answer_to_lean(other), rel=0.1)
+
+
+@pytest.mark.parametrize("which", [0, 1])
+def test_a_diameter_given_as_the_radius_is_always_noticed(balls, which):
+    radius_mm = (RADIUS_MM, OTHER_MM)[which]
+    sentence = doubtful_ball(stated(balls[which], 2 * radius_mm))
+    assert sentence is not None
+    assert "diameter" in sentence
+    assert f"{2 * radius_mm:g} mm" in sentence
+
+
+@pytest.mark.parametrize("times", [0.7, 1.35])
+def test_two_balls_tell_that_one_radius_is_too_small_or_too_large(balls, times):
+    one, other = balls
+    sentence = doubtful_ball([*stated(one, times * RADIUS_MM), *other])
+    assert sentence is not None
+    assert "one of the two radii is wrong" in sentence
+
+
+def test_one_ball_alone_cannot_tell_its_own_radius(balls):
+    """Any radius explains one ball's presses as well, all slopes scaled: so nothing is said."""
+    one, _ = balls
+    assert doubtful_ball(stated(one, 1.3 * RADIUS_MM)) is None

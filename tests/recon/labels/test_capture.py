@@ -1,0 +1,104 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Only good presses are taken from a stream, each once."""
+
+import cv2
+import numpy as np
+
+from recon.geometry.unwarp import prepare_unwarp
+from recon.labels.capture import BLANK_FRAMES, STILL_FRAMES, PressWatcher, Verdict
+from tests.shading import as_frame, pressed
+
+SIZE_PX = (160, 120)
+BALL_PX = 30.0
+BLANK = np.zeros((120, 160, 3), np.float32)
+
+
+def watcher() -> PressWatcher:
+    return PressWatcher(prepare_unwarp(SIZE_PX, None, None, None), 3.0, (0.1, 0.1))
+
+
+def noisy(difference: np.ndarray, seed: int) -> np.ndarray:
+    noise = np.random.default_rng(seed).normal(0, 0.008, difference.shape)
+    return as_frame(difference + noise)
+
+
+def press(x_px: float = 80.0, y_px: float = 60.0) -> np.ndarray:
+    return pressed(SIZE_PX, (x_px, y_px), 18.0, BALL_PX, noise=0.0)
+
+
+def shown(watch: PressWatcher, difference: np.ndarray, times: int, seed: int = 0) -> list[Verdict]:
+    return [watch.look(noisy(difference, 100 * seed + i)) for i in range(times)]
+
+
+def ready() -> PressWatcher:
+    watch = watcher()
+    shown(watch, BLANK, BLANK_FRAMES)
+    assert watch.background is not None
+    return watch
+
+
+def test_each_still_press_is_taken_once_where_it_is() -> None:
+    watch = ready()
+    taken = []
+    for seed, place in enumerate([(40.0, 40.0), (120.0, 80.0)], start=1):
+        taken += [v for v in shown(watch, press(*place), 8, seed) if v.taken]
+        assert taken[-1].circle is not None
+        assert np.hypot(*np.subtract(taken[-1].circle.center_px, place)) < 1
+        shown(watch, BLANK, 2, 50 + seed)
+    assert len(taken) == 2
+    assert watch.coverage.counts.sum() == 2
+    assert watch.coverage.counts[1, 1] == watch.coverage.counts[2, 3] == 1
+    assert str(watch.coverage) == "[..... .1... ...1. .....]"
+
+
+def test_the_first_presses_are_the_calipers_where_one_was_asked_for() -> None:
+    watch = PressWatcher(prepare_unwarp(SIZE_PX, None, None, None), 3.0, (0.1, 0.1), calipers=1)
+    assert "caliper" in shown(watch, BLANK, BLANK_FRAMES)[-1].words
+    first = [v for v in shown(watch, press(), STILL_FRAMES + 2, 1) if v.taken]
+    assert [verdict.circle for verdict in first] == [None]
+    assert watch.coverage.counts.sum() == 0
+    assert "press the ball" in shown(watch, BLANK, 2, 2)[-1].words
+    second = [v for v in shown(watch, press(), STILL_FRAMES + 2, 3) if v.taken]
+    assert len(second) == 1
+    assert second[0].circle is not None
+
+
+def test_a_moving_ball_waits_until_it_holds_still() -> None:
+    watch = ready()
+    moving = [watch.look(noisy(press(40 + 4 * i), i)) for i in range(10)]
+    assert not any(verdict.taken for verdict in moving)
+    assert any("moving" in verdict.words for verdict in moving)
+    held = shown(watch, press(80), STILL_FRAMES + 1, 3)
+    assert sum(verdict.taken for verdict in held) == 1
+
+
+def test_a_touch_before_the_gel_is_known_begins_it_anew() -> None:
+    watch = watcher()
+    shown(watch, BLANK, BLANK_FRAMES - 2)
+    assert "moving" in shown(watch, press(), 1, 2)[-1].words
+    assert watch.background is None
+    shown(watch, BLANK, 1, 3)
+    shown(watch, BLANK, BLANK_FRAMES + 1, 4)
+    assert watch.background is not None
+    assert abs(watch.background.mean() - 127.5) < 1
+
+
+def test_blank_frames_are_never_taken() -> None:
+    assert not any(verdict.taken for verdict in shown(ready(), BLANK, 30, 7))
+
+
+def test_blurred_and_saturated_presses_are_refused_with_a_reason() -> None:
+    watch = ready()
+    blurred = [cv2.GaussianBlur(noisy(press(), i), (0, 0), 2) for i in range(STILL_FRAMES + 2)]
+    verdicts = [watch.look(frame) for frame in blurred]
+    assert not any(verdict.taken for verdict in verdicts)
+    assert any("blurred" in verdict.words for verdict in verdicts)
+    watch = ready()
+    bright = [
+        np.maximum(noisy(press(), i), 254 * (np.abs(press()) > 0.03).astype(np.uint8))
+        for i in range(STILL_FRAMES + 2)
+    ]
+    verdicts = [watch.look(frame) for frame in bright]
+    assert not any(verdict.taken for verdict in verdicts)
+    assert any("saturated" in verdict.words for verdict in verdicts)

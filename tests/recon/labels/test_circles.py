@@ -1,0 +1,53 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Circles drawn by hand are mended, on shading of known truth."""
+
+import numpy as np
+import pytest
+
+from recon.labels.circles import refit_circle
+from tests.shading import pressed
+
+SIZE_PX = (160, 120)
+BALL_PX = 30.0
+
+
+@pytest.mark.parametrize("contact_px", [12.0, 18.0, 24.0])
+@pytest.mark.parametrize("wrong", [(3.0, -2.0, 1.25), (-3.0, 1.0, 0.85), (0.0, 0.0, 1.0)])
+def test_a_circle_drawn_wrong_is_mended(
+    contact_px: float, wrong: tuple[float, float, float]
+) -> None:
+    center = (83.3, 55.8)
+    shift_x, shift_y, scale = wrong
+    difference = pressed(SIZE_PX, center, contact_px, BALL_PX)
+    drawn = (center[0] + shift_x, center[1] + shift_y)
+    circle = refit_circle(difference, drawn, scale * contact_px, BALL_PX)
+    assert np.hypot(*np.subtract(circle.center_px, center)) < 0.5
+    assert circle.radius_px == pytest.approx(contact_px, rel=0.03)
+    assert circle.quality > 0.7
+
+
+def test_printed_dots_do_not_move_a_circle() -> None:
+    center = (83.3, 55.8)
+    difference = pressed(SIZE_PX, center, 20.0, BALL_PX)
+    for x in range(10, 160, 20):
+        for y in range(8, 120, 20):
+            difference[y : y + 3, x : x + 3] = -0.4
+            difference[y : y + 3, x + 3 : x + 5] = 0.4
+    circle = refit_circle(difference, (85.0, 54.0), 22.0, BALL_PX)
+    assert np.hypot(*np.subtract(circle.center_px, center)) < 0.5
+    assert circle.radius_px == pytest.approx(20.0, rel=0.03)
+
+
+def test_a_second_contact_lowers_the_quality() -> None:
+    ball = pressed(SIZE_PX, (45.0, 60.0), 15.0, BALL_PX)
+    holder = pressed(SIZE_PX, (125.0, 60.0), 15.0, BALL_PX)
+    alone = refit_circle(ball, (45.0, 60.0), 15.0, BALL_PX)
+    both = refit_circle(ball + holder, (45.0, 60.0), 15.0, BALL_PX)
+    assert both.quality < 0.7 * alone.quality
+    assert both.radius_px == pytest.approx(alone.radius_px, rel=0.02)
+
+
+def test_noise_alone_has_no_quality() -> None:
+    noise = np.random.default_rng(0).normal(0, 0.02, (120, 160, 3)).astype(np.float32)
+    assert refit_circle(noise, (80.0, 60.0), 20.0, BALL_PX).quality < 0.1

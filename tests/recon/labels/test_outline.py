@@ -1,0 +1,44 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The outline of a disc gives its centre, however unevenly its sides are lit."""
+
+import numpy as np
+import pytest
+
+from recon.labels.outline import outline_center
+
+SIZE_PX = (160, 120)
+RADIUS_PX = 20.0
+
+
+def ring(center: tuple[float, float], uneven: float = 0.0) -> np.ndarray:
+    """Change that rises to the rim and falls beyond, by another amount on each side."""
+    y, x = np.mgrid[: SIZE_PX[1], : SIZE_PX[0]]
+    dx, dy = x - center[0], y - center[1]
+    distance = np.hypot(dx, dy)
+    rise = np.minimum(distance / RADIUS_PX, 1) * np.exp(-np.maximum(distance - RADIUS_PX, 0) / 5)
+    side = 1 + uneven * (0.8 * dx - 0.6 * dy) / np.maximum(distance, 1e-9)
+    return (rise * side).astype(np.float32)
+
+
+@pytest.mark.parametrize("uneven", [0.0, 0.4, 0.8])
+@pytest.mark.parametrize("start", [(2.0, -3.0), (-3.0, 2.0), (0.0, 0.0)])
+def test_uneven_light_does_not_pull_the_center(uneven: float, start: tuple[float, float]) -> None:
+    center = (78.3, 61.6)
+    first = (center[0] + start[0], center[1] + start[1])
+    found = outline_center(ring(center, uneven), first, RADIUS_PX)
+    assert found is not None
+    assert np.hypot(*np.subtract(found, center)) < 0.15
+
+
+def test_a_disc_cut_by_the_frame_is_centered_by_what_shows() -> None:
+    center = (14.0, 60.0)
+    found = outline_center(ring(center), (15.0, 58.5), RADIUS_PX)
+    assert found is not None
+    assert np.hypot(*np.subtract(found, center)) < 0.3
+
+
+def test_too_small_an_arc_and_another_disc_give_no_center() -> None:
+    assert outline_center(ring((-6.0, -4.0)), (-5.0, -4.0), RADIUS_PX) is None
+    assert outline_center(ring((80.0, 60.0)), (94.0, 60.0), RADIUS_PX) is None
+    assert outline_center(np.zeros((120, 160), np.float32), (80.0, 60.0), RADIUS_PX) is None

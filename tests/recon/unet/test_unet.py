@@ -1,0 +1,170 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The network in numpy and in torch, and its training."""
+
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+from recon import unet
+from recon.unet.weights import load_weights, save_weights, shipped_weights
+from sensor.errors import WedgeError
+
+CHANNELS = (4, 6, 8)
+
+
+@pytest.fixture
+def training():
+    """The training script, with torch."""
+    pytest.importorskip("torch")
+    from recon.training import missing_axis as training
+
+    training.torch.set_num_threads(1)
+    return training
+
+
+def settings(training, steps, **others):
+    return training.Settings(steps=steps, horizon=steps, channels=CHANNELS, **others)
+
+
+@pytest.mark.parametrize(
+    ("channels", "doubt"), [(unet.CHANNELS, 12), (CHANNELS, 0), (CHANNELS, 5), ((4, 6), 3)]
+)
+def test_the_numpy_network_is_the_torch_network(training, channels, doubt):
+    torch = training.torch
+    torch.manual_seed(0)
+    network = training.UNet(channels, doubt)
+    for last in ("out", "doubt1") if doubt else ("out",):
+        torch.nn.init.normal_(network.layers[last].weight)  # zero at first, which proves nothing
+    maps = np.random.default_rng(6).normal(size=(unet.INPUTS, 96, 160)).astype(np.float32)
+    with torch.no_grad():
+        expected = network(torch.from_numpy(maps)[None])[0].numpy()
+    found = unet.forward(network.weights(), maps)
+    np.testing.assert_allclose(found, expected, atol=2e-4)
+    assert unet.channels_of(network.weights()) == channels
+    assert unet.doubt_of(network.weights()) == doubt
+    assert np.abs(expected[:2] - maps[:2]).max() > 1e-2
+
+
+def test_what_goes_in_is_both_slopes_and_a_depth_that_explains_them():
+    rng = np.random.default_rng(0)
+    measured = rng.normal(0, 0.1, (48, 64, 2)).astype(np.float32)
+    support = np.ones((48, 64), bool)
+    support[:, :20] = False
+    seen, both = (unet.network_input(measured, support, both=b) for b in (False, True))
+    np.testing.assert_array_equal(both[0], measured[..., 0] * support)
+    np.testing.assert_array_equal(seen[1], measured[..., 1] * support)
+    along_x = np.gradient(seen[2] * unet.DEPTH_UNIT_PX, axis=1) * support
+    np.testing.assert_allclose(seen[0][:, 1:-1], along_x[:, 1:-1], atol=1e-5)
+    assert np.abs(seen[2]).max() > 0.01
+
+
+def test_inference_needs_no_torch():
+    code = (
+        "import sys; sys.modules['torch'] = None\n"
+        "import numpy as np; from recon.missing_axis.inference import infer_missing_axis\n"
+        "infer_missing_axis(np.zeros((32, 32)), 'x', (1.0, 1.0))"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_without_torch_training_says_so_in_one_sentence():
+    code = (
+        "import sys, runpy; sys.modules['torch'] = None\n"
+        "runpy.run_module('recon.training.missing_axis', run_name='__main__')"
+    )
+    done = subprocess.run([sys.executable, "-c", code], check=False, capture_output=True, text=True)
+    assert done.returncode == 1
+    assert done.stderr == (
+        "Training needs torch: install the extra, `pip install gelsight-wedge[train]`.\n"
+    )
+
+
+def test_a_short_training_beats_zero_and_its_start(training, monkeypatch):
+    monkeypatch.setattr(training, "LARGE_SHARE", 0.0)  # large frames are slow
+    monkeypatch.setattr(training, "SMALL_PX", (32, 48))
+    run = training.Training(settings(training, 60, seed=1, recipes=("contact",)))
+    batches = [training.training_batch(run.settings, 1000 + step) for step in range(4)]
+
+    def error():
+        weights = run.network.weights()
+        found = [unet.forward(weights, frame) for maps, _ in batches for frame in maps]
+        truth = [frame for _, frames in batches for frame in frames]
+        pairs = zip(found, truth, strict=True)
+        return sum(np.square(f[0] - t[0]).sum() for f, t in pairs), sum(
+            np.square(t[0]).sum() for t in truth
+        )
+
+    before, _ = error()
+    run.run()
+    after, of_zero = error()
+    assert after < before and after < 0.8 * of_zero
+
+
+def test_an_interrupted_training_goes_on_to_the_same_network(training, tmp_path, monkeypatch):
+    monkeypatch.setattr(training, "SMALL_PX", (32, 32))
+    monkeypatch.setattr(training, "LARGE_PX", (32, 64))
+    chosen = settings(training, 5)
+    whole = training.Training(chosen)
+    with ThreadPoolExecutor(2) as executor:
+        whole.run(executor)
+    broken = training.Training(chosen)
+
+    def stop(step):
+        if step == 3:
+            broken.save(tmp_path / "checkpoint.safetensors")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        broken.run(report=stop)
+    resumed = training.Training(chosen)
+    resumed.resume(tmp_path / "checkpoint.safetensors")
+    resumed.run()
+    assert resumed.losses == whole.losses
+    for name, values in whole.network.weights().items():
+        np.testing.assert_array_equal(values, resumed.network.weights()[name])
+
+
+def test_a_checkpoint_of_other_settings_or_none_is_refused(training, tmp_path):
+    path = tmp_path / "checkpoint.safetensors"
+    training.Training(settings(training, 5)).save(path)
+    with pytest.raises(WedgeError, match="other settings"):
+        training.Training(settings(training, 6)).resume(path)
+    path.write_bytes(b"nothing")
+    with pytest.raises(WedgeError, match="cannot be read as a checkpoint"):
+        training.Training(settings(training, 5)).resume(path)
+
+
+def test_the_script_leaves_weights_and_the_curve(training, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(training, "SMALL_PX", (32, 32))
+    monkeypatch.setattr(training, "LARGE_PX", (32, 64))
+    monkeypatch.setattr(training, "print_measures", lambda weights: None)
+    chosen = settings(training, 3)
+    training.run(chosen, tmp_path / "net.safetensors", workers=0)
+    assert "step 3/3" in capsys.readouterr().out
+    weights = load_weights(tmp_path / "net.safetensors")
+    assert unet.channels_of(weights) == CHANNELS
+    assert (tmp_path / "net.csv").read_text().splitlines()[0] == "step,loss"
+    assert len((tmp_path / "net.csv").read_text().splitlines()) == 4
+    assert (tmp_path / "net.png").read_bytes().startswith(b"\x89PNG")
+    assert not list(tmp_path.glob("*checkpoint*"))
+
+
+@pytest.mark.parametrize("horizon", [200, 500])
+def test_the_learning_rate_rises_then_falls_to_nothing(training, horizon):
+    rates = [training.learning_rate(step, 200, horizon) for step in range(200)]
+    top = int(np.argmax(rates))
+    assert rates[0] > 0 and 0.12 * horizon < top < 0.18 * horizon
+    assert (np.diff(rates[: top + 1]) > 0).all() and (np.diff(rates[top:]) < 0).all()
+    assert rates[-1] < 0.03 * rates[top]  # the last of 40 steps down
+
+
+def test_weights_of_another_network_are_refused(tmp_path):
+    path = tmp_path / "weights.safetensors"
+    short = {name: values for name, values in shipped_weights().items() if name != "out.bias"}
+    save_weights(path, short, "python -m recon.training.missing_axis", 0)
+    with pytest.raises(WedgeError, match="another network"):
+        load_weights(path)
