@@ -81,7 +81,7 @@ class Growing:
 def growing(out: Path, name: str, columns: str) -> Iterator[Growing]:
     """Begin files that stay, whatever ends the run.
 
-    Only where that is before its first whole frame, they go again.
+    Only where that is before its first whole frame, they go again; so does a folder made here.
 
     Args:
         out: the folder; new or empty.
@@ -95,6 +95,7 @@ def growing(out: Path, name: str, columns: str) -> Iterator[Growing]:
     from validation.figures.overlay import Clip
 
     refuse_kept_folder(out)
+    was_there = out.exists()
     names, clip = (f"{name}.mcap", f"{name}.csv", f"{name}.png", "overlay.webp"), Clip()
     recording = TouchFile(out / names[0])  # not over that of a run that began just now
     try:
@@ -105,8 +106,9 @@ def growing(out: Path, name: str, columns: str) -> Iterator[Growing]:
         if clip.empty:
             for file in names:
                 (out / file).unlink(missing_ok=True)
-            with suppress(OSError):
-                out.rmdir()
+            if not was_there:
+                with suppress(OSError):
+                    out.rmdir()
         else:
             print(f"What was found is kept in {files.written}.", file=sys.stderr)
         raise

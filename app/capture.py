@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """`wedge capture`: from a stream to a dataset folder of labelled ball presses."""
 
-import math
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,15 +11,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
+from app._captured import CALIPER_FOLDER, Captured
 from sensor.errors import WedgeError
 
 if TYPE_CHECKING:
     from recon.labels.capture import PressWatcher
-    from recon.labels.circles import Circle
-    from recon.labels.label_book import LabelBook
-    from sensor.dataset import BallLabel, Dataset, DatasetCard
+    from sensor.dataset import Dataset, DatasetCard
 
-CALIPER_FOLDER = "caliper"
 CALIPERS = 2
 """Pictures of the caliper: one along the finger, one across."""
 Where = Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="WHERE")]
@@ -64,7 +61,7 @@ def main(
     from app._sources import open_live, open_where
     from recon.images import read_image, write_image
     from recon.stream import Newest
-    from sensor.files import alone_in, refuse_kept_folder
+    from sensor.files import refuse_kept_folder
 
     if presses < 1:
         raise WedgeError(f"--presses {presses} must be at least 1.")
@@ -91,7 +88,7 @@ def main(
     # Of a sensor the newest frame, as judging one takes longer than the next needs to come.
     with open_where(where) if alone else Newest(open_live(where)) as source:
         watcher: PressWatcher | None = None
-        book: LabelBook | None = None
+        captured: Captured | None = None
         taken: list[str] = []
         calipers: list[tuple[str, float]] = []
         shown = _Shown(presses)
@@ -113,38 +110,26 @@ def main(
                     if background is not None or alone:
                         # A folder's first frame is its blank one, unless a picture of it was given.
                         watcher.set_background(blank)
+                if captured is not None and (changed := captured.follow()):
+                    shown(changed, len(taken), watcher)
                 verdict = watcher.judge_alone(frame) if alone else watcher.look(frame)
+                words = verdict.words
                 if verdict.circle is not None:
-                    if book is None:
-                        book = _begun(other, out, card, watcher)
-                    name = f"press-{len(taken) + 1:03d}.png"
-                    _keep(book, name, watcher, frame, verdict.circle)
-                    taken.append(name)
+                    if captured is None:
+                        captured = Captured(out, other, card, watcher, taken)
+                    words += captured.keep(frame, verdict.circle)
                 elif verdict.taken and caliper_mm is not None:
                     name = f"{caliper_mm:g}mm-{len(calipers) + 1}.png"
                     write_image(out / CALIPER_FOLDER / name, frame)
                     calipers.append((name, caliper_mm))
-                shown(verdict.words, len(taken), watcher)
+                shown(words, len(taken), watcher)
                 if len(taken) == presses:
                     break
-    if not taken or watcher is None:
+    if captured is None or watcher is None:
         raise WedgeError(f"no press was taken from {where}: {shown.last}.")
     print(_map(watcher))
-    if other is None:
-        with alone_in(out):  # what others write meanwhile is neither lost nor made of other pixels
-            _finish(out, calipers)
+    _finish(captured, other is None, calipers)
     print(f"{len(taken)} presses in {out}. Next: wedge label {out}")
-
-
-def _keep_lens(other: "Dataset", out: Path) -> None:
-    """Circles lie in pixels that the other's lens was taken out of: it belongs to these as well."""
-    from recon.geometry.lens import write_lens
-    from recon.presses import read_dataset_lens
-    from sensor.dataset import LENS_FILE
-
-    lens = read_dataset_lens(other)
-    if lens is not None:
-        write_lens(out / LENS_FILE, lens)
 
 
 @contextmanager
@@ -208,128 +193,31 @@ def _watcher(
     return PressWatcher(unwarp, card.ball_radius_mm, card.mm_per_px, calipers)
 
 
-def _finish(out: Path, calipers: list[tuple[str, float]]) -> None:
-    """Measure the lights, and the scale by the caliper; circles are then found anew.
-
-    All of what is on disk by now: somebody may have mended it while presses were taken.
-    """
-    from recon.presses import press_reader
-    from sensor.dataset import read_dataset
-    from validation.importers.folder import add_lights, write_dataset
-    from validation.importers.raw_frames import measured_scale, rescaled
-
-    dataset = read_dataset(out)
-    card = dataset.card
-    if not calipers:
-        add_lights(dataset)
-        if card.pad_size_mm is not None:
-            length, width = card.pad_size_mm
-            print(f"The pad is taken to be {length:g} x {width:g} mm: --caliper-mm measures it.")
-        else:
-            print(
-                "No mirror's pad shows in the first frame: the frame is taken to be as long as the "
-                f"design's pad, so {card.mm_per_px[0]:.5f} mm/px: --caliper-mm measures it."
-            )
-        return
-    few = dataset.labels[:: max(1, -(-len(dataset.labels) // 8))]
-    kept = f"The presses are kept in {out}, at the design's size."
+def _finish(captured: "Captured", is_new: bool, calipers: list[tuple[str, float]]) -> None:
+    """Find circles that wait, and of a sensor seen for the first time the lights and the scale."""
     try:
-        if not few:
-            raise WedgeError("no press has a circle any more, and some are needed for the scale.")
-        scale = measured_scale(out / CALIPER_FOLDER, calipers, press_reader(dataset), few)
-        measured = rescaled(card, scale)
-        found = _found_anew(dataset, measured)
+        unknown = captured.settle()
+        scale = captured.measure(calipers) if is_new else None
     except KeyboardInterrupt:
-        print(kept, file=sys.stderr)
+        print(captured.kept, file=sys.stderr)
         raise
-    except WedgeError as error:
-        add_lights(dataset)
-        raise WedgeError(f"{error} {kept}") from error
-    write_dataset(out, measured, found)
-    x, y = (s / mm for s, mm in zip(scale.sigma_mm_per_px, scale.mm_per_px, strict=True))
-    print(
-        f"Scale from {scale.gaps} pictures of the caliper, to {x:.1%} along x and {y:.1%} along y."
-    )
-
-
-def _found_anew(before: "Dataset", card: "DatasetCard") -> list["BallLabel"]:
-    """The labels of a dataset by another card than they were made with.
-
-    Circles that somebody drew or looked at stay where they are on the gel.
-
-    Raises:
-        WedgeError: no ball is recognised by it.
-    """
-    from functools import partial
-
-    from app._progress import progress
-    from app._workers import process_pool
-    from recon.labels.label_book import CERTAIN, automatic_label
-    from recon.presses import press_reader
-
-    dataset = replace(before, card=card)
-    found = [_carried(x, before, dataset) for x in before.labels if x.quality in (None, CERTAIN)]
-    with progress("circles at the measured scale") as show, process_pool() as pool:
-        files = [x.file for x in before.labels if x.quality not in (None, CERTAIN)]
-        finder = partial(automatic_label, press_reader(dataset))
-        for done, label in enumerate(pool.map(finder, files), start=1):
-            found += [] if label is None else [label]
-            show(done / len(files))
-    if not found:
-        pitches = " x ".join(f"{pitch:.4g}" for pitch in card.mm_per_px)
-        raise WedgeError(f"no ball was recognised at the caliper's scale, {pitches} mm/px.")
-    return sorted(found, key=lambda label: label.file)
-
-
-def _carried(label: "BallLabel", before: "Dataset", after: "Dataset") -> "BallLabel":
-    """A circle in the pixels of another card, whose unwarped pictures have another size."""
-    from recon.labels.label_book import largest_radius_px
-
-    sizes = before.card.unwarped_size_px, after.card.unwarped_size_px
-    old, new = ((1, 1) if size is None else size for size in sizes)
-    x, y = (n / m for m, n in zip(old, new, strict=True))
-    radius_px = label.contact_radius_px * math.sqrt(x * y)
-    return replace(
-        label,  # the middle of the first pixel is 0
-        center_x_px=round((label.center_x_px + 0.5) * x - 0.5, 2),
-        center_y_px=round((label.center_y_px + 0.5) * y - 0.5, 2),
-        contact_radius_px=round(min(radius_px, largest_radius_px(after, label.file)), 2),
-    )
-
-
-def _begun(
-    other: "Dataset | None", out: Path, card: "DatasetCard", watcher: "PressWatcher"
-) -> "LabelBook":
-    """Write all but the presses; their labels are others' to mend from here on as well."""
-    from recon.images import write_image
-    from recon.labels.label_book import LabelBook
-    from sensor.dataset import read_dataset, write_card
-
-    assert watcher.background is not None
-    if other is not None:
-        _keep_lens(other, out)
-    write_image(out / "background.png", watcher.background)
-    write_card(out / "dataset.toml", card)
-    return LabelBook(read_dataset(out, labelled=False))
-
-
-def _keep(
-    book: "LabelBook", name: str, watcher: "PressWatcher", frame: Any, circle: "Circle"
-) -> None:
-    """Write one press: the frame first, then the labels that name it."""
-    from recon.images import write_image
-    from sensor.dataset import BallLabel
-
-    width, height = watcher.unwarp.size_px
-    label = BallLabel(
-        file=name,
-        center_x_px=round(min(max(circle.center_px[0], 0.0), width - 1.0), 2),
-        center_y_px=round(min(max(circle.center_px[1], 0.0), height - 1.0), 2),
-        contact_radius_px=round(circle.radius_px, 2),
-        quality=round(circle.quality, 3),
-    )
-    write_image(book.folder / name, frame)
-    book.put_found([label])
+    if unknown:
+        print(f"No ball was found in {', '.join(unknown)} by the corners as they are now.")
+    card = captured.card
+    if scale is not None:
+        x, y = (s / mm for s, mm in zip(scale.sigma_mm_per_px, scale.mm_per_px, strict=True))
+        print(
+            f"Scale from {scale.gaps} pictures of the caliper, to {x:.1%} along x and {y:.1%} "
+            "along y."
+        )
+    elif is_new and card.pad_size_mm is not None:
+        length, width = card.pad_size_mm
+        print(f"The pad is taken to be {length:g} x {width:g} mm: --caliper-mm measures it.")
+    elif is_new:
+        print(
+            "No mirror's pad shows in the first frame: the frame is taken to be as long as the "
+            f"design's pad, so {card.mm_per_px[0]:.5f} mm/px: --caliper-mm measures it."
+        )
 
 
 class _Shown:

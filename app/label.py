@@ -82,7 +82,7 @@ def main(
     if missing:
         print(f"No ball was found in {', '.join(missing[:5])}{' ...' if len(missing) > 5 else ''}.")
     if page:
-        _serve(reader, book, files, port)
+        _serve(reader, port)
 
 
 def _find(reader: "PressReader", book: "LabelBook", files: list[str]) -> None:
@@ -107,18 +107,16 @@ def _find(reader: "PressReader", book: "LabelBook", files: list[str]) -> None:
                 book.put_found(found)
 
 
-def _serve(reader: "PressReader", book: "LabelBook", files: list[str], port: int) -> None:
+def _serve(reader: "PressReader", port: int) -> None:
     with _extra():
         from app.pages.label import serve
-    serve(reader, book, files, port)
+    serve(reader, port)
 
 
 def _serve_corners(reader: "PressReader", files: list[str], port: int) -> None:
-    from recon.labels.corner_book import CornerBook
-
     with _extra():
         from app.pages.corners import serve
-    serve(CornerBook(reader.dataset, reader.background, reader.lens), files, port)
+    serve(reader, files, port)
 
 
 @contextmanager

@@ -145,7 +145,7 @@ def _cells(point: "SweepPoint") -> list[str]:
 
 
 def _document(design: str, field: str, size: Any, points: "list[SweepPoint]") -> dict[str, Any]:
-    """The numbers as plain values for JSON; one press has no intervals, so ``None`` for each."""
+    """The numbers as plain values for JSON; ``None`` for intervals of too few presses."""
     return {
         "design": design,
         "field": field,

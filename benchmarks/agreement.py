@@ -8,9 +8,9 @@ A unit is calibrated on all presses of a rendered set; six of them and all shape
 and reconstructed both ways. Depth is off by so much of the frame's peak, at most.
 """
 
+import argparse
 import sys
 from dataclasses import replace
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -74,22 +74,23 @@ def depth_off(unit: Calibration, frames: list[Frame]) -> list[float]:
     return found
 
 
-def main(names: list[str]) -> None:
+def main() -> None:
     """Measure and print."""
-    for name in names:
-        unit, frames = taught(name)
-        for size_px in SIZES_PX:
-            off = depth_off(smaller(unit, size_px), [resized(f, size_px) for f in frames])
-            print(
-                f"{name}, {size_px[0]}x{size_px[1]}: depth off by {np.median(off):.2%} of its "
-                f"peak, {max(off):.2%} at most (n {len(off)})"
-            )
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.agreement", description=__doc__)
+    parser.add_argument("datasets", nargs="+", help="rendered sets, such as twin-standard")
+    options = parser.parse_args()
+    try:
+        for name in options.datasets:
+            unit, frames = taught(name)
+            for size_px in SIZES_PX:
+                off = depth_off(smaller(unit, size_px), [resized(f, size_px) for f in frames])
+                print(
+                    f"{name}, {size_px[0]}x{size_px[1]}: depth off by {np.median(off):.2%} of its "
+                    f"peak, {max(off):.2%} at most (n {len(off)})"
+                )
+    except WedgeError as error:
+        sys.exit(str(error))
 
 
 if __name__ == "__main__":
-    if len(sys.argv) < 2:
-        sys.exit(f"{Path(__file__).stem}: name rendered sets, such as twin-standard.")
-    try:
-        main(sys.argv[1:])
-    except WedgeError as error:
-        sys.exit(str(error))
+    main()

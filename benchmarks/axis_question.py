@@ -11,6 +11,7 @@ twin's shapes it is the true one with white noise, judged where the skin is deep
 
 import argparse
 import json
+import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from functools import lru_cache
@@ -167,11 +168,11 @@ def main() -> None:
                 shares = "".join(f" {item.share_of_zero[name]:.2f} |" for name in ANSWERS)
                 line = f"| {item.gradients} | {item.missing} | {item.count} |{shares}"
                 print(line, flush=True)
+        if options.json:
+            content = {"axis_question": [asdict(item) for item in found]}
+            write_atomic(options.json, (json.dumps(content, indent=1) + "\n").encode())
     except WedgeError as error:
-        parser.error(str(error))
-    if options.json:
-        content = {"axis_question": [asdict(item) for item in found]}
-        write_atomic(options.json, (json.dumps(content, indent=1) + "\n").encode())
+        sys.exit(str(error))
 
 
 if __name__ == "__main__":

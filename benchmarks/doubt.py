@@ -12,6 +12,7 @@ where the gel may have moved.
 
 import argparse
 import json
+import sys
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from itertools import cycle
@@ -64,8 +65,14 @@ class Told:
 
 
 def told(gradients: str, judged: Iterable[Judged]) -> Told:
-    """The figures of all pixels together."""
+    """The figures of all pixels together.
+
+    Raises:
+        WedgeError: there is nothing to judge.
+    """
     items = list(judged)
+    if not items:
+        raise WedgeError(f"{gradients}: no frame with its depth in truth/ shows a touch.")
     error, doubt = (np.concatenate(parts) for parts in zip(*items, strict=True))
     order = np.argsort(doubt)
     most, least = error[order[-(len(order) // 10) :]], error[order[: len(order) // 2]]
@@ -128,8 +135,16 @@ def calibrated(balls: Path, ways: Sequence[tuple[str, str]]) -> list[GradientEst
     return [fit_presses(presses, range(len(presses)), *way, SEED) for way in ways]
 
 
-def measured(sensors: Sequence[tuple[Path, Path]]) -> Iterator[Told]:
-    """Every row of the table."""
+def measured(sensors: Sequence[tuple[str, str]]) -> Iterator[Told]:
+    """Every row of the table.
+
+    Args:
+        sensors: of each a dataset of labelled balls, and one of rendered presses.
+
+    Raises:
+        WedgeError: a dataset is not on this machine, cannot be read or shows too little.
+    """
+    folders = [(dataset_folder(balls), dataset_folder(rendered)) for balls, rendered in sensors]
     yield told("balls in closed form, noise 0.04", on_balls(BALLS))
     yield told("random surfaces", on_surfaces(SURFACES))
     for name in TWINS:
@@ -138,7 +153,7 @@ def measured(sensors: Sequence[tuple[Path, Path]]) -> Iterator[Told]:
         shapes = [press for press in rendered_presses(folder) if press.name not in labelled]
         for (estimator, lit), sensor in zip(SHAPES_BY, calibrated(folder, SHAPES_BY), strict=True):
             yield told(f"shapes of {name}, {lit}, {estimator}", on_presses(shapes, [sensor]))
-    for balls, rendered in sensors:
+    for balls, rendered in folders:
         fitted = calibrated(balls, OBJECTS_BY)
         yield told(f"objects of {rendered.name}", on_presses(rendered_presses(rendered), fitted))
 
@@ -151,7 +166,6 @@ def main() -> None:
         nargs=2,
         action="append",
         default=[],
-        type=Path,
         metavar=("BALLS", "SET"),
         help="a dataset of labelled balls, and rendered presses of the same sensor",
     )
@@ -164,11 +178,11 @@ def main() -> None:
             found.append(row)
             ranks, size = row.largest_tenth_to_smaller_half, row.doubt_to_error
             print(f"| {row.gradients} | {row.count} | {ranks:.1f} | {size:.1f} |", flush=True)
+        if options.json:
+            content = {"doubt": [asdict(row) for row in found]}
+            write_atomic(options.json, (json.dumps(content, indent=1) + "\n").encode())
     except WedgeError as error:
-        parser.error(str(error))
-    if options.json:
-        content = {"doubt": [asdict(row) for row in found]}
-        write_atomic(options.json, (json.dumps(content, indent=1) + "\n").encode())
+        sys.exit(str(error))
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ the rendered shapes where they are deeper than 0.02 mm.
 
 import argparse
 import json
+import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -105,7 +106,8 @@ def compare(name: str, estimator: str) -> Iterator[Comparison]:
     """Each configuration with an unseen axis against all three lights.
 
     Raises:
-        WedgeError: the dataset is not on this machine or its lights leave no axis unseen.
+        WedgeError: the dataset is not on this machine, its lights leave no axis unseen, or it has
+            a single press.
     """
     folder = dataset_folder(name)
     dataset = read_dataset(folder)
@@ -114,6 +116,8 @@ def compare(name: str, estimator: str) -> Iterator[Comparison]:
         raise WedgeError(f"{name}: red and blue do not shine along y, so they hide no axis.")
     presses = read_presses(dataset).presses
     others = [index for index in range(len(presses)) if index % HELD_OUT]
+    if not others:
+        raise WedgeError(f"{name} has but one press that can be used: press the ball more often.")
     taught = lesson_of(estimator, presses, others, SEED)
     fitted = {lit: fit_estimator(estimator, taught, lit, SEED) for lit in ("R", "RB", "RGB")}
     balls = {i: press for i, press in enumerate(presses) if i % HELD_OUT == 0}
@@ -253,11 +257,11 @@ def main() -> None:
             for comparison in compare(name, options.estimator):
                 found.append(comparison)
                 _print(comparison, real=not name.startswith("twin"))
+        if options.json:
+            content = {"few_lights": [asdict(comparison) for comparison in found]}
+            write_atomic(options.json, (json.dumps(content, indent=1) + "\n").encode())
     except WedgeError as error:
-        parser.error(str(error))
-    if options.json:
-        content = {"few_lights": [asdict(comparison) for comparison in found]}
-        write_atomic(options.json, (json.dumps(content, indent=1) + "\n").encode())
+        sys.exit(str(error))
 
 
 def _print(comparison: Comparison, real: bool) -> None:

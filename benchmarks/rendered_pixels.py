@@ -12,6 +12,7 @@ that comes with this package is in ``recon/weights/README.md``.
 
 import argparse
 import json
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -135,7 +136,7 @@ def main() -> None:
         # One entry only: safetensors writes several in an order of chance.
         write_atomic(options.out, save(arrays, {"rendered": made}))
     except WedgeError as error:
-        parser.error(str(error))
+        sys.exit(str(error))
     print(f"sha256 {sha256_of(arrays)}")
 
 

@@ -25,6 +25,7 @@ from recon.pose.tracker import Tracker
 from recon.presses import read_presses
 from sensor.dataset import read_dataset
 from sensor.design import STANDARD
+from sensor.errors import WedgeError
 from sensor.files import write_atomic
 from simulation.camera import expose, photograph
 from simulation.dataset import Dent, Recipe, around, bands, set_in, trace_part
@@ -114,10 +115,13 @@ if __name__ == "__main__":
     if len(sys.argv) != 2:
         sys.exit("python -m benchmarks.rolling FOLDER: name the folder for the frames.")
     place = Path(sys.argv[1])
-    place.mkdir(parents=True, exist_ok=True)
-    for name in render_roll(place):
-        print(name, end="\r", flush=True)
-    for name, errors in followed(place).items():
+    try:
+        for name in render_roll(place):
+            print(name, end="\r", flush=True)
+        found = followed(place)
+    except WedgeError as error:
+        sys.exit(str(error))
+    for name, errors in found.items():
         before = round(315 / STEP_DEG)
         print(
             f"{name}: {errors[before]:.2f} deg off at 315, {errors[-1]:.2f} deg off at 360, "

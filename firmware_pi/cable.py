@@ -10,7 +10,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from sensor.errors import WedgeError
-from sensor.files import write_atomic
+from sensor.files import clear_leftovers, write_atomic
 
 BEGIN, ALL, END = b"# gelsight-wedge begin", b"[all]", b"# gelsight-wedge end"
 LINES = (BEGIN, ALL, b"dtoverlay=dwc2,dr_mode=peripheral", END)
@@ -105,5 +105,6 @@ def _change(file: Path, change: Callable[[bytes], bytes]) -> None:
         config = file.read_bytes()
     except OSError as error:
         raise WedgeError(f"{file} cannot be read: {error.strerror}.") from error
+    clear_leftovers(file.resolve())
     if (changed := change(config)) != config:
         write_atomic(file.resolve(), changed)

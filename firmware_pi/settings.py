@@ -7,14 +7,12 @@ Only the standard library and ``sensor`` are needed: the Pi has nothing else of 
 
 import ipaddress
 from collections.abc import Iterable
-from contextlib import suppress
 from dataclasses import asdict, dataclass, field, fields
-from glob import escape
 from pathlib import Path
 from typing import Any
 
 from sensor.errors import WedgeError
-from sensor.files import write_atomic
+from sensor.files import clear_leftovers, write_atomic
 from sensor.toml import finite, located, read_toml, refuse_unknown_keys, toml_text
 from sensor.wire import DEFAULT_PORT
 
@@ -129,9 +127,7 @@ def write_settings(path: Path, settings: Settings) -> None:
     Raises:
         WedgeError: the file cannot be written.
     """
-    for left in path.parent.glob(f".{escape(path.name)}.{'[0-9a-f]' * 12}"):
-        with suppress(OSError):  # of a write that was cut off
-            left.unlink()
+    clear_leftovers(path)
     write_atomic(path, settings_text(settings).encode())
     path.chmod(0o644)
 

@@ -36,7 +36,9 @@ fi
 # First what may fail. The server lies beside this script where both are installed, else one up.
 here=$(cd "$(dirname "$0")" && pwd)
 for config in "$to/boot/firmware/config.txt" "$to/boot/config.txt"; do
-  grep -qs '# gelsight-wedge begin' "$config" || continue
+  [ -f "$config" ] || continue
+  left=$(find "${config%/*}" -maxdepth 1 -name '.config.txt.*') # perhaps of a write that was cut off
+  [ -n "$left" ] || grep -q '# gelsight-wedge begin' "$config" || continue
   before=$(cksum <"$config")
   PYTHONPATH=$here:$here/.. PYTHONSAFEPATH=1 PYTHONDONTWRITEBYTECODE=1 \
     python3 -m firmware_pi cable remove "$config"

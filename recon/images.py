@@ -32,6 +32,8 @@ UNREADABLE_IMAGE = (
     Warning,
     Image.DecompressionBombError,
 )
+PNG_BITS_AT = 24
+"""Where a PNG's header says how many bits a colour has."""
 MOST_DIGITS = 20
 """Of a frame's number; int() refuses thousands of them."""
 MOST_UNPACKED = 2 << 30
@@ -59,8 +61,8 @@ def read_image(path: Path) -> Frame:
     """Decode a PNG, JPEG, BMP or TIFF file.
 
     Raises:
-        WedgeError: the file is missing, truncated, damaged, or without three colours; or a TIFF of
-            several pictures, or of other than 8 bits a colour.
+        WedgeError: the file is missing, truncated, damaged, without three colours, or of other
+            than 8 bits each; or a TIFF of several pictures.
     """
     if not path.is_file():
         raise WedgeError(f"{path} is missing.")
@@ -76,8 +78,10 @@ def read_image(path: Path) -> Frame:
                 if image.mode not in ("RGB", "RGBA", "P"):
                     raise WedgeError(
                         f"{path} is not an 8-bit colour image (mode {image.mode}): "
-                        "three colours are needed."
+                        "red, green and blue are needed."
                     )
+                if image.format == "PNG" and content.getbuffer()[PNG_BITS_AT] > 8:
+                    raise _other_bits(path, 16)  # Pillow would hand over the upper eight
                 return np.asarray(image.convert("RGB"))
     except UnidentifiedImageError as error:  # its own words name a buffer's address
         raise WedgeError(f"{path} is no PNG, JPEG, BMP or TIFF image.") from error
@@ -88,13 +92,18 @@ def read_image(path: Path) -> Frame:
 def _refuse_other_tiff(path: Path, image: TiffImageFile) -> None:
     """Refuse what would come as less than it is, without a word."""
     bits = max(image.tag_v2.get(BITSPERSAMPLE, (1,)))
-    if bits != 8:  # how many of 16 a camera fills, nothing says
-        raise WedgeError(f"{path} has {bits} bits a colour: write it with 8.")
+    if bits != 8:
+        raise _other_bits(path, bits)
     try:
         image.seek(1)
     except EOFError:
         return
     raise WedgeError(f"{path} holds several pictures: write each into a file of its own.")
+
+
+def _other_bits(path: Path, bits: int) -> WedgeError:
+    """The refusal; nothing says how many of 16 bits a camera fills, so none can be chosen here."""
+    return WedgeError(f"{path} has {bits} bits a colour: write it with 8.")
 
 
 def read_frame(folder: Path, name: str) -> Frame:

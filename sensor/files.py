@@ -10,9 +10,14 @@ import secrets
 import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
+from glob import escape
 from pathlib import Path
 
 from sensor.errors import WedgeError
+
+TOKEN_BYTES = 6
+"""Of a temporary name, as hexadecimal digits at its end."""
+NOT_EMPTY = "already exists and is not empty"
 
 
 def write_atomic(path: Path, content: bytes) -> None:
@@ -25,6 +30,14 @@ def write_atomic(path: Path, content: bytes) -> None:
         stream.write(content)
         stream.flush()
         os.fsync(stream.fileno())
+
+
+def clear_leftovers(path: Path) -> None:
+    """Take away what writes of ``path`` that were cut off, as by a kill, have left beside it."""
+    name = f".{escape(path.name)}.{'[0-9a-f]' * 2 * TOKEN_BYTES}"
+    for left in path.parent.glob(name):
+        with suppress(OSError):
+            left.unlink()
 
 
 @contextmanager
@@ -51,26 +64,35 @@ def new_file(path: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def new_folder(folder: Path, *, over: str | None = None) -> Iterator[Path]:
+def new_folder(
+    folder: Path, *, over: str | None = None, alike: str | None = None
+) -> Iterator[Path]:
     """Yield an empty temporary folder that becomes ``folder`` when the block succeeds.
 
     Nothing is left behind when the block fails. An existing empty ``folder`` is replaced, and with
-    ``over`` one that holds a file of this name, as only an earlier run would have made.
+    ``over`` one that holds a file of this name, as only an earlier run would have made. With
+    ``alike`` one that holds a file of this name stays: another process has made the same meanwhile.
+    What is whole and cannot be moved there is kept beside it, and the sentence says where.
 
     Raises:
         WedgeError: ``folder`` exists and is not to be replaced, or cannot be written.
     """
-    refuse_kept_folder(folder, over=over)
+    refuse_kept_folder(folder, over=over or alike)
     temporary = _hidden_sibling(folder)
     try:
         temporary.mkdir(parents=True)
         with _called(folder, temporary):
             yield temporary
-        _put_in_place(temporary, folder, over)
-    except OSError as error:
-        raise WedgeError(f"{folder} cannot be written: {error.strerror}.") from error
-    finally:
+    except BaseException as error:
         shutil.rmtree(temporary, ignore_errors=True)
+        if isinstance(error, OSError):
+            raise WedgeError(f"{folder} cannot be written: {error.strerror}.") from error
+        raise
+    try:
+        _put_in_place(temporary, folder, over, alike)
+    except OSError as error:
+        lies = f"; what was made lies whole in {temporary}: move it" if temporary.is_dir() else ""
+        raise WedgeError(f"{folder} cannot be written: {error.strerror}{lies}.") from error
 
 
 @contextmanager
@@ -114,18 +136,22 @@ def refuse_kept_folder(folder: Path, *, over: str | None = None) -> None:
             be read.
     """
     try:
+        kept = _is_kept(folder, over)
+    except OSError as error:
+        raise WedgeError(f"{folder} cannot be read: {error.strerror}.") from error
+    if kept:
+        raise WedgeError(f"{folder} {NOT_EMPTY}: name a new folder.")
+
+
+def _is_kept(folder: Path, over: str | None) -> bool:
+    try:
         with os.scandir(folder) as entries:  # once, as another process may take it away
             files = {entry.name: entry.is_file() for entry in entries}
     except FileNotFoundError:
-        return
+        return False
     except NotADirectoryError:
-        if not folder.exists():  # something above it is a file, which is said when it is written
-            return
-        files = {folder.name: False}
-    except OSError as error:
-        raise WedgeError(f"{folder} cannot be read: {error.strerror}.") from error
-    if files and not (over and files.get(over)):
-        raise WedgeError(f"{folder} already exists and is not empty: name a new folder.")
+        return folder.exists()  # else something above it is a file: said when it is written
+    return bool(files) and not (over and files.get(over))
 
 
 def sha256_of_files(paths: Mapping[str, Path]) -> str:
@@ -138,19 +164,22 @@ def sha256_of_files(paths: Mapping[str, Path]) -> str:
     return digest.hexdigest()
 
 
-def _put_in_place(temporary: Path, folder: Path, over: str | None) -> None:
+def _put_in_place(temporary: Path, folder: Path, over: str | None, alike: str | None) -> None:
     """Move a folder to where none is, or an empty one, or one that it may replace.
 
     What another process puts there meanwhile is judged anew; what was there stays if no move helps.
 
     Raises:
-        OSError: no folder can be moved there.
-        WedgeError: what is there by now is not to be replaced.
+        OSError: no folder can be moved there, or what is there by now is not to be replaced.
     """
     before = _hidden_sibling(folder)
     try:
         while not _moved(temporary, folder):
-            refuse_kept_folder(folder, over=over)
+            if alike and (folder / alike).is_file():
+                shutil.rmtree(temporary, ignore_errors=True)
+                return
+            if _is_kept(folder, over):
+                raise FileExistsError(errno.EEXIST, f"it {NOT_EMPTY}")
             shutil.rmtree(before, ignore_errors=True)
             with suppress(FileNotFoundError):  # another process takes it away now
                 folder.replace(before)
@@ -174,4 +203,4 @@ def _moved(source: Path, target: Path) -> bool:
 
 
 def _hidden_sibling(path: Path) -> Path:
-    return path.parent / f".{path.name}.{secrets.token_hex(6)}"
+    return path.parent / f".{path.name}.{secrets.token_hex(TOKEN_BYTES)}"

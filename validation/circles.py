@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """How well circles are found without a hint: against drawn ones, and against rendered truth.
 
-``python -m validation.circles`` prints one row a set; it takes about a minute and a half.
+``python -m validation.circles`` prints one row a set that is on this machine; it takes about a
+minute and a half.
 """
 
 import argparse
@@ -15,6 +16,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Float64
 from scipy.stats import rankdata
 
 from recon.images import read_frame
@@ -23,16 +25,15 @@ from recon.presses import PressReader, press_reader
 from sensor.dataset import BallLabel, read_dataset
 from sensor.errors import WedgeError
 from sensor.files import write_atomic
-from validation.datasets import dataset_folder, shared_folder
+from validation.datasets import dataset_folder, on_this_machine, shared_folder
 from validation.importers.known_depth import published_labels
-from validation.intervals import Interval, counted, enough, remark
+from validation.intervals import Interval, bootstrap_intervals, counted, remark
 
 COMPARED_AT_PX = 320
 """Width at which distances are stated."""
 RIGHT_WITHIN_PX = 3.5
 RIGHT_RADIUS = (0.7, 1.25)
 """Of the radius in the set: a fit with such a radius and near enough is right."""
-RESAMPLES = 1000
 SETS = ("taxim-gelsight", "known-depth", "twin-standard", "twin-finger")
 
 
@@ -64,10 +65,12 @@ def labelled(name: str) -> tuple[PressReader, Sequence[BallLabel]]:
     """A set with the circles that its authors drew, or that it was rendered from.
 
     Raises:
-        WedgeError: the set is not on this machine.
+        WedgeError: the set is not on this machine, cannot be read, or has no circle.
     """
     dataset = read_dataset(dataset_folder(name))
     drawn = published_labels(shared_folder() / name) if name == "known-depth" else dataset.labels
+    if not drawn:
+        raise WedgeError(f"{name} has no circle in its labels.csv: name a set of labelled balls.")
     return press_reader(dataset), drawn
 
 
@@ -125,31 +128,40 @@ def area_under_curve(fits: Sequence[tuple[float, bool]]) -> float | None:
 def interval(found: Sequence[Found], seed: int = 0) -> Interval | None:
     """95 % interval of that area over presses drawn anew, each with all of its fits.
 
-    ``None`` for too few of them, or where no draw holds right fits and wrong ones.
+    ``None`` for too few of them, and where no draw would have another area: where all fits are
+    right, or wrong, or every right one is better than every wrong one, or worse.
     """
-    rng = np.random.default_rng(seed)
-    areas = []
-    for _ in range(RESAMPLES if enough(len(found)) else 0):
-        drawn = [
-            fit for index in rng.integers(len(found), size=len(found)) for fit in found[index].fits
-        ]
-        area = area_under_curve(drawn)
-        areas += [] if area is None else [area]
-    if not areas:
+    fits = [fit for one in found for fit in one.fits]
+    if area_under_curve(fits) in (None, 0.0, 1.0):
         return None
-    low, high = np.quantile(areas, [0.025, 0.975])
-    return float(low), float(high)
+    press = np.repeat(np.arange(len(found)), [len(one.fits) for one in found])
+    quality, right = (np.array(column) for column in zip(*fits, strict=True))
+    of = (press[:, None] == np.arange(len(found))).astype(float)
+    above = np.sign(quality[~right] - quality[right][:, None])
+    misjudged = of[right].T @ ((above + 1) / 2) @ of[~right]  # by press of the right, of the wrong
+
+    def beyond(drawn: Float64[np.ndarray, "r p"]) -> Float64[np.ndarray, "r 1"]:
+        """What the area lacks of one: the share of pairs in the wrong order."""
+        pairs = (drawn @ of[right].sum(0)) * (drawn @ of[~right].sum(0))
+        share = np.full_like(pairs, np.nan)
+        np.divide(((drawn @ misjudged) * drawn).sum(1), pairs, out=share, where=pairs > 0)
+        return share[:, None]
+
+    intervals = bootstrap_intervals(beyond, len(found), seed)
+    if intervals is None:
+        return None
+    ((low, high),) = intervals
+    return max(1 - high, 0.0), 1 - low
 
 
 def measure(names: Sequence[str], pool: Executor) -> Mapping[str, object]:
-    """Rows of the sets that this machine has, and how well the quality tells right from wrong."""
+    """Rows of some sets, and how well the quality tells right from wrong.
+
+    Raises:
+        WedgeError: a set is not on this machine or cannot be read.
+    """
     rows, looked = [], []
-    for name in names:
-        try:
-            reader, labels = labelled(name)
-        except WedgeError as error:
-            print(error)
-            continue
+    for name, (reader, labels) in [(name, labelled(name)) for name in names]:
         found = list(pool.map(partial(look, reader), labels, chunksize=2))
         rows.append(summary(name, found))
         looked += found
@@ -186,18 +198,18 @@ def _line(row: CircleErrors) -> str:
 
 def main() -> None:
     """Measure, print, and write JSON where asked."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("sets", nargs="*", default=SETS, help="by default every one with circles")
+    parser = argparse.ArgumentParser(prog="python -m validation.circles", description=__doc__)
+    parser.add_argument("sets", nargs="*", help="by default every one with circles that is here")
     parser.add_argument("--json", type=Path, help="write the numbers here")
     arguments = parser.parse_args()
-    with ProcessPoolExecutor(2) as pool:
-        numbers = measure(arguments.sets, pool)
-    if arguments.json:
-        try:
+    try:
+        with ProcessPoolExecutor(2) as pool:
+            numbers = measure(arguments.sets or on_this_machine(SETS), pool)
+        if arguments.json:
             text = json.dumps(numbers, indent=1, allow_nan=False)
             write_atomic(arguments.json, (text + "\n").encode())
-        except WedgeError as error:
-            sys.exit(str(error))
+    except WedgeError as error:
+        sys.exit(str(error))
 
 
 if __name__ == "__main__":

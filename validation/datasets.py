@@ -5,7 +5,8 @@
 import difflib
 import hashlib
 import os
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -79,14 +80,25 @@ def dataset_folder(name: str | Path) -> Path:
     folder = known.folder(source)
     if (folder / CARD).is_file():
         return folder
-    try:
-        with new_folder(folder) as temporary:
-            known.importer(source, temporary)
-    except WedgeError:
-        # Another process may have imported the same meanwhile: both folders are alike.
-        if not (folder / CARD).is_file():
-            raise
+    with new_folder(folder, alike=CARD) as temporary:
+        known.importer(source, temporary)
     return folder
+
+
+def on_this_machine(names: Sequence[str]) -> list[str]:
+    """Those of some known datasets that are here; what is left out is told on stderr.
+
+    Raises:
+        WedgeError: none is here.
+    """
+    sought = {known.name: known.sought for known in DATASETS if known.find() is None}
+    here = [name for name in names if name not in sought]
+    if not here:
+        raise WedgeError(f"no dataset is on this machine: {sought[names[0]]}.")
+    for name in names:
+        if name in sought:
+            print(f"left out {name}: {sought[name]}", file=sys.stderr)
+    return here
 
 
 def cache_folder() -> Path:

@@ -22,10 +22,9 @@ from validation.evaluation import (
     refuse_other_sensor,
     table_of,
 )
-from validation.intervals import Interval, enough
+from validation.intervals import WITHIN, Interval, enough
 from validation.metrics import METRICS, PIXEL_SETS
 
-WITHIN = 0.95
 SURE = 0.99
 """Of a difference, before a number counts as moved: a dozen are compared at each date, and 95 %
 would see one move at every other date where none has."""

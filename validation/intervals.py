@@ -1,19 +1,62 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which means over presses have an interval, and what is said and drawn of those that have none."""
+"""Intervals of means over presses, and what is said and drawn of those that have none."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from jaxtyping import Float64
+from scipy.special import stdtrit
 
 Interval = tuple[float, float]
 """Lower and upper end."""
-LEAST_PRESSES = 2
-"""One press does not tell how presses scatter: drawn anew, it is itself."""
+WITHIN = 0.95
+RESAMPLES = 2000
+LEAST_PRESSES = 3
+"""One press does not tell how presses scatter. Two tell so little that where errors scatter by a
+quarter, three intervals of ten would reach beyond ten times the mean."""
 
 
 def enough(presses: int) -> bool:
     """Whether a mean over so many presses has an interval."""
     return presses >= LEAST_PRESSES
+
+
+def bootstrap_intervals(
+    statistic: Callable[[Float64[np.ndarray, "r p"]], Float64[np.ndarray, "r k"]],
+    presses: int,
+    seed: int,
+) -> list[Interval] | None:
+    """95 % intervals over presses of numbers that are never negative, such as mean errors.
+
+    Presses are drawn anew, as many as there are, ``RESAMPLES`` times; how the numbers scatter is
+    their standard error, and Student's t tells how many of it to go. Draws scatter about these
+    presses and not about all that could be, so their variance is short by (p - 1) / p (Hesterberg,
+    2015, doi.org/10.1080/00031305.2015.1089789), which is set right. The steps are ratios, those
+    of the number's logarithm to first order: no end is negative, and the upper one is farther, as
+    few presses seldom hold the worst.
+
+    Args:
+        statistic: numbers from how often each press was drawn, both one row a draw; NaN where a
+            draw does not tell.
+        presses: how many there are.
+        seed: of the draws.
+
+    Returns:
+        One for each number; ``None`` for too few presses.
+    """
+    if not enough(presses):
+        return None
+    drawn = np.random.default_rng(seed).multinomial(
+        presses, np.full(presses, 1 / presses), size=RESAMPLES
+    )
+    values = statistic(np.ones((1, presses)))[0]
+    scatter = np.nanstd(statistic(drawn.astype(float)), axis=0)
+    error = math.sqrt(presses / (presses - 1)) * scatter
+    share = np.divide(error, values, out=np.zeros_like(error), where=values > 0)
+    factor = np.exp(stdtrit(presses - 1, (1 + WITHIN) / 2) * share)
+    return list(zip((values / factor).tolist(), (values * factor).tolist(), strict=True))
 
 
 def counted(presses: int) -> str:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Gradient errors, one number each, with an interval that resamples whole presses."""
+"""Gradient errors, one number each, with an interval over whole presses."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -9,13 +9,11 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Int
 
-from validation.intervals import Interval, enough
+from validation.intervals import Interval, bootstrap_intervals
 
 PixelSet = Literal["contact+5%", "contact"]
 PIXEL_SETS: tuple[PixelSet, ...] = ("contact+5%", "contact")
 METRICS = ("gx_mae", "gy_mae", "theta_x_deg", "theta_y_deg")
-
-RESAMPLES = 2000
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,10 +76,8 @@ def mean_errors(presses: Sequence[PressErrors], seed: int) -> Errors:
 def _bootstrapped(
     sums: Float[np.ndarray, "p 4"], counts: Int[np.ndarray, " p"], seed: int
 ) -> dict[str, Interval | None]:
-    """95 % intervals of the means over presses that are drawn anew."""
-    if not enough(len(sums)):
-        return dict.fromkeys(METRICS)
-    drawn = np.random.default_rng(seed).integers(len(sums), size=(RESAMPLES, len(sums)))
-    resampled = sums[drawn].sum(1) / counts[drawn].sum(1)[:, None]
-    low, high = np.percentile(resampled, [2.5, 97.5], axis=0)
-    return {name: (float(a), float(b)) for name, a, b in zip(METRICS, low, high, strict=True)}
+    """Intervals of the means over presses, by name."""
+    found = bootstrap_intervals(
+        lambda drawn: drawn @ sums / (drawn @ counts)[:, None], len(sums), seed
+    )
+    return dict.fromkeys(METRICS) if found is None else dict(zip(METRICS, found, strict=True))

@@ -5,6 +5,7 @@
 ``python -m validation.scale`` prints both for ``wedge-lab``, in the pixels of its importer's card.
 """
 
+import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from recon.geometry.caliper import Gap, Scale, find_gap, scale_of, shading_respo
 from recon.images import read_image
 from recon.presses import press_reader
 from sensor.dataset import read_dataset
+from sensor.errors import WedgeError
 from sensor.toml import Pair
 from validation.datasets import dataset_folder, shared_folder
 
@@ -66,11 +68,15 @@ def measure(folder: Path, pictures: list[Path], gap_mm: float) -> TwoRulers:
 def main() -> None:
     """Measure and print."""
     pictures = sorted((shared_folder() / NAME).glob(PICTURES))
-    rulers = measure(dataset_folder(NAME), pictures, GAP_MM)
+    try:
+        folder = dataset_folder(NAME)
+        rulers = measure(folder, pictures, GAP_MM)
+    except WedgeError as error:
+        sys.exit(str(error))
     for gap in rulers.gaps:
         angle = np.degrees(np.arctan2(gap.normal[1], gap.normal[0])) % 180
         print(f"gap {gap.width_px:.2f} px across {angle:.1f} degrees at {np.round(gap.center_px)}")
-    card, scale = read_dataset(dataset_folder(NAME)).card, rulers.scale
+    card, scale = read_dataset(folder).card, rulers.scale
     size = card.unwarped_size_px or (0, 0)
     rows = zip("xy", scale.mm_per_px, scale.sigma_mm_per_px, size, rulers.grid_mm, strict=True)
     for axis, mm, sigma, pixels, grid_mm in rows:

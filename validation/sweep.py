@@ -205,7 +205,7 @@ def _rendered(
     made, keep = folder / "sets" / key, folder / "parts" / key
     if (made / CARD).is_file():
         return made
-    with new_folder(made) as draft:
+    with new_folder(made, alike=CARD) as draft:
         write_set(
             draft,
             recipe,

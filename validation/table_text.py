@@ -23,7 +23,7 @@ DIGITS = {"gx_mae": 3, "gy_mae": 3, "theta_x_deg": 2, "theta_y_deg": 2}
 
 
 def table_document(table: ErrorTable) -> dict[str, Any]:
-    """The table as plain values for JSON; one press has no intervals, so ``None`` for each."""
+    """The table as plain values for JSON; ``None`` for intervals of too few presses."""
     return {
         "dataset": table.dataset,
         "presses": {"train": table.train, "test": table.test},
@@ -121,7 +121,7 @@ def row_cells(row: Row) -> list[str]:
 
 
 def _value(errors: Errors, name: str) -> str:
-    """A mean and, where presses can be drawn anew, its interval."""
+    """A mean and, where there are presses enough, its interval."""
     digits = DIGITS[name]
     mean, interval = f"{errors.values[name]:.{digits}f}", errors.ci95[name]
     if interval is None:

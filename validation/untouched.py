@@ -11,6 +11,8 @@ remain. It prints one row a set and takes some minutes.
 
 import argparse
 import json
+import operator
+import sys
 from collections.abc import Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from dataclasses import asdict, dataclass
@@ -27,8 +29,9 @@ from recon.labels.find_circle import find_circle
 from recon.presses import press_reader
 from sensor.dataset import BallLabel, read_dataset
 from sensor.errors import WedgeError
+from sensor.files import write_atomic
 from validation.contact import drifted, noisy
-from validation.datasets import dataset_folder
+from validation.datasets import dataset_folder, on_this_machine
 from validation.force import FORCES, measured_forces
 from validation.importers.wedge_mit import CLIPS
 
@@ -130,18 +133,18 @@ def clear_part(difference: Difference, label: BallLabel) -> Part | None:
 
 
 def measure(pool: Executor) -> list[FalseCircles]:
-    """Rows of all sets that this machine has."""
-    tasks = [partial(before_the_grip, clip.name) for clip in CLIPS]
-    tasks += [partial(seen_again, name) for name in SETS]
-    tasks += [partial(beside_presses, name) for name in LABELLED]
+    """Rows of all sets that this machine has.
+
+    Raises:
+        WedgeError: it has none, or one that cannot be read.
+    """
+    here = on_this_machine([*(clip.name for clip in CLIPS), *SETS])
+    tasks = [partial(before_the_grip, clip.name) for clip in CLIPS if clip.name in here]
+    tasks += [partial(seen_again, name) for name in SETS if name in here]
+    tasks += [partial(beside_presses, name) for name in LABELLED if name in here]
     rows = []
-    for future in [pool.submit(task) for task in tasks]:
-        try:
-            rows.append(future.result())
-        except WedgeError as error:
-            print(error)
-            continue
-        row = rows[-1]
+    for row in pool.map(operator.call, tasks):
+        rows.append(row)
         where = f": {', '.join(row.found)}" if row.found else ""
         print(f"{row.name}, {row.kind}: {len(row.found)} of {row.searches}{where}", flush=True)
     return rows
@@ -154,16 +157,20 @@ def _total(rows: Sequence[FalseCircles], kinds: Sequence[Kind]) -> str:
 
 def main() -> None:
     """Measure, print, and write JSON where asked."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m validation.untouched", description=__doc__)
     parser.add_argument("--json", type=Path, help="write the numbers here")
     arguments = parser.parse_args()
-    with ProcessPoolExecutor(2) as pool:
-        rows = measure(pool)
+    try:
+        with ProcessPoolExecutor(2) as pool:
+            rows = measure(pool)
+        if arguments.json:
+            text = json.dumps([asdict(row) for row in rows], indent=1)
+            write_atomic(arguments.json, (text + "\n").encode())
+    except WedgeError as error:
+        sys.exit(str(error))
     blank = _total(rows, ("before the grip", "seen again"))
     print(f"balls found on blank frames: {blank}; beside presses: ", end="")
     print(_total(rows, ("beside a press",)))
-    if arguments.json:
-        arguments.json.write_text(json.dumps([asdict(row) for row in rows], indent=1) + "\n")
 
 
 if __name__ == "__main__":

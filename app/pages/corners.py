@@ -22,11 +22,13 @@ from app.pages.editing import (
     listen,
     run_page,
     say,
+    when_turned_to,
 )
 from recon.arrays import Frame
 from recon.geometry.unwarp import Corners
 from recon.images import read_frame
 from recon.labels.corner_book import CornerBook
+from recon.presses import PressReader
 from sensor.errors import WedgeError
 
 NAMES = ("top left", "top right", "bottom right", "bottom left")
@@ -42,13 +44,18 @@ HELP = (
 )
 
 
-def serve(book: CornerBook, files: Sequence[str], port: int) -> None:
+def serve(reader: PressReader, files: Sequence[str], port: int) -> None:
     """Serve the page on this computer until Ctrl-C.
 
     Raises:
         WedgeError: the port is in use.
     """
-    run_page(lambda: CornersPage(book, files), f"Corners of {book.card.name}", port)
+    dataset = reader.dataset
+
+    def build() -> CornersPage:  # a book a tab: undo takes back what was done there
+        return CornersPage(CornerBook(dataset, reader.background, reader.lens), files)
+
+    run_page(build, f"Corners of {dataset.card.name}", port)
 
 
 class CornersPage:
@@ -63,6 +70,7 @@ class CornersPage:
         self.held: Corners | None = None
         self.dragging = False
         listen(self.on_key)
+        when_turned_to(self.look_again)
         self.heading = ui.label().classes("text-lg").props("id=heading")
         with ui.element("div").classes(
             "grid grid-cols-1 lg:grid-cols-[minmax(0,3fr)_minmax(0,2fr)] gap-4 w-full"
@@ -89,6 +97,7 @@ class CornersPage:
         file = self.files[self.index]
         self.held, self.dragging = None, False
         try:
+            self.book.catch_up()
             self.frame = read_frame(self.book.folder, file)
             self.book.unwarp.check(self.frame)
         except (WedgeError, OSError) as error:
@@ -150,7 +159,7 @@ class CornersPage:
             self.dragging = False
             if self.held is not None:
                 held = self.held
-                self.attempt(lambda: self.book.put(held))
+                self.move(lambda: self.book.put(held))
 
     def on_key(self, key: str, step_px: float) -> None:
         """Every edit by a key."""
@@ -166,12 +175,17 @@ class CornersPage:
             x_px, y_px = self.book.corners_px[self.chosen]
             dx, dy = ARROWS[key]
             place = (x_px + step_px * dx, y_px + step_px * dy)
-            self.attempt(lambda: self.book.put(self.book.moved(self.chosen, place)))
+            self.move(lambda: self.book.put(self.book.moved(self.chosen, place)))
         elif key in ("1", "2", "3", "4"):
             self.chosen = int(key) - 1
             self.draw()
         elif key in plain:
             plain[key]()
+
+    def look_again(self) -> None:
+        """Show what others have changed meanwhile; not while a corner is held."""
+        if not self.dragging:
+            self.show()
 
     def step(self, by: int) -> None:
         """Another frame."""
@@ -180,24 +194,38 @@ class CornersPage:
 
     def find(self) -> None:
         """The corners as the blank frame shows them."""
-        self.attempt(lambda: self.book.put(self.book.found()))
+        self.move(lambda: self.book.put(self.book.found()))
 
     def turn(self) -> None:
         """Another side is the base's."""
-        self.attempt(self.book.turn)
+        self.move(self.book.turn)
 
     def mirror(self) -> None:
         """Turn the picture over."""
-        self.attempt(self.book.mirror)
+        self.move(self.book.mirror)
 
     def undo(self) -> None:
         """Take the last change back."""
 
         def back() -> None:
             if not self.book.undo():
-                ui.notify("There is nothing left to undo.")
+                ui.notify("There is nothing left to undo that was done in this tab.")
 
         self.attempt(back)
+
+    def move(self, change: Callable[[], int]) -> None:
+        """Move corners, and say what becomes of the circles found in pixels of the old ones."""
+
+        def say_dropped() -> None:
+            if dropped := change():
+                ui.notify(
+                    f"{dropped} circles were dropped, as they lay in pixels of the corners before: "
+                    "undo brings them back, wedge label finds them anew.",
+                    timeout=15_000,
+                    close_button=True,
+                )
+
+        self.attempt(say_dropped)
 
     def attempt(self, change: Callable[[], object]) -> None:
         """Make a change to what is seen and show it, or say why it could not be made."""
@@ -210,5 +238,7 @@ class CornersPage:
             change()
         except (WedgeError, OSError) as error:
             say(error)
-        self.held = None
-        self.draw()
+            self.show()  # others may have moved the corners anywhere
+        else:
+            self.held = None
+            self.draw()

@@ -26,6 +26,8 @@ STILL = """(e) => {
         e.event.preventDefault();
 }"""
 """Arrow keys move what is drawn: the page and its list stay where they are."""
+TURNED_TO = "turned-to"
+WATCH = f"""window.addEventListener("focus", () => emitEvent("{TURNED_TO}"));"""
 
 
 def run_page(build: Callable[[], object], title: str, port: int) -> None:
@@ -45,7 +47,10 @@ def run_page(build: Callable[[], object], title: str, port: int) -> None:
 
     @ui.page("/")
     def page() -> None:
-        build()
+        try:
+            build()
+        except WedgeError as error:
+            ui.label(str(error)).props("id=heading")
 
     print(f"Open http://127.0.0.1:{port} and end with Ctrl-C; every change is kept at once.")
     ui.run(
@@ -66,6 +71,12 @@ def listen(on_key: Callable[[str, float], None]) -> None:
             on_key(key, FINE_STEP_PX if event.modifiers.shift else STEP_PX)
 
     ui.keyboard(on_key=pressed, repeating=True).on("key", js_handler=STILL)
+
+
+def when_turned_to(look_again: Callable[[], None]) -> None:
+    """Call when somebody comes back to the tab: others may have changed what it shows."""
+    ui.on(TURNED_TO, look_again)
+    ui.add_body_html(f"<script>{WATCH}</script>")
 
 
 def key_of(event: KeyEventArguments) -> str | None:

@@ -3,7 +3,7 @@
 """The list of a dataset's frames in the page of `wedge label`, quick with thousands of them."""
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from html import escape
 
 from nicegui import ui
@@ -34,7 +34,7 @@ MARK = """for (const [row, chosen, inside] of %s) {
 
 
 class FrameList:
-    """One row a frame. The rows are plain HTML, and a change touches two of them at most."""
+    """One row a frame. The rows are plain HTML, and a change touches none but its own."""
 
     def __init__(
         self,
@@ -62,12 +62,11 @@ class FrameList:
         self.element.props('id=frames role=listbox aria-label="Frames, the doubtful ones first"')
         self.element.on("click", self._on_click, js_handler=CLICKED)
 
-    def mark(self, file: str) -> None:
-        """Choose a frame's row and say anew how it and the one before stand."""
+    def mark(self, file: str, others: Collection[str] = ()) -> None:
+        """Choose a frame's row and say anew how it, the one before and some others stand."""
         before, self._chosen = self._chosen, self._rows[file]
-        changed = [
-            (row, row == self._chosen, self._inside(row)) for row in sorted({before, self._chosen})
-        ]
+        rows = {before, self._chosen, *(self._rows[x] for x in others if x in self._rows)}
+        changed = [(row, row == self._chosen, self._inside(row)) for row in sorted(rows)]
         self.element.client.run_javascript(MARK % json.dumps(changed))
 
     def _inside(self, row: int) -> str:

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The browser page of `wedge label`: circles over frames, moved by mouse and keys."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -23,10 +23,18 @@ from app.pages.editing import (
     listen,
     run_page,
     say,
+    when_turned_to,
 )
 from app.pages.frame_list import FrameList
 from recon.images import read_frame
-from recon.labels.label_book import CERTAIN, DOUBTFUL, LabelBook, doubtful_first, largest_radius_px
+from recon.labels.label_book import (
+    CERTAIN,
+    DOUBTFUL,
+    LabelBook,
+    doubtful_first,
+    largest_radius_px,
+    pressed_frames,
+)
 from recon.presses import PressReader
 from sensor.dataset import BallLabel
 from sensor.errors import WedgeError
@@ -53,29 +61,42 @@ HELP = (
     ("arrow keys", f"move by {STEP_PX:g} px, with Shift by {FINE_STEP_PX:g} px"),
     ("Enter", "this one is right; next"),
     ("N, P", "next, previous frame"),
-    ("Del", "no ball touches here"),
+    ("Del, Backspace", "no ball touches here"),
     ("Ctrl Z", "undo"),
     ("D", "difference or frame"),
     ("Z", "zoom"),
 )
+CONTACT = (
+    "The circle is the contact. It is smaller than the disc that shows, as the gel beside the ball "
+    "slopes too."
+)
 
 
-def serve(reader: PressReader, book: LabelBook, files: Sequence[str], port: int) -> None:
+def serve(reader: PressReader, port: int) -> None:
     """Serve the page on this computer until Ctrl-C.
 
     Raises:
         WedgeError: the port is in use.
     """
-    title = f"Labels of {reader.dataset.card.name}"
-    run_page(lambda: LabelPage(reader, book, files), title, port)
+    run_page(lambda: LabelPage(reader), f"Labels of {reader.dataset.card.name}", port)
 
 
 class LabelPage:
-    """One browser tab: the list of frames, the picture with its circle, the numbers."""
+    """One browser tab: the list of frames, the picture with its circle, the numbers.
 
-    def __init__(self, reader: PressReader, book: LabelBook, files: Sequence[str]) -> None:
-        self.reader, self.book = reader, book
-        self.files = doubtful_first(files, book)
+    It has a book of its own, as if it were another program: undo takes back what was done here.
+    """
+
+    def __init__(self, reader: PressReader) -> None:
+        """Draw what is in the folder by now.
+
+        Raises:
+            WedgeError: it cannot be read, or circles lie in other pixels than the reader's.
+        """
+        self.reader, self.book = reader, LabelBook(reader.dataset)
+        self.book.catch_up()
+        files = pressed_frames(reader.dataset.folder, reader.dataset.card)
+        self.files = doubtful_first(files, self.book)
         self.file = self.files[0]
         self.view = VIEWS[0]
         self.zoom = 1
@@ -83,8 +104,8 @@ class LabelPage:
         """Whether the frame is shown: what nobody sees is not edited."""
         self.grip: tuple[float, float] | None = None
         self.moved: BallLabel | None = None
-        self.drawn = self.known()
         listen(self.on_key)
+        when_turned_to(self.look_again)
         with ui.element("div").classes("flex flex-col sm:flex-row flex-nowrap gap-4 w-full"):
             self.list = FrameList(self.files, self.standing, self.show)
             self.list.element.classes(
@@ -96,7 +117,9 @@ class LabelPage:
             ):
                 self._middle()
                 with ui.column().classes("w-72 shrink-0"):
+                    self.looked_at = ui.label().props("id=looked-at")
                     keys_explained(HELP)
+                    ui.label(CONTACT)
         self.show(self.file)
 
     def _middle(self) -> None:
@@ -130,12 +153,13 @@ class LabelPage:
         """Turn to a frame; where it cannot be read, say so in its place."""
         self.file, self.moved, self.grip = file, None, None
         try:
+            self.book.catch_up()
             frame = self.reader.unwarp(read_frame(self.reader.dataset.folder, file))
         except (WedgeError, OSError) as error:
             self.seen = False
             self.picture.set_visibility(False)
             self.heading.set_text(f"{file} cannot be shown: {error}")
-            self.list.mark(file)
+            self.mark()
             return
         if self.view == "difference":
             frame = np.clip(0.5 + CONTRAST * (frame - self.reader.blank), 0, 1)
@@ -147,8 +171,27 @@ class LabelPage:
         self.picture.set_visibility(True)
         self.seen = True
         self.draw()
-        self.list.mark(file)
+        self.mark()
         self.bring_into_view()
+
+    def mark(self) -> None:
+        """Say in the list how the frame stands, and those that others have changed."""
+        self.list.mark(self.file, self.book.news())
+        self.looked_at.set_text(f"{self.book.looked_at} of {len(self.files)} frames looked at")
+
+    def look_again(self) -> None:
+        """Draw what others have changed meanwhile; not while a circle is held."""
+        if self.grip is not None:
+            return
+        try:
+            self.book.catch_up()
+        except WedgeError:
+            self.seen = False
+        if self.seen:
+            self.draw()
+            self.mark()
+        else:
+            self.show(self.file)  # says why not
 
     def bring_into_view(self) -> None:
         """Scroll a magnified picture until its circle is in the middle."""
@@ -159,14 +202,8 @@ class LabelPage:
             at = ((label.center_x_px + 0.5) / width, (label.center_y_px + 0.5) / height)
         self.picture.client.run_javascript(SCROLL % at)
 
-    def known(self) -> tuple[BallLabel | None, bool]:
-        """What the book holds of the frame: its circle, and whether no ball touches."""
-        return self.book.label(self.file), self.book.has_no_ball(self.file)
-
     def draw(self) -> None:
         """The circle and its numbers."""
-        if self.moved is None:
-            self.drawn = self.known()
         label = self.moved or self.book.label(self.file)
         if label is None:
             known = "no ball, as you said" if self.book.has_no_ball(self.file) else "no circle"
@@ -217,11 +254,13 @@ class LabelPage:
         plain: dict[str, Callable[[], object]] = {
             "Enter": self.accept,
             "Delete": self.remove,
+            "Backspace": self.remove,
             "n": lambda: self.turn(1),
             "p": lambda: self.turn(-1),
             "d": self.switch,
             "z": self.magnify,
             "+": lambda: self.resize(GROW),
+            "=": lambda: self.resize(GROW),  # the same key without Shift
             "-": lambda: self.resize(1 / GROW),
             UNDO: self.undo,
         }
@@ -244,16 +283,14 @@ class LabelPage:
         self.edit(lambda: self.book.remove(self.file))
 
     def undo(self) -> None:
-        """Take the last change back and show the frame it was made on."""
-
-        def back() -> None:
-            file = self.book.undo()
-            if file is None:
-                ui.notify("There is nothing left to undo.")
-            else:
-                self.show(file)
-
-        self.attempt(back)
+        """Show the frame of the last change made here, and take that back."""
+        file = self.book.last_edited
+        if file is None:
+            ui.notify("There is nothing left to undo that was done in this tab.")
+            return
+        self.show(file)
+        self.attempt(self.book.undo)
+        self.bring_into_view()
 
     def turn(self, by: int) -> None:
         """Turn to the frame after or before."""
@@ -313,12 +350,6 @@ class LabelPage:
         if not self.seen:
             ui.notify(f"{self.file} is not shown: nothing was changed.", type="warning")
             return False
-        if self.known() != self.drawn:
-            self.show(self.file)
-            ui.notify(
-                f"{self.file} was changed in another tab or program: look again.", type="warning"
-            )
-            return False
         return self.attempt(change)
 
     def attempt(self, change: Callable[[], object]) -> bool:
@@ -332,5 +363,5 @@ class LabelPage:
         self.moved = None
         if self.seen:
             self.draw()
-        self.list.mark(self.file)
+        self.mark()
         return done

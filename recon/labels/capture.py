@@ -12,9 +12,9 @@ from jaxtyping import Float32
 from recon.arrays import Difference, Frame, Unwarped
 from recon.contact.mask import disturbed_mask
 from recon.coverage import Coverage
-from recon.geometry.unwarp import Unwarp
+from recon.find_circle import find_circle
+from recon.geometry.unwarp import PixelMap, Unwarp
 from recon.labels.circles import Circle
-from recon.labels.find_circle import find_circle
 from sensor.toml import Pair
 
 BLANK_FRAMES = 8
@@ -118,6 +118,21 @@ class PressWatcher:
         self._sharpness = _fine_detail(self._blank)
         self.state = "waiting"
 
+    def look_through(self, unwarp: Unwarp, ball_radius_mm: float, mm_per_px: Pair) -> None:
+        """Judge by other corners, another ball or scale from here on; the blank gel is known.
+
+        It stays, and the presses count where their middles lie now.
+        """
+        assert self.background is not None and self._blank is not None
+        before, sharpness = self.unwarp, _fine_detail(self._blank)
+        middles_px = [_carried(x, before, unwarp) for x in self.coverage.centers_px]
+        self.unwarp, self._blank, self._last = unwarp, unwarp(self.background), None
+        self._sharpness *= _fine_detail(self._blank) / max(sharpness, 1e-9)
+        self.ball_radius_mm, self.mm_per_px = ball_radius_mm, mm_per_px
+        self.coverage = Coverage(unwarp.size_px)
+        for middle_px in middles_px:
+            self.coverage.add(middle_px)
+
     @property
     def _wanted(self) -> str:
         """What to press next."""
@@ -169,6 +184,26 @@ class PressWatcher:
 
 def _no(words: str) -> Verdict:
     return Verdict(taken=False, words=words)
+
+
+def _carried(place_px: Pair, before: Unwarp, after: Unwarp) -> Pair:
+    """The pixel of another unwarped picture that shows what a pixel of the first one does."""
+    map_x, map_y = _raw_pixels(before)
+    column = int(np.clip(round(place_px[0]), 0, map_x.shape[1] - 1))
+    row = int(np.clip(round(place_px[1]), 0, map_x.shape[0] - 1))
+    x_px, y_px = map_x[row, column], map_y[row, column]
+    map_x, map_y = _raw_pixels(after)
+    nearest = np.hypot(map_x - x_px, map_y - y_px).argmin()
+    return float(nearest % map_x.shape[1]), float(nearest // map_x.shape[1])
+
+
+def _raw_pixels(unwarp: Unwarp) -> tuple[PixelMap, PixelMap]:
+    """Raw x and y of every unwarped pixel."""
+    if unwarp.maps is not None:
+        return unwarp.maps
+    width, height = unwarp.size_px
+    x, y = np.meshgrid(np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32))
+    return x, y
 
 
 def _moved(a: Float32[np.ndarray, "h w 3"], b: Float32[np.ndarray, "h w 3"]) -> float:

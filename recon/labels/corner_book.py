@@ -2,13 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The corners of a dataset's pad, mended by hand: every change is on disk at once."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from recon.arrays import Frame
 from recon.geometry.lens import Lens
 from recon.geometry.pad import base_side, find_pad, gel_corners
 from recon.geometry.unwarp import Corners, Unwarp, prepare_unwarp
-from recon.labels.label_book import CERTAIN, LABELS_FILE
+from recon.labels.label_book import LABELS_FILE, LabelBook, is_by_hand, places
 from sensor.dataset import (
     BallLabel,
     Dataset,
@@ -27,26 +27,55 @@ INSET = 0.1
 """Of the frame: where the corners begin when none are found."""
 
 
+@dataclass(frozen=True)
+class Move:
+    """What one change replaced and what it left, and the circles that it dropped."""
+
+    before: DatasetCard
+    after: DatasetCard
+    dropped: tuple[BallLabel, ...]
+
+
 class CornerBook:
     """Corners in the gel frame's order; each change is written, and can be taken back.
 
+    Several may be open on one folder, in several processes and in every tab of a page, and
+    somebody may edit the card by hand: a change is of the corners alone, and what others wrote
+    meanwhile stays. Corners that others changed are changed no further by who has not seen that,
+    and ``undo`` takes back only what was done in the same book and still stands.
+
     Labels lie in pixels of the unwarped frame, which the corners decide. Those found automatically
-    are dropped at the first change, before it is written, to be found again; labels that somebody
-    has looked at, or given a ball of its own, are never touched: then the corners stay.
+    are dropped at the first change, before it is written, to be found again, and come back with
+    their corners; labels that somebody has looked at, or given a ball of its own, are never
+    touched: then the corners stay.
     """
 
     def __init__(self, dataset: Dataset, blank: Frame, lens: Lens | None = None) -> None:
         """Take over the corners of the card, or else those found in the blank frame."""
-        self.folder, self.card, self.lens = dataset.folder, dataset.card, lens
+        self.folder, self.lens = dataset.folder, lens
         self.frame_size_px = (blank.shape[1], blank.shape[0])
         self.blank = blank
-        if self.card.corners_px is None:
+        self._history: list[Move] = []
+        self._take_over(dataset.card)
+
+    def catch_up(self) -> Dataset:
+        """Take over the card as it is on disk; the folder as it is now.
+
+        Raises:
+            WedgeError: the folder's card or labels cannot be read.
+        """
+        dataset = read_dataset(self.folder, labelled=False)
+        self._take_over(dataset.card)
+        return dataset
+
+    def _take_over(self, card: DatasetCard) -> None:
+        self._on_disk = card
+        if card.corners_px is None:
             width, height = self.frame_size_px
-            x, y = self.card.mm_per_px
-            size = self.card.pad_size_mm or (width * x, height * y)
-            self.card = replace(self.card, corners_px=self.found(), pad_size_mm=size)
-        self._history: list[DatasetCard] = []
-        self._written = self._on_disk()
+            x, y = card.mm_per_px
+            size = card.pad_size_mm or (width * x, height * y)
+            card = replace(card, corners_px=self.found(), pad_size_mm=size)
+        self.card = card
 
     @property
     def corners_px(self) -> Corners:
@@ -85,64 +114,80 @@ class CornerBook:
         a, b, c, d = (inside if i == index else corner for i, corner in enumerate(self.corners_px))
         return a, b, c, d
 
-    def put(self, changed: Corners) -> None:
-        """Write other corners.
+    def put(self, changed: Corners) -> int:
+        """Write other corners; how many circles were dropped, as they lie in pixels of the old.
 
         Raises:
-            WedgeError: they are not a convex pad's, labels made by hand depend on the old ones, or
-                the card was changed meanwhile or cannot be written; nothing changed then.
+            WedgeError: they are not a convex pad's, labels made by hand depend on the old ones,
+                somebody else has moved the corners meanwhile, or the card cannot be written;
+                nothing changed then.
         """
         corners([list(corner) for corner in changed])
-        self._write(replace(self.card, corners_px=changed), remember=True)
+        known_px = self._on_disk.corners_px
+        with alone_in(self.folder):
+            dataset = self.catch_up()
+            before, after = dataset.card, replace(self.card, corners_px=changed)
+            if before.corners_px != known_px:
+                raise WedgeError(
+                    f"the corners in {self.folder / CARD_FILE} were changed in another tab or "
+                    "program meanwhile: look at them as they are now."
+                )
+            if after == before:
+                return 0
+            self._write(dataset, after)
+            self._history.append(Move(before, after, dataset.labels))
+        return len(dataset.labels)
 
-    def turn(self) -> None:
+    def turn(self) -> int:
         """Let the next side of the picture be the base's."""
         a, b, c, d = self.corners_px
-        self.put((b, c, d, a))
+        return self.put((b, c, d, a))
 
-    def mirror(self) -> None:
+    def mirror(self) -> int:
         """Turn the unwarped picture over, its left side staying left."""
         a, b, c, d = self.corners_px
-        self.put((d, c, b, a))
+        return self.put((d, c, b, a))
 
     def undo(self) -> bool:
         """Take the last change back; false where there is none.
 
         Raises:
-            WedgeError: as for ``put``.
+            WedgeError: somebody else has moved the corners after that change, which then stays for
+                good, the one before it being the next to take back; or as for ``put``.
         """
         if not self._history:
             return False
-        self._write(self._history[-1], remember=False)
+        last = self._history[-1]
+        with alone_in(self.folder):
+            dataset = self.catch_up()
+            now, size_mm = dataset.card, dataset.card.pad_size_mm
+            is_theirs = now.corners_px != last.after.corners_px
+            if last.before.corners_px is None:  # then the size goes too
+                is_theirs, size_mm = is_theirs or size_mm != last.after.pad_size_mm, None
+            if is_theirs:
+                self._history.pop()
+                raise WedgeError(
+                    f"the pad in {self.folder / CARD_FILE} was changed in another tab or program "
+                    "after your change, which is not taken back: it stays as it is now."
+                )
+            back = replace(now, corners_px=last.before.corners_px, pad_size_mm=size_mm)
+            book = LabelBook(replace(dataset, labels=()))
+            circles = [x for x in last.dropped if not book.has_no_ball(x.file)]
+            self._write(dataset, back)
+            if circles and places(back) == places(last.before):
+                write_labels(self.folder / LABELS_FILE, circles)
         self._history.pop()
         return True
 
-    def _write(self, card: DatasetCard, *, remember: bool) -> None:
-        with alone_in(self.folder):
-            if self._on_disk() != self._written:
-                raise WedgeError(
-                    f"{self.folder} was changed by another program meanwhile: begin again."
-                )
-            # As they are now: somebody may have looked at one in another page meanwhile.
-            labels = read_dataset(self.folder, labelled=False).labels
-            if any(_is_by_hand(label) for label in labels):
-                raise WedgeError(
-                    f"{self.folder / LABELS_FILE} holds circles that somebody drew or looked at, "
-                    "in pixels of these corners, or balls of their own: move it elsewhere first, "
-                    "then mend the corners."
-                )
-            if labels:
-                write_labels(self.folder / LABELS_FILE, [])
-            write_card(self.folder / CARD_FILE, card)
-            if remember:
-                self._history.append(self.card)
-            self.card, self._written = card, self._on_disk()
-
-    def _on_disk(self) -> bytes:
-        return (self.folder / CARD_FILE).read_bytes()
-
-
-def _is_by_hand(label: BallLabel) -> bool:
-    """Whether somebody drew its circle, looked at it, or wrote down its ball."""
-    looked_at = label.quality is None or label.quality >= CERTAIN
-    return looked_at or label.ball_radius_mm is not None
+    def _write(self, dataset: Dataset, card: DatasetCard) -> None:
+        # As they are now: somebody may have looked at one in another page meanwhile.
+        if any(is_by_hand(label) for label in dataset.labels):
+            raise WedgeError(
+                f"{self.folder / LABELS_FILE} holds circles that somebody drew or looked at, "
+                "in pixels of these corners, or balls of their own: move it elsewhere first, "
+                "then mend the corners."
+            )
+        if dataset.labels:
+            write_labels(self.folder / LABELS_FILE, [])
+        write_card(self.folder / CARD_FILE, card)
+        self._take_over(card)

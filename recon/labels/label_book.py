@@ -32,6 +32,23 @@ DOUBTFUL = 0.7
 """Below this quality somebody should look."""
 LARGEST = 0.98
 """Of the ball's radius: a contact circle is smaller than its ball."""
+Standing = tuple[BallLabel | None, bool]
+"""What is known of a frame: its label, and whether somebody saw that no ball touches."""
+
+
+class CardMovedError(WedgeError):
+    """``dataset.toml`` has other corners, scale or ball than when a book of labels was opened."""
+
+
+def places(card: DatasetCard) -> tuple[object, ...]:
+    """What of a card decides where circles lie and how large they may be."""
+    return card.corners_px, card.pad_size_mm, card.mm_per_px, card.ball_radius_mm
+
+
+def is_by_hand(label: BallLabel) -> bool:
+    """Whether somebody drew its circle, looked at it, or wrote down its ball."""
+    looked_at = label.quality is None or label.quality >= CERTAIN
+    return looked_at or label.ball_radius_mm is not None
 
 
 def pressed_frames(folder: Path, card: DatasetCard) -> list[str]:
@@ -110,11 +127,11 @@ def largest_radius_px(dataset: Dataset, file: str) -> float:
 
 @dataclass(frozen=True)
 class Change:
-    """What one edit replaced."""
+    """What one edit replaced, and what it left."""
 
     file: str
-    before: BallLabel | None
-    had_no_ball: bool
+    before: Standing
+    after: Standing
 
 
 class LabelBook:
@@ -123,9 +140,10 @@ class LabelBook:
     That no ball touches in a frame is written too, lest a circle is found there again. A frame
     with a label has a ball, whatever else is written.
 
-    Several may be open on one folder, in several processes: a change is of its frame alone, and
-    what others wrote meanwhile is taken over before it. A frame that others changed is changed no
-    further by who has not seen that, and what they changed ``undo`` does not take back.
+    Several may be open on one folder, in several processes and in every tab of a page: a change is
+    of its frame alone, and what others wrote meanwhile is taken over before it. A frame that others
+    changed is changed no further by who has not seen that, and ``undo`` takes back only what was
+    done in the same book and still stands.
     """
 
     def __init__(self, dataset: Dataset) -> None:
@@ -138,6 +156,7 @@ class LabelBook:
         self._labels, self._no_ball = _known(dataset)
         self._history: list[Change] = []
         self._changed_by_others: set[str] = set()
+        self._news: set[str] = set()
 
     @property
     def labels(self) -> tuple[BallLabel, ...]:
@@ -148,81 +167,35 @@ class LabelBook:
         """The label of a frame, ``None`` where it has none."""
         return self._labels.get(frame_name(file))
 
+    @property
+    def looked_at(self) -> int:
+        """How many frames somebody has looked at: a circle is certain, or no ball touches."""
+        certain = [x for x in self._labels.values() if (x.quality or 0) >= CERTAIN]
+        return len(certain) + len(self._no_ball)
+
     def has_no_ball(self, file: str) -> bool:
         """Whether somebody saw that no ball touches in a frame."""
         return frame_name(file) in self._no_ball
 
-    def put(self, label: BallLabel) -> None:
-        """Add or replace the label of a frame.
+    def standing(self, file: str) -> Standing:
+        """All that is known of a frame."""
+        return self.label(file), self.has_no_ball(file)
+
+    @property
+    def last_edited(self) -> str | None:
+        """The frame of the edit that ``undo`` would take back, ``None`` where there is none."""
+        return self._history[-1].file if self._history else None
+
+    def catch_up(self) -> set[str]:
+        """Take over what is on disk; the frames of which it says something else than was known.
 
         Raises:
-            WedgeError: somebody else has changed the frame's label or the card meanwhile, or a file
-                cannot be read or written; nothing changed then.
-        """
-        self._edit(label.file, label, no_ball=False)
-
-    def put_found(self, labels: Sequence[BallLabel]) -> None:
-        """Add or replace labels that were found, in one write, which ``undo`` does not take back.
-
-        Frames that somebody else has changed since the book was opened stay as they are.
-
-        Raises:
-            WedgeError: somebody else has changed the card meanwhile, or a file cannot be read or
-                written; nothing changed then.
-        """
-        with alone_in(self.folder):
-            self._catch_up()
-            found = {frame_name(label.file): label for label in labels}
-            found = {name: found[name] for name in found.keys() - self._changed_by_others}
-            self._write(self._labels | found, self._no_ball.difference(found))
-
-    def remove(self, file: str) -> None:
-        """Take a frame's label away and keep in mind that no ball touches there.
-
-        Raises:
-            WedgeError: as for ``put``.
-        """
-        self._edit(file, None, no_ball=True)
-
-    def undo(self) -> str | None:
-        """Take the last edit back; the frame it was made on, ``None`` where there is none left.
-
-        Raises:
-            WedgeError: as for ``put``.
-        """
-        if not self._history:
-            return None
-        last = self._history[-1]
-        self._put(last.file, last.before, no_ball=last.had_no_ball)
-        self._history.pop()
-        return last.file
-
-    def _edit(self, file: str, label: BallLabel | None, *, no_ball: bool) -> None:
-        change = Change(file, self.label(file), self.has_no_ball(file))
-        self._put(file, label, no_ball=no_ball)
-        self._history.append(change)
-
-    def _put(self, file: str, label: BallLabel | None, *, no_ball: bool) -> None:
-        name = frame_name(file)
-        with alone_in(self.folder):
-            if name in self._catch_up():
-                raise WedgeError(
-                    f"{file} was changed by another program meanwhile: look at it as it is now."
-                )
-            after = {key: value for key, value in self._labels.items() if key != name}
-            if label is not None:
-                after[name] = label
-            self._write(after, self._no_ball | {name} if no_ball else self._no_ball - {name})
-
-    def _catch_up(self) -> set[str]:
-        """Take over what is on disk; the frames of which it says something else than is known.
-
-        Raises:
-            WedgeError: it cannot be read, or the card is another, in whose pixels circles lie.
+            CardMovedError: the card now says that circles lie elsewhere.
+            WedgeError: a file cannot be read.
         """
         dataset = read_dataset(self.folder, labelled=False)
-        if dataset.card != self._card:
-            raise WedgeError(
+        if places(dataset.card) != places(self._card):
+            raise CardMovedError(
                 f"{self.folder / 'dataset.toml'} was changed by another program meanwhile, and "
                 "with it where circles lie: start this command again."
             )
@@ -235,8 +208,85 @@ class LabelBook:
         }
         self._labels, self._no_ball = labels, no_ball
         self._changed_by_others |= changed
-        self._history = [x for x in self._history if frame_name(x.file) not in changed]
+        self._news |= changed
         return changed
+
+    def news(self) -> set[str]:
+        """The frames that others have changed, of what was taken over since this was last asked."""
+        news, self._news = self._news, set()
+        return news
+
+    def put(self, label: BallLabel) -> None:
+        """Add or replace the label of a frame.
+
+        Raises:
+            WedgeError: somebody else has changed the frame's label or the card meanwhile, or a file
+                cannot be read or written; nothing changed then.
+        """
+        self._edit(label.file, (label, False))
+
+    def put_found(self, labels: Sequence[BallLabel]) -> None:
+        """Add or replace labels that were found, in one write, which ``undo`` does not take back.
+
+        Frames that somebody else has changed since the book was opened stay as they are.
+
+        Raises:
+            WedgeError: somebody else has changed the card meanwhile, or a file cannot be read or
+                written; nothing changed then.
+        """
+        with alone_in(self.folder):
+            self.catch_up()
+            found = {frame_name(label.file): label for label in labels}
+            found = {name: found[name] for name in found.keys() - self._changed_by_others}
+            self._write(self._labels | found, self._no_ball.difference(found))
+
+    def remove(self, file: str) -> None:
+        """Take a frame's label away and keep in mind that no ball touches there.
+
+        Raises:
+            WedgeError: as for ``put``.
+        """
+        self._edit(file, (None, True))
+
+    def undo(self) -> str | None:
+        """Take the last edit back; the frame it was made on, ``None`` where there is none left.
+
+        Raises:
+            WedgeError: somebody else has changed the frame after that edit, which then stays for
+                good, the one before it being the next to take back; or as for ``put``.
+        """
+        if not self._history:
+            return None
+        last = self._history[-1]
+        with alone_in(self.folder):
+            self.catch_up()
+            if self.standing(last.file) != last.after:
+                self._history.pop()
+                raise WedgeError(
+                    f"{last.file} was changed in another tab or program after your change, which "
+                    "is not taken back: it stays as it is now."
+                )
+            self._replace(last.file, last.before)
+        self._history.pop()
+        return last.file
+
+    def _edit(self, file: str, after: Standing) -> None:
+        before = self.standing(file)
+        with alone_in(self.folder):
+            if frame_name(file) in self.catch_up():
+                raise WedgeError(
+                    f"{file} was changed in another tab or program meanwhile: look at it as it is "
+                    "now."
+                )
+            self._replace(file, after)
+        self._history.append(Change(file, before, after))
+
+    def _replace(self, file: str, after: Standing) -> None:
+        name, (label, has_no_ball) = frame_name(file), after
+        labels = {key: value for key, value in self._labels.items() if key != name}
+        if label is not None:
+            labels[name] = label
+        self._write(labels, self._no_ball | {name} if has_no_ball else self._no_ball - {name})
 
     def _write(self, after: Mapping[str, BallLabel], untouched: frozenset[str]) -> None:
         self._write_no_ball(self._no_ball, untouched)

@@ -44,6 +44,17 @@ def test_a_moved_corner_is_on_disk_and_can_be_taken_back(tmp_path: Path) -> None
     book.mirror()
     assert [book.undo() for _ in range(4)] == [True, True, True, False]
     assert (dataset.folder / "dataset.toml").read_bytes() == before
+    assert read_dataset(dataset.folder).labels == dataset.labels
+
+
+def test_circles_come_back_with_their_corners_but_where_no_ball_touches(tmp_path: Path) -> None:
+    dataset = raw_set(tmp_path / "set", quality=0.9)
+    book = CornerBook(dataset, read_background(dataset))
+    assert [book.turn(), book.turn()] == [3, 0]
+    LabelBook(read_dataset(dataset.folder)).remove(dataset.labels[1].file)
+    assert book.undo() and not read_dataset(dataset.folder).labels
+    assert book.undo()
+    assert read_dataset(dataset.folder).labels == (dataset.labels[0], dataset.labels[2])
 
 
 def test_turning_four_times_and_mirroring_twice_change_nothing(tmp_path: Path) -> None:
@@ -93,15 +104,15 @@ def test_a_folder_that_cannot_be_written_loses_nothing(
     assert {path.name: path.read_bytes() for path in dataset.folder.iterdir()} == before
 
 
-def test_a_folded_pad_and_a_card_changed_meanwhile_are_refused(tmp_path: Path) -> None:
+def test_a_folded_pad_and_corners_changed_meanwhile_are_refused(tmp_path: Path) -> None:
     dataset = raw_set(tmp_path / "set", quality=0.9)
     book = CornerBook(dataset, read_background(dataset))
     with pytest.raises(WedgeError, match="convex"):
         book.put(book.moved(0, (150.0, 100.0)))
     path = dataset.folder / "dataset.toml"
-    path.write_text(path.read_text().replace("synthetic", "other"))
+    path.write_text(path.read_text().replace("[20.0, 10.0]", "[21.0, 10.0]"))
     edited = path.read_bytes()
-    with pytest.raises(WedgeError, match="another program"):
+    with pytest.raises(WedgeError, match="another tab or program"):
         book.turn()
     assert path.read_bytes() == edited
     assert len(read_dataset(dataset.folder).labels) == 3

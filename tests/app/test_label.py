@@ -202,13 +202,15 @@ def test_what_others_changed_is_looked_at_before_it_is_changed(tmp_path: Path) -
     mine, theirs = LabelBook(dataset), LabelBook(dataset)
     first, second, third = dataset.labels
     mine.put(replace(first, quality=0.8))
-    with pytest.raises(WedgeError, match=f"{first.file} was changed by another program"):
+    with pytest.raises(WedgeError, match=f"{first.file} was changed in another tab or program"):
         theirs.remove(first.file)
     theirs.remove(first.file)
     theirs.put(seen := replace(third, quality=CERTAIN))
     mine.put_found([found := replace(second, quality=0.5), replace(third, quality=0.5)])
     mine.put_found([replace(third, quality=0.4)])  # theirs is no news by now
-    assert mine.undo() is None  # they have taken away what was put
+    with pytest.raises(WedgeError, match=f"{first.file} .* after your change"):
+        mine.undo()
+    assert mine.undo() is None
     assert read_dataset(dataset.folder).labels == mine.labels == (found, seen)
     assert LabelBook(read_dataset(dataset.folder)).has_no_ball(first.file)
 

@@ -146,7 +146,7 @@ def test_enter_that_cannot_write_stays_at_the_frame(tmp_path: Path) -> None:
         first, path = shown_file(page), dataset.folder / "labels.csv"
         path.write_text(path.read_text().replace(f"{first},", f"{first},1"))  # another program's
         page.keyboard.press("Enter")
-        page.get_by_text("another program").wait_for()
+        page.get_by_text("another tab or program").wait_for()
         page.keyboard.press("d")
         expect(page.locator("#heading")).to_contain_text(first)
 
@@ -192,3 +192,24 @@ def test_narrow_windows_and_zoom_leave_all_parts_in_view(width_px: int, tmp_path
             for part in ("#frames", "#view"):
                 assert page.locator(part).evaluate("x => x.clientWidth") > 150
             assert page.evaluate("document.documentElement.scrollWidth") <= width_px
+
+
+def test_a_page_loaded_anew_lists_frames_that_came_since_and_counts_those_seen(
+    tmp_path: Path,
+) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=3)
+    first, second, third = dataset.labels
+    came = dataset.folder / third.file
+    came.rename(tmp_path / third.file)
+    write_labels(dataset.folder / "labels.csv", [first, second])
+    with served("label", dataset.folder) as address, opened(address) as page:
+        looked_at = page.locator("#looked-at")
+        expect(looked_at).to_have_text("0 of 2 frames looked at")
+        for key, seen in (("=", 1), ("Enter", 1), ("Backspace", 2), ("Control+z", 1)):
+            page.keyboard.press(key)
+            expect(looked_at).to_have_text(f"{seen} of 2 frames looked at")
+        (tmp_path / third.file).rename(came)
+        page.reload()
+        expect(page.locator("#frames")).to_contain_text(third.file)
+        expect(looked_at).to_have_text("1 of 3 frames looked at")
+    assert labels(dataset)[first.file].contact_radius_px > first.contact_radius_px

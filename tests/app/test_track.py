@@ -192,6 +192,18 @@ def test_a_run_takes_nothing_of_another_that_began_just_now(
     assert (tmp_path / "poses.mcap").read_bytes() == b"another's"
 
 
+@pytest.mark.parametrize("there", [False, True])
+def test_a_run_without_a_frame_leaves_the_folder_as_it_was(workplace, tmp_path, there):
+    out = tmp_path / "out"
+    if there:
+        out.mkdir(mode=0o750)
+    words = (workplace / "unit", workplace / "clip", "--begin", 99, "--out", out)
+    assert run("track", *words) == 2
+    assert out.exists() == there
+    if there:
+        assert not any(out.iterdir()) and out.stat().st_mode & 0o777 == 0o750
+
+
 def test_an_hour_of_frames_may_be_asked_for(workplace, tmp_path):
     words = (workplace / "unit", workplace / "clip", "--background", "first", "--frames", 108_000)
     assert run("track", *words, "--out", tmp_path / "out") == 0

@@ -153,6 +153,20 @@ END
   done
 }
 
+@test "what a cut off write left beside config.txt goes, by installing and by uninstalling" {
+  boot=$DESTDIR/boot/firmware
+  echo "an editor's" >"$boot/.config.txt.swp"
+  before=$(tree)
+  cp "$boot/config.txt" "$boot/.config.txt.0123456789ab"
+  "$firmware/uninstall.sh" --purge
+  [ "$(tree)" = "$before" ]
+  cp "$boot/config.txt" "$boot/.config.txt.0123456789ab"
+  "$firmware/install.sh" --address 10.55.0.1 --usb-gadget
+  [ ! -e "$boot/.config.txt.0123456789ab" ]
+  "$firmware/uninstall.sh" --purge
+  [ "$(tree)" = "$before" ]
+}
+
 @test "uninstalling keeps the settings unless it is told not to" {
   "$firmware/install.sh" --address 10.55.0.1
   "$firmware/uninstall.sh"

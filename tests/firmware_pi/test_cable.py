@@ -2,6 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """config.txt gets our lines and loses them again; all else in it stays, and means the same."""
 
+import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -120,3 +123,32 @@ def test_a_file_that_needs_no_change_is_not_written_and_none_is_one_sentence(
     assert main(["cable", "remove", str(file)]) == 0
     assert file.read_bytes() == b"arm_boost=1\n"
     assert [path.name for path in tmp_path.iterdir()] == ["config.txt"]
+
+
+@pytest.mark.parametrize("moment", ["os.fsync", "pathlib.Path.replace"])
+def test_what_a_killed_write_leaves_is_gone_after_the_next_and_the_file_is_whole(
+    tmp_path: Path, moment: str
+) -> None:
+    file, swap, other = (
+        tmp_path / name for name in ("config.txt", ".config.txt.swp", ".cmdline.txt.0123456789ab")
+    )
+    file.write_bytes(b"arm_boost=1\n")
+    swap.write_text("an editor's, with what nobody has saved yet")
+    other.write_text("another file's")
+    killed = f"""if True:
+        import os, pathlib, signal, sys
+        {moment} = lambda *_: os.kill(os.getpid(), signal.SIGKILL)
+        from firmware_pi.__main__ import main
+        main(["cable", "lay", sys.argv[1]])"""
+    for _ in range(2):  # the second takes away what the first left
+        words = [sys.executable, "-c", killed, str(file)]
+        assert subprocess.run(words, check=False).returncode == -signal.SIGKILL
+        assert file.read_bytes() == b"arm_boost=1\n"
+        (left,) = set(tmp_path.iterdir()) - {file, swap, other}
+    kept = left.read_bytes()
+    assert main(["cable", "lay", str(file)]) == 0
+    assert set(tmp_path.iterdir()) == {file, swap, other}
+    left.write_bytes(kept)
+    assert main(["cable", "lay", str(file)]) == 0  # a run that writes nothing clears up as well
+    assert file.read_bytes() == b"arm_boost=1\n" + BLOCK
+    assert set(tmp_path.iterdir()) == {file, swap, other}

@@ -26,14 +26,54 @@ def test_a_picture_is_the_same_in_every_file(tmp_path, ending):
     np.testing.assert_array_equal(read_image(path), PICTURE)
 
 
-def test_a_tiff_that_would_come_as_less_than_it_is_is_refused(tmp_path):
-    path, picture = tmp_path / "frame.tif", Image.fromarray(PICTURE)
-    cv2.imwrite(str(path), PICTURE.astype(np.uint16) * 16)  # as a camera of 12 bits writes it
-    with pytest.raises(WedgeError, match=r"frame\.tif has 16 bits a colour: write it with 8"):
+@pytest.mark.parametrize("ending", [".png", ".tif"])
+@pytest.mark.parametrize("scale", [16, 257], ids=["of 12 bits", "of 16 bits"])
+@pytest.mark.parametrize("channels", [3, 4])
+def test_colours_of_16_bits_are_refused(tmp_path, ending, scale, channels):
+    path = tmp_path / f"frame{ending}"
+    deep = np.dstack([PICTURE, PICTURE[..., 0]])[..., :channels].astype(np.uint16) * scale
+    cv2.imwrite(str(path), deep)
+    with pytest.raises(WedgeError, match=rf"frame\{ending} has 16 bits a colour: write it with 8"):
         read_image(path)
+
+
+def test_a_tiff_of_several_pictures_is_refused(tmp_path):
+    path, picture = tmp_path / "frame.tif", Image.fromarray(PICTURE)
     picture.save(path, save_all=True, append_images=[picture])
     with pytest.raises(WedgeError, match=r"frame\.tif holds several pictures"):
         read_image(path)
+
+
+@pytest.mark.parametrize(
+    ("mode", "ending"),
+    [
+        ("L", ".png"),
+        ("LA", ".png"),
+        ("L", ".jpg"),
+        ("CMYK", ".jpg"),
+        ("L", ".bmp"),
+        ("L", ".tif"),
+        ("CMYK", ".tif"),
+        ("LAB", ".tif"),
+        ("YCbCr", ".tif"),
+    ],
+)
+def test_other_colours_than_red_green_and_blue_are_refused(tmp_path, mode, ending):
+    Image.fromarray(PICTURE).convert(mode).save(tmp_path / f"frame{ending}")
+    with pytest.raises(WedgeError, match=rf"mode {mode}\): red, green and blue are needed"):
+        read_image(tmp_path / f"frame{ending}")
+
+
+@pytest.mark.parametrize("ending", [".png", ".bmp", ".tif"])
+def test_a_palette_gives_its_colours_and_alpha_takes_none(tmp_path, ending):
+    picture, path = Image.fromarray(PICTURE), tmp_path / f"frame{ending}"
+    half_seen = picture.copy()
+    half_seen.putalpha(100)
+    half_seen.save(path)
+    np.testing.assert_array_equal(read_image(path), PICTURE)
+    few = picture.quantize(16)
+    few.save(path)
+    np.testing.assert_array_equal(read_image(path), np.asarray(few.convert("RGB")))
 
 
 @pytest.mark.parametrize("ending", [".bmp", ".tif"])

@@ -147,16 +147,6 @@ def png_chunk(kind, content):
     )
 
 
-def test_sixteen_bit_colour_keeps_its_upper_eight(tmp_path):
-    header = struct.pack(">IIBBBBB", 2, 1, 16, 2, 0, 0, 0)
-    content = zlib.compress(b"\0" + bytes(range(12)))
-    chunks = (b"IHDR", header), (b"IDAT", content), (b"IEND", b"")
-    (tmp_path / "deep.png").write_bytes(
-        b"\x89PNG\r\n\x1a\n" + b"".join(png_chunk(*chunk) for chunk in chunks)
-    )
-    assert read_image(tmp_path / "deep.png").tolist() == [[[0, 2, 4], [6, 8, 10]]]
-
-
 @pytest.mark.parametrize("side", [10_000, 60_000])
 def test_a_picture_that_claims_to_be_vast_is_refused_unread(tmp_path, side):
     header = struct.pack(">IIBBBBB", side, side, 8, 2, 0, 0, 0)

@@ -3,7 +3,9 @@
 import errno
 import hashlib
 import os
+import re
 import resource
+import shutil
 import stat
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -214,14 +216,56 @@ def test_a_folder_that_holds_a_folder_of_the_name_is_not_replaced(tmp_path):
     assert kept.read_bytes() == OLD
 
 
-def test_what_came_while_a_folder_was_made_is_kept(tmp_path):
+def the_whole_one_told_of(error):
+    """The folder that a sentence names as what was made."""
+    place = re.fullmatch(r".*; what was made lies whole in (.*): move it\.", str(error.value))
+    return Path(place[1])
+
+
+def test_what_came_while_a_folder_was_made_is_kept_and_so_is_what_was_made(tmp_path):
     folder = tmp_path / "unit"
     folder.mkdir()
-    with pytest.raises(WedgeError, match="already exists and is not empty"):
+    with pytest.raises(WedgeError, match="already exists and is not empty") as told:
         with new_folder(folder) as temporary:
             (temporary / "part").write_bytes(NEW)
             (folder / "notes").write_bytes(OLD)
     assert [entry.name for entry in folder.iterdir()] == ["notes"]
+    made = the_whole_one_told_of(told)
+    assert (made / "part").read_bytes() == NEW
+    assert set(tmp_path.iterdir()) == {folder, made}
+
+
+@pytest.mark.parametrize("code", [errno.EXDEV, errno.EACCES, errno.EBUSY, errno.ENOSPC])
+@pytest.mark.parametrize("there", [False, True])
+def test_what_cannot_be_moved_into_place_is_kept_and_named(tmp_path, monkeypatch, code, there):
+    folder = tmp_path / "unit"
+    if there:
+        folder.mkdir()
+    with pytest.raises(WedgeError, match=f"unit cannot be written: {os.strerror(code)}") as told:
+        with new_folder(folder) as temporary:
+            (temporary / "part").write_bytes(NEW)
+            monkeypatch.setattr(Path, "replace", failing(code))
+    made = the_whole_one_told_of(told)
+    assert (made / "part").read_bytes() == NEW
+    assert set(tmp_path.iterdir()) == {made, *([folder] if there else [])}
+
+
+def test_what_went_with_the_folder_around_it_is_not_said_to_lie_there(tmp_path):
+    with pytest.raises(WedgeError, match=r"unit cannot be written: No such file or directory\.$"):
+        with new_folder(tmp_path / "deep" / "unit"):
+            shutil.rmtree(tmp_path / "deep")
+
+
+def test_of_two_alike_the_first_stays_and_nothing_else(tmp_path):
+    folder = tmp_path / "set"
+    with new_folder(folder, alike="card") as later:
+        with new_folder(folder, alike="card") as sooner:
+            (sooner / "card").write_bytes(OLD)
+        (later / "card").write_bytes(NEW)
+    assert (folder / "card").read_bytes() == OLD
+    with new_folder(folder, alike="card") as latest:  # it came before this one was begun
+        (latest / "card").write_bytes(NEW)
+    assert (folder / "card").read_bytes() == OLD
     assert list(tmp_path.iterdir()) == [folder]
 
 
@@ -237,11 +281,16 @@ def test_an_earlier_folder_stays_where_no_new_one_can_be_moved(tmp_path, monkeyp
             raise OSError(errno.ENOSPC, "No space left on device")
         return move(self, target)
 
-    with pytest.raises(WedgeError, match="No space left"), new_folder(folder, over="card") as new:
+    with (
+        pytest.raises(WedgeError, match="No space left") as told,
+        new_folder(folder, over="card") as new,
+    ):
         (new / "card").write_bytes(NEW)
         monkeypatch.setattr(Path, "replace", full_after_one_move)
     assert (folder / "card").read_bytes() == OLD
-    assert list(tmp_path.iterdir()) == [folder]
+    made = the_whole_one_told_of(told)
+    assert (made / "card").read_bytes() == NEW
+    assert set(tmp_path.iterdir()) == {folder, made}
 
 
 def test_many_runs_at_once_leave_one_whole_folder(tmp_path):

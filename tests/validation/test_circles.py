@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from recon.presses import press_reader
-from sensor.errors import WedgeError
 from tests.synthetic import make_dataset
 from validation import circles
 from validation.circles import COMPARED_AT_PX, Found, area_under_curve, interval, look, summary
@@ -38,7 +37,7 @@ def test_the_area_is_the_share_of_pairs_in_the_right_order() -> None:
     assert area_under_curve(fits) == pytest.approx(np.mean([(d > 0) + (d == 0) / 2 for d in pairs]))
 
 
-RIGHT, WRONG = ((0.9, True),), ((0.4, False),)
+RIGHT, POOR, WRONG = ((0.9, True),), ((0.3, True),), ((0.4, False),)
 
 
 @pytest.mark.parametrize(
@@ -47,32 +46,27 @@ RIGHT, WRONG = ((0.9, True),), ((0.4, False),)
         ([Found((1.0, 0.0), RIGHT), Found((0.0, 1.0), RIGHT)], {"auc", "auc_ci95"}),
         ([Found(None, WRONG), Found(None, WRONG)], {"auc", "auc_ci95", "median_px", "bias_px"}),
         ([Found(None, ())], {"auc", "auc_ci95", "median_px", "bias_px"}),
-        ([Found((1.0, 0.0), (*RIGHT, *WRONG)), Found((1.0, 0.0), RIGHT)], set()),
-        (None, {"auc", "auc_ci95"}),
+        ([Found((1.0, 0.0), (*RIGHT, *WRONG)), *3 * [Found((1.0, 0.0), RIGHT)]], {"auc_ci95"}),
+        ([Found((1.0, 0.0), (*RIGHT, *WRONG)), *3 * [Found((1.0, 0.0), POOR)]], set()),
     ],
-    ids=["all right", "all missed", "no fit", "some of each", "no set"],
+    ids=["all right", "all missed", "no fit", "all told apart", "some of each"],
 )
 def test_what_cannot_be_told_is_null_and_said(
-    found: list[Found] | None,
+    found: list[Found],
     nulls: set[str],
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    def labelled(name: str) -> tuple[None, list[Found]]:
-        if found is None:
-            raise WedgeError(f"{name} is not on this machine.")
-        return None, found
-
-    monkeypatch.setattr(circles, "labelled", labelled)
+    monkeypatch.setattr(circles, "labelled", lambda _: (None, found))
     monkeypatch.setattr(circles, "look", lambda _, one: one)
     monkeypatch.setattr(circles, "ProcessPoolExecutor", ThreadPoolExecutor)
     file = tmp_path / "numbers.json"
     monkeypatch.setattr("sys.argv", ["circles", "set", "--json", str(file)])
     circles.main()
     numbers = json.loads(file.read_text(), parse_constant=pytest.fail)
-    rows = numbers.pop("sets")
-    said = numbers | (rows[0] if rows else {})
+    (row,) = numbers.pop("sets")
+    said = numbers | row
     assert nulls == {
         key
         for key in ("auc", "auc_ci95", "median_px", "bias_px")
@@ -83,11 +77,12 @@ def test_what_cannot_be_told_is_null_and_said(
     assert ("nothing shows how well" in printed) == ("auc" in nulls)
 
 
-def test_one_press_has_no_interval() -> None:
+def test_few_presses_have_no_interval_nor_have_those_that_leave_no_doubt() -> None:
     fits = ((0.9, True), (0.1, False), (0.5, True), (0.6, False))
-    assert interval([Found(None, fits)]) is None
-    assert interval([Found(None, fits[:1]), Found(None, fits[:1])]) is None  # nothing wrong
-    assert interval([Found(None, fits), Found(None, fits[:3])]) is not None
+    assert interval([Found(None, fits), Found(None, fits[:3])]) is None
+    assert interval(3 * [Found(None, fits[:1])]) is None  # nothing wrong
+    assert interval(3 * [Found(None, fits[:2])]) is None  # nothing in doubt
+    assert interval([*2 * [Found(None, fits)], Found(None, fits[:3])]) is not None
 
 
 def test_the_interval_holds_the_area_and_narrows_with_presses() -> None:
@@ -100,5 +95,7 @@ def test_the_interval_holds_the_area_and_narrows_with_presses() -> None:
     for count in (20, 160):
         low, high = interval(found[:count])
         width[count] = high - low
-        assert low <= area_under_curve([x for one in found[:count] for x in one.fits]) <= high
+        area = area_under_curve([x for one in found[:count] for x in one.fits])
+        assert low < area < high < 1
+        assert (1 - low) * (1 - high) == pytest.approx((1 - area) ** 2)  # ratios of what it lacks
     assert width[160] == pytest.approx(width[20] / np.sqrt(8), rel=0.5)

@@ -13,7 +13,7 @@ from recon.presses import read_presses
 from sensor.dataset import BallLabel, DatasetCard, read_dataset, write_card, write_labels
 from sensor.errors import WedgeError
 from validation import datasets
-from validation.datasets import DATASETS, KnownDataset, dataset_folder
+from validation.datasets import DATASETS, KnownDataset, dataset_folder, on_this_machine
 
 NAMES = [known.name for known in DATASETS]
 
@@ -111,6 +111,17 @@ def test_an_absent_source_says_where_it_is_looked_for(toy: KnownDataset) -> None
     source.unlink()
     with pytest.raises(WedgeError, match=r"toy is not on this machine: put it at .*toy\.txt"):
         dataset_folder("toy")
+
+
+def test_of_known_sets_those_that_are_here_are_taken_and_the_others_told(
+    toy: KnownDataset, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    gone = replace(toy, name="gone", find=lambda: None)
+    monkeypatch.setattr(datasets, "DATASETS", (toy, gone))
+    assert on_this_machine(["gone", "toy"]) == ["toy"]
+    assert capsys.readouterr().err == f"left out gone: {gone.sought}\n"
+    with pytest.raises(WedgeError, match=r"no dataset is on this machine: put it at .*toy\.txt"):
+        on_this_machine(["gone"])
 
 
 def test_shared_sets_follow_the_variable(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

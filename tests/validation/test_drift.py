@@ -150,7 +150,8 @@ def test_pixels_weigh_in_the_mean_and_presses_in_its_error():
     assert weighted.mean == pytest.approx(70 / 30)
     assert number([1.0]).standard_error == np.inf
     assert difference(number([1.0]), number([9.0, 9.1])) == (-np.inf, np.inf)
-    assert number([2.0, 2.0]).ci95 == (2.0, 2.0)
+    assert number([2.0, 2.0]).ci95 is None
+    assert number([2.0, 2.0, 2.0]).ci95 == (2.0, 2.0)
 
 
 def test_one_in_a_hundred_is_accused_where_nothing_moves():

@@ -151,14 +151,14 @@ def test_unusable_press_is_named_and_left_out(tmp_path, one_thread):
 
 
 def test_document_is_the_plans(tmp_path, one_thread):
-    document = json.loads(json.dumps(table_document(measured(tmp_path, one_thread))))
-    assert document["presses"] == {"train": 8, "test": 2}
+    document = json.loads(json.dumps(table_document(measured(tmp_path, one_thread, folds=5))))
+    assert document["presses"] == {"train": 8, "test": 10}
     assert set(document["mean_abs_gradient"]) == {"contact", "contact+5%"}
     for row in document["rows"]:
         assert set(METRICS) < set(row)
         assert row["n_pixels"] > 0
         for name, (low, high) in row["ci95"].items():
-            assert low <= row[name] <= high
+            assert 0 < low < row[name] < high
 
 
 def test_markdown_and_html_hold_every_row(tmp_path, one_thread):
@@ -188,7 +188,8 @@ def test_one_judged_press_has_no_interval(tmp_path, one_thread):
         assert "1 presses" not in text
     for row in table_document(table)["rows"]:
         assert set(row["ci95"].values()) == {None}
-    assert "In brackets" in caption(replace(table, test=2))
+    assert "2 presses, too few for an interval" in caption(replace(table, test=2))
+    assert "In brackets" in caption(replace(table, test=3))
 
 
 def test_a_caption_claims_nothing_of_who_was_judged(tmp_path, one_thread):

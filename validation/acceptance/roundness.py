@@ -24,20 +24,16 @@ REACH = 1.8
 """Contact radii that are looked at."""
 LARGEST = 0.4
 """Stretch and shear; beyond, nothing is a disc."""
-RESAMPLES = 500
 
 
 @dataclass(frozen=True, kw_only=True)
 class Roundness:
-    """How far discs are from round, on average over presses."""
+    """How far discs are from round, the median of presses."""
 
     stretch: float
     """Share by which they are too long along x for their length along y."""
     shear: float
     """Share by which they lean."""
-    sd: float
-    """Standard deviation of both means over presses drawn anew."""
-    n_presses: int
 
     @property
     def out_of_round(self) -> float:
@@ -46,21 +42,14 @@ class Roundness:
 
 
 def roundness(presses: Sequence[BallPress], seed: int) -> Roundness | None:
-    """The mean over presses whose discs lie wholly inside; ``None`` where none does."""
+    """Of presses whose discs lie wholly inside; ``None`` where none does."""
     whole = [press for press in presses if _is_whole(press)]
     step = max(1, len(whole) // PRESSES)
     found = np.array([_stretch_shear(press, seed) for press in whole[::step][:PRESSES]])
     if not len(found):
         return None
-    drawn = np.random.default_rng(seed).integers(len(found), size=(RESAMPLES, len(found)))
-    spread = np.median(found[drawn], axis=1).std(0)
     stretch, shear = np.median(found, axis=0)
-    return Roundness(
-        stretch=float(stretch),
-        shear=float(shear),
-        sd=float(np.hypot(*spread)),
-        n_presses=len(found),
-    )
+    return Roundness(stretch=float(stretch), shear=float(shear))
 
 
 def _is_whole(press: BallPress) -> bool:

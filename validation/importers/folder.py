@@ -48,21 +48,20 @@ def write_dataset(
         presses = read_presses(read_dataset(folder)).presses
         labels = [mended(press, drawn[press.file]) for press in presses]
         write_labels(folder / "labels.csv", labels)
-    add_lights(read_dataset(folder))
+    write_card(folder / "dataset.toml", lit(read_dataset(folder)))
 
 
-def add_lights(dataset: Dataset) -> None:
-    """Measure the lights of a dataset that has labels, and write them into its card.
+def lit(dataset: Dataset) -> DatasetCard:
+    """The card of a dataset with the lights as its presses show them, where it has any.
 
     Raises:
         WedgeError: a frame is missing or damaged, or a label does not fit it.
     """
     if not dataset.labels:
-        return
+        return dataset.card
     step = max(1, len(dataset.labels) // PRESSES_FOR_LIGHTS)
     presses = read_presses(replace(dataset, labels=dataset.labels[::step])).presses
-    lit = replace(dataset.card, lights_deg=measure_lights_deg(presses))
-    write_card(dataset.folder / "dataset.toml", lit)
+    return replace(dataset.card, lights_deg=measure_lights_deg(presses))
 
 
 def mended(press: BallPress, drawn: BallLabel) -> BallLabel:

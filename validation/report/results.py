@@ -107,7 +107,7 @@ def headline_section(results: Sequence[DatasetResults]) -> Section:
             label="Depth at the centre",
             value=f"{found:.2f} mm",
             note=f"reconstructed, of {true:.2f} mm true"
-            + "; means over the presses" * enough(first.table.test),
+            + "; means over the presses" * (first.table.test > 1),
         )
     )
     return Section(

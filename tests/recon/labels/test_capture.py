@@ -52,6 +52,25 @@ def test_each_still_press_is_taken_once_where_it_is() -> None:
     assert str(watch.coverage) == "[..... .1... ...1. .....]"
 
 
+def test_after_the_corners_are_turned_presses_count_where_they_lie_now() -> None:
+    watch, (width, height) = ready(), SIZE_PX
+    shown(watch, press(40.0, 40.0), 8, 1)
+    shown(watch, BLANK, 2, 51)
+    right, bottom = width - 0.5, height - 0.5
+    turned = ((right, bottom), (-0.5, bottom), (-0.5, -0.5), (right, -0.5))
+    watch.look_through(prepare_unwarp(SIZE_PX, turned, SIZE_PX), 3.0, (0.1, 0.1))
+    (taken,) = (v for v in shown(watch, press(120.0, 80.0), 8, 2) if v.taken)
+    assert taken.circle is not None
+    for middle_px, raw_px in zip(
+        (*watch.coverage.centers_px, taken.circle.center_px),
+        ((40.0, 40.0), (120.0, 80.0), (120.0, 80.0)),
+        strict=True,
+    ):
+        assert np.hypot(*np.subtract(middle_px, np.subtract((width - 1, height - 1), raw_px))) < 1.5
+    assert watch.coverage.counts.sum() == 2
+    assert watch.coverage.counts[2, 3] == watch.coverage.counts[1, 1] == 1
+
+
 def test_the_first_presses_are_the_calipers_where_one_was_asked_for() -> None:
     watch = PressWatcher(prepare_unwarp(SIZE_PX, None, None, None), 3.0, (0.1, 0.1), calipers=1)
     assert "caliper" in shown(watch, BLANK, BLANK_FRAMES)[-1].words

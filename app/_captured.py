@@ -1,0 +1,325 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The dataset folder that `wedge capture` fills, and that others may mend meanwhile."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from sensor.errors import WedgeError
+
+if TYPE_CHECKING:
+    from recon.geometry.caliper import Scale
+    from recon.geometry.unwarp import Unwarp
+    from recon.labels.capture import PressWatcher
+    from recon.labels.circles import Circle
+    from sensor.dataset import BallLabel, Dataset, DatasetCard
+
+CALIPER_FOLDER = "caliper"
+CARD_FILE, LABELS_FILE = "dataset.toml", "labels.csv"
+
+
+class Captured:
+    """Presses on disk, each with its circle as soon as it is taken.
+
+    Where somebody moves the corners meanwhile, or mends the scale or the ball, presses are judged
+    by those from then on. Circles found before lie in other pixels or are another ball's: they are
+    dropped, as on the page of the corners, and found anew at the end. Circles that somebody drew in
+    other pixels are neither dropped nor left beside those of the new ones: the capture then ends.
+    """
+
+    def __init__(
+        self,
+        out: Path,
+        other: "Dataset | None",
+        card: "DatasetCard",
+        watcher: "PressWatcher",
+        taken: list[str],
+    ) -> None:
+        """Write all but the presses, and the names of those into ``taken`` as they come."""
+        from recon.geometry.lens import write_lens
+        from recon.images import write_image
+        from recon.labels.label_book import LabelBook
+        from recon.presses import read_dataset_lens
+        from sensor.dataset import LENS_FILE, read_dataset, write_card
+
+        self.out, self.card, self.watcher, self.taken = out, card, watcher, taken
+        self._waiting: set[str] = set()
+        """Presses whose circles are to be found at the end."""
+        lens = None if other is None else read_dataset_lens(other)
+        if lens is not None:  # circles lie in pixels that it was taken out of
+            write_lens(out / LENS_FILE, lens)
+        assert watcher.background is not None
+        write_image(out / "background.png", watcher.background)
+        write_card(out / CARD_FILE, card)
+        self._stamp = _stamp(out / CARD_FILE)
+        self._book = LabelBook(read_dataset(out, labelled=False))
+
+    @property
+    def kept(self) -> str:
+        """A sentence for whoever ends before all is done."""
+        return (
+            f"The presses are kept in {self.out}, at the size that its {CARD_FILE} states: "
+            f"wedge label {self.out} finds circles that are missing."
+        )
+
+    def keep(self, frame: Any, circle: "Circle") -> str:
+        """Write one press: the frame first, then its circle; why that must wait, where it must."""
+        from recon.images import write_image
+        from recon.labels.label_book import CardMovedError
+        from sensor.dataset import BallLabel
+
+        width, height = self.watcher.unwarp.size_px
+        label = BallLabel(
+            file=f"press-{len(self.taken) + 1:03d}.png",
+            center_x_px=round(min(max(circle.center_px[0], 0.0), width - 1.0), 2),
+            center_y_px=round(min(max(circle.center_px[1], 0.0), height - 1.0), 2),
+            contact_radius_px=round(circle.radius_px, 2),
+            quality=round(circle.quality, 3),
+        )
+        write_image(self.out / label.file, frame)
+        self.taken.append(label.file)
+        self._waiting.add(label.file)
+        try:
+            self._book.put_found([label])
+        except CardMovedError:
+            return ""  # ``follow`` says so before the next frame
+        except WedgeError as error:
+            return f"; its circle waits for the end: {error}"
+        self._waiting.remove(label.file)
+        return ""
+
+    def follow(self) -> str:
+        """Judge by what the card says now; a sentence where somebody has changed it.
+
+        Raises:
+            WedgeError: circles that somebody drew lie in pixels of the card before; all is kept.
+        """
+        stamp = _stamp(self.out / CARD_FILE)
+        if stamp == self._stamp:
+            return ""
+        self._stamp = stamp
+        try:
+            dataset, unwarp = self._read()
+        except WedgeError as error:
+            return f"presses are judged as before until this is mended: {error}"
+        try:
+            return self._follow(dataset, unwarp)
+        except WedgeError as error:
+            raise self._ended(error) from error
+
+    def settle(self) -> list[str]:
+        """Find the circles that wait, by the card as it is now; the presses that show none.
+
+        Raises:
+            WedgeError: the folder cannot be read or written, or as for ``follow``; all is kept.
+        """
+        from recon.labels.label_book import CardMovedError
+
+        while True:
+            try:
+                dataset, unwarp = self._read()
+                self._follow(dataset, unwarp)
+                self._book.catch_up()
+                waiting = sorted(self._waiting)
+                files = [x for x in waiting if self._book.standing(x) == (None, False)]
+                if not files:
+                    return []
+                found = _found(dataset, files, "circles")
+                self._book.put_found(found)
+                return sorted(set(files).difference(label.file for label in found))
+            except CardMovedError:
+                continue  # somebody has moved the corners once more
+            except WedgeError as error:
+                raise self._ended(error) from error
+
+    def measure(self, calipers: Sequence[tuple[str, float]]) -> "Scale | None":
+        """Write the scale by pictures of a caliper, with circles found anew by it, and the lights.
+
+        All of what is on disk by now. Others may go on mending it until all is computed; what they
+        wrote meanwhile stays.
+
+        Raises:
+            WedgeError: the pictures tell no scale, or no ball is found by it; all is kept then, at
+                the size as it was.
+        """
+        from sensor.dataset import read_dataset
+        from validation.importers.folder import lit
+
+        while True:
+            fault, scale = None, None
+            try:
+                before = after = read_dataset(self.out, labelled=False)
+                if calipers:
+                    try:
+                        after, scale = _by_caliper(before, calipers)
+                    except WedgeError as error:
+                        fault = error
+                is_written = self._merge(before, replace(after, card=lit(after)))
+            except WedgeError as error:
+                raise self._ended(error) from error
+            if is_written and fault is not None:
+                raise self._ended(fault) from fault
+            if is_written:
+                return scale
+            self.settle()
+
+    def _ended(self, error: WedgeError) -> WedgeError:
+        return error if self.kept in str(error) else WedgeError(f"{error} {self.kept}")
+
+    def _read(self) -> "tuple[Dataset, Unwarp]":
+        """The folder as it is now, and how its frames are unwarped."""
+        from recon.presses import dataset_unwarp, read_dataset_lens
+        from sensor.dataset import read_dataset
+
+        assert self.watcher.background is not None
+        dataset = read_dataset(self.out, labelled=False)
+        lens = read_dataset_lens(dataset)
+        return dataset, dataset_unwarp(dataset, self.watcher.background, lens)
+
+    def _follow(self, dataset: "Dataset", unwarp: "Unwarp") -> str:
+        from recon.labels.label_book import LabelBook, is_by_hand, places
+        from sensor.dataset import frame_name, read_dataset, write_labels
+        from sensor.files import alone_in
+
+        before, self.card = self.card, dataset.card
+        if places(self.card) == places(before):
+            return ""
+        self.watcher.look_through(unwarp, self.card.ball_radius_mm, self.card.mm_per_px)
+        with alone_in(self.out):
+            now = read_dataset(self.out, labelled=False)
+            drawn = [label for label in now.labels if is_by_hand(label)]
+            if len(drawn) < len(now.labels):
+                write_labels(self.out / LABELS_FILE, drawn)
+        self._book = LabelBook(replace(dataset, labels=tuple(drawn)))
+        self._waiting = set(self.taken).difference(frame_name(label.file) for label in drawn)
+        if drawn and _pixels(self.card) != _pixels(before):
+            raise WedgeError(
+                f"{self.out / CARD_FILE} was changed, but {self.out / LABELS_FILE} holds circles "
+                "that somebody drew or looked at, or balls of their own, in pixels of the corners "
+                "before: look whether they still fit."
+            )
+        return (
+            f"{CARD_FILE} was changed: presses are judged by it from here on, and circles found "
+            "before are found anew at the end"
+        )
+
+    def _merge(self, before: "Dataset", after: "Dataset") -> bool:
+        """Write what was measured beside what others wrote meanwhile; not if they moved corners."""
+        from recon.labels.label_book import places
+        from sensor.dataset import read_dataset, write_card, write_labels
+        from sensor.files import alone_in
+
+        with alone_in(self.out):
+            now = read_dataset(self.out, labelled=False)
+            if places(now.card) != places(before.card):
+                return False
+            measured = {key: getattr(after.card, key) for key in ("mm_per_px", "pad_size_mm")}
+            card = replace(now.card, **measured, lights_deg=after.card.lights_deg)
+            write_card(self.out / CARD_FILE, card)
+            if places(after.card) != places(before.card):
+                try:
+                    write_labels(self.out / LABELS_FILE, _merged(before, after, now))
+                except BaseException:
+                    write_card(self.out / CARD_FILE, now.card)
+                    raise
+        return True
+
+
+def _by_caliper(
+    before: "Dataset", calipers: Sequence[tuple[str, float]]
+) -> "tuple[Dataset, Scale]":
+    """A dataset by the scale of a caliper's pictures, its circles found anew, and that scale."""
+    from recon.presses import press_reader
+    from validation.importers.raw_frames import measured_scale, rescaled
+
+    few = before.labels[:: max(1, -(-len(before.labels) // 8))]
+    if not few:
+        raise WedgeError("no press has a circle any more, and some are needed for the scale.")
+    scale = measured_scale(before.folder / CALIPER_FOLDER, calipers, press_reader(before), few)
+    return _found_anew(before, rescaled(before.card, scale)), scale
+
+
+def _found_anew(before: "Dataset", card: "DatasetCard") -> "Dataset":
+    """A dataset by another card than its labels were made with.
+
+    Circles that somebody drew or looked at stay where they are on the gel.
+
+    Raises:
+        WedgeError: no ball is recognised by it.
+    """
+    from recon.labels.label_book import CERTAIN
+
+    after = replace(before, card=card)
+    labels = [_carried(x, before, after) for x in before.labels if x.quality in (None, CERTAIN)]
+    files = [x.file for x in before.labels if x.quality not in (None, CERTAIN)]
+    labels += _found(after, files, "circles at the measured scale")
+    if not labels:
+        pitches = " x ".join(f"{pitch:.4g}" for pitch in card.mm_per_px)
+        raise WedgeError(f"no ball was recognised at the caliper's scale, {pitches} mm/px.")
+    return replace(after, labels=tuple(sorted(labels, key=lambda label: label.file)))
+
+
+def _found(dataset: "Dataset", files: list[str], title: str) -> "list[BallLabel]":
+    """The circles of some frames, of those in which a ball shows."""
+    from functools import partial
+
+    from app._progress import progress
+    from app._workers import process_pool
+    from recon.labels.label_book import automatic_label
+    from recon.presses import press_reader
+
+    found: list[BallLabel] = []
+    with progress(title) as show, process_pool() as pool:
+        finder = partial(automatic_label, press_reader(dataset))
+        for done, label in enumerate(pool.map(finder, files), start=1):
+            found += [] if label is None else [label]
+            show(done / len(files))
+    return found
+
+
+def _merged(before: "Dataset", after: "Dataset", now: "Dataset") -> "list[BallLabel]":
+    """Circles found anew; those that somebody wrote after ``before`` was read, carried over."""
+    from sensor.dataset import frame_name
+
+    known = {frame_name(label.file): label for label in before.labels}
+    found = {frame_name(label.file): label for label in after.labels}
+    labels: list[BallLabel | None] = []
+    for label in now.labels:
+        name = frame_name(label.file)
+        is_theirs = label != known.get(name)
+        labels.append(_carried(label, before, after) if is_theirs else found.get(name))
+    return [label for label in labels if label is not None]
+
+
+def _carried(label: "BallLabel", before: "Dataset", after: "Dataset") -> "BallLabel":
+    """A circle in the pixels of another card, whose unwarped pictures have another size."""
+    from recon.labels.label_book import LARGEST
+
+    sizes = before.card.unwarped_size_px, after.card.unwarped_size_px
+    old, new = ((1, 1) if size is None else size for size in sizes)
+    x, y = (n / m for m, n in zip(old, new, strict=True))
+    radius_px = label.contact_radius_px * math.sqrt(x * y)
+    largest_px = LARGEST * after.ball_radius_mm(label) / math.sqrt(math.prod(after.card.mm_per_px))
+    return replace(
+        label,  # the middle of the first pixel is 0
+        center_x_px=round((label.center_x_px + 0.5) * x - 0.5, 2),
+        center_y_px=round((label.center_y_px + 0.5) * y - 0.5, 2),
+        contact_radius_px=round(min(radius_px, largest_px), 2),
+    )
+
+
+def _pixels(card: "DatasetCard") -> tuple[object, ...]:
+    """What of a card decides where the gel lies in the unwarped picture."""
+    return card.corners_px, card.unwarped_size_px
+
+
+def _stamp(path: Path) -> tuple[int, int, int] | None:
+    """By which a file that was written anew is told from what it was; ``None`` where none is."""
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_ino, found.st_mtime_ns, found.st_size
