@@ -12,9 +12,9 @@ from jaxtyping import Float32
 from recon.arrays import Difference, Frame, Unwarped
 from recon.contact.mask import disturbed_mask
 from recon.coverage import Coverage
-from recon.find_circle import find_circle
 from recon.geometry.unwarp import PixelMap, Unwarp
 from recon.labels.circles import Circle
+from recon.labels.find_circle import find_circle
 from sensor.toml import Pair
 
 BLANK_FRAMES = 8
