@@ -5,6 +5,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Float32
 
 from recon.pose.level import looked_up
 from recon.pose.pyramid import Pyramid, residuals
@@ -18,7 +19,7 @@ class Agreement:
     overlap: float = 0.0
     """Share of the smaller contact in common."""
     explained: float = 0.0
-    """Share of the energy of the slopes there."""
+    """Share of the energy of the normals there, as far as they lean."""
     alike: float = 0.0
     """Correlation of texture and edges there."""
 
@@ -36,8 +37,9 @@ def agreement(reference: Pyramid, current: Pyramid, T_current_reference: Transfo
         int(np.count_nonzero(item.values[..., 3])) for item in (reference.level(index), level)
     ]
     common = int(np.count_nonzero(seen)) * contacts[0] / len(template.points)
-    energy = float((template.slopes[seen] ** 2).sum())
-    left = float((residual[:2, seen] ** 2).sum())
+    slopes = template.slopes[seen]
+    expected, found = _across(slopes), _across(slopes + residual[:2, seen].T)
+    energy, left = float((expected**2).sum()), float(((found - expected) ** 2).sum())
     there = looked_up(reference.level(index).detail, template.points[seen])[:, :2]
     moved = applied(T_current_reference, template.points[seen]).astype(np.float32)
     here = looked_up(level.detail, moved)[:, :2] @ T_current_reference[:2, :2]
@@ -47,3 +49,9 @@ def agreement(reference: Pyramid, current: Pyramid, T_current_reference: Transfo
         explained=1 - left / max(energy, 1e-9),
         alike=float((there * here).sum()) / max(product, 1e-9),
     )
+
+
+def _across(slopes: Float32[np.ndarray, "n 2"]) -> Float32[np.ndarray, "n 2"]:
+    """Unit normals along x and y: slopes of a steep side would outweigh all others."""
+    across: Float32[np.ndarray, "n 2"] = slopes / np.sqrt(1 + (slopes**2).sum(1, keepdims=True))
+    return across

@@ -3,32 +3,38 @@
 """What an object looks like from a pose: earlier touches of it, or its mesh."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Protocol, runtime_checkable
 
-import cv2
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from recon.arrays import DepthMap
-from recon.pose.mesh import Mesh, render, under_side
+from recon.pose.mesh import Mesh, render
 from recon.pose.pyramid import Pyramid
 from recon.pose.registration import Registration, Touch, contact_points
-from recon.pose.rigid import Covariance, Points, Transform, angle_deg, inverse, rigid
-from sensor.toml import Pair
+from recon.pose.rigid import (
+    Covariance,
+    Points,
+    Transform,
+    angle_deg,
+    inverse,
+    rigid,
+    turned_covariance,
+)
+from recon.pose.sift import sifted
+from recon.pose.symmetry import own_rotations
 
 REACH_DEG, REACH_MM = 12.0, 1.2
 """A touch is compared with those that differ by less."""
 RENDER_DEG, RENDER_MM = 4.0, 0.4
 """A mesh is rendered anew where the object has moved by more."""
+CLOSE_DEG, CLOSE_MM = 0.3, 0.03
+"""The same where what a pose explains decides between poses."""
 MOST_LEARNT = 100
 """Touches of a run that are kept: each takes megabytes, and an object may turn for hours."""
 YAWS = 12
-DIRECTIONS = 100
-MOST_GUESSES = 24
-THUMBNAIL_PX = 8
-"""Pixels to one of the pictures by which a mesh's orientations are sifted."""
+MOST_GUESSES = 16
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,12 +67,30 @@ def keyframe(
     )
 
 
+def turned(item: Keyframe, turn: Transform) -> Keyframe:
+    """The same touch, of an object that looks the same after a turn of its own frame."""
+    return replace(
+        item,
+        T_sensor_object=item.T_sensor_object @ turn,
+        covariance=turned_covariance(item.covariance, turn),
+    )
+
+
 @runtime_checkable
 class ObjectModel(Protocol):
     """What is known of an object."""
 
-    def near(self, T_sensor_object: Transform, like: Touch) -> Keyframe | None:
-        """The keyframe to compare a touch with at a pose; ``None`` where nothing is known."""
+    @property
+    def alike(self) -> Sequence[Transform]:
+        """Turns of its frame after which it looks the same; the identity first."""
+
+    def near(
+        self, T_sensor_object: Transform, like: Touch, *, close: bool = False
+    ) -> Keyframe | None:
+        """The keyframe to compare a touch with at a pose; ``None`` where nothing is known.
+
+        Where it can be drawn at any pose, it is drawn close to this one if that is asked.
+        """
 
     def surest_first(self) -> Sequence[Keyframe]:
         """All keyframes, those first whose own pose is least in doubt."""
@@ -89,7 +113,14 @@ class TouchModel:
     def __post_init__(self) -> None:
         self._stay = max(len(self.keyframes), 1)
 
-    def near(self, T_sensor_object: Transform, like: Touch) -> Keyframe | None:
+    @property
+    def alike(self) -> Sequence[Transform]:
+        """Nothing is known of sides that did not touch."""
+        return (np.eye(4),)
+
+    def near(
+        self, T_sensor_object: Transform, like: Touch, *, close: bool = False
+    ) -> Keyframe | None:
         """The touch whose pose was nearest, if it is in reach."""
         if not self.keyframes:
             return None
@@ -124,11 +155,19 @@ class MeshModel:
     registration: Registration
     _last: Keyframe | None = field(default=None, init=False)
 
-    def near(self, T_sensor_object: Transform, like: Touch) -> Keyframe | None:
+    @cached_property
+    def alike(self) -> Sequence[Transform]:
+        """The mesh's own rotations."""
+        return own_rotations(self.mesh)
+
+    def near(
+        self, T_sensor_object: Transform, like: Touch, *, close: bool = False
+    ) -> Keyframe | None:
         """The mesh as it presses at a pose; ``None`` where it would not touch."""
         if self._last is not None:
             between = T_sensor_object @ inverse(self._last.T_sensor_object)
-            if angle_deg(between) < RENDER_DEG and moved_mm(self._last, between) < RENDER_MM:
+            most_deg, most_mm = (CLOSE_DEG, CLOSE_MM) if close else (RENDER_DEG, RENDER_MM)
+            if angle_deg(between) < most_deg and moved_mm(self._last, between) < most_mm:
                 return self._last
         self._last = self._rendered(T_sensor_object, like)
         return self._last
@@ -142,22 +181,7 @@ class MeshModel:
 
     def guesses(self, touch: Touch) -> Iterator[tuple[Keyframe, Transform]]:
         """The mesh pressed from directions all over, those first that look most alike."""
-        deepest_mm = float(np.percentile(touch.depth_mm[touch.contact], 99.5))
-        center = contact_points(touch).mean(0)
-        seen = _thumbnail(touch)
-        found: list[tuple[float, int, Transform]] = []
-        for rotation in _orientations(DIRECTIONS, YAWS):
-            points = self.mesh.vertices_mm @ rotation.T
-            z_mm = -deepest_mm - points[:, 2].min()
-            middle = under_side(points, self.mesh.triangles, z_mm)
-            pose = rigid(rotation, np.array([*(center[:2] - middle), z_mm]))
-            small = render(self.mesh, pose, seen.shape[1::-1], _coarse(touch.mm_per_px))
-            if small.contact.any():
-                pose[:2, 3] += center[:2] - contact_points(small).mean(0)[:2]
-                small = render(self.mesh, pose, seen.shape[1::-1], _coarse(touch.mm_per_px))
-                unlike = float(np.abs(small.depth_mm - seen).mean())
-                found.append((unlike, len(found), pose))
-        for _, _, pose in sorted(found)[:MOST_GUESSES]:
+        for pose in sifted(self.mesh, touch, self.alike, MOST_GUESSES):
             rendered = self._rendered(pose, touch)
             if rendered is not None:
                 yield rendered, pose
@@ -187,28 +211,3 @@ def touches(seen: Iterable[tuple[Touch, Transform]], registration: Registration)
     return TouchModel(
         keyframes=[keyframe(touch, pose, np.zeros((6, 6)), registration) for touch, pose in seen]
     )
-
-
-def _coarse(mm_per_px: Pair) -> Pair:
-    return mm_per_px[0] * THUMBNAIL_PX, mm_per_px[1] * THUMBNAIL_PX
-
-
-def _thumbnail(touch: Touch) -> DepthMap:
-    """Depth of the contact at every eighth pixel."""
-    height, width = touch.depth_mm.shape
-    depth = np.where(touch.contact, touch.depth_mm, 0).astype(np.float32)
-    size = max(width // THUMBNAIL_PX, 1), max(height // THUMBNAIL_PX, 1)
-    small: DepthMap = cv2.resize(depth, size, interpolation=cv2.INTER_AREA)
-    return small
-
-
-def _orientations(directions: int, yaws: int) -> Iterator[np.ndarray]:
-    """Rotations that bring points all over a sphere (Fibonacci's lattice) to the gel."""
-    golden = np.pi * (3 - np.sqrt(5))
-    for index in range(directions):
-        down = 1 - 2 * (index + 0.5) / directions
-        around = np.sqrt(1 - down**2)
-        way = np.array([around * np.cos(golden * index), around * np.sin(golden * index), down])
-        turned = Rotation.align_vectors([[0.0, 0.0, -1.0]], [way])[0]
-        for yaw in np.arange(yaws) * 2 * np.pi / yaws:
-            yield (Rotation.from_rotvec([0, 0, yaw]) * turned).as_matrix()

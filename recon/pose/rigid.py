@@ -62,6 +62,12 @@ def adjoint(transform: Transform) -> Covariance:
     return matrix
 
 
+def turned_covariance(covariance: Covariance, T_a_b: Transform) -> Covariance:
+    """Of twists of a in coordinates of b."""
+    back = adjoint(inverse(T_a_b))
+    return back @ covariance @ back.T
+
+
 def skew(vector: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3 3"]:
     """The matrix of ``vector x``."""
     x, y, z = vector
