@@ -30,9 +30,9 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks.pose_doubt import smooth_noise
 from benchmarks.touches import MM_PER_PX, SIZE_PX, SLOPE_NOISE, SyntheticTouch
-from recon.contact import boundary_of
+from recon.contact.mask import boundary_of
 from recon.depth import untouched_depth
-from recon.poisson import integrate
+from recon.integration.poisson import integrate
 from recon.pose.estimate import PoseEstimate
 from recon.pose.joint import Joint
 from recon.pose.mesh import Mesh, render, under_side
