@@ -34,7 +34,7 @@ FEWEST_PIXELS = 20
 """Left out and near a knot, from which the error there is told."""
 LEANING = 0.6
 """Of the lean that colours tell, what labels lean by: some is light that a dent turns away."""
-RENDERED = 1.3
+RENDERED = 2.0
 """Pixels of rendered things for one of the balls."""
 FEWEST_COLLARS = 3
 """Presses whose gel beside the contact was fitted, from which a sensor's is told."""

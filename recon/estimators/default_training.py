@@ -9,11 +9,21 @@ import numpy as np
 import torch
 from jaxtyping import Float32, Int
 
-from recon.estimators.descent import RECTIFIER, Batch, descend, one_thread, soap_rule, uniform
+from recon.estimators.descent import (
+    RECTIFIER,
+    Batch,
+    decaying,
+    descend,
+    one_thread,
+    soap_rule,
+    uniform,
+)
 from recon.estimators.networks import HIDDEN, Layer
 
 STEPS = 3000
-BATCH = 512
+BATCH = 1024
+DECAY = 0.1
+"""Of weights, against labels that are learnt by heart (docs/tried/estimators.md)."""
 
 
 def train(
@@ -37,7 +47,7 @@ def train(
     ]
     with one_thread():
         every = _batches(x, y, own, STEPS, random)
-        layers = descend(first, RECTIFIER, every, STEPS, progress, soap_rule)
+        layers = descend(first, RECTIFIER, every, STEPS, progress, decaying(soap_rule, DECAY))
     return tuple((weight.numpy().copy(), bias[:, 0].numpy().copy()) for weight, bias in layers)
 
 

@@ -76,7 +76,7 @@ def descend(
     batches: Iterable[Batch],
     steps: int,
     progress: Callable[[float], None],
-    rule_for: "Callable[[Learning], Rule]",
+    rule_for: "RuleFor",
 ) -> tuple[Layer, ...]:
     """Networks side by side after one step for each batch, by mean squared error.
 
@@ -111,6 +111,9 @@ class Learning:
     """Views of the weights."""
     slopes: tuple[Layer, ...]
     """Views of the gradient, of the layers' shapes."""
+
+
+RuleFor = Callable[[Learning], Rule]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -188,6 +191,26 @@ def soap_rule(learning: Learning) -> Rule:
             adam(*bias, step, rate, memory)
 
     return change_all
+
+
+def decaying(rule_for: RuleFor, share: float) -> RuleFor:
+    """A rule after whose changes the weights, not the biases, lose a share of themselves.
+
+    Of that share the rate tells how much: decay that the gradient does not know of (Loshchilov and
+    Hutter, 2019, algorithm 2).
+    """
+
+    def rule_and_decay(learning: Learning) -> Rule:
+        change = rule_for(learning)
+
+        def change_all(step: int, rate: float, memory: float) -> None:
+            change(step, rate, memory)
+            for weight, _ in learning.layers:
+                weight.mul_(1 - share * rate)
+
+        return change_all
+
+    return rule_and_decay
 
 
 def one_cycle(step: int, steps: int) -> tuple[float, float]:

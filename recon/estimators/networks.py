@@ -5,7 +5,7 @@
 import numpy as np
 from jaxtyping import Float32
 
-HIDDEN = (96, 48, 48)
+HIDDEN = (128, 64, 48)
 """Neurons of each layer. It is the first that pays for width (docs/tried/estimators.md)."""
 
 Layer = tuple[np.ndarray, np.ndarray]

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is written by hand to train small networks is what torch's own autograd and Adam do."""
 
+import math
 from itertools import pairwise
 
 import pytest
@@ -12,10 +13,12 @@ from recon.estimators.descent import (
     TANH,
     adam_rule,
     backpropagate,
+    decaying,
     descend,
     one_cycle,
     one_thread,
     room_for,
+    soap_rule,
     uniform,
 )
 
@@ -100,3 +103,19 @@ def test_weights_end_where_torchs_adam_brings_them(name):
     for end, truth, start in zip(*flat, strict=True):
         torch.testing.assert_close(end, truth.detach(), rtol=0, atol=1e-4)
         assert (end - start).abs().max() > 1e-2  # there was something to learn
+
+
+@pytest.mark.parametrize("rule", [adam_rule, soap_rule])
+def test_where_nothing_is_to_be_learnt_weights_decay_by_the_rates_and_biases_stay(rule):
+    random = torch.Generator().manual_seed(3)
+    first = some_layers(random)
+    for part in first[-1]:
+        part.zero_()  # what is answered is zero
+    batches = [(inputs, 0 * wanted) for inputs, wanted in some_batches(random, [8] * 20)]
+    with one_thread():
+        found = descend(first, RECTIFIER, batches, 20, lambda _: None, decaying(rule, 3.0))
+    left = math.prod(1 - 3.0 * one_cycle(step, 20)[0] for step in range(20))
+    assert left < 0.8
+    for (weight, bias), (weight_before, bias_before) in zip(found, first, strict=True):
+        torch.testing.assert_close(weight, weight_before * left)
+        torch.testing.assert_close(bias, bias_before, rtol=0, atol=0)
