@@ -184,10 +184,11 @@ class Captured:
         from sensor.dataset import frame_name, read_dataset, write_labels
         from sensor.files import alone_in
 
-        before, self.card = self.card, dataset.card
-        if places(self.card) == places(before):
+        before, card = self.card, dataset.card
+        if places(card) == places(before):
+            self.card = card
             return ""
-        self.watcher.look_through(unwarp, self.card.ball_radius_mm, self.card.mm_per_px)
+        self.watcher.look_through(unwarp, card.ball_radius_mm, card.mm_per_px)
         with alone_in(self.out):
             now = read_dataset(self.out, labelled=False)
             drawn = [label for label in now.labels if is_by_hand(label)]
@@ -195,7 +196,8 @@ class Captured:
                 write_labels(self.out / LABELS_FILE, drawn)
         self._book = LabelBook(replace(dataset, labels=tuple(drawn)))
         self._waiting = set(self.taken).difference(frame_name(label.file) for label in drawn)
-        if drawn and _pixels(self.card) != _pixels(before):
+        self.card = card  # last: what Ctrl-C cuts off is done anew at the end
+        if drawn and _pixels(card) != _pixels(before):
             raise WedgeError(
                 f"{self.out / CARD_FILE} was changed, but {self.out / LABELS_FILE} holds circles "
                 "that somebody drew or looked at, or balls of their own, in pixels of the corners "

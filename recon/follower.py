@@ -122,8 +122,7 @@ def doubted(
         still: the frame is that before to the last bit, as no camera's is: where nothing touches,
             nothing can be known of it.
         strange: nearly all of the frame differs from the blank gel
-        (``recon.contact.mask.is_strange``),
-            so that slopes mean little.
+            (``recon.contact.mask.is_strange``), so that slopes mean little.
     """
     if found.state == "lost" and still:
         return replace(found, reason="the stream stands still")

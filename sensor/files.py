@@ -183,12 +183,11 @@ def _put_in_place(temporary: Path, folder: Path, over: str | None, alike: str | 
             shutil.rmtree(before, ignore_errors=True)
             with suppress(FileNotFoundError):  # another process takes it away now
                 folder.replace(before)
-    except OSError:
+    except BaseException:  # also where somebody presses Ctrl-C between the two moves
         with suppress(OSError):
             before.replace(folder)
         raise
-    finally:
-        shutil.rmtree(before, ignore_errors=True)
+    shutil.rmtree(before, ignore_errors=True)
 
 
 def _moved(source: Path, target: Path) -> bool:

@@ -91,11 +91,14 @@ class LabelPage:
         """Draw what is in the folder by now.
 
         Raises:
-            WedgeError: it cannot be read, or circles lie in other pixels than the reader's.
+            WedgeError: it cannot be read, holds no press any more, or circles lie in other pixels
+                than the reader's.
         """
         self.reader, self.book = reader, LabelBook(reader.dataset)
         self.book.catch_up()
         files = pressed_frames(reader.dataset.folder, reader.dataset.card)
+        if not files:
+            raise WedgeError(f"{reader.dataset.folder} holds no picture of a press any more.")
         self.files = doubtful_first(files, self.book)
         self.file = self.files[0]
         self.view = VIEWS[0]

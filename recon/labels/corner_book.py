@@ -189,5 +189,10 @@ class CornerBook:
             )
         if dataset.labels:
             write_labels(self.folder / LABELS_FILE, [])
-        write_card(self.folder / CARD_FILE, card)
+        try:
+            write_card(self.folder / CARD_FILE, card)
+        except BaseException:
+            if dataset.labels:
+                write_labels(self.folder / LABELS_FILE, dataset.labels)
+            raise
         self._take_over(card)

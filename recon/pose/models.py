@@ -22,7 +22,7 @@ from recon.pose.rigid import (
     rigid,
     turned_covariance,
 )
-from recon.pose.sift import sifted
+from recon.pose.search import sifted
 from recon.pose.symmetry import own_rotations
 
 REACH_DEG, REACH_MM = 12.0, 1.2

@@ -140,8 +140,8 @@ def sums_in_waves(
     that was smoothed by l and is again of variance 1 at each pixel 4 pi l^2 exp(-l^2 k^2) of the
     wave k. What is returned is A, and A S A' the sums' covariance. The surface that fits wrong
     slopes best is off by depths of the covariance (-L)^-1 S: L, the Laplacian of
-    ``recon.integration.poisson``, is diagonal in sines. Means over a cell of n pixels vary by 1 /
-    n.
+    ``recon.integration.poisson``, is diagonal in sines. Means over a cell of n pixels vary by
+    1 / n.
 
     Args:
         points: (n, 3), in mm; the frame's middle is at zero.

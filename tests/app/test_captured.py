@@ -74,10 +74,10 @@ def edit_corner(out: Path) -> None:
     write_card(out / "dataset.toml", replace(card, corners_px=((x + 4.0, y + 4.0), b, c, d)))
 
 
-def as_found(dataset: Dataset) -> list[BallLabel | None]:
-    """What a search by the dataset's own card finds."""
+def as_found(dataset: Dataset, count: int = len(PRESSES)) -> list[BallLabel | None]:
+    """What a search by the dataset's own card finds in the first presses."""
     reader = press_reader(dataset)
-    return [automatic_label(reader, file) for file in PRESSES]
+    return [automatic_label(reader, file) for file in PRESSES[:count]]
 
 
 @pytest.mark.parametrize("how", [move_corner, edit_corner])
@@ -100,6 +100,24 @@ def test_presses_go_on_by_corners_moved_meanwhile(
     assert [captured.card.corners_px] == moved
     assert list(captured.labels) == as_found(captured)
     assert captured.card.lights_deg is not None
+
+
+def test_ctrl_c_while_moved_corners_are_followed_ends_the_capture_with_all_circles(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    words, out, usual = without_caliper(tmp_path), tmp_path / "out", PressWatcher.look_through
+    between_presses(monkeypatch, lambda: edit_corner(out))
+
+    def interrupted(watcher: PressWatcher, *how: Any) -> None:
+        monkeypatch.setattr(PressWatcher, "look_through", usual)
+        usual(watcher, *how)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(PressWatcher, "look_through", interrupted)
+    status(words)
+    captured = read_dataset(out)
+    assert len(captured.labels) == 2  # the press after the move was taken before
+    assert list(captured.labels) == as_found(captured, 2)
 
 
 def test_corners_moved_while_circles_are_found_at_the_caliper_s_scale(

@@ -151,6 +151,7 @@ def test_a_unit_that_sees_one_slope_says_so_and_shows_its_doubt(tmp_path, lights
 def test_table_writes_what_it_prints(workplace, tmp_path, capsys):
     files = [tmp_path / name for name in ("t.json", "t.md", "t.html")]
     words = [word for file in files for word in (f"--{FORMATS[file.suffix]}", file)]
+    words += ["--folds", 2]  # of all presses, enough for intervals
     assert run("table", workplace / "set", "--estimator", "table", *words) == 0
     printed = capsys.readouterr().out
     for row in json.loads(files[0].read_text())["rows"]:

@@ -36,7 +36,7 @@ def random_mlp(seed: int = 0, channels: str = "RGB") -> Mlp:
 
 
 def random_default(seed: int = 13, channels: str = "RGB") -> Default:
-    """Networks that differ, on light that no polynomial leaves dark; by seed 13 steep everywhere."""
+    """Networks that differ, on light that no polynomial leaves dark; by seed 13 all steep."""
     rng, count = np.random.default_rng(seed), len(channels)
     features = (2 + ASPECTS) * count + 2
     layers = tuple(

@@ -14,7 +14,7 @@ from recon.pose.joint import Joint
 from recon.pose.mesh import Mesh
 from recon.pose.models import MeshModel
 from recon.pose.rigid import angle_deg, applied, inverse, rigid, shift_mm
-from recon.pose.sift import sifted
+from recon.pose.search import sifted
 from recon.pose.symmetry import nearest_turn, own_rotations
 from recon.pose.tracker import Tracker
 
