@@ -50,7 +50,9 @@ Presses = Sequence[BallPress]
 Row = dict[str, Any]
 
 
-def shapes(taught: str, judged: str, names: Sequence[str], count: int | None = None) -> list[Row]:
+def shapes(
+    taught: str, judged: str, names: Sequence[str], count: int | None = None, seed: int = SEED
+) -> list[Row]:
     """Depth errors of a set's shapes, by estimators that were taught presses, or some of them."""
     folder, shown = dataset_folder(taught), dataset_folder(judged)
     dataset, every = read_dataset(folder), read_presses(read_dataset(folder))
@@ -60,7 +62,7 @@ def shapes(taught: str, judged: str, names: Sequence[str], count: int | None = N
         some: list[Row] = []
         for name in names:
             unit = calibrate(
-                dataset, presses, estimator=name, serial="s", created="-", metrics={}, seed=SEED
+                dataset, presses, estimator=name, serial="s", created="-", metrics={}, seed=seed
             )
             some += [
                 {"estimator": name, "shape": shape.name, "presses": len(presses.presses)}
@@ -260,16 +262,20 @@ def main() -> None:
     parser.add_argument("dataset", nargs="+", help="one set, or the set taught and the one judged")
     parser.add_argument("--estimator", default=f"default,{REFERENCE}")
     parser.add_argument("--presses", type=int, help="taught, of fewer (10) or shapes (all)")
+    parser.add_argument("--seed", type=int, default=SEED, help="of calibrations, of shapes (0)")
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
     names = options.estimator.split(",")
+    if options.seed != SEED and options.what != "shapes":
+        parser.error("--seed is of shapes alone")
     if len(options.dataset) not in {"other": (2,), "shapes": (1, 2)}.get(options.what, (1,)):
         parser.error("other takes two datasets, shapes one or two, the rest take one")
+    first, last = options.dataset[0], options.dataset[-1]
     measures: dict[str, Callable[[], list[Row]]] = {
-        "shapes": lambda: shapes(options.dataset[0], options.dataset[-1], names, options.presses),
-        "other": lambda: other(options.dataset[0], options.dataset[1], names),
-        "fewer": lambda: fewer(options.dataset[0], names, options.presses or 10),
-        "intervals": lambda: intervals(options.dataset[0]),
+        "shapes": lambda: shapes(first, last, names, options.presses, options.seed),
+        "other": lambda: other(first, last, names),
+        "fewer": lambda: fewer(first, names, options.presses or 10),
+        "intervals": lambda: intervals(first),
     }
     try:
         rows = measures[options.what]()

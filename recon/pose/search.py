@@ -110,7 +110,7 @@ def _view(touch: Touch) -> _View:
     contact = touch.contact
     places = contact_points(touch)[:, :2]
     middle = places.mean(0)
-    reach = max(float(np.percentile(np.linalg.norm(places - middle, axis=1), 98)), 1e-3)
+    reach_mm = max(float(np.percentile(np.linalg.norm(places - middle, axis=1), 98)), 1e-3)
     steps = [
         (*(-step for step in BEYOND if low), *BESIDE, *(step for step in BEYOND if high))
         for low, high in (
@@ -119,14 +119,14 @@ def _view(touch: Touch) -> _View:
         )
     ]
     cut = max(map(len, steps)) > len(BESIDE)
-    area = len(places) * touch.mm_per_px[0] * touch.mm_per_px[1]
+    beside = [(x, y) for x in steps[0] for y in steps[1]] if cut else [(0.0, 0.0)]
+    area_mm2 = len(places) * touch.mm_per_px[0] * touch.mm_per_px[1]
     return _View(
         touch=touch,
         deepest_mm=max(float(np.percentile(touch.depth_mm[contact], 99.5)), 1e-3),
-        middles_mm=middle
-        + reach * np.array([(x, y) for x in steps[0] for y in steps[1]] if cut else [(0.0, 0.0)]),
-        sizes_mm2=[area * size for size in (CUT_SIZES if cut else (1.0,))],
-        pitch_mm=2 * (CUT_WIDTH if cut else WIDTH) * reach / CELLS,
+        middles_mm=middle + reach_mm * np.array(beside),
+        sizes_mm2=[area_mm2 * size for size in (CUT_SIZES if cut else (1.0,))],
+        pitch_mm=2 * (CUT_WIDTH if cut else WIDTH) * reach_mm / CELLS,
     )
 
 

@@ -93,6 +93,24 @@ def test_depth_of_presses_held_out_is_off_by_about_what_is_expected(folder, monk
     assert 0.1 < row["deviations, median press"] < 2
 
 
+def test_another_seed_teaches_other_networks(folder, monkeypatch, capsys):
+    pytest.importorskip("torch")
+    from recon.estimators import default_training
+
+    monkeypatch.setattr(default_training, "STEPS", 100)
+    monkeypatch.setattr(default_training, "BATCH", 64)
+    printed = []
+    for seed in ("1", "2", "1"):
+        words = ["beyond", "shapes", str(folder), "--estimator", "default", "--seed", seed]
+        monkeypatch.setattr(sys, "argv", words)
+        beyond.main()
+        printed.append(capsys.readouterr().out)
+    assert printed[0] == printed[2] != printed[1]
+    monkeypatch.setattr(sys, "argv", ["beyond", "fewer", str(folder), "--seed", "1"])
+    with pytest.raises(SystemExit, match="2"):
+        beyond.main()
+
+
 def test_the_command_prints_and_keeps_the_rows(folder, tmp_path, monkeypatch, capsys):
     kept = tmp_path / "rows.json"
     arguments = ["beyond", "shapes", str(folder), "--estimator", "table", "--json", str(kept)]
