@@ -54,7 +54,7 @@ class Captured:
         assert watcher.background is not None
         write_image(out / "background.png", watcher.background)
         write_card(out / CARD_FILE, card)
-        self._stamp = _stamp(out / CARD_FILE)
+        self._stamp, self._trouble = _stamp(out / CARD_FILE), ""
         self._book = LabelBook(read_dataset(out, labelled=False))
 
     @property
@@ -92,7 +92,7 @@ class Captured:
         return ""
 
     def follow(self) -> str:
-        """Judge by what the card says now; a sentence where somebody has changed it.
+        """Judge by what the card says now; a sentence, once, where somebody has changed it.
 
         Raises:
             WedgeError: circles that somebody drew lie in pixels of the card before; all is kept.
@@ -100,18 +100,20 @@ class Captured:
         stamp = _stamp(self.out / CARD_FILE)
         if stamp == self._stamp:
             return ""
-        self._stamp = stamp
+        before = self._trouble
         try:
             dataset, unwarp = self._read()
-        except WedgeError as error:
-            return f"presses are judged as before until this is mended: {error}"
+        except WedgeError as error:  # tried again with the next frame: another file may be at fault
+            self._trouble = f"presses are judged as before until this is mended: {error}"
+            return "" if self._trouble == before else self._trouble
+        self._stamp, self._trouble = stamp, ""
         try:
             return self._follow(dataset, unwarp)
         except WedgeError as error:
             raise self._ended(error) from error
 
-    def settle(self) -> list[str]:
-        """Find the circles that wait, by the card as it is now; the presses that show none.
+    def settle(self) -> None:
+        """Find the circles that wait, by the card as it is now.
 
         Raises:
             WedgeError: the folder cannot be read or written, or as for ``follow``; all is kept.
@@ -125,11 +127,9 @@ class Captured:
                 self._book.catch_up()
                 waiting = sorted(self._waiting)
                 files = [x for x in waiting if self._book.standing(x) == (None, False)]
-                if not files:
-                    return []
-                found = _found(dataset, files, "circles")
-                self._book.put_found(found)
-                return sorted(set(files).difference(label.file for label in found))
+                if files:
+                    self._book.put_found(_found(dataset, files, "circles"))
+                return
             except CardMovedError:
                 continue  # somebody has moved the corners once more
             except WedgeError as error:
@@ -165,6 +165,21 @@ class Captured:
             if is_written:
                 return scale
             self.settle()
+
+    def without_circle(self) -> list[str]:
+        """The presses that have no circle now, but those of which somebody said it so.
+
+        Raises:
+            WedgeError: the folder cannot be read; all is kept.
+        """
+        from recon.labels.label_book import LabelBook
+        from sensor.dataset import read_dataset
+
+        try:
+            book = LabelBook(read_dataset(self.out, labelled=False))
+        except WedgeError as error:
+            raise self._ended(error) from error
+        return [file for file in self.taken if book.standing(file) == (None, False)]
 
     def _ended(self, error: WedgeError) -> WedgeError:
         return error if self.kept in str(error) else WedgeError(f"{error} {self.kept}")

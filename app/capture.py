@@ -196,13 +196,17 @@ def _watcher(
 def _finish(captured: "Captured", is_new: bool, calipers: list[tuple[str, float]]) -> None:
     """Find circles that wait, and of a sensor seen for the first time the lights and the scale."""
     try:
-        unknown = captured.settle()
+        captured.settle()
         scale = captured.measure(calipers) if is_new else None
+        unknown = captured.without_circle()
     except KeyboardInterrupt:
         print(captured.kept, file=sys.stderr)
         raise
     if unknown:
-        print(f"No ball was found in {', '.join(unknown)} by the corners as they are now.")
+        print(
+            f"No ball was found in {', '.join(unknown)} by the corners, scale and ball as they are "
+            "now."
+        )
     card = captured.card
     if scale is not None:
         x, y = (s / mm for s, mm in zip(scale.sigma_mm_per_px, scale.mm_per_px, strict=True))

@@ -139,6 +139,25 @@ def test_corners_moved_while_circles_are_found_at_the_caliper_s_scale(
     assert list(captured.labels) == as_found(captured)
 
 
+def test_a_press_without_a_ball_by_corners_moved_at_the_end_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words, out, usual = without_caliper(tmp_path), tmp_path / "out", importers_folder.lit
+    moves = [lambda: move_corner(out)]
+
+    def meanwhile(dataset: Dataset) -> Any:
+        if moves:
+            moves.pop()()
+            (out / PRESSES[2]).write_bytes((out / "background.png").read_bytes())
+        return usual(dataset)
+
+    monkeypatch.setattr(importers_folder, "lit", meanwhile)
+    assert status(words) == 0
+    assert f"No ball was found in {PRESSES[2]} by" in capsys.readouterr().out
+    captured = read_dataset(out)
+    assert list(captured.labels) == as_found(captured, 2)
+
+
 def test_circles_drawn_in_pixels_of_other_corners_end_it_and_all_is_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -183,6 +202,35 @@ def test_a_card_that_cannot_be_read_meanwhile_costs_no_press(
     captured = read_dataset(out)
     found = as_found(captured)
     assert list(captured.labels) == (found if is_mended else found[:1])
+
+
+def test_corners_that_another_file_kept_from_being_read_are_followed_once_it_is_mended(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words, out = without_caliper(tmp_path), tmp_path / "out"
+    frames = tmp_path / "frames"
+    for blank in ("04b.png", "04c.png", "04d.png"):  # before the last press
+        (frames / blank).write_bytes((frames / "00.png").read_bytes())
+    path, whole = out / "labels.csv", b""
+
+    def move_and_spoil() -> None:
+        nonlocal whole
+        edit_corner(out)
+        whole = path.read_bytes()
+        path.write_bytes(b"no table\n")
+
+    def mend() -> None:
+        path.write_bytes(whole)
+
+    between_presses(monkeypatch, move_and_spoil, lambda: None, lambda: None, mend)
+    assert status(words) == 0
+    lines = capsys.readouterr().err.splitlines()
+    (unread,) = [i for i, line in enumerate(lines) if "judged as before until this" in line]
+    (followed,) = [i for i, line in enumerate(lines) if "judged by it from here on" in line]
+    (last,) = [i for i, line in enumerate(lines) if line.startswith("  3/3")]
+    assert unread < followed < last
+    captured = read_dataset(out)
+    assert list(captured.labels) == as_found(captured)
 
 
 @pytest.mark.parametrize("sensor", ["new", "measured by a caliper"])
