@@ -62,7 +62,7 @@ def read_image(path: Path) -> Frame:
 
     Raises:
         WedgeError: the file is missing, truncated, damaged, without three colours, or of other
-            than 8 bits each; or a TIFF of several pictures.
+            than 8 bits each; or it holds several pictures, as an animated PNG may, or an MPO.
     """
     if not path.is_file():
         raise WedgeError(f"{path} is missing.")
@@ -72,7 +72,8 @@ def read_image(path: Path) -> Frame:
             warnings.simplefilter("ignore", UserWarning)  # of EXIF, which nobody asked for
             with Image.open(content, formats=FORMATS) as image:
                 if isinstance(image, TiffImageFile):
-                    _refuse_other_tiff(path, image)
+                    _refuse_other_bits(path, image)
+                _refuse_several(path, image)
                 image.verify()  # a PNG's checksums, which decoding skips
             with Image.open(content, formats=FORMATS) as image:
                 if image.mode not in ("RGB", "RGBA", "P"):
@@ -89,11 +90,15 @@ def read_image(path: Path) -> Frame:
         raise WedgeError(f"{path} cannot be decoded, it may be truncated: {error}.") from error
 
 
-def _refuse_other_tiff(path: Path, image: TiffImageFile) -> None:
+def _refuse_other_bits(path: Path, image: TiffImageFile) -> None:
     """Refuse what would come as less than it is, without a word."""
     bits = max(image.tag_v2.get(BITSPERSAMPLE, (1,)))
     if bits != 8:
         raise _other_bits(path, bits)
+
+
+def _refuse_several(path: Path, image: Image.Image) -> None:
+    """Refuse what would come as its first picture, without a word."""
     try:
         image.seek(1)
     except EOFError:

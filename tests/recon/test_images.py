@@ -124,6 +124,17 @@ def test_a_damaged_jpeg_gives_a_frame_or_a_sentence(tmp_path, data):
         assert "frame.jpg" in str(error)
 
 
+@pytest.mark.parametrize(("ending", "kind"), [("tif", "TIFF"), ("png", "PNG"), ("jpg", "MPO")])
+def test_a_file_of_several_pictures_is_refused_and_one_of_one_is_not(tmp_path, ending, kind):
+    path = tmp_path / f"frame.{ending}"
+    more = [Image.fromarray(PICTURE[::-1])]
+    path.write_bytes(encoded(kind, save_all=True))
+    assert read_image(path).shape == PICTURE.shape
+    path.write_bytes(encoded(kind, save_all=True, append_images=more))
+    with pytest.raises(WedgeError, match=rf"frame\.{ending} holds several pictures: write each"):
+        read_image(path)
+
+
 @pytest.mark.parametrize(
     ("picture", "mode"),
     [
