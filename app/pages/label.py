@@ -8,17 +8,18 @@ from dataclasses import replace
 import numpy as np
 from nicegui import ui
 from nicegui.events import GenericEventArguments, MouseEventArguments
-from PIL import Image
 
 from app.pages.editing import (
     ARROWS,
     DRAWN,
     FINE_STEP_PX,
     HALO,
-    MOUSE_EVENTS,
+    NOTHING_TO_UNDO,
     STEP_PX,
     UNDO,
     button,
+    canvas,
+    fitting,
     keys_explained,
     listen,
     run_page,
@@ -26,10 +27,12 @@ from app.pages.editing import (
     when_turned_to,
 )
 from app.pages.frame_list import FrameList
+from app.pages.pictures import FINE_QUALITY, as_url
 from recon.images import read_frame
 from recon.labels.label_book import (
     CERTAIN,
     DOUBTFUL,
+    Change,
     LabelBook,
     doubtful_first,
     largest_radius_px,
@@ -78,23 +81,25 @@ def serve(reader: PressReader, port: int) -> None:
     Raises:
         WedgeError: the port is in use.
     """
-    run_page(lambda: LabelPage(reader), f"Labels of {reader.dataset.card.name}", port)
+    history: list[Change] = []
+    run_page(lambda: LabelPage(reader, history), f"Labels of {reader.dataset.card.name}", port)
 
 
 class LabelPage:
     """One browser tab: the list of frames, the picture with its circle, the numbers.
 
-    It has a book of its own, as if it were another program: undo takes back what was done here.
+    It has a book of its own, as if it were another program, but undo takes back what was done in
+    any tab, one that was closed or loaded anew too.
     """
 
-    def __init__(self, reader: PressReader) -> None:
+    def __init__(self, reader: PressReader, history: list[Change]) -> None:
         """Draw what is in the folder by now.
 
         Raises:
             WedgeError: it cannot be read, holds no press any more, or circles lie in other pixels
                 than the reader's.
         """
-        self.reader, self.book = reader, LabelBook(reader.dataset)
+        self.reader, self.book = reader, LabelBook(reader.dataset, history)
         self.book.catch_up()
         files = pressed_frames(reader.dataset.folder, reader.dataset.card)
         if not files:
@@ -129,9 +134,9 @@ class LabelPage:
         with ui.column().classes("grow min-w-0"):
             self.heading = ui.label().classes("text-lg").props("id=heading")
             with ui.element("div").classes("w-full overflow-auto max-h-[80vh]").props("id=view"):
-                self.picture = ui.interactive_image(
-                    on_mouse=self.on_mouse, events=MOUSE_EVENTS, sanitize=False
-                ).props('id=picture draggable=false role=img aria-label="The frame, unwarped"')
+                self.picture, self.circle = canvas(
+                    "picture", "The frame, unwarped", self.reader.unwarp.size_px, self.on_mouse
+                )
                 self.picture.on("wheel", self.on_wheel, js_handler=WHEEL)
             with ui.row():
                 button("Right, next", "check", self.accept, first=True)
@@ -166,10 +171,8 @@ class LabelPage:
             return
         if self.view == "difference":
             frame = np.clip(0.5 + CONTRAST * (frame - self.reader.blank), 0, 1)
-        pixels = (frame * 255).round().astype(np.uint8)
-        self.picture.set_source(Image.fromarray(pixels))
-        width = f"{max(640, frame.shape[1]) * self.zoom}px"
-        width = f"min(100%, {width})" if self.zoom == 1 else width
+        self.picture.set_source(as_url((frame * 255).round().astype(np.uint8), FINE_QUALITY))
+        width = f"calc({self.zoom} * {fitting(self.reader.unwarp.size_px)})"
         self.picture.style(f"width: {width}; max-width: none; image-rendering: pixelated")
         self.picture.set_visibility(True)
         self.seen = True
@@ -211,7 +214,7 @@ class LabelPage:
         if label is None:
             known = "no ball, as you said" if self.book.has_no_ball(self.file) else "no circle"
             self.heading.set_text(f"{self.file}: {known}; click where the ball touches")
-            self.picture.set_content("")
+            self.circle.set_content("")
             return
         x, y, radius = label.center_x_px, label.center_y_px, label.contact_radius_px
         scale = float(np.sqrt(np.prod(self.reader.dataset.card.mm_per_px)))
@@ -223,7 +226,7 @@ class LabelPage:
         )
         ring = f'cx="{x + 0.5}" cy="{y + 0.5}" r="{radius}" fill="none"'
         cross = f"M {x - 1.5} {y + 0.5} h 4 M {x + 0.5} {y - 1.5} v 4"
-        self.picture.set_content(
+        self.circle.set_content(
             "".join(
                 f'<circle {ring} stroke="{color}" stroke-width="{width}"/>'
                 f'<path d="{cross}" stroke="{color}" stroke-width="{width}"/>'
@@ -286,13 +289,15 @@ class LabelPage:
         self.edit(lambda: self.book.remove(self.file))
 
     def undo(self) -> None:
-        """Show the frame of the last change made here, and take that back."""
+        """Show the frame of the last change made in any tab, and take that back."""
         file = self.book.last_edited
         if file is None:
-            ui.notify("There is nothing left to undo that was done in this tab.")
+            ui.notify(NOTHING_TO_UNDO)
             return
-        self.show(file)
-        self.attempt(self.book.undo)
+        if file in self.files:
+            self.show(file)
+        if self.attempt(self.book.undo) and file not in self.files:
+            ui.notify(f"The change to {file}, which is not in this list, was taken back.")
         self.bring_into_view()
 
     def turn(self, by: int) -> None:

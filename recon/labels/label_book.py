@@ -143,18 +143,23 @@ class LabelBook:
     Several may be open on one folder, in several processes and in every tab of a page: a change is
     of its frame alone, and what others wrote meanwhile is taken over before it. A frame that others
     changed is changed no further by who has not seen that, and ``undo`` takes back only what was
-    done in the same book and still stands.
+    done in books of the same history and still stands.
     """
 
-    def __init__(self, dataset: Dataset) -> None:
+    def __init__(self, dataset: Dataset, history: list[Change] | None = None) -> None:
         """Take over the labels of a dataset.
+
+        Args:
+            dataset: the folder.
+            history: the edits that ``undo`` takes back, the latest last, where several books share
+                them; by default the book's own.
 
         Raises:
             WedgeError: ``no_ball.txt`` cannot be read.
         """
         self.folder, self._card = dataset.folder, dataset.card
         self._labels, self._no_ball = _known(dataset)
-        self._history: list[Change] = []
+        self._history: list[Change] = [] if history is None else history
         self._changed_by_others: set[str] = set()
         self._news: set[str] = set()
 
@@ -279,7 +284,7 @@ class LabelBook:
                     "now."
                 )
             self._replace(file, after)
-        self._history.append(Change(file, before, after))
+        self._history.append(Change(frame_name(file), before, after))
 
     def _replace(self, file: str, after: Standing) -> None:
         name, (label, has_no_ball) = frame_name(file), after

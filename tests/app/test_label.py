@@ -179,7 +179,11 @@ def test_a_frame_written_in_two_ways_has_one_label(tmp_path: Path, in_this_proce
     written = [replace(first, file="./frames.npz#00"), replace(second, file="frames.npz#001")]
     write_labels(dataset.folder / "labels.csv", written)
     assert label_quietly(dataset) == 0
-    assert len(read_dataset(dataset.folder).labels) == 2
+    found = read_dataset(dataset.folder)
+    assert len(found.labels) == 2
+    book = LabelBook(found)
+    book.put(replace(found.labels[0], center_x_px=33.0))
+    assert book.last_edited == book.undo() == pressed_frames(found.folder, found.card)[0]
 
 
 def test_every_change_is_on_disk_at_once_and_can_be_undone(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page, expect
 
-from recon.labels.label_book import CERTAIN
+from recon.labels.label_book import CERTAIN, LabelBook
 from sensor.dataset import BallLabel, Dataset, read_dataset, write_labels
 from tests.app.served import needs_chromium, opened, served
 from tests.synthetic import make_dataset
@@ -20,6 +20,12 @@ WITHIN = """([inner, outer]) => {
     const b = document.querySelector(outer).getBoundingClientRect();
     return a.left >= b.left - 1 && a.right <= b.right + 1
         && a.top >= b.top - 1 && a.bottom <= b.bottom + 1;
+}"""
+FITTING = """() => {
+    const view = document.querySelector("#view"), shown = document.querySelector("#picture");
+    const is_wide = shown.clientWidth >= view.clientWidth - 1;
+    const fills = is_wide || shown.clientHeight > 0.7 * innerHeight;
+    return fills && view.scrollHeight <= view.clientHeight && view.scrollWidth <= view.clientWidth;
 }"""
 
 
@@ -74,6 +80,22 @@ def test_what_is_the_browsers_own_edits_nothing(tmp_path: Path) -> None:
         assert after.center_x_px == pytest.approx(before.center_x_px + 1, abs=0.01)
         assert after.center_y_px == pytest.approx(before.center_y_px, abs=0.01)
         assert after.contact_radius_px == before.contact_radius_px
+
+
+def test_turning_quickly_leaves_no_picture_out(tmp_path: Path) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=3)
+    with served("label", dataset.folder) as address, opened(address) as page:
+        page.wait_for_function("document.querySelector('#picture img').naturalWidth > 0")
+        page.locator("#picture img").first.evaluate(
+            "img => { img.missing = 0; img.addEventListener('error', () => img.missing += 1); }"
+        )
+        first = shown_file(page)
+        for _ in range(30):
+            page.keyboard.press("n")
+        page.keyboard.press("Delete")  # told after all these
+        expect(page.locator("#heading")).to_contain_text(f"{first}: no ball")
+        page.wait_for_function("document.querySelector('#picture img').complete")
+        assert page.locator("#picture img").first.evaluate("img => img.missing") == 0
 
 
 def test_a_frame_that_cannot_be_read_is_not_edited(tmp_path: Path) -> None:
@@ -175,13 +197,15 @@ def test_a_long_list_keeps_its_rows_and_follows_the_frame(tmp_path: Path) -> Non
         expect(page.locator("#frames [aria-selected=true]")).to_have_count(1)
 
 
-@pytest.mark.parametrize("width_px", [375, 700, 1280])
+@pytest.mark.parametrize("width_px", [375, 700, 1280, 1920])
 def test_narrow_windows_and_zoom_leave_all_parts_in_view(width_px: int, tmp_path: Path) -> None:
     dataset = make_dataset(tmp_path / "set", presses=3)
     with served("label", dataset.folder) as address, opened(address, width_px) as page:
         page.wait_for_function("document.querySelector('#picture img').naturalWidth > 0")
         for key in ("", "z", "z"):
-            if key:
+            if not key:
+                page.wait_for_function(FITTING)
+            else:
                 shown_px = page.locator("#picture").evaluate("x => x.clientWidth")
                 page.keyboard.press(key)
                 page.wait_for_function(
@@ -208,8 +232,19 @@ def test_a_page_loaded_anew_lists_frames_that_came_since_and_counts_those_seen(
         for key, seen in (("=", 1), ("Enter", 1), ("Backspace", 2), ("Control+z", 1)):
             page.keyboard.press(key)
             expect(looked_at).to_have_text(f"{seen} of 2 frames looked at")
+        assert page.context.browser is not None
+        before = page.context.browser.new_page()
+        before.goto(address)
+        before.locator("#frames").wait_for()
         (tmp_path / third.file).rename(came)
         page.reload()
         expect(page.locator("#frames")).to_contain_text(third.file)
         expect(looked_at).to_have_text("1 of 3 frames looked at")
+        page.locator("#frames [role=option]", has_text=third.file).click()
+        expect(page.locator("#heading")).to_contain_text(third.file)
+        page.keyboard.press("Delete")
+        expect(looked_at).to_have_text("2 of 3 frames looked at")
+        before.keyboard.press("Control+z")
+        before.get_by_text(f"The change to {third.file}, which is not in this list").wait_for()
     assert labels(dataset)[first.file].contact_radius_px > first.contact_radius_px
+    assert not LabelBook(read_dataset(dataset.folder)).has_no_ball(third.file)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The pages of `wedge label` in two tabs: each takes back what was done there and nothing else."""
+"""`wedge label` in two tabs or programs: undo takes back what was done here and still stands."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page, expect
 
-from recon.labels.corner_book import CornerBook
-from recon.labels.label_book import CERTAIN, LabelBook
+from recon.labels.corner_book import CornerBook, Move
+from recon.labels.label_book import CERTAIN, Change, LabelBook
 from recon.presses import read_background
 from sensor.dataset import BallLabel, Dataset, read_dataset, write_card, write_labels
 from sensor.errors import WedgeError
@@ -50,6 +50,31 @@ def test_undo_leaves_what_somebody_else_made_of_ones_own_change(tmp_path: Path) 
     assert labels(dataset) == (first, moved(second, 5), moved(third, 5))
     assert [theirs.undo(), theirs.undo(), theirs.undo()] == [third.file, second.file, None]
     assert labels(dataset) == (first, moved(second, 1), third)
+
+
+def test_books_of_one_history_take_back_each_others_changes(tmp_path: Path) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=2)
+    first, second = dataset.labels
+    history: list[Change] = []
+    one, two = LabelBook(dataset, history), LabelBook(dataset, history)
+    one.put(moved(first, 1))
+    two.put(moved(second, 1))
+    assert one.undo() == second.file
+    assert LabelBook(read_dataset(dataset.folder), history).undo() == first.file
+    assert labels(dataset) == dataset.labels and two.undo() is None
+
+
+def test_corner_books_of_one_history_take_back_each_others_moves(tmp_path: Path) -> None:
+    dataset = raw_set(tmp_path / "set")
+    blank = read_background(dataset)
+    history: list[Move] = []
+    one, two = (CornerBook(dataset, blank, None, history) for _ in range(2))
+    one.turn()
+    two.catch_up()
+    two.mirror()
+    assert one.undo() and corners(dataset) == (*KEYSTONE_PX[1:], KEYSTONE_PX[0])
+    assert CornerBook(dataset, blank, None, history).undo() and not two.undo()
+    assert read_dataset(dataset.folder) == dataset
 
 
 def test_a_name_or_light_written_meanwhile_moves_no_circle(tmp_path: Path) -> None:
@@ -139,44 +164,45 @@ def two_tabs(*words: object) -> Iterator[tuple[Page, Page]]:
 
 
 @needs_chromium
-def test_undo_in_one_tab_leaves_the_others_change(tmp_path: Path) -> None:
+def test_undo_takes_back_what_was_done_in_tabs_that_are_gone(tmp_path: Path) -> None:
     dataset = round_set(tmp_path / "set")
     first, second = dataset.labels
     with two_tabs("label", dataset.folder) as (one, two):
         one.keyboard.press("ArrowRight")
         expect(one.locator("#heading")).to_contain_text("quality 1.00")
-        two.keyboard.press("Control+z")
-        two.get_by_text("nothing left to undo").wait_for()
         two.keyboard.press("n")
         expect(two.locator("#frames")).to_contain_text("seen")
         two.keyboard.press("ArrowRight")
         expect(two.locator("#heading")).to_contain_text("quality 1.00")
-        one.keyboard.press("Control+z")
-        expect(one.locator("#heading")).to_contain_text(f"{first.file}: centre")
-        expect(one.locator("#heading")).to_contain_text("not scored")
-        assert labels(dataset) == (first, moved(second, 1))
+        assert labels(dataset) == (moved(first, 1), moved(second, 1))
+        one.close()
+        two.reload()
+        for label in (second, first):
+            two.keyboard.press("Control+z")
+            expect(two.locator("#heading")).to_contain_text(f"{label.file}: centre")
+            expect(two.locator("#heading")).to_contain_text("not scored")
+        assert labels(dataset) == (first, second)
+        two.keyboard.press("Control+z")
+        two.get_by_text("nothing left to undo").wait_for()
 
 
 @needs_chromium
 def test_a_change_that_somebody_built_on_is_not_taken_back_but_shown(tmp_path: Path) -> None:
     dataset = round_set(tmp_path / "set")
     first, second = dataset.labels
-    with two_tabs("label", dataset.folder) as (one, two):
-        one.keyboard.press("ArrowRight")
-        expect(one.locator("#heading")).to_contain_text("quality 1.00")
-        two.evaluate("window.dispatchEvent(new Event('focus'))")  # somebody comes back to it
-        expect(two.locator("#heading")).to_contain_text("quality 1.00")
-        two.keyboard.press("ArrowRight")
-        expect(two.locator("#heading")).to_contain_text(f"({first.center_x_px + 2:.2f}, ")
-        one.keyboard.press("n")
-        one.keyboard.press("Control+z")
-        one.get_by_text(AFTER).wait_for()
-        expect(one.locator("#heading")).to_contain_text(f"({first.center_x_px + 2:.2f}, ")
+    with served("label", dataset.folder) as address, opened(address) as page:
+        page.keyboard.press("ArrowRight")
+        expect(page.locator("#heading")).to_contain_text("quality 1.00")
+        LabelBook(read_dataset(dataset.folder)).put(moved(first, 2))  # another program's
+        page.keyboard.press("n")
+        page.keyboard.press("Control+z")
+        page.get_by_text(AFTER).wait_for()
+        expect(page.locator("#heading")).to_contain_text(f"({first.center_x_px + 2:.2f}, ")
         assert labels(dataset) == (moved(first, 2), second)
 
 
 @needs_chromium
-def test_corners_moved_in_another_tab_are_shown_and_not_taken_back(tmp_path: Path) -> None:
+def test_corners_moved_in_another_tab_are_shown_and_taken_back(tmp_path: Path) -> None:
     dataset = raw_set(tmp_path / "set")
     x, y = KEYSTONE_PX[0]
     with two_tabs("label", dataset.folder, "--corners") as (one, two):
@@ -185,11 +211,21 @@ def test_corners_moved_in_another_tab_are_shown_and_not_taken_back(tmp_path: Pat
         two.keyboard.press("ArrowDown")
         two.get_by_text("in another tab or program meanwhile").wait_for()
         expect(two.locator("#heading")).to_contain_text(f"({x + 1:.2f}, {y:.2f})")
-        two.keyboard.press("Control+z")
-        two.get_by_text("nothing left to undo").wait_for()
         two.keyboard.press("ArrowDown")
         expect(two.locator("#heading")).to_contain_text(f"({x + 1:.2f}, {y + 1:.2f})")
-        one.keyboard.press("Control+z")
-        one.get_by_text(AFTER).wait_for()
-        expect(one.locator("#heading")).to_contain_text(f"({x + 1:.2f}, {y + 1:.2f})")
-        assert corners(dataset) == ((x + 1, y + 1), *KEYSTONE_PX[1:])
+        one.close()
+        two.reload()
+        for left in (f"({x + 1:.2f}, {y:.2f})", f"({x:.2f}, {y:.2f})"):
+            two.keyboard.press("Control+z")
+            expect(two.locator("#heading")).to_contain_text(left)
+        assert read_dataset(dataset.folder) == dataset
+        two.keyboard.press("Control+z")
+        two.get_by_text("nothing left to undo").wait_for()
+        two.keyboard.press("ArrowLeft")
+        expect(two.locator("#heading")).to_contain_text(f"({x - 1:.2f}, {y:.2f})")
+        theirs = CornerBook(read_dataset(dataset.folder), read_background(dataset))
+        theirs.put(theirs.moved(0, (x + 5, y)))  # another program's
+        two.keyboard.press("Control+z")
+        two.get_by_text(AFTER).wait_for()
+        expect(two.locator("#heading")).to_contain_text(f"({x + 5:.2f}, {y:.2f})")
+        assert corners(dataset) == ((x + 5, y), *KEYSTONE_PX[1:])
