@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from app._progress import progress
 from sensor.dataset import LENS_FILE
 from sensor.errors import WedgeError
-from sensor.files import new_folder, refuse_kept_folder
+from sensor.files import check_new_folder, new_folder
 from sensor.toml import Pair
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def import_source(
         raise WedgeError("--pad-size-mm must be two lengths of at least 1 mm.")
     if not source.exists():
         raise WedgeError(f"{source} does not exist: name a folder of frames or a data pack.")
-    refuse_kept_folder(out)
+    check_new_folder(out)
     found = find_calibration(source)
     if found is not None and not found.labels:
         print(f"No circle in the text files fits: circles are found anew. {found.left_aside}")

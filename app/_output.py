@@ -28,28 +28,6 @@ if TYPE_CHECKING:
     from validation.error_table import ErrorTable
 
 
-def check_outputs(*files: Path | None) -> None:
-    """Refuse what could not be written, before minutes are spent on what it would hold.
-
-    Raises:
-        WedgeError: names the file, and the folder that is in its way; or two are one file.
-    """
-    taken = set[Path]()
-    for file in files:
-        if file is None:
-            continue
-        if file.resolve() in taken:
-            raise WedgeError(
-                f"{file} cannot be written: it is named for another output too; name two files."
-            )
-        taken.add(file.resolve())
-        if file.is_dir():
-            raise WedgeError(f"{file} cannot be written: it is a folder; name a file.")
-        folder = next(parent for parent in file.absolute().parents if parent.exists())
-        if not folder.is_dir() or not os.access(folder, os.W_OK):
-            raise WedgeError(f"{file} cannot be written: {folder} is no folder that takes files.")
-
-
 def output_names(images: Sequence[str], ends: Sequence[str]) -> list[str]:
     """File names without ending for what is made of some images, one per image.
 

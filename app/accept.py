@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from app._output import OutputFile, check_outputs, keep_inputs, print_table, write_json
+from app._output import OutputFile, keep_inputs, print_table, write_json
 from app._progress import progress
 from app._seed import Seed
 from app._workers import process_pool
 from sensor.errors import WedgeError
+from sensor.files import check_outputs
 
 if TYPE_CHECKING:
     from recon.arrays import Frame

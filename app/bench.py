@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from app._output import OutputFile, print_table, write_json
 from app._progress import progress
 from app._workers import process_pool
+from sensor.files import check_outputs
 
 if TYPE_CHECKING:
     from benchmarks.measurement import Measurement
@@ -30,6 +31,7 @@ def main(json: OutputFile = None) -> int:
     Args:
         json: Write the figures here as JSON.
     """
+    check_outputs(json)
     found: list[Measurement] = []
     with progress("benchmarks") as show:
         for share, measurement in _all():

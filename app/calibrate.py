@@ -8,12 +8,13 @@ from typing import Annotated
 
 import tyro
 
-from app._output import OutputFile, check_outputs, keep_inputs, print_error_table, write_json
+from app._output import OutputFile, keep_inputs, print_error_table, write_json
 from app._progress import progress
 from app._seed import Seed
 from app._workers import process_pool
 from sensor.design import Wedge
 from sensor.errors import WedgeError
+from sensor.files import check_new_folder, check_outputs
 
 
 def main(
@@ -55,14 +56,13 @@ def main(
     from recon.presses import left_out_places, read_presses
     from sensor.dataset import read_dataset
     from sensor.design_file import load_design
-    from sensor.files import refuse_kept_folder
     from validation.datasets import dataset_folder
     from validation.evaluation import held_out_metrics, hold_out
     from validation.table_text import table_document
 
     if out.name in ("", ".."):
         raise WedgeError(f"--out {out} has no name to call the unit by: name a new folder.")
-    refuse_kept_folder(out)
+    check_new_folder(out)
     check_outputs(out / "unit.toml", json)
     keep_inputs([dataset, design], [json])
     kind_of(estimator)

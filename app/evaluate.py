@@ -11,7 +11,6 @@ import tyro
 
 from app._output import (
     OutputFile,
-    check_outputs,
     keep_inputs,
     print_error_table,
     print_table,
@@ -20,6 +19,7 @@ from app._output import (
 from app._progress import progress
 from app._seed import Seed
 from sensor.errors import WedgeError
+from sensor.files import check_outputs
 
 if TYPE_CHECKING:
     from recon.calibration import Calibration

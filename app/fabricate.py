@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from app._output import OutputFile, check_outputs, keep_inputs, print_table, write_json
+from app._output import OutputFile, keep_inputs, print_table, write_json
 from app._progress import progress
 from app._workers import process_pool
 from sensor.design import Wedge
 from sensor.design_file import load_design
 from sensor.errors import WedgeError
-from sensor.files import new_folder
+from sensor.files import check_outputs, new_folder
 
 if TYPE_CHECKING:
     from cad.build import Model

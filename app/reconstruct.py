@@ -11,7 +11,6 @@ import tyro
 from app._frames import read_checked
 from app._output import (
     OutputFile,
-    check_outputs,
     keep_inputs,
     output_names,
     print_table,
@@ -19,7 +18,7 @@ from app._output import (
 )
 from app._progress import progress
 from sensor.errors import WedgeError
-from sensor.files import write_atomic
+from sensor.files import check_outputs, write_atomic
 
 if TYPE_CHECKING:
     import numpy as np

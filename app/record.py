@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from app._output import OutputFile, check_outputs, keep_inputs, write_json
+from app._output import OutputFile, keep_inputs, write_json
 from app._sources import open_live, open_where, refuse_few
 from sensor.errors import WedgeError
+from sensor.files import check_outputs
 
 if TYPE_CHECKING:
     from recon.stream import FrameSource, Recorder, TimedFrame

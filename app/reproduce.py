@@ -4,7 +4,6 @@
 
 import os
 import platform
-import shutil
 import sys
 from collections.abc import Mapping
 from concurrent.futures import Executor
@@ -109,7 +108,7 @@ def main(out: Path = Path("build"), folds: int = 5, seed: Seed = 0) -> int:
                 )
             if dataset.name in SIDE_BY_SIDE:
                 beside[dataset.name] = beside_each_other(measured, ESTIMATORS[1:], seed, executor)
-            _replace_unit(out / "units" / dataset.name, unit)
+            unit.save(out / "units" / dataset.name, again=True)
             if dataset.name in KNOWN_DEPTH:
                 extra.append(known_depth(KNOWN_DEPTH[dataset.name], unit))
         few_lights = [executor.submit(_few_lights, name) for name in shapes]
@@ -158,17 +157,16 @@ def main(out: Path = Path("build"), folds: int = 5, seed: Seed = 0) -> int:
 
 def _check_output(out: Path, units: list[str]) -> None:
     """Refuse now what could not be written minutes later."""
-    from sensor.files import refuse_kept_folder, write_atomic
+    from sensor.files import check_new_folder, write_atomic
     from sensor.unit import GRADIENTS_FILE
 
     probe = out / ".probe"
     write_atomic(probe, b"")
     probe.unlink()
-    for folder in (out / "units" / name for name in units):
-        if folder.exists() and not (folder / GRADIENTS_FILE).is_file():
-            raise WedgeError(f"{folder} is not a unit folder: name another --out.")
+    for name in units:
+        check_new_folder(out / "units" / name, over=GRADIENTS_FILE)
     for name in DESIGNS:
-        refuse_kept_folder(out / "fabrication" / name, over=MANIFEST)
+        check_new_folder(out / "fabrication" / name, over=MANIFEST)
 
 
 def _fabrication(out: Path) -> "tuple[Section, bool]":
@@ -238,15 +236,6 @@ def _measure(
     fitted_presses = int(unit.card.metrics["fitted_presses"])
     metrics = held_out_metrics(alone, fitted_presses)
     return results, replace(unit, card=replace(unit.card, metrics=metrics))
-
-
-def _replace_unit(folder: Path, unit: "Calibration") -> None:
-    """Write a unit folder over that of an earlier run, and over nothing else."""
-    from sensor.unit import GRADIENTS_FILE
-
-    if (folder / GRADIENTS_FILE).is_file():
-        shutil.rmtree(folder)
-    unit.save(folder)
 
 
 def _fidelity(known: "Mapping[str, KnownDataset]", executor: Executor) -> "list[Section]":

@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from app._interrupt import UntilInterrupted
-from app._output import OutputFile, check_outputs, keep_inputs, write_json
+from app._output import OutputFile, keep_inputs, write_json
 from app._sources import Rate, open_live, refuse_few, unit_of
 from sensor.errors import WedgeError
+from sensor.files import check_outputs
 
 if TYPE_CHECKING:
     from recon.calibration import Calibration

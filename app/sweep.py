@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from app._cluster import cluster_pool
-from app._output import OutputFile, check_outputs, keep_inputs, print_table, write_json
+from app._output import OutputFile, keep_inputs, print_table, write_json
 from app._progress import progress
 from app._seed import Seed
 from app._workers import process_pool
@@ -18,7 +18,7 @@ from app.simulate import refuse_numbers, refuse_unbuildable
 from sensor.design import Wedge
 from sensor.design_file import load_design
 from sensor.errors import WedgeError
-from sensor.files import write_atomic
+from sensor.files import check_outputs, write_atomic
 
 if TYPE_CHECKING:
     from validation.sweep import SweepPoint

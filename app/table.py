@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from app._output import OutputFile, check_outputs, keep_inputs, print_error_table, write_json
+from app._output import OutputFile, keep_inputs, print_error_table, write_json
 from app._progress import progress
 from app._seed import Seed
 from app._workers import process_pool
 from sensor.errors import WedgeError
-from sensor.files import write_atomic
+from sensor.files import check_outputs, write_atomic
 
 if TYPE_CHECKING:
     from validation.error_table import ErrorTable

@@ -11,9 +11,10 @@ import tyro
 
 from app._frames import read_checked, unit_frames
 from app._growing import growing
-from app._output import OutputFile, check_outputs, keep_inputs, print_table, write_json
+from app._output import OutputFile, keep_inputs, print_table, write_json
 from app._progress import progress
 from sensor.errors import WedgeError
+from sensor.files import check_outputs
 
 if TYPE_CHECKING:
     import numpy as np

@@ -13,9 +13,10 @@ from urllib.parse import unquote, urlsplit
 
 import tyro
 
-from app._output import OutputFile, check_outputs, keep_inputs, print_table, write_json
+from app._output import OutputFile, keep_inputs, print_table, write_json
 from app._progress import Report, progress
 from sensor.errors import WedgeError
+from sensor.files import check_outputs
 
 if TYPE_CHECKING:
     import numpy as np

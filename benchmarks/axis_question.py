@@ -34,9 +34,10 @@ from recon.missing_axis.inference import infer_missing_axis
 from recon.missing_axis.moved import may_have_moved
 from recon.pixels import BallPress, label_pixels
 from recon.presses import press_reader, read_presses
+from recon.rendered_presses import depth_files, read_depth
 from sensor.dataset import read_dataset
 from sensor.errors import WedgeError
-from sensor.files import write_atomic
+from sensor.files import check_outputs, write_atomic
 from sensor.toml import Pair
 from validation.datasets import dataset_folder
 from validation.folds import fit_presses
@@ -126,19 +127,19 @@ def on_shapes(name: str, answers: Mapping[str, Answer] = ANSWERS) -> Iterator[An
     dataset = read_dataset(folder)
     reader = press_reader(dataset)
     labelled = {Path(label.file).stem for label in dataset.labels}
-    paths = [path for path in sorted((folder / "truth").glob("*.npy")) if path.stem not in labelled]
+    paths = [path for path in depth_files(folder) if path.stem not in labelled]
     pitch = dataset.card.mm_per_px
     for axis in AXES:
         lost, given = ("x", "y").index(axis), ("y", "x").index(axis)
         errors, zero = dict.fromkeys(answers, 0.0), 0.0
         rng = np.random.default_rng(SEED)
         for path in paths:
-            truth = np.load(path, allow_pickle=False)
+            image = reader.unwarp(read_frame(folder, f"{path.stem}.jpg"))
+            truth = read_depth(path, image.shape[:2])
             along_y, along_x = np.gradient(truth, *pitch[::-1])
             slopes = np.stack([along_x, along_y], -1).astype(np.float32)
             known = slopes[..., given]
             known = known + SLOPE_NOISE * rng.standard_normal(known.shape, np.float32)
-            image = reader.unwarp(read_frame(folder, f"{path.stem}.jpg"))
             support = moved(disturbed_mask(image - reader.blank), known, axis)
             pressed = truth > DEEPER_THAN_MM
             zero += float(np.abs(slopes[pressed, lost]).sum())
@@ -159,9 +160,10 @@ def main() -> None:
     parser.add_argument("--json", type=Path, help="write the figures here")
     options = parser.parse_args()
     found: list[Answered] = []
-    print("| gradients | missing | n |" + "".join(f" {name} |" for name in ANSWERS))
-    print("|---|---|--:|" + "--:|" * len(ANSWERS))
     try:
+        check_outputs(options.json)
+        print("| gradients | missing | n |" + "".join(f" {name} |" for name in ANSWERS))
+        print("|---|---|--:|" + "--:|" * len(ANSWERS))
         for source in (on_bench_presses(), *(on_shapes(name) for name in TWINS)):
             for item in source:
                 found.append(item)

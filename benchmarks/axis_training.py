@@ -11,6 +11,7 @@ twin's shapes, as ``benchmarks.axis_question`` has them, and ideal balls under w
 
 import argparse
 import json
+import sys
 import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -23,7 +24,8 @@ from recon import unet
 from recon.missing_axis.inference import infer_missing_axis
 from recon.training.missing_axis import Settings, Training, share_of_zeros_error
 from recon.training.random_surfaces import Recipe
-from sensor.files import write_atomic
+from sensor.errors import WedgeError
+from sensor.files import check_outputs, write_atomic
 
 STEPS = 600
 SMALLER, LARGER = (6, 8, 12, 16), (24, 32, 48, 64)
@@ -89,17 +91,21 @@ def main() -> None:
     parser.add_argument("--json", type=Path, help="write the figures here")
     options = parser.parse_args()
     found: list[Trained] = []
-    for name in VARIANTS:
-        item = trained(name, options.steps)
-        if not found:
-            print("| | parameters | ms |" + "".join(f" {key} |" for key in item.share_of_zero))
-            print("|---|--:|--:|" + "--:|" * len(item.share_of_zero))
-        found.append(item)
-        shares = "".join(f" {share:.3f} |" for share in item.share_of_zero.values())
-        print(f"| {name} | {item.parameters} | {item.milliseconds:.1f} |{shares}", flush=True)
-    if options.json:
-        content = {"axis_training": [asdict(item) for item in found]}
-        write_atomic(options.json, (json.dumps(content, indent=1) + "\n").encode())
+    try:
+        check_outputs(options.json)
+        for name in VARIANTS:
+            item = trained(name, options.steps)
+            if not found:
+                print("| | parameters | ms |" + "".join(f" {key} |" for key in item.share_of_zero))
+                print("|---|--:|--:|" + "--:|" * len(item.share_of_zero))
+            found.append(item)
+            shares = "".join(f" {share:.3f} |" for share in item.share_of_zero.values())
+            print(f"| {name} | {item.parameters} | {item.milliseconds:.1f} |{shares}", flush=True)
+        if options.json:
+            content = {"axis_training": [asdict(item) for item in found]}
+            write_atomic(options.json, (json.dumps(content, indent=1) + "\n").encode())
+    except WedgeError as error:
+        sys.exit(str(error))
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ from recon.presses import read_presses
 from sensor.dataset import read_dataset
 from sensor.design_file import DESIGNS
 from sensor.errors import WedgeError
-from sensor.files import write_atomic
+from sensor.files import check_outputs, write_atomic
 from validation.contact import ball_overlaps, blank_frames_in_contact, mean_iou
 from validation.contact_shapes import ShapeContact, shape_contacts
 from validation.datasets import dataset_folder
@@ -132,6 +132,7 @@ def main() -> None:
     options = parser.parse_args()
     estimators = [name for name in options.estimators.split(",") if name]
     try:
+        check_outputs(options.json)
         document = {
             "shapes": shape_rows(estimators),
             "balls": ball_rows(estimators[0]) if options.balls and estimators else [],

@@ -33,7 +33,7 @@ from recon.training.random_balls import SQUARE, random_ball
 from recon.training.random_surfaces import RECIPES
 from sensor.dataset import read_dataset
 from sensor.errors import WedgeError
-from sensor.files import write_atomic
+from sensor.files import check_outputs, write_atomic
 from validation.datasets import dataset_folder
 from validation.folds import fit_presses
 
@@ -172,8 +172,10 @@ def main() -> None:
     parser.add_argument("--json", type=Path, help="write the figures here")
     options = parser.parse_args()
     found: list[Told] = []
-    print("| gradients | n | largest tenth to smaller half | doubt to error |\n|---|--:|--:|--:|")
     try:
+        check_outputs(options.json)
+        print("| gradients | n | largest tenth to smaller half | doubt to error |")
+        print("|---|--:|--:|--:|")
         for row in measured(options.sensor):
             found.append(row)
             ranks, size = row.largest_tenth_to_smaller_half, row.doubt_to_error

@@ -36,9 +36,10 @@ from recon.missing_axis.moved import may_have_moved
 from recon.pipeline import reconstruct
 from recon.pixels import BallPress, label_pixels
 from recon.presses import press_reader, read_presses
+from recon.rendered_presses import depth_files, read_depth
 from sensor.dataset import Dataset, read_dataset
 from sensor.errors import WedgeError
-from sensor.files import write_atomic
+from sensor.files import check_outputs, write_atomic
 from sensor.unit import MissingAxis
 from validation.datasets import dataset_folder
 from validation.depth import depth_errors
@@ -223,11 +224,11 @@ def _shapes(
     labelled = {Path(label.file).stem for label in dataset.labels}
     rmse_mm: dict[str, dict[str, float]] = {}
     lowest: dict[str, float] = {}
-    for path in sorted((dataset.folder / "truth").glob("*.npy")):
+    for path in depth_files(dataset.folder):
         if path.stem in labelled:
             continue
-        truth = np.load(path, allow_pickle=False)
         difference = reader.unwarp(read_frame(dataset.folder, f"{path.stem}.jpg")) - reader.blank
+        truth = read_depth(path, difference.shape[:2])
         rmse_mm[path.stem] = {}
         for answer, estimator, missing in _DEPTHS:
             depth = reconstruct(
@@ -253,6 +254,7 @@ def main() -> None:
     options = parser.parse_args()
     found: list[Comparison] = []
     try:
+        check_outputs(options.json)
         for name in options.datasets:
             for comparison in compare(name, options.estimator):
                 found.append(comparison)

@@ -49,6 +49,8 @@ NEAR_DEG, NEAR_MM = 15.0, 1.5
 """A guess so near counts as one of the true pose."""
 PRESS_MM = (0.8, 1.6)
 ALIKE_PX = 4.0
+SUBPIXELS = 4
+"""Along each side of a pixel; the search's own pictures have fewer."""
 LEFT_SHARE = (0.55, 0.85)
 """Of a contact that the border cuts off."""
 KINDS = ("middle, white", "middle, alike", "cut, alike")
@@ -166,7 +168,8 @@ def noisy(
     mesh: Mesh, pose: Transform, rng: np.random.Generator, length_px: float
 ) -> SyntheticTouch:
     """What would be reconstructed, its contact told by colour; pixels average over their area."""
-    fine_px, fine_mm = (2 * SIZE_PX[0], 2 * SIZE_PX[1]), (MM_PER_PX[0] / 2, MM_PER_PX[1] / 2)
+    fine_px = SUBPIXELS * SIZE_PX[0], SUBPIXELS * SIZE_PX[1]
+    fine_mm = MM_PER_PX[0] / SUBPIXELS, MM_PER_PX[1] / SUBPIXELS
     drawn = render(mesh, pose, fine_px, fine_mm)
     exact, share = (
         cv2.resize(values.astype(np.float32), SIZE_PX, interpolation=cv2.INTER_AREA)

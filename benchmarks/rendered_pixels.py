@@ -33,7 +33,7 @@ from recon.rendered_presses import RenderedPress, depth_files, rendered_presses
 from recon.unet.weights import sha256_of
 from sensor.dataset import read_dataset
 from sensor.errors import WedgeError
-from sensor.files import write_atomic
+from sensor.files import check_outputs, write_atomic
 from validation.datasets import dataset_folder
 
 DENTED: Final = 0.01
@@ -126,6 +126,7 @@ def main() -> None:
     if any(len(words) < 3 for words in options.sensor):
         parser.error("--sensor takes a name, a set of balls, and one or more rendered sets")
     try:
+        check_outputs(options.out)
         arrays = rendered_arrays(options.beside) if options.beside else {}
         for name, balls, *sets in options.sensor:
             folders = [Path(folder) for folder in sets]

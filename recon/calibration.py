@@ -53,13 +53,17 @@ class Calibration:
         size = card.size_px if card.corners_px else None
         return prepare_unwarp(card.frame_size_px, card.corners_px, size, self.lens)
 
-    def save(self, folder: Path) -> None:
+    def save(self, folder: Path, *, again: bool = False) -> None:
         """Write the unit folder, whole or not at all.
+
+        Args:
+            folder: a new or empty one.
+            again: replace a unit that an earlier run has written, once the new one is whole.
 
         Raises:
             WedgeError: the folder is not empty or cannot be written.
         """
-        with new_folder(folder) as unit:
+        with new_folder(folder, over=GRADIENTS_FILE if again else None) as unit:
             write_unit_card(unit, self.card)
             write_image(unit / BACKGROUND_FILE, self.background)
             # One entry: safetensors writes several in any order, and bytes must repeat.

@@ -14,11 +14,17 @@ from pathlib import Path
 import numpy as np
 
 from recon.arrays import ContactMask, DepthMap, Difference
-from recon.images import read_frame
+from recon.images import UNREADABLE_ARCHIVE, read_frame
 from recon.presses import press_reader
 from sensor.dataset import read_dataset
 from sensor.errors import WedgeError
 from sensor.toml import Pair
+
+READ_HEAD = {
+    (1, 0): np.lib.format.read_array_header_1_0,
+    (2, 0): np.lib.format.read_array_header_2_0,
+}
+"""By the version of an ``.npy``; the third is of names in other letters, which no map has."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,26 +50,60 @@ def rendered_presses(folder: Path) -> Iterator[RenderedPress]:
     """The presses of a set one at a time, in the order of their names.
 
     Raises:
-        WedgeError: the set or a frame of it cannot be read, or a truth has another size than its
-            frame. The sentence names the file.
+        WedgeError: the set, a frame or a truth of it cannot be read, or a truth has another size
+            than its frame. The sentence names the file.
     """
     dataset = read_dataset(folder)
     reader = press_reader(dataset)
     for path in depth_files(folder):
         frame = reader.unwarp(read_frame(folder, f"{path.stem}.jpg"))
-        depth_mm = _of_size(path, frame.shape[:2])
-        held_file = folder / "held" / path.name
+        shape = frame.shape[:2]
+        held = folder / "held" / path.name
         yield RenderedPress(
             name=path.stem,
             difference=frame - reader.blank,
-            depth_mm=depth_mm,
-            held=_of_size(held_file, frame.shape[:2]) if held_file.is_file() else None,
+            depth_mm=read_depth(path, shape),
+            held=_read_map(held, shape, "b", "booleans") if held.is_file() else None,
             mm_per_px=dataset.card.mm_per_px,
         )
 
 
-def _of_size(path: Path, shape: tuple[int, ...]) -> np.ndarray:
-    truth: np.ndarray = np.load(path, allow_pickle=False)
-    if truth.shape != shape:
-        raise WedgeError(f"{path} has another size than its frame.")
-    return truth
+def read_depth(path: Path, shape: tuple[int, ...]) -> DepthMap:
+    """The true depth of a frame, ``truth/NAME.npy``.
+
+    Args:
+        path: of the file.
+        shape: (h, w) of the unwarped frame.
+
+    Raises:
+        WedgeError: the file is missing or damaged, or holds anything but finite depths of this
+            shape, in mm as floats, some of them above zero.
+    """
+    depth_mm = _read_map(path, shape, "f", "depths in mm as floats")
+    if not np.isfinite(depth_mm).all() or not (depth_mm > 0).any():
+        raise WedgeError(
+            f"{path} must hold finite depths in mm, some of them above zero: make the file anew."
+        )
+    return depth_mm
+
+
+def _read_map(path: Path, shape: tuple[int, ...], kind: str, what: str) -> np.ndarray:
+    """An array of this shape and kind; what its file says of it is judged before it is read."""
+    if not path.is_file():
+        raise WedgeError(f"{path} is missing.")
+    try:
+        with path.open("rb") as stream:
+            found, _, dtype = READ_HEAD[np.lib.format.read_magic(stream)](stream)
+            if found == shape and dtype.kind == kind:
+                stream.seek(0)
+                array: np.ndarray = np.lib.format.read_array(stream, allow_pickle=False)
+                return array
+    except (KeyError, *UNREADABLE_ARCHIVE) as error:
+        raise WedgeError(
+            f"{path} is no whole array of numpy, it may be truncated: copy or make it anew."
+        ) from error
+    height, width = shape
+    raise WedgeError(
+        f"{path} has another size than its frame or other numbers, {height} rows of {width} {what} "
+        "are needed: copy or make it anew."
+    )

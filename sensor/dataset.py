@@ -28,6 +28,7 @@ from sensor.toml import (
     refuse_missing_keys,
     refuse_unknown_keys,
     text_line,
+    toml_changed,
     toml_text,
 )
 
@@ -181,10 +182,14 @@ def write_labels(path: Path, labels: Sequence[BallLabel]) -> None:
 
 
 def write_card(path: Path, card: DatasetCard) -> None:
-    """Write ``dataset.toml`` atomically."""
+    """Write ``dataset.toml`` atomically; over one that is there, only what changes."""
     keys = (*REQUIRED_KEYS, *OPTIONAL_KEYS)
     document = {key: value for key in keys if (value := getattr(card, key)) is not None}
-    write_atomic(path, toml_text(document).encode())
+    try:
+        text = toml_changed(path.read_bytes().decode("utf-8-sig"), document)
+    except (OSError, ValueError, RecursionError):  # none is there, or none that says anything
+        text = toml_text(document)
+    write_atomic(path, text.encode())
 
 
 def frame_name(name: str) -> str:

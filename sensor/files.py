@@ -75,9 +75,9 @@ def new_folder(
     What is whole and cannot be moved there is kept beside it, and the sentence says where.
 
     Raises:
-        WedgeError: ``folder`` exists and is not to be replaced, or cannot be written.
+        WedgeError: ``folder`` exists and is not to be or cannot be replaced, or cannot be written.
     """
-    refuse_kept_folder(folder, over=over or alike)
+    check_new_folder(folder, over=over or alike)
     temporary = _hidden_sibling(folder)
     try:
         temporary.mkdir(parents=True)
@@ -128,8 +128,53 @@ def _called(path: Path, temporary: Path) -> Iterator[None]:
         raise WedgeError(str(error).replace(str(temporary), str(path))) from error
 
 
+def check_outputs(*files: Path | None) -> None:
+    """Refuse what could not be written, before minutes are spent on what it would hold.
+
+    Raises:
+        WedgeError: names the file, and the folder that is in its way; or two are one file.
+    """
+    taken = set[Path]()
+    for file in files:
+        if file is None:
+            continue
+        if file.resolve() in taken:
+            raise WedgeError(
+                f"{file} cannot be written: it is named for another output too; name two files."
+            )
+        taken.add(file.resolve())
+        try:
+            if file.is_dir():
+                raise WedgeError(f"{file} cannot be written: it is a folder; name a file.")
+            _check_place(file)
+        except OSError as error:  # of a folder that may not be looked into
+            raise WedgeError(f"{file} cannot be written: {error.strerror}.") from error
+
+
+def check_new_folder(folder: Path, *, over: str | None = None) -> None:
+    """Refuse what ``new_folder`` could not replace, before minutes are spent on what it would hold.
+
+    Raises:
+        WedgeError: as ``refuse_kept_folder``; or none can be made or moved to where it is to be.
+    """
+    refuse_kept_folder(folder, over=over)
+    _check_place(folder)
+    if folder.is_symlink() or os.path.ismount(folder):
+        raise WedgeError(
+            f"{folder} cannot be written: it is a link or a mount point, whose place no folder can "
+            "take; name a new folder."
+        )
+
+
+def _check_place(path: Path) -> None:
+    """Refuse what the folder around it would not take."""
+    folder = next(parent for parent in path.absolute().parents if parent.exists())
+    if not folder.is_dir() or not os.access(folder, os.W_OK):
+        raise WedgeError(f"{path} cannot be written: {folder} is no folder that takes files.")
+
+
 def refuse_kept_folder(folder: Path, *, over: str | None = None) -> None:
-    """Refuse what ``new_folder`` would not replace.
+    """Refuse a folder in which something lies already.
 
     Raises:
         WedgeError: ``folder`` is a file, or holds files but none of the name ``over``, or cannot

@@ -4,8 +4,9 @@
 
 import difflib
 import math
+import re
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,12 @@ Pair = tuple[float, float]
 
 LEAST, MOST = 1e-6, 1e6
 """Sizes beyond these are slips; their squares would leave what a float32 can hold."""
+PIECE = re.compile(
+    r"""\"{3}(?:\\.|[^\\])*?\"{3,5} | "(?:\\.|[^"\\])*" | '{3}.*?'{3,5} | '[^']*'
+    | (?<![ \t])[ \t]*\#[^\n]* | [][{}\n]""",
+    re.DOTALL | re.VERBOSE,
+)
+"""Of TOML: a string, a comment with the blanks before it, a bracket or the end of a line."""
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -102,6 +109,62 @@ def toml_text(document: Mapping[str, object]) -> str:
     """
     lines = [f"{key} = {_toml_value(value)}" for key, value in document.items()]
     return "\n".join(lines) + "\n"
+
+
+def toml_changed(text: str, document: Mapping[str, object]) -> str:
+    """TOML of a document in the order and layout of another, and with that one's comments.
+
+    Lines whose values stay are kept to the letter. Of a value that changes, the comment behind it
+    stays; those within it go, as do those behind what is in the document no more.
+
+    Args:
+        text: TOML that somebody may have written by hand.
+        document: what it is to say, as for ``toml_text``.
+
+    Raises:
+        ValueError: ``text`` is not TOML.
+    """
+    before, after = tomllib.loads(text), tomllib.loads(toml_text(document))
+    new = {
+        key: toml_text({key: value}).strip()
+        for key, value in document.items()
+        if before.get(key) != after[key]
+    }
+    end = "\r\n" if "\r\n" in text else "\n"
+    lines: list[str] = []
+    table, top = None, 0
+    for statement, comment in _statements(text if text.endswith("\n") else text + end):
+        key = next(iter(tomllib.loads(statement)), None)
+        if statement.lstrip().startswith("["):
+            table = key
+        if key is None or before[table or key] == after.get(table or key):
+            lines.append(statement)
+        elif (table or key) in new:
+            lines.append(new.pop(table or key) + comment + end)
+        if key is not None and table is None:
+            top = len(lines)  # what is new goes before the tables
+    lines[top:top] = [line + end for line in new.values()]
+    changed = "".join(lines)
+    with suppress(ValueError):
+        if tomllib.loads(changed) == after:
+            return changed
+    return toml_text(document)  # what changes lay in one of several tables
+
+
+def _statements(text: str) -> Iterator[tuple[str, str]]:
+    """The lines of TOML, those of one value together, and the comment at their end."""
+    begin, depth, comment = 0, 0, ""
+    for piece in PIECE.finditer(text):
+        mark = piece[0].lstrip(" \t")[0]
+        if mark in "[{":
+            depth += 1
+        elif mark in "]}":
+            depth -= 1
+        elif mark == "#" and not depth:
+            comment = piece[0].rstrip("\r")
+        elif mark == "\n" and not depth:
+            yield text[begin : piece.end()], comment
+            begin, comment = piece.end(), ""
 
 
 def _toml_value(value: object) -> str:

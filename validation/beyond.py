@@ -32,7 +32,7 @@ from recon.pixels import BallPress, label_pixels
 from recon.presses import read_presses
 from sensor.dataset import Dataset, read_dataset
 from sensor.errors import WedgeError
-from sensor.files import write_atomic
+from sensor.files import check_outputs, write_atomic
 from validation.datasets import dataset_folder
 from validation.depth import depth_errors, true_depth
 from validation.error_table import measure_press
@@ -278,6 +278,7 @@ def main() -> None:
         "intervals": lambda: intervals(first),
     }
     try:
+        check_outputs(options.json)
         rows = measures[options.what]()
         if options.json:
             document = {"what": options.what, "dataset": options.dataset, "rows": rows}

@@ -24,7 +24,7 @@ from recon.labels.find_circle import candidates, find_circle, search_image
 from recon.presses import PressReader, press_reader
 from sensor.dataset import BallLabel, read_dataset
 from sensor.errors import WedgeError
-from sensor.files import write_atomic
+from sensor.files import check_outputs, write_atomic
 from validation.datasets import dataset_folder, on_this_machine, shared_folder
 from validation.importers.known_depth import published_labels
 from validation.intervals import Interval, bootstrap_intervals, counted, remark
@@ -203,6 +203,7 @@ def main() -> None:
     parser.add_argument("--json", type=Path, help="write the numbers here")
     arguments = parser.parse_args()
     try:
+        check_outputs(arguments.json)
         with ProcessPoolExecutor(2) as pool:
             numbers = measure(arguments.sets or on_this_machine(SETS), pool)
         if arguments.json:

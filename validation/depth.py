@@ -16,7 +16,7 @@ import numpy as np
 from recon.arrays import DepthMap
 from recon.ball import BallCap, ball_cap, offsets_mm
 from recon.pixels import BallPress
-from sensor.errors import WedgeError
+from recon.rendered_presses import read_depth
 
 RIM_WIDTH_PX = 1.5
 PEAK_RADIUS = 0.1
@@ -113,16 +113,7 @@ def read_truth(folder: Path, press: BallPress) -> DepthMap | None:
     path = folder / "truth" / (f"{stem}-{index}.npy" if index else f"{stem}.npy")
     if not path.is_file():
         return None
-    try:
-        truth = np.load(path, allow_pickle=False)
-    except (OSError, ValueError, EOFError, MemoryError) as error:
-        raise WedgeError(f"{path} cannot be read, it may be truncated: {error}.") from error
-    if truth.shape != press.difference.shape[:2] or truth.dtype.kind != "f":
-        width, height = press.size_px
-        raise WedgeError(f"{path} must hold {height} rows of {width} depths in mm.")
-    if not np.isfinite(truth).all() or not (truth > 0).any():
-        raise WedgeError(f"{path} must hold finite depths in mm, some of them above zero.")
-    return truth
+    return read_depth(path, press.difference.shape[:2])
 
 
 def _distance_mm(press: BallPress) -> DepthMap:

@@ -18,6 +18,7 @@ from recon.estimators import GradientEstimator, fit_estimator, lesson_of
 from recon.images import read_frame
 from recon.pipeline import Reconstruction, reconstruct
 from recon.presses import LeftOut, press_reader, sifted
+from recon.rendered_presses import depth_files, read_depth
 from sensor.dataset import Dataset, read_dataset
 from sensor.toml import Pair
 from sensor.unit import MissingAxis
@@ -94,11 +95,11 @@ def measure_touches(
         )
     ]
     labelled = {Path(label.file).stem for label in dataset.labels}
-    for path in sorted((folder / "truth").glob("*.npy")):
+    for path in depth_files(folder):
         if path.stem in labelled or (names is not None and path.stem not in names):
             continue
         difference = reader.unwarp(read_frame(folder, f"{path.stem}.jpg")) - reader.blank
-        truth = np.load(path, allow_pickle=False)
+        truth = read_depth(path, difference.shape[:2])
         ways = _ways(difference, fitted, dataset)
         touches.append(
             Touch(

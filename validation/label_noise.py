@@ -30,7 +30,7 @@ from recon.pixels import BallPress, Pixels, ball_slopes, label_pixels
 from recon.presses import read_presses
 from sensor.dataset import read_dataset
 from sensor.errors import WedgeError
-from sensor.files import write_atomic
+from sensor.files import check_outputs, write_atomic
 from sensor.toml import Pair
 from validation.datasets import dataset_folder
 from validation.folds import fit_presses
@@ -163,6 +163,7 @@ def main() -> None:
     if len(names) != 2:
         parser.error("--estimator takes two names with a comma between them")
     try:
+        check_outputs(options.json)
         rows = label_noise(options.dataset, (names[0], names[1]))
         if options.json:
             write_atomic(options.json, (json.dumps(rows, indent=2) + "\n").encode())

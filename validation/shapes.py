@@ -16,8 +16,8 @@ from recon.cloud import expected_error_mm
 from recon.images import read_frame
 from recon.pipeline import reconstruct
 from recon.presses import press_reader
+from recon.rendered_presses import depth_files, read_depth
 from sensor.dataset import read_dataset
-from sensor.errors import WedgeError
 from sensor.toml import Pair
 
 TOUCHED = 0.05
@@ -81,13 +81,11 @@ def measure_shapes(folder: Path, unit: Calibration) -> list[Shape]:
     reader = press_reader(dataset)
     labelled = {Path(label.file).stem for label in dataset.labels}
     shapes = []
-    for path in sorted((folder / "truth").glob("*.npy")):
+    for path in depth_files(folder):
         if path.stem in labelled:
             continue
         frame = reader.unwarp(read_frame(folder, f"{path.stem}.jpg"))
-        truth = np.load(path, allow_pickle=False)
-        if truth.shape != frame.shape[:2]:
-            raise WedgeError(f"{path} has another size than its frame.")
+        truth = read_depth(path, frame.shape[:2])
         difference = frame - reader.blank
         found = reconstruct(
             difference,

@@ -29,7 +29,7 @@ from recon.labels.find_circle import find_circle
 from recon.presses import press_reader
 from sensor.dataset import BallLabel, read_dataset
 from sensor.errors import WedgeError
-from sensor.files import write_atomic
+from sensor.files import check_outputs, write_atomic
 from validation.contact import drifted, noisy
 from validation.datasets import dataset_folder, on_this_machine
 from validation.force import FORCES, measured_forces
@@ -161,6 +161,7 @@ def main() -> None:
     parser.add_argument("--json", type=Path, help="write the numbers here")
     arguments = parser.parse_args()
     try:
+        check_outputs(arguments.json)
         with ProcessPoolExecutor(2) as pool:
             rows = measure(pool)
         if arguments.json:

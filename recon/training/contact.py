@@ -31,6 +31,8 @@ from recon.training.missing_axis import write_curve
 from recon.training.random_presses import random_press
 from recon.training.torch_layers import UNetLayers, made_ahead
 from recon.unet.weights import save_weights
+from sensor.errors import WedgeError
+from sensor.files import check_outputs
 
 try:
     import torch
@@ -294,6 +296,10 @@ def main() -> None:
         parser.error("--steps and --channels must be whole numbers with commas between them")
     if len(steps) != len(COURSES) or min(steps) < 2 or len(channels) < 2 or min(channels) < 1:
         parser.error("--steps needs two numbers from 2 up, --channels two or more from 1 up")
+    try:
+        check_outputs(options.out)
+    except WedgeError as error:
+        parser.error(str(error))
     torch.set_num_threads(1)
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:
         weights, losses = train(options.seed, steps, channels, executor)

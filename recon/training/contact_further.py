@@ -33,6 +33,7 @@ from recon.training.further_courses import between, name_sensors, words_of
 from recon.training.missing_axis import write_curve
 from recon.unet.weights import load_weights, save_weights
 from sensor.errors import WedgeError
+from sensor.files import check_outputs
 
 try:
     import torch
@@ -97,6 +98,7 @@ def main() -> None:
         parser.error("--steps must be 2 at least")
     torch.set_num_threads(1)
     try:
+        check_outputs(options.out)
         first = load_weights(options.first, CONTACT)
         presses = [
             press

@@ -38,7 +38,7 @@ from recon.training.random_surfaces import RECIPES, Recipe
 from recon.training.torch_layers import UNetLayers, made_ahead
 from recon.unet.weights import save_weights
 from sensor.errors import WedgeError
-from sensor.files import write_atomic
+from sensor.files import check_outputs, write_atomic
 
 try:
     import torch
@@ -314,6 +314,7 @@ def main() -> None:
     )
     torch.set_num_threads(1)  # faster than two on a busy machine, and the same sums every time
     try:
+        check_outputs(options.out)
         run(settings, options.out, options.workers)
     except WedgeError as error:
         parser.error(str(error))

@@ -38,6 +38,7 @@ from recon.training.missing_axis import (
 from recon.training.missing_axis_doubt import LEAST_MOVED_PX, train_doubt
 from recon.unet.weights import load_weights, save_weights
 from sensor.errors import WedgeError
+from sensor.files import check_outputs
 
 try:
     import torch
@@ -160,6 +161,7 @@ def main() -> None:
         parser.error("--after is a share, 0 to 1")
     torch.set_num_threads(1)
     try:
+        check_outputs(options.out)
         first = load_weights(options.first)
         presses = [
             press

@@ -343,44 +343,6 @@ def test_disk_full_leaves_nothing_half_written(workplace, tmp_path, monkeypatch,
     assert not any(Path(tmp_path).iterdir())
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("calibrate", "{set}", "--out", "{taken}/unit"),
-        ("calibrate", "{set}", "--out", "unit", "--json", "{taken}/a.json"),
-        ("calibrate", "{set}", "--out", "unit", "--json", "{folder}"),
-        ("evaluate", "{unit}", "{set}", "--json", "{taken}/a.json"),
-        ("table", "{set}", "--json", "{folder}"),
-        ("table", "{set}", "--markdown", "{taken}/a.md"),
-        ("table", "{set}", "--html", "{taken}/b/c.html"),
-        ("reconstruct", "{unit}", "{set}/press00.png", "--out", "{taken}"),
-        ("reconstruct", "{unit}", "{set}/press00.png", "--out", "depth", "--json", "{folder}"),
-    ],
-)
-def test_what_cannot_be_written_is_said_before_the_work(
-    workplace, tmp_path, monkeypatch, capsys, words
-):
-    monkeypatch.chdir(tmp_path)
-    for work in ("recon.presses.press_reader", "recon.pipeline.Reconstructor.__call__"):
-        monkeypatch.setattr(work, lambda *_: pytest.fail("it began"))
-    (tmp_path / "taken").touch()
-    (tmp_path / "folder").mkdir()
-    places = {name: str(workplace / name) for name in ("set", "unit")}
-    places |= {name: str(tmp_path / name) for name in ("taken", "folder")}
-    sentence = refused(capsys, *(word.format(**places) for word in words))
-    assert "cannot be written" in sentence
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["folder", "taken"]
-
-
-def test_a_folder_that_takes_no_files_is_said_before_the_work(
-    workplace, tmp_path, monkeypatch, capsys
-):
-    monkeypatch.setattr(os, "access", lambda *_: False)
-    words = ["calibrate", workplace / "set", "--out", tmp_path / "a" / "unit"]
-    assert str(tmp_path) in refused(capsys, *words)
-    assert not any(tmp_path.iterdir())
-
-
 @pytest.mark.parametrize("seed", ["-1", "1.5", "x", str(2**63), "9" * 5000])
 def test_a_seed_that_is_none_is_refused(workplace, tmp_path, capsys, seed):
     words = ["calibrate", workplace / "set", "--out", tmp_path / "unit", "--seed", seed]

@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from app.__main__ import main
-from app._output import RowFile, check_outputs, keep_inputs, output_names, write_json
+from app._output import RowFile, keep_inputs, output_names, write_json
 from sensor.errors import WedgeError
 from tests.sensor.test_files import full_disk
 
@@ -101,12 +101,6 @@ def test_what_is_read_is_kept_and_nothing_else(
             keep_inputs([read], [None, Path(written)])
     else:
         keep_inputs([read], [None, Path(written)])
-
-
-def test_two_outputs_are_not_one_file(inputs: Path) -> None:
-    check_outputs(Path("a.json"), None, Path("b.json"))
-    with pytest.raises(WedgeError, match=r"^unit/\.\./a\.json cannot be written: it is named"):
-        check_outputs(Path("a.json"), None, Path("unit/../a.json"))
 
 
 @pytest.mark.parametrize(

@@ -137,10 +137,26 @@ def test_a_failure_leaves_the_page_of_before(known: Path, monkeypatch: pytest.Mo
     assert (known / "index.html").read_text() == "before"
 
 
+def test_a_unit_stays_until_the_next_is_whole(known: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    reproduce.main(known, folds=2)
+    unit = known / "units" / "here"
+    before = {path.name: path.read_bytes() for path in unit.iterdir()}
+
+    def stop(*_: object) -> None:
+        assert {path.name: path.read_bytes() for path in unit.iterdir()} == before
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("recon.calibration.write_image", stop)
+    with pytest.raises(KeyboardInterrupt):
+        reproduce.main(known, folds=2, seed=1)
+    assert {path.name: path.read_bytes() for path in unit.iterdir()} == before
+    assert list(unit.parent.iterdir()) == [unit]
+
+
 def test_a_folder_that_is_no_unit_is_not_replaced(known: Path) -> None:
     with new_folder(known / "units" / "here") as folder:
         (folder / "thesis.tex").write_text("years")
-    with pytest.raises(WedgeError, match="not a unit folder"):
+    with pytest.raises(WedgeError, match="not empty"):
         reproduce.main(known, folds=2)
     assert (known / "units" / "here" / "thesis.tex").read_text() == "years"
 

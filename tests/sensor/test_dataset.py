@@ -102,6 +102,64 @@ def test_card_and_labels_come_back_as_written(tmp_path, card, presses, keystone)
     assert again.card.unwarped_size_px == ((200, 150) if keystone else None)
 
 
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+@pytest.mark.parametrize(
+    "lights",
+    ["lights_deg = { R = 90, B = -90 }  # seen", "[lights_deg]\nR = 90 # seen\nB = -90"],
+)
+def test_a_card_is_changed_where_it_must_be_and_what_a_person_wrote_stays(tmp_path, lights, end):
+    path = tmp_path / "dataset.toml"
+    before = f"""\
+# The finger of the third build.
+ball_radius_mm = 4  # by the caliper
+mm_per_px = [ 0.1, 0.10 ]  # a guess
+name = 'a set'
+background = [  # the gel at rest
+  "one.png",
+  "two.png", # after the break
+]
+
+source = "a lab"
+licence = "CC-BY-4.0"
+{lights}
+# end
+""".replace("\n", end)
+    path.write_bytes(b"\xef\xbb\xbf" + before.encode())
+    card = read_dataset(tmp_path, labelled=False).card
+    write_card(path, card)
+    assert path.read_bytes() == before.encode()
+    mended = replace(card, mm_per_px=(0.125, 0.25), pad_size_mm=(25.0, 37.5))
+    mended = replace(mended, corners_px=KEYSTONE_PX)
+    write_card(path, mended)
+    assert read_dataset(tmp_path, labelled=False).card == mended
+    new = f"corners_px = {[list(xy) for xy in KEYSTONE_PX]}{end}pad_size_mm = [25.0, 37.5]{end}"
+    last = f"{lights}\n".replace("\n", end)
+    place = f"{last}{new}" if lights.startswith("lights") else f"{new}{last}"
+    wanted = before.replace("[ 0.1, 0.10 ]", "[0.125, 0.25]").replace(last, place)
+    assert path.read_bytes().decode() == wanted
+
+
+def test_lights_in_a_table_of_their_own_can_change_and_go(tmp_path):
+    before, after = f"# by hand\n{CARD}", "# the end\n"
+    for lights_deg in ({"R": 1.0}, None):
+        text = f"{before}[lights_deg] # seen\nR = 90\n{after}"
+        card = read_dataset(folder_of(tmp_path, text), labelled=False).card
+        write_card(tmp_path / "dataset.toml", replace(card, lights_deg=lights_deg))
+        again = read_dataset(tmp_path)
+        assert again.card == replace(card, lights_deg=lights_deg)
+        kept = (tmp_path / "dataset.toml").read_text()
+        assert kept.startswith(before) and kept.endswith(after)
+        assert ("# seen" in kept) == (lights_deg is not None)
+
+
+@pytest.mark.parametrize("content", [b"", b"not TOML", b"name = '\xff'", b"a = " + b"[" * 20_000])
+def test_a_card_that_says_nothing_is_replaced(tmp_path, content):
+    (tmp_path / "dataset.toml").write_bytes(content)
+    card = make_dataset(tmp_path / "set", presses=1).card
+    write_card(tmp_path / "dataset.toml", card)
+    assert read_dataset(tmp_path, labelled=False).card == card
+
+
 def test_spaces_blank_lines_and_a_byte_order_mark_do_not_matter(tmp_path):
     text = "\ufeff file , center_x_px,center_y_px ,contact_radius_px,quality\r\n\r\n"
     text += " a.png , 30 ,20.5, 10 , \r\n,,,,\r\n"

@@ -16,7 +16,15 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from sensor.errors import WedgeError
-from sensor.files import new_file, new_folder, sha256_of_files, write_atomic
+from sensor.files import (
+    check_new_folder,
+    check_outputs,
+    new_file,
+    new_folder,
+    refuse_kept_folder,
+    sha256_of_files,
+    write_atomic,
+)
 
 OLD, NEW = b"old content", b"new content" * 10_000
 
@@ -205,6 +213,53 @@ def test_a_folder_of_an_earlier_run_is_replaced_once_the_new_one_is_whole(tmp_pa
     with pytest.raises(WedgeError, match="not empty"), new_folder(folder, over="other"):
         pytest.fail("the block must not run")
     assert list(tmp_path.iterdir()) == [folder]
+
+
+def refused_before_the_work(folder, why):
+    with pytest.raises(WedgeError, match=rf"^{folder} cannot be written: .*{why}.*\.$"):
+        check_new_folder(folder)
+    with pytest.raises(WedgeError, match=why), new_folder(folder):
+        pytest.fail("the block must not run")
+
+
+def test_a_mount_point_and_a_link_are_refused_before_the_work(tmp_path, monkeypatch):
+    for name in ("mounted", "linked", "own"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "link").symlink_to("linked")
+    (tmp_path / "nowhere").symlink_to("none")
+    is_mount = os.path.ismount
+    monkeypatch.setattr(
+        os.path, "ismount", lambda path: Path(path) == tmp_path / "mounted" or is_mount(path)
+    )
+    for name in ("mounted", "link", "nowhere"):
+        refused_before_the_work(tmp_path / name, "link or a mount point")
+        refuse_kept_folder(tmp_path / name)  # what is written in it, file by file, may be
+    with new_folder(tmp_path / "mounted" / "unit"), new_folder(tmp_path / "link" / "unit"):
+        pass
+    check_new_folder(tmp_path / "own")
+    assert (tmp_path / "mounted" / "unit").is_dir() and (tmp_path / "linked" / "unit").is_dir()
+
+
+def test_a_folder_whose_place_takes_none_is_refused_before_the_work(tmp_path, monkeypatch):
+    (tmp_path / "unit").mkdir()
+    (tmp_path / "file").touch()
+    refused_before_the_work(tmp_path / "file" / "deep" / "unit", "no folder that takes files")
+    access = os.access
+    monkeypatch.setattr(os, "access", lambda path, mode: path != tmp_path and access(path, mode))
+    for name in ("unit", "deep/unit"):
+        refused_before_the_work(tmp_path / name, "no folder that takes files")
+
+
+def test_two_outputs_are_not_one_file():
+    check_outputs(Path("a.json"), None, Path("b.json"))
+    with pytest.raises(WedgeError, match=r"^unit/\.\./a\.json cannot be written: it is named"):
+        check_outputs(Path("a.json"), None, Path("unit/../a.json"))
+
+
+def test_an_output_in_a_folder_that_may_not_be_looked_into_is_a_sentence(tmp_path, monkeypatch):
+    monkeypatch.setattr(Path, "stat", failing(errno.EACCES))
+    with pytest.raises(WedgeError, match=r"a\.json cannot be written: Permission denied\.$"):
+        check_outputs(tmp_path / "a.json")
 
 
 def test_a_folder_that_holds_a_folder_of_the_name_is_not_replaced(tmp_path):

@@ -18,6 +18,7 @@ from sensor.toml import (
     refuse_missing_keys,
     refuse_unknown_keys,
     text_line,
+    toml_changed,
     toml_text,
 )
 
@@ -40,6 +41,74 @@ def test_what_is_written_is_read_back(document):
 
 def test_nan_is_written_as_toml_has_it():
     assert math.isnan(tomllib.loads(toml_text({"value": math.nan}))["value"])
+
+
+def line_of(key, value):
+    return toml_text({key: value}).rstrip("\n")
+
+
+@given(st.data(), st.dictionaries(bare_keys, values, min_size=1, max_size=6))
+def test_lines_that_stay_are_kept_to_the_letter_and_so_are_comments(data, before):
+    end = data.draw(st.sampled_from(["\n", "\r\n"]))
+    above = st.sampled_from(["", f"# it's \"[{{ or '''{end}", end, f" \t{end}"])
+    around = st.sampled_from([("", ""), ("  ", "\t# \" it's } {"), (" ", " #")])
+    after, given_lines, wanted_lines = {}, [], []
+    for key, value in before.items():
+        what = data.draw(st.sampled_from(["stays", "changes", "goes"]))
+        (space, behind), comment = data.draw(around), data.draw(above)
+        stays = space + line_of(key, value) + behind + end
+        after |= {} if what == "goes" else {key: value if what == "stays" else ["other", 0.5]}
+        changed = line_of(key, ["other", 0.5]) + behind + end
+        given_lines += [comment, stays]
+        wanted_lines += [comment, {"stays": stays, "changes": changed, "goes": ""}[what]]
+    new = data.draw(st.dictionaries(bare_keys.filter(lambda key: key not in before), scalars))
+    wanted_lines += [line_of(key, value) + end for key, value in new.items()]
+    assert toml_changed("".join(given_lines), after | new) == "".join(wanted_lines)
+
+
+EDITED = [
+    'text = "a # no comment"  # a comment\n',
+    "pair = [1, 2.50]\n",
+    "many = [  # of which\n  1, # one\n  [ 2, ']' ],\n]  # behind\n",
+    'long = """\n# no [comment\n\\""" nor here ""\n"""\n',
+    "raw = '''# ' \" ''''\n\n",
+    'inline = { a = [1], "b # c" = "}" } # {\n',
+    "# of the table, \"it's\n[table] # head\n  x = 1 # one\n  # in between\n  y = { z = 2 }\n",
+]
+"""Each holds one value of a document as somebody may have written it."""
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+@pytest.mark.parametrize("changed", range(len(EDITED)))
+def test_a_document_written_by_hand_is_changed_where_it_must_be(changed, end):
+    text = "".join(EDITED).replace("\n", end)
+    document = tomllib.loads(text)
+    assert toml_changed(text, document) == text
+    assert toml_changed(text.removesuffix(end), document) == text
+    found = toml_changed(text, document | {list(document)[changed]: 7})
+    assert tomllib.loads(found) == document | {list(document)[changed]: 7}
+    before, _, after = (
+        "".join(part).replace("\n", end)
+        for part in (EDITED[:changed], EDITED[changed], EDITED[changed + 1 :])
+    )
+    assert found.startswith(before) and found.endswith(after)
+    comments = ["# a comment", "", "# behind", "", "", "# {", "# head"]
+    assert comments[changed] in found and found.count("\n") == found.count(end)
+
+
+def test_what_is_new_stands_before_the_tables():
+    text = "name = 'x' # a\n\n# of the lights\n[lights]\nR = 1\n"
+    found = toml_changed(text, {"name": "x", "lights": {"R": 1}, "size": [1.0, 2.0]})
+    assert found == "name = 'x' # a\nsize = [1.0, 2.0]\n\n# of the lights\n[lights]\nR = 1\n"
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["[a]\nx = 1\n[b]\nx = 1 # kept\n", "a.x = 1\nb.x = 1\n", "[a]\nx = 1\n[a.b]\nx = 1\n"],
+)
+def test_no_layout_is_worth_a_wrong_value(text):
+    document = tomllib.loads(text) | {"b": {"x": 2}, "c": 3}
+    assert tomllib.loads(toml_changed(text, document)) == document
 
 
 def test_numbers_of_subclasses_are_written_as_plain_numbers():

@@ -2,13 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Commands that measure on datasets by name end with a sentence where one cannot be used."""
 
+import errno
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from tests.synthetic import make_dataset
+from tests.sensor.test_files import failing
+from tests.synthetic import make_dataset, make_rendered_set
 from validation import datasets
 
 SET = "SET"
@@ -66,6 +69,82 @@ def test_a_set_that_cannot_be_read_is_one_sentence(
     said, printed = refused(command.replace(SET, str(damaged)), monkeypatch, capfd)
     assert f"{damaged}/press00.png cannot be decoded" in said
     assert printed == ""
+
+
+@pytest.fixture(scope="module")
+def untrue(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A set whose shape has an archive of depths where an array should be."""
+    folder = make_rendered_set(tmp_path_factory.mktemp("untrue") / "set", presses=4).folder
+    (folder / "shape.jpg").write_bytes((folder / "press00.jpg").read_bytes())
+    with (folder / "truth" / "shape.npy").open("wb") as stream:
+        np.savez(stream, np.load(folder / "truth" / "press00.npy"))
+    return folder
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "benchmarks.axis_question",
+        "benchmarks.few_lights SET --estimator table",
+        "benchmarks.rendered_pixels --sensor one SET SET --out unwritten",
+        "validation.beyond shapes SET --estimator table",
+    ],
+)
+def test_a_damaged_truth_is_one_sentence(
+    command: str, untrue: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("benchmarks.axis_question.on_bench_presses", lambda: ())
+    monkeypatch.setattr("benchmarks.axis_question.TWINS", (untrue,))
+    said, _ = refused(command.replace(SET, str(untrue)), monkeypatch, capfd)
+    assert said.startswith(f"{untrue}/truth/shape.npy is no whole array")
+
+
+WRITING = (
+    "benchmarks.axis_question --json",
+    "benchmarks.axis_training --json",
+    "benchmarks.contact --json",
+    "benchmarks.doubt --json",
+    "benchmarks.few_lights SET --json",
+    "benchmarks.rendered_pixels --sensor one SET SET --out",
+    "validation.beyond shapes SET --json",
+    "validation.circles SET --json",
+    "validation.label_noise SET --json",
+    "validation.untouched --json",
+)
+
+
+@pytest.mark.parametrize("command", WRITING)
+def test_what_cannot_be_written_is_said_before_the_work(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(datasets, "DATASETS", [])  # whoever begins ends with another sentence
+    if command.startswith("benchmarks.axis_training"):
+        pytest.importorskip("torch")
+        monkeypatch.setattr("benchmarks.axis_training.VARIANTS", {})
+    (tmp_path / "taken").touch()
+    for place in (tmp_path / "taken" / "numbers", tmp_path):
+        said, printed = refused(f"{command} {place}", monkeypatch, capfd)
+        assert said.startswith(f"{place} cannot be written: ")
+        assert printed == ""
+
+
+def test_a_disk_that_is_full_after_the_trainings_is_one_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("torch")
+    from benchmarks.axis_training import VARIANTS, Trained
+
+    def trained(name: str, steps: int) -> Trained:
+        return Trained(
+            name=name, steps=steps, parameters=1, milliseconds=1.0, minutes=1.0, share_of_zero={}
+        )
+
+    monkeypatch.setattr("benchmarks.axis_training.trained", trained)
+    monkeypatch.setattr("os.fsync", failing(errno.ENOSPC))
+    path = tmp_path / "numbers.json"
+    said, printed = refused(f"benchmarks.axis_training --json {path}", monkeypatch, capfd)
+    assert said == f"{path} cannot be written: No space left on device."
+    assert all(f"| {name} |" in printed for name in VARIANTS)
 
 
 @pytest.mark.parametrize("name", ["circles", "scale", "untouched"])

@@ -1,0 +1,99 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the commands that work for minutes refuse: the place of a result first, then a truth."""
+
+import os
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from recon.calibration import calibrate
+from recon.presses import read_presses
+from tests.app.test_commands import refused
+from tests.synthetic import SIZE_PX, make_dataset
+
+
+@pytest.fixture(scope="module")
+def workplace(tmp_path_factory):
+    """A dataset and a unit calibrated on it, shared and not to be changed."""
+    folder = tmp_path_factory.mktemp("workplace")
+    dataset = make_dataset(folder / "set", presses=12)
+    words = {"estimator": "table", "serial": "unit", "created": "2026-01-01", "metrics": {}}
+    calibrate(dataset, read_presses(dataset), seed=0, **words).save(folder / "unit")
+    return folder
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("bench", "--json", "{taken}/a.json"),
+        ("calibrate", "{set}", "--out", "{taken}/unit"),
+        ("calibrate", "{set}", "--out", "unit", "--json", "{taken}/a.json"),
+        ("calibrate", "{set}", "--out", "unit", "--json", "{folder}"),
+        ("evaluate", "{unit}", "{set}", "--json", "{taken}/a.json"),
+        ("table", "{set}", "--json", "{folder}"),
+        ("table", "{set}", "--markdown", "{taken}/a.md"),
+        ("table", "{set}", "--html", "{taken}/b/c.html"),
+        ("reconstruct", "{unit}", "{set}/press00.png", "--out", "{taken}"),
+        ("reconstruct", "{unit}", "{set}/press00.png", "--out", "depth", "--json", "{folder}"),
+    ],
+)
+def test_what_cannot_be_written_is_said_before_the_work(
+    workplace, tmp_path, monkeypatch, capsys, words
+):
+    monkeypatch.chdir(tmp_path)
+    for work in ("recon.presses.PressReader.__init__", "recon.pipeline.Reconstructor.__call__"):
+        monkeypatch.setattr(work, lambda *_, **__: pytest.fail("it began"))
+    (tmp_path / "taken").touch()
+    (tmp_path / "folder").mkdir()
+    places = {name: str(workplace / name) for name in ("set", "unit")}
+    places |= {name: str(tmp_path / name) for name in ("taken", "folder")}
+    sentence = refused(capsys, *(word.format(**places) for word in words))
+    assert "cannot be written" in sentence
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["folder", "taken"]
+
+
+def test_a_unit_in_place_of_a_mount_point_is_refused_before_the_work(
+    workplace, tmp_path, monkeypatch, capsys
+):
+    (tmp_path / "unit").mkdir()
+    monkeypatch.setattr(os.path, "ismount", lambda path: Path(path) == tmp_path / "unit")
+    monkeypatch.setattr(
+        "recon.presses.PressReader.__init__", lambda *_, **__: pytest.fail("it began")
+    )
+    words = ["calibrate", workplace / "set", "--out", tmp_path / "unit"]
+    assert "unit cannot be written: it is a link or a mount point" in refused(capsys, *words)
+
+
+def test_a_folder_that_takes_no_files_is_said_before_the_work(
+    workplace, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    words = ["calibrate", workplace / "set", "--out", tmp_path / "a" / "unit"]
+    assert str(tmp_path) in refused(capsys, *words)
+    assert not any(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("calibrate", "{set}", "--out", "unit", "--estimator", "table"),
+        ("evaluate", "{unit}", "{set}"),
+        ("table", "{set}", "--estimator", "table"),
+    ],
+)
+def test_a_damaged_truth_is_refused_in_one_sentence(
+    workplace, tmp_path, monkeypatch, capsys, words
+):
+    monkeypatch.chdir(tmp_path)
+    folder = shutil.copytree(workplace / "set", tmp_path / "set")
+    (folder / "truth").mkdir()
+    for number in range(12):  # whichever is judged
+        with (folder / "truth" / f"press{number:02d}.npy").open("wb") as stream:
+            np.savez(stream, np.ones(SIZE_PX[::-1]))
+    places = {"set": str(folder), "unit": str(workplace / "unit")}
+    sentence = refused(capsys, *(word.format(**places) for word in words))
+    assert "npy is no whole array of numpy" in sentence
+    assert [path.name for path in tmp_path.iterdir()] == ["set"]
