@@ -7,30 +7,33 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from nicegui import ui
 from nicegui.events import MouseEventArguments
-from PIL import Image
 
 from app.pages.editing import (
     ARROWS,
     DRAWN,
     FINE_STEP_PX,
     HALO,
-    MOUSE_EVENTS,
+    NOTHING_TO_UNDO,
     STEP_PX,
     UNDO,
     button,
+    canvas,
+    fitting,
     keys_explained,
     listen,
     run_page,
     say,
     when_turned_to,
 )
+from app.pages.pictures import FINE_QUALITY, as_url
 from recon.arrays import Frame
 from recon.geometry.unwarp import Corners
 from recon.images import read_frame
-from recon.labels.corner_book import CornerBook
+from recon.labels.corner_book import CornerBook, Move
 from recon.presses import PressReader
 from sensor.errors import WedgeError
 
+PREVIEW_VH = 60
 NAMES = ("top left", "top right", "bottom right", "bottom left")
 HELP = (
     ("drag", "move the corner that is nearest"),
@@ -51,15 +54,20 @@ def serve(reader: PressReader, files: Sequence[str], port: int) -> None:
         WedgeError: the port is in use.
     """
     dataset = reader.dataset
+    history: list[Move] = []
 
-    def build() -> CornersPage:  # a book a tab: undo takes back what was done there
-        return CornersPage(CornerBook(dataset, reader.background, reader.lens), files)
+    def build() -> CornersPage:
+        return CornersPage(CornerBook(dataset, reader.background, reader.lens, history), files)
 
     run_page(build, f"Corners of {dataset.card.name}", port)
 
 
 class CornersPage:
-    """One browser tab: the raw frame with its corners, and the unwarped picture that they make."""
+    """One browser tab: the raw frame with its corners, and the unwarped picture that they make.
+
+    It has a book of its own, as if it were another program, but undo takes back what was done in
+    any tab, one that was closed or loaded anew too.
+    """
 
     def __init__(self, book: CornerBook, files: Sequence[str]) -> None:
         self.book, self.files = book, list(files)
@@ -76,9 +84,9 @@ class CornersPage:
             "grid grid-cols-1 lg:grid-cols-[minmax(0,3fr)_minmax(0,2fr)] gap-4 w-full"
         ):
             with ui.column().classes("min-w-0"):
-                self.raw = ui.interactive_image(
-                    on_mouse=self.on_mouse, events=MOUSE_EVENTS, sanitize=False
-                ).props('id=raw draggable=false role=img aria-label="The raw frame"')
+                size_px = self.book.frame_size_px
+                self.raw, self.drawn = canvas("raw", "The raw frame", size_px, self.on_mouse)
+                self.raw.style(f"width: {fitting(size_px)}")
                 with ui.row():
                     button("Find", "search", self.find, first=True)
                     button("Turn", "rotate_right", self.turn)
@@ -104,10 +112,7 @@ class CornersPage:
             self.frame = None
             self.heading.set_text(f"{file} cannot be shown: {error}")
         else:
-            height, width = self.frame.shape[:2]
-            self.raw.set_source(Image.fromarray(self.frame))
-            shown = min(3.0, 640 / height, 720 / width)
-            self.raw.style(f"width: min(100%, {shown * width:.0f}px); max-width: none")
+            self.raw.set_source(as_url(self.frame, FINE_QUALITY))
             self.draw()
         for picture in (self.raw, self.preview):
             picture.set_visibility(self.frame is not None)
@@ -133,18 +138,17 @@ class CornersPage:
                 f'<text x="{x + 0.5}" y="{y - 6 * size}" font-size="{9 * size}" fill="{HALO}"'
                 f' stroke="{DRAWN}" stroke-width="{0.2 * size}">{index + 1}</text>'
             )
-        self.raw.set_content("".join(parts))
+        self.drawn.set_content("".join(parts))
         x, y = corners[self.chosen]
         self.heading.set_text(
             f"{self.files[self.index]}: corner {self.chosen + 1}, {NAMES[self.chosen]} of the"
             f" unwarped picture, at ({x:.2f}, {y:.2f}) px"
         )
         if self.held is None:
-            seen = np.clip(self.book.unwarp(self.frame) * 255, 0, 255).astype(np.uint8)
-            self.preview.set_source(Image.fromarray(seen))
-            height, width = seen.shape[:2]
-            fitting = f"min(100%, {max(320, width)}px, {60 * width / height:.1f}vh)"
-            self.preview.style(f"width: {fitting}; max-width: none")
+            unwarp = self.book.unwarp
+            seen = np.clip(unwarp(self.frame) * 255, 0, 255).astype(np.uint8)
+            self.preview.set_source(as_url(seen, FINE_QUALITY))
+            self.preview.style(f"width: {fitting(unwarp.size_px, PREVIEW_VH)}")
 
     def on_mouse(self, event: MouseEventArguments) -> None:
         """Drag the nearest corner."""
@@ -205,11 +209,11 @@ class CornersPage:
         self.move(self.book.mirror)
 
     def undo(self) -> None:
-        """Take the last change back."""
+        """Take back the last change made in any tab."""
 
         def back() -> None:
             if not self.book.undo():
-                ui.notify("There is nothing left to undo that was done in this tab.")
+                ui.notify(NOTHING_TO_UNDO)
 
         self.attempt(back)
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from nicegui import ui
-from nicegui.events import KeyEventArguments
+from nicegui.events import KeyEventArguments, MouseEventArguments
 
 from sensor.errors import WedgeError
 
@@ -21,6 +21,9 @@ ARROWS = {
     "ArrowDown": (0, 1),
 }
 MOUSE_EVENTS = ["mousedown", "mousemove", "mouseup", "mouseleave"]
+TALLEST_VH = 79
+"""Of a picture that is not magnified: it, its heading and its buttons are seen at once."""
+NOTHING_TO_UNDO = "There is nothing left to undo since this command was started."
 STILL = """(e) => {
     if (e.key.startsWith("Arrow") && !e.ctrlKey && !e.metaKey && !e.altKey)
         e.event.preventDefault();
@@ -92,6 +95,30 @@ def key_of(event: KeyEventArguments) -> str | None:
     if held.ctrl or held.meta:
         return UNDO if name == "z" and not (held.alt or held.shift) else None
     return None if held.alt else name
+
+
+def canvas(
+    name: str,
+    meaning: str,
+    size_px: tuple[int, int],
+    on_mouse: Callable[[MouseEventArguments], None],
+) -> tuple[ui.interactive_image, ui.interactive_image]:
+    """A picture to draw on, and what is drawn: that moves without the picture being sent anew.
+
+    ``add_layer`` would have the browser send each picture back, and complain of a large one.
+    """
+    picture = ui.interactive_image(
+        size=size_px, on_mouse=on_mouse, events=MOUSE_EVENTS, sanitize=False
+    ).props(f'id={name} draggable=false role=img aria-label="{meaning}"')
+    with picture:
+        drawn = ui.interactive_image(size=size_px, events=[], sanitize=False)
+    return picture, drawn.classes("nicegui-interactive-image-layer")
+
+
+def fitting(size_px: tuple[int, int], tallest_vh: float = TALLEST_VH) -> str:
+    """The CSS width of a picture, width by height, that fills its column or the window's height."""
+    width, height = size_px
+    return f"min(100%, {tallest_vh * width / height:.1f}vh)"
 
 
 def button(

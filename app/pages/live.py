@@ -134,8 +134,8 @@ class SensorCard:
 
     def _numbers(self) -> None:
         with ui.column().classes("gap-2 w-full"):
-            self.deepest, self.deepest_line = _figure("Deepest point", "mm", "deepest")
-            self.area, self.area_line = _figure("Contact area", "mm²", "contact")
+            self.deepest, self.deepest_line = _figure("Deepest point", "mm", 2, "deepest")
+            self.area, self.area_line = _figure("Contact area", "mm²", 1, "contact")
             with ui.row().classes("items-center gap-2"):
                 ui.label("Object's pose").classes("text-sm font-medium")
                 self.pose_state = ui.label("–").classes("chip off pose-state")
@@ -193,8 +193,8 @@ class SensorCard:
             self.surface_s = time.monotonic()
             self._update_surface(*glimpse.surface)
             history = [item for item in watcher.history if time.monotonic() - item[0] < HISTORY_S]
-            self.deepest_line.set_content(sparkline([(t, mm) for t, mm, _ in history]))
-            self.area_line.set_content(sparkline([(t, mm2) for t, _, mm2 in history]))
+            self.deepest_line.show([(t, mm) for t, mm, _ in history])
+            self.area_line.show([(t, mm2) for t, _, mm2 in history])
 
     def _update_pose(self, followed: Followed) -> None:
         self.posed.set_source(followed.picture)
@@ -269,12 +269,26 @@ def _picture(title: str, caption: str, name: str) -> ui.interactive_image:
     return image
 
 
-def _figure(title: str, unit: str, name: str) -> tuple[ui.label, ui.html]:
+class Course:
+    """The last seconds of a number as a line, and below it what its top stands for."""
+
+    def __init__(self, unit: str, digits: int, name: str) -> None:
+        self._unit, self._digits = unit, digits
+        self._line = ui.html("", sanitize=False).classes("w-full")
+        self._words = ui.label(f"last {HISTORY_S:g} s").classes(f"quiet text-xs {name}-most")
+
+    def show(self, points: Sequence[tuple[float, float]]) -> None:
+        """Draw times in seconds and values in the unit."""
+        self._line.set_content(sparkline(points))
+        most = max((value for _, value in points), default=0.0)
+        self._words.set_text(f"last {HISTORY_S:g} s, up to {most:.{self._digits}f} {self._unit}")
+
+
+def _figure(title: str, unit: str, digits: int, name: str) -> tuple[ui.label, Course]:
     with ui.column().classes("gap-0 w-full"):
         ui.label(title).classes("text-sm font-medium")
         with ui.row().classes("items-baseline gap-1"):
             number = ui.label("–").classes(f"big {name}")
             ui.label(unit).classes("quiet")
-        line = ui.html("", sanitize=False).classes("w-full")
-        ui.label(f"last {HISTORY_S:g} s").classes("quiet text-xs")
-    return number, line
+        course = Course(unit, digits, name)
+    return number, course

@@ -12,7 +12,7 @@ from statistics import median
 
 import numpy as np
 
-from app._sources import open_live
+from app._sources import is_dataset, open_live
 from app.pages import pictures
 from app.pages.following import Followed, PoseView
 from recon.arrays import Frame
@@ -115,6 +115,7 @@ class Watcher:
         self._background: Frame | None = None
         self._follower: Follower | None = None
         self._view = PoseView()
+        self._apart = is_dataset(where)  # no press of it can be followed to the next
         self._taken: list[Frame] | None = None
         self._saved = ""
         self._closed = threading.Event()
@@ -269,6 +270,8 @@ class Watcher:
         contact_mm2 = float(contact.sum() * pitch_mm[0] * pitch_mm[1])
         self.history.append((time.monotonic(), deepest_mm, contact_mm2))
         assert self._follower is not None
+        if self._apart:
+            self._follower.begin_anew()
         return Glimpse(
             followed=self._view(self._follower(frame, touch, time.monotonic())),
             raw=raw,

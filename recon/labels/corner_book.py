@@ -42,7 +42,7 @@ class CornerBook:
     Several may be open on one folder, in several processes and in every tab of a page, and
     somebody may edit the card by hand: a change is of the corners alone, and what others wrote
     meanwhile stays. Corners that others changed are changed no further by who has not seen that,
-    and ``undo`` takes back only what was done in the same book and still stands.
+    and ``undo`` takes back only what was done in books of the same history and still stands.
 
     Labels lie in pixels of the unwarped frame, which the corners decide. Those found automatically
     are dropped at the first change, before it is written, to be found again, and come back with
@@ -50,12 +50,26 @@ class CornerBook:
     touched: then the corners stay.
     """
 
-    def __init__(self, dataset: Dataset, blank: Frame, lens: Lens | None = None) -> None:
-        """Take over the corners of the card, or else those found in the blank frame."""
+    def __init__(
+        self,
+        dataset: Dataset,
+        blank: Frame,
+        lens: Lens | None = None,
+        history: list[Move] | None = None,
+    ) -> None:
+        """Take over the corners of the card, or else those found in the blank frame.
+
+        Args:
+            dataset: the folder.
+            blank: its raw frame of the untouched gel.
+            lens: the camera's, where it is known.
+            history: the moves that ``undo`` takes back, the latest last, where several books share
+                them; by default the book's own.
+        """
         self.folder, self.lens = dataset.folder, lens
         self.frame_size_px = (blank.shape[1], blank.shape[0])
         self.blank = blank
-        self._history: list[Move] = []
+        self._history: list[Move] = [] if history is None else history
         self._take_over(dataset.card)
 
     def catch_up(self) -> Dataset:

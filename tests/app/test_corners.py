@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from playwright.sync_api import expect
+from playwright.sync_api import WebSocket, expect
 
 from recon.geometry.lens import Lens, write_lens
 from recon.labels.corner_book import CornerBook
@@ -20,6 +20,8 @@ from tests.app.served import needs_chromium, opened, served, serving
 from tests.synthetic import KEYSTONE_PX, make_dataset
 
 ROOT = Path(__file__).resolve().parents[2]
+FILLS = """x => x.clientWidth >= x.parentElement.clientWidth - 1
+    || (x.clientHeight > 0.7 * innerHeight && x.clientHeight < innerHeight)"""
 
 
 def raw_set(folder: Path, quality: float | None) -> Dataset:
@@ -181,7 +183,55 @@ def test_the_browsers_keys_and_an_unseen_frame_change_no_corner(tmp_path: Path) 
 
 
 @needs_chromium
-@pytest.mark.parametrize("width_px", [375, 700, 1280])
+def test_turning_quickly_leaves_no_picture_out_and_a_drag_sends_none_again(tmp_path: Path) -> None:
+    folder = raw_set(tmp_path / "set", quality=0.9).folder
+    x, y = KEYSTONE_PX[0]
+    sent: list[str] = []
+    received: list[str] = []
+
+    def listen(socket: WebSocket) -> None:
+        socket.on("framesent", lambda message: sent.append(str(message)))
+        socket.on("framereceived", lambda message: received.append(str(message)))
+
+    with served("label", folder, "--corners") as address, opened(address) as page:
+        page.on("websocket", listen)
+        page.reload()
+        for part in ("#raw", "#preview"):
+            page.wait_for_function(f"document.querySelector('{part} img')?.naturalWidth > 0")
+            page.locator(f"{part} img").first.evaluate(
+                "img => { img.missing = 0; img.addEventListener('error', () => img.missing += 1); }"
+            )
+        for _ in range(30):
+            page.keyboard.press("n")
+        page.keyboard.press("4")  # told after all these
+        expect(page.locator("#heading")).to_contain_text("press01.png: corner 4")
+        for part in ("#raw", "#preview"):
+            page.wait_for_function(f"document.querySelector('{part} img').complete")
+            assert page.locator(f"{part} img").first.evaluate("img => img.missing") == 0
+        box = page.locator("#raw img").first.bounding_box()
+        assert box is not None
+        scale = box["width"] / 160
+        raw, preview = (page.locator(f"{part} img").first for part in ("#raw", "#preview"))
+        shown, unwarped = raw.get_attribute("src"), preview.get_attribute("src")
+        assert shown and unwarped
+        place = (box["x"] + (x + 0.5) * scale, box["y"] + (y + 0.5) * scale)
+        ring = page.locator("#raw circle").first.bounding_box()
+        assert ring is not None
+        drawn = (ring["x"] + ring["width"] / 2, ring["y"] + ring["height"] / 2)
+        assert drawn == pytest.approx(place, abs=1)
+        page.mouse.move(*place)
+        received.clear()
+        page.mouse.down()
+        page.mouse.move(box["x"] + 0.5 * scale, box["y"] + 0.5 * scale, steps=3)
+        page.mouse.up()
+        expect(preview).not_to_have_attribute("src", unwarped)
+        assert read_dataset(folder).card.corners_px != KEYSTONE_PX
+        assert received and not any(shown in message for message in received)
+        assert sent and not any("data:image" in message for message in sent)  # by the browser
+
+
+@needs_chromium
+@pytest.mark.parametrize("width_px", [375, 700, 1280, 1920])
 def test_a_fine_pitch_leaves_room_for_the_raw_frame(width_px: int, tmp_path: Path) -> None:
     folder = raw_set(tmp_path / "set", quality=0.9).folder
     card = read_dataset(folder).card
@@ -192,6 +242,7 @@ def test_a_fine_pitch_leaves_room_for_the_raw_frame(width_px: int, tmp_path: Pat
         page.wait_for_function("document.querySelector('#preview img').naturalWidth > 1000")
         for part in ("#raw", "#preview"):
             assert 300 < page.locator(part).evaluate("x => x.clientWidth") < width_px
+        assert page.locator("#raw").evaluate(FILLS)
         assert page.evaluate("document.documentElement.scrollWidth") <= width_px
 
 
