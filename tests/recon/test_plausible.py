@@ -1,0 +1,80 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Frames of another sensor, mirrored or with red and blue swapped, are told from touches."""
+
+import numpy as np
+import pytest
+
+from recon.ball import ball_cap
+from recon.estimators import fit_estimator, lesson_of
+from recon.integration.poisson import integrate
+from recon.lights import unseen_axis
+from recon.pipeline import Reconstruction, reconstruct
+from recon.plausible import is_implausible, share_of_no_surface
+from recon.presses import press_reader, read_presses
+from sensor.dataset import read_dataset
+from validation.datasets import dataset_folder
+
+PITCH_MM = (0.1, 0.08)
+
+
+def touch_of(gradient, depth_mm, **more):
+    return Reconstruction(
+        difference=np.zeros((*depth_mm.shape, 3), np.float32),
+        gradient=gradient.astype(np.float32),
+        depth_mm=depth_mm,
+        disturbed=depth_mm > 0.05,
+        boundary="dirichlet",
+        mm_per_px=PITCH_MM,
+        **more,
+    )
+
+
+@pytest.fixture(scope="module")
+def cap():
+    return ball_cap((200, 160), (110.0, 70.0), 2.0, 3.0, PITCH_MM)
+
+
+def test_slopes_of_one_surface_have_none_and_a_turned_field_nearly_all(cap):
+    depth_mm = integrate(cap.gradient, PITCH_MM, "dirichlet")
+    assert share_of_no_surface(touch_of(cap.gradient, depth_mm)) < 0.05
+    turned = np.stack([-cap.gradient[..., 1], cap.gradient[..., 0]], -1)  # curls, and is no slope
+    spun_mm = integrate(turned, PITCH_MM, "dirichlet")
+    assert share_of_no_surface(touch_of(turned, spun_mm)) > 0.8
+    flat = np.zeros_like(cap.gradient)
+    assert share_of_no_surface(touch_of(flat, np.zeros((160, 200)))) == 0
+
+
+def test_what_is_deeper_than_a_gel_is_implausible_and_an_axis_set_to_zero_is_not(cap):
+    depth_mm = integrate(cap.gradient, PITCH_MM, "dirichlet")
+    assert not is_implausible(touch_of(cap.gradient, depth_mm))
+    assert is_implausible(touch_of(6 * cap.gradient, 6 * depth_mm))
+    one = np.where([True, False], cap.gradient, 0)
+    half_mm = integrate(one, PITCH_MM, "dirichlet")
+    opposite = {"R": 0.0, "G": 180.0, "B": 0.0}
+    assert unseen_axis(opposite, "RGB") == "y"
+    assert is_implausible(touch_of(one, half_mm))
+    assert not is_implausible(touch_of(one, half_mm, lights_deg=opposite))
+
+
+def test_presses_are_plausible_and_their_mirror_images_are_not():
+    dataset = read_dataset(dataset_folder("taxim-gelsight"))
+    presses, reader = read_presses(dataset).presses, press_reader(dataset)
+    lesson = lesson_of("mlp", presses, range(0, len(presses), 4), 0)
+    fitted = fit_estimator("mlp", lesson, "RGB", 0)
+
+    def implausible(frame):
+        touch = reconstruct(
+            (frame - reader.blank).astype(np.float32),
+            fitted,
+            missing="none",
+            lights_deg=dataset.card.lights_deg,
+            mm_per_px=dataset.card.mm_per_px,
+        )
+        return is_implausible(touch)
+
+    frames = [press.difference + reader.blank for press in presses[1::8]]
+    assert not any(implausible(frame) for frame in frames)
+    assert all(implausible(frame[:, ::-1]) for frame in frames)
+    assert all(implausible(frame[..., ::-1]) for frame in frames)
+    assert implausible(np.full_like(frames[0], 100 / 255))
