@@ -33,7 +33,8 @@ def bill_counts(
     grams = sum(part["mass_g"] * part["quantity"] for part in made)
     balls = sum(part["quantity"] for part in made if part["id"] == "ball_jig")
     per_gel = {name: counts["gel"] for name in ("gel_paint", "gel_glue", "cover_tape")}
-    links = {name: counts["csi_hdmi_board"] for name in ("hdmi_cable", "raspberry_pi")}
+    behind = ("hdmi_cable", "raspberry_pi", "pi_power_supply", "microsd_card")
+    links = {name: counts["csi_hdmi_board"] for name in behind}
     per_gel |= {"black_tape": counts["gel"], "abrasive": counts["gel"]}
     glued = {"epoxy": counts["mirror"], "double_tape": arrays}
     implied = {"wire": round((2 * arrays + 2) * WIRE_M, 3), "pla": round(grams, 1), "ball": balls}

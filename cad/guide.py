@@ -50,12 +50,14 @@ _HOW = {
     "roof_screws": "Tighten crosswise. Bolt the plate to the gripper now, from below: later the"
     " cover is in the way.",
     "cover": "The compartment is closed by the gripper adapter, which is its lid.",
-    "board": "Solder the resistor board's supply wires to {supply} V and ground of the adapter"
-    " first.",
+    "board": "One board of the pair belongs here, the other one to the Raspberry Pi (section 8)."
+    " Solder the resistor board's supply wires to {supply} V and ground of the adapter first.",
     "board_screws": "The screws cut their own thread in the posts.",
     "resistor_board": "Wrap it in insulating tape, and solder the arrays' wires straight into its"
     " holes: the wires come in at the front notch.",
-    "cover_into_place": "Lead the camera's ribbon through the front notch and plug it in.",
+    "cover_into_place": "Lead the camera's ribbon through the front notch and plug it into the"
+    " board: open the socket's latch, push the ribbon in straight, its bare contacts toward those"
+    " of the socket, and close the latch. The board's HDMI socket then looks out at the back.",
     "cover_screws": "Use a driver with a long shaft: the heads sit deep.",
 }
 
@@ -102,6 +104,8 @@ def guide_text(
             _step_text(number, step, assembly, {**names, **titles}, design)
             for number, step in enumerate(assembly.steps, start=1)
         ),
+        supply=f"{design.wiring.supply_v:g}",
+        wires_step=[step.id for step in assembly.steps].index("board") + 1,
         keystone=f"{keystone(pixels, 21):.2f}",
         margin=f"{pixel_margin(design.camera, pixels):.0f}",
         view=f"{design.camera.diagonal_view_deg:g}",

@@ -39,7 +39,13 @@ def _help(name: str) -> str:
         main([name, "--help"] if name else ["--help"])
     printed.seek(0)
     lines = printed.read().strip().splitlines()
-    text = "\n".join(
-        line if line[:1] in ("", " ") else textwrap.fill(line, COLUMNS) for line in lines
-    )
+    text = "\n".join(_wrapped(line) for line in lines)
     return f"``` {{ .text .terminal }}\n{text}\n```"
+
+
+def _wrapped(line: str) -> str:
+    """A line of help in the page's width; what follows a name stays in its column."""
+    if len(line) <= COLUMNS:
+        return line
+    named = re.match(r" +\S+ {2,}", line)
+    return textwrap.fill(line, COLUMNS, subsequent_indent=" " * (named.end() if named else 0))

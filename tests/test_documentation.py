@@ -153,6 +153,19 @@ def test_the_commands_page_shows_the_help_of_every_command() -> None:
     assert sorted(shown) == sorted(app.__main__.SUBCOMMANDS)
 
 
+def test_no_help_on_the_commands_page_is_wider_than_its_block() -> None:
+    hooks = runpy.run_path(str(DOCS / "hooks.py"))
+    shown = hooks["on_page_markdown"]((DOCS / "commands.md").read_text())
+    helps = re.findall(r"^``` .*?\n(.*?)^```$", shown, re.MULTILINE | re.DOTALL)
+    assert len(helps) == len(app.__main__.SUBCOMMANDS) + 1
+    lines = [line for text in helps for line in text.splitlines()]
+    assert [line for line in lines if len(line) > hooks["COLUMNS"]] == []
+    # The words of a subcommand that go on in the next line stand below its first ones.
+    (overview,) = [part for part in helps[0].split("\n\n") if part.startswith("  reproduce ")]
+    columns = [re.match(r"(  \w+ {2,}| +)\w|", line) for line in overview.splitlines()]
+    assert len({found.end() for found in columns if found}) == 1
+
+
 @pytest.mark.parametrize("page", PAGES, ids=ids)
 def test_every_relative_link_leads_somewhere(page: Path) -> None:
     prose = FENCE.sub("", page.read_text())

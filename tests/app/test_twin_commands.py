@@ -20,6 +20,8 @@ from sensor.errors import WedgeError
 from simulation.engine import SCALAR
 from tests.simulation.conftest import InLine
 
+ROOT = Path(__file__).resolve().parents[2]
+
 pytest.importorskip("mitsuba", reason="the twin renders with mitsuba")
 
 
@@ -59,7 +61,11 @@ def test_simulate_writes_a_dataset_that_says_how_it_was_made(here, monkeypatch, 
         dataset.card.source
         == "wedge simulate --design finger --samples 4 --width-px 24 --presses 2"
     )
-    assert "2 labelled presses" in capsys.readouterr().out
+    assert dataset.card.name == "d"  # and not that of the shipped set, whose frames are others
+    assert "2 labelled presses, 0 shapes with their truth" in capsys.readouterr().out
+    assert typed("simulate", *SMALL, "--scene", "prism", "--out", "sub/e") == 0
+    assert read_dataset(here / "sub" / "e").card.name == "e"
+    assert "0 labelled presses, 1 shape with its truth" in capsys.readouterr().out
     assert typed(*words) == 2  # the folder is not empty now
 
 
@@ -122,6 +128,20 @@ def test_a_design_that_cannot_be_cut_is_not_rendered(here, capsys) -> None:
     assert "mirror.length_mm = 25" in capsys.readouterr().err
     assert typed("sweep", "mirror.length_mm", "25", "--out", "s") == 2
     assert [path.name for path in here.iterdir()] == ["short.toml"]
+
+
+def test_the_sweep_of_the_documentation_leaves_no_value_out(here, monkeypatch, capsys) -> None:
+    page = (ROOT / "docs" / "howto" / "design.md").read_text(encoding="utf-8")
+    (here / "thin.toml").write_text(page.partition("```toml\n")[2].partition("```")[0])
+    (line,) = [line for line in page.splitlines() if line.startswith("wedge sweep ")]
+
+    def stops(*_: object, **__: object) -> None:
+        raise WedgeError("all can be built")
+
+    monkeypatch.setattr(sweep, "process_pool", stops)
+    assert typed(*line.split()[1:]) == 2
+    said = capsys.readouterr().err
+    assert "all can be built" in said and "left out" not in said
 
 
 def test_a_failure_in_the_middle_leaves_no_dataset(here, monkeypatch) -> None:

@@ -36,6 +36,7 @@ from sensor.design import FINGER
 from validation.report.fabrication import fabrication_section
 
 Folders = tuple[Path, Path]
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def listed(folder: Path) -> list[str]:
@@ -266,7 +267,9 @@ def test_pages_point_at_files_that_exist(fabricated: Folders) -> None:
 CONSUMABLES = {
     "epoxy": "epoxy", "double-sided tape": "double_tape", "black tape": "black_tape",
     "2000 grit": "abrasive", "tegaderm": "cover_tape", "silicone adhesive": "gel_glue",
-    "print-on silicone ink": "gel_paint", "xp-565": "gel",
+    "print-on silicone ink": "gel_paint", "xp-565": "gel", "second board": "csi_hdmi_board",
+    "plug the hdmi cable into": "hdmi_cable", "the microsd card": "microsd_card",
+    "give the pi its power": "pi_power_supply", "camera server": "raspberry_pi",
 }  # fmt: skip
 
 
@@ -288,10 +291,23 @@ def test_guide_and_bill_ask_for_the_same(fabricated: Folders) -> None:
     electronic |= {row["id"] for row in rows if re.match(r"led_[a-z]+$|resistor_\d", row["id"])}
     assert set(sold) == electronic
     bought = {row["id"] for row in rows}
+    steps = guide.replace(table, "").lower()
     for word, part in CONSUMABLES.items():
-        assert word in guide.lower() and part in bought, word
+        assert word in steps and part in bought, word
     pieces = {row["id"]: row["quantity"] for row in rows if row["unit"] != "m"}
     assert all(row["Quantity"] == pieces.get(key, "1") for key, row in sold.items())
+
+
+def test_the_guide_ends_at_pages_that_exist_with_the_colours_set_before_the_presses(
+    fabricated: Folders,
+) -> None:
+    guide = (fabricated[0] / "guide.md").read_text(encoding="utf-8")
+    pages = re.findall(r"`(docs/[^`]+)`", guide)
+    assert {"docs/howto/pi.md", "docs/howto/calibrate.md"} <= {*pages}
+    assert [page for page in pages if not (ROOT / page).is_file()] == []
+    commands = ["rpicam-hello", "`wedge tune", "`wedge capture", "`wedge calibrate"]
+    places = [guide.index(command) for command in commands]
+    assert places == sorted(places)
 
 
 @pytest.mark.parametrize("name", ["finger"])

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A dataset's name leads to one whole folder, made once."""
 
+import tomllib
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -180,3 +181,16 @@ def test_a_real_wedge_is_lit_from_its_base_and_both_sides() -> None:
     assert lights is not None
     for color, azimuth in {"R": -90.0, "G": 180.0, "B": 90.0}.items():
         assert abs((lights[color] - azimuth + 180) % 360 - 180) < 15
+
+
+def test_the_card_of_the_documentation_is_lit_as_the_sensor_whose_corners_it_has() -> None:
+    known = next(known for known in DATASETS if known.name == "wedge-lab")
+    if known.find() is None:
+        pytest.skip(f"{known.name} is absent: {known.sought}")
+    page = Path(__file__).parents[2] / "docs" / "howto" / "calibrate.md"
+    text = page.read_text(encoding="utf-8").partition("```toml\n")[2].partition("```")[0]
+    card, real = tomllib.loads(text), read_dataset(dataset_folder("wedge-lab")).card
+    assert real.corners_px is not None and real.lights_deg is not None
+    assert np.array_equal(card["corners_px"], real.corners_px)
+    for color, azimuth in real.lights_deg.items():
+        assert abs((card["lights_deg"][color] - azimuth + 180) % 360 - 180) < 1
