@@ -8,7 +8,8 @@ ball's centre, tells how far off the circle is as well as that one's own error l
 ``python -m validation.label_noise DATASET`` fits two by five folds, moves every held-out circle to
 where one reads it, its radius kept, and judges the other by that. What both misread alike, of light
 or of gel, moves the circles too and is charged to neither; what the judging one alone misreads is
-charged to the other. ``--json FILE`` keeps the numbers.
+charged to the other. Labels are flat from 1.3 contact radii on, where skin still follows the ball;
+so ``contact+5%`` is judged without that collar as well. ``--json FILE`` keeps the numbers.
 """
 
 import argparse
@@ -20,11 +21,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float32
+from jaxtyping import Bool, Float32
 from scipy.optimize import minimize
 
+from recon.ball import offsets_mm
 from recon.calibration import lit_channels
 from recon.estimators import as_labelled
+from recon.estimators.lesson import FLAT_FROM
 from recon.pipeline import reconstruct
 from recon.pixels import BallPress, Pixels, ball_slopes, label_pixels
 from recon.presses import read_presses
@@ -40,6 +43,7 @@ from validation.splits import splits
 FOLDS = 5
 SEED = 0
 HOW = ("as labelled", "as the other reads")
+WITHOUT_COLLAR = "contact+5% without the collar"
 Row = dict[str, Any]
 Slopes = Float32[np.ndarray, "n 2"]
 
@@ -141,15 +145,27 @@ def moved_slopes(pixels: Pixels, press: BallPress, shift_px: Pair) -> Slopes:
 def _theta_deg(reads: Sequence[Read], shifts_px: Sequence[Pair]) -> dict[str, float]:
     """Mean of theta x and theta y over each pixel set of the table, once circles have moved."""
     found: dict[str, float] = {}
-    for name in PIXEL_SETS:
+    for name in (*PIXEL_SETS, WITHOUT_COLLAR):
         errors = []
         for read, shift_px in zip(reads, shifts_px, strict=True):
-            chosen = read.pixels.contact | (name == "contact+5%")
             truth = moved_slopes(read.pixels, read.press, shift_px)
-            errors.append(press_errors(read.press.file, read.slopes, truth, chosen))
+            errors.append(press_errors(read.press.file, read.slopes, truth, _judged(read, name)))
         values = mean_errors(errors, SEED).values
         found[name] = (values["theta_x_deg"] + values["theta_y_deg"]) / 2
     return found
+
+
+def _judged(read: Read, name: str) -> Bool[np.ndarray, " n"]:
+    """Which of a press's pixels a set of this name holds."""
+    contact = read.pixels.contact
+    if name == "contact":
+        return contact
+    if name == "contact+5%":
+        return np.ones_like(contact)
+    press = read.press
+    away_mm = np.hypot(*offsets_mm(press.size_px, press.center_px, press.mm_per_px))
+    flat = away_mm.ravel()[read.pixels.place] >= FLAT_FROM * press.contact_radius_mm
+    return np.asarray(contact | flat)
 
 
 def main() -> None:

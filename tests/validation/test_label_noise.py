@@ -50,3 +50,17 @@ def test_circles_that_lie_off_are_told_from_balls_that_are_misread(dataset, tmp_
         reads = label_noise.read_held_out(str(folder), estimator)
         left_px = np.array([read.shift_px for read in reads]) + off_px
         assert np.sqrt(np.mean(left_px**2)) < 0.6 * np.sqrt(np.mean(off_px**2))
+
+
+def test_the_collar_is_what_lies_between_contact_and_flat_gel(dataset):
+    press = read_presses(dataset).presses[0]
+    pixels = label_pixels(press, 0, 0)
+    read = label_noise.Read(press=press, pixels=pixels, slopes=pixels.gradient, shift_px=(0.0, 0.0))
+    judged = label_noise._judged(read, label_noise.WITHOUT_COLLAR)
+    row, column = np.divmod(pixels.place, press.size_px[0])
+    off_px = np.hypot(column - press.center_px[0], row - press.center_px[1])
+    radii = off_px / press.contact_radius_px  # the synthetic frame's pixels are square
+    assert judged[pixels.contact].all()
+    collar = ~pixels.contact & (radii < 2.8)
+    assert collar.any() and not judged[collar].any()
+    assert judged[radii > 2.8].all() and (radii > 2.8).any()
