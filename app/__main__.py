@@ -17,7 +17,7 @@ from contextlib import contextmanager
 from sensor.errors import WedgeError
 
 SUBCOMMANDS = {
-    "reproduce": "calibrate on real ball presses, tabulate the errors, write build/index.html",
+    "reproduce": "make both sensors' build files, calibrate on ball presses, show the errors",
     "test": "run every check of the project: style, types, floors, docs, tests",
     "fabricate": "write every file to build a sensor, checked: print, laser, boards, bill, guide",
     "simulate": "render a design's frames, path-traced, as a dataset with ground truth",

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from app._output import command_line
 from sensor.errors import WedgeError
 
 if TYPE_CHECKING:
@@ -62,7 +63,7 @@ class Captured:
         """A sentence for whoever ends before all is done."""
         return (
             f"The presses are kept in {self.out}, at the size that its {CARD_FILE} states: "
-            f"wedge label {self.out} finds circles that are missing."
+            f"{command_line('label', self.out)} finds circles that are missing."
         )
 
     def keep(self, frame: Any, circle: "Circle") -> str:
@@ -186,13 +187,20 @@ class Captured:
 
     def _read(self) -> "tuple[Dataset, Unwarp]":
         """The folder as it is now, and how its frames are unwarped."""
+        from recon.labels.find_circle import refuse_ball
         from recon.presses import dataset_unwarp, read_dataset_lens
         from sensor.dataset import read_dataset
+        from sensor.toml import located
 
         assert self.watcher.background is not None
         dataset = read_dataset(self.out, labelled=False)
-        lens = read_dataset_lens(dataset)
-        return dataset, dataset_unwarp(dataset, self.watcher.background, lens)
+        lens, card = read_dataset_lens(dataset), dataset.card
+        unwarp = dataset_unwarp(dataset, self.watcher.background, lens)
+        try:
+            refuse_ball(unwarp.size_px, card.ball_radius_mm, card.mm_per_px)
+        except WedgeError as error:
+            raise located(self.out / CARD_FILE, error) from error
+        return dataset, unwarp
 
     def _follow(self, dataset: "Dataset", unwarp: "Unwarp") -> str:
         from recon.labels.label_book import LabelBook, is_by_hand, places

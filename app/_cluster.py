@@ -7,6 +7,7 @@ from concurrent.futures import Executor
 from contextlib import contextmanager
 
 from sensor.errors import WedgeError
+from sensor.extras import how_to_install
 
 PATIENCE_S = 10
 RETRIES = 3
@@ -23,9 +24,7 @@ def cluster_pool(address: str) -> Iterator[Executor]:
     try:
         from distributed import Client
     except ModuleNotFoundError as error:
-        raise WedgeError(
-            f"--cluster needs {error.name}: pip install 'gelsight-wedge[cluster]'."
-        ) from error
+        raise WedgeError(f"--cluster needs {error.name}: {how_to_install('cluster')}.") from error
     try:
         client = Client(address, timeout=PATIENCE_S, set_as_default=False)  # type: ignore[no-untyped-call]
     except (OSError, ValueError, TimeoutError) as error:

@@ -51,7 +51,9 @@ class UnitFrame:
     """A frame that came, whether or not anything can be made of it."""
 
     name: str
-    """The file's, or its number in a stream."""
+    """The file's as it was named, or its number in a stream."""
+    file: str
+    """The image's, as it was named or in its folder; none in a video, recording or live stream."""
     time_ns: int
     image: "Frame | None"
     """``None`` where it is damaged, or of another size than the unit's frames."""
@@ -59,6 +61,11 @@ class UnitFrame:
     """In what way."""
     still: bool = False
     """It is the frame before to the last bit, as no camera's is."""
+
+    @property
+    def shown(self) -> str:
+        """Its name, and its file's where that is another, for a table."""
+        return self.name if self.file in ("", self.name) else f"{self.name} {self.file}"
 
 
 class UnitFrames:
@@ -180,7 +187,8 @@ def unit_frames(
 
 def _images(names: Sequence[str], unwarp: "Unwarp") -> Iterator[UnitFrame]:
     for index, name in enumerate(names):
-        yield UnitFrame(name=name, time_ns=index, image=read_checked(name, unwarp))
+        image = read_checked(name, unwarp)
+        yield UnitFrame(name=name, file=name, time_ns=index, image=image)
 
 
 def _streamed(
@@ -188,7 +196,7 @@ def _streamed(
 ) -> Iterator[UnitFrame]:
     whole, flaw = 0, ""
     for timed in source:
-        name = f"{timed.index:05d}"
+        name, file, time_ns = f"{timed.index:05d}", timed.file, timed.time_ns
         image: Frame | None = None
         try:
             image = timed.image()
@@ -198,8 +206,8 @@ def _streamed(
             flaw = flaw or f"{where}, frame {timed.index}: {error}"
             if image is not None and not whole:  # another sensor's, most likely
                 raise WedgeError(f"{where}, frame {timed.index}: {error}") from error
-            yield UnitFrame(name=name, time_ns=timed.time_ns, image=None, flaw=str(error))
+            yield UnitFrame(name=name, file=file, time_ns=time_ns, image=None, flaw=str(error))
         else:
-            yield UnitFrame(name=name, time_ns=timed.time_ns, image=image)
+            yield UnitFrame(name=name, file=file, time_ns=time_ns, image=image)
     if not whole:
         raise WedgeError(flaw or counts.no_frame(where))

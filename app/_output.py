@@ -7,6 +7,7 @@ import io
 import json
 import math
 import os
+import shlex
 import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -22,6 +23,8 @@ OutputFile = Annotated[Path | None, tyro.conf.arg(metavar="FILE")]
 """An option that names a file to write."""
 READ_IN_FOLDERS = (*IMAGES, ".npz", ".npy", ".toml", ".csv", ".safetensors")
 """Endings of what is read with a folder that is named; reports beside it may be written anew."""
+BESIDE_CELL, BESIDE_TABLE = 3, 1
+"""Characters of a table that are no cell's: spaces beside each, and the last line at its edge."""
 
 if TYPE_CHECKING:
     from recon.presses import LeftOut
@@ -66,6 +69,16 @@ def keep_inputs(read: Iterable[str | Path | None], written: Iterable[Path | None
     for path in written:
         if path is not None and (path.resolve() in ours or _is_read_in(ours, path.resolve())):
             raise WedgeError(f"{path} would be written over, and it is read: write elsewhere.")
+
+
+def refuse_unit_folder(out: Path) -> None:
+    """Refuse to write what is made of a unit's frames among the unit's own files.
+
+    Raises:
+        WedgeError: names the folder.
+    """
+    if (out / "unit.toml").is_file():
+        raise WedgeError(f"{out} is a unit folder, which holds its own files alone: name another.")
 
 
 def _is_read_in(folders: set[Path], path: Path) -> bool:
@@ -151,19 +164,60 @@ def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
+def command_line(*words: str | Path) -> str:
+    """A command as a shell takes it, whatever is in the names of its files."""
+    return shlex.join(["wedge", *map(str, words)])
+
+
 def print_table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
-    """Print a table as wide as it needs to be where stdout is not a terminal."""
+    """Print a table of which nothing is cut.
+
+    It is as wide as it needs to be; on a terminal that is narrower its cells break between words,
+    and where a word would not fit, each row stands below the one before, a line for each cell.
+    """
     from rich import box
+    from rich.cells import cell_len
     from rich.console import Console
     from rich.table import Table
 
-    table = Table(*headings, box=box.SIMPLE_HEAD)
-    for row in rows:
-        table.add_row(*row)
+    lines = [headings, *rows]
+    columns = list(zip(*lines, strict=True))
+    longest = [max(map(cell_len, column)) for column in columns]
+    words = [max(map(cell_len, " ".join(column).split()), default=0) for column in columns]
     console = Console()
     if not console.is_terminal:
-        console = Console(width=200)
+        console = Console(width=sum(longest) + BESIDE_CELL * len(columns) + BESIDE_TABLE)
+    widths = _widths(words, longest, console.width - BESIDE_CELL * len(columns) - BESIDE_TABLE)
+    if widths is None:
+        _print_stacked(headings, lines[1:])
+        return
+    table = Table(box=box.SIMPLE_HEAD)
+    for heading, width in zip(headings, widths, strict=True):
+        table.add_column(heading, width=width)
+    for row in lines[1:]:
+        table.add_row(*row)
     console.print(table, markup=False)
+
+
+def _widths(words: Sequence[int], longest: Sequence[int], width: int) -> list[int] | None:
+    """Of columns between their longest word and their longest cell; ``None`` where none do."""
+    widths = list(words)
+    if sum(widths) > width:
+        return None
+    for _ in range(min(width, sum(longest)) - sum(widths)):
+        lacking = [most - given for most, given in zip(longest, widths, strict=True)]
+        widths[lacking.index(max(lacking))] += 1
+    return widths
+
+
+def _print_stacked(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    wide = max(map(len, headings))
+    for row in rows:
+        print()
+        for heading, cell in zip(headings, row, strict=True):
+            if cell:
+                print(f" {heading:{wide}}  {cell}")
+    print()
 
 
 def print_error_table(table: "ErrorTable") -> None:

@@ -32,6 +32,27 @@ def open_where(where: str) -> "FrameSource":
     return open_source(where)
 
 
+def refuse_nowhere(where: str) -> None:
+    """Refuse what ``open_where`` could never open, also later; nothing is opened.
+
+    Raises:
+        WedgeError: it is neither an address nor there.
+    """
+    from recon.stream import refuse_no_source
+    from validation.datasets import DATASETS
+
+    if where not in {dataset.name for dataset in DATASETS}:
+        refuse_no_source(where)
+
+
+def is_dataset(where: str) -> bool:
+    """Whether frames from there are presses that have nothing to do with each other."""
+    from validation.datasets import DATASETS
+
+    known = {dataset.name for dataset in DATASETS}
+    return where in known or (Path(where) / "dataset.toml").is_file()
+
+
 def open_live(where: str, *, repeat: bool = False) -> "FrameSource":
     """A source that gives frames at their pace, files too.
 

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The words of a command line as parameters of a subcommand, or what is wrong with them."""
 
+import inspect
 import io
 import os
 import re
@@ -17,6 +18,8 @@ KINDS = {"INT": "whole number", "FLOAT": "number"}
 """Tyro's words for what a value should be."""
 SUCH_AS = {"FLOAT": ", such as 2.42"}
 
+HEADING = re.compile(r"\s*[A-Z][a-z]+:")
+"""Of a docstring's section."""
 RULE = re.compile(r"\s*-{4,}\s*")
 """Between the parts of a box where the terminal knows ASCII alone."""
 
@@ -39,6 +42,9 @@ def understood(command: Callable[..., Any], name: str, words: Sequence[str]) -> 
     def given(*values: Any, **named: Any) -> Callable[[], Any]:
         return partial(command, *values, **named)
 
+    del given.__wrapped__  # whose docstring tyro would read instead
+    given.__signature__ = inspect.signature(command)  # type: ignore[attr-defined]
+    given.__doc__ = without_breaks(command.__doc__ or "")
     complaint = io.StringIO()
     try:
         with redirect_stderr(complaint), _on_one_line(not {"-h", "--help"} & set(words)):
@@ -51,6 +57,23 @@ def understood(command: Callable[..., Any], name: str, words: Sequence[str]) -> 
         sentence = in_a_sentence(complaint.getvalue(), name)
         raise WedgeError(f"{sentence} `{name} --help` explains.") from stop
     return call
+
+
+def without_breaks(text: str) -> str:
+    """A docstring whose lines go on where tyro would break them amid a sentence.
+
+    That is before a line within a paragraph that is inset or begins with no letter.
+    """
+    lines: list[str] = []
+    for line in text.splitlines():
+        words, before = line.strip(), lines[-1] if lines else ""
+        inset = len(line) - len(line.lstrip()) > len(before) - len(before.lstrip())
+        goes_on = before.strip() and not HEADING.fullmatch(before)
+        if words and goes_on and (inset or not words[0].isalpha()):
+            lines[-1] += f" {words}"
+        else:
+            lines.append(line)
+    return "\n".join(lines)
 
 
 @contextmanager

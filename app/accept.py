@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """`wedge accept`: is this sensor good?"""
 
+from datetime import UTC, datetime
+from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -56,10 +58,14 @@ def main(
     from sensor.files import write_atomic
     from validation.acceptance.certificate import (
         WORDS,
+        Occasion,
         document,
         failures,
         junit_xml,
+        lead,
         lines,
+        not_measured,
+        origin,
         page_html,
     )
     from validation.acceptance.limits import verdict
@@ -75,6 +81,12 @@ def main(
     calibration = load_calibration(unit)
     source = read_dataset(dataset_folder(dataset))
     card, name = calibration.card, source.card.name
+    occasion = Occasion(
+        dataset=name,
+        dataset_sha256=source.sha256,
+        judged=datetime.now(UTC).date().isoformat(),
+        software=version("gelsight-wedge"),
+    )
     times_ns, indices = _times(frames, calibration.unwarp)
     with process_pool() as executor, progress(f"acceptance of {card.serial}") as show:
         found = accept_unit(
@@ -88,10 +100,11 @@ def main(
         )
     grade = verdict(found.values)
     print_table(("measured", "value", "A", "B", "grade"), [line.cells for line in lines(found)])
-    for sentence in failures(found):
+    said = [*failures(found), *not_measured(found), lead(card, occasion, found)]
+    for sentence in (*said, origin(card, occasion)):
         print(sentence)
     print(f"{card.serial}: {WORDS[grade]}.")
-    write_json(json, document(card, name, found))
+    write_json(json, document(card, occasion, found))
     if junit:
         write_atomic(junit, junit_xml(card, name, found))
     if out is not None and pdf is not None:
@@ -108,10 +121,12 @@ def main(
             title=f"GelSight Wedge {card.serial}",
             lead="Certificate of one sensor, written by wedge accept.",
             sections=[
-                Section(title=WORDS[grade], html=page_html(card, name, found, figure_html(shown)))
+                Section(
+                    title=WORDS[grade], html=page_html(card, occasion, found, figure_html(shown))
+                )
             ],
         )
-        write_atomic(pdf, pdf_bytes(card, name, found))
+        write_atomic(pdf, pdf_bytes(card, occasion, found))
         print(f"Certificate: {page}, {pdf}")
     return 1 if grade == "fail" else 0
 

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import tyro
 
-from app._output import OutputFile, keep_inputs, print_error_table, write_json
+from app._output import OutputFile, command_line, keep_inputs, print_error_table, write_json
 from app._progress import progress
 from app._seed import Seed
 from app._workers import process_pool
@@ -53,7 +53,7 @@ def main(
     from recon.calibration import lit_channels, unit_of
     from recon.estimators import fit_estimator, kind_of, lesson_of
     from recon.labels.ball_size import doubtful_ball
-    from recon.presses import left_out_places, read_presses
+    from recon.presses import few_presses, left_out_places, read_presses
     from sensor.dataset import read_dataset
     from sensor.design_file import load_design
     from validation.datasets import dataset_folder
@@ -93,12 +93,13 @@ def main(
         )
         unit.save(out)
     print_error_table(measured)
-    for sentence in (left_out_places(presses), doubtful_ball(presses.presses)):
+    doubts = (few_presses(presses), left_out_places(presses), doubtful_ball(presses.presses))
+    for sentence in doubts:
         if sentence:
             print(sentence)
     print(f"Unit folder: {out}")
     if folder is not None:
-        print(f"Next: wedge accept {out} {folder} --out {out}-certificate")
+        print(f"Next: {command_line('accept', out, folder, '--out', f'{out}-certificate')}")
     write_json(json, table_document(measured))
 
 
@@ -123,7 +124,7 @@ def _dataset_of(
     if (presses / "dataset.toml").exists():
         raise WedgeError(
             f"{presses} holds the presses of an earlier run: go on with "
-            f"`wedge calibrate {presses} --out {out}`, or name another --out."
+            f"`{command_line('calibrate', presses, '--out', out)}`, or name another --out."
         )
     import_source(
         frames,

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from app._captured import CALIPER_FOLDER, Captured
+from app._output import command_line
 from sensor.errors import WedgeError
 
 if TYPE_CHECKING:
@@ -129,7 +130,7 @@ def main(
         raise WedgeError(f"no press was taken from {where}: {shown.last}.")
     print(_map(watcher))
     _finish(captured, other is None, calipers)
-    print(f"{len(taken)} presses in {out}. Next: wedge label {out}")
+    print(f"{len(taken)} presses in {out}. Next: {command_line('label', out)}")
 
 
 @contextmanager

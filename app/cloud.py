@@ -8,12 +8,13 @@ from typing import Annotated, Literal
 
 import tyro
 
-from app._frames import is_image, unit_frames
+from app._frames import UnitFrame, is_image, unit_frames
 from app._output import (
     OutputFile,
     keep_inputs,
     output_names,
     print_table,
+    refuse_unit_folder,
     write_json,
 )
 from app._progress import progress
@@ -41,12 +42,14 @@ def main(
     y down, z out of the gel, so a pressed point lies at z = -depth. Each has a normal, whether
     something touches there, and sigma, the standard deviation expected of z: what the estimator
     knows of its slopes' errors becomes that (of mlp and table, which know of none, only what the
-    noise of untouched gel becomes, which is far less). OUT receives
-    one file per frame: PLY for MeshLab, Blender or trimesh, PCD for PCL and ROS, NPZ for NumPy.
+    noise of untouched gel becomes, which is far less). OUT receives one file per frame, called as
+    its image or, in a video or a stream, by its number: PLY for MeshLab, Blender or trimesh, PCD
+    for PCL and ROS, NPZ for NumPy.
     The table says how many patches are touched, whether the border cuts one, and how much of the
-    contact lies in the shadow of its own dent, where slopes are to be doubted. In a stream, damaged
-    frames are left out and counted; Ctrl-C ends it, and what was written stays. Images are all
-    checked before the first is written.
+    contact lies in the shadow of its own dent, where slopes are to be doubted. Its sigma is the
+    median over all points of the file; beside the deepest point, `wedge reconstruct` gives the
+    sigma of that point alone. In a stream, damaged frames are left out and counted; Ctrl-C ends it,
+    and what was written stays. Images are all checked before the first is written.
 
     Examples:
         wedge cloud units/wedge-001 press.png --out clouds --mesh
@@ -79,6 +82,7 @@ def main(
     apart = [name for name in where if is_image(name)]
     names = output_names(apart[:frames], [f".{form}"])
     written = [out / f"{name}.{form}" for name in names or ["cloud"]]
+    refuse_unit_folder(out)
     check_outputs(*written, json)
     keep_inputs([unit, *where, background, design], [*written, json])
     calibration = load_calibration(unit)
@@ -86,6 +90,8 @@ def main(
     blank = None if background is None else read_checked(background, calibration.unwarp)
     reconstruct = Reconstructor(calibration, blank)
     rows: list[dict[str, object]] = []
+    shown: list[str] = []
+    taken: set[str] = set()
     with unit_frames(where, calibration.unwarp, frames) as came, progress("point clouds") as show:
         for frame in came:
             if frame.image is None:
@@ -97,11 +103,14 @@ def main(
                 triangles = skin_mesh(touch, gel).triangles
             if part == "contact":
                 cloud = cloud[cloud.contact]
-            path = out / f"{names[len(rows)] if names else name}.{form}"
+            path = out / f"{names[len(rows)] if names else _free_stem(frame, taken)}.{form}"
+            if not names:
+                keep_inputs([unit, *where], [path])
             write_atomic(path, cloud_bytes(cloud, form, triangles))
             rows.append(
                 {
                     "frame": name,
+                    "image": frame.file or None,
                     "points": len(cloud),
                     "touching": touching,
                     "contact": contact_word(patches),
@@ -113,15 +122,16 @@ def main(
                     "file": str(path),
                 }
             )
+            shown.append(frame.shown)
             show(len(rows) / max(len(where), len(rows) + 1), name)
     print_table(
         [
             *("frame", "points", "touching", "contact", "in shadow", "deepest [mm]"),
-            *("sigma z [mm]", "markers", "file"),
+            *("median sigma z [mm]", "markers", "file"),
         ],
         [
             [
-                str(row["frame"]),
+                name,
                 str(row["points"]),
                 str(row["touching"]),
                 str(row["contact"]),
@@ -131,7 +141,7 @@ def main(
                 str(row["markers"]),
                 str(row["file"]),
             ]
-            for row in rows[:SHOWN_ROWS]
+            for name, row in zip(shown[:SHOWN_ROWS], rows, strict=False)
         ],
     )
     if len(rows) > SHOWN_ROWS:
@@ -139,3 +149,12 @@ def main(
     document = {"unit": str(unit), "form": form, "clouds": rows, "remarks": came.remarks}
     write_json(json, document)
     came.tell()
+
+
+def _free_stem(frame: UnitFrame, taken: set[str]) -> str:
+    """What the file to be written is called; of two images alike, the number sets one apart."""
+    stem = output_names([frame.file or frame.name], [])[0]
+    while stem in taken:
+        stem += f"-{frame.name}"
+    taken.add(stem)
+    return stem

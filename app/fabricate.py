@@ -12,6 +12,7 @@ from app._workers import process_pool
 from sensor.design import Wedge
 from sensor.design_file import load_design
 from sensor.errors import WedgeError
+from sensor.extras import how_to_install
 from sensor.files import check_outputs, new_folder
 
 if TYPE_CHECKING:
@@ -74,7 +75,7 @@ def fabricate(wanted: Wedge, folder: Path, *, again: bool = False) -> dict[str, 
             from cad.build import manifest_of, model, run_checks, write_files, write_pictures
         except ModuleNotFoundError as error:
             raise MissingExtraError(
-                f"fabricate needs {error.name}: pip install 'gelsight-wedge[cad]'."
+                f"fabricate needs {error.name}: {how_to_install('cad')}."
             ) from error
         except ImportError as error:  # a library of the system, such as libGL.so.1
             raise WedgeError(

@@ -11,6 +11,7 @@ import tyro
 
 from app._progress import progress
 from sensor.errors import WedgeError
+from sensor.extras import how_to_install
 
 if TYPE_CHECKING:
     from recon.labels.label_book import LabelBook
@@ -25,7 +26,7 @@ Port = Annotated[int, tyro.conf.arg(metavar="PORT")]
 def main(
     dataset: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="DATASET")],
     again: bool = False,
-    page: bool = True,
+    no_page: bool = False,
     corners: bool = False,
     port: Port = 8010,
 ) -> None:
@@ -48,18 +49,29 @@ def main(
         dataset: A dataset folder of your own: dataset.toml, a background and the frames.
         again: Find the circles of labelled frames anew as well, those mended by hand excepted,
             and search those where somebody said that no ball touches.
-        page: Whether the page opens afterwards, on this computer only, until Ctrl-C; without it
-            the automatic circles are all.
+        no_page: Leave it at the circles that are found, without the page, which this computer alone
+            can open and Ctrl-C ends.
         corners: Open the page for the pad's corners instead.
         port: Port of the page.
     """
-    from recon.labels.label_book import CERTAIN, DOUBTFUL, LabelBook, pressed_frames
+    from recon.labels.find_circle import refuse_ball
+    from recon.labels.label_book import (
+        CERTAIN,
+        DOUBTFUL,
+        LabelBook,
+        drop_wide_circles,
+        pressed_frames,
+        within_balls,
+    )
     from recon.presses import press_reader
     from sensor.dataset import read_dataset
+    from sensor.toml import located
 
     if not 1 <= port <= 65535:
         raise WedgeError(f"--port {port} must lie between 1 and 65535.")
-    source = read_dataset(dataset, labelled=False)
+    _refuse_no_folder(dataset)
+    source = read_dataset(dataset, labelled=False, within_balls=not again)
+    source = within_balls(source)
     reader = press_reader(source)
     files = pressed_frames(dataset, source.card)
     if not files:
@@ -75,14 +87,42 @@ def main(
             return again or not book.has_no_ball(file)
         return again and label.quality not in (None, CERTAIN)
 
-    _find(reader, book, [file for file in files if is_wanted(file)])
+    wanted = [file for file in files if is_wanted(file)]
+    if wanted:
+        card = source.card
+        try:
+            refuse_ball(reader.unwarp.size_px, card.ball_radius_mm, card.mm_per_px)
+        except WedgeError as error:
+            raise located(dataset / "dataset.toml", error) from error
+    if again:  # only now, as a mistaken radius would have dropped them all
+        drop_wide_circles(dataset)
+    _find(reader, book, wanted)
     doubtful = [x.file for x in book.labels if x.quality is not None and x.quality < DOUBTFUL]
     missing = [x for x in files if book.label(x) is None and not book.has_no_ball(x)]
     print(f"{len(book.labels)} of {len(files)} frames have a circle; {len(doubtful)} are doubtful.")
     if missing:
         print(f"No ball was found in {', '.join(missing[:5])}{' ...' if len(missing) > 5 else ''}.")
-    if page:
+    if not no_page:
         _serve(reader, port)
+
+
+def _refuse_no_folder(dataset: Path) -> None:
+    """Refuse the name of a known set, whose folder in the cache is nobody's own, and what is not.
+
+    Raises:
+        WedgeError: says what to do instead.
+    """
+    if dataset.exists():
+        return
+    from validation.datasets import DATASETS
+
+    name = str(dataset)
+    if name in {known.name for known in DATASETS}:
+        raise WedgeError(
+            f"{name} is a set known by name, which lies in the cache and stays as it was imported: "
+            f'copy it first, cp -r "$(wedge data path {name})" my-{name}, and label the copy.'
+        )
+    raise WedgeError(f"{name} is not there: name a dataset folder of your own.")
 
 
 def _find(reader: "PressReader", book: "LabelBook", files: list[str]) -> None:
@@ -126,6 +166,5 @@ def _extra() -> Iterator[None]:
         yield
     except ImportError as error:
         raise WedgeError(
-            f"the page needs {error.name}: install the extra with pip install"
-            ' "gelsight-wedge[live]", or add --no-page.'
+            f"the page needs {error.name}: {how_to_install('live')}, or add --no-page."
         ) from error

@@ -3,18 +3,20 @@
 """`wedge live`: sensors in the browser."""
 
 import socket
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from app._sources import refuse_nowhere
 from sensor.errors import WedgeError
+from sensor.extras import how_to_install
 
 if TYPE_CHECKING:
     from recon.calibration import Calibration
 
 DEMO = "twin-standard"
-_PLACES = tyro.conf.arg(metavar="[WHERE...]")
 
 
 def main(
@@ -54,14 +56,14 @@ def main(
 
     if unit and len(unit) != len(where):
         raise WedgeError(f"{len(where)} sensors but {len(unit)} units: name one for each, or none.")
+    for place in where:
+        refuse_nowhere(place)
     _refuse_taken(address, port)
     try:
         from app.pages.live import serve
         from app.pages.watching import Watcher
     except ModuleNotFoundError as error:
-        raise WedgeError(
-            f"the page needs {error.name}: install the extra, `pip install gelsight-wedge[live]`."
-        ) from error
+        raise WedgeError(f"the page needs {error.name}: {how_to_install('live')}.") from error
 
     units: list[Calibration | None]
     if where:
@@ -71,8 +73,9 @@ def main(
     folders = [captures / (f"wedge{i}" if len(where) > 1 else "") for i in range(len(where))]
     watchers = [Watcher(*given) for given in zip(where, units, folders, strict=True)]
     shown = f"[{address}]" if ":" in address else address
-    print(f"Open http://{shown}:{port} and end with Ctrl-C.", flush=True)
-    serve(watchers, address, port, show=show)
+    with suppress(KeyboardInterrupt):  # so it ends, as said
+        print(f"Open http://{shown}:{port} and end with Ctrl-C.", flush=True)
+        serve(watchers, address, port, show=show)
 
 
 def _inside(where: str) -> "Calibration | None":

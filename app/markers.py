@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from app._frames import is_image, read_checked, unit_frames
+from app._frames import UnitFrame, is_image, read_checked, unit_frames
 from app._growing import growing
 from app._output import OutputFile, keep_inputs, print_table, write_json
 from app._progress import progress
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from recon.markers.tracking import Tracked
 
 SHOWN_ROWS = 20
-COLUMNS = "frame,time_ns,row,column,x_mm,y_mm,dx_mm,dy_mm,seen"
+COLUMNS = "frame,time_ns,row,column,x_mm,y_mm,dx_mm,dy_mm,seen,image"
 
 
 def main(
@@ -34,13 +34,13 @@ def main(
 
     The dots are found on the blank frame without being told their size or spacing. In a video or a
     stream each frame is followed from the last; images are each sought from rest. OUT receives
-    markers.csv, a line for each dot of each frame: its row and column on the gel, its place at
-    rest and its displacement in mm in the gel frame, and whether it was seen or carried along by
-    its neighbours; markers.png, the frame in which they moved most; overlay.webp, all frames with
-    arrows; and markers.mcap, dots and shifts as ROS 2 point clouds for Foxglove and RViz. In a
-    stream, damaged frames are left out and counted; Ctrl-C ends it, and what was found is written.
-    Where the disk fills up, the run ends, what was found until then is kept and told, and the exit
-    status is 2.
+    markers.csv, a line for each dot of each frame: its row and column on the gel, its place at rest
+    and its displacement in mm in the gel frame, whether it was seen or carried along by its
+    neighbours, and the frame's file where it is one; markers.png, the frame in which they moved
+    most; overlay.webp, all frames with arrows; and markers.mcap, dots and shifts as ROS 2 point
+    clouds for Foxglove and RViz. In a stream, damaged frames are left out and counted; Ctrl-C ends
+    it, and what was found is written. Where the disk fills up, the run ends, what was found until
+    then is kept and told, and the exit status is 2.
 
     Examples:
         wedge markers units/wedge-001 press.mp4 --out moved
@@ -79,6 +79,7 @@ def main(
     tracked: Tracked | None = None
     farthest, picture = -1.0, None
     rows: list[dict[str, object]] = []
+    shown: list[str] = []
     with (
         unit_frames(where, unwarp, frames) as came,
         growing(out, "markers", COLUMNS) as files,
@@ -94,16 +95,17 @@ def main(
             size_px = image.shape[1], image.shape[0]
             with files.writing():
                 files.recording.add_dots(time_ns, tracked, pitch, size_px)
-                files.table.add(*_rows(name, time_ns, tracked, pitch, size_px))
+                files.table.add(*_rows(frame, tracked, pitch, size_px))
             if files.failed:
                 break
             files.clip.add(marker_overlay(image, tracked, pitch))
             most = float(seen.max(initial=0.0))
             if most > farthest:
-                farthest, picture = most, (name, image, tracked)
+                farthest, picture = most, (frame.file or name, image, tracked)
             rows.append(
                 {
                     "frame": name,
+                    "image": frame.file or None,
                     "time_ns": time_ns,
                     "seen": int(tracked.seen.sum()),
                     "mean_mm": float(seen.mean()) if len(seen) else None,
@@ -111,23 +113,24 @@ def main(
                     "word": tracked.word,
                 }
             )
+            shown.append(frame.shown)
             show(len(rows) / max(len(where), len(rows) + 1), name)
         assert picture is not None
-        name, image, shown = picture
+        name, image, tracked = picture
         title = f"{Path(name).name}, displacement × 3"
-        figure = displacement_figure(image, shown, pitch, title=title)
+        figure = displacement_figure(image, tracked, pitch, title=title)
         said = files.finish(png_bytes(figure), f"Frames {rows[0]['frame']} to {rows[-1]['frame']}")
     print_table(
         ["frame", "seen", "mean moved [mm]", "most moved [mm]", ""],
         [
             [
-                str(row["frame"]),
+                name,
                 f"{row['seen']} of {len(markers)}",
                 "–" if row["mean_mm"] is None else f"{row['mean_mm']:.3f}",
                 "–" if row["most_mm"] is None else f"{row['most_mm']:.3f}",
                 str(row["word"]),
             ]
-            for row in rows[:SHOWN_ROWS]
+            for name, row in zip(shown[:SHOWN_ROWS], rows, strict=False)
         ],
     )
     if len(rows) > SHOWN_ROWS:
@@ -143,8 +146,7 @@ def main(
 
 
 def _rows(
-    name: str,
-    time_ns: int,
+    frame: UnitFrame,
     tracked: "Tracked",
     mm_per_px: tuple[float, float],
     size_px: tuple[int, int],
@@ -160,5 +162,5 @@ def _rows(
         strict=True,
     ):
         lengths_mm = [f"{length_mm:.4f}" for length_mm in (*rest_mm, *moved_mm)]
-        rows.append([name, time_ns, *cell, *lengths_mm, int(seen)])
+        rows.append([frame.name, frame.time_ns, *cell, *lengths_mm, int(seen), frame.file])
     return rows

@@ -14,6 +14,7 @@ from app._output import (
     keep_inputs,
     output_names,
     print_table,
+    refuse_unit_folder,
     write_json,
 )
 from app._progress import progress
@@ -61,6 +62,7 @@ def main(
     from recon.calibration import load_calibration
     from recon.contact.mask import is_strange
     from recon.pipeline import Reconstructor
+    from recon.plausible import is_implausible
     from validation.figures.depth_map import depth_figure, doubt_figure
     from validation.figures.png import png_bytes
 
@@ -74,6 +76,7 @@ def main(
     ends = (".npy", ".png", "-doubt.png") if infers else (".npy", ".png")
     names = output_names(image, ends)
     written = [out / f"{name}{end}" for name in names for end in ends]
+    refuse_unit_folder(out)
     check_outputs(*written, json)
     keep_inputs([unit, *image, background], [*written, json])
     with progress("reconstruction") as show:
@@ -81,11 +84,14 @@ def main(
             read_checked(name, unwarp)
             show(0.3 * done / len(image), "checking images")
         rows: list[dict[str, Any]] = []
-        strange = []
+        strange, implausible = [], []
         for done, (name, stem) in enumerate(zip(image, names, strict=True), start=1):
             result = reconstruct(read_checked(name, unwarp))
             if is_strange(result.disturbed):
                 strange.append(name)
+            elif is_implausible(result):
+                implausible.append(name)
+            believed = name not in (*strange, *implausible)
             stream = io.BytesIO()
             np.save(stream, result.depth_mm)
             write_atomic(out / f"{stem}.npy", stream.getvalue())
@@ -98,7 +104,7 @@ def main(
                 {
                     "image": name,
                     "deepest_mm": float(result.depth_mm.max()),
-                    "deepest_sigma_mm": _sigma_of_deepest_mm(result),
+                    "deepest_sigma_mm": _sigma_of_deepest_mm(result) if believed else None,
                     "contact_mm2": float(result.contact.sum() * np.prod(result.mm_per_px)),
                     "boundary": result.boundary,
                     "markers": result.markers,
@@ -127,6 +133,11 @@ def main(
         print(
             f"{name}: nearly all of it differs from the blank gel, so its depth means little: "
             "are the lights on, and is it a frame of this unit?"
+        )
+    for name in implausible:
+        print(
+            f"{name}: no gel is so deep, or its slopes are not those of one surface, so its depth "
+            "means little: is it a frame of this unit, neither mirrored nor blue for red?"
         )
     write_json(json, {"unit": str(unit), "images": rows})
 

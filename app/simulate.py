@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 from typing import Literal
 
+from app._output import command_line
 from app._progress import progress
 from app._seed import Seed
 from app._workers import process_pool
@@ -35,9 +36,9 @@ def main(
 
     Light is traced from the LEDs through film, acrylic and gel to the painted skin, which follows
     what is pressed in; a camera model makes JPEG frames of it. OUT becomes a dataset folder like
-    any other: `wedge table OUT` tells the gradient error to expect. truth/ holds the depth of the
-    skin. With libLLVM 16 or later on the machine it is several times faster, with an NVIDIA GPU
-    more so.
+    any other, called by its folder's name: `wedge table OUT` tells the gradient error to expect.
+    truth/ holds the depth of the skin. With libLLVM 16 or later on the machine it is several times
+    faster, with an NVIDIA GPU more so.
 
     Example: wedge simulate --design finger --scene balls --out build/finger-balls
 
@@ -94,13 +95,16 @@ def main(
             executor=executor,
             truth=truth,
             threads=1,
+            set_name=out.resolve().name,
             progress=show,
         )
     balls = sum(press.indenter.round_mm > 0 for press in planned)
+    others = len(planned) - balls
     print(
-        f"{balls} labelled presses, {len(planned) - balls} shapes with their truth: {out}\n"
+        f"{balls} labelled press{'' if balls == 1 else 'es'}, "
+        f"{others} {'shape with its' if others == 1 else 'shapes with their'} truth: {out}\n"
         f"{recipe.engine.variant}, {samples} samples a pixel, design {wanted.name}."
-        + (f" Next: wedge table {out}" if balls > 1 else "")
+        + (f" Next: {command_line('table', out)}" if balls > 1 else "")
     )
 
 

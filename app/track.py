@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
-from app._frames import read_checked, unit_frames
+from app._frames import UnitFrame, read_checked, unit_frames
 from app._growing import growing
 from app._output import OutputFile, keep_inputs, print_table, write_json
 from app._progress import progress
@@ -27,7 +27,7 @@ MOST_FRAMES = 250_000
 kilobytes; that there were more is said."""
 COLUMNS = (
     "frame,time_ns,state,reason,x_mm,y_mm,z_mm,qx,qy,qz,qw,rotation_std_deg,translation_std_mm,"
-    "overlap,explained,markers"
+    "overlap,explained,markers,image"
 )
 
 
@@ -132,7 +132,7 @@ def main(
             else:
                 markers, strange = touch.markers, is_strange(touch.disturbed)
                 pose = doubted(track(touch), markers, still=frame.still, strange=strange)
-            row = _row(index, frame.time_ns, pose, markers)
+            row = _row(index, frame, pose, markers)
             with files.writing():
                 if touch is None:
                     files.recording.add_pose(frame.time_ns, pose)
@@ -165,15 +165,17 @@ def main(
         ["state", "why", "frames"],
         [[state, reason, str(count)] for (state, reason), count in counts.most_common()],
     )
-    misfit = Counter(row[-1] for row in rows if row[-1] not in ("", *TRUSTED_MARKERS))
+    keys = COLUMNS.split(",")
+    poses = [dict(zip(keys, row, strict=True)) for row in rows]
+    misfit = Counter(pose["markers"] for pose in poses)
+    for word in ("", *TRUSTED_MARKERS):
+        del misfit[word]
     for word, count in misfit.most_common():
         print(f"The dots on the gel, in {count} of {len(rows)} frames: {word}")
     if (out / "overlay.webp").exists():
         print(f"Open {out / 'overlay.webp'}")
     for sentence in said:
         print(sentence, file=sys.stderr)
-    keys = COLUMNS.split(",")
-    poses = [dict(zip(keys, row, strict=True)) for row in rows]
     document = {"unit": str(unit), "source": source, "tracker": tracker, "poses": poses}
     write_json(json, {**document, "remarks": [*came.remarks, *said]})
     came.tell()
@@ -206,7 +208,7 @@ def _pose(path: Path) -> "np.ndarray":
     return numbers.reshape(4, 4)
 
 
-def _row(index: int, time_ns: int, item: "PoseEstimate", markers: str) -> list[Any]:
+def _row(index: int, frame: UnitFrame, item: "PoseEstimate", markers: str) -> list[Any]:
     """The cells of one frame; ``None`` for what is not known."""
     from scipy.spatial.transform import Rotation
 
@@ -217,4 +219,5 @@ def _row(index: int, time_ns: int, item: "PoseEstimate", markers: str) -> list[A
         spread = [item.rotation_std_deg, item.translation_std_mm]
         pose = [round(float(value), 7) for value in (*numbers, *spread)]
     shares = [round(item.overlap, 3), round(item.explained, 3)]
-    return [index, time_ns, item.state, item.reason, *pose, *shares, markers]
+    told = [item.state, item.reason, *pose, *shares, markers]
+    return [index, frame.time_ns, *told, frame.file or None]

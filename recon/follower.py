@@ -73,6 +73,11 @@ class Follower:
         self._object_number = 0
         self._touched_s = 0.0
 
+    def begin_anew(self) -> None:
+        """Take what touches next for another object."""
+        self._track = Tracker()
+        self._object_number += 1
+
     def __call__(self, frame: Frame, touch: Skin, now_s: float) -> Felt:
         """Take in a frame and what was reconstructed of it, at a time that only grows."""
         kept = KeptTouch(
@@ -98,8 +103,7 @@ class Follower:
         if found.reason != "nothing touches":
             self._touched_s = now_s
         elif now_s - self._touched_s > FORGET_S:
-            self._track = Tracker()
-            self._object_number += 1
+            self.begin_anew()
         return Felt(
             image=image,
             touch=kept,

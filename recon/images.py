@@ -64,8 +64,9 @@ def read_image(path: Path) -> Frame:
         WedgeError: the file is missing, truncated, damaged, without three colours, or of other
             than 8 bits each; or it holds several pictures, as an animated PNG may, or an MPO.
     """
-    if not path.is_file():
-        raise WedgeError(f"{path} is missing.")
+    _refuse_no_file(path)
+    if path.suffix.lower() == ".npz":
+        raise WedgeError(f"{path} holds many frames: say which, as {path.name}#17 does.")
     try:
         content = io.BytesIO(path.read_bytes())
         with warnings.catch_warnings(action="error", category=Image.DecompressionBombWarning):
@@ -88,6 +89,13 @@ def read_image(path: Path) -> Frame:
         raise WedgeError(f"{path} is no PNG, JPEG, BMP or TIFF image.") from error
     except UNREADABLE_IMAGE as error:
         raise WedgeError(f"{path} cannot be decoded, it may be truncated: {error}.") from error
+
+
+def _refuse_no_file(path: Path) -> None:
+    if path.is_dir():
+        raise WedgeError(f"{path} is a folder: name the images in it, as FOLDER/*.png does.")
+    if not path.is_file():
+        raise WedgeError(f"{path} is missing.")
 
 
 def _refuse_other_bits(path: Path, image: TiffImageFile) -> None:
@@ -121,8 +129,7 @@ def read_frame(folder: Path, name: str) -> Frame:
     if not hash_mark:
         return read_image(folder / file)
     path = folder / file
-    if not path.is_file():
-        raise WedgeError(f"{path} is missing.")
+    _refuse_no_file(path)
     frames = _npz_frames(path, path.stat().st_mtime_ns)
     if not index.isdecimal() or len(index) > MOST_DIGITS or int(index) >= len(frames):
         raise WedgeError(f"{path} has no frame {index[:MOST_DIGITS]!r}: it holds {len(frames)}.")

@@ -21,6 +21,8 @@ from sensor.dataset import LENS_FILE, BallLabel, Dataset
 from sensor.errors import WedgeError
 
 LEAST_RADIUS_PX = 3.0
+ENOUGH_PRESSES = 10
+"""So many reach all over the pad (``recon.coverage``)."""
 BLANK_SMOOTH_PX, MOST_BLANK_CHANGE = 2.0, 12
 """Grey levels of 255, noise smoothed, that 1 % of the pixels of two blank frames may differ by."""
 LEAST_CHANGE = 2 / 255
@@ -192,6 +194,17 @@ def left_out_places(presses: PressSet) -> str | None:
     for press in presses.presses:
         coverage.add(press.center_px)
     return coverage.left_out
+
+
+def few_presses(presses: PressSet) -> str | None:
+    """A sentence where there are too few presses to trust; ``None`` where there are enough."""
+    count = len(presses.presses)
+    if count >= ENOUGH_PRESSES:
+        return None
+    return (
+        f"{count} press{'es' * (count > 1)}: too few to trust; press at least {ENOUGH_PRESSES} "
+        "all over the pad."
+    )
 
 
 def read_background(dataset: Dataset) -> Frame:

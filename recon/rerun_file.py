@@ -10,6 +10,7 @@ import numpy as np
 
 from recon.stream.frame import TimedFrame
 from sensor.errors import WedgeError
+from sensor.extras import how_to_install
 
 if TYPE_CHECKING:
     from recon.fast import Touch
@@ -35,8 +36,7 @@ class RerunFile:
             import rerun
         except ModuleNotFoundError as error:
             raise WedgeError(
-                "Rerun's files need its package: install the extra, "
-                "`pip install gelsight-wedge[rerun]`."
+                f"Rerun's files need its package: {how_to_install('rerun')}."
             ) from error
         self._rerun, self._path = rerun, path
         self._part = path.with_name(f".{path.name}.part")

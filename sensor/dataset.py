@@ -107,6 +107,28 @@ class Dataset:
         own_mm = None if label is None else label.ball_radius_mm
         return self.card.ball_radius_mm if own_mm is None else own_mm
 
+    def is_within_ball(self, label: BallLabel) -> bool:
+        """Whether a press's circle is smaller than its ball."""
+        return self._contact_radius_mm(label) < self.ball_radius_mm(label)
+
+    def refuse_wide_circles(self) -> None:
+        """Refuse circles that are not smaller than their balls.
+
+        Raises:
+            WedgeError: names the first of them.
+        """
+        for label in self.labels:
+            if not self.is_within_ball(label):
+                raise WedgeError(
+                    f"{self.folder / 'labels.csv'}: the contact circle of {label.file}, "
+                    f"{self._contact_radius_mm(label):.2f} mm in radius, is not smaller than the "
+                    f"ball of {self.ball_radius_mm(label):g} mm; mend the label or the ball's "
+                    "radius."
+                )
+
+    def _contact_radius_mm(self, label: BallLabel) -> float:
+        return label.contact_radius_px * math.sqrt(math.prod(self.card.mm_per_px))
+
     @property
     def ball_radii_mm(self) -> tuple[float, ...]:
         """Radii of the balls that made its presses, the smallest first."""
@@ -124,12 +146,13 @@ class Dataset:
             raise WedgeError(f"{error.filename} cannot be read: {error.strerror}.") from error
 
 
-def read_dataset(folder: Path, *, labelled: bool = True) -> Dataset:
+def read_dataset(folder: Path, *, labelled: bool = True, within_balls: bool = True) -> Dataset:
     """Read ``dataset.toml`` and ``labels.csv``; frames are read when they are needed.
 
     Args:
         folder: of the dataset.
         labelled: whether ``labels.csv`` must be there; else a folder without it has no labels.
+        within_balls: whether every circle must be smaller than its ball.
 
     Raises:
         WedgeError: names the file, the key or the line, and what is wrong with it.
@@ -158,13 +181,8 @@ def read_dataset(folder: Path, *, labelled: bool = True) -> Dataset:
                 "blank gel: take it out of one of them."
             )
         seen.add(file)
-        radius_mm = label.contact_radius_px * math.sqrt(math.prod(card.mm_per_px))
-        if radius_mm >= dataset.ball_radius_mm(label):
-            raise WedgeError(
-                f"{folder / 'labels.csv'}: the contact circle of {label.file}, "
-                f"{radius_mm:.2f} mm in radius, is not smaller than the ball of "
-                f"{dataset.ball_radius_mm(label):g} mm; mend the label or the ball's radius."
-            )
+    if within_balls:
+        dataset.refuse_wide_circles()
     return dataset
 
 

@@ -168,7 +168,13 @@ def check_new_folder(folder: Path, *, over: str | None = None) -> None:
 
 def _check_place(path: Path) -> None:
     """Refuse what the folder around it would not take."""
-    folder = next(parent for parent in path.absolute().parents if parent.exists())
+    folder = path.absolute().parent
+    while not folder.exists():
+        if folder.is_symlink():
+            raise WedgeError(
+                f"{path} cannot be written: {folder} is a link that leads nowhere; name a folder."
+            )
+        folder = folder.parent
     if not folder.is_dir() or not os.access(folder, os.W_OK):
         raise WedgeError(f"{path} cannot be written: {folder} is no folder that takes files.")
 

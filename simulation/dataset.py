@@ -201,6 +201,7 @@ def write_set(
     truth: Truth = "all",
     threads: int | None = None,
     keep: Path | None = None,
+    set_name: str | None = None,
     progress: Progress = lambda _share, _what: None,
 ) -> None:
     """Render presses into an empty folder.
@@ -214,6 +215,7 @@ def write_set(
         truth: depth maps of all frames, or of the shapes alone, whose form is not closed.
         threads: of one render.
         keep: a folder for traced parts; what an interrupted run left there is not traced again.
+        set_name: by default the twin's and the design's.
         progress: called after every frame.
 
     Raises:
@@ -262,7 +264,7 @@ def write_set(
     write_card(
         folder / "dataset.toml",
         DatasetCard(
-            name=f"twin-{recipe.design.name}",
+            name=set_name or f"twin-{recipe.design.name}",
             source=source,
             licence=LICENCE,
             mm_per_px=recipe.view.mm_per_px,

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from sensor.errors import WedgeError
+from sensor.extras import how_to_install
 
 Variant = Literal["scalar_rgb", "llvm_ad_rgb", "cuda_ad_rgb"]
 OLDEST_LLVM = 16
@@ -54,7 +55,7 @@ class Engine:
             import mitsuba as mi
         except ModuleNotFoundError as error:
             raise WedgeError(
-                "the twin renders with Mitsuba: pip install 'gelsight-wedge[simulation]'."
+                f"the twin renders with Mitsuba: {how_to_install('simulation')}."
             ) from error
         mi.set_variant(self.variant)
         if threads:

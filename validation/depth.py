@@ -8,6 +8,7 @@ cap, as a ball sinks in along the gel's own normal. Where a dataset knows the de
 (``truth/NAME.npy``), the reconstruction is judged against that, nothing taken off.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from recon.arrays import DepthMap
 from recon.ball import BallCap, ball_cap, offsets_mm
 from recon.pixels import BallPress
 from recon.rendered_presses import read_depth
+from validation.intervals import Interval, bootstrap_intervals
 
 RIM_WIDTH_PX = 1.5
 PEAK_RADIUS = 0.1
@@ -36,6 +38,15 @@ class DepthErrors:
     peak_mm: float
     """Depth at the contact's centre."""
     peak_truth_mm: float
+
+
+def rmse_interval_mm(errors: Sequence[DepthErrors], seed: int) -> Interval | None:
+    """95 % interval of the mean RMSE over presses; ``None`` for too few of them."""
+    rmse_mm = np.array([[error.rmse_mm] for error in errors])
+    found = bootstrap_intervals(
+        lambda drawn: drawn @ rmse_mm / drawn.sum(1, keepdims=True), len(errors), seed
+    )
+    return None if found is None else found[0]
 
 
 def depth_errors(depth: DepthMap, press: BallPress, folder: Path) -> DepthErrors:

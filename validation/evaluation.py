@@ -14,8 +14,9 @@ from recon.presses import PressSet, read_presses
 from sensor.dataset import Dataset
 from sensor.errors import WedgeError
 from sensor.unit import MissingAxis, UnitCard
-from validation.depth import DepthErrors, depth_errors
+from validation.depth import DepthErrors, depth_errors, rmse_interval_mm
 from validation.error_table import ErrorTable, Row, errors_in
+from validation.intervals import Interval
 from validation.metrics import PIXEL_SETS, PressErrors, mean_errors
 from validation.splits import splits
 
@@ -156,10 +157,25 @@ def held_out_metrics(table: ErrorTable, fitted_presses: int) -> dict[str, int | 
         name = "contact" if row.pixels == "contact" else "contact_and_5_percent"
         metrics |= {f"{name}_{key}": value for key, value in row.errors.values.items()}
         metrics[f"{name}_mean_abs_gradient"] = row.errors.mean_abs_gradient
+        if row.pixels == "contact":  # those that a certificate shows
+            for key in ("theta_x_deg", "theta_y_deg"):
+                metrics |= _ends(f"contact_{key}", row.errors.ci95[key])
     for errors in table.depth.values():
         metrics["depth_rmse_mm"] = fmean(error.rmse_mm for error in errors)
         metrics["depth_bias_mm"] = fmean(error.bias_mm for error in errors)
+        metrics |= _ends("depth_rmse_mm", rmse_interval_mm(errors, table.seed))
     return metrics
+
+
+def _ends(name: str, interval: Interval | None) -> dict[str, float]:
+    """The ends of a 95 % interval as ``kept_interval`` finds them; nothing of none."""
+    return {} if interval is None else {f"{name}_low": interval[0], f"{name}_high": interval[1]}
+
+
+def kept_interval(card: UnitCard, name: str) -> Interval | None:
+    """The 95 % interval of a metric, where the unit keeps one."""
+    low, high = (card.metrics.get(f"{name}_{end}") for end in ("low", "high"))
+    return None if low is None or high is None else (float(low), float(high))
 
 
 def _judge(

@@ -4,7 +4,7 @@
 """A ROS 2 node for one sensor: its frames as they came and, with a unit, depth.
 
 Run this file; there is nothing to build. It needs ROS 2's Python (3.11 or newer: Jazzy and later)
-and ``pip install "gelsight-wedge[live]"`` in an environment that sees it:
+and ``pip install ".[live]"`` from a checkout, in an environment that sees it:
 
     python3 gelsight_wedge_node.py --ros-args -p source:=http://10.55.0.1:8080 -p unit:=wedge-001
 

@@ -26,6 +26,7 @@ from recon.estimators.surroundings import columns_around, of_other_sizes
 from recon.pixels import Pixels
 from recon.still import reach_of
 from sensor.errors import WedgeError
+from sensor.extras import how_to_install
 
 LEFT_OUT = 3
 """Of so many presses, and of so many rendered pixels, one is left out by a network that measures
@@ -58,9 +59,7 @@ def fit_default(pixels: Pixels, channels: str, seed: int, progress: Progress) ->
     try:
         from recon.estimators.default_training import train
     except ModuleNotFoundError as error:
-        raise WedgeError(
-            "calibration needs torch: install the extra, `pip install gelsight-wedge[train]`."
-        ) from error
+        raise WedgeError(f"calibration needs torch: {how_to_install('train')}.") from error
     told = _told(pixels, channels, seed)
     layers = train(told.inputs, normal_of(told.slopes), _choices(told), seed, progress)
     return Default(

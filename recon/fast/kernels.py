@@ -13,13 +13,12 @@ from pathlib import Path
 from typing import Any
 
 from sensor.errors import WedgeError
+from sensor.extras import how_to_install
 
 try:
     import numba
 except ModuleNotFoundError as error:
-    raise WedgeError(
-        "depth at camera rate needs numba: install the extra, `pip install gelsight-wedge[live]`."
-    ) from error
+    raise WedgeError(f"depth at camera rate needs numba: {how_to_install('live')}.") from error
 
 
 def code_folder() -> Path:

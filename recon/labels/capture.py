@@ -14,7 +14,7 @@ from recon.contact.mask import disturbed_mask
 from recon.coverage import Coverage
 from recon.geometry.unwarp import PixelMap, Unwarp
 from recon.labels.circles import Circle
-from recon.labels.find_circle import find_circle
+from recon.labels.find_circle import find_circle, refuse_ball
 from sensor.toml import Pair
 
 BLANK_FRAMES = 8
@@ -59,7 +59,12 @@ class PressWatcher:
     def __init__(
         self, unwarp: Unwarp, ball_radius_mm: float, mm_per_px: Pair, calipers: int = 0
     ) -> None:
-        """Begin with the blank gel, which nothing must touch; ``calipers`` presses follow."""
+        """Begin with the blank gel, which nothing must touch; ``calipers`` presses follow.
+
+        Raises:
+            WedgeError: the ball cannot be found at this scale.
+        """
+        refuse_ball(unwarp.size_px, ball_radius_mm, mm_per_px)
         self.unwarp = unwarp
         self.ball_radius_mm, self.mm_per_px = ball_radius_mm, mm_per_px
         self.state: State = "blank"

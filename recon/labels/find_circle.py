@@ -12,11 +12,16 @@ from scipy import ndimage
 from recon.arrays import Difference
 from recon.labels.circles import START, Circle, refit_circle
 from recon.labels.outline import outline_center
+from sensor.errors import WedgeError
 from sensor.toml import Pair
 
 LONGEST_SIDE_PX = 320  # of the frame that is searched; dots and noise shrink with it
 RADII = 6  # proposed, from the smallest to nearly the ball's
 SMALLEST_PX = 6.0
+LEAST_BALL_PX = 4.0
+"""Radius in the frame as it is searched: a contact on a smaller ball is hardly a pixel or two."""
+MOST_BALL = 3.0
+"""Of the frame's longer side: a larger ball hardly slopes, and its discs outgrow the memory."""
 NEAR_PX, NEAR_RADIUS = 6.0, 0.25  # proposals this close, and of radii this alike, are one
 RING = (1.05, 1.45)  # of the radius: the gel around a disc
 LEAST_QUALITY = 0.4
@@ -53,8 +58,12 @@ def find_circle(difference: Difference, ball_radius_mm: float, mm_per_px: Pair) 
     Returns:
         Centre in pixels of ``difference``, radius in pixels (the geometric mean of both axes where
         pixels are not square), quality 0 to 1.
+
+    Raises:
+        WedgeError: as ``refuse_ball``.
     """
     height, width = difference.shape[:2]
+    refuse_ball((width, height), ball_radius_mm, mm_per_px)
     small, ball_px = search_image(difference, ball_radius_mm, mm_per_px)
     inside = [one for one in candidates(small, ball_px) if _is_inside(small, one.center_px)]
     circle = max(inside, key=lambda one: one.quality, default=None)
@@ -71,12 +80,39 @@ def find_circle(difference: Difference, ball_radius_mm: float, mm_per_px: Pair) 
     )
 
 
+def refuse_ball(size_px: tuple[int, int], ball_radius_mm: float, mm_per_px: Pair) -> None:
+    """Refuse a ball that cannot be found in frames of this size, as where a unit is mistaken.
+
+    Args:
+        size_px: width and height of the frames in the gel plane.
+        ball_radius_mm: of the ball.
+        mm_per_px: pixel pitch along x and y.
+
+    Raises:
+        WedgeError: the ball is smaller than a few pixels, or larger than a few frames.
+    """
+    longer_mm = max(size_px[0] * mm_per_px[0], size_px[1] * mm_per_px[1])
+    pitch_mm = float(np.sqrt(np.prod(mm_per_px)))
+    if ball_radius_mm < LEAST_BALL_PX * _searched_pitch_mm(size_px, mm_per_px):
+        raise WedgeError(
+            f"the ball's radius, {ball_radius_mm:g} mm, is {ball_radius_mm / pitch_mm:.2g} px at "
+            f"{pitch_mm:.4g} mm/px, too small to be found in frames {longer_mm:.3g} mm long: is it "
+            "in metres, or the scale wrong?"
+        )
+    if ball_radius_mm > MOST_BALL * longer_mm:
+        raise WedgeError(
+            f"the ball's radius, {ball_radius_mm:g} mm, is {ball_radius_mm / longer_mm:.3g} times "
+            f"as long as the frames, {longer_mm:.3g} mm at {pitch_mm:.4g} mm/px: are it and the "
+            "scale in millimetres?"
+        )
+
+
 def search_image(
     difference: Difference, ball_radius_mm: float, mm_per_px: Pair
 ) -> tuple[Small, float]:
     """The difference as it is searched, and the ball's radius in its pixels."""
     height, width = difference.shape[:2]
-    pitch_mm = max(*mm_per_px, max(width * mm_per_px[0], height * mm_per_px[1]) / LONGEST_SIDE_PX)
+    pitch_mm = _searched_pitch_mm((width, height), mm_per_px)
     size = (
         max(1, round(width * mm_per_px[0] / pitch_mm)),
         max(1, round(height * mm_per_px[1] / pitch_mm)),
@@ -85,6 +121,12 @@ def search_image(
         cv2.resize(difference, size, interpolation=cv2.INTER_AREA), np.float32
     ).reshape(size[1], size[0], 3)
     return small, ball_radius_mm / pitch_mm
+
+
+def _searched_pitch_mm(size_px: tuple[int, int], mm_per_px: Pair) -> float:
+    """Of the square pixels in which frames of a size are searched."""
+    longer_mm = max(size_px[0] * mm_per_px[0], size_px[1] * mm_per_px[1])
+    return max(*mm_per_px, longer_mm / LONGEST_SIDE_PX)
 
 
 def candidates(small: Small, ball_px: float) -> list[Circle]:

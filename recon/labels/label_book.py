@@ -5,7 +5,7 @@
 import math
 import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from recon.images import frame_count, read_frame
@@ -117,6 +117,32 @@ def automatic_label(reader: PressReader, file: str) -> BallLabel | None:
         ball_radius_mm=None if before is None else before.ball_radius_mm,
         quality=round(circle.quality, 3),
     )
+
+
+def within_balls(dataset: Dataset) -> Dataset:
+    """A dataset less the found circles that its balls, mended since, no longer hold.
+
+    Raises:
+        WedgeError: a circle by hand is not smaller than its ball.
+    """
+    kept = [x for x in dataset.labels if is_by_hand(x) or dataset.is_within_ball(x)]
+    dataset = replace(dataset, labels=tuple(kept))
+    dataset.refuse_wide_circles()
+    return dataset
+
+
+def drop_wide_circles(folder: Path) -> None:
+    """Take out of ``labels.csv`` the found circles that the balls no longer hold.
+
+    Raises:
+        WedgeError: a circle by hand is not smaller than its ball, or a file cannot be read or
+            written.
+    """
+    with alone_in(folder):
+        now = read_dataset(folder, labelled=False, within_balls=False)
+        kept = within_balls(now)
+        if kept.labels != now.labels:
+            write_labels(folder / LABELS_FILE, kept.labels)
 
 
 def largest_radius_px(dataset: Dataset, file: str) -> float:

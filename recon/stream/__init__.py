@@ -7,7 +7,7 @@ from recon.stream.frame import Clock, Counts, FrameSource, TimedFrame
 from recon.stream.http import HttpSource
 from recon.stream.newest import Newest
 from recon.stream.recording import McapSource, Recorder
-from recon.stream.sources import Paced, open_source
+from recon.stream.sources import Paced, open_source, refuse_no_source
 
 __all__ = [
     "Clock",
@@ -23,4 +23,5 @@ __all__ = [
     "UsbSource",
     "VideoSource",
     "open_source",
+    "refuse_no_source",
 ]

@@ -53,6 +53,10 @@ class _Pixels(ABC):
     def _images(self) -> Iterator[tuple[int, Frame | WedgeError]]:
         """Times since the first frame, in ns, and frames, or why one cannot be read."""
 
+    def _file(self, index: int) -> str:
+        """The name of a frame's file; none where all of them are in one."""
+        return ""
+
     def __iter__(self) -> Iterator[TimedFrame]:
         """Give each frame in turn."""
         for index, (time_ns, found) in enumerate(self._images()):
@@ -66,6 +70,7 @@ class _Pixels(ABC):
                 arrived_ns=arrived_ns,
                 pixels=None if isinstance(found, WedgeError) else found,
                 flaw=str(found) if isinstance(found, WedgeError) else "",
+                file=self._file(index),
             )
 
 
@@ -97,6 +102,9 @@ class FolderSource(_Pixels):
             except WedgeError as error:
                 found = error
             yield round(index * 1e9 / self._fps), found
+
+    def _file(self, index: int) -> str:
+        return self._names[index]
 
 
 class VideoSource(_Pixels):
@@ -154,7 +162,8 @@ class UsbSource(_Pixels):
         talk.setLogLevel(before)
         if not self._capture.isOpened():
             self._capture.release()
-            raise WedgeError(f"usb:{number}: there is no camera of that number; try usb:0.")
+            other = "try usb:0" if number else "plug it in, or try usb:1"
+            raise WedgeError(f"usb:{number}: there is no camera of that number; {other}.")
         self._capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)
 
     def _images(self) -> Iterator[tuple[int, Frame]]:

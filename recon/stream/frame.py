@@ -30,6 +30,8 @@ class TimedFrame:
     pixels: Frame | None = None
     flaw: str = ""
     """Why there is neither."""
+    file: str = ""
+    """Where each frame is a file: its name in the folder, or ``frames.npz#17``."""
 
     def image(self) -> Frame:
         """The frame, (h, w, 3) uint8 RGB.

@@ -244,11 +244,11 @@ def _credentials(url: urllib.parse.SplitResult) -> dict[str, str]:
 
 def _reason(error: Exception) -> str:
     if isinstance(error, TimeoutError):
-        return "nothing answers in time; is it switched on, and is this the right network"
+        return "nothing answers in time; see that it is switched on and this the right network"
     if isinstance(error, OSError) and error.errno in (errno.EHOSTUNREACH, errno.ENETUNREACH):
-        return "there is no route to it; is the cable in, and is this the right network"
+        return "there is no route to it; see that the cable is in and this the right network"
     if isinstance(error, ConnectionRefusedError):
-        return "nothing listens at that port; is the camera server running"
+        return "nothing listens at that port; start the camera server there"
     if isinstance(error, socket.gaierror):
         return "no machine of that name is known"
     if isinstance(error, http.client.HTTPException | ValueError):

@@ -22,6 +22,7 @@ from typing import Any
 
 from recon.stream import keeper
 from sensor.errors import WedgeError
+from sensor.extras import how_to_install
 
 MAGIC = b"\x89MCAP0\r\n"
 CHUNK_BYTES = 4 << 20
@@ -38,9 +39,7 @@ def mcap_records() -> ModuleType:
     try:
         import mcap.records
     except ModuleNotFoundError as error:
-        raise WedgeError(
-            "recordings need mcap: install the extra, `pip install gelsight-wedge[live]`."
-        ) from error
+        raise WedgeError(f"recordings need mcap: {how_to_install('live')}.") from error
     return mcap.records
 
 

@@ -15,12 +15,27 @@ from recon.stream.recording import McapSource
 from sensor.errors import WedgeError
 
 VIDEOS = (".avi", ".mp4", ".mkv", ".mov", ".mjpeg", ".mjpg", ".webm")
+ADDRESSES = ("http://", "https://")
+CAMERA = re.compile(r"usb:(\d{1,3})")
 KINDS = (
     "an address such as http://10.55.0.1:8080, usb:0, a folder of images, a dataset folder, a "
     f"video ({', '.join(VIDEOS)}) or a recording (.mcap)"
 )
 
 LONGEST_GAP_S = 10.0
+
+
+def refuse_no_source(where: str | Path) -> None:
+    """Refuse what is neither an address, nor a camera, nor a path that is there; open nothing.
+
+    Raises:
+        WedgeError: names what can be named.
+    """
+    text, path = str(where), Path(where)
+    if text.startswith(ADDRESSES) or CAMERA.fullmatch(text):
+        return
+    if not path.is_dir() and not path.is_file():
+        raise WedgeError(f"{text} is not there: name {KINDS}.")
 
 
 def open_source(where: str | Path) -> FrameSource:
@@ -33,18 +48,17 @@ def open_source(where: str | Path) -> FrameSource:
     Raises:
         WedgeError: it is none of these, or cannot be opened.
     """
+    refuse_no_source(where)
     text = str(where)
-    if text.startswith(("http://", "https://")):
+    if text.startswith(ADDRESSES):
         return HttpSource(text)
-    if match := re.fullmatch(r"usb:(\d{1,3})", text):
+    if match := CAMERA.fullmatch(text):
         return UsbSource(int(match[1]))
     path = Path(where)
     if (path / "dataset.toml").is_file():
         return dataset_source(path)
     if path.is_dir():
         return FolderSource(path)
-    if not path.is_file():
-        raise WedgeError(f"{text} is not there: name {KINDS}.")
     if path.suffix.lower() == ".mcap":
         return McapSource(path)
     if path.suffix.lower() in VIDEOS:

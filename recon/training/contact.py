@@ -32,6 +32,7 @@ from recon.training.random_presses import random_press
 from recon.training.torch_layers import UNetLayers, made_ahead
 from recon.unet.weights import save_weights
 from sensor.errors import WedgeError
+from sensor.extras import how_to_install
 from sensor.files import check_outputs
 
 try:
@@ -39,7 +40,7 @@ try:
     from torch import Tensor, nn
     from torch.nn import functional
 except ModuleNotFoundError:  # one sentence in place of a traceback
-    sys.exit("Training needs torch: install the extra, `pip install gelsight-wedge[train]`.")
+    sys.exit(f"Training needs torch: {how_to_install('train')}.")
 
 CHANNELS = (16, 24, 32, 48)
 FRAME_PX = (96, 96)

@@ -33,12 +33,13 @@ from recon.training.further_courses import between, name_sensors, words_of
 from recon.training.missing_axis import write_curve
 from recon.unet.weights import load_weights, save_weights
 from sensor.errors import WedgeError
+from sensor.extras import how_to_install
 from sensor.files import check_outputs
 
 try:
     import torch
 except ModuleNotFoundError:  # one sentence in place of a traceback
-    sys.exit("Training needs torch: install the extra, `pip install gelsight-wedge[train]`.")
+    sys.exit(f"Training needs torch: {how_to_install('train')}.")
 
 STEPS = 6000
 SEED = 1  # the first courses' is 0

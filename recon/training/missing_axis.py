@@ -38,6 +38,7 @@ from recon.training.random_surfaces import RECIPES, Recipe
 from recon.training.torch_layers import UNetLayers, made_ahead
 from recon.unet.weights import save_weights
 from sensor.errors import WedgeError
+from sensor.extras import how_to_install
 from sensor.files import check_outputs, write_atomic
 
 try:
@@ -47,7 +48,7 @@ try:
 
     from recon.estimators.optimizers import Soap
 except ModuleNotFoundError:  # one sentence in place of a traceback
-    sys.exit("Training needs torch: install the extra, `pip install gelsight-wedge[train]`.")
+    sys.exit(f"Training needs torch: {how_to_install('train')}.")
 
 SMALL_PX, SMALL_FRAMES = (96, 128), 8
 LARGE_PX, LARGE_FRAMES = (224, 320), 3  # a frame in use, so that large contacts are learnt as well

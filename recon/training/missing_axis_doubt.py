@@ -16,12 +16,13 @@ import numpy as np
 from recon import unet
 from recon.training.measured_presses import MeasuredPress
 from recon.training.missing_axis import Settings, UNet, doubt_losses, learning_rate, training_batch
+from sensor.extras import how_to_install
 
 try:
     import torch
     from torch import Tensor, nn
 except ModuleNotFoundError:  # one sentence in place of a traceback
-    sys.exit("Training needs torch: install the extra, `pip install gelsight-wedge[train]`.")
+    sys.exit(f"Training needs torch: {how_to_install('train')}.")
 
 MAPS = 12
 """Feature maps of the doubt's own: with more, nothing is told better."""

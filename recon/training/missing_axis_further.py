@@ -38,6 +38,7 @@ from recon.training.missing_axis import (
 from recon.training.missing_axis_doubt import LEAST_MOVED_PX, train_doubt
 from recon.unet.weights import load_weights, save_weights
 from sensor.errors import WedgeError
+from sensor.extras import how_to_install
 from sensor.files import check_outputs
 
 try:
@@ -47,7 +48,7 @@ try:
 
     from recon.estimators.optimizers import Soap
 except ModuleNotFoundError:  # one sentence in place of a traceback
-    sys.exit("Training needs torch: install the extra, `pip install gelsight-wedge[train]`.")
+    sys.exit(f"Training needs torch: {how_to_install('train')}.")
 
 STEPS = 4500
 SEED = 1  # the first course's is 0

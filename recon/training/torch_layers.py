@@ -12,13 +12,14 @@ import numpy as np
 from jaxtyping import Float
 
 from recon import unet
+from sensor.extras import how_to_install
 
 try:
     import torch
     from torch import Tensor, nn
     from torch.nn import functional
 except ModuleNotFoundError:  # one sentence in place of a traceback
-    sys.exit("Training needs torch: install the extra, `pip install gelsight-wedge[train]`.")
+    sys.exit(f"Training needs torch: {how_to_install('train')}.")
 
 Batch = TypeVar("Batch")
 

@@ -6,10 +6,13 @@ import base64
 import contextlib
 import math
 import os
+import re
 import shutil
+import signal
 import subprocess
 import sys
 import threading
+import urllib.request
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -28,6 +31,7 @@ from recon.images import read_image, write_image
 from recon.presses import read_presses
 from recon.stream import Counts, TimedFrame
 from recon.stream.jpeg import decode_jpeg
+from tests.app.served import serving
 from tests.recon.fast.units import make_unit, pressed
 from tests.recon.stream.servers import free_port
 from tests.synthetic import make_dataset
@@ -113,6 +117,9 @@ def test_two_sensors_one_of_them_away(tmp_path: Path, browser_page: Page) -> Non
         page.wait_for_function("document.querySelector('.pose').innerText.includes('turn')")
         assert first.locator(".pose-state").inner_text() in ("tracking", "weak", "lost", "frozen")
         assert first.locator(".markers").inner_text() == "none on this gel"
+        for name, unit_name in (("deepest", "mm"), ("contact", "mm²")):
+            most = first.locator(f".{name}-most").inner_text()
+            assert re.fullmatch(rf"last 20 s, up to [\d.]*[1-9]\d* {unit_name}", most)
         assert "frames/s" in first.locator("#stream").inner_text()
         assert "nothing listens" in second.locator("#remark").inner_text()
         assert "0.0 frames/s\nlatency unknown" in second.locator("#stream").inner_text()
@@ -273,6 +280,37 @@ def test_the_surface_lies_as_the_gel_frame_says() -> None:
     assert z == pytest.approx(-unit, rel=0.05)
 
 
+def test_each_press_of_a_dataset_is_an_object_of_its_own(tmp_path: Path) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=6)
+    unit = calibrate(
+        dataset,
+        read_presses(dataset),
+        estimator="table",
+        serial="ideal",
+        created="2026-01-01",
+        metrics={},
+        seed=0,
+    )
+    watcher = Watcher(str(dataset.folder), unit, tmp_path)
+    reconstruct = watcher._prepared()
+    for label in dataset.labels:  # each elsewhere, with no lift between
+        shown = watcher._look(reconstruct, read_image(dataset.folder / label.file)).followed
+        assert shown is not None and shown.pose.startswith("turn +0.0 +0.0 +0.0°")
+        assert shown.state != "lost"
+
+
+def test_ctrl_c_ends_the_page_well(tmp_path: Path) -> None:
+    write_image(tmp_path / "frames" / "0.png", make_unit((160, 120)).background)
+    with serving("live", tmp_path / "frames") as (address, server):
+        for _ in range(1000):
+            with contextlib.suppress(OSError):
+                urllib.request.urlopen(address, timeout=5).close()
+                break
+            threading.Event().wait(0.05)
+        server.send_signal(signal.SIGINT)
+        assert server.wait(timeout=60) == 0
+
+
 def test_a_sparkline_spans_its_seconds() -> None:
     points = [(100 + t, float(t)) for t in range(int(HISTORY_S) + 1)]
     places = sparkline(points).partition('points="')[2].partition('"')[0].split()
@@ -293,6 +331,7 @@ def test_bad_input_is_a_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[s
             ("usb:0", "usb:1", "--unit", str(tmp_path / "unit")): "name one for each",
             ("usb:0", "--unit", str(tmp_path)): "not a unit folder",
             ("usb:0", "--port", "99999"): "must lie between",
+            (str(tmp_path / "nothing"),): "nothing is not there: name an address",
         }
         for words, sentence in cases.items():
             with pytest.raises(SystemExit) as stop:

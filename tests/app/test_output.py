@@ -3,15 +3,23 @@
 """What the commands write: JSON that every reader takes, one file for each thing, none read."""
 
 import json
+import re
+from collections import Counter
 from pathlib import Path
 
 import pytest
 from PIL import Image
 
 from app.__main__ import main
-from app._output import RowFile, keep_inputs, output_names, write_json
+from app._output import RowFile, keep_inputs, output_names, print_table, write_json
 from sensor.errors import WedgeError
 from tests.sensor.test_files import full_disk
+
+HEADINGS = ("unit", "Gx", "", "why", "file")
+ROWS = [
+    ("twin-standard", "0.012 [0.010, 0.014]", "", "", "units/a-folder-of-a-long-name/press-1.png"),
+    ("twin-finger", "172345 [0.070, 0.090]", "", "[red] touched at its edge", "b/2.png"),
+]
 
 
 def refuse_constant(word: str) -> None:
@@ -151,3 +159,32 @@ def test_numbers_are_not_written_over_the_recording_that_they_are_of(
         main(["record", "frames", "--out", "new.mcap", "--json", "new.mcap"])
     assert not Path("new.mcap").exists()
     assert "new.mcap cannot be written: it is named for another output" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("width", [30, 80, 90, 100, 130])
+def test_a_terminal_however_narrow_cuts_no_figure_and_no_name(
+    width: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")  # rich takes stdout for a terminal
+    monkeypatch.setenv("COLUMNS", str(width))
+    print_table(HEADINGS, ROWS)
+    shown = re.sub(r"\x1b\[[\d;]*m", "", capsys.readouterr().out)
+    counted = Counter(shown.split())
+    for cells in ROWS:
+        assert not Counter(" ".join(cells).split()) - counted
+    if width >= 90:  # else each row is stacked, and the terminal breaks what is too long
+        assert max(map(len, shown.splitlines())) <= width
+        assert counted["file"] == 1
+    else:
+        assert counted["file"] == len(ROWS)
+
+
+def test_a_table_in_a_pipe_has_one_line_for_each_row(capsys: pytest.CaptureFixture[str]) -> None:
+    rows = [(*cells[:-1], "long/" * 100 + cells[-1]) for cells in ROWS]
+    print_table(HEADINGS, rows)
+    lines = [line.strip() for line in capsys.readouterr().out.splitlines()]
+    lines = [line for line in lines if line]
+    assert [[c for c in cells if c] for cells in rows] == [
+        re.split(r" {2,}", line) for line in lines[-2:]
+    ]
+    assert len(lines) == 4  # headings and the line below them

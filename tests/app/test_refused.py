@@ -76,6 +76,35 @@ def test_a_folder_that_takes_no_files_is_said_before_the_work(
     assert not any(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize("command", ["reconstruct", "cloud"])
+def test_nothing_is_written_into_a_unit_or_through_a_link_that_leads_nowhere(
+    workplace, tmp_path, capsys, command
+):
+    (tmp_path / "link").symlink_to("none")
+    unit = shutil.copytree(workplace / "unit", tmp_path / "unit")
+    before = sorted(path.name for path in unit.iterdir())
+    words = (command, unit, workplace / "set" / "press00.png", "--out")
+    assert f"{unit} is a unit folder" in refused(capsys, *words, unit)
+    assert sorted(path.name for path in unit.iterdir()) == before
+    for out in (tmp_path / "link", tmp_path / "link" / "deep"):
+        assert f"{tmp_path / 'link'} is a link that leads nowhere" in refused(capsys, *words, out)
+
+
+def test_a_folder_or_an_archive_in_place_of_an_image_is_told_what_to_give(
+    workplace, tmp_path, capsys
+):
+    np.savez(tmp_path / "frames.npz", frames=np.zeros((2, *SIZE_PX[::-1], 3), np.uint8))
+    words = ("reconstruct", workplace / "unit")
+    out = ("--out", tmp_path / "out")
+    for folder in (workplace / "set", f"{workplace / 'set'}#1"):
+        said = refused(capsys, *words, folder, *out)
+        assert f"{workplace / 'set'} is a folder: name the images in it" in said
+    bare = tmp_path / "frames.npz"
+    assert "say which, as frames.npz#17 does" in refused(capsys, *words, bare, *out)
+    assert "is missing" in refused(capsys, *words, tmp_path / "none.png", *out)
+    assert not (tmp_path / "out").exists()
+
+
 @pytest.mark.parametrize(
     "words",
     [

@@ -103,7 +103,7 @@ def test_without_rerun_the_extra_is_named(
 ) -> None:
     monkeypatch.setitem(sys.modules, "rerun", None)
     clip, shown = write_clip(tmp_path / "clip.avi", 2), tmp_path / "shown.rrd"
-    assert "gelsight-wedge[rerun]" in refused(capsys, "stream", clip, "--rerun", shown)
+    assert 'pip install ".[rerun]"' in refused(capsys, "stream", clip, "--rerun", shown)
     assert not shown.exists()
 
 

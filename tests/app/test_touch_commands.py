@@ -4,6 +4,7 @@
 
 import csv
 import json
+import shlex
 from dataclasses import replace
 from pathlib import Path
 
@@ -106,6 +107,30 @@ def test_a_frame_is_named_in_the_table_as_it_is_called(units, tmp_path):
         headings, *rows = csv.reader(stream)
     assert {len(row) for row in rows} == {len(headings)}
     assert list(dict.fromkeys(row[0] for row in rows)) == names
+
+
+def test_a_frame_of_a_folder_keeps_the_name_of_its_file(units, tmp_path, capsys):
+    folder, _ = units
+    unit, clip = folder / "dotted" / "unit", tmp_path / "clip"
+    names = ["press.bmp", "press.png", "touch 2.png"]
+    clip.mkdir()
+    for name in names:
+        Image.open(unit / "background.png").save(clip / name)
+    out, told = tmp_path / "out", tmp_path / "told.json"
+    for command, key in (("markers", "frames"), ("track", "poses"), ("cloud", "clouds")):
+        words = (command, unit, clip, "--out", out / command, "--json", told)
+        assert run(*words) == 0
+        rows = json.loads(told.read_text())[key]
+        assert [row["image"] for row in rows] == names
+        assert [int(row["frame"]) for row in rows] == [0, 1, 2]  # a number as before
+        said = capsys.readouterr().out
+        assert command == "track" or all(f"0000{i} {name}" in said for i, name in enumerate(names))
+        for table in (out / command).glob("*.csv"):
+            with table.open(newline="") as stream:
+                assert list(dict.fromkeys(row["image"] for row in csv.DictReader(stream))) == names
+    written = ["press.ply", "press-00001.ply", "touch 2.ply"]
+    assert [Path(row["file"]).name for row in rows] == written
+    assert sorted(path.name for path in (out / "cloud").iterdir()) == sorted(written)
 
 
 def test_cloud_writes_what_was_asked_for(units, tmp_path):
@@ -229,5 +254,9 @@ def test_presses_of_an_earlier_run_are_gone_on_with(units, tmp_path, capsys):
     folder, _ = units
     (tmp_path / "raw").mkdir()
     (tmp_path / "u-presses").symlink_to(folder / "clear" / "set")
-    words = ("calibrate", tmp_path / "raw", "--ball-radius-mm", "4", "--out", tmp_path / "u")
-    assert f"wedge calibrate {tmp_path / 'u-presses'} --out" in refused(capsys, *words)
+    (tmp_path / "it's u-presses").symlink_to(folder / "clear" / "set")
+    for name in ("u", "it's u"):
+        out = tmp_path / name
+        words = ("calibrate", tmp_path / "raw", "--ball-radius-mm", "4", "--out", out)
+        command = shlex.split(refused(capsys, *words).split("`")[1])  # as a shell takes it
+        assert command == ["wedge", "calibrate", f"{out}-presses", "--out", str(out)]

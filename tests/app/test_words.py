@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is wrong with the words of a command line is one sentence, for every subcommand."""
 
+import importlib
 import inspect
+import re
 
 import pytest
 
@@ -109,3 +111,21 @@ def test_a_complaint_of_no_known_kind_is_told_as_it_is() -> None:
     assert in_a_sentence("no box", "wedge x") == "no box"
     with pytest.raises(WedgeError, match="explains"):
         understood(example, "wedge example", [])
+
+
+@pytest.mark.parametrize("name", sorted({*command_line.SUBCOMMANDS} - {"test"}))
+def test_no_help_breaks_a_line_amid_a_sentence(
+    name: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "3000")
+    with pytest.raises(SystemExit):
+        command_line.main([name, "--help"])
+    lines = [line.strip("│╭╮╰╯─ ") for line in capsys.readouterr().out.splitlines()]
+    description = inspect.getdoc(importlib.import_module(f"app.{name}").main) or ""
+    about, _, arguments = description.partition("\n\nArgs:\n")
+    for paragraph in about.split("\n\n"):
+        if not paragraph.startswith("Examples:"):
+            assert " ".join(paragraph.split()) in lines
+    for entry in re.split(r"\n {4}(?=\w)", arguments.strip()):
+        words = " ".join(entry.partition(": ")[2].split())
+        assert any(words in line for line in lines)

@@ -16,9 +16,20 @@ from app.__main__ import main
 from recon.images import read_image
 from recon.stream import Recorder, TimedFrame
 from tests.validation.sensors import change_frames
-from validation.acceptance.certificate import document, junit_xml, lines, page_html
+from validation.acceptance.certificate import (
+    Occasion,
+    document,
+    junit_xml,
+    lead,
+    lines,
+    page_html,
+)
+from validation.acceptance.errors import error_intervals, error_values
 from validation.acceptance.limits import GROUPS, LIMITS, Limit, verdict
 from validation.acceptance.sheet import pdf_bytes, sheet
+from validation.evaluation import held_out_metrics
+
+SET = Occasion(dataset="<set>", dataset_sha256="5e7" * 20, judged="2026-02-03", software="4.5.6")
 
 
 @pytest.mark.parametrize("limit", LIMITS, ids=lambda limit: limit.name)
@@ -50,7 +61,7 @@ def test_every_form_of_the_certificate_says_the_same(calibration, accepted):
     spoilt = {"moved_px": {"": float("inf")}, "contrast_grey_levels": {"R": 30.0, "G": 1.0}}
     failed = replace(accepted, values={**accepted.values, **spoilt})
     card = calibration.card
-    said = json.loads(json.dumps(document(card, "<set>", failed), allow_nan=False))
+    said = json.loads(json.dumps(document(card, SET, failed), allow_nan=False))
     assert said["grade"] == "fail"
     suite = ElementTree.fromstring(junit_xml(card, "<set>", failed))
     broken = [case.get("name") for case in suite if case.find("failure") is not None]
@@ -60,12 +71,43 @@ def test_every_form_of_the_certificate_says_the_same(calibration, accepted):
         == [entry["name"] for entry in said["measurements"] if entry["grade"] == "fail"]
     )
     assert int(suite.get("tests")) == len(suite)
-    page = page_html(card, "<set>", failed, "")
+    page = page_html(card, SET, failed, "")
     assert "picture moved since calibration is unknown px" in page and "<set>" not in page
     assert "contrast inside a contact (G) is 1 grey levels" in page
     assert all(html.escape(limit.title) in page for limit in LIMITS if limit.name in failed.values)
-    pdf = pdf_bytes(card, "a set", failed)
-    assert pdf.startswith(b"%PDF") and pdf == pdf_bytes(card, "a set", failed)
+    pdf = pdf_bytes(card, SET, failed)
+    assert pdf.startswith(b"%PDF") and pdf == pdf_bytes(card, SET, failed)
+
+
+def test_a_unit_keeps_the_intervals_of_its_errors(calibration, accepted):
+    errors = accepted.errors
+    card = replace(calibration.card, metrics=held_out_metrics(errors, fitted_presses=12))
+    kept = error_intervals(errors, card, held_out=False)
+    assert kept == error_intervals(errors, card, held_out=True) == accepted.intervals
+    assert set(kept) == {"theta_x_deg", "theta_y_deg", "depth_rmse_share"}
+    for name, (low, high) in kept.items():
+        assert 0 < low < error_values(errors, card, held_out=False)[name][""] < high
+
+
+def test_every_form_says_on_how_many_presses_errors_rest_and_when(calibration, accepted):
+    card = calibration.card
+    few = replace(accepted, learnt=12, held_out=2, intervals={})
+    for found, said, there in (
+        (few, "measured on 2 presses held out, too few for an interval.", False),
+        (accepted, "12 presses that it has not learnt from, with 95 % intervals", True),
+    ):
+        shown = [text.get_text() for text in sheet(card, SET, found).texts]
+        page = page_html(card, SET, found, "")
+        for form in (page, " ".join(shown)):
+            assert said in form and "2026-02-03" in form and "4.5.6" in form
+            assert SET.dataset_sha256[:12] in form and card.design_sha256[:12] in form
+        assert any("[" in text for text in shown) is there is ("% interval " in page)
+        kept = document(card, SET, found)
+        assert kept["held_out_presses"] == found.held_out and kept["judged"] == "2026-02-03"
+        ends = {entry["name"]: entry["ci95"] for entry in kept["measurements"] if entry["ci95"]}
+        assert ends == {name: list(pair) for name, pair in found.intervals.items()}
+    unsaid = replace(accepted, learnt=12, held_out=8, intervals={})
+    assert "8 presses held out, without intervals" in lead(card, SET, unsaid)
 
 
 @pytest.mark.parametrize(
@@ -74,7 +116,7 @@ def test_every_form_of_the_certificate_says_the_same(calibration, accepted):
 )
 def test_the_sheet_counts_the_failures_that_it_leaves_out(calibration, accepted, failed, said):
     spoilt = {name: {"": float("nan")} for name in list(accepted.values)[:failed]}
-    figure = sheet(calibration.card, "a set", replace(accepted, values=accepted.values | spoilt))
+    figure = sheet(calibration.card, SET, replace(accepted, values=accepted.values | spoilt))
     counted = [text.get_text() for text in figure.texts if "more failure" in text.get_text()]
     assert counted == ([said] if said else [])
 
@@ -93,7 +135,7 @@ def test_everything_lies_on_the_sheet_and_nothing_on_another(calibration, accept
         limit.name: dict.fromkeys(accepted.values.get(limit.name, [""]), 98.7 / limit.shown_times)
         for limit in LIMITS
     }
-    figure = sheet(calibration.card, "a set", replace(accepted, values=spoilt))
+    figure = sheet(calibration.card, SET, replace(accepted, values=spoilt))
     renderer = FigureCanvasAgg(figure).get_renderer()
     boxes = [text.get_window_extent(renderer) for text in figure.texts]
     width, height = figure.canvas.get_width_height()
@@ -135,6 +177,11 @@ def test_the_command_exits_zero_only_on_a_pass(calibration, broken, tmp_path, ca
     with pytest.raises(SystemExit) as left:
         main([*words, *files])
     assert left.value.code == 0
+    told = capsys.readouterr().out
+    assert "12 presses that it has not learnt from" in told
+    skipped = ElementTree.parse(tmp_path / "accept.xml").iter("skipped")
+    reasons = {case.get("message") for case in skipped}
+    assert reasons and all(f"{reason}.\n" in told for reason in reasons)
     for name in ("paper/index.html", "paper/certificate.pdf", "accept.xml"):
         assert (tmp_path / name).stat().st_size > 500
     change_frames(broken, lambda frame, _: frame[..., ::-1])

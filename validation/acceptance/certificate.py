@@ -21,6 +21,7 @@ from validation.acceptance.limits import (
     verdict,
 )
 from validation.acceptance.measurements import Acceptance
+from validation.intervals import Interval, counted, enough
 from validation.report.page import Tile, bullets, paragraph, table_html, tiles_html
 
 WORDS: dict[Grade, str] = {"A": "Pass, grade A", "B": "Pass, grade B", "fail": "Fail"}
@@ -28,6 +29,22 @@ TILES = ("theta_x_deg", "theta_y_deg", "depth_rmse_share")
 """Measurements in large type, where they were made."""
 NOT_IN_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """Characters that no XML file may hold: https://www.w3.org/TR/xml/#charsets."""
+
+
+HASH_DIGITS = 12
+"""Shown of a hash; JSON has all."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Occasion:
+    """On what, when and by what a unit was judged."""
+
+    dataset: str
+    dataset_sha256: str
+    judged: str
+    """The day, YYYY-MM-DD."""
+    software: str
+    """Version of this package."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,15 +65,20 @@ class Line:
         return self.title, self.value, self.limit_a, self.limit_b, self.grade
 
 
-def document(card: UnitCard, dataset: str, found: Acceptance) -> dict[str, Any]:
+def document(card: UnitCard, occasion: Occasion, found: Acceptance) -> dict[str, Any]:
     """The verdict, every measurement with its limits and reason, and what was not measured."""
     return {
         "unit": card.serial,
         "calibrated": card.created,
-        "dataset": dataset,
+        "design_sha256": card.design_sha256,
+        "judged": occasion.judged,
+        "software": occasion.software,
+        "dataset": occasion.dataset,
+        "dataset_sha256": occasion.dataset_sha256,
         "presses": found.errors.test,
         "held_out": found.learnt == 0,
         "learnt_presses": found.learnt,
+        "held_out_presses": found.held_out,
         "grade": verdict(found.values),
         "measurements": [
             {
@@ -65,6 +87,9 @@ def document(card: UnitCard, dataset: str, found: Acceptance) -> dict[str, Any]:
                 "parts": {
                     part: _finite(value) for part, value in found.values[limit.name].items() if part
                 },
+                "ci95": list(found.intervals[limit.name])
+                if limit.name in found.intervals
+                else None,
                 "unit": _plain_unit(limit),
                 "grade": grade_of(limit, found.values[limit.name]),
                 "limit_a": limit.grade_a,
@@ -108,7 +133,7 @@ def lines(found: Acceptance) -> list[Line]:
         Line(
             group=limit.group,
             title=limit.title,
-            value=shown_value(limit, found.values[limit.name]),
+            value=shown_value(limit, found.values[limit.name], found.intervals.get(limit.name)),
             limit_a=_bound(limit, limit.grade_a),
             limit_b=_bound_b(limit),
             grade=grade_of(limit, found.values[limit.name]),
@@ -138,10 +163,11 @@ def failures(found: Acceptance) -> list[str]:
     ]
 
 
-def shown_value(limit: Limit, parts: Parts) -> str:
-    """Each part's number with its name, and the unit."""
+def shown_value(limit: Limit, parts: Parts, interval: Interval | None = None) -> str:
+    """Each part's number with its name, in brackets the interval, and the unit."""
     shown = "  ".join(f"{part} {number(limit, value)}".strip() for part, value in parts.items())
-    return f"{shown} {limit.unit}"
+    ends = f" [{', '.join(number(limit, end) for end in interval)}]" if interval else ""
+    return f"{shown}{ends} {limit.unit}"
 
 
 def number(limit: Limit, value: float) -> str:
@@ -161,12 +187,12 @@ def not_measured(found: Acceptance) -> list[str]:
     return [f"Not measured: {', '.join(names)}: {reason}." for reason, names in reasons.items()]
 
 
-def page_html(card: UnitCard, dataset: str, found: Acceptance, pictures: str) -> str:
+def page_html(card: UnitCard, occasion: Occasion, found: Acceptance, pictures: str) -> str:
     """The verdict in large type, what failed, pictures, and every measurement with its limits."""
     shown = lines(found)
     parts = [
         tiles_html(_tiles(card, found)),
-        paragraph(f"{lead(card, dataset, found)}."),
+        paragraph(f"{lead(card, occasion, found)} {origin(card, occasion)}"),
         bullets(failures(found)) if failures(found) else "",
         pictures,
     ]
@@ -182,19 +208,38 @@ def page_html(card: UnitCard, dataset: str, found: Acceptance, pictures: str) ->
     return "".join(parts) + bullets(not_measured(found))
 
 
-def lead(card: UnitCard, dataset: str, found: Acceptance) -> str:
-    """What was judged on what, in one sentence without its full stop."""
-    presses = found.errors.test
+def lead(card: UnitCard, occasion: Occasion, found: Acceptance) -> str:
+    """What was judged on what, and on how many presses its errors rest, in one sentence."""
+    presses, held_out = found.errors.test, found.held_out
     count = "all" if found.learnt == presses else f"{found.learnt}"
     judged = (
-        f"presses, {count} of which it has learnt from: errors are those that calibration measured "
-        "on presses held out"
+        f", {count} of which it has learnt from: errors are those that calibration measured on "
+        f"{'presses' if held_out is None else counted(held_out)} held out"
         if found.learnt
-        else "presses that it has not learnt from"
+        else " that it has not learnt from"
     )
     return (
-        f"Calibrated {card.created} with {card.estimator}, judged on {dataset}, {presses} {judged}"
+        f"Calibrated {card.created} with {card.estimator}, judged on {occasion.dataset}, "
+        f"{counted(presses)}{judged}{_certainty(found)}."
     )
+
+
+def origin(card: UnitCard, occasion: Occasion) -> str:
+    """When and by what a unit was judged, and the hashes that tell its design and presses."""
+    return (
+        f"Judged {occasion.judged} by wedge {occasion.software}; hashes (SHA-256) begin "
+        f"{occasion.dataset_sha256[:HASH_DIGITS]} (dataset) and "
+        f"{card.design_sha256[:HASH_DIGITS]} (design)."
+    )
+
+
+def _certainty(found: Acceptance) -> str:
+    """What is said of the errors' intervals."""
+    if found.held_out is not None and not enough(found.held_out):
+        return ", too few for an interval"
+    if found.intervals:
+        return ", with 95 % intervals of the errors in brackets"
+    return ", without intervals, which the unit does not keep: calibrate it anew for them"
 
 
 def measured_limits(found: Acceptance) -> Sequence[Limit]:
@@ -218,11 +263,20 @@ def _tiles(card: UnitCard, found: Acceptance) -> list[Tile]:
             + ("°" if shown[name].unit == "°" else " %"),
             note=f"{'' if shown[name].unit == '°' else 'of the depth; '}"
             f"A {_bound(shown[name], shown[name].grade_a)}, "
-            f"B {_bound(shown[name], shown[name].grade_b)}",
+            f"B {_bound(shown[name], shown[name].grade_b)}".replace("≤ ", "≤\u00a0")
+            + _ends(shown[name], found),
         )
         for name in TILES
         if name in shown
     ]
+
+
+def _ends(limit: Limit, found: Acceptance) -> str:
+    """An interval as a tile says it."""
+    if limit.name not in found.intervals:
+        return ""
+    low, high = (number(limit, end) for end in found.intervals[limit.name])
+    return f"; 95\u00a0% interval {low} to {high}"
 
 
 def _plain_unit(limit: Limit) -> str:

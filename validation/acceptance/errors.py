@@ -15,7 +15,10 @@ from recon.pixels import BallPress, label_pixels
 from sensor.dataset import Dataset
 from sensor.unit import UnitCard
 from validation.acceptance.limits import Parts
+from validation.depth import rmse_interval_mm
 from validation.error_table import ErrorTable, Task, TaskResult, run_task
+from validation.evaluation import kept_interval
+from validation.intervals import Interval
 from validation.metrics import mean_errors
 from validation.splits import splits
 
@@ -32,7 +35,6 @@ def error_values(errors: ErrorTable, card: UnitCard, held_out: bool) -> dict[str
     """Errors of slope and depth on presses that the unit has not learnt from."""
     (row,) = [row for row in errors.rows if row.pixels == "contact"]
     (depth,) = errors.depth.values()
-    deepest = max(fmean(error.peak_truth_mm for error in depth), 1e-6)
     if held_out:
         found: Mapping[str, float] = row.errors.values
         rmse_mm = fmean(error.rmse_mm for error in depth)
@@ -40,12 +42,48 @@ def error_values(errors: ErrorTable, card: UnitCard, held_out: bool) -> dict[str
         names = ("theta_x_deg", "theta_y_deg")
         found = {key: float(card.metrics.get(f"contact_{key}", np.nan)) for key in names}
         rmse_mm = float(card.metrics.get("depth_rmse_mm", np.nan))
-    values: dict[str, Parts] = {"depth_rmse_share": {"": rmse_mm / deepest}}
-    unseen = unseen_axis(card.lights_deg, card.channels)
+    values: dict[str, Parts] = {"depth_rmse_share": {"": rmse_mm / _deepest_mm(errors)}}
     for axis in AXES:
-        name = "inferred_axis_deg" if axis == unseen else f"theta_{axis}_deg"
-        values[name] = {"": found[f"theta_{axis}_deg"]}
+        values[_angle_limit(card, axis)] = {"": found[f"theta_{axis}_deg"]}
     return values
+
+
+def error_intervals(errors: ErrorTable, card: UnitCard, held_out: bool) -> dict[str, Interval]:
+    """95 % intervals of ``error_values``, of those that have one."""
+    if held_out:
+        (row,) = [row for row in errors.rows if row.pixels == "contact"]
+        (depth,) = errors.depth.values()
+        angles = row.errors.ci95
+        rmse_mm = rmse_interval_mm(depth, errors.seed)
+    else:
+        angles = {
+            name: kept_interval(card, f"contact_{name}") for name in ("theta_x_deg", "theta_y_deg")
+        }
+        rmse_mm = kept_interval(card, "depth_rmse_mm")
+    found = {_angle_limit(card, axis): angles[f"theta_{axis}_deg"] for axis in AXES}
+    if rmse_mm is not None:
+        deepest_mm = _deepest_mm(errors)
+        found["depth_rmse_share"] = (rmse_mm[0] / deepest_mm, rmse_mm[1] / deepest_mm)
+    return {name: interval for name, interval in found.items() if interval is not None}
+
+
+def held_out_presses(errors: ErrorTable, card: UnitCard, held_out: bool) -> int | None:
+    """How many presses ``error_values`` rest on; ``None`` where the unit does not say."""
+    if held_out:
+        return errors.test
+    kept = card.metrics.get("held_out_presses")
+    return None if kept is None else int(kept)
+
+
+def _angle_limit(card: UnitCard, axis: Axis) -> str:
+    """The limit of an axis's angle."""
+    unseen = unseen_axis(card.lights_deg, card.channels)
+    return "inferred_axis_deg" if axis == unseen else f"theta_{axis}_deg"
+
+
+def _deepest_mm(errors: ErrorTable) -> float:
+    (depth,) = errors.depth.values()
+    return max(fmean(error.peak_truth_mm for error in depth), 1e-6)
 
 
 def fewer_lights(card: UnitCard) -> list[str]:

@@ -15,9 +15,11 @@ from recon.presses import read_presses
 from sensor.dataset import Dataset
 from validation.acceptance.errors import (
     ball_radius_values,
+    error_intervals,
     error_values,
     fewer_lights_values,
     fit_fewer_lights,
+    held_out_presses,
 )
 from validation.acceptance.gel import (
     blank_values,
@@ -35,6 +37,7 @@ from validation.acceptance.roundness import roundness
 from validation.error_table import ErrorTable
 from validation.evaluation import judge_presses, learnt_presses, refuse_other_sensor
 from validation.examples import Example, example
+from validation.intervals import Interval
 
 NO_TIMES = "a dataset's frames have no times; name a recording or a stream by --frames"
 
@@ -49,6 +52,11 @@ class Acceptance:
     errors: ErrorTable
     learnt: int
     """How many of the presses the unit has learnt from; beside any, errors are calibration's."""
+    held_out: int | None
+    """How many presses the errors rest on, none of them learnt from; ``None`` where the unit does
+    not say."""
+    intervals: Mapping[str, Interval]
+    """95 % intervals of the errors that have one, by the names of ``limits.LIMITS``."""
     blank: Unwarped
     gel: Unwarped
     """The blank frame without its dots."""
@@ -126,6 +134,8 @@ def accept_unit(
         absent={**_reasons(values, len(times_ns)), **absent},
         errors=errors,
         learnt=learnt,
+        held_out=held_out_presses(errors, card, learnt == 0),
+        intervals=error_intervals(errors, card, learnt == 0),
         blank=blank,
         gel=gel,
         covered=covered,

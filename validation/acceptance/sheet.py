@@ -13,10 +13,12 @@ from sensor.toml import Pair
 from sensor.unit import UnitCard
 from validation.acceptance.certificate import (
     WORDS,
+    Occasion,
     failures,
     lead,
     lines,
     not_measured,
+    origin,
 )
 from validation.acceptance.gel import SMOOTHING_PX, smooth
 from validation.acceptance.limits import GROUPS, Grade, verdict
@@ -63,9 +65,9 @@ def picture(found: Acceptance, mm_per_px: Pair) -> Figure:
     return figure
 
 
-def pdf_bytes(card: UnitCard, dataset: str, found: Acceptance) -> bytes:
+def pdf_bytes(card: UnitCard, occasion: Occasion, found: Acceptance) -> bytes:
     """The certificate on one sheet of A4."""
-    figure = sheet(card, dataset, found)
+    figure = sheet(card, occasion, found)
     FigureCanvasPdf(figure)
     stream = io.BytesIO()
     figure.savefig(stream, format="pdf", metadata={"CreationDate": None, "Producer": None})
@@ -73,16 +75,17 @@ def pdf_bytes(card: UnitCard, dataset: str, found: Acceptance) -> bytes:
 
 
 @styled
-def sheet(card: UnitCard, dataset: str, found: Acceptance) -> Figure:
+def sheet(card: UnitCard, occasion: Occasion, found: Acceptance) -> Figure:
     """Verdict, pictures, and every measurement with its limits and reason."""
     figure = blank(*PAGE_IN)
     grade = verdict(found.values)
     _say(figure, LEFT_IN, 0.6, f"GelSight Wedge {card.serial}", size=16.0)
     _say(figure, LEFT_IN, 0.88, WORDS[grade], size=13.0, color=COLORS[grade])
     top = 1.05
-    for text in wrap(f"{lead(card, dataset, found)}.", FAILURE_LETTERS):
-        _say(figure, LEFT_IN, top, text, size=7.0, color=SOFT)
-        top += 0.13
+    for text in (lead(card, occasion, found), origin(card, occasion)):
+        for line in wrap(text, FAILURE_LETTERS):
+            _say(figure, LEFT_IN, top, line, size=7.0, color=SOFT)
+            top += 0.13
     said = failures(found)
     for text in said[:MOST_FAILURES]:
         for line in wrap(text, FAILURE_LETTERS):

@@ -5,7 +5,8 @@
 import numpy as np
 import pytest
 
-from recon.labels.find_circle import find_circle
+from recon.labels.find_circle import LEAST_BALL_PX, MOST_BALL, find_circle
+from sensor.errors import WedgeError
 from tests.shading import pressed
 
 SIZE_PX = (160, 120)
@@ -53,3 +54,24 @@ def test_a_straight_edge_is_told_from_a_ball() -> None:
     circle = find_circle(bar, BALL_MM, MM_PER_PX)
     assert ball is not None
     assert circle is None or circle.quality < 0.7 * ball.quality
+
+
+@pytest.mark.parametrize("times", [0.01, 0.3, 0.99, 1.01])
+@pytest.mark.parametrize("mm_per_px", [0.1, 1e-4, 25.4])
+def test_a_ball_too_small_for_the_frame_is_refused_at_any_scale(
+    times: float, mm_per_px: float
+) -> None:
+    difference, scale = pressed(SIZE_PX, (80.0, 60.0), 18.0, BALL_PX), (mm_per_px, mm_per_px)
+    radius_mm = times * LEAST_BALL_PX * mm_per_px
+    if times > 1:
+        find_circle(difference, radius_mm, scale)
+    else:
+        with pytest.raises(WedgeError, match="in metres"):
+            find_circle(difference, radius_mm, scale)
+
+
+def test_the_largest_ball_is_searched_for_and_a_larger_one_refused() -> None:
+    difference, width_mm = pressed(SIZE_PX, (80.0, 60.0), 18.0, BALL_PX), SIZE_PX[0] * 0.1
+    find_circle(difference, MOST_BALL * width_mm, MM_PER_PX)
+    with pytest.raises(WedgeError, match=r"times as long as the frames, 16 mm at 0\.1 mm/px"):
+        find_circle(difference, 1.01 * MOST_BALL * width_mm, MM_PER_PX)

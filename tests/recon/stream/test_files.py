@@ -6,6 +6,7 @@ import time
 from pathlib import Path
 from threading import Event
 
+import cv2
 import numpy as np
 import pytest
 
@@ -156,7 +157,7 @@ def test_a_file_can_be_watched_like_a_camera(tmp_path: Path) -> None:
         ("notes.txt", "is no stream"),
         ("bad.avi", "is no video"),
         ("bad.mcap", "is no MCAP file"),
-        ("usb:97", "no camera of that number"),
+        ("usb:97", r"no camera of that number; try usb:0\.$"),
     ],
 )
 def test_what_is_no_source_is_a_sentence(
@@ -173,3 +174,10 @@ def test_what_is_no_source_is_a_sentence(
     with pytest.raises(WedgeError, match=sentence):
         list(open_source(where))
     assert capfd.readouterr().err == ""  # OpenCV says nothing beside it
+
+
+def test_a_first_camera_that_is_not_there_is_not_advised(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cv2.VideoCapture, "isOpened", lambda _: False)
+    with pytest.raises(WedgeError, match="usb:0: there is no camera") as refused:
+        open_source("usb:0")
+    assert "try usb:0" not in str(refused.value)

@@ -163,7 +163,7 @@ def test_what_is_no_stream_is_refused_in_a_sentence(answer: bytes, sentence: str
 
 
 def test_no_camera_at_the_other_end_is_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(WedgeError, match="nothing listens at that port"):
+    with pytest.raises(WedgeError, match=r"at that port; start the camera server there\.$"):
         open_source(f"http://127.0.0.1:{free_port()}")
 
     def unknown(*_: object, **__: object) -> None:
@@ -180,8 +180,8 @@ def test_no_camera_at_the_other_end_is_a_sentence(monkeypatch: pytest.MonkeyPatc
 @pytest.mark.parametrize(
     ("number", "sentence"),
     [
-        (errno.EHOSTUNREACH, "no route to it; is the cable in"),
-        (errno.ENETUNREACH, "no route to it; is the cable in"),
+        (errno.EHOSTUNREACH, "no route to it; see that the cable is in"),
+        (errno.ENETUNREACH, "no route to it; see that the cable is in"),
         (errno.ETIMEDOUT, "nothing answers in time"),
     ],
 )

@@ -12,6 +12,7 @@ import pytest
 from recon import unet
 from recon.unet.weights import load_weights, save_weights, shipped_weights
 from sensor.errors import WedgeError
+from sensor.extras import how_to_install
 
 CHANNELS = (4, 6, 8)
 
@@ -78,9 +79,7 @@ def test_without_torch_training_says_so_in_one_sentence():
     )
     done = subprocess.run([sys.executable, "-c", code], check=False, capture_output=True, text=True)
     assert done.returncode == 1
-    assert done.stderr == (
-        "Training needs torch: install the extra, `pip install gelsight-wedge[train]`.\n"
-    )
+    assert done.stderr == f"Training needs torch: {how_to_install('train')}.\n"
 
 
 def test_a_short_training_beats_zero_and_its_start(training, monkeypatch):

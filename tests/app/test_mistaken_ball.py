@@ -1,0 +1,98 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A ball stated wrongly, and stated right afterwards; sets not to be labelled; too few presses."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import pytest
+
+import app._workers
+import app.calibrate
+from sensor.dataset import read_dataset, write_card, write_labels
+from tests.app.test_commands import refused, run
+from tests.synthetic import MM_PER_PX, make_dataset
+
+
+@pytest.fixture(autouse=True)
+def in_this_process(monkeypatch):
+    for module in (app._workers, app.calibrate):
+        monkeypatch.setattr(module, "process_pool", lambda: ThreadPoolExecutor(1))
+
+
+def stated(dataset, ball_radius_mm):
+    card = replace(dataset.card, ball_radius_mm=ball_radius_mm)
+    write_card(dataset.folder / "dataset.toml", card)
+
+
+def contents(folder):
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+@pytest.mark.parametrize(("radius_mm", "why"), [("0.004", "in metres"), ("900", "millimetres")])
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("calibrate", "{frames}", "--out", "{out}/unit"),
+        ("data", "import", "{frames}", "--out", "{out}/set"),
+        ("capture", "{frames}", "--like", "{set}", "--out", "{out}/set"),
+        ("label", "{set}", "--no-page", "--again"),
+    ],
+)
+def test_a_ball_in_another_unit_is_one_sentence(tmp_path, capsys, words, radius_mm, why):
+    dataset = make_dataset(tmp_path / "set", presses=2)
+    places = {name: str(tmp_path / name) for name in ("set", "out", "frames")}
+    (tmp_path / "out").mkdir()
+    (tmp_path / "frames").mkdir()
+    for name, picture in contents(dataset.folder).items():
+        if name.endswith(".png"):
+            (tmp_path / "frames" / name).write_bytes(picture)
+    given = [word.format(**places) for word in words]
+    if words[0] == "label":
+        found = [replace(label, quality=0.9) for label in dataset.labels]
+        write_labels(dataset.folder / "labels.csv", found)
+        stated(dataset, float(radius_mm))
+    else:
+        given += ["--ball-radius-mm", radius_mm]
+    before = contents(dataset.folder)
+    sentence = refused(capsys, *given)
+    assert f"the ball's radius, {radius_mm} mm, is " in sentence and why in sentence
+    assert not any((tmp_path / "out").iterdir())
+    assert contents(dataset.folder) == before
+
+
+def test_again_finds_anew_what_the_mended_ball_no_longer_holds(tmp_path, capsys):
+    dataset = make_dataset(tmp_path / "set", presses=3)
+    wide_px = 1.2 * dataset.card.ball_radius_mm / MM_PER_PX[0]  # as of a ball twice as large
+    found = [replace(x, contact_radius_px=wide_px, quality=0.9) for x in dataset.labels]
+    table = dataset.folder / "labels.csv"
+    for theirs in ({"quality": None}, {"quality": 1.0}, {"ball_radius_mm": 4.0}):
+        write_labels(table, [found[0], replace(found[1], **theirs), found[2]])
+        before = table.read_bytes()
+        sentence = refused(capsys, "label", dataset.folder, "--no-page", "--again")
+        assert f"{found[1].file}, 4.80 mm in radius, is not smaller than the ball" in sentence
+        assert table.read_bytes() == before
+    write_labels(table, [*found[:2], dataset.labels[2]])
+    assert found[0].file in refused(capsys, "label", dataset.folder, "--no-page")
+    assert run("label", dataset.folder, "--no-page", "--again") == 0
+    *again, drawn = read_dataset(dataset.folder).labels
+    assert drawn == dataset.labels[2]
+    for label, truth in zip(again, dataset.labels, strict=False):
+        assert label.contact_radius_px == pytest.approx(truth.contact_radius_px, rel=0.15)
+
+
+def test_what_is_no_folder_of_one_s_own_is_not_labelled(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    sentence = refused(capsys, "label", "taxim-gelsight", "--no-page")
+    assert "copy it first" in sentence and "wedge data path taxim-gelsight" in sentence
+    assert "nothing is not there" in refused(capsys, "label", "nothing", "--no-page")
+    (tmp_path / "nothing").mkdir()
+    assert "it has no dataset.toml" in refused(capsys, "label", "nothing", "--no-page")
+
+
+@pytest.mark.parametrize(("presses", "few"), [(9, True), (10, False)])
+def test_a_unit_of_few_presses_is_not_to_be_trusted(tmp_path, capsys, presses, few):
+    folder = make_dataset(tmp_path / "set", presses=presses).folder
+    words = ("calibrate", folder, "--out", tmp_path / "unit", "--estimator", "table")
+    assert run(*words) == 0
+    assert ("9 presses: too few to trust" in capsys.readouterr().out) == few
