@@ -13,6 +13,7 @@ from recon.pose.noise import coarse, noise_between
 from recon.pose.registration import Alignment, Touch, contact_points
 from recon.pose.rigid import Transform, motion
 from sensor.errors import WedgeError
+from sensor.extras import how_to_install
 
 MOST_POINTS = 5000
 GOLDEN = (np.sqrt(5) - 1) / 2
@@ -115,6 +116,6 @@ def _small_gicp() -> Any:
         import small_gicp
     except ImportError as error:
         raise WedgeError(
-            'ICP needs small_gicp: pip install "gelsight-wedge[track]", or track with joint.'
+            f"ICP needs small_gicp: {how_to_install('track')}, or track with joint."
         ) from error
     return small_gicp

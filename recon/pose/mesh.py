@@ -12,6 +12,7 @@ from recon.arrays import ContactMask, DepthMap, GradientField
 from recon.pose.registration import pixel_grid_mm
 from recon.pose.rigid import Points, Transform, applied
 from sensor.errors import WedgeError
+from sensor.extras import how_to_install
 from sensor.toml import Pair
 
 SMALLEST_MM = 1.0
@@ -76,7 +77,7 @@ def read_mesh(path: Path) -> Mesh:
     try:
         import trimesh
     except ImportError as error:
-        raise WedgeError('meshes need trimesh: pip install "gelsight-wedge[track]".') from error
+        raise WedgeError(f"meshes need trimesh: {how_to_install('track')}.") from error
     kind = path.suffix.lower().lstrip(".")
     if kind not in ("stl", "ply", "obj"):
         raise WedgeError(f"{path} is no STL, PLY or OBJ file.")

@@ -65,8 +65,13 @@ def test_a_doubt_and_a_depth_of_one_name_are_refused_where_both_are_written(
 
 @pytest.mark.parametrize("estimator", [None, random_default()], ids=["mlp", "default"])
 def test_the_deepest_point_has_a_deviation_where_the_estimator_knows_one(
-    estimator: GradientEstimator | None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    estimator: GradientEstimator | None,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    # Networks of random weights answer with slopes of no surface.
+    monkeypatch.setattr("recon.plausible.is_implausible", lambda _: False)
     calibration = make_unit(estimator=estimator)
     calibration.save(tmp_path / "unit")
     write_image(tmp_path / "press.png", pressed(calibration.background, (80, 60)))
@@ -81,3 +86,17 @@ def test_the_deepest_point_has_a_deviation_where_the_estimator_knows_one(
         result = Reconstructor(calibration)(read_image(tmp_path / "press.png"))
         sigma = point_cloud(result).sigma_mm[result.depth_mm.argmax()]
         assert sigma_mm == pytest.approx(float(sigma), rel=1e-5) and sigma_mm > 0
+
+
+def test_a_depth_that_no_gel_has_is_called_so_and_has_no_deviation(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    calibration = make_unit(estimator=random_default())
+    calibration.save(tmp_path / "unit")
+    write_image(tmp_path / "press.png", pressed(calibration.background, (80, 60)))
+    numbers = tmp_path / "numbers.json"
+    words = ["reconstruct", tmp_path / "unit", tmp_path / "press.png", "--out", tmp_path / "depth"]
+    assert run(*words, "--json", numbers) in (0, None)
+    said, (row,) = capsys.readouterr().out, json.loads(numbers.read_text())["images"]
+    assert "its depth means little" in " ".join(said.split())
+    assert row["deepest_sigma_mm"] is None and "±" not in said
