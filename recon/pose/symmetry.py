@@ -6,6 +6,10 @@ A turn of the mesh onto itself takes its centre to itself and each flat facet to
 area, distance and spread. Two facets fix a turn, so all turns that take the rarest pair of facets
 to a like pair are tried, and those kept that take every facet to its like. How facets are cut into
 triangles does not matter.
+
+Every turn is tried on some facets. A turn that is two known ones after each other needs no trial on
+the others: each of the two takes all of them to their likes. That some of its own are tried as well
+keeps small unlikenesses, as those between neighbours around an ellipse, from adding up.
 """
 
 from collections.abc import Sequence
@@ -13,7 +17,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float, Int
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
@@ -31,8 +35,10 @@ UNLIKE_AREA = 1e-4
 MOST_FACETS = 20_000
 """A mesh of more is a scan, or all curves."""
 MOST_ROTATIONS = 500
-PROBED = 50
-"""Facets, the largest first, that a turn is tried on before it is on all."""
+GLANCED, PROBED = 8, 200
+"""Facets, from the largest to the smallest, that every turn is tried on."""
+COUNTED = 100
+"""Looks, the rarest first by a rough count, that are counted closely."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,15 +62,33 @@ class _Facets:
         """By place and looks: of two facets with one middle, the like one is found."""
         return cKDTree(np.column_stack([self.middles, self.looks]))
 
-    def turned(
+    def possible(
+        self, turns: Float[np.ndarray, "n 3 3"], some: Int[np.ndarray, " s"]
+    ) -> Float[np.ndarray, "m 3 3"]:
+        """The turns that bring some facets to where like ones are, the least first."""
+        turns = turns[np.argsort(-np.trace(turns, axis1=1, axis2=2), kind="stable")]
+        moved = (self.middles[some] @ turns.transpose(0, 2, 1)).reshape(-1, 3)
+        places = np.column_stack([moved, np.tile(self.looks[some], (len(turns), 1))])
+        away = self.tree.query(places, distance_upper_bound=4 * ALIKE)[0].reshape(-1, len(some))
+        unlike = np.where(np.isfinite(away), 0, self.areas[some]).sum(1)
+        return turns[unlike <= UNLIKE_AREA * self.areas.sum()]
+
+    def fitted(
         self, turn: Float[np.ndarray, "3 3"], some: Int[np.ndarray, " n"]
-    ) -> tuple[Int[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
-        """For some facets the one to which a turn takes each, and whether it is alike."""
+    ) -> Float[np.ndarray, "3 3"] | None:
+        """The turn that takes some facets to their likes best; ``None`` where some have none."""
         places = np.column_stack([self.middles[some] @ turn.T, self.looks[some]])
-        away, other = self.tree.query(places)
+        away, other = self.tree.query(places, distance_upper_bound=4 * ALIKE)
+        other = np.minimum(other, len(self.areas) - 1)  # of those that have none
         spreads = turn @ self.spreads[some] @ turn.T - self.spreads[other]
         size = np.sqrt(np.trace(self.spreads[some], axis1=1, axis2=2)) + ALIKE
-        return other, (away < 4 * ALIKE) & (np.abs(spreads).max((1, 2)) < 4 * ALIKE * size)
+        alike = (away < 4 * ALIKE) & (np.abs(spreads).max((1, 2)) < 4 * ALIKE * size)
+        if self.areas[some][~alike].sum() > UNLIKE_AREA * self.areas.sum():
+            return None
+        weights = self.areas[some] * alike
+        found = Rotation.align_vectors(self.middles[other], self.middles[some], weights=weights)
+        exact: np.ndarray = found[0].as_matrix()
+        return exact
 
 
 def own_rotations(mesh: Mesh) -> list[Transform]:
@@ -78,20 +102,15 @@ def own_rotations(mesh: Mesh) -> list[Transform]:
     if found is None:
         return [np.eye(4)]
     facets, centre_mm = found
-    largest = np.argsort(-facets.areas)
-    turns: list[Float[np.ndarray, "3 3"]] = [np.eye(3)]
-    for turn in _candidates(facets):
-        if facets.turned(turn, largest[:PROBED])[1].mean() < 0.5:
-            continue
-        other, alike = facets.turned(turn, largest)
-        if facets.areas[largest][~alike].sum() > UNLIKE_AREA * facets.areas.sum():
-            continue
-        weights = facets.areas[largest] * alike
-        exact = Rotation.align_vectors(
-            facets.middles[other], facets.middles[largest], weights=weights
-        )[0].as_matrix()
-        if max(np.trace(exact.T @ known) for known in turns) < 3 - (10 * ALIKE) ** 2:
-            turns.append(exact)
+    every = np.argsort(-facets.areas)
+    some = every[:: -(-len(every) // PROBED)]
+    turns = np.eye(3)[None]
+    for candidate in facets.possible(_candidates(facets), some[:GLANCED]):
+        turn = facets.fitted(candidate, some)
+        if turn is not None and _between(turns, turn[None] @ turns.transpose(0, 2, 1)) > ALIKE:
+            turn = facets.fitted(candidate, every)
+        if turn is not None and _between(turns, turn[None]) > 10 * ALIKE:
+            turns = np.concatenate([turns, turn[None]])
         if len(turns) > MOST_ROTATIONS:
             return [np.eye(4)]
     return [rigid(turn, centre_mm - turn @ centre_mm) for turn in turns]
@@ -159,17 +178,16 @@ def _summed(facet: Int[np.ndarray, " t"], rows: Float[np.ndarray, "t n"]) -> np.
 def _candidates(facets: _Facets) -> Float[np.ndarray, "n 3 3"]:
     """Turns that take two facets of the rarest looks to two such."""
     tree = cKDTree(facets.looks)
-    alike = tree.query_ball_point(facets.looks, 4 * ALIKE, return_length=True)
     distances = np.linalg.norm(facets.middles, axis=1)
     far = np.flatnonzero(distances > 0.05)
     if not len(far):
         return np.zeros((0, 3, 3))
-    one = far[np.argmin(alike[far])]
+    one = _rarest(facets.looks, far, tree)
     aside = np.linalg.norm(np.cross(facets.middles[far], facets.middles[one]), axis=1)
     askew = far[aside > 0.2 * distances[far] * distances[one]]
     if not len(askew):
         return np.zeros((0, 3, 3))
-    two = askew[np.argmin(alike[askew])]
+    two = _rarest(facets.looks, askew, tree)
     ones, twos = (
         np.array(tree.query_ball_point(facets.looks[index], 4 * ALIKE)) for index in (one, two)
     )
@@ -179,6 +197,21 @@ def _candidates(facets: _Facets) -> Float[np.ndarray, "n 3 3"]:
     first, second = np.nonzero((apart < 4 * ALIKE) & (np.abs(products) < 0.99 * lengths))
     start = _frames(facets.middles[[one]], facets.middles[[two]])[0]
     return _frames(facets.middles[ones[first]], facets.middles[twos[second]]) @ start.T
+
+
+def _rarest(looks: Float[np.ndarray, "f 4"], some: Int[np.ndarray, " n"], tree: cKDTree) -> int:
+    """Of some facets one to which few are alike."""
+    cells = np.round(looks[some] / (4 * ALIKE))
+    _, first, count = np.unique(cells, axis=0, return_index=True, return_counts=True)
+    few = some[first[np.argsort(count, kind="stable")[:COUNTED]]]
+    alike = tree.query_ball_point(looks[few], 4 * ALIKE, return_length=True)
+    return int(few[np.argmin(alike)])
+
+
+def _between(turns: Float[np.ndarray, "n 3 3"], others: Float[np.ndarray, "m 3 3"]) -> float:
+    """The least angle between a turn and another, in rad, if it is small."""
+    nearest = float((turns.reshape(-1, 9) @ others.reshape(-1, 9).T).max())
+    return np.sqrt(max(3 - nearest, 0.0))
 
 
 def _frames(one: Float[np.ndarray, "n 3"], two: Float[np.ndarray, "n 3"]) -> np.ndarray:

@@ -6,6 +6,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from benchmarks.pose_search import block, bolt, hull, prism
+from recon.pose import symmetry
 from recon.pose.mesh import Mesh
 from recon.pose.rigid import angle_deg, applied, inverse, rigid
 from recon.pose.symmetry import nearest_turn, own_rotations
@@ -76,3 +77,36 @@ def test_of_poses_that_look_the_same_the_least_turned_is_named():
         assert angle_deg(found) < 62.8  # no turn is farther from all 24
         other = pose @ turns[number]
         np.testing.assert_allclose(other @ nearest_turn(other, np.eye(4), turns), found, atol=1e-6)
+
+
+def globe(around: int) -> Mesh:
+    """A ball of flat facets between circles of latitude and of longitude."""
+    down = (np.arange(around // 2) + 0.5) * 2 * np.pi / around
+    angles = np.arange(around) * 2 * np.pi / around
+    ring = np.stack([np.cos(angles), np.sin(angles), 0 * angles], -1)
+    return hull(np.concatenate([[0, 0, np.cos(at)] + np.sin(at) * ring for at in down]) * 5)
+
+
+def test_each_turn_of_a_ball_is_tried_on_some_of_its_facets_only(monkeypatch):
+    asked = []
+
+    class Counted(symmetry.cKDTree):
+        def query(self, places, *args, **options):
+            asked.append(len(places))
+            return super().query(places, *args, **options)
+
+    monkeypatch.setattr(symmetry, "cKDTree", Counted)
+    ball, around = globe(80), 80
+    turns = own_rotations(ball)
+    assert len(turns) == 2 * around
+    facets = around * (around // 2 - 1) + 2
+    assert sum(asked) < 0.2 * len(turns) * facets
+
+
+def test_small_unlikenesses_around_an_ellipse_do_not_add_up():
+    rod = prism(240, 1, 0, 4)
+    oval = Mesh(vertices_mm=rod.vertices_mm * [5, 4.9, 1], triangles=rod.triangles)
+    for turn in own_rotations(oval):
+        moved = applied(turn, oval.vertices_mm) - [0, 0, 2]
+        stretched = np.hypot(moved[:, 0] / 5, moved[:, 1] / 4.9)
+        assert np.abs(stretched - 1).max() < 0.01
