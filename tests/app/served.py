@@ -7,6 +7,7 @@ import os
 import shutil
 import subprocess
 import sys
+import threading
 import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
@@ -50,6 +51,17 @@ def serving(*words: object) -> Iterator[tuple[str, "subprocess.Popen[str]"]]:
             server.terminate()
 
 
+def until_it_answers(address: str) -> None:
+    """Wait for a server, which says where it will be just before it listens."""
+    pause = threading.Event()
+    for _ in range(1000):
+        with contextlib.suppress(OSError):
+            urllib.request.urlopen(address, timeout=5).close()
+            return
+        pause.wait(0.05)
+    pytest.fail(f"nothing answers at {address}")
+
+
 @contextlib.contextmanager
 def opened(address: str, width_px: int = 1400, height_px: int = 800) -> Iterator[Page]:
     """The page in a browser, its heading there."""
@@ -57,12 +69,7 @@ def opened(address: str, width_px: int = 1400, height_px: int = 800) -> Iterator
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
         page = browser.new_page(viewport={"width": width_px, "height": height_px})
         page.set_default_timeout(PATIENCE_MS)
-        for _ in range(100):  # the server says where it will be just before it listens
-            try:
-                urllib.request.urlopen(address, timeout=5).close()
-                break
-            except OSError:
-                page.wait_for_timeout(100)
+        until_it_answers(address)
         page.goto(address)
         page.wait_for_function("document.querySelector('#heading')?.innerText")
         yield page
