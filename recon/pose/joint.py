@@ -10,6 +10,10 @@ The weight of depth against slopes follows from the noise. White noise on slopes
 depth, its integral, so smooth that a contact's whole depth counts as one measurement; what it adds
 to the slopes is the height of the contact, which they do not see. At full resolution one more step
 takes in the height of the contact's rim, as far as it can be believed (``recon.pose.rim``).
+
+Where a mesh's sides are so steep that its slopes do not show all of its depth, nobody knows how
+much of that a sensor shows: nothing, or all of it where gel tents. Its heights then have a common
+error as large as all of it, and weigh so much less.
 """
 
 from dataclasses import dataclass, replace
@@ -78,7 +82,8 @@ class Joint:
         if noise is None:
             return Alignment(T_current_reference=guess, covariance=equations.covariance())
         pretended = _pretended(noise, reference.level(min(reference.templates)))
-        pull = np.tensordot(noise[1:], reference.pulls[1:], 1)  # of white noise, residuals tell
+        # Of white noise, residuals tell.
+        pull = np.tensordot(noise[1:], reference.pulls(equations.depth_share)[1:], 1)
         covariance = equations.covariance(pretended, pull)
         return Alignment(T_current_reference=guess, covariance=covariance)
 
@@ -95,6 +100,8 @@ class _Equations:
     """Standard deviation of a slope's residual."""
     variance: float
     """The same squared, for neighbours that share noise."""
+    depth_share: float
+    """Of depths' weights, what the doubt of the reference's depth leaves."""
 
     @cached_property
     def rigidity(self) -> Covariance:
@@ -171,7 +178,10 @@ def _linearized(template: Template, level: Level, guess: Transform) -> _Equation
     depth_noise = 1.4826 * float(np.median(np.abs(residual[2][seen]))) + 1e-6
     slope_weight = seen / (1 + (slope_error / (OUTLIER * noise)) ** 2)
     depth_weight = seen / (1 + (residual[2] / (OUTLIER * depth_noise)) ** 2)
-    weight = np.stack([slope_weight, slope_weight, template.depth_weight * depth_weight])
+    variance = noise**2 * CORRELATED_PX[level.halvings]
+    depth_weight *= template.depth_weight
+    depth_share = _undoubted(template, variance, float(depth_weight.sum()))
+    weight = np.stack([slope_weight, slope_weight, depth_share * depth_weight])
     weight = weight.astype(np.float32)
     change = template.change.reshape(-1, 6)
     return _Equations(
@@ -180,8 +190,20 @@ def _linearized(template: Template, level: Level, guess: Transform) -> _Equation
         residual=residual,
         normal=((weight.reshape(-1, 1) * change).T @ change).astype(float),
         noise=noise,
-        variance=noise**2 * CORRELATED_PX[level.halvings],
+        variance=variance,
+        depth_share=depth_share,
     )
+
+
+def _undoubted(template: Template, variance: float, weight: float) -> float:
+    """Share of the weight of depths that doubt of them all together leaves.
+
+    Args:
+        template: of the reference.
+        variance: of a residual of weight 1.
+        weight: of all depths.
+    """
+    return 1 / (1 + weight * template.depth_doubt_mm2 / variance)
 
 
 def _with_rim(
@@ -192,14 +214,20 @@ def _with_rim(
     edge = rim(reference, current, equations.weight[0] > 0, guess)
     if edge is None:
         return equations
-    added = np.float32(edge.weight * edge.believed(equations.variance, equations.covariance()))
-    weight, residual = equations.weight.copy(), equations.residual.copy()
-    depth = weight[2, edge.pixels]
+    template, weight, residual = equations.template, equations.weight.copy(), equations.residual
+    rim_weight = edge.weight * edge.believed(equations.variance, equations.covariance())
+    # What is doubted of all heights together is doubted of the rim's as well.
+    whole = float(weight[2].sum()) / equations.depth_share + rim_weight * len(edge.residual)
+    share = _undoubted(template, equations.variance, whole)
+    less, added = np.float32(share / equations.depth_share), np.float32(share * rim_weight)
+    depths = (weight[2, :, None] * template.change[2]).T @ template.change[2]
+    normal = equations.normal + (less - 1) * depths + added * (edge.change.T @ edge.change)
+    weight[2] *= less
+    depth, residual = weight[2, edge.pixels], residual.copy()
     pull = depth * residual[2, edge.pixels] + added * edge.residual
     weight[2, edge.pixels] = depth + added
     residual[2, edge.pixels] = pull / (depth + added)
-    normal = equations.normal + added * (edge.change.T @ edge.change)
-    return replace(equations, weight=weight, residual=residual, normal=normal)
+    return replace(equations, weight=weight, residual=residual, normal=normal, depth_share=share)
 
 
 def _small_twist(start: Transform, end: Transform) -> Twist:

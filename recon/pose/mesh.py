@@ -5,10 +5,14 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+import cv2
 import numpy as np
 from jaxtyping import Float, Int
 
 from recon.arrays import ContactMask, DepthMap, GradientField
+from recon.contact.mask import boundary_of
+from recon.integration.poisson import integrate
+from recon.middle import median
 from recon.pose.registration import pixel_grid_mm
 from recon.pose.rigid import Points, Transform, applied
 from sensor.errors import WedgeError
@@ -22,6 +26,10 @@ MOST_TRIANGLES = 500_000
 MOST_PAIRS = 20_000_000
 """Of triangles and pixels in one picture."""
 CONTACT_DEPTH_MM = 0.04
+SUBPIXELS = 2
+"""Along each side of a pixel that averages over its area."""
+HAIR_PX = 1e-6
+"""What rounding may take from a triangle's extent."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,6 +73,8 @@ class MeshTouch:
     depth_mm: DepthMap
     contact: ContactMask
     mm_per_px: Pair
+    unseen_mm: float = 0.0
+    """Of its mean depth, what its slopes do not show where sides are steeper than pixels tell."""
 
 
 def read_mesh(path: Path) -> Mesh:
@@ -118,18 +128,10 @@ def render(
     pressed = (corners[..., 2].min(1) < 0) & (np.abs(normals[:, 2]) > 1e-12)
     corners, normals = corners[pressed], normals[pressed]
     slopes = -normals[:, :2] / normals[:, 2:]  # of z along x and y
-    first = np.stack(
-        [
-            np.ceil((corners[..., axis].min(1) - start) / pitch)
-            for axis, start, pitch in ((0, x_mm[0], mm_per_px[0]), (1, y_mm[0], mm_per_px[1]))
-        ]
-    )
-    last = np.stack(
-        [
-            np.floor((corners[..., axis].max(1) - start) / pitch)
-            for axis, start, pitch in ((0, x_mm[0], mm_per_px[0]), (1, y_mm[0], mm_per_px[1]))
-        ]
-    )
+    low, high = _below(corners)
+    start, pitch = np.array([x_mm[0], y_mm[0]]), np.array(mm_per_px)
+    first = np.ceil((low - start) / pitch - HAIR_PX).T
+    last = np.floor((high - start) / pitch + HAIR_PX).T
     first = np.clip(first, 0, np.array([[width], [height]])).astype(np.int64)
     last = np.clip(last, -1, np.array([[width - 1], [height - 1]])).astype(np.int64)
     counts = np.maximum(last - first + 1, 0)
@@ -157,6 +159,36 @@ def render(
     )
 
 
+def averaged(
+    mesh: Mesh, T_sensor_object: Transform, size_px: tuple[int, int], mm_per_px: Pair
+) -> MeshTouch:
+    """The mesh as a camera sees it, whose pixels average over their area.
+
+    Slopes at the pixels' middles would tell no more of where an edge runs than through which
+    pixels. Arguments are those of ``render``.
+    """
+    fine_px = SUBPIXELS * size_px[0], SUBPIXELS * size_px[1]
+    fine = render(
+        mesh, T_sensor_object, fine_px, (mm_per_px[0] / SUBPIXELS, mm_per_px[1] / SUBPIXELS)
+    )
+    gradient, depth, share = (
+        cv2.resize(values, size_px, interpolation=cv2.INTER_AREA)
+        for values in (fine.gradient, fine.depth_mm, fine.contact.astype(np.float32))
+    )
+    contact = share >= 0.5
+    boundary = boundary_of(contact)
+    shown = integrate(gradient, mm_per_px, boundary)
+    level_mm = median(shown[~contact]) if boundary == "neumann" else 0.0
+    lack = (depth - shown)[contact] + level_mm
+    return MeshTouch(
+        gradient=gradient,
+        depth_mm=depth,
+        contact=contact,
+        mm_per_px=mm_per_px,
+        unseen_mm=float(lack.mean()) if lack.size else 0.0,
+    )
+
+
 def under_side(
     points_mm: Points, triangles: Int[np.ndarray, "t 3"], z_mm: float
 ) -> Float[np.ndarray, "2"]:
@@ -165,6 +197,21 @@ def under_side(
     below = middles[middles[:, 2] + z_mm < 0]
     middle: Float[np.ndarray, 2] = below[:, :2].mean(0)
     return middle
+
+
+def _below(
+    corners: Float[np.ndarray, "t 3 3"],
+) -> tuple[Float[np.ndarray, "t 2"], Float[np.ndarray, "t 2"]]:
+    """Least and greatest x and y of each triangle's part below the gel's surface, which it has."""
+    ends = np.roll(corners, -1, axis=1)
+    below, end_below = corners[..., 2] < 0, ends[..., 2] < 0
+    crosses = below != end_below
+    rise = np.where(crosses, ends[..., 2] - corners[..., 2], 1.0)
+    share = -corners[..., 2] / rise
+    crossings = corners[..., :2] + share[..., None] * (ends - corners)[..., :2]
+    places = np.concatenate([corners[..., :2], crossings], 1)
+    there = np.concatenate([below, crosses], 1)[..., None]
+    return np.where(there, places, np.inf).min(1), np.where(there, places, -np.inf).max(1)
 
 
 def _inside(

@@ -10,7 +10,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from recon.pose.mesh import Mesh, render
+from recon.pose.mesh import Mesh, averaged
 from recon.pose.pyramid import Pyramid
 from recon.pose.registration import Registration, Touch, contact_points
 from recon.pose.rigid import (
@@ -188,7 +188,7 @@ class MeshModel:
 
     def _rendered(self, T_sensor_object: Transform, like: Touch) -> Keyframe | None:
         height, width = like.depth_mm.shape
-        touch = render(self.mesh, T_sensor_object, (width, height), like.mm_per_px)
+        touch = averaged(self.mesh, T_sensor_object, (width, height), like.mm_per_px)
         if not touch.contact.any():
             return None
         return keyframe(touch, T_sensor_object, np.zeros((6, 6)), self.registration)

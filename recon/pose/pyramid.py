@@ -21,6 +21,7 @@ from jaxtyping import Bool, Float, Float32, Int
 from recon.arrays import ContactMask
 from recon.integration.integrable import integrable
 from recon.pose.level import Level, blurred, looked_up
+from recon.pose.mesh import MeshTouch
 from recon.pose.noise import Coarse, coarse, sums_in_waves, wave_variances
 from recon.pose.registration import Touch, pixel_grid_mm
 from recon.pose.rigid import Covariance, Points, Transform
@@ -59,6 +60,8 @@ class Template:
     noise_change: Covariance
     """What white slope noise of unit variance adds to ``change.T @ change`` of the slopes."""
     depth_weight: float
+    depth_doubt_mm2: float
+    """Variance of an error that all depths share, besides noise."""
 
     @cached_property
     def tiles(self) -> Int[np.ndarray, " n"]:
@@ -79,6 +82,7 @@ class Pyramid:
         self.touch = touch
         self._values = _values(touch, self.finest)
         self._coarse = _coarse_levels(touch, self._values)
+        self._pulls: dict[float, Float[np.ndarray, "l 6 6"]] = {}
 
     def level(self, halvings: int) -> Level:
         """The touch at one resolution."""
@@ -125,21 +129,31 @@ class Pyramid:
         }
         return {index: item for index, item in made.items() if len(item.points) >= LEAST_PX}
 
-    @cached_property
-    def pulls(self) -> Float[np.ndarray, "l 6 6"]:
+    def pulls(self, depth_share: float) -> Float[np.ndarray, "l 6 6"]:
         """Covariances of what slope errors pull at a twist, of variance 1 by ``LENGTHS_MM``.
 
         That is ``change.T @ (weight * errors)`` of the finest template, with the depths above the
-        still window's border.
+        still window's border, which count for a share of their weight. Where the frame cuts the
+        contact off, nothing holds the depth.
         """
-        template, window = self.templates[min(self.templates)], still_window(self.touch.contact)
-        shape = self.touch.contact[window].shape
-        grid = pixel_grid_mm(self.touch.contact.shape[::-1], self.touch.mm_per_px)
+        if depth_share not in self._pulls:
+            self._pulls[depth_share] = self._pulled(depth_share)
+        return self._pulls[depth_share]
+
+    def _pulled(self, depth_share: float) -> Float[np.ndarray, "l 6 6"]:
+        template, contact = self.templates[min(self.templates)], self.touch.contact
+        window, pitch_mm = still_window(contact), self.touch.mm_per_px
+        shape = contact[window].shape
+        grid = pixel_grid_mm(contact.shape[::-1], pitch_mm)
         middle = [axis[span].mean() for axis, span in zip(grid, window[::-1], strict=True)]
-        shares = template.change * np.array([1, 1, template.depth_weight])[:, None, None]
+        weights = np.array([1, 1, depth_share * template.depth_weight])
+        shares = template.change * weights[:, None, None]
         points = template.points - np.array([*middle, 0], np.float32)
-        waves = sums_in_waves(points, shares, shape, self.touch.mm_per_px)
-        return (waves * wave_variances(shape, self.touch.mm_per_px)[:, None]) @ waves.T
+        for axis, side, cut in _borders(contact):
+            if cut:
+                points, shares, shape = _mirrored(points, shares, shape, pitch_mm, axis, side)
+        waves = sums_in_waves(points, shares, shape, pitch_mm)
+        return (waves * wave_variances(shape, pitch_mm)[:, None]) @ waves.T
 
 
 def residuals(
@@ -220,6 +234,40 @@ def still_window(contact: ContactMask) -> tuple[slice, slice]:
     return _window(contact, round(np.sqrt(np.count_nonzero(contact))))
 
 
+def _borders(contact: ContactMask) -> list[tuple[int, int, bool]]:
+    """Of the frame's, the axis, the side (-1 or 1), and whether the contact reaches it."""
+    return [
+        (axis, side, bool(contact.take(0 if side < 0 else -1, 1 - axis).any()))
+        for axis in (0, 1)
+        for side in (-1, 1)
+    ]
+
+
+def _mirrored(
+    points: Float[np.ndarray, "n 3"],
+    shares: Float[np.ndarray, "3 n k"],
+    shape: tuple[int, int],
+    mm_per_px: Pair,
+    axis: int,
+    side: int,
+) -> tuple[Float[np.ndarray, "m 3"], Float[np.ndarray, "3 m k"], tuple[int, int]]:
+    """What sums over a window with one free border are in a window of twice its size.
+
+    Depth with a free border is that of the window and its mirror image beyond the border. Errors
+    of both are the same, so each wave has twice the variance that independent ones would have; and
+    each half of the shares counts half.
+    """
+    size = [shape[1], shape[0]]
+    once = points.astype(float)
+    once[:, axis] -= side * size[axis] * mm_per_px[axis] / 2
+    again, back = once.copy(), shares.copy()
+    again[:, axis] *= -1
+    back[axis] *= -1
+    size[axis] *= 2
+    both = np.concatenate([shares, back], 1) / np.sqrt(2)
+    return np.concatenate([once, again]), both, (size[1], size[0])
+
+
 def _window(contact: ContactMask, margin_px: int) -> tuple[slice, slice]:
     """Rows and columns of the contact with a margin; all of them where there is none."""
     spans = []
@@ -261,6 +309,7 @@ def _template(level: Level, touch: Touch) -> Template:
         steepness=np.linalg.norm(upright, axis=1),
         noise_change=_noise_change(points, level.pitch_mm),
         depth_weight=depth_weight(touch),
+        depth_doubt_mm2=touch.unseen_mm**2 if isinstance(touch, MeshTouch) else 0.0,
     )
 
 

@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
@@ -10,8 +12,9 @@ from benchmarks.touches import OBLIQUE_DEG, SyntheticTouch, cube_corner
 from recon.integration.poisson import integrate
 from recon.pose.estimate import PoseEstimate
 from recon.pose.joint import Joint
-from recon.pose.mesh import CONTACT_DEPTH_MM, Mesh, read_mesh, render, under_side
+from recon.pose.mesh import CONTACT_DEPTH_MM, Mesh, averaged, read_mesh, render, under_side
 from recon.pose.models import MeshModel
+from recon.pose.pyramid import Pyramid
 from recon.pose.rigid import angle_deg, inverse, motion, rigid, shift_mm
 from recon.pose.tracker import Tracker
 from sensor.errors import WedgeError
@@ -87,6 +90,28 @@ def test_a_rendered_corner_is_the_corner():
     assert np.count_nonzero(exact.contact ^ drawn.contact) < 0.1 * np.count_nonzero(inside)
     assert np.median(np.abs(drawn.gradient - exact.gradient)[inside]) < 1e-5
     assert np.abs(drawn.depth_mm - exact.depth_mm)[inside].max() < 0.1
+
+
+def test_of_a_cliff_slopes_show_nothing_and_of_a_gentle_side_all():
+    flat = rigid(np.eye(3), np.array([SIDE_MM / 2, SIDE_MM / 2, SIDE_MM - 0.5]))
+    assert averaged(cube(), flat, SIZE_PX, MM_PER_PX).unseen_mm == pytest.approx(0.5, abs=0.02)
+    cut = rigid(np.eye(3), flat[:3, 3] + [8, 0, 0])
+    assert averaged(cube(), cut, SIZE_PX, MM_PER_PX).unseen_mm == pytest.approx(0.5, abs=0.02)
+    drawn = averaged(cube(), standing(), SIZE_PX, MM_PER_PX)
+    assert abs(drawn.unseen_mm) < 0.02 * drawn.depth_mm[drawn.contact].mean()
+
+
+def test_depth_that_slopes_do_not_show_is_doubted_as_far():
+    mesh, unseen_mm = polyhedron(5), 0.2
+    drawn = averaged(mesh, lying(mesh, 50), SIZE_PX, MM_PER_PX)
+    current = Pyramid(seen(mesh, lying(mesh, 50), 1))
+    sure, doubtful = (
+        np.sqrt(np.diag(Joint().align(Pyramid(item), current, np.eye(4)).covariance))
+        for item in (drawn, replace(drawn, unseen_mm=unseen_mm))
+    )
+    assert sure[5] < 0.01
+    assert doubtful[5] == pytest.approx(unseen_mm, rel=0.1)
+    assert (doubtful[:3] < 1.5 * sure[:3]).all()
 
 
 def test_a_mesh_is_followed_from_a_known_pose():

@@ -11,6 +11,7 @@ import pytest
 
 from benchmarks.pose_doubt import Step, by_axis, errors_of, smooth_noise, square, with_errors
 from benchmarks.touches import SyntheticTouch, cube_corner, motions, shallow_texture
+from recon.contact.mask import boundary_of
 from recon.integration.poisson import integrate
 from recon.pose.noise import (
     LENGTHS_MM,
@@ -19,7 +20,9 @@ from recon.pose.noise import (
     sums_in_waves,
     wave_variances,
 )
+from recon.pose.pyramid import Pyramid, still_window
 from recon.pose.registration import pixel_grid_mm
+from recon.pose.rigid import motion
 from recon.pose.tracker import REGISTRATIONS
 from tests.recon.pose.touched import MM_PER_PX, coarse_bead, touch
 
@@ -52,6 +55,33 @@ def test_errors_that_pixels_share_are_stated(thing, tracker):
     found = list(errors_of(REGISTRATIONS[tracker], steps(thing), ALIKE_PX, FRAMES))
     assert 0.3 < fmean(square(*item) for item in found) < 2
     assert by_axis(found).max() < 4
+
+
+@pytest.mark.parametrize("shift_mm", [(0.0, 0.0), (0.0, 7.0), (-9.5, -7.0)])
+def test_pulls_of_errors_are_stated_also_where_the_frame_cuts_the_contact_off(shift_mm):
+    still = touch(coarse_bead(), motion(np.array([0, 0, 0, *shift_mm, 0])), None)
+    pyramid, number = Pyramid(still), 2
+    template = pyramid.templates[min(pyramid.templates)]
+    x_mm, y_mm = pixel_grid_mm(still.contact.shape[::-1], MM_PER_PX)
+    column, row = (
+        np.rint((template.points[:, axis] - grid[0]) / MM_PER_PX[axis]).astype(int)
+        for axis, grid in ((0, x_mm), (1, y_mm))
+    )
+    window = still_window(still.contact)
+    beside = np.ones_like(still.contact[window])
+    beside[1:-1, 1:-1] = False
+    beside &= ~still.contact[window]
+    rng, drawn = np.random.default_rng(0), []
+    for _ in range(150):
+        errors = smooth_noise(rng, still.contact.shape, length_px(number))
+        depth = integrate(errors, MM_PER_PX, boundary_of(still.contact))
+        along_y, along_x = np.gradient(depth, MM_PER_PX[1], MM_PER_PX[0])
+        height = template.depth_weight * (depth - depth[window][beside].mean())
+        parts = [part[row, column] for part in (along_x, along_y, height)]
+        drawn.append(np.einsum("cn,cnk->k", parts, template.change))
+    stated = np.diag(pyramid.pulls(1.0)[number])
+    share = np.mean(np.square(drawn), axis=0) / stated
+    assert 0.4 < share.min() and share.max() < 2
 
 
 def two(number: int) -> tuple[SyntheticTouch, SyntheticTouch]:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from benchmarks.pose_search import block, cases, cut_off, lying, noisy, off, polyhedron
+from benchmarks.pose_search import block, cases, cut_off, held, lying, noisy, off, polyhedron
 from recon.pose.estimate import PoseEstimate
 from recon.pose.joint import Joint
 from recon.pose.mesh import Mesh
@@ -65,6 +65,50 @@ def test_corners_of_a_box_are_alike_and_that_is_said():
     pose = lying(mesh, standing_on_a_corner(), 1.3)
     found = searched(mesh, noisy(mesh, pose, np.random.default_rng(1), 2.0))
     assert found.words == "weak: several poses fit this touch"
+
+
+def test_every_picture_that_a_search_draws_is_compared(monkeypatch):
+    drawn, compared = [], []
+    draw, align = MeshModel._rendered, Joint.align
+
+    def drawing(*args):
+        drawn.append(draw(*args))
+        return drawn[-1]
+
+    def comparing(self, reference, *args):
+        compared.append(reference)
+        return align(self, reference, *args)
+
+    monkeypatch.setattr(MeshModel, "_rendered", drawing)
+    monkeypatch.setattr(Joint, "align", comparing)
+    case = next(itertools.islice(cases("polyhedra", 12), 1, None))
+    assert searched(case.mesh, case.touch).words == "tracking"
+    assert {id(item.prepared) for item in drawn} == {id(item) for item in compared}
+
+
+@pytest.mark.parametrize("number", [0, 6, 8])
+def test_a_pose_is_off_by_as_much_as_its_covariance_says(number):
+    """Where sides are cliffs, where edges run between pixels, and where the frame cuts it off."""
+    case = next(itertools.islice(cases("polyhedra", 12), number, None))
+    told = Tracker("joint", MeshModel(mesh=case.mesh, registration=Joint()), case.pose)(case.touch)
+    assert held(case, told, [np.eye(4)]) < 3
+
+
+def test_a_pose_of_which_a_shift_is_not_seen_is_a_rival_still():
+    case = next(itertools.islice(cases("bolts", 2), 4, None))
+    found = searched(case.mesh, case.touch)
+    angle, away = off(case, found.T_sensor_object, own_rotations(case.mesh))
+    assert found.state == "weak" or (angle < 5 and away < 0.5)
+
+
+def test_a_mesh_pressed_half_outside_of_the_frame_is_found():
+    rng = np.random.default_rng(4)
+    mesh = polyhedron(rng)
+    pose = lying(mesh, Rotation.random(random_state=rng).as_matrix(), 1.4)
+    pose = cut_off(mesh, pose, 0.5, rng)
+    found = searched(mesh, noisy(mesh, pose, rng, 4.0))
+    left = inverse(pose) @ found.T_sensor_object
+    assert found.words == "tracking" and angle_deg(left) < 2 and shift_mm(left) < 0.2
 
 
 @pytest.mark.parametrize("share", [1.0, 0.6])
