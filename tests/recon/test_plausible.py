@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Frames of another sensor, mirrored or with red and blue swapped, are told from touches."""
+"""Frames that are mirrored, or have red and blue swapped, are told from touches."""
 
 import numpy as np
 import pytest
@@ -55,6 +55,24 @@ def test_what_is_deeper_than_a_gel_is_implausible_and_an_axis_set_to_zero_is_not
     assert unseen_axis(opposite, "RGB") == "y"
     assert is_implausible(touch_of(one, half_mm))
     assert not is_implausible(touch_of(one, half_mm, lights_deg=opposite))
+
+
+def test_gel_that_bulges_as_far_as_it_may_be_pressed_in_is_implausible(cap):
+    depth_mm = integrate(cap.gradient, PITCH_MM, "dirichlet")
+    deep = 2.0 / depth_mm.max()
+    assert not is_implausible(touch_of(deep * cap.gradient, deep * depth_mm))
+    assert is_implausible(touch_of(-deep * cap.gradient, -deep * depth_mm))
+
+
+def test_errors_of_single_pixels_are_no_reason(cap):
+    noise = np.random.default_rng(0).normal(0, 0.2, cap.gradient.shape)
+    gradient = np.where(cap.gradient.any(-1)[..., None], cap.gradient + noise, 0)
+    depth_mm = integrate(gradient, PITCH_MM, "dirichlet")
+    touch = touch_of(gradient, depth_mm)
+    along_y, along_x = np.gradient(depth_mm, PITCH_MM[1], PITCH_MM[0])
+    off = np.stack([along_x, along_y], -1)[gradient.any(-1)] - gradient[gradient.any(-1)]
+    assert np.square(off).sum() > 0.15 * np.square(gradient).sum()
+    assert not is_implausible(touch)
 
 
 def test_presses_are_plausible_and_their_mirror_images_are_not():

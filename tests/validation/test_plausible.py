@@ -1,0 +1,29 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+
+import numpy as np
+
+from recon.presses import read_presses
+from tests.synthetic import make_dataset
+from validation import plausible
+
+
+def test_presses_that_a_gel_felt_are_told_from_their_mirror_images(tmp_path):
+    dataset = make_dataset(tmp_path / "set", presses=12)
+    rows = {row["frames"]: row for row in plausible.called_implausible(str(dataset.folder), "mlp")}
+    count = len(read_presses(dataset).presses)
+    assert [rows[how]["n"] for how in plausible.ALTERED] == [count] * len(plausible.ALTERED)
+    assert rows["grey"]["n"] == plausible.FOLDS and "shapes" not in rows
+    right = rows.pop("as they are")
+    assert right["implausible"] == 0
+    share = "share of no surface, median"
+    assert all(rows[how][share] > 2 * right[share] for how in ("mirrored", "blue for red"))
+
+
+def test_rendered_shapes_are_those_whose_depth_is_known_and_that_no_circle_labels(tmp_path):
+    dataset = make_dataset(tmp_path / "set", presses=3)
+    (dataset.folder / "truth").mkdir(exist_ok=True)
+    labelled = dataset.labels[0].file.rsplit(".", 1)[0]
+    for stem in ("cone", labelled):
+        np.save(dataset.folder / "truth" / f"{stem}.npy", np.ones((4, 4)))
+    assert list(plausible._shapes(dataset)) == ["cone.jpg"]
