@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from app._interrupt import UntilInterrupted
-from app._sources import open_where
+from app._sources import open_where, refuse_nowhere
 from sensor.dataset import IMAGES
 from sensor.errors import WedgeError
 
@@ -180,6 +180,7 @@ def unit_frames(
     elif len(where) > 1:
         raise WedgeError("name either images or one video, folder, recording or address.")
     else:
+        refuse_nowhere(where[0], "images", "one frame of an archive, as frames.npz#17")
         with open_where(where[0]) as source:
             came = _streamed(where[0], islice(source, most), source.counts, unwarp)
             yield UnitFrames(came, source.counts, live=source.live)

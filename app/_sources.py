@@ -27,22 +27,27 @@ def open_where(where: str) -> "FrameSource":
     from recon.stream import open_source
     from validation.datasets import DATASETS, dataset_folder
 
+    refuse_nowhere(where)
     if where in {dataset.name for dataset in DATASETS}:
         return open_source(dataset_folder(where))
     return open_source(where)
 
 
-def refuse_nowhere(where: str) -> None:
+def refuse_nowhere(where: str, *also: str) -> None:
     """Refuse what ``open_where`` could never open, also later; nothing is opened.
 
+    Args:
+        where: what a person typed.
+        also: what else the command takes, for the sentence.
+
     Raises:
-        WedgeError: it is neither an address nor there.
+        WedgeError: it is neither an address, nor there, nor of a kind that gives frames.
     """
     from recon.stream import refuse_no_source
     from validation.datasets import DATASETS
 
     if where not in {dataset.name for dataset in DATASETS}:
-        refuse_no_source(where)
+        refuse_no_source(where, ("a dataset that `wedge data list` names", *also))
 
 
 def is_dataset(where: str) -> bool:

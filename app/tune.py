@@ -15,6 +15,7 @@ import tyro
 
 from app._output import OutputFile, keep_inputs, print_table, write_json
 from app._progress import Report, progress
+from app._sources import open_where
 from sensor.errors import WedgeError
 from sensor.files import check_outputs
 
@@ -59,7 +60,6 @@ def main(
     """
     from firmware_pi.settings import Settings, read_settings, write_settings
     from firmware_pi.tuning import measure_blank, tune
-    from recon.stream import open_source
 
     if frames < 1:
         raise WedgeError(f"--frames {frames} is none: give 1 or more.")
@@ -67,7 +67,7 @@ def main(
     check_outputs(settings, json)
     pad = _pad(unit)
     kept = read_settings(settings) if settings is not None and settings.exists() else None
-    with open_source(source) as opened, progress("frames of the blank gel") as show:
+    with open_where(source) as opened, progress("frames of the blank gel") as show:
         blank = measure_blank(_images(opened, frames, show), pad)
     # What the stream says it has made the frames; the file may have been edited since.
     known = _settings_of_stream(source) or kept

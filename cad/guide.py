@@ -61,6 +61,17 @@ _HOW = {
     "cover_screws": "Use a driver with a long shaft: the heads sit deep.",
 }
 
+_MADE = {
+    "mirror": "Mirror, cut",
+    "acrylic": "Acrylic, cut",
+    "gel": "Gel, cast",
+    "led_array_red": "Red LED array",
+    "led_array_blue": "Blue LED array",
+    "led_array_green": "Green LED array",
+    "resistor_board": "Resistor board, soldered",
+}
+"""What the bill calls by what it is made of."""
+
 
 def guide_text(
     design: Wedge,
@@ -81,7 +92,7 @@ def guide_text(
         order: The bill's lines: name, and quantity with its unit.
     """
     pixels = (paths := trace(design, pad_grid(design, 21))).pixels
-    titles = {part["id"]: part.get("title", "") for part in parts}
+    titles = {part["id"]: part["title"] for part in parts if "title" in part}
     template = files("cad").joinpath("data", "guide.md").read_text(encoding="utf-8")
     gel = next(part for part in parts if part["id"] == "gel")
     return template.format(
@@ -101,7 +112,7 @@ def guide_text(
         gel_ml=f"{gel['volume_mm3'] / 1000:.1f}",
         molds="`mold_curved` (or `mold_flat`)" if design.gel.curved else "`mold_flat`",
         steps="\n".join(
-            _step_text(number, step, assembly, {**names, **titles}, design)
+            _step_text(number, step, assembly, {**names, **_MADE, **titles}, design)
             for number, step in enumerate(assembly.steps, start=1)
         ),
         supply=f"{design.wiring.supply_v:g}",
@@ -124,7 +135,7 @@ def _step_text(
         "",
     ]
     if taken:
-        listed = "; ".join(f"{count} × {names.get(part) or part}" for part, count in taken.items())
+        listed = "; ".join(f"{count} × {names[part]} (`{part}`)" for part, count in taken.items())
         lines += [f"Take {listed}.", ""]
     how = _HOW[step.id].format(supply=f"{design.wiring.supply_v:g}")
     return "\n".join([*lines, how, ""])

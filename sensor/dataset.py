@@ -9,6 +9,7 @@ them as images or as ``frames[n,h,w,3]`` in an ``.npz``, named ``frames.npz#17``
 import csv
 import io
 import math
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePath
@@ -41,6 +42,8 @@ OPTIONAL_COLUMNS = ("ball_radius_mm", "quality")
 IMAGES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
 """Endings of the images that frames come in, in small letters."""
 LARGEST_SIDE_PX = 8192
+SHOWN = 5
+"""Presses that a sentence names."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,16 +118,26 @@ class Dataset:
         """Refuse circles that are not smaller than their balls.
 
         Raises:
-            WedgeError: names the first of them.
+            WedgeError: names them, and how they are found anew.
         """
-        for label in self.labels:
-            if not self.is_within_ball(label):
-                raise WedgeError(
-                    f"{self.folder / 'labels.csv'}: the contact circle of {label.file}, "
-                    f"{self._contact_radius_mm(label):.2f} mm in radius, is not smaller than the "
-                    f"ball of {self.ball_radius_mm(label):g} mm; mend the label or the ball's "
-                    "radius."
-                )
+        wide = [label for label in self.labels if not self.is_within_ball(label)]
+        if not wide:
+            return
+        first, *others = wide
+        named = ", ".join(
+            [
+                f"{first.file} ({self._contact_radius_mm(first):.2f} mm in radius, its ball "
+                f"{self.ball_radius_mm(first):g} mm)",
+                *(label.file for label in others[: SHOWN - 1]),
+            ]
+        )
+        more = f" and {len(wide) - SHOWN} more" if len(wide) > SHOWN else ""
+        again = shlex.join(["wedge", "label", str(self.folder), "--again"])
+        raise WedgeError(
+            f"{self.folder / 'labels.csv'} has circles that are not smaller than their ball, of "
+            f"{named}{more}: mend ball_radius_mm, or let `{again}` find them anew, for which those "
+            "drawn by hand must be taken out of the table first."
+        )
 
     def _contact_radius_mm(self, label: BallLabel) -> float:
         return label.contact_radius_px * math.sqrt(math.prod(self.card.mm_per_px))

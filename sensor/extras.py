@@ -2,17 +2,29 @@
 # SPDX-License-Identifier: Apache-2.0
 """How packages that not everybody needs are installed."""
 
+import shlex
+import sys
+from pathlib import Path
+
 CPU_INDEX = "https://download.pytorch.org/whl/cpu"
 """PyTorch's; from elsewhere a wheel for Linux brings CUDA."""
+ROOT = Path(__file__).resolve().parents[1]
+"""Above the rooms: the checkout, or where pip has put them."""
 
 
 def how_to_install(extra: str) -> str:
     """What to do where a package is missing, as the end of a sentence.
 
-    From the checkout: no index has the project. The quotes keep zsh from reading the brackets.
+    By the Python that misses it: ``./wedge`` runs the checkout's own, whose ``pip`` is on nobody's
+    path. From the checkout, as no index has the project, and editable where it runs from there, or
+    a copy would take the place of what one edits.
 
     Args:
         extra: as ``pyproject.toml`` calls it, such as ``live``.
     """
-    index = f"--extra-index-url {CPU_INDEX} " if extra == "train" else ""
-    return f'run `pip install {index}".[{extra}]"` in the checkout'
+    words = [sys.executable, "-m", "pip", "install"]
+    if extra == "train":
+        words += ["--extra-index-url", CPU_INDEX]
+    if (ROOT / "wedge").is_file():
+        return f"run `{shlex.join([*words, '-e', f'{ROOT}[{extra}]'])}`"
+    return f"run `{shlex.join([*words, f'.[{extra}]'])}` in the checkout"

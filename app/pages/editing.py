@@ -3,6 +3,7 @@
 """What the pages that edit a dataset share: how they are served, their keys and their buttons."""
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import Any
 
 from nicegui import ui
@@ -55,15 +56,16 @@ def run_page(build: Callable[[], object], title: str, port: int) -> None:
         except WedgeError as error:
             ui.label(str(error)).props("id=heading")
 
-    print(f"Open http://127.0.0.1:{port} and end with Ctrl-C; every change is kept at once.")
-    ui.run(
-        host="127.0.0.1",
-        port=port,
-        title=title,
-        show=False,
-        reload=False,
-        show_welcome_message=False,
-    )
+    with suppress(KeyboardInterrupt):  # so it ends, as said
+        print(f"Open http://127.0.0.1:{port} and end with Ctrl-C; every change is kept at once.")
+        ui.run(
+            host="127.0.0.1",
+            port=port,
+            title=title,
+            show=False,
+            reload=False,
+            show_welcome_message=False,
+        )
 
 
 def listen(on_key: Callable[[str, float], None]) -> None:

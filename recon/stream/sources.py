@@ -4,7 +4,7 @@
 
 import re
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from threading import Event
 
@@ -17,25 +17,38 @@ from sensor.errors import WedgeError
 VIDEOS = (".avi", ".mp4", ".mkv", ".mov", ".mjpeg", ".mjpg", ".webm")
 ADDRESSES = ("http://", "https://")
 CAMERA = re.compile(r"usb:(\d{1,3})")
+RECORDING = ".mcap"
 KINDS = (
-    "an address such as http://10.55.0.1:8080, usb:0, a folder of images, a dataset folder, a "
-    f"video ({', '.join(VIDEOS)}) or a recording (.mcap)"
+    "an address such as http://10.55.0.1:8080",
+    "usb:0",
+    "a folder of images",
+    "a dataset folder",
+    f"a video ({', '.join(VIDEOS)})",
+    f"a recording ({RECORDING})",
 )
 
 LONGEST_GAP_S = 10.0
 
 
-def refuse_no_source(where: str | Path) -> None:
-    """Refuse what is neither an address, nor a camera, nor a path that is there; open nothing.
+def refuse_no_source(where: str | Path, also: Sequence[str] = ()) -> None:
+    """Refuse what is neither an address, nor a camera, nor a path of a known kind; open nothing.
+
+    Args:
+        where: as for ``open_source``.
+        also: what else the caller takes, for the sentence.
 
     Raises:
         WedgeError: names what can be named.
     """
     text, path = str(where), Path(where)
-    if text.startswith(ADDRESSES) or CAMERA.fullmatch(text):
+    if text.startswith(ADDRESSES) or CAMERA.fullmatch(text) or path.is_dir():
         return
-    if not path.is_dir() and not path.is_file():
-        raise WedgeError(f"{text} is not there: name {KINDS}.")
+    is_file = path.is_file()
+    if is_file and path.suffix.lower() in (*VIDEOS, RECORDING):
+        return
+    *kinds, last = (*KINDS, *also)
+    fault = "cannot be read as frames" if is_file else "is not there"
+    raise WedgeError(f"{text} {fault}: name {', '.join(kinds)} or {last}.")
 
 
 def open_source(where: str | Path) -> FrameSource:
@@ -59,11 +72,7 @@ def open_source(where: str | Path) -> FrameSource:
         return dataset_source(path)
     if path.is_dir():
         return FolderSource(path)
-    if path.suffix.lower() == ".mcap":
-        return McapSource(path)
-    if path.suffix.lower() in VIDEOS:
-        return VideoSource(path)
-    raise WedgeError(f"{text} is no stream: name {KINDS}.")
+    return McapSource(path) if path.suffix.lower() == RECORDING else VideoSource(path)
 
 
 class Paced:

@@ -27,13 +27,12 @@ from recon import unet
 from recon.contact.network import CONTACT, network_input
 from recon.integration.poisson import integrate
 from recon.training.contact_surfaces import surface_gradient
-from recon.training.missing_axis import write_curve
+from recon.training.missing_axis import refuse_weights, write_curve
 from recon.training.random_presses import random_press
 from recon.training.torch_layers import UNetLayers, made_ahead
 from recon.unet.weights import save_weights
 from sensor.errors import WedgeError
 from sensor.extras import how_to_install
-from sensor.files import check_outputs
 
 try:
     import torch
@@ -297,19 +296,19 @@ def main() -> None:
         parser.error("--steps and --channels must be whole numbers with commas between them")
     if len(steps) != len(COURSES) or min(steps) < 2 or len(channels) < 2 or min(channels) < 1:
         parser.error("--steps needs two numbers from 2 up, --channels two or more from 1 up")
-    try:
-        check_outputs(options.out)
-    except WedgeError as error:
-        parser.error(str(error))
-    torch.set_num_threads(1)
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:
-        weights, losses = train(options.seed, steps, channels, executor)
     command = (
         f"python -m recon.training.contact --seed {options.seed} --steps {options.steps} "
         f"--channels {','.join(map(str, channels))} --out {options.out.name}"
     )
-    save_weights(options.out, weights, command, options.seed, CONTACT)
-    write_curve(options.out, losses)
+    torch.set_num_threads(1)
+    try:
+        refuse_weights(options.out)
+        with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:
+            weights, losses = train(options.seed, steps, channels, executor)
+        save_weights(options.out, weights, command, options.seed, CONTACT)
+        write_curve(options.out, losses)
+    except WedgeError as error:
+        parser.error(str(error))
     overlap = overlap_on_fresh_presses(weights, TESTED, options.seed)
     print(f"overlap with the truth on {TESTED} fresh presses: {overlap:.3f}")
 

@@ -30,11 +30,10 @@ from recon.training.contact import (
 )
 from recon.training.felt_presses import FeltPress, felt_presses, seen_anew
 from recon.training.further_courses import between, name_sensors, words_of
-from recon.training.missing_axis import write_curve
+from recon.training.missing_axis import refuse_weights, write_curve
 from recon.unet.weights import load_weights, save_weights
 from sensor.errors import WedgeError
 from sensor.extras import how_to_install
-from sensor.files import check_outputs
 
 try:
     import torch
@@ -97,27 +96,27 @@ def main() -> None:
     options = parser.parse_args()
     if options.steps < 2:
         parser.error("--steps must be 2 at least")
+    command = (
+        f"python -m recon.training.contact_further {options.first.name} {words_of(options.sensor)}"
+        f" --seed {options.seed} --steps {options.steps} --out {options.out.name}"
+    )
     torch.set_num_threads(1)
     try:
-        check_outputs(options.out)
+        refuse_weights(options.out)
         first = load_weights(options.first, CONTACT)
         presses = [
             press
             for balls, *rendered in options.sensor
             for press in felt_presses(balls, rendered, options.seed)
         ]
+        if not presses:
+            parser.error("no rendered press is felt: name sets of benchmarks.rendered_presses")
+        print(f"{len(presses)} presses as felt", flush=True)
+        weights, losses = train_further(first, presses, options.steps, options.seed)
+        save_weights(options.out, weights, command, options.seed, CONTACT)
+        write_curve(options.out, losses)
     except WedgeError as error:
         parser.error(str(error))
-    if not presses:
-        parser.error("no rendered press is felt: name sets of benchmarks.rendered_presses")
-    print(f"{len(presses)} presses as felt", flush=True)
-    weights, losses = train_further(first, presses, options.steps, options.seed)
-    command = (
-        f"python -m recon.training.contact_further {options.first.name} {words_of(options.sensor)}"
-        f" --seed {options.seed} --steps {options.steps} --out {options.out.name}"
-    )
-    save_weights(options.out, weights, command, options.seed, CONTACT)
-    write_curve(options.out, losses)
     overlap = overlap_on_fresh_presses(weights, TESTED, options.seed)
     print(f"overlap with the truth on {TESTED} fresh presses: {overlap:.3f}")
 

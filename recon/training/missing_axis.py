@@ -255,13 +255,31 @@ def print_measures(weights: unet.Weights) -> None:
             print(f"{size_px[0]}x{size_px[1]}, axis {axis}: {share:.3f} of zero's error on balls")
 
 
+def refuse_weights(path: Path) -> None:
+    """Refuse weights that could not be written, or whose loss could not be, before the hours.
+
+    Raises:
+        WedgeError: names the file that is in the way.
+    """
+    check_outputs(path, *_curve_files(path))
+
+
+def _curve_files(path: Path) -> tuple[Path, Path]:
+    return path.with_suffix(".csv"), path.with_suffix(".png")
+
+
 def write_curve(path: Path, losses: list[float]) -> None:
-    """The loss of every step as ``path``.csv, and its running mean as ``path``.png."""
+    """The loss of every step as ``path``.csv, and its running mean as ``path``.png.
+
+    Raises:
+        WedgeError: they cannot be written.
+    """
+    table, figure = _curve_files(path)
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(
         [("step", "loss"), *((step, f"{loss:.6f}") for step, loss in enumerate(losses, start=1))]
     )
-    write_atomic(path.with_suffix(".csv"), text.getvalue().encode())
+    write_atomic(table, text.getvalue().encode())
     width = max(1, len(losses) // 50)
     mean = np.convolve(losses, np.full(width, 1 / width), mode="valid")
     left, top, right, bottom = 90, 40, 780, 400
@@ -279,7 +297,7 @@ def write_curve(path: Path, losses: list[float]) -> None:
         (f"step {len(losses)}", (right - 120, bottom + 28)),
     ]:
         cv2.putText(canvas, words, place, cv2.FONT_HERSHEY_SIMPLEX, 0.55, ink, 1, cv2.LINE_AA)
-    write_atomic(path.with_suffix(".png"), cv2.imencode(".png", canvas)[1].tobytes())
+    write_atomic(figure, cv2.imencode(".png", canvas)[1].tobytes())
 
 
 def main() -> None:
@@ -315,7 +333,7 @@ def main() -> None:
     )
     torch.set_num_threads(1)  # faster than two on a busy machine, and the same sums every time
     try:
-        check_outputs(options.out)
+        refuse_weights(options.out)
         run(settings, options.out, options.workers)
     except WedgeError as error:
         parser.error(str(error))

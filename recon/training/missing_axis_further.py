@@ -32,6 +32,7 @@ from recon.training.missing_axis import (
     doubt_losses,
     learning_rate,
     print_measures,
+    refuse_weights,
     training_batch,
     write_curve,
 )
@@ -39,7 +40,6 @@ from recon.training.missing_axis_doubt import LEAST_MOVED_PX, train_doubt
 from recon.unet.weights import load_weights, save_weights
 from sensor.errors import WedgeError
 from sensor.extras import how_to_install
-from sensor.files import check_outputs
 
 try:
     import torch
@@ -160,29 +160,31 @@ def main() -> None:
         parser.error("--steps and --doubt-steps must be 2 at least")
     if not 0 <= options.after <= 1:
         parser.error("--after is a share, 0 to 1")
+    command = (
+        f"python -m recon.training.missing_axis_further {options.first.name}"
+        f" {words_of(options.sensor)} --seed {options.seed} --steps {options.steps}"
+        f" --after {options.after} --doubt-steps {options.doubt_steps} --out {options.out.name}"
+    )
     torch.set_num_threads(1)
     try:
-        check_outputs(options.out)
+        refuse_weights(options.out)
         first = load_weights(options.first)
         presses = [
             press
             for balls, *rendered in options.sensor
             for press in measured_presses(balls, rendered, unet.stride(first), options.seed)
         ]
+        if not presses:
+            parser.error(
+                "no rendered press moves the gel: name sets of benchmarks.rendered_presses"
+            )
+        print(f"{len(presses)} measured presses", flush=True)
+        kept, losses = train_further(first, presses, options.steps, options.seed, options.after)
+        kept = train_doubt(kept, presses, options.doubt_steps, options.seed + 1)
+        save_weights(options.out, kept, command, options.seed)
+        write_curve(options.out, losses)
     except WedgeError as error:
         parser.error(str(error))
-    if not presses:
-        parser.error("no rendered press moves the gel: name sets of benchmarks.rendered_presses")
-    print(f"{len(presses)} measured presses", flush=True)
-    kept, losses = train_further(first, presses, options.steps, options.seed, options.after)
-    kept = train_doubt(kept, presses, options.doubt_steps, options.seed + 1)
-    command = (
-        f"python -m recon.training.missing_axis_further {options.first.name}"
-        f" {words_of(options.sensor)} --seed {options.seed} --steps {options.steps}"
-        f" --after {options.after} --doubt-steps {options.doubt_steps} --out {options.out.name}"
-    )
-    save_weights(options.out, kept, command, options.seed)
-    write_curve(options.out, losses)
     print_measures(kept)
 
 

@@ -14,6 +14,8 @@ import pytest
 import app.__main__
 from app._workers import process_pool
 from sensor.files import new_folder
+from tests.app.served import serving, until_it_answers
+from tests.synthetic import make_dataset
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -56,6 +58,19 @@ def test_nothing_is_left_behind(tmp_path: Path, number: signal.Signals) -> None:
     with pytest.raises(ProcessLookupError):
         os.kill(worker, 0)
     assert [path.name for path in tmp_path.iterdir()] == ["pipe"]
+
+
+@pytest.mark.parametrize("words", [(), ("--corners",)])
+def test_ctrl_c_ends_a_page_well_and_leaves_the_set_as_it_was(
+    tmp_path: Path, words: tuple[str, ...]
+) -> None:
+    folder = make_dataset(tmp_path / "set", presses=2).folder
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    with serving("label", folder, *words) as (address, server):
+        until_it_answers(address)
+        server.send_signal(signal.SIGINT)
+        assert server.wait(timeout=60) == 0
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
 
 
 def test_what_ignores_a_hangup_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A ball stated wrongly, and stated right afterwards; sets not to be labelled; too few presses."""
 
+import shlex
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -70,15 +71,26 @@ def test_again_finds_anew_what_the_mended_ball_no_longer_holds(tmp_path, capsys)
         write_labels(table, [found[0], replace(found[1], **theirs), found[2]])
         before = table.read_bytes()
         sentence = refused(capsys, "label", dataset.folder, "--no-page", "--again")
-        assert f"{found[1].file}, 4.80 mm in radius, is not smaller than the ball" in sentence
+        assert f"ball, of {found[1].file} (4.80 mm in radius, its ball 4 mm): mend" in sentence
         assert table.read_bytes() == before
     write_labels(table, [*found[:2], dataset.labels[2]])
-    assert found[0].file in refused(capsys, "label", dataset.folder, "--no-page")
-    assert run("label", dataset.folder, "--no-page", "--again") == 0
+    sentence = refused(capsys, "label", dataset.folder, "--no-page")
+    assert f"of {found[0].file} (" in sentence and f"), {found[1].file}: mend" in sentence
+    wedge, *said = shlex.split(sentence.split("`")[1])
+    assert wedge == "wedge" and run(*said, "--no-page") == 0
     *again, drawn = read_dataset(dataset.folder).labels
     assert drawn == dataset.labels[2]
     for label, truth in zip(again, dataset.labels, strict=False):
         assert label.contact_radius_px == pytest.approx(truth.contact_radius_px, rel=0.15)
+
+
+def test_of_many_circles_larger_than_their_ball_five_are_named(tmp_path, capsys):
+    dataset = make_dataset(tmp_path / "set", presses=7)
+    stated(dataset, 0.01)
+    for words in (("label", dataset.folder), ("calibrate", dataset.folder, "--out", "unit")):
+        sentence = refused(capsys, *words)
+        assert [x.file in sentence for x in dataset.labels] == [True] * 5 + [False] * 2
+        assert f"{dataset.labels[4].file} and 2 more: mend" in sentence
 
 
 def test_what_is_no_folder_of_one_s_own_is_not_labelled(tmp_path, monkeypatch, capsys):

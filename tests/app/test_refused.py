@@ -106,6 +106,35 @@ def test_a_folder_or_an_archive_in_place_of_an_image_is_told_what_to_give(
 
 
 @pytest.mark.parametrize(
+    ("words", "takes_images"),
+    [
+        (("cloud", "{unit}", "{frames}", "--out", "{out}"), True),
+        (("track", "{unit}", "{frames}", "--out", "{out}"), True),
+        (("accept", "{unit}", "{set}", "--frames", "{frames}"), False),
+        (("capture", "{frames}", "--like", "{set}", "--out", "{out}"), False),
+        (("live", "{frames}"), False),
+        (("record", "{frames}", "--out", "{out}.mcap"), False),
+        (("replay", "{frames}"), False),
+        (("stream", "{frames}"), False),
+        (("tune", "{frames}"), False),
+    ],
+)
+def test_what_gives_no_frames_is_told_all_that_the_command_takes(
+    workplace, tmp_path, monkeypatch, capsys, words, takes_images
+):
+    monkeypatch.setattr("app.pages.live.serve", lambda *_, **__: pytest.fail("it is served"))
+    places = {"unit": workplace / "unit", "set": workplace / "set", "out": tmp_path / "out"}
+    archive = tmp_path / "frames.npz"
+    for fault in ("is not there", "cannot be read as frames"):
+        said = refused(capsys, *(str(word).format(**places, frames=archive) for word in words))
+        assert f"{archive} {fault}: name an address" in said
+        assert "a dataset folder" in said and "`wedge data list`" in said
+        assert ("images or one frame of an archive, as frames.npz#17" in said) == takes_images
+        np.savez(archive, frames=np.zeros((2, *SIZE_PX[::-1], 3), np.uint8))
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
     "words",
     [
         ("calibrate", "{set}", "--out", "unit", "--estimator", "table"),

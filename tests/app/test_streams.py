@@ -20,6 +20,7 @@ from app.__main__ import main
 from app._sources import Rate
 from recon.images import read_image, write_image
 from recon.stream import FrameSource, McapSource, TimedFrame, open_source
+from sensor.extras import how_to_install
 from sensor.wire import Stamp
 from tests.recon.fast.units import make_unit
 from tests.recon.stream.servers import FRAMES, HEAD, ScriptedServer, free_port, stream, write_clip
@@ -103,7 +104,7 @@ def test_without_rerun_the_extra_is_named(
 ) -> None:
     monkeypatch.setitem(sys.modules, "rerun", None)
     clip, shown = write_clip(tmp_path / "clip.avi", 2), tmp_path / "shown.rrd"
-    assert 'pip install ".[rerun]"' in refused(capsys, "stream", clip, "--rerun", shown)
+    assert how_to_install("rerun") in refused(capsys, "stream", clip, "--rerun", shown)
     assert not shown.exists()
 
 

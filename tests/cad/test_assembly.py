@@ -10,6 +10,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bom.bill import make_bill, read_parts
+from bom.fit import parts_for
 from cad.build import Model, manifest_of
 from cad.guide import guide_text
 from sensor.design import FINGER, Channel, Wedge
@@ -18,10 +20,12 @@ from simulation.scene import sides
 
 def guide_of(built: Model, design: Wedge | None = None) -> str:
     manifest = manifest_of(built, [])
-    names = {part["id"]: part["id"] for part in manifest["parts"]}
-    parts = [{**part, "title": part["id"]} for part in manifest["parts"]]
+    lines = make_bill(manifest["bill"], parts_for(built.design, read_parts()))
+    names = {line.part.id: line.part.name for line in lines}
     order = [("a ball", "1 piece")]
-    return guide_text(design or built.design, built.assembly, built.boards, parts, names, order)
+    return guide_text(
+        design or built.design, built.assembly, built.boards, manifest["parts"], names, order
+    )
 
 
 def side_of(built: Model, colour: str) -> np.ndarray:
@@ -64,12 +68,19 @@ def test_lights_follow_the_design(standard: Model) -> None:
 def test_the_guide_tells_every_step_and_counts_every_body(finger: Model) -> None:
     text = guide_of(finger)
     taken: Counter[str] = Counter()
+    called = dict[str, str]()
     for line in text.splitlines():
         if re.match(r"Take \d", line):
             for item in line.removeprefix("Take ").removesuffix(".").split("; "):
-                count, part = item.split(" × ")
-                taken[part] += int(count)
+                found = re.fullmatch(r"(\d+) × (.+) \(`(.+)`\)", item)
+                assert found, item
+                taken[found[3]] += int(found[1])
+                called[found[3]] = found[2]
     assert taken == Counter(finger.assembly.counts())
+    assert called["case"] == "Case" and called["mirror"] == "Mirror, cut"
+    assert called["csi_hdmi_board"] == "CSI-to-HDMI adapter, a pair of boards"
+    assert called["screw_m2x6"] == "Screw ISO 4762 M2x6, steel"
+    assert not [name for name in called.values() if "_" in name]
     assert "| a ball | 1 piece |" in text
     assert text.count("\n### Step ") == len(finger.assembly.steps)
     assert finger.design.sha256[:8] in text

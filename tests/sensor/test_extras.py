@@ -4,11 +4,14 @@
 
 import re
 import shlex
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
 import pytest
 
+import sensor.extras
 from sensor.extras import CPU_INDEX, how_to_install
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -22,14 +25,35 @@ PAGES = [
 
 
 @pytest.mark.parametrize("extra", PROJECT["optional-dependencies"])
-def test_an_extra_is_installed_from_the_checkout_and_torch_without_cuda(extra: str) -> None:
-    command = how_to_install(extra).split("`")[1]
-    index = ["--extra-index-url", CPU_INDEX] if extra == "train" else []
-    assert shlex.split(command) == ["pip", "install", *index, f".[{extra}]"]
-    assert f'".[{extra}]"' in command  # zsh would read bare brackets as a pattern
-    if index:
-        assert command in (ROOT / "docs" / "howto" / "python.md").read_text(encoding="utf-8")
-        assert f"cpu_index={CPU_INDEX}\n" in (ROOT / "wedge").read_text(encoding="utf-8")
+def test_an_extra_is_installed_from_the_checkout_and_torch_without_cuda(
+    extra: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pip = [sys.executable, "-m", "pip", "install"]
+    pip += ["--extra-index-url", CPU_INDEX] if extra == "train" else []
+    _, command, place = how_to_install(extra).split("`")
+    assert (shlex.split(command), place) == ([*pip, "-e", f"{ROOT}[{extra}]"], "")
+    monkeypatch.setattr(sensor.extras, "ROOT", tmp_path)  # as in the packages of an environment
+    _, command, place = how_to_install(extra).split("`")
+    assert (shlex.split(command), place) == ([*pip, f".[{extra}]"], " in the checkout")
+    assert f"'.[{extra}]'" in command  # zsh would read bare brackets as a pattern
+
+
+def test_the_page_takes_torch_from_where_the_command_does() -> None:
+    page = (ROOT / "docs" / "howto" / "python.md").read_text(encoding="utf-8")
+    assert f'pip install --extra-index-url {CPU_INDEX} ".[train]"' in page
+    assert f"cpu_index={CPU_INDEX}\n" in (ROOT / "wedge").read_text(encoding="utf-8")
+
+
+def test_the_command_works_anywhere_without_pip_on_the_path(tmp_path: Path) -> None:
+    """Nothing is installed or fetched: pip says what it would do, of packages that are here."""
+    for name in ("pip", "hatchling", "mcap", "nicegui", "numba", "simplejpeg"):
+        pytest.importorskip(name)
+    command = how_to_install("live").split("`")[1]
+    dry = "--dry-run --no-index --no-build-isolation --disable-pip-version-check"
+    shell = ["/bin/sh", "-c", f"{command} {dry}"]
+    done = subprocess.run(shell, cwd=tmp_path, env={"PATH": ""}, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[-1] == f"Would install gelsight-wedge-{PROJECT['version']}"
 
 
 def test_no_page_or_sentence_installs_the_project_from_an_index() -> None:

@@ -154,7 +154,7 @@ def test_a_file_can_be_watched_like_a_camera(tmp_path: Path) -> None:
     [
         ("nowhere", "is not there: name an address"),
         ("empty", "holds no PNG, JPEG, BMP or TIFF images"),
-        ("notes.txt", "is no stream"),
+        ("notes.txt", "cannot be read as frames: name an address"),
         ("bad.avi", "is no video"),
         ("bad.mcap", "is no MCAP file"),
         ("usb:97", r"no camera of that number; try usb:0\.$"),

@@ -1,35 +1,74 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Trainings say before their hours that the weights could not be written."""
+"""Trainings say that the weights could not be written, before their hours where it is known."""
 
 from importlib import import_module
 
+import numpy as np
 import pytest
 
 pytest.importorskip("torch")
 
 
-@pytest.mark.parametrize(
+each_command = pytest.mark.parametrize(
     "command",
     [
         "contact --steps 2,2",
         "contact_further no-weights --sensor no-balls no-set",
-        "missing_axis --steps 2 --workers 0",
+        "missing_axis --steps 2 --workers 0 --channels 1,1",
         "missing_axis_further no-weights --sensor no-balls no-set",
     ],
 )
+
+
+@pytest.mark.parametrize("ending", [".safetensors", ".csv", ".png"])
+@each_command
 def test_weights_that_cannot_be_written_are_refused_before_the_work(
-    command, tmp_path, monkeypatch, capsys
+    command, ending, tmp_path, monkeypatch, capsys
 ):
     module, *words = command.split()
-    (tmp_path / "taken").touch()
-    weights = tmp_path / "taken" / "weights.safetensors"
+    weights = tmp_path / "weights.safetensors"
+    weights.with_suffix(ending).mkdir()
     monkeypatch.setattr("sys.argv", [module, *words, "--out", str(weights)])
     training = import_module(f"recon.training.{module}")
     for work in {"train", "run"} & set(vars(training)):
         monkeypatch.setattr(training, work, lambda *_: pytest.fail("it began"))
     with pytest.raises(SystemExit, match="2"):
         training.main()
-    assert f"{weights} cannot be written: {tmp_path / 'taken'} is no folder" in (
+    assert f"{weights.with_suffix(ending)} cannot be written: it is a folder" in (
         capsys.readouterr().err
     )
+
+
+@each_command
+def test_weights_that_cannot_be_written_in_the_end_are_a_sentence(
+    command, tmp_path, monkeypatch, capsys
+):
+    module, *words = command.split()
+    weights = tmp_path / "weights.safetensors"
+    monkeypatch.setattr("sys.argv", [module, *words, "--out", str(weights)])
+    training = import_module(f"recon.training.{module}")
+
+    def learnt(*_):
+        weights.mkdir()  # what takes its place while it is learnt
+        return {"a": np.zeros(1, np.float32)}, [0.0]
+
+    def learnt_here(training, *_):
+        _, training.losses = learnt()
+
+    monkeypatch.setattr("recon.training.missing_axis.Training.run", learnt_here)
+    for name, work in {
+        "load_weights": lambda *_: {},
+        "felt_presses": lambda *_: [None],
+        "measured_presses": lambda *_: [None],
+        "train": learnt,
+        "train_further": learnt,
+        "train_doubt": lambda kept, *_: kept,
+    }.items():
+        if name in vars(training):
+            monkeypatch.setattr(training, name, work)
+    monkeypatch.setattr("recon.unet.stride", lambda _: 1)
+    with pytest.raises(SystemExit, match="2"):
+        training.main()
+    assert f"error: {weights} cannot be written: Is a directory." in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == [weights.name]
