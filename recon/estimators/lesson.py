@@ -13,7 +13,7 @@ so the circle's radius is fitted anew here, with that collar stretched to suit t
 is a lesson as well: colours there are darker than in the contact, as the dent keeps some light
 away, and would be taken for steeper slopes by who has never seen them. How much of it is taught
 ``default_fit`` decides: a circle's collar is a fit to colours, which scatter farther than skin
-slopes.
+slopes. Beside a ball pressed in so deep that none is fitted, gel is flat sooner.
 """
 
 from dataclasses import dataclass, replace
@@ -30,7 +30,9 @@ CONTACT_PIXELS = 1500
 """Of a press at most: neighbours say nearly the same."""
 COLLAR_PIXELS = 1500
 FLAT_FROM = 2.8
-"""Contact radii from the centre, where the gel is as good as flat: 6 % of the rim's slope."""
+"""Contact radii from the centre, where a collar is as good as flat: 6 % of the rim's slope."""
+DEEP_FLAT_FROM = 1.8
+"""The same beside balls pressed in deeper than ``DEEPEST``, whose collars are short against them."""
 LOOKED_AT = 1500
 REACH = 2.5
 """Contact radii round the centre in which the circle is fitted."""
@@ -54,7 +56,8 @@ def lesson_pixels(press: BallPress, index: int, seed: int) -> Pixels:
     contact = np.flatnonzero(distance_mm < min(radius_mm, STEEPEST * ball_mm))
     if len(contact) > CONTACT_PIXELS:
         contact = np.sort(random.choice(contact, CONTACT_PIXELS, replace=False))
-    flat_from = min(FLAT_FROM * radius_mm, float(np.quantile(distance_mm, 0.8)))
+    clear = DEEP_FLAT_FROM if contact_fit.stretch is None else FLAT_FROM
+    flat_from = min(clear * radius_mm, float(np.quantile(distance_mm, 0.8)))
     flat = np.flatnonzero(distance_mm >= flat_from)
     flat = np.sort(random.choice(flat, min(len(flat), max(1, len(contact))), replace=False))
     collar = np.zeros(0, np.intp)

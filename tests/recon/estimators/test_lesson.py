@@ -22,7 +22,14 @@ from recon.estimators.default import (
 )
 from recon.estimators.default_fit import OTHER_SIZES, RENDERED, UNLIKE, collar_of, with_some_collars
 from recon.estimators.lean import FLAT
-from recon.estimators.lesson import COLLAR_PIXELS, FLAT_FROM, elastic_fade, fit_elastic
+from recon.estimators.lesson import (
+    COLLAR_PIXELS,
+    DEEP_FLAT_FROM,
+    DEEPEST,
+    FLAT_FROM,
+    elastic_fade,
+    fit_elastic,
+)
 from recon.estimators.rendered import SeenPixels
 from recon.estimators.surroundings import ASPECTS
 from recon.pixels import BallPress, join, label_pixels
@@ -220,6 +227,16 @@ def test_contact_has_the_balls_slope_the_collar_its_own_and_what_is_far_away_non
     np.testing.assert_allclose(
         steep[inside], away[inside] / np.sqrt(BALL_MM**2 - away[inside] ** 2), rtol=1e-5
     )
+
+
+def test_gel_beside_a_ball_pressed_deep_is_flat_sooner():
+    press = elastic_press(1.1 * DEEPEST * BALL_MM)
+    pixels = training_pixels("default", press, 0, 0)
+    x_mm, y_mm = offsets_mm(press.size_px, press.center_px, MM_PER_PX)
+    away = np.hypot(x_mm, y_mm).ravel()[pixels.place]
+    flat = ~pixels.contact
+    assert np.isnan(pixels.collar).all() and not pixels.gradient[flat].any()
+    assert away[flat].min() == pytest.approx(DEEP_FLAT_FROM * press.contact_radius_mm, rel=0.05)
 
 
 def test_drift_of_the_whole_frame_is_taken_off_but_a_contacts_colour_is_not():
