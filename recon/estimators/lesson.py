@@ -32,7 +32,7 @@ COLLAR_PIXELS = 1500
 FLAT_FROM = 2.8
 """Contact radii from the centre, where a collar is as good as flat: 6 % of the rim's slope."""
 DEEP_FLAT_FROM = 1.8
-"""The same beside balls pressed in deeper than ``DEEPEST``, whose collars are short against them."""
+"""The same beside balls pressed in deeper than ``DEEPEST``: their collars are short for them."""
 LOOKED_AT = 1500
 REACH = 2.5
 """Contact radii round the centre in which the circle is fitted."""
