@@ -75,7 +75,7 @@ def test_a_library_that_is_no_driver_is_not_taken_for_one(monkeypatch) -> None:
 
 def test_without_mitsuba_the_extra_is_named(monkeypatch) -> None:
     monkeypatch.setitem(sys.modules, "mitsuba", None)
-    with pytest.raises(WedgeError, match=r"\.\[simulation\]"):
+    with pytest.raises(WedgeError, match=r"\[simulation\]"):
         SCALAR.load()
 
 
