@@ -5,10 +5,12 @@
 import json
 import shutil
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from app.__main__ import main
+from recon.calibration import Calibration
 from recon.cloud import point_cloud
 from recon.estimators import GradientEstimator
 from recon.images import read_image, write_image
@@ -63,6 +65,19 @@ def test_a_doubt_and_a_depth_of_one_name_are_refused_where_both_are_written(
     assert (tmp_path / "depth").exists() != bool(status)
 
 
+def reconstructed(
+    calibration: Calibration, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> tuple[dict[str, Any], str]:
+    """A press by a unit: its line of the JSON file, and what was printed."""
+    calibration.save(folder / "unit")
+    write_image(folder / "press.png", pressed(calibration.background, (80, 60)))
+    numbers = folder / "numbers.json"
+    words = ["reconstruct", folder / "unit", folder / "press.png", "--out", folder / "depth"]
+    assert run(*words, "--json", numbers) in (0, None)
+    (row,) = json.loads(numbers.read_text())["images"]
+    return row, capsys.readouterr().out
+
+
 @pytest.mark.parametrize("estimator", [None, random_default()], ids=["mlp", "default"])
 def test_the_deepest_point_has_a_deviation_where_the_estimator_knows_one(
     estimator: GradientEstimator | None,
@@ -73,12 +88,7 @@ def test_the_deepest_point_has_a_deviation_where_the_estimator_knows_one(
     # Networks of random weights answer with slopes of no surface.
     monkeypatch.setattr("recon.plausible.is_implausible", lambda _: False)
     calibration = make_unit(estimator=estimator)
-    calibration.save(tmp_path / "unit")
-    write_image(tmp_path / "press.png", pressed(calibration.background, (80, 60)))
-    numbers = tmp_path / "numbers.json"
-    words = ["reconstruct", tmp_path / "unit", tmp_path / "press.png", "--out", tmp_path / "depth"]
-    assert run(*words, "--json", numbers) in (0, None)
-    said, (row,) = capsys.readouterr().out, json.loads(numbers.read_text())["images"]
+    row, said = reconstructed(calibration, tmp_path, capsys)
     sigma_mm = row["deepest_sigma_mm"]
     assert (sigma_mm is None) == (estimator is None)
     if sigma_mm is not None:
@@ -91,12 +101,6 @@ def test_the_deepest_point_has_a_deviation_where_the_estimator_knows_one(
 def test_a_depth_that_no_gel_has_is_called_so_and_has_no_deviation(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    calibration = make_unit(estimator=random_default())
-    calibration.save(tmp_path / "unit")
-    write_image(tmp_path / "press.png", pressed(calibration.background, (80, 60)))
-    numbers = tmp_path / "numbers.json"
-    words = ["reconstruct", tmp_path / "unit", tmp_path / "press.png", "--out", tmp_path / "depth"]
-    assert run(*words, "--json", numbers) in (0, None)
-    said, (row,) = capsys.readouterr().out, json.loads(numbers.read_text())["images"]
+    row, said = reconstructed(make_unit(estimator=random_default()), tmp_path, capsys)
     assert "its depth means little" in " ".join(said.split())
     assert row["deepest_sigma_mm"] is None and "±" not in said
