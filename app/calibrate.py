@@ -53,7 +53,7 @@ def main(
     from recon.calibration import lit_channels, unit_of
     from recon.estimators import fit_estimator, kind_of, lesson_of
     from recon.labels.ball_size import doubtful_ball
-    from recon.presses import few_presses, left_out_places, read_presses
+    from recon.presses import deep_presses, few_presses, left_out_places, read_presses
     from sensor.dataset import read_dataset
     from sensor.design_file import load_design
     from validation.datasets import dataset_folder
@@ -93,8 +93,8 @@ def main(
         )
         unit.save(out)
     print_error_table(measured)
-    doubts = (few_presses(presses), left_out_places(presses), doubtful_ball(presses.presses))
-    for sentence in doubts:
+    doubts = (few_presses(presses), left_out_places(presses), deep_presses(presses))
+    for sentence in (*doubts, doubtful_ball(presses.presses)):
         if sentence:
             print(sentence)
     print(f"Unit folder: {out}")

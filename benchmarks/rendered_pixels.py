@@ -2,12 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pixels of rendered presses, from which the default estimator learns beside a sensor's balls.
 
-    python -m benchmarks.rendered_pixels --out FILE --sensor NAME BALLS SETS --sensor ...
+    python -m benchmarks.rendered_pixels --out FILE --sensor NAME BALLS DEEP SETS ...
 
-BALLS is a dataset of the sensor's labelled balls, which teach the model of its light; SETS are
-those of ``benchmarks.rendered_presses``, of which some pixels of every press are kept. With
-``--beside``, they are added to those of the same sensors in another such file. What made the file
-that comes with this package is in ``recon/weights/README.md``.
+BALLS and DEEP are datasets of the sensor's labelled balls, the second of balls that go in deeper,
+which teach the models of its light; SETS are those of ``benchmarks.rendered_presses``, of which
+some pixels of every press are kept. With ``--beside``, they are added to those of the same sensors
+in another such file. What made the file that comes with this package is in
+``recon/weights/README.md``.
 """
 
 import argparse
@@ -18,6 +19,7 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
+from jaxtyping import Float32
 from safetensors.numpy import save
 
 from recon.calibration import CHANNELS
@@ -25,9 +27,9 @@ from recon.estimators import lesson_of
 from recon.estimators.default import Default, prepared_colors
 from recon.estimators.default_fit import collar_of, dents
 from recon.estimators.mlp import channel_indices
-from recon.estimators.rendered import OF_PIXELS, VERSION, rendered_arrays
-from recon.estimators.shading import DARKEST, blank_colors, fit_shading
-from recon.pixels import positions
+from recon.estimators.rendered import OF_PIXELS, STEEPEST, VERSION, rendered_arrays
+from recon.estimators.shading import DARKEST, Light, blank_colors, fit_light, fit_shading
+from recon.pixels import Pixels, positions
 from recon.presses import read_presses
 from recon.rendered_presses import RenderedPress, depth_files, rendered_presses
 from recon.unet.weights import sha256_of
@@ -46,27 +48,60 @@ SEED: Final = 0
 Arrays = dict[str, np.ndarray]
 
 
-def sensor_pixels(balls: Path, rendered: Sequence[Path], count: int = PIXELS) -> Arrays:
+def sensor_arrays(balls: Path, deep: Path, rendered: Sequence[Path], count: int = PIXELS) -> Arrays:
     """What ``RenderedSensor`` holds of one sensor.
 
     Args:
         balls: a set of its labelled balls.
+        deep: one of balls that go in deeper.
         rendered: sets of random objects pressed into it, with the skin's depth.
         count: of pixels, as many of every press.
 
     Raises:
         WedgeError: a set cannot be used.
     """
+    shallow = _lesson(balls)
+    told = light_arrays(shallow, _lesson(deep))
+    if np.diff(told["caps"])[0] <= 0:
+        raise WedgeError(f"{deep}: its balls go in no deeper than those of {balls}.")
+    light = fit_light(shallow.position, shallow.blank)
+    return told | _pressed(light, rendered, count)
+
+
+def light_arrays(shallow: Pixels, deep: Pixels) -> Arrays:
+    """What ``RenderedSensor`` holds of one sensor's light and gel, told by its balls."""
+    return {
+        "shallow": _shading(shallow),
+        "deep": _shading(deep),
+        "caps": np.array([_mean_cap(shallow), _mean_cap(deep)], np.float32),
+        "collar": np.array([collar_of(shallow)], np.float32),
+    }
+
+
+def _lesson(balls: Path) -> Pixels:
     labelled = read_presses(read_dataset(balls)).presses
-    pixels = lesson_of(Default.name, labelled, range(len(labelled)), SEED)
+    return lesson_of(Default.name, labelled, range(len(labelled)), SEED)
+
+
+def _shading(pixels: Pixels) -> Float32[np.ndarray, "t 3"]:
     taught, light, _ = dents(pixels, channel_indices(CHANNELS))
+    gentle = np.linalg.norm(taught.slopes, axis=1) < STEEPEST
+    return fit_shading(taught[np.flatnonzero(gentle)], light).astype(np.float32)
+
+
+def _mean_cap(pixels: Pixels) -> float:
+    return float(pixels.cap[np.unique(pixels.press, return_index=True)[1]].mean())
+
+
+def _pressed(light: Light, rendered: Sequence[Path], count: int) -> Arrays:
+    """Pixels of random objects, their colours in shares of the blank gel's."""
     each = count // max(1, sum(len(depth_files(folder)) for folder in rendered))
     random = np.random.default_rng(SEED)
     kept = [
         _kept_of(press, each, random) for folder in rendered for press in rendered_presses(folder)
     ]
     if not kept:
-        raise WedgeError(f"{balls}: no rendered press has its depth in truth/.")
+        raise WedgeError(f"{rendered[0]}: no rendered press has its depth in truth/.")
     seen, position, slopes = (np.concatenate(part) for part in zip(*kept, strict=True))
     shares = seen / np.tile(np.maximum(blank_colors(light, position), DARKEST), seen.shape[1] // 3)
     return {
@@ -74,8 +109,6 @@ def sensor_pixels(balls: Path, rendered: Sequence[Path], count: int = PIXELS) ->
         "around": shares[:, 3:].astype(np.float16),
         "position": position.astype(np.float16),
         "slopes": slopes.astype(np.float16),
-        "shading": fit_shading(taught, light).astype(np.float32),
-        "collar": np.array([collar_of(pixels)], np.float32),
     }
 
 
@@ -117,20 +150,22 @@ def main() -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
-        "--sensor", nargs="+", action="append", required=True, metavar="NAME BALLS SETS"
+        "--sensor", nargs="+", action="append", required=True, metavar="NAME BALLS DEEP SETS"
     )
     parser.add_argument("--pixels", type=int, default=PIXELS, help="of each sensor")
     parser.add_argument("--out", type=Path, required=True, help="the safetensors file to write")
     parser.add_argument("--beside", type=Path, help="a file whose pixels are kept as well")
     options = parser.parse_args()
-    if any(len(words) < 3 for words in options.sensor):
-        parser.error("--sensor takes a name, a set of balls, and one or more rendered sets")
+    if any(len(words) < 4 for words in options.sensor):
+        parser.error("--sensor takes a name, two sets of balls, and one or more rendered sets")
     try:
         check_outputs(options.out)
         arrays = rendered_arrays(options.beside) if options.beside else {}
-        for name, balls, *sets in options.sensor:
+        for name, balls, deep, *sets in options.sensor:
             folders = [Path(folder) for folder in sets]
-            found = sensor_pixels(dataset_folder(balls), folders, options.pixels)
+            found = sensor_arrays(
+                dataset_folder(balls), dataset_folder(deep), folders, options.pixels
+            )
             arrays = joined(arrays, {f"{name}.{key}": found[key] for key in found})
             print(f"{name}: {len(arrays[f'{name}.slopes'])} pixels")
         made = json.dumps({"version": VERSION, "sha256": sha256_of(arrays)})

@@ -19,6 +19,9 @@ from sensor.toml import Pair
 RIM_PX = 1.0
 STEEPEST = 0.9
 """Of the ball's radius, so that slopes stay below 0.9 / sqrt(1 - 0.81) = 2.07."""
+DEEPEST = 0.7
+"""Of the ball's radius: circles of wider contacts stay as labelled, as no half-space's collar fits
+gel that is pressed in so deep."""
 CLEAR_OF_COLLAR = 1.3
 SHARE_OF_OTHERS = 0.05
 
@@ -78,6 +81,8 @@ class Pixels:
     collar: Float32[np.ndarray, " n"]
     """How far the gel beside its contact follows, in shares of the frame's shorter side; NaN where
     that was not fitted."""
+    cap: Float32[np.ndarray, " n"]
+    """How deep its ball goes below the rim of the contact, in the same shares."""
 
     def __len__(self) -> int:
         """Number of pixels."""
@@ -106,6 +111,7 @@ def label_pixels(press: BallPress, index: int, seed: int) -> Pixels:
     drawn = np.random.default_rng([seed, index]).choice(others, count, replace=False)
     taken = np.concatenate([np.flatnonzero(contact), np.sort(drawn)])
     is_contact = contact.ravel()[taken]
+    cap_mm = cap_height_mm(press.contact_radius_mm, ball_mm)
     slope = ball_slopes(x_mm.ravel()[taken], y_mm.ravel()[taken], ball_mm)
     return Pixels(
         color=press.difference.reshape(-1, 3)[taken],
@@ -117,6 +123,7 @@ def label_pixels(press: BallPress, index: int, seed: int) -> Pixels:
         hidden=np.zeros(len(taken), bool) if press.hidden is None else press.hidden.ravel()[taken],
         blank=blank_at(press, taken),
         collar=np.full(len(taken), np.nan, np.float32),
+        cap=np.full(len(taken), cap_mm / press.shorter_side_mm, np.float32),
     )
 
 
@@ -130,6 +137,15 @@ def ball_slopes(
     squared = ball_radius_mm**2 - np.hypot(x_mm, y_mm) ** 2
     height_mm = np.sqrt(np.maximum(squared, ball_radius_mm**2 / 100))
     return -np.stack([x_mm, y_mm], 1) / height_mm[:, None]
+
+
+def cap_height_mm(contact_radius_mm: float, ball_radius_mm: float) -> float:
+    """How deep a ball goes below the rim of its contact.
+
+    Past the ball's edge, as ``ball_slopes`` does, it is taken to leave a tenth of its radius.
+    """
+    rim_mm = np.sqrt(max(ball_radius_mm**2 - contact_radius_mm**2, ball_radius_mm**2 / 100))
+    return float(ball_radius_mm - rim_mm)
 
 
 def blank_at(press: BallPress, places: Int[np.ndarray, " n"]) -> Float32[np.ndarray, "n 3"]:

@@ -16,7 +16,7 @@ from recon.geometry.unwarp import Unwarp, prepare_unwarp
 from recon.images import read_frame
 from recon.markers.filling import fill_gradients
 from recon.markers.tracking import MarkerTracker, marker_tracker
-from recon.pixels import RIM_PX, BallPress
+from recon.pixels import DEEPEST, RIM_PX, BallPress
 from sensor.dataset import LENS_FILE, BallLabel, Dataset
 from sensor.errors import WedgeError
 
@@ -204,6 +204,20 @@ def few_presses(presses: PressSet) -> str | None:
     return (
         f"{count} press{'es' * (count > 1)}: too few to trust; press at least {ENOUGH_PRESSES} "
         "all over the pad."
+    )
+
+
+def deep_presses(presses: PressSet) -> str | None:
+    """A sentence where most balls go in too deep to tell how gel follows; ``None`` elsewhere."""
+    count = len(presses.presses)
+    deep = sum(
+        press.contact_radius_mm > DEEPEST * press.ball_radius_mm for press in presses.presses
+    )
+    if 2 * deep <= count:
+        return None
+    return (
+        f"{deep} of {count} presses go in so deep that the disc is more than {DEEPEST:g} times as "
+        "wide as the ball: other shapes are read less well by them; press more gently."
     )
 
 

@@ -106,6 +106,7 @@ def dents(pixels: Pixels, columns: list[int]) -> tuple[Taught, Light, Lean]:
         color=pixels.color[:, columns],
         position=pixels.position,
         slopes=pixels.gradient + pixels.contact[:, None] * lean_at(gel, pixels.position),
+        cap=pixels.cap,
         press=pixels.press,
     )
     return taught, light, gel

@@ -24,7 +24,16 @@ from scipy.optimize import least_squares
 
 from recon.ball import offsets_mm
 from recon.estimators.default import prepared_colors
-from recon.pixels import RIM_PX, STEEPEST, BallPress, Pixels, blank_at, positions
+from recon.pixels import (
+    DEEPEST,
+    RIM_PX,
+    STEEPEST,
+    BallPress,
+    Pixels,
+    blank_at,
+    cap_height_mm,
+    positions,
+)
 
 CONTACT_PIXELS = 1500
 """Of a press at most: neighbours say nearly the same."""
@@ -40,8 +49,6 @@ SMALLEST, LARGEST = 0.75, 1.35
 """Of the labelled radius."""
 STRETCH = (0.3, 10.0)
 """Least and most; a gel that is thin against its contact rises faster than a half-space."""
-DEEPEST = 0.7
-"""Of the ball's radius: the half-space is for shallow contacts; wider circles stay as labelled."""
 
 
 def lesson_pixels(press: BallPress, index: int, seed: int) -> Pixels:
@@ -70,6 +77,7 @@ def lesson_pixels(press: BallPress, index: int, seed: int) -> Pixels:
     is_flat = np.isin(np.arange(len(taken)), len(contact) + np.arange(len(flat)))
     away_mm = distance_mm.ravel()[taken]
     slope = contact_fit.slopes(away_mm, ball_mm) / np.maximum(away_mm, 1e-9)
+    cap_mm = cap_height_mm(radius_mm, ball_mm)
     gradient = -np.stack([x_mm.ravel()[taken], y_mm.ravel()[taken]], 1) * slope[:, None]
     return Pixels(
         color=seen.reshape(-1, seen.shape[2])[taken],
@@ -81,6 +89,7 @@ def lesson_pixels(press: BallPress, index: int, seed: int) -> Pixels:
         hidden=np.zeros(len(taken), bool) if press.hidden is None else press.hidden.ravel()[taken],
         blank=blank_at(press, taken),
         collar=np.full(len(taken), contact_fit.collar_mm / press.shorter_side_mm, np.float32),
+        cap=np.full(len(taken), cap_mm / press.shorter_side_mm, np.float32),
     )
 
 

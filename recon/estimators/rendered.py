@@ -9,7 +9,8 @@ are lit alike. But what a tilt does to the colours of one is close to a mix of w
 of another, a mix that changes linearly from place to place. A sensor's own balls tell that mix: the
 rendered sensor's model of its light (``shading``) says which colours it would have had there. On
 three real sensors the mix leaves 5 to 6 % of the squared change of colour unexplained. Most of that
-slope and place explain: a model of what is left is added.
+slope and place explain: a model of what is left is added. Balls that go in deep are lit otherwise
+than shallow ones; rendered sensors were pressed by both, and what depth does is not taken for mix.
 """
 
 import json
@@ -23,6 +24,7 @@ from jaxtyping import Float32, Float64, Int64
 
 from recon.estimators.shading import (
     DARKEST,
+    Colors,
     Light,
     Shading,
     Taught,
@@ -36,10 +38,14 @@ from recon.unet.weights import sha256_of
 from sensor.errors import WedgeError
 
 FILE = Path(__file__).parents[1] / "weights" / "rendered.safetensors"
-VERSION = "5"
+VERSION = "6"
 """Of the arrays and of what is looked at around a pixel."""
 GENTLEST, STEEPEST = 0.02, 1.0
 """Slopes of the balls' pixels from which the mix is told: rendered balls are not pressed deeper."""
+DEEPNESS = tuple(np.arange(0, 2.01, 0.125).tolist())
+"""Tried; a sensor's light may change less or more with depth than the rendered one's."""
+BETWEEN = -0.5, 1.5
+"""From shallow balls (0) to deep ones (1): what light does is not told beyond."""
 RIDGE = 1e-3
 """Of each term's own square."""
 MOST = 0.98
@@ -49,10 +55,22 @@ LIKENESS = 6
 COLLAR_SPREAD = 0.2
 """Of the logarithm of the collar's length: rendered sensors count by a Gaussian of it as well."""
 OF_PIXELS = ("change", "around", "position", "slopes")
-WANTED = (*OF_PIXELS, "shading", "collar")
+OF_SHADING = ("shallow", "deep", "caps")
+WANTED = (*OF_PIXELS, *OF_SHADING, "collar")
 
 Mix = Float64[np.ndarray, "9 c"]
 """From three colours' changes, each times 1, x and y, to those of the sensor at hand."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shadings:
+    """How a rendered sensor's colours answer tilt, by how deep a ball goes in."""
+
+    shallow: Shading
+    deep: Shading
+    caps: Float32[np.ndarray, "2"]
+    """Of the balls that told the two, below the rims of their contacts, in shares of the frame's
+    shorter side."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,7 +83,7 @@ class RenderedSensor:
     position: Float32[np.ndarray, "n 2"]
     slopes: Float32[np.ndarray, "n 2"]
     """Of the dent, mm/mm."""
-    shading: Shading
+    shading: Shadings
     collar: Float32[np.ndarray, "1"]
     """How far its gel follows beside a ball, in shares of the frame's shorter side."""
 
@@ -99,7 +117,7 @@ def rendered_pixels(
     """
     sensors = rendered_sensors()
     matched = [matched_light(sensor.shading, taught, light) for sensor in sensors]
-    unexplained = np.array([left for _, left in matched])
+    unexplained = np.array([match.unexplained for match in matched])
     weight = np.maximum(unexplained, 1e-3) ** -LIKENESS
     if np.isfinite(collar):
         apart = np.log([float(sensor.collar[0]) / collar for sensor in sensors]) / COLLAR_SPREAD
@@ -111,40 +129,59 @@ def rendered_pixels(
     steepness = np.linalg.norm(taught.slopes, axis=1)
     steepest = float(np.quantile(steepness[steepness > 0], MOST)) if count else 0.0
     seen = []
-    for sensor, (mix, _), some in zip(sensors, matched, from_each.tolist(), strict=True):
+    for sensor, match, some in zip(sensors, matched, from_each.tolist(), strict=True):
         chosen = drawn_evenly(random, len(sensor.slopes), some)
-        nothing = np.zeros((len(sensor.shading), mix.shape[1]))
-        left = left_by_mix(sensor.shading, mix, taught, light) if some else nothing
-        seen.append(_seen(sensor, chosen, mix, left, steepest, light))
+        nothing = np.zeros((len(sensor.shading.shallow), match.mix.shape[1]))
+        left = left_by_mix(sensor.shading, match, taught, light) if some else nothing
+        seen.append(_seen(sensor, chosen, match.mix, left, steepest, light))
     joined = {name: np.concatenate([vars(part)[name] for part in seen]) for name in vars(seen[0])}
     return SeenPixels(**joined), least
 
 
-def matched_light(shading: Shading, taught: Taught, light: Light) -> tuple[Mix, float]:
-    """How a rendered sensor's colours mix to a sensor's own, and what that leaves unexplained.
+@dataclass(frozen=True, kw_only=True)
+class Match:
+    """How a rendered sensor's colours become those of the sensor at hand."""
 
-    The latter is the share of the squared change of colour; 1 where no pixel tells.
+    mix: Mix
+    deepness: float
+    """How much its light changes with the balls' depth; the rendered sensor's by 1."""
+    unexplained: float
+    """Of the balls' squared change of colour; 1 where no pixel tells."""
+
+
+def matched_light(shading: Shadings, taught: Taught, light: Light) -> Match:
+    """How a rendered sensor's colours mix to a sensor's own, as its balls tell.
+
+    At one slope the floor of a deep dent has other colours than that of a shallow one: lights graze
+    it, walls shade and brighten it. Taken for a mix, that would change the colours of everything.
     """
     steepness = np.linalg.norm(taught.slopes, axis=1)
     some = taught[np.flatnonzero((steepness > GENTLEST) & (steepness < STEEPEST))]
-    terms = _placed(color_changes(shading, some.slopes, some.position), some.position)
-    wanted = some.color / np.maximum(blank_colors(light, some.position), DARKEST)
-    square = terms.T @ terms
-    ridge = np.diag(RIDGE * np.diag(square) + 1e-9)
-    mix = np.linalg.solve(square + ridge, terms.T @ wanted.astype(np.float64))
+    level, deeper = (_placed(change, some.position) for change in _changes(shading, some))
+    wanted = (some.color / np.maximum(blank_colors(light, some.position), DARKEST)).astype(float)
     total = float((wanted**2).sum())
-    left = float(((wanted - terms @ mix) ** 2).sum())
-    return mix, left / total if total > 0 else 1.0
+
+    def found(deepness: float) -> Match:
+        terms = level + deepness * deeper
+        square = terms.T @ terms
+        ridge = np.diag(RIDGE * np.diag(square) + 1e-9)
+        mix = np.linalg.solve(square + ridge, terms.T @ wanted)
+        left = float(((wanted - terms @ mix) ** 2).sum())
+        unexplained = left / total if total > 0 else 1.0
+        return Match(mix=mix, deepness=deepness, unexplained=unexplained)
+
+    return min((found(deepness) for deepness in DEEPNESS), key=lambda match: match.unexplained)
 
 
 def left_by_mix(
-    shading: Shading, mix: Mix, taught: Taught, light: Light
+    shading: Shadings, match: Match, taught: Taught, light: Light
 ) -> Float64[np.ndarray, "t c"]:
     """What the mix leaves of the balls' changes of colour, by slope and place."""
     blank = np.maximum(blank_colors(light, taught.position), DARKEST)
-    change = color_changes(shading, taught.slopes, taught.position)
-    mixed = _placed(change, taught.position) @ mix * blank
-    return fit_shading(replace(taught, color=np.asarray(taught.color - mixed, np.float32)), light)
+    level, deeper = _changes(shading, taught)
+    mixed = _placed(level + match.deepness * deeper, taught.position) @ match.mix
+    left = np.asarray(taught.color - mixed * blank, np.float32)
+    return fit_shading(replace(taught, color=left), light)
 
 
 @lru_cache
@@ -166,9 +203,14 @@ def read_rendered(path: Path) -> Sequence[RenderedSensor]:
     arrays = rendered_arrays(path)
     names = sorted({name.partition(".")[0] for name in arrays})
     return tuple(
-        RenderedSensor(**{key: arrays[f"{name}.{key}"].astype(np.float32) for key in WANTED})
+        _restored({key: arrays[f"{name}.{key}"].astype(np.float32) for key in WANTED})
         for name in names
     )
+
+
+def _restored(arrays: dict[str, np.ndarray]) -> RenderedSensor:
+    shading = Shadings(**{key: arrays.pop(key) for key in OF_SHADING})
+    return RenderedSensor(shading=shading, **arrays)
 
 
 def rendered_arrays(path: Path) -> dict[str, np.ndarray]:
@@ -224,6 +266,17 @@ def drawn_evenly(random: np.random.Generator, things: int, count: int) -> Int64[
     """That many of some things: none a second time before all were drawn once."""
     rounds, rest = divmod(count, things)
     return np.concatenate([np.tile(np.arange(things), rounds), random.permutation(things)[:rest]])
+
+
+def _changes(shading: Shadings, taught: Taught) -> tuple[Colors, Colors]:
+    """Of the colours under shallow balls, and what the balls' depth adds to them."""
+    shallow, deep = (
+        color_changes(answer, taught.slopes, taught.position)
+        for answer in (shading.shallow, shading.deep)
+    )
+    least, most = shading.caps
+    deeper = np.clip((taught.cap - least) / (most - least), *BETWEEN)
+    return shallow, (deep - shallow) * deeper[:, None]
 
 
 def _placed(change: np.ndarray, position: np.ndarray) -> Float64[np.ndarray, "n 9"]:

@@ -54,6 +54,8 @@ class Taught:
     position: Pairs
     slopes: Pairs
     """Of the dent, mm/mm."""
+    cap: Float32[np.ndarray, " n"]
+    """How deep its ball goes below the contact's rim, in shares of the frame's shorter side."""
     press: Int32[np.ndarray, " n"]
 
     def __getitem__(self, chosen: np.ndarray) -> "Taught":

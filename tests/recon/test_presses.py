@@ -8,7 +8,7 @@ import pytest
 
 from recon.geometry.lens import Lens, write_lens
 from recon.images import read_image, write_image
-from recon.presses import left_out_places, read_background, read_presses
+from recon.presses import deep_presses, left_out_places, read_background, read_presses
 from sensor.dataset import LENS_FILE, BallLabel, read_dataset, write_card, write_labels
 from sensor.errors import WedgeError
 from tests.synthetic import (
@@ -237,6 +237,19 @@ def test_blank_frames_that_disagree_are_refused_and_noise_is_not(tmp_path):
     pressed = replace(dataset.card, background=("background.png", "press00.png"))
     with pytest.raises(WedgeError, match=r"press00\.png and background\.png disagree by"):
         read_background(replace(dataset, card=pressed))
+
+
+@pytest.mark.parametrize(("wide", "said"), [(3, False), (4, True)])
+def test_balls_that_mostly_go_in_deep_are_said_to_teach_less(tmp_path, wide, said):
+    presses = read_presses(make_dataset(tmp_path, presses=6))
+    assert deep_presses(presses) is None
+    pressed = tuple(
+        replace(press, ball_radius_mm=press.contact_radius_mm / share)
+        for press, share in zip(presses.presses, [0.71] * wide + [0.69] * (6 - wide), strict=True)
+    )
+    sentence = deep_presses(replace(presses, presses=pressed))
+    assert (sentence is not None) == said
+    assert sentence is None or sentence.startswith(f"{wide} of 6 presses go in so deep")
 
 
 def test_presses_in_one_corner_are_said_to_leave_the_pad_out(tmp_path):

@@ -293,6 +293,7 @@ def test_a_bin_holds_the_mean_of_its_pixels_and_an_empty_one_its_neighbours():
         hidden=np.zeros(4, bool),
         blank=np.zeros((4, 3), np.float32),
         collar=np.full(4, np.nan, np.float32),
+        cap=np.zeros(4, np.float32),
     )
     table = fit_lookup_table(made, "R", 0, lambda _: None)
     probe = np.zeros((2, 3), np.float32)

@@ -39,6 +39,7 @@ def domed(lean, presses=24, per_press=300, seed=0):
         hidden=np.zeros(count, bool),
         blank=np.full((count, 3), 0.5, np.float32),
         collar=np.full(count, np.nan, np.float32),
+        cap=np.zeros(count, np.float32),
     )
 
 

@@ -239,6 +239,15 @@ def test_gel_beside_a_ball_pressed_deep_is_flat_sooner():
     assert away[flat].min() == pytest.approx(DEEP_FLAT_FROM * press.contact_radius_mm, rel=0.05)
 
 
+@pytest.mark.parametrize("share", [1.0, 1.1 * DEEPEST * BALL_MM / TRUE_MM])
+def test_how_deep_a_ball_goes_is_told_by_its_fitted_circle(share):
+    press = elastic_press(share * TRUE_MM)
+    cap = training_pixels("default", press, 0, 0).cap
+    radius_mm = fit_elastic(press).radius_mm
+    rim_mm = np.sqrt(BALL_MM**2 - radius_mm**2)
+    np.testing.assert_allclose(cap, (BALL_MM - rim_mm) / 14.0, rtol=5e-3)  # the shorter side
+
+
 def test_drift_of_the_whole_frame_is_taken_off_but_a_contacts_colour_is_not():
     difference = elastic_press(TRUE_MM).difference
     drift = np.float32([0.03, -0.02, 0.01])

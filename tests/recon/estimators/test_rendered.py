@@ -3,6 +3,7 @@
 """Rendered pixels, seen by sensors whose light is a known mix of the rendered one's."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,13 +11,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from safetensors.numpy import save
 
-from benchmarks.rendered_pixels import joined, sensor_pixels
+from benchmarks.rendered_pixels import joined, sensor_arrays
 from benchmarks.rendered_presses import random_presses
 from recon.estimators.rendered import (
     FILE,
     STEEPEST,
     VERSION,
     drawn_evenly,
+    left_by_mix,
     matched_light,
     read_rendered,
     rendered_pixels,
@@ -25,6 +27,7 @@ from recon.estimators.rendered import (
 from recon.estimators.shading import Taught, blank_colors, color_changes, fit_light
 from recon.estimators.surroundings import ASPECTS
 from recon.unet.weights import sha256_of
+from sensor.dataset import write_labels
 from sensor.design_file import load_design
 from sensor.errors import WedgeError
 from simulation.presses import skin_under
@@ -46,20 +49,29 @@ def twisted(slopes):
     return (slopes[:, :1] * slopes[:, 1:]) / (1 + (slopes**2).sum(1, keepdims=True))
 
 
-def balls(sensor, columns=3, noise=0.0, seed=0, own=0.0):
+def balls(sensor, columns=3, noise=0.0, seed=0, own=0.0, deep=0.0):
     """Pixels as a sensor of such mixed light has them, and its light.
 
-    ``own`` is how much it answers, with all colours alike, to slopes that rise to the upper right.
+    ``own`` is how much it answers, with all colours alike, to slopes that rise to the upper right;
+    ``deep`` how far the balls are from the rendered sensor's shallow ones to its deep ones.
     """
+    shading = sensor.shading
     rng = np.random.default_rng(seed)
     slopes, position = rng.uniform(-0.7, 0.7, (2, 3000, 2)).astype(np.float32)
     blank = np.tile(np.float32([0.4, 0.5, 0.6])[:columns], (3000, 1))
-    change = color_changes(sensor.shading, slopes, position)
-    change = mixed(change, position, columns)
+    answer = shading.shallow + np.float32(deep) * (shading.deep - shading.shallow)
+    change = mixed(color_changes(answer, slopes, position), position, columns)
     change += own * twisted(slopes)
     color = change * blank + noise * rng.standard_normal(blank.shape)
     press = np.repeat(np.arange(10, dtype=np.int32), 300)
-    taught = Taught(color=color.astype(np.float32), position=position, slopes=slopes, press=press)
+    cap = shading.caps[0] + np.float32(deep) * (shading.caps[1] - shading.caps[0])
+    taught = Taught(
+        color=color.astype(np.float32),
+        position=position,
+        slopes=slopes,
+        cap=np.full(len(press), cap, np.float32),
+        press=press,
+    )
     return taught, fit_light(position, blank)
 
 
@@ -84,34 +96,63 @@ def test_the_shipped_sensors_have_slopes_that_no_ball_shows_and_gel_that_is_flat
         assert (steepness > STEEPEST).mean() > 0.01 and (steepness < 0.01).mean() > 0.1
         assert sensor.around.shape == (len(sensor.slopes), 3 * ASPECTS)
         assert np.abs(sensor.position).max() <= 1
-        assert all(np.isfinite(values).all() for values in vars(sensor).values())
+        arrays = {**vars(sensor), **vars(sensor.shading)}
+        del arrays["shading"]
+        assert all(np.isfinite(values).all() for values in arrays.values())
 
 
 def test_the_shading_of_each_shipped_sensor_tells_most_of_its_gentle_pixels_colours():
     for sensor, most in zip(rendered_sensors(), UNTOLD, strict=True):
         steepness = np.linalg.norm(sensor.slopes, axis=1)
         some = (steepness > 0.1) & (steepness < 0.5)
-        told = color_changes(sensor.shading, sensor.slopes[some], sensor.position[some])
+        told = color_changes(sensor.shading.shallow, sensor.slopes[some], sensor.position[some])
         left = ((sensor.change[some] - told) ** 2).sum() / (sensor.change[some] ** 2).sum()
         assert left < most
 
 
 def test_pixels_of_more_presses_are_added_to_those_of_the_same_sensor_alone():
     def arrays(name, count, light):
-        return {f"{name}.slopes": np.full((count, 2), light), f"{name}.shading": np.full(3, light)}
+        return {f"{name}.slopes": np.full((count, 2), light), f"{name}.deep": np.full(3, light)}
 
     found = joined(arrays("a", 5, 1) | arrays("b", 4, 2), arrays("a", 3, 7) | arrays("c", 2, 9))
     assert {name: len(found[f"{name}.slopes"]) for name in "abc"} == {"a": 8, "b": 4, "c": 2}
     assert found["a.slopes"][:, 0].tolist() == [1] * 5 + [7] * 3
-    assert found["a.shading"].tolist() == [7] * 3 and found["b.shading"].tolist() == [2] * 3
+    assert found["a.deep"].tolist() == [7] * 3 and found["b.deep"].tolist() == [2] * 3
 
 
 @pytest.mark.parametrize("columns", [3, 2, 1])
 def test_a_mixed_light_is_matched_whatever_colours_are_lit(columns):
     sensor = rendered_sensors()[0]
     taught, light = balls(sensor, columns)
-    mix, unexplained = matched_light(sensor.shading, taught, light)
-    assert mix.shape == (9, columns) and unexplained < 1e-4
+    match = matched_light(sensor.shading, taught, light)
+    assert match.mix.shape == (9, columns) and match.unexplained < 1e-4
+
+
+@pytest.mark.parametrize("columns", [3, 2, 1])
+@pytest.mark.parametrize("sensor", rendered_sensors(), ids=["finger", "standard", "4 mm", "6.5 mm"])
+def test_balls_that_go_in_deep_tell_the_mix_that_shallow_ones_tell(sensor, columns):
+    (shallow, light), (deep, _) = (balls(sensor, columns, deep=deep) for deep in (0.0, 1.0))
+    assert np.abs(shallow.color - deep.color).max() > 0.01  # they look otherwise
+    one, other = (matched_light(sensor.shading, taught, light) for taught in (shallow, deep))
+    assert other.deepness == 1 and other.unexplained < 1e-4
+    np.testing.assert_allclose(other.mix, one.mix, atol=0.02)  # its ridge takes a little
+    as_shallow = replace(deep, cap=shallow.cap)
+    assert matched_light(sensor.shading, as_shallow, light).unexplained > 2e-3
+
+
+def test_balls_deeper_than_any_rendered_one_are_taken_to_be_half_as_deep_again():
+    sensor = rendered_sensors()[0]
+    taught, light = balls(sensor, deep=1.5)
+    match = matched_light(sensor.shading, replace(taught, cap=100 * taught.cap), light)
+    assert match.deepness == 1 and match.unexplained < 1e-4
+
+
+@pytest.mark.parametrize("deep", [0.0, 1.0])
+def test_what_the_mix_leaves_is_nothing_where_it_explains_all(deep):
+    sensor = rendered_sensors()[0]
+    taught, light = balls(sensor, deep=deep)
+    left = left_by_mix(sensor.shading, matched_light(sensor.shading, taught, light), taught, light)
+    assert np.abs(color_changes(left, taught.slopes, taught.position)).max() < 4e-3
 
 
 def test_pixels_come_in_the_colours_of_the_sensor_at_hand():
@@ -240,13 +281,24 @@ def test_random_objects_press_into_the_gel_and_come_again():
         assert not np.array_equal(skin.depth_mm, else_.depth_mm)
 
 
+def deeper_set(folder, times):
+    """Balls whose circles are said to be so many times as wide."""
+    dataset = make_dataset(folder, presses=10)
+    wider = [replace(x, contact_radius_px=times * x.contact_radius_px) for x in dataset.labels]
+    write_labels(folder / "labels.csv", wider)
+    return folder
+
+
 def test_pixels_that_are_kept_have_the_slopes_and_the_colours_of_their_frames(tmp_path):
-    balls = make_dataset(tmp_path / "balls", presses=10)
+    balls, deep = (deeper_set(tmp_path / str(times), times) for times in (1.0, 1.3))
     pressed = make_rendered_set(tmp_path / "pressed", presses=2, seed=5, noise_grey_levels=0)
-    kept = sensor_pixels(balls.folder, [pressed.folder])
-    fewer = sensor_pixels(balls.folder, [pressed.folder], 600)
-    assert len(fewer["slopes"]) == 600 and (fewer["shading"] == kept["shading"]).all()
+    kept = sensor_arrays(balls, deep, [pressed.folder])
+    fewer = sensor_arrays(balls, deep, [pressed.folder], 600)
+    assert len(fewer["slopes"]) == 600 and (fewer["shallow"] == kept["shallow"]).all()
     assert np.isfinite(kept["collar"]).all() and kept["collar"].shape == (1,)
+    assert 0 < kept["caps"][0] < kept["caps"][1]
+    with pytest.raises(WedgeError, match="go in no deeper than"):
+        sensor_arrays(deep, balls, [pressed.folder])
     width, height = SIZE_PX
     column, row = ((kept["position"] + 1) * [width, height] / 2 - 0.5).round().astype(int).T
     slopes = np.stack([gradient_of((x.center_x_px, x.center_y_px, x.contact_radius_px))
@@ -259,5 +311,5 @@ def test_pixels_that_are_kept_have_the_slopes_and_the_colours_of_their_frames(tm
     light, blank = np.stack([shaded(one) for one in slopes]), shaded(0 * slopes[0])
     change = light[of, row, column] / blank[row, column] - 1
     assert np.abs(kept["change"] - change)[inside].mean() < 0.03
-    told = color_changes(kept["shading"], true.astype(np.float32), np.float32(kept["position"]))
+    told = color_changes(kept["shallow"], true.astype(np.float32), np.float32(kept["position"]))
     assert np.abs(told - change)[inside].mean() < 0.1 * np.abs(change)[inside].mean()

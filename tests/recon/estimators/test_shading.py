@@ -36,7 +36,13 @@ def balls(presses, per_press=200, noise=0.0, seed=0):
     slopes[::4] = 0  # flat gel
     position = (middle + 0.1 * slopes).astype(np.float32)
     color = color_at(slopes, position) + noise * rng.standard_normal((len(press), 3))
-    return Taught(color=color.astype(np.float32), position=position, slopes=slopes, press=press)
+    return Taught(
+        color=color.astype(np.float32),
+        position=position,
+        slopes=slopes,
+        cap=np.zeros(len(press), np.float32),
+        press=press,
+    )
 
 
 def light_of(taught):

@@ -29,6 +29,7 @@ def lit_from(azimuths_deg, count=2000, seed=0):
         hidden=np.zeros(count, bool),
         blank=np.full((count, 3), 0.5, np.float32),
         collar=np.full(count, np.nan, np.float32),
+        cap=np.zeros(count, np.float32),
     )
 
 
