@@ -4,6 +4,7 @@
 
 import shlex
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 CPU_INDEX = "https://download.pytorch.org/whl/cpu"
@@ -25,6 +26,9 @@ def how_to_install(extra: str) -> str:
     words = [sys.executable, "-m", "pip", "install"]
     if extra == "train":
         words += ["--extra-index-url", CPU_INDEX]
+    first = ""
+    if find_spec("pip") is None:  # uv makes environments without it
+        first = f"{shlex.join([sys.executable, '-m', 'ensurepip'])} && "
     if (ROOT / "wedge").is_file():
-        return f"run `{shlex.join([*words, '-e', f'{ROOT}[{extra}]'])}`"
-    return f"run `{shlex.join([*words, f'.[{extra}]'])}` in the checkout"
+        return f"run `{first}{shlex.join([*words, '-e', f'{ROOT}[{extra}]'])}`"
+    return f"run `{first}{shlex.join([*words, f'.[{extra}]'])}` in the checkout"

@@ -30,12 +30,21 @@ def test_an_extra_is_installed_from_the_checkout_and_torch_without_cuda(
 ) -> None:
     pip = [sys.executable, "-m", "pip", "install"]
     pip += ["--extra-index-url", CPU_INDEX] if extra == "train" else []
+    monkeypatch.setattr(sensor.extras, "find_spec", lambda _: "pip is here")
     _, command, place = how_to_install(extra).split("`")
     assert (shlex.split(command), place) == ([*pip, "-e", f"{ROOT}[{extra}]"], "")
     monkeypatch.setattr(sensor.extras, "ROOT", tmp_path)  # as in the packages of an environment
     _, command, place = how_to_install(extra).split("`")
     assert (shlex.split(command), place) == ([*pip, f".[{extra}]"], " in the checkout")
     assert f"'.[{extra}]'" in command  # zsh would read bare brackets as a pattern
+
+
+def test_where_pip_itself_is_missing_it_comes_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    here = how_to_install("live")
+    monkeypatch.setattr(sensor.extras, "find_spec", lambda _: None)  # as in environments of uv
+    first, _, then = how_to_install("live").split("`")[1].partition(" && ")
+    assert shlex.split(first) == [sys.executable, "-m", "ensurepip"]
+    assert then == here.split("`")[1].rpartition(" && ")[2]
 
 
 def test_the_page_takes_torch_from_where_the_command_does() -> None:
