@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tests.sensor.test_files import failing
-from tests.synthetic import make_dataset, make_rendered_set
+from tests.synthetic import make_dataset, make_deeper_set, make_rendered_set
 from validation import datasets
 
 SET = "SET"
@@ -25,7 +25,7 @@ COMMANDS = (
     "validation.rims SET",
     "benchmarks.agreement SET",
     "benchmarks.few_lights SET",
-    "benchmarks.rendered_pixels --sensor one SET SET --out unwritten",
+    "benchmarks.rendered_pixels --sensor one SET SET SET --out unwritten",
 )
 DOUBT = "benchmarks.doubt --sensor SET SET"  # reads a set after minutes, and looks it up before
 
@@ -73,8 +73,10 @@ def test_a_set_that_cannot_be_read_is_one_sentence(
 
 @pytest.fixture(scope="module")
 def untrue(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A set whose shape has an archive of depths where an array should be."""
-    folder = make_rendered_set(tmp_path_factory.mktemp("untrue") / "set", presses=4).folder
+    """A set whose shape has an archive of depths where an array should be; beside it deep balls."""
+    here = tmp_path_factory.mktemp("untrue")
+    make_deeper_set(here / "deep", presses=4)
+    folder = make_rendered_set(here / "set", presses=4).folder
     (folder / "shape.jpg").write_bytes((folder / "press00.jpg").read_bytes())
     with (folder / "truth" / "shape.npy").open("wb") as stream:
         np.savez(stream, np.load(folder / "truth" / "press00.npy"))
@@ -86,7 +88,7 @@ def untrue(tmp_path_factory: pytest.TempPathFactory) -> Path:
     [
         "benchmarks.axis_question",
         "benchmarks.few_lights SET --estimator table",
-        "benchmarks.rendered_pixels --sensor one SET SET --out unwritten",
+        "benchmarks.rendered_pixels --sensor one SET DEEP SET --out unwritten",
         "validation.beyond shapes SET --estimator table",
     ],
 )
@@ -95,7 +97,8 @@ def test_a_damaged_truth_is_one_sentence(
 ) -> None:
     monkeypatch.setattr("benchmarks.axis_question.on_bench_presses", lambda: ())
     monkeypatch.setattr("benchmarks.axis_question.TWINS", (untrue,))
-    said, _ = refused(command.replace(SET, str(untrue)), monkeypatch, capfd)
+    deep = str(untrue.with_name("deep"))
+    said, _ = refused(command.replace(SET, str(untrue)).replace("DEEP", deep), monkeypatch, capfd)
     assert said.startswith(f"{untrue}/truth/shape.npy is no whole array")
 
 
@@ -105,7 +108,7 @@ WRITING = (
     "benchmarks.contact --json",
     "benchmarks.doubt --json",
     "benchmarks.few_lights SET --json",
-    "benchmarks.rendered_pixels --sensor one SET SET --out",
+    "benchmarks.rendered_pixels --sensor one SET SET SET --out",
     "validation.beyond shapes SET --json",
     "validation.circles SET --json",
     "validation.label_noise SET --json",

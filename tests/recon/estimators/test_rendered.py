@@ -27,12 +27,18 @@ from recon.estimators.rendered import (
 from recon.estimators.shading import Taught, blank_colors, color_changes, fit_light
 from recon.estimators.surroundings import ASPECTS
 from recon.unet.weights import sha256_of
-from sensor.dataset import write_labels
 from sensor.design_file import load_design
 from sensor.errors import WedgeError
 from simulation.presses import skin_under
 from simulation.skin import gel_view
-from tests.synthetic import SIZE_PX, gradient_of, make_dataset, make_rendered_set, shaded
+from tests.synthetic import (
+    SIZE_PX,
+    gradient_of,
+    make_dataset,
+    make_deeper_set,
+    make_rendered_set,
+    shaded,
+)
 
 UNTOLD = (0.25, 0.25, 0.25, 0.4)
 """Of each sensor's colours, at most; shading tells least of the last, of gel 6.5 mm thick."""
@@ -281,16 +287,9 @@ def test_random_objects_press_into_the_gel_and_come_again():
         assert not np.array_equal(skin.depth_mm, else_.depth_mm)
 
 
-def deeper_set(folder, times):
-    """Balls whose circles are said to be so many times as wide."""
-    dataset = make_dataset(folder, presses=10)
-    wider = [replace(x, contact_radius_px=times * x.contact_radius_px) for x in dataset.labels]
-    write_labels(folder / "labels.csv", wider)
-    return folder
-
-
 def test_pixels_that_are_kept_have_the_slopes_and_the_colours_of_their_frames(tmp_path):
-    balls, deep = (deeper_set(tmp_path / str(times), times) for times in (1.0, 1.3))
+    balls = make_dataset(tmp_path / "balls", presses=10).folder
+    deep = make_deeper_set(tmp_path / "deep", presses=10).folder
     pressed = make_rendered_set(tmp_path / "pressed", presses=2, seed=5, noise_grey_levels=0)
     kept = sensor_arrays(balls, deep, [pressed.folder])
     fewer = sensor_arrays(balls, deep, [pressed.folder], 600)
