@@ -93,8 +93,13 @@ def main(
         )
         unit.save(out)
     print_error_table(measured)
-    doubts = (few_presses(presses), left_out_places(presses), deep_presses(presses))
-    for sentence in (*doubts, doubtful_ball(presses.presses)):
+    doubts = (
+        few_presses(presses),
+        left_out_places(presses),
+        deep_presses(presses),
+        doubtful_ball(presses.presses),
+    )
+    for sentence in doubts:
         if sentence:
             print(sentence)
     print(f"Unit folder: {out}")

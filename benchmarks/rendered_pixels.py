@@ -60,22 +60,17 @@ def sensor_arrays(balls: Path, deep: Path, rendered: Sequence[Path], count: int 
     Raises:
         WedgeError: a set cannot be used.
     """
-    shallow = _lesson(balls)
-    told = light_arrays(shallow, _lesson(deep))
-    if np.diff(told["caps"])[0] <= 0:
+    shallower, deeper = _lesson(balls), _lesson(deep)
+    caps = np.array([_mean_cap(shallower), _mean_cap(deeper)], np.float32)
+    if caps[1] <= caps[0]:
         raise WedgeError(f"{deep}: its balls go in no deeper than those of {balls}.")
-    light = fit_light(shallow.position, shallow.blank)
-    return told | _pressed(light, rendered, count)
-
-
-def light_arrays(shallow: Pixels, deep: Pixels) -> Arrays:
-    """What ``RenderedSensor`` holds of one sensor's light and gel, told by its balls."""
-    return {
-        "shallow": _shading(shallow),
-        "deep": _shading(deep),
-        "caps": np.array([_mean_cap(shallow), _mean_cap(deep)], np.float32),
-        "collar": np.array([collar_of(shallow)], np.float32),
+    told = {
+        "shallow": _shading(shallower),
+        "deep": _shading(deeper),
+        "caps": caps,
+        "collar": np.array([collar_of(shallower)], np.float32),
     }
+    return told | _pressed(fit_light(shallower.position, shallower.blank), rendered, count)
 
 
 def _lesson(balls: Path) -> Pixels:

@@ -41,7 +41,7 @@ FILE = Path(__file__).parents[1] / "weights" / "rendered.safetensors"
 VERSION = "6"
 """Of the arrays and of what is looked at around a pixel."""
 GENTLEST, STEEPEST = 0.02, 1.0
-"""Slopes of the balls' pixels from which the mix is told: rendered balls are not pressed deeper."""
+"""Slopes of the balls' pixels from which the mix and the rendered lights are told."""
 DEEPNESS = tuple(np.arange(0, 2.01, 0.125).tolist())
 """Tried; a sensor's light may change less or more with depth than the rendered one's."""
 BETWEEN = -0.5, 1.5

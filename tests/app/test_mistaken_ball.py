@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A ball stated wrongly, and stated right afterwards; sets not to be labelled; too few presses."""
+"""A ball stated wrongly, and stated right afterwards; sets not to label; presses few or deep."""
 
 import shlex
 from concurrent.futures import ThreadPoolExecutor
@@ -10,9 +10,10 @@ import pytest
 
 import app._workers
 import app.calibrate
+from recon.presses import deep_presses, read_presses
 from sensor.dataset import read_dataset, write_card, write_labels
 from tests.app.test_commands import refused, run
-from tests.synthetic import MM_PER_PX, make_dataset
+from tests.synthetic import MM_PER_PX, make_dataset, make_deeper_set
 
 
 @pytest.fixture(autouse=True)
@@ -108,3 +109,12 @@ def test_a_unit_of_few_presses_is_not_to_be_trusted(tmp_path, capsys, presses, f
     words = ("calibrate", folder, "--out", tmp_path / "unit", "--estimator", "table")
     assert run(*words) == 0
     assert ("9 presses: too few to trust" in capsys.readouterr().out) == few
+
+
+def test_a_unit_of_balls_pressed_deep_is_said_to_teach_less(tmp_path, capsys):
+    dataset = make_deeper_set(tmp_path / "set", presses=10)
+    stated(dataset, 2.4)
+    sentence = deep_presses(read_presses(read_dataset(dataset.folder)))
+    words = ("calibrate", dataset.folder, "--out", tmp_path / "unit", "--estimator", "table")
+    assert run(*words) == 0
+    assert sentence is not None and sentence in " ".join(capsys.readouterr().out.split())
