@@ -16,11 +16,12 @@ from recon.estimators.default import (
     raw_inputs,
     slopes_of,
 )
+from recon.estimators.elsewhere import here_and_elsewhere, times_elsewhere
 from recon.estimators.lean import Lean, fit_lean, lean_at
 from recon.estimators.mlp import channel_indices
 from recon.estimators.networks import Layer, answers, members_of
 from recon.estimators.rendered import rendered_pixels
-from recon.estimators.shading import Light, Taught, fit_light
+from recon.estimators.shading import Light, Taught, fit_light, fit_shading
 from recon.estimators.shown import shown_axes
 from recon.estimators.surroundings import columns_around, of_other_sizes
 from recon.pixels import Pixels
@@ -76,7 +77,7 @@ def fit_default(pixels: Pixels, channels: str, seed: int, progress: Progress) ->
 
 @dataclass(frozen=True, kw_only=True)
 class _Told:
-    """Pixels of balls, then of rendered presses, as the networks are told of them."""
+    """Pixels of balls, some of them elsewhere, then of rendered presses, as networks are told."""
 
     light: Light
     gel: Lean
@@ -88,8 +89,11 @@ class _Told:
     """Of the dent, mm/mm."""
     of_balls: Bool[np.ndarray, " n"]
     unseen: Bool[np.ndarray, " n"]
-    """Which measure the error: those of some balls, and some of the rendered."""
-    unseen_inputs: Float32[np.ndarray, "u f"]
+    """Which the network that measures the error does not learn from: of some balls, and some of the
+    rendered."""
+    measured: Int[np.ndarray, " m"]
+    """Those of them that it is measured by: of balls where they were pressed."""
+    measured_inputs: Float32[np.ndarray, "m f"]
     """What those show, of balls of their own size."""
 
 
@@ -137,17 +141,20 @@ def _told(pixels: Pixels, channels: str, seed: int) -> _Told:
     """The dent's slopes and each pixel's scaled inputs, from labels and prepared colours."""
     chosen = channel_indices(channels)
     taught, light, gel = dents(pixels, chosen)
-    count = round(RENDERED * len(pixels))
+    times = times_elsewhere(len(np.unique(pixels.press)))
+    count = round(RENDERED * (1 + times) * len(pixels))
     other, unexplained = rendered_pixels(taught, light, collar_of(pixels), count, seed)
     # Squared, as even of a light that is much alike a little is left unexplained.
     kept = with_some_collars(pixels, min(1.0, unexplained / UNLIKE) ** 2, seed)
     around = pixels.color[kept][:, columns_around(chosen)]
     beside = taught[kept]
     own = raw_inputs(beside.color, around, light, beside.position)
-    sized = of_other_sizes(around, _sizes(len(kept), seed))
-    resized = raw_inputs(beside.color, sized, light, beside.position)
     others = raw_inputs(other.color, other.around, light, other.position)
     mean, spread = own.mean(0), np.maximum(own.std(0), 1e-3)
+    shading = fit_shading(taught, light)
+    balls, around = here_and_elsewhere(beside, around, light, shading, times, seed)
+    sized = of_other_sizes(around, _sizes(len(around), seed))
+    resized = raw_inputs(balls.color, sized, light, balls.position)
     unseen = np.unique(beside.press, return_inverse=True)[1] % LEFT_OUT == 0
     unseen_others = np.arange(len(others)) % LEFT_OUT == 0
     return _Told(
@@ -156,10 +163,13 @@ def _told(pixels: Pixels, channels: str, seed: int) -> _Told:
         mean=mean,
         spread=spread,
         inputs=(np.concatenate([resized, others]) - mean) / spread,
-        slopes=np.concatenate([beside.slopes, other.slopes]),
-        of_balls=np.arange(len(own) + len(others)) < len(own),
-        unseen=np.concatenate([unseen, unseen_others]),
-        unseen_inputs=(np.concatenate([own[unseen], others[unseen_others]]) - mean) / spread,
+        slopes=np.concatenate([balls.slopes, other.slopes]),
+        of_balls=np.arange(len(resized) + len(others)) < len(resized),
+        unseen=np.concatenate([np.tile(unseen, 1 + times), unseen_others]),
+        measured=np.concatenate(
+            [np.flatnonzero(unseen), len(resized) + np.flatnonzero(unseen_others)]
+        ),
+        measured_inputs=(np.concatenate([own[unseen], others[unseen_others]]) - mean) / spread,
     )
 
 
@@ -185,9 +195,9 @@ def _measured_error90(told: _Told, layers: tuple[Layer, ...]) -> Float32[np.ndar
     On balls, and on rendered things at slopes that no ball shows; where neither has enough, as at
     the nearest gentler slope.
     """
-    slopes = slopes_of(answers(layers, MEMBERS, told.unseen_inputs))
-    errors = np.abs(slopes - told.slopes[told.unseen])
-    of_balls = told.of_balls[told.unseen]
+    slopes = slopes_of(answers(layers, MEMBERS, told.measured_inputs))
+    errors = np.abs(slopes - told.slopes[told.measured])
+    of_balls = told.of_balls[told.measured]
     by_balls, by_others = (_error90(slopes[some], errors[some]) for some in (of_balls, ~of_balls))
     table = np.where(np.isnan(by_balls), by_others, by_balls)
     known = np.flatnonzero(np.isfinite(table[:, 0]))

@@ -96,6 +96,23 @@ def fit_shading(taught: Taught, light: Light) -> Shading:
     return _solved(square + best * weight, product)
 
 
+def answers_at(shading: Shading, position: Pairs) -> Float64[np.ndarray, "n tilts k"]:
+    """How the colours' changes at some positions answer each of ``tilt_terms``."""
+    places = _powers(position.astype(np.float64), PLACE_POWERS)
+    terms = shading.reshape(-1, places.shape[1], shading.shape[1])
+    return np.einsum("np,tpk->ntk", places, terms)
+
+
+def tilt_terms(slopes: Pairs) -> Float64[np.ndarray, "n t"]:
+    """The products of up to three of the normal's components that colours answer."""
+    gx, gy = slopes.T.astype(np.float64)
+    upright = 1 / np.sqrt(1 + gx**2 + gy**2)
+    x, y, fallen = gx * upright, gy * upright, 1 - upright
+    tilts = [x, y, fallen, x**2 - y**2, x * y, x * fallen, y * fallen]
+    tilts += [x**3 - 3 * x * y**2, 3 * x**2 * y - y**3]
+    return np.stack(tilts, 1)
+
+
 def _powers(position: np.ndarray, powers: tuple[tuple[int, int], ...]) -> np.ndarray:
     highest = 1 + max(i for i, _ in powers)
     x, y = ([along**i for i in range(highest)] for along in position.T)
@@ -104,14 +121,9 @@ def _powers(position: np.ndarray, powers: tuple[tuple[int, int], ...]) -> np.nda
 
 def _terms(slopes: Pairs, position: Pairs) -> Float64[np.ndarray, "n t"]:
     """Each product of up to three of the normal's components with each power of the place."""
-    gx, gy = slopes.T.astype(np.float64)
-    upright = 1 / np.sqrt(1 + gx**2 + gy**2)
-    x, y, fallen = gx * upright, gy * upright, 1 - upright
-    tilts = [x, y, fallen, x**2 - y**2, x * y, x * fallen, y * fallen]
-    tilts += [x**3 - 3 * x * y**2, 3 * x**2 * y - y**3]
     places = _powers(position.astype(np.float64), PLACE_POWERS)
-    products = np.stack(tilts, 1)[:, :, None] * places[:, None, :]
-    return products.reshape(len(slopes), len(tilts) * places.shape[1])
+    products = tilt_terms(slopes)[:, :, None] * places[:, None, :]
+    return products.reshape(len(slopes), products.shape[1] * products.shape[2])
 
 
 def _solved(square: Float64[np.ndarray, "t t"], product: Float64[np.ndarray, "t c"]) -> np.ndarray:

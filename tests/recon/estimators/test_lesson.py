@@ -21,6 +21,7 @@ from recon.estimators.default import (
     slopes_of,
 )
 from recon.estimators.default_fit import OTHER_SIZES, RENDERED, UNLIKE, collar_of, with_some_collars
+from recon.estimators.elsewhere import times_elsewhere
 from recon.estimators.lean import FLAT
 from recon.estimators.lesson import (
     COLLAR_PIXELS,
@@ -127,7 +128,7 @@ def rendered_of(count: int) -> SeenPixels:
 def test_the_less_a_light_is_like_a_rendered_one_the_more_of_its_own_collars_are_taught(
     monkeypatch, unexplained, share
 ):
-    """Contacts and still gel are taught whatever the light is like."""
+    """Contacts and still gel are taught whatever the light is like; few presses, several times."""
     rendered, learnt = [], []
 
     def drawn(taught, light, collar, count, seed):
@@ -144,10 +145,11 @@ def test_the_less_a_light_is_like_a_rendered_one_the_more_of_its_own_collars_are
     with pytest.raises(InterruptedError):
         fit_estimator("default", pixels, "RGB", 0)
     collars = round(share * 3 * COLLAR_PIXELS)
-    assert len(learnt[0]) == len(pixels) - 3 * COLLAR_PIXELS + collars
-    assert (~learnt[0].any(1)).sum() == (~pixels.gradient.any(1)).sum()
+    times = 1 + times_elsewhere(3)
+    assert len(learnt[0]) == times * (len(pixels) - 3 * COLLAR_PIXELS + collars)
+    assert (~learnt[0].any(1)).sum() == times * (~pixels.gradient.any(1)).sum()
     # As many rendered pixels as ever take the place of what is left out.
-    assert rendered == [round(RENDERED * len(pixels))]
+    assert rendered == [round(RENDERED * times * len(pixels))]
 
 
 def test_of_the_networks_one_leaves_a_third_of_all_out_and_the_others_none(monkeypatch):
@@ -165,10 +167,11 @@ def test_of_the_networks_one_leaves_a_third_of_all_out_and_the_others_none(monke
     with pytest.raises(InterruptedError):
         fit_estimator("default", pixels, "RGB", 0)
     *members, last = [set(chosen.tolist()) for chosen in taught]
-    everything = set(range(len(pixels) + 6))  # the rendered pixels come last
+    press = np.tile(pixels.press, 1 + times_elsewhere(5))  # elsewhere they are left out as well
+    everything = set(range(len(press) + 6))  # the rendered pixels come last
     assert members == [everything] * MEMBERS
-    rendered = {len(pixels), len(pixels) + 3}
-    assert everything - last == rendered | set(np.flatnonzero(pixels.press % 3 == 0).tolist())
+    rendered = {len(press), len(press) + 3}
+    assert everything - last == rendered | set(np.flatnonzero(press % 3 == 0).tolist())
 
 
 def test_half_of_the_balls_are_taught_as_of_other_sizes_in_nothing_but_what_lies_around(
@@ -330,7 +333,8 @@ def test_how_wrong_steep_slopes_are_is_told_by_what_shows_them(monkeypatch, othe
         slopes=np.float32(read + off),
         of_balls=of_balls,
         unseen=unseen,
-        unseen_inputs=read[unseen],
+        measured=np.flatnonzero(unseen),
+        measured_inputs=read[unseen],
     )
     monkeypatch.setattr(default_fit, "answers", lambda _layers, _member, rows: normal_of(rows))
     table = default_fit._measured_error90(told, ()).mean(1) / 1.645

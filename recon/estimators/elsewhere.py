@@ -1,0 +1,112 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Few balls, as they would look a little elsewhere on the pad.
+
+Networks that are told where a pixel lies learn by heart what single presses show there: a circle
+that is a little off, dots that were filled in. Where many balls were pressed at one place that
+averages out. Few balls are taught elsewhere as well: what their colours would change on the way
+the model of the light (``shading``) says, and what it does not explain of them comes along.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Float32, Float64
+
+from recon.estimators.shading import (
+    DARKEST,
+    Light,
+    Shading,
+    Taught,
+    answers_at,
+    blank_colors,
+    tilt_terms,
+)
+
+FULL = 30
+"""Presses that are many: half as many and fewer are taught elsewhere."""
+MOST = 3
+"""Times that a ball is taught elsewhere."""
+FARTHEST = 0.2
+"""Along each axis, of half of the pad: the model holds for a while."""
+RIDGE = 1e-2
+"""Of the mean square of a colour's answer: colours that answer alike are not told apart."""
+
+Around = Float32[np.ndarray, "n a"]
+Answers = Float64[np.ndarray, "n t k"]
+
+
+def times_elsewhere(presses: int) -> int:
+    """How often the balls of so many presses are taught elsewhere: together they are then many."""
+    return max(0, min(MOST, FULL // presses - 1))
+
+
+def here_and_elsewhere(
+    taught: Taught,
+    around: Around,
+    light: Light,
+    shading: Shading,
+    times: int,
+    seed: int,
+) -> tuple[Taught, Float32[np.ndarray, "m a"]]:
+    """Pixels of dents as they are, then that many times elsewhere, and what lies around each.
+
+    Args:
+        taught: pixels of dents.
+        around: what lies around them, all colours of each aspect.
+        light: of the blank gel.
+        shading: how its colours answer tilt.
+        times: that each is taught elsewhere.
+        seed: draws the places.
+    """
+    random = np.random.default_rng([seed, 3])
+    every = [(taught, around)]
+    every += [elsewhere(taught, around, light, shading, random) for _ in range(times)]
+    joined = {
+        name: np.concatenate([getattr(some, name) for some, _ in every]) for name in vars(taught)
+    }
+    return Taught(**joined), np.concatenate([beside for _, beside in every])
+
+
+def elsewhere(
+    taught: Taught, around: Around, light: Light, shading: Shading, random: np.random.Generator
+) -> tuple[Taught, Around]:
+    """The same dents, every pixel moved by a random length of its own, and what lies around it.
+
+    Args:
+        taught: pixels of dents.
+        around: what lies around them, all colours of each aspect.
+        light: of the blank gel.
+        shading: how its colours answer tilt.
+        random: draws the lengths.
+    """
+    start = taught.position
+    moves = random.uniform(-FARTHEST, FARTHEST, start.shape)
+    end = np.clip(start + moves, -1, 1).astype(np.float32)
+    before, after = (np.maximum(blank_colors(light, at), DARKEST) for at in (start, end))
+    here, there = answers_at(shading, start), answers_at(shading, end)
+    tilts = tilt_terms(taught.slopes)
+    told_here, told_there = (np.einsum("nt,ntk->nk", tilts, answers) for answers in (here, there))
+    on_the_way = _mixes(here, there, tilts[tilts.any(1)])
+    untold = np.einsum("nk,nkl->nl", taught.color / before - told_here, on_the_way)
+    aspects = around.reshape(len(around), -1, taught.color.shape[1]) / before[:, None]
+    moved = np.einsum("nak,nkl->nal", aspects, on_the_way) * after[:, None]
+    color = ((told_there + untold) * after).astype(np.float32)
+    around_there = moved.reshape(around.shape).astype(np.float32)
+    return replace(taught, color=color, position=end), around_there
+
+
+def _mixes(
+    here: Answers, there: Answers, tilts: Float64[np.ndarray, "m t"]
+) -> Float64[np.ndarray, "n k k"]:
+    """What mix of the colours' changes here is closest to those there, of all tilts seen.
+
+    Each pixel's by least squares over the tilts, with a ridge toward the same colours.
+    """
+    weighed = np.einsum("tu,nuk->ntk", tilts.T @ tilts / max(len(tilts), 1), here)
+    square = np.einsum("ntk,ntl->nkl", weighed, here)
+    product = np.einsum("ntk,ntl->nkl", weighed, there)
+    count = here.shape[2]
+    mean = np.trace(square, axis1=1, axis2=2)[:, None, None] / count
+    ridge = (RIDGE * mean + 1e-12) * np.eye(count)
+    return np.linalg.solve(square + ridge, product + ridge)
