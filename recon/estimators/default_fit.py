@@ -151,8 +151,10 @@ def _told(pixels: Pixels, channels: str, seed: int) -> _Told:
     own = raw_inputs(beside.color, around, light, beside.position)
     others = raw_inputs(other.color, other.around, light, other.position)
     mean, spread = own.mean(0), np.maximum(own.std(0), 1e-3)
-    shading = fit_shading(taught, light)
-    balls, around = here_and_elsewhere(beside, around, light, shading, times, seed)
+    balls = beside
+    if times:
+        shading = fit_shading(taught, light)
+        balls, around = here_and_elsewhere(beside, around, light, shading, times, seed)
     sized = of_other_sizes(around, _sizes(len(around), seed))
     resized = raw_inputs(balls.color, sized, light, balls.position)
     unseen = np.unique(beside.press, return_inverse=True)[1] % LEFT_OUT == 0
