@@ -172,6 +172,10 @@ def test_of_the_networks_one_leaves_a_third_of_all_out_and_the_others_none(monke
     assert members == [everything] * MEMBERS
     rendered = {len(press), len(press) + 3}
     assert everything - last == rendered | set(np.flatnonzero(press % 3 == 0).tolist())
+    # The error is measured where balls were pressed, not where they are thought to be elsewhere.
+    told = default_fit._told(pixels, "RGB", 0)
+    pressed = set(np.flatnonzero(pixels.press % 3 == 0).tolist())
+    assert set(told.measured.tolist()) == rendered | pressed
 
 
 def test_half_of_the_balls_are_taught_as_of_other_sizes_in_nothing_but_what_lies_around(
