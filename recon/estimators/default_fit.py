@@ -16,7 +16,7 @@ from recon.estimators.default import (
     raw_inputs,
     slopes_of,
 )
-from recon.estimators.elsewhere import here_and_elsewhere, times_elsewhere
+from recon.estimators.elsewhere import covered_by, here_and_elsewhere, times_elsewhere
 from recon.estimators.lean import Lean, fit_lean, lean_at
 from recon.estimators.mlp import channel_indices
 from recon.estimators.networks import Layer, answers, members_of
@@ -38,6 +38,8 @@ LEANING = 0.6
 """Of the lean that colours tell, what labels lean by: some is light that a dent turns away."""
 RENDERED = 2.0
 """Pixels of rendered things for one of the balls."""
+RENDERED_BESIDE_ELSEWHERE = 1.0
+"""For one of the balls where those are taught elsewhere as well."""
 FEWEST_COLLARS = 3
 """Presses whose gel beside the contact was fitted, from which a sensor's is told."""
 OTHER_SIZES = 0.8, 1.8
@@ -141,8 +143,9 @@ def _told(pixels: Pixels, channels: str, seed: int) -> _Told:
     """The dent's slopes and each pixel's scaled inputs, from labels and prepared colours."""
     chosen = channel_indices(channels)
     taught, light, gel = dents(pixels, chosen)
-    times = times_elsewhere(len(np.unique(pixels.press)))
-    count = round(RENDERED * (1 + times) * len(pixels))
+    times = times_elsewhere(len(np.unique(pixels.press)), covered_by(pixels))
+    for_one = RENDERED_BESIDE_ELSEWHERE if times else RENDERED
+    count = round(for_one * (1 + times) * len(pixels))
     other, unexplained = rendered_pixels(taught, light, collar_of(pixels), count, seed)
     # Squared, as even of a light that is much alike a little is left unexplained.
     kept = with_some_collars(pixels, min(1.0, unexplained / UNLIKE) ** 2, seed)

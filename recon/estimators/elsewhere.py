@@ -1,11 +1,12 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Few balls, as they would look a little elsewhere on the pad.
+"""Few balls, as they would look elsewhere on the pad.
 
 Networks that are told where a pixel lies learn by heart what single presses show there: a circle
 that is a little off, dots that were filled in. Where many balls were pressed at one place that
-averages out. Few balls are taught elsewhere as well: what their colours would change on the way
-the model of the light (``shading``) says, and what it does not explain of them comes along.
+averages out. Few balls that leave most of the pad untouched are taught all over it: what their
+colours would change on the way the model of the light (``shading``) says, and what it does not
+explain of them comes along.
 """
 
 from dataclasses import replace
@@ -22,13 +23,17 @@ from recon.estimators.shading import (
     blank_colors,
     tilt_terms,
 )
+from recon.pixels import Pixels
 
 FULL = 30
 """Presses that are many: half as many and fewer are taught elsewhere."""
 MOST = 3
 """Times that a ball is taught elsewhere."""
-FARTHEST = 0.2
-"""Along each axis, of half of the pad: the model holds for a while."""
+COVERED = 0.42
+"""Of the pad: where contacts touch more of it, little is left to learn by heart, and the model of
+the light may err more."""
+CELLS = 32
+"""Of the pad along each axis, which a contact touches or not."""
 RIDGE = 1e-2
 """Of the mean square of a colour's answer: colours that answer alike are not told apart."""
 
@@ -36,9 +41,21 @@ Around = Float32[np.ndarray, "n a"]
 Answers = Float64[np.ndarray, "n t k"]
 
 
-def times_elsewhere(presses: int) -> int:
-    """How often the balls of so many presses are taught elsewhere: together they are then many."""
-    return max(0, min(MOST, FULL // presses - 1))
+def times_elsewhere(presses: int, covered: float) -> int:
+    """How often the balls of so many presses are taught elsewhere: together they are then many.
+
+    Args:
+        presses: that are taught.
+        covered: what share of the pad their contacts touch.
+    """
+    return max(0, min(MOST, FULL // presses - 1)) if covered < COVERED else 0
+
+
+def covered_by(pixels: Pixels) -> float:
+    """What share of the pad's cells holds a pixel of any contact."""
+    inside = pixels.position[pixels.contact]
+    cells = np.clip((inside + 1) * (CELLS / 2), 0, CELLS - 1).astype(int)
+    return len(np.unique(cells @ [CELLS, 1])) / CELLS**2
 
 
 def here_and_elsewhere(
@@ -71,18 +88,17 @@ def here_and_elsewhere(
 def elsewhere(
     taught: Taught, around: Around, light: Light, shading: Shading, random: np.random.Generator
 ) -> tuple[Taught, Around]:
-    """The same dents, every pixel moved by a random length of its own, and what lies around it.
+    """The same dents, every pixel at a random place of its own, and what lies around it.
 
     Args:
         taught: pixels of dents.
         around: what lies around them, all colours of each aspect.
         light: of the blank gel.
         shading: how its colours answer tilt.
-        random: draws the lengths.
+        random: draws the places.
     """
     start = taught.position
-    moves = random.uniform(-FARTHEST, FARTHEST, start.shape)
-    end = np.clip(start + moves, -1, 1).astype(np.float32)
+    end = random.uniform(-1, 1, start.shape).astype(np.float32)
     before, after = (np.maximum(blank_colors(light, at), DARKEST) for at in (start, end))
     here, there = answers_at(shading, start), answers_at(shading, end)
     tilts = tilt_terms(taught.slopes)

@@ -20,8 +20,15 @@ from recon.estimators.default import (
     settled,
     slopes_of,
 )
-from recon.estimators.default_fit import OTHER_SIZES, RENDERED, UNLIKE, collar_of, with_some_collars
-from recon.estimators.elsewhere import times_elsewhere
+from recon.estimators.default_fit import (
+    OTHER_SIZES,
+    RENDERED,
+    RENDERED_BESIDE_ELSEWHERE,
+    UNLIKE,
+    collar_of,
+    with_some_collars,
+)
+from recon.estimators.elsewhere import MOST, covered_by, times_elsewhere
 from recon.estimators.lean import FLAT
 from recon.estimators.lesson import (
     COLLAR_PIXELS,
@@ -125,10 +132,17 @@ def rendered_of(count: int) -> SeenPixels:
 @pytest.mark.parametrize(
     ("unexplained", "share"), [(0.0, 0.0), (UNLIKE / 2, 0.25), (UNLIKE, 1), (1.0, 1)]
 )
+@pytest.mark.parametrize(
+    ("covered", "copies", "for_one"),
+    [(0.1, 1 + MOST, RENDERED_BESIDE_ELSEWHERE), (0.5, 1, RENDERED)],
+)
 def test_the_less_a_light_is_like_a_rendered_one_the_more_of_its_own_collars_are_taught(
-    monkeypatch, unexplained, share
+    monkeypatch, unexplained, share, covered, copies, for_one
 ):
-    """Contacts and still gel are taught whatever the light is like; few presses, several times."""
+    """Contacts and still gel are taught whatever the light is like.
+
+    Presses that are few and leave most of the pad out, several times.
+    """
     rendered, learnt = [], []
 
     def drawn(taught, light, collar, count, seed):
@@ -141,15 +155,15 @@ def test_the_less_a_light_is_like_a_rendered_one_the_more_of_its_own_collars_are
 
     monkeypatch.setattr("recon.estimators.default_fit.rendered_pixels", drawn)
     monkeypatch.setattr("recon.estimators.default_training.train", trained)
+    monkeypatch.setattr("recon.estimators.default_fit.covered_by", lambda _: covered)
     pixels = join([training_pixels("default", elastic_press(TRUE_MM), k, 0) for k in range(3)])
     with pytest.raises(InterruptedError):
         fit_estimator("default", pixels, "RGB", 0)
     collars = round(share * 3 * COLLAR_PIXELS)
-    times = 1 + times_elsewhere(3)
-    assert len(learnt[0]) == times * (len(pixels) - 3 * COLLAR_PIXELS + collars)
-    assert (~learnt[0].any(1)).sum() == times * (~pixels.gradient.any(1)).sum()
+    assert len(learnt[0]) == copies * (len(pixels) - 3 * COLLAR_PIXELS + collars)
+    assert (~learnt[0].any(1)).sum() == copies * (~pixels.gradient.any(1)).sum()
     # As many rendered pixels as ever take the place of what is left out.
-    assert rendered == [round(RENDERED * times * len(pixels))]
+    assert rendered == [round(for_one * copies * len(pixels))]
 
 
 def test_of_the_networks_one_leaves_a_third_of_all_out_and_the_others_none(monkeypatch):
@@ -167,7 +181,9 @@ def test_of_the_networks_one_leaves_a_third_of_all_out_and_the_others_none(monke
     with pytest.raises(InterruptedError):
         fit_estimator("default", pixels, "RGB", 0)
     *members, last = [set(chosen.tolist()) for chosen in taught]
-    press = np.tile(pixels.press, 1 + times_elsewhere(5))  # elsewhere they are left out as well
+    press = np.tile(
+        pixels.press, 1 + times_elsewhere(5, covered_by(pixels))
+    )  # elsewhere they are left out as well
     everything = set(range(len(press) + 6))  # the rendered pixels come last
     assert members == [everything] * MEMBERS
     rendered = {len(press), len(press) + 3}
