@@ -63,7 +63,8 @@ def infer_missing_axis(
             weights are missing or damaged.
     """
     if axis == "x":
-        measured = np.stack([np.zeros_like(known), known], -1)
+        measured = np.zeros((*known.shape, 2), np.float32)
+        measured[..., 1] = known
         return complete(measured, mm_per_px, both=False, support=support, weights=weights)
     # The network infers x from y; the transposed surface has its axes swapped.
     swapped = infer_missing_axis(
@@ -115,8 +116,9 @@ def complete(
     seen = resampled(np.asarray(measured, np.float32), rows, columns)
     moved = resampled(support.astype(np.float32)[..., None], rows, columns)[..., 0] > 0
     stride = unet.stride(weights)
-    flat_gel = ((0, 0), (0, -rows % stride), (0, -columns % stride))
-    maps = np.pad(unet.network_input(seen, moved, both=both), flat_gel)
+    maps = unet.network_input(seen, moved, both=both)
+    if rows % stride or columns % stride:  # flat gel up to the next multiple
+        maps = np.pad(maps, ((0, 0), (0, -rows % stride), (0, -columns % stride)))
     found = unet.forward(weights, maps)[:, :rows, :columns].transpose(1, 2, 0)
     found = resampled(found, h, w)
     gradient = np.where(support[..., None], found[..., :2], np.float32(0))
