@@ -6,11 +6,12 @@
 (() => {
   const style = document.createElement("style");
   style.textContent = `
-    .wedge-view { display: flex; gap: 14px; background: #fff; color: #1c1f24; border: 1px solid #dde; border-radius: 8px; margin: 1rem 0; min-height: 120px; }
+    .wedge-view { display: flex; gap: 14px; background: #fff; color: #1c1f24; border: 1px solid #dde; border-radius: 8px; margin: 1rem 0; min-height: 462px; }
     .wedge-view canvas { flex: 1; min-width: 0; height: 460px; cursor: grab; touch-action: none; border-radius: 8px; }
     .wedge-view > div { width: 230px; max-height: 440px; overflow: auto; padding: 10px; font: 13px/1.45 system-ui, sans-serif; }
     .wedge-view label { display: block; padding: 1px 0; } .wedge-view i { display: inline-block; width: 11px; height: 11px; margin: 0 5px; }
     .wedge-view p { margin: 2rem; }
+    @media print { .wedge-view:not([data-ready]) { display: none; } }
     @media (max-width: 760px) { .wedge-view { flex-direction: column; } .wedge-view > div { width: auto; } .wedge-view canvas { flex: none; } }`;
   document.head.append(style);
   const models = window.wedgeModels = window.wedgeModels || {};
@@ -95,5 +96,5 @@
   const seen = new IntersectionObserver(entries => {
     for (const entry of entries) if (entry.isIntersecting) { seen.unobserve(entry.target); load(entry.target); }
   }, {rootMargin: "200px"});
-  document.querySelectorAll(".wedge-view:not([data-watched])").forEach(root => { root.dataset.watched = "yes"; seen.observe(root); });
+  document.querySelectorAll(".wedge-view:not([data-watched])").forEach(root => { root.dataset.watched = "yes"; root.replaceChildren(); seen.observe(root); });
 })();

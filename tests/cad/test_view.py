@@ -87,6 +87,32 @@ def test_the_view_turns_and_hides_parts_from_the_disk(
     assert 0 < (gel[20:-20, 20:-20] != 255).any(axis=-1).mean() < 0.1
 
 
+def test_a_view_far_down_keeps_its_place_and_says_what_it_needs_in_a_page_alone(
+    page: object, fabricated: tuple[Path, Path], tmp_path: Path
+) -> None:
+    words = "needs JavaScript and the folder beside this page"
+    (tmp_path / "finger").symlink_to(fabricated[0])
+    sections = [fabrication_section({tmp_path / "finger": FINGER}, tmp_path)]
+    # Far down the page: what is not scrolled to is not set up yet.
+    lead = "Of files." + 200 * "<br>"
+    target = write_report(tmp_path, title="A page", lead="Of files.", sections=sections)
+    content = target.read_text().replace("Of files.", lead, 1)
+    target.write_text(content)
+    page.goto(target.as_uri())  # type: ignore[attr-defined]
+    page.wait_for_selector(".wedge-view[data-watched]", state="attached")  # type: ignore[attr-defined]
+    assert words not in page.locator("body").inner_text()  # type: ignore[attr-defined]
+    view = page.locator(".wedge-view")  # type: ignore[attr-defined]
+    height_px = view.bounding_box()["height"]
+    view.scroll_into_view_if_needed()
+    page.wait_for_selector(".wedge-view[data-ready]", timeout=60_000)  # type: ignore[attr-defined]
+    assert view.bounding_box()["height"] == height_px, "what lies below it jumps"
+    (tmp_path / "alone").mkdir()
+    alone = tmp_path / "alone" / "index.html"
+    alone.write_text(content)
+    page.goto(alone.as_uri())  # type: ignore[attr-defined]
+    assert words in view.inner_text()
+
+
 def test_a_page_without_its_model_says_so(page: object, tmp_path: Path) -> None:
     script = Path(__file__).parents[2] / "cad" / "data" / "viewer.js"
     (tmp_path / "viewer.js").write_bytes(script.read_bytes())
