@@ -19,7 +19,7 @@ from recon.estimators.elsewhere import (
 )
 from recon.estimators.shading import Taught, fit_light, fit_shading
 from recon.estimators.surroundings import ASPECTS
-from recon.pixels import BallPress, join, label_pixels
+from recon.pixels import RIM_PX, BallPress, join, label_pixels
 
 LIGHTS = np.array([[0.1, -0.9, 0.1], [0.8, 0.0, -0.8]])
 """How each colour answers the normal's components along x and y."""
@@ -104,10 +104,12 @@ def pressed(centers_px, radius_px, seed=0):
 
 
 @given(x=st.floats(80, 400), y=st.floats(80, 240), radius_px=st.floats(40, 79))
-def test_a_contact_covers_its_disc_and_half_a_cell_around(x, y, radius_px):
-    covered = covered_by(pressed([(x, y)], radius_px)) * 480 * 320
-    cell_px = 480 / CELLS
-    assert np.pi * (radius_px - 2) ** 2 <= covered <= np.pi * (radius_px + cell_px) ** 2
+def test_a_contact_covers_the_cells_that_its_disc_reaches(x, y, radius_px):
+    """Of cells a by b a disc dropped at random reaches (pi r^2 + 2 r (a + b)) / (a b) + 1."""
+    covered = covered_by(pressed([(x, y)], radius_px)) * CELLS**2
+    a, b, r = 480 / CELLS, 320 / CELLS, radius_px - RIM_PX
+    reached = (np.pi * r**2 + 2 * r * (a + b)) / (a * b) + 1
+    assert 0.84 <= covered / reached <= 1.09
 
 
 def test_where_contacts_overlap_the_pad_is_covered_once():

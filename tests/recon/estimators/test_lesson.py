@@ -181,9 +181,9 @@ def test_of_the_networks_one_leaves_a_third_of_all_out_and_the_others_none(monke
     with pytest.raises(InterruptedError):
         fit_estimator("default", pixels, "RGB", 0)
     *members, last = [set(chosen.tolist()) for chosen in taught]
-    press = np.tile(
-        pixels.press, 1 + times_elsewhere(5, covered_by(pixels))
-    )  # elsewhere they are left out as well
+    copies = 1 + times_elsewhere(5, covered_by(pixels))
+    assert copies > 1
+    press = np.tile(pixels.press, copies)  # elsewhere they are left out as well
     everything = set(range(len(press) + 6))  # the rendered pixels come last
     assert members == [everything] * MEMBERS
     rendered = {len(press), len(press) + 3}
