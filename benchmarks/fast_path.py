@@ -20,7 +20,7 @@ from scipy import fft
 from benchmarks.measurement import Measurement
 from recon.arrays import Frame
 from recon.calibration import Calibration
-from recon.estimators.default import MEMBERS, SLOPE_KNOTS, Default
+from recon.estimators.default import MEMBERS, MEMBERS_OF_FEW, SLOPE_KNOTS, Default
 from recon.estimators.lean import FLAT
 from recon.estimators.mlp import Mlp
 from recon.estimators.networks import HIDDEN
@@ -113,6 +113,7 @@ def _times(
     for where, ours, seen in (
         ("these presses", replace(unit, estimator=_default(0.02)), jpegs),
         ("all of the gel pressed", replace(unit, estimator=_default(1.0)), jpegs),
+        ("taught by few", replace(unit, estimator=_default(0.02, members=MEMBERS_OF_FEW)), jpegs),
         ("dots at rest", *_dotted(replace(unit, estimator=_default(0.02)), jpegs)),
         ("red and blue alone", _red_and_blue(unit), jpegs),
     ):
@@ -196,14 +197,14 @@ def _red_and_blue(unit: Calibration) -> Calibration:
     return replace(unit, card=card, estimator=_default(0.02, "RB"))
 
 
-def _default(gain: float, channels: str = "RGB") -> Default:
+def _default(gain: float, channels: str = "RGB", members: int = MEMBERS) -> Default:
     """Our estimator with weights of no unit: only how far its slopes reach tells in its time."""
     random, count = np.random.default_rng(0), len(channels)
     features = (2 + ASPECTS) * count + 2
     layers = tuple(
         (
-            random.normal(0, (gain if m == 2 else 1) / np.sqrt(n), (MEMBERS, n, m)).astype("f4"),
-            np.zeros((MEMBERS, m), np.float32),
+            random.normal(0, (gain if m == 2 else 1) / np.sqrt(n), (members, n, m)).astype("f4"),
+            np.zeros((members, m), np.float32),
         )
         for n, m in pairwise((features, *HIDDEN, 2))
     )

@@ -366,9 +366,9 @@ def _lessons(folder: Path, seed: int, estimator: str) -> tuple[Pixels, ...]:
     """What an estimator learns from each usable press, kept as long as its tasks follow."""
     labelled = _labelled(folder, seed)
     kind = ESTIMATORS.get(estimator)
-    if kind and kind.teach is label_pixels:  # the same as it is judged by: read no frame twice
+    if kind and not kind.teach:  # the same as it is judged by: read no frame twice
         return labelled.pixels
     return tuple(
-        training_pixels(estimator, labelled.reader.read(label), index, seed)
+        training_pixels(estimator, labelled.reader.read(label), index, seed, len(labelled.labels))
         for index, label in enumerate(labelled.labels)
     )

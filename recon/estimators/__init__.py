@@ -68,8 +68,8 @@ class GradientEstimator(Protocol):
         """Everything it learnt, as arrays for ``gradients.safetensors``."""
 
 
-Teach = Callable[[BallPress, int, int], Pixels]
-"""The pixels of a press to learn from; the press' index and a seed draw them."""
+Teach = Callable[[BallPress, int, int, int], Pixels]
+"""The pixels to learn from; the press' index and a seed draw them, and it is one of so many."""
 Fit = Callable[[Pixels, str, int, Progress], GradientEstimator]
 """Learn from labelled pixels, for some channels, with a seed."""
 Restore = Callable[[Mapping[str, np.ndarray], str], GradientEstimator]
@@ -79,27 +79,27 @@ Restore = Callable[[Mapping[str, np.ndarray], str], GradientEstimator]
 class Kind:
     """How an estimator is taught, fitted, and restored from what it learnt."""
 
-    teach: Teach
+    teach: Teach | None
+    """``None`` where it learns from what it is judged by (``label_pixels``)."""
     fit: Fit
     restore: Restore
 
 
 ESTIMATORS: Mapping[str, Kind] = {
     Default.name: Kind(teach=lesson_pixels, fit=fit_default, restore=Default.from_tensors),
-    Mlp.name: Kind(teach=label_pixels, fit=fit_mlp, restore=Mlp.from_tensors),
-    LookupTable.name: Kind(
-        teach=label_pixels, fit=fit_lookup_table, restore=LookupTable.from_tensors
-    ),
+    Mlp.name: Kind(teach=None, fit=fit_mlp, restore=Mlp.from_tensors),
+    LookupTable.name: Kind(teach=None, fit=fit_lookup_table, restore=LookupTable.from_tensors),
 }
 
 
-def training_pixels(name: str, press: BallPress, index: int, seed: int) -> Pixels:
-    """The pixels of one press that the estimator of that name learns from.
+def training_pixels(name: str, press: BallPress, index: int, seed: int, presses: int) -> Pixels:
+    """The pixels of one of so many presses that the estimator of that name learns from.
 
     Raises:
         WedgeError: no estimator has that name.
     """
-    return kind_of(name).teach(press, index, seed)
+    teach = kind_of(name).teach
+    return teach(press, index, seed, presses) if teach else label_pixels(press, index, seed)
 
 
 def lesson_of(name: str, presses: Sequence[BallPress], chosen: Sequence[int], seed: int) -> Pixels:
@@ -108,7 +108,8 @@ def lesson_of(name: str, presses: Sequence[BallPress], chosen: Sequence[int], se
     Raises:
         WedgeError: no estimator has that name.
     """
-    return join([training_pixels(name, presses[index], index, seed) for index in chosen])
+    count = len(chosen)
+    return join([training_pixels(name, presses[index], index, seed, count) for index in chosen])
 
 
 def fit_estimator(

@@ -39,6 +39,8 @@ from recon.still import FARTHEST, REACH
 
 MEMBERS = 2
 """Networks whose mean is taken."""
+MEMBERS_OF_FEW = 4
+"""The same, where few presses teach: of what these learn by heart each learns another part."""
 DRIFT_STEP_PX = 8
 LARGEST_DRIFT = 0.04
 """Of full scale, ten grey levels: a larger median is a contact and not the light's."""
@@ -146,8 +148,10 @@ class Default:
             "gel": FLAT.shape,
             "error90": (len(SLOPE_KNOTS), 2),
         }
+        of_few = tensors["weight0"].shape[:1] == (MEMBERS_OF_FEW,)
+        members = MEMBERS_OF_FEW if of_few else MEMBERS
         for index, shape in enumerate(pairwise((features, *HIDDEN, 2))):
-            shapes |= {f"weight{index}": (MEMBERS, *shape), f"bias{index}": (MEMBERS, shape[1])}
+            shapes |= {f"weight{index}": (members, *shape), f"bias{index}": (members, shape[1])}
         for key, wanted in shapes.items():
             if tensors[key].shape != wanted:
                 raise ValueError(f"{key} is {tensors[key].shape}, not {wanted}")

@@ -10,6 +10,7 @@ from jaxtyping import Bool, Float32, Int
 
 from recon.estimators.default import (
     MEMBERS,
+    MEMBERS_OF_FEW,
     SLOPE_KNOTS,
     Default,
     normal_of,
@@ -18,6 +19,7 @@ from recon.estimators.default import (
 )
 from recon.estimators.elsewhere import covered_by, here_and_elsewhere, times_elsewhere
 from recon.estimators.lean import Lean, fit_lean, lean_at
+from recon.estimators.lesson import FEW
 from recon.estimators.mlp import channel_indices
 from recon.estimators.networks import Layer, answers, members_of
 from recon.estimators.rendered import rendered_pixels
@@ -38,8 +40,8 @@ LEANING = 0.6
 """Of the lean that colours tell, what labels lean by: some is light that a dent turns away."""
 RENDERED = 2.0
 """Pixels of rendered things for one of the balls."""
-RENDERED_BESIDE_ELSEWHERE = 1.0
-"""For one of the balls where those are taught elsewhere as well."""
+RENDERED_BESIDE_FEW = 1.0
+"""For one of the balls where few presses teach more of them."""
 FEWEST_COLLARS = 3
 """Presses whose gel beside the contact was fitted, from which a sensor's is told."""
 OTHER_SIZES = 0.8, 1.8
@@ -70,7 +72,7 @@ def fit_default(pixels: Pixels, channels: str, seed: int, progress: Progress) ->
         light=told.light,
         mean=told.mean,
         spread=told.spread,
-        layers=members_of(layers, slice(MEMBERS)),
+        layers=members_of(layers, slice(told.members)),
         gel=told.gel,
         error90=_measured_error90(told, layers),
         reach=reach_of(collar_of(pixels)),
@@ -97,6 +99,8 @@ class _Told:
     """Those of them that it is measured by: of balls where they were pressed."""
     measured_inputs: Float32[np.ndarray, "m f"]
     """What those show, of balls of their own size."""
+    members: int
+    """Networks whose mean is taken."""
 
 
 def dents(pixels: Pixels, columns: list[int]) -> tuple[Taught, Light, Lean]:
@@ -143,8 +147,10 @@ def _told(pixels: Pixels, channels: str, seed: int) -> _Told:
     """The dent's slopes and each pixel's scaled inputs, from labels and prepared colours."""
     chosen = channel_indices(channels)
     taught, light, gel = dents(pixels, chosen)
-    times = times_elsewhere(len(np.unique(pixels.press)), covered_by(pixels))
-    for_one = RENDERED_BESIDE_ELSEWHERE if times else RENDERED
+    presses = len(np.unique(pixels.press))
+    few = presses <= FEW
+    times = times_elsewhere(presses, covered_by(pixels))
+    for_one = RENDERED_BESIDE_FEW if few else RENDERED
     count = round(for_one * (1 + times) * len(pixels))
     other, unexplained = rendered_pixels(taught, light, collar_of(pixels), count, seed)
     # Squared, as even of a light that is much alike a little is left unexplained.
@@ -175,6 +181,7 @@ def _told(pixels: Pixels, channels: str, seed: int) -> _Told:
             [np.flatnonzero(unseen), len(resized) + np.flatnonzero(unseen_others)]
         ),
         measured_inputs=(np.concatenate([own[unseen], others[unseen_others]]) - mean) / spread,
+        members=MEMBERS_OF_FEW if few else MEMBERS,
     )
 
 
@@ -187,11 +194,11 @@ def _sizes(count: int, seed: int) -> Float32[np.ndarray, " n"]:
 
 
 def _choices(told: _Told) -> list[Int[np.ndarray, " _"]]:
-    """What each network learns from: ``MEMBERS`` from everything, the last without the unseen."""
+    """What each network learns from: members from everything, the last without the unseen."""
     # Of balls all, where the presses left out are all there are.
     none_left = not (told.of_balls & ~told.unseen).any()
     part = np.flatnonzero(~told.unseen | (told.of_balls & none_left))
-    return [np.arange(len(told.inputs))] * MEMBERS + [part]
+    return [np.arange(len(told.inputs))] * told.members + [part]
 
 
 def _measured_error90(told: _Told, layers: tuple[Layer, ...]) -> Float32[np.ndarray, "k 2"]:
@@ -200,7 +207,7 @@ def _measured_error90(told: _Told, layers: tuple[Layer, ...]) -> Float32[np.ndar
     On balls, and on rendered things at slopes that no ball shows; where neither has enough, as at
     the nearest gentler slope.
     """
-    slopes = slopes_of(answers(layers, MEMBERS, told.measured_inputs))
+    slopes = slopes_of(answers(layers, told.members, told.measured_inputs))
     errors = np.abs(slopes - told.slopes[told.measured])
     of_balls = told.of_balls[told.measured]
     by_balls, by_others = (_error90(slopes[some], errors[some]) for some in (of_balls, ~of_balls))

@@ -14,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float32, Float64
 
+from recon.estimators.lesson import FEW
 from recon.estimators.shading import (
     DARKEST,
     Light,
@@ -25,8 +26,6 @@ from recon.estimators.shading import (
 )
 from recon.pixels import Pixels
 
-FULL = 30
-"""Presses that are many: half as many and fewer are taught elsewhere."""
 MOST = 3
 """Times that a ball is taught elsewhere."""
 COVERED = 0.42
@@ -42,13 +41,13 @@ Answers = Float64[np.ndarray, "n t k"]
 
 
 def times_elsewhere(presses: int, covered: float) -> int:
-    """How often the balls of so many presses are taught elsewhere: together they are then many.
+    """How often the balls of so many presses are taught elsewhere: at most, few are then many.
 
     Args:
         presses: that are taught.
         covered: what share of the pad their contacts touch.
     """
-    return max(0, min(MOST, FULL // presses - 1)) if covered < COVERED else 0
+    return max(0, min(MOST, 2 * FEW // presses - 1)) if covered < COVERED else 0
 
 
 def covered_by(pixels: Pixels) -> float:

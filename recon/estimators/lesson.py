@@ -35,9 +35,12 @@ from recon.pixels import (
     positions,
 )
 
-CONTACT_PIXELS = 1500
-"""Of a press at most: neighbours say nearly the same."""
-COLLAR_PIXELS = 1500
+PIXELS = 1500
+"""Of a press's contact, and of its collar, at most: neighbours say nearly the same."""
+FEW = 15
+"""Presses at most that each teach more."""
+PIXELS_OF_FEW = 6000
+"""Of the contact of one of few presses, and of its collar: else their grain is learnt by heart."""
 FLAT_FROM = 2.8
 """Contact radii from the centre, where a collar is as good as flat: 6 % of the rim's slope."""
 DEEP_FLAT_FROM = 1.8
@@ -51,8 +54,12 @@ STRETCH = (0.3, 10.0)
 """Least and most; a gel that is thin against its contact rises faster than a half-space."""
 
 
-def lesson_pixels(press: BallPress, index: int, seed: int) -> Pixels:
-    """The pixels of one press to learn from: settled colours, then what lies around them."""
+def lesson_pixels(press: BallPress, index: int, seed: int, presses: int) -> Pixels:
+    """The pixels to learn from of one of so many presses.
+
+    Settled colours, then what lies around them; the press' index and the seed draw the pixels.
+    """
+    most = PIXELS_OF_FEW if presses <= FEW else PIXELS
     seen = prepared_colors(press.difference)
     contact_fit = fit_elastic(replace(press, difference=seen[..., :3]))
     radius_mm = contact_fit.radius_mm
@@ -61,8 +68,8 @@ def lesson_pixels(press: BallPress, index: int, seed: int) -> Pixels:
     ball_mm = press.ball_radius_mm
     random = np.random.default_rng([seed, index])
     contact = np.flatnonzero(distance_mm < min(radius_mm, STEEPEST * ball_mm))
-    if len(contact) > CONTACT_PIXELS:
-        contact = np.sort(random.choice(contact, CONTACT_PIXELS, replace=False))
+    if len(contact) > most:
+        contact = np.sort(random.choice(contact, most, replace=False))
     clear = DEEP_FLAT_FROM if contact_fit.stretch is None else FLAT_FROM
     flat_from = min(clear * radius_mm, float(np.quantile(distance_mm, 0.8)))
     flat = np.flatnonzero(distance_mm >= flat_from)
@@ -70,8 +77,7 @@ def lesson_pixels(press: BallPress, index: int, seed: int) -> Pixels:
     collar = np.zeros(0, np.intp)
     if contact_fit.stretch is not None:
         collar = np.flatnonzero((distance_mm > radius_mm) & (distance_mm < flat_from))
-        count = min(len(collar), COLLAR_PIXELS)
-        collar = np.sort(random.choice(collar, count, replace=False))
+        collar = np.sort(random.choice(collar, min(len(collar), most), replace=False))
     taken = np.concatenate([contact, flat, collar])
     is_contact = np.arange(len(taken)) < len(contact)
     is_flat = np.isin(np.arange(len(taken)), len(contact) + np.arange(len(flat)))

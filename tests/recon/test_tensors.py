@@ -13,7 +13,7 @@ from safetensors.numpy import load_file, save_file
 
 from recon.calibration import calibrate, load_calibration
 from recon.estimators import restore_estimator
-from recon.estimators.default import MEMBERS, SLOPE_KNOTS
+from recon.estimators.default import MEMBERS, MEMBERS_OF_FEW, SLOPE_KNOTS
 from recon.estimators.lean import FLAT
 from recon.estimators.lookup_table import BINS
 from recon.estimators.mlp import HIDDEN
@@ -142,6 +142,21 @@ def test_how_far_gel_follows_is_kept_bounded_and_taken_as_usual_of_units_made_be
         restore_estimator("default", tensors | {"reach": 2 * tensors["reach"]}, "RGB")
     del tensors["reach"]
     assert restore_estimator("default", tensors, "RGB").reach == pytest.approx(REACH)
+
+
+@pytest.mark.parametrize("members", [0, 1, MEMBERS, 3, MEMBERS_OF_FEW, 5, 1000])
+def test_as_many_networks_are_read_as_many_or_few_presses_teach(members):
+    tensors = tensors_of("default")
+    for key in tensors:
+        if key.startswith(("weight", "bias")):
+            tensors[key] = np.resize(tensors[key], (members, *tensors[key].shape[1:]))
+    if members in (MEMBERS, MEMBERS_OF_FEW):
+        layers = restore_estimator("default", tensors, "RGB").layers
+        assert all(len(array) == members for layer in layers for array in layer)
+        tensors["bias1"] = tensors["bias1"][1:]  # the others' count is another
+    tensors["weight0"] = tensors["weight0"] if members else np.float32(0).reshape(())
+    with pytest.raises(WedgeError, match=r"(weight|bias)\d is"):
+        restore_estimator("default", tensors, "RGB")
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, 3e38, -1e30])

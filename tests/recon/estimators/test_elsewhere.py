@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 from recon.estimators.elsewhere import (
     CELLS,
     COVERED,
-    FULL,
     MOST,
     covered_by,
     elsewhere,
     here_and_elsewhere,
     times_elsewhere,
 )
+from recon.estimators.lesson import FEW
 from recon.estimators.shading import Taught, fit_light, fit_shading
 from recon.estimators.surroundings import ASPECTS
 from recon.pixels import RIM_PX, BallPress, join, label_pixels
@@ -77,9 +77,9 @@ def moved(taught, around, light, seed=0):
 def test_few_presses_are_taught_as_many_and_many_as_they_are(presses):
     times = times_elsewhere(presses, 0.1)
     assert 0 <= times <= MOST
-    assert times == 0 or presses * (1 + times) <= FULL
+    assert times == 0 or presses * (1 + times) <= 2 * FEW
     assert times_elsewhere(presses + 1, 0.1) <= times
-    assert times == MOST or presses * (2 + times) > FULL
+    assert times == MOST or presses * (2 + times) > 2 * FEW
 
 
 @given(presses=st.integers(1, 500), covered=st.floats(COVERED, 10))

@@ -14,6 +14,7 @@ from recon.estimators import default_fit, fit_estimator, gradient_field, trainin
 from recon.estimators.default import (
     LARGEST_DRIFT,
     MEMBERS,
+    MEMBERS_OF_FEW,
     SLOPE_KNOTS,
     STEEPEST_SLOPE,
     normal_of,
@@ -23,7 +24,7 @@ from recon.estimators.default import (
 from recon.estimators.default_fit import (
     OTHER_SIZES,
     RENDERED,
-    RENDERED_BESIDE_ELSEWHERE,
+    RENDERED_BESIDE_FEW,
     UNLIKE,
     collar_of,
     with_some_collars,
@@ -31,10 +32,12 @@ from recon.estimators.default_fit import (
 from recon.estimators.elsewhere import MOST, covered_by, times_elsewhere
 from recon.estimators.lean import FLAT
 from recon.estimators.lesson import (
-    COLLAR_PIXELS,
     DEEP_FLAT_FROM,
     DEEPEST,
+    FEW,
     FLAT_FROM,
+    PIXELS,
+    PIXELS_OF_FEW,
     elastic_fade,
     fit_elastic,
 )
@@ -54,7 +57,7 @@ def elastic_press(labelled_mm: float, stretch: float = 1.0) -> BallPress:
 
     The gel rises ``stretch`` times as fast as a half-space.
     """
-    x_mm, y_mm = offsets_mm((160, 140), (82.0, 71.0), MM_PER_PX)
+    x_mm, y_mm = offsets_mm((160, 140), (82.3, 71.4), MM_PER_PX)
     distance = np.hypot(x_mm, y_mm)
     inside = np.minimum(distance, TRUE_MM)
     beyond = stretch * np.maximum(distance / TRUE_MM - 1, 0)
@@ -67,11 +70,17 @@ def elastic_press(labelled_mm: float, stretch: float = 1.0) -> BallPress:
     return BallPress(
         file="press.png",
         difference=(-0.4 * normal @ lights).astype(np.float32),
-        center_px=(82.0, 71.0),
+        center_px=(82.3, 71.4),
         contact_radius_px=labelled_mm / MM_PER_PX[0],
         ball_radius_mm=BALL_MM,
         mm_per_px=MM_PER_PX,
     )
+
+
+def lessons(presses):
+    """What the default estimator is taught by so many presses, all alike."""
+    press = elastic_press(TRUE_MM)
+    return join([training_pixels("default", press, k, 0, presses) for k in range(presses)])
 
 
 def test_the_gel_leaves_the_ball_with_its_slope_and_fades_as_the_square_far_away():
@@ -92,19 +101,19 @@ def test_a_circle_drawn_too_wide_or_too_small_is_mended(share):
 def test_a_contact_too_deep_for_the_half_space_keeps_its_label_and_teaches_no_collar():
     press = replace(elastic_press(TRUE_MM), ball_radius_mm=1.1 * TRUE_MM)
     assert fit_elastic(press).stretch is None
-    pixels = training_pixels("default", press, 0, 0)
+    pixels = training_pixels("default", press, 0, 0, 1)
     assert (pixels.gradient[~pixels.contact] == 0).all()
 
 
 @pytest.mark.parametrize("stretch", [1.0, 2.5])
 def test_the_collar_is_a_share_of_the_frame_and_told_by_the_median_press(stretch):
-    pixels = [training_pixels("default", elastic_press(share * TRUE_MM, stretch), k, 0)
+    pixels = [training_pixels("default", elastic_press(share * TRUE_MM, stretch), k, 0, 1)
               for k, share in enumerate((0.9, 1.0, 1.1))]  # fmt: skip
     # A half-space rises on the contact's own radius; the frame is 16 by 14 mm.
     assert collar_of(join(pixels)) == pytest.approx(TRUE_MM / stretch / 14.0, rel=0.2)
     assert np.isnan(collar_of(join(pixels[:2])))
     deep = replace(elastic_press(TRUE_MM), ball_radius_mm=1.1 * TRUE_MM)
-    untold = training_pixels("default", deep, 3, 0)
+    untold = training_pixels("default", deep, 3, 0, 1)
     assert np.isnan(untold.collar).all()
     assert collar_of(join([*pixels, untold])) == collar_of(join(pixels))
 
@@ -117,7 +126,7 @@ def test_rendered_pixels_are_drawn_by_the_collar_that_the_balls_tell(monkeypatch
         raise EnoughError(collar)
 
     monkeypatch.setattr("recon.estimators.default_fit.rendered_pixels", drawn)
-    pixels = join([training_pixels("default", elastic_press(TRUE_MM), k, 0) for k in range(3)])
+    pixels = lessons(3)
     with pytest.raises(EnoughError) as told:
         fit_estimator("default", pixels, "RGB", 0)
     assert told.value.args == (collar_of(pixels),)
@@ -133,11 +142,15 @@ def rendered_of(count: int) -> SeenPixels:
     ("unexplained", "share"), [(0.0, 0.0), (UNLIKE / 2, 0.25), (UNLIKE, 1), (1.0, 1)]
 )
 @pytest.mark.parametrize(
-    ("covered", "copies", "for_one"),
-    [(0.1, 1 + MOST, RENDERED_BESIDE_ELSEWHERE), (0.5, 1, RENDERED)],
+    ("presses", "covered", "copies", "for_one"),
+    [
+        (3, 0.1, 1 + MOST, RENDERED_BESIDE_FEW),
+        (3, 0.5, 1, RENDERED_BESIDE_FEW),
+        (FEW + 1, 0.1, 1, RENDERED),
+    ],
 )
 def test_the_less_a_light_is_like_a_rendered_one_the_more_of_its_own_collars_are_taught(
-    monkeypatch, unexplained, share, covered, copies, for_one
+    monkeypatch, unexplained, share, presses, covered, copies, for_one
 ):
     """Contacts and still gel are taught whatever the light is like.
 
@@ -156,17 +169,21 @@ def test_the_less_a_light_is_like_a_rendered_one_the_more_of_its_own_collars_are
     monkeypatch.setattr("recon.estimators.default_fit.rendered_pixels", drawn)
     monkeypatch.setattr("recon.estimators.default_training.train", trained)
     monkeypatch.setattr("recon.estimators.default_fit.covered_by", lambda _: covered)
-    pixels = join([training_pixels("default", elastic_press(TRUE_MM), k, 0) for k in range(3)])
+    pixels = lessons(presses)
     with pytest.raises(InterruptedError):
         fit_estimator("default", pixels, "RGB", 0)
-    collars = round(share * 3 * COLLAR_PIXELS)
-    assert len(learnt[0]) == copies * (len(pixels) - 3 * COLLAR_PIXELS + collars)
-    assert (~learnt[0].any(1)).sum() == copies * (~pixels.gradient.any(1)).sum()
+    still = ~pixels.gradient.any(1)
+    collars = len(pixels) - pixels.contact.sum() - still.sum()
+    assert len(learnt[0]) == copies * (len(pixels) - collars + round(share * collars))
+    assert (~learnt[0].any(1)).sum() == copies * still.sum()
     # As many rendered pixels as ever take the place of what is left out.
     assert rendered == [round(for_one * copies * len(pixels))]
 
 
-def test_of_the_networks_one_leaves_a_third_of_all_out_and_the_others_none(monkeypatch):
+@pytest.mark.parametrize(("presses", "number"), [(5, MEMBERS_OF_FEW), (FEW + 1, MEMBERS)])
+def test_of_the_networks_one_leaves_a_third_of_all_out_and_the_others_none(
+    monkeypatch, presses, number
+):
     taught = []
 
     def trained(inputs, wanted, chosen, seed, progress):
@@ -177,15 +194,15 @@ def test_of_the_networks_one_leaves_a_third_of_all_out_and_the_others_none(monke
         "recon.estimators.default_fit.rendered_pixels", lambda *_: (rendered_of(6), 1.0)
     )
     monkeypatch.setattr("recon.estimators.default_training.train", trained)
-    pixels = join([training_pixels("default", elastic_press(TRUE_MM), k, 0) for k in range(5)])
+    pixels = lessons(presses)
     with pytest.raises(InterruptedError):
         fit_estimator("default", pixels, "RGB", 0)
     *members, last = [set(chosen.tolist()) for chosen in taught]
-    copies = 1 + times_elsewhere(5, covered_by(pixels))
-    assert copies > 1
+    copies = 1 + times_elsewhere(presses, covered_by(pixels))
+    assert (copies > 1) == (presses <= FEW)
     press = np.tile(pixels.press, copies)  # elsewhere they are left out as well
     everything = set(range(len(press) + 6))  # the rendered pixels come last
-    assert members == [everything] * MEMBERS
+    assert members == [everything] * number
     rendered = {len(press), len(press) + 3}
     assert everything - last == rendered | set(np.flatnonzero(press % 3 == 0).tolist())
     # The error is measured where balls were pressed, not where they are thought to be elsewhere.
@@ -213,7 +230,7 @@ def test_half_of_the_balls_are_taught_as_of_other_sizes_in_nothing_but_what_lies
         "recon.estimators.default_fit.rendered_pixels", lambda *_: (rendered_of(7), 1.0)
     )
     monkeypatch.setattr("recon.estimators.default_training.train", trained)
-    pixels = join([training_pixels("default", elastic_press(TRUE_MM), k, 0) for k in range(3)])
+    pixels = lessons(3)
     (inputs, wanted), (own, same) = told(OTHER_SIZES), told((1.0, 1.0))
     np.testing.assert_array_equal(wanted, same)
     np.testing.assert_array_equal(inputs[-7:], own[-7:])  # rendered things stay as they are
@@ -225,7 +242,7 @@ def test_half_of_the_balls_are_taught_as_of_other_sizes_in_nothing_but_what_lies
 
 
 def test_some_collars_are_drawn_by_the_seed_and_from_all_presses():
-    pixels = join([training_pixels("default", elastic_press(TRUE_MM), k, 0) for k in range(3)])
+    pixels = lessons(3)
     one, again, other = (with_some_collars(pixels, 0.3, seed) for seed in (0, 0, 1))
     np.testing.assert_array_equal(one, again)
     assert not np.array_equal(one, other) and len(np.unique(one)) == len(one)
@@ -236,13 +253,13 @@ def test_some_collars_are_drawn_by_the_seed_and_from_all_presses():
 
 def test_contact_has_the_balls_slope_the_collar_its_own_and_what_is_far_away_none():
     press = elastic_press(TRUE_MM)
-    pixels = training_pixels("default", press, 0, 0)
+    pixels = training_pixels("default", press, 0, 0, FEW + 1)
     x_mm, y_mm = offsets_mm(press.size_px, press.center_px, MM_PER_PX)
     away = np.hypot(x_mm, y_mm).ravel()[pixels.place]
     steep = np.linalg.norm(pixels.gradient, axis=1)
     inside, flat = pixels.contact, ~pixels.contact & (steep == 0)
     collar = ~inside & ~flat
-    assert inside.any() and flat.any() and collar.sum() == COLLAR_PIXELS
+    assert inside.any() and flat.any() and collar.sum() == PIXELS
     assert away[inside].max() < 1.05 * TRUE_MM and away[flat].min() > 0.9 * FLAT_FROM * TRUE_MM
     rim = TRUE_MM / np.sqrt(BALL_MM**2 - TRUE_MM**2)
     fading = rim * elastic_fade(away[collar] / TRUE_MM)
@@ -252,9 +269,25 @@ def test_contact_has_the_balls_slope_the_collar_its_own_and_what_is_far_away_non
     )
 
 
+def test_each_of_few_presses_teaches_more_of_its_contact_its_collar_and_still_gel():
+    coarse = elastic_press(TRUE_MM)
+    press = replace(
+        coarse,
+        difference=coarse.difference.repeat(4, 0).repeat(4, 1),
+        center_px=(4 * coarse.center_px[0] + 1.5, 4 * coarse.center_px[1] + 1.5),
+        contact_radius_px=4 * coarse.contact_radius_px,
+        mm_per_px=(MM_PER_PX[0] / 4, MM_PER_PX[1] / 4),
+    )
+    few, many = (training_pixels("default", press, 0, 0, presses) for presses in (FEW, FEW + 1))
+    for pixels, most in ((few, PIXELS_OF_FEW), (many, PIXELS)):
+        still = ~pixels.gradient.any(1)
+        assert pixels.contact.sum() == still.sum() == most and len(pixels) == 3 * most
+        assert len(np.unique(pixels.place)) == len(pixels)  # none is taught twice
+
+
 def test_gel_beside_a_ball_pressed_deep_is_flat_sooner():
     press = elastic_press(1.1 * DEEPEST * BALL_MM)
-    pixels = training_pixels("default", press, 0, 0)
+    pixels = training_pixels("default", press, 0, 0, 1)
     x_mm, y_mm = offsets_mm(press.size_px, press.center_px, MM_PER_PX)
     away = np.hypot(x_mm, y_mm).ravel()[pixels.place]
     flat = ~pixels.contact
@@ -265,7 +298,7 @@ def test_gel_beside_a_ball_pressed_deep_is_flat_sooner():
 @pytest.mark.parametrize("share", [1.0, 1.1 * DEEPEST * BALL_MM / TRUE_MM])
 def test_how_deep_a_ball_goes_is_told_by_its_fitted_circle(share):
     press = elastic_press(share * TRUE_MM)
-    cap = training_pixels("default", press, 0, 0).cap
+    cap = training_pixels("default", press, 0, 0, 1).cap
     radius_mm = fit_elastic(press).radius_mm
     rim_mm = np.sqrt(BALL_MM**2 - radius_mm**2)
     np.testing.assert_allclose(cap, (BALL_MM - rim_mm) / 14.0, rtol=5e-3)  # the shorter side
@@ -320,7 +353,9 @@ def test_most_unseen_truths_lie_in_their_interval_and_few_in_a_fifth_of_it(tmp_p
         replace(press, center_px=(press.center_px[0] + shift, press.center_px[1]))
         for press, shift in zip(presses, np.random.default_rng(3).normal(0, 1.0, 48), strict=True)
     ]
-    train = join([training_pixels("default", press, i, 0) for i, press in enumerate(taught[:24])])
+    train = join(
+        [training_pixels("default", press, i, 0, 24) for i, press in enumerate(taught[:24])]
+    )
     estimator = fit_estimator("default", train, "RGB", 0)
     covered = {1.0: [], 0.2: []}
     for index, press in enumerate(taught[24:]):  # judged by circles as rough as those
@@ -355,6 +390,7 @@ def test_how_wrong_steep_slopes_are_is_told_by_what_shows_them(monkeypatch, othe
         unseen=unseen,
         measured=np.flatnonzero(unseen),
         measured_inputs=read[unseen],
+        members=MEMBERS,
     )
     monkeypatch.setattr(default_fit, "answers", lambda _layers, _member, rows: normal_of(rows))
     table = default_fit._measured_error90(told, ()).mean(1) / 1.645

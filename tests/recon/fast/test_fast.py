@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 from recon import unet
 from recon.contact.mask import boundary_of, disturbed_mask
 from recon.estimators import GradientEstimator, gradient_field
+from recon.estimators.default import MEMBERS, MEMBERS_OF_FEW
 from recon.estimators.mlp import Mlp
 from recon.fast import fixed_point, kernels, network
 from recon.fast.convolution import STEP, CompiledLayers, plane_px, taps
@@ -146,11 +147,12 @@ print(fixed_point.AVAILABLE, vectors.LANES, error < 1e-4)
     channels=st.sampled_from(["RGB", "RB", "G"]),
     size_px=st.sampled_from([(90, 40), (33, 70), (9, 9), (600, 480), (481, 502)]),
     drift=st.sampled_from([-0.1, 0.0, 0.02]),
+    members=st.sampled_from([MEMBERS, MEMBERS_OF_FEW]),
 )
 def test_the_compiled_ensemble_is_the_estimator(
-    seed: int, channels: str, size_px: tuple, drift: float
+    seed: int, channels: str, size_px: tuple, drift: float, members: int
 ) -> None:
-    estimator, (width, height) = random_default(seed, channels), size_px
+    estimator, (width, height) = random_default(seed, channels, members), size_px
     noise = np.random.default_rng(seed).normal(drift, 0.2, (height, width, 3))
     difference = noise.astype(np.float32)
     network = FrameEnsemble(estimator, size_px)

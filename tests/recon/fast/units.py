@@ -35,14 +35,16 @@ def random_mlp(seed: int = 0, channels: str = "RGB") -> Mlp:
     return Mlp(channels=channels, color_scale=spread, layers=layers)
 
 
-def random_default(seed: int = 13, channels: str = "RGB") -> Default:
+def random_default(
+    seed: int = 13, channels: str = "RGB", members: int = default.MEMBERS
+) -> Default:
     """Networks that differ, on light that no polynomial leaves dark; by seed 13 all steep."""
     rng, count = np.random.default_rng(seed), len(channels)
     features = (2 + ASPECTS) * count + 2
     layers = tuple(
         (
-            rng.normal(0, 1.2 / np.sqrt(n), (default.MEMBERS, n, m)).astype(np.float32),
-            rng.normal(0, 0.1, (default.MEMBERS, m)).astype(np.float32),
+            rng.normal(0, 1.2 / np.sqrt(n), (members, n, m)).astype(np.float32),
+            rng.normal(0, 0.1, (members, m)).astype(np.float32),
         )
         for n, m in pairwise((features, *default.HIDDEN, 2))
     )
