@@ -99,7 +99,7 @@ def other(taught: str, judged: str, names: Sequence[str]) -> list[Row]:
     return rows
 
 
-def fewer(of: str, names: Sequence[str], count: int) -> list[Row]:
+def fewer(of: str, names: Sequence[str], count: int, seed: int = SEED) -> list[Row]:
     """Errors by five folds when a few presses are taught, and when all are."""
     presses, dataset = _read(of)
     rows: list[Row] = []
@@ -108,7 +108,8 @@ def fewer(of: str, names: Sequence[str], count: int) -> list[Row]:
             fitted = []
             for split in splits(len(presses), FOLDS, SEED):
                 train = _chosen([presses[i] for i in split.train], count, how)
-                fitted.append((_fit(name, train, dataset), [presses[i] for i in split.test]))
+                estimator = _fit(name, train, dataset, seed)
+                fitted.append((estimator, [presses[i] for i in split.test]))
             rows.append({"estimator": name, "presses": len(train), "chosen": how}
                         | _pooled(fitted, dataset))  # fmt: skip
     return rows
@@ -182,8 +183,8 @@ def _chosen(presses: Presses, count: int | None, how: str) -> Presses:
     return [presses[i] for i in CHOICES[how](presses, count)]
 
 
-def _fit(name: str, presses: Presses, dataset: Dataset) -> GradientEstimator:
-    return fit_presses(presses, range(len(presses)), name, lit_channels(dataset)[0], SEED)
+def _fit(name: str, presses: Presses, dataset: Dataset, seed: int = SEED) -> GradientEstimator:
+    return fit_presses(presses, range(len(presses)), name, lit_channels(dataset)[0], seed)
 
 
 def _touch(fitted: GradientEstimator, press: BallPress, dataset: Dataset) -> Reconstruction:
@@ -262,19 +263,19 @@ def main() -> None:
     parser.add_argument("dataset", nargs="+", help="one set, or the set taught and the one judged")
     parser.add_argument("--estimator", default=f"default,{REFERENCE}")
     parser.add_argument("--presses", type=int, help="taught, of fewer (10) or shapes (all)")
-    parser.add_argument("--seed", type=int, default=SEED, help="of calibrations, of shapes (0)")
+    parser.add_argument("--seed", type=int, default=SEED, help="of what shapes and fewer teach (0)")
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
     names = options.estimator.split(",")
-    if options.seed != SEED and options.what != "shapes":
-        parser.error("--seed is of shapes alone")
+    if options.seed != SEED and options.what not in ("shapes", "fewer"):
+        parser.error("--seed is of shapes and fewer alone")
     if len(options.dataset) not in {"other": (2,), "shapes": (1, 2)}.get(options.what, (1,)):
         parser.error("other takes two datasets, shapes one or two, the rest take one")
     first, last = options.dataset[0], options.dataset[-1]
     measures: dict[str, Callable[[], list[Row]]] = {
         "shapes": lambda: shapes(first, last, names, options.presses, options.seed),
         "other": lambda: other(first, last, names),
-        "fewer": lambda: fewer(first, names, options.presses or 10),
+        "fewer": lambda: fewer(first, names, options.presses or 10, options.seed),
         "intervals": lambda: intervals(first),
     }
     try:

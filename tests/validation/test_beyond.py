@@ -106,7 +106,9 @@ def test_another_seed_teaches_other_networks(folder, monkeypatch, capsys):
         beyond.main()
         printed.append(capsys.readouterr().out)
     assert printed[0] == printed[2] != printed[1]
-    monkeypatch.setattr(sys, "argv", ["beyond", "fewer", str(folder), "--seed", "1"])
+    one, other, again = (beyond.fewer(str(folder), ["table"], 4, seed) for seed in (1, 2, 1))
+    assert one == again != other
+    monkeypatch.setattr(sys, "argv", ["beyond", "intervals", str(folder), "--seed", "1"])
     with pytest.raises(SystemExit, match="2"):
         beyond.main()
 
