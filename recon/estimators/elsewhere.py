@@ -41,7 +41,7 @@ Answers = Float64[np.ndarray, "n t k"]
 
 
 def times_elsewhere(presses: int, covered: float) -> int:
-    """How often the balls of so many presses are taught elsewhere: at most, few are then many.
+    """How often so many presses are taught elsewhere: they are then ``2 * FEW`` at most.
 
     Args:
         presses: that are taught.
