@@ -76,7 +76,7 @@ def shapes(
     return rows
 
 
-def other(taught: str, judged: str, names: Sequence[str]) -> list[Row]:
+def other(taught: str, judged: str, names: Sequence[str], seed: int = SEED) -> list[Row]:
     """Errors on the presses of one set by estimators taught another, and taught that set itself.
 
     Its own presses are judged by folds, where there are enough.
@@ -85,14 +85,17 @@ def other(taught: str, judged: str, names: Sequence[str]) -> list[Row]:
     task, dataset = _read(judged)
     rows: list[Row] = []
     for name in names:
-        fitted = _fit(name, lesson, dataset)
+        fitted = _fit(name, lesson, dataset, seed)
         rows.append(
             {"estimator": name, "taught": taught, **_errors(fitted, task, dataset),
              "depth": _depths(fitted, task, dataset)}
         )  # fmt: skip
         if len(task) >= 2 * FOLDS:
             own = [
-                (_fit(name, [task[i] for i in split.train], dataset), [task[i] for i in split.test])
+                (
+                    _fit(name, [task[i] for i in split.train], dataset, seed),
+                    [task[i] for i in split.test],
+                )
                 for split in splits(len(task), FOLDS, SEED)
             ]
             rows.append({"estimator": name, "taught": judged, **_pooled(own, dataset)})
@@ -263,18 +266,18 @@ def main() -> None:
     parser.add_argument("dataset", nargs="+", help="one set, or the set taught and the one judged")
     parser.add_argument("--estimator", default=f"default,{REFERENCE}")
     parser.add_argument("--presses", type=int, help="taught, of fewer (10) or shapes (all)")
-    parser.add_argument("--seed", type=int, default=SEED, help="of what shapes and fewer teach (0)")
+    parser.add_argument("--seed", type=int, default=SEED, help="of what is taught (0)")
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
     names = options.estimator.split(",")
-    if options.seed != SEED and options.what not in ("shapes", "fewer"):
-        parser.error("--seed is of shapes and fewer alone")
+    if options.seed != SEED and options.what == "intervals":
+        parser.error("intervals are counted with one seed")
     if len(options.dataset) not in {"other": (2,), "shapes": (1, 2)}.get(options.what, (1,)):
         parser.error("other takes two datasets, shapes one or two, the rest take one")
     first, last = options.dataset[0], options.dataset[-1]
     measures: dict[str, Callable[[], list[Row]]] = {
         "shapes": lambda: shapes(first, last, names, options.presses, options.seed),
-        "other": lambda: other(first, last, names),
+        "other": lambda: other(first, last, names, options.seed),
         "fewer": lambda: fewer(first, names, options.presses or 10, options.seed),
         "intervals": lambda: intervals(first),
     }
