@@ -24,6 +24,7 @@ from recon.estimators import (
     slopes_at,
     training_pixels,
 )
+from recon.estimators.lesson import FEW
 from recon.lights import sits_like_wedge, unseen_axis
 from recon.pipeline import Reconstruction, reconstruct
 from recon.pixels import BallPress, Pixels, join, label_pixels
@@ -210,7 +211,9 @@ def run_task(task: Task) -> TaskResult:
     """Fit on the train presses of a task and measure its test presses."""
     lights_deg = read_dataset(task.folder).card.lights_deg
     labelled = _labelled(task.folder, task.seed)
-    lessons = _lessons(task.folder, task.seed, task.estimator)
+    # All few presses teach alike, and all many, so that folds share what is kept.
+    taught = FEW if len(task.split.train) <= FEW else FEW + 1
+    lessons = _lessons(task.folder, task.seed, task.estimator, taught)
     train = join([lessons[index] for index in task.split.train])
     estimator = fit_estimator(task.estimator, train, task.channels, task.seed)
     del train
@@ -362,13 +365,13 @@ def _labelled(folder: Path, seed: int) -> _Labelled:
 
 
 @lru_cache(maxsize=1)
-def _lessons(folder: Path, seed: int, estimator: str) -> tuple[Pixels, ...]:
-    """What an estimator learns from each usable press, kept as long as its tasks follow."""
+def _lessons(folder: Path, seed: int, estimator: str, taught: int) -> tuple[Pixels, ...]:
+    """What is learnt from each press, one of so many; kept as long as its tasks follow."""
     labelled = _labelled(folder, seed)
     kind = ESTIMATORS.get(estimator)
     if kind and not kind.teach:  # the same as it is judged by: read no frame twice
         return labelled.pixels
     return tuple(
-        training_pixels(estimator, labelled.reader.read(label), index, seed, len(labelled.labels))
+        training_pixels(estimator, labelled.reader.read(label), index, seed, taught)
         for index, label in enumerate(labelled.labels)
     )

@@ -15,12 +15,16 @@ import pytest
 import app.table
 import recon.estimators.mlp_training as mlp_training
 from app.__main__ import main
+from recon.estimators import lesson_of
+from recon.estimators.lesson import FEW
+from recon.presses import read_presses
 from sensor.dataset import read_dataset, write_card, write_labels
 from tests.synthetic import make_dataset
 from validation import error_table as module
 from validation.error_table import SUBSETS, configurations, error_table, widest
 from validation.metrics import METRICS
 from validation.report.error_tables import table_section
+from validation.splits import Split
 from validation.table_text import (
     caption,
     column_headings,
@@ -217,3 +221,23 @@ def test_several_sets_give_a_table_each_and_a_page(tmp_path, monkeypatch, capsys
     assert 'id="a"' in page and 'id="b"' in page
     printed = capsys.readouterr().out
     assert all(f"{table['rows'][0]['theta_x_deg']:.2f}" in printed for table in tables)
+
+
+@pytest.mark.parametrize("train", [FEW, FEW + 1])
+def test_presses_teach_as_few_or_many_as_a_fold_learns_from_not_as_the_set_holds(
+    tmp_path, monkeypatch, train
+):
+    folder = make_dataset(tmp_path / "set", presses=FEW + 3).folder
+    split = Split(train=tuple(range(train)), test=(FEW + 2,))
+    told = []
+    taught = lesson_of("default", read_presses(read_dataset(folder)).presses, split.train, 0)
+
+    def fitted(estimator, pixels, channels, seed):
+        told.append(pixels)
+        raise InterruptedError
+
+    monkeypatch.setattr(module, "fit_estimator", fitted)
+    task = {"estimator": "default", "channels": "RGB", "missing_axes": ("none",), "seed": 0}
+    with pytest.raises(InterruptedError):
+        module.run_task(module.Task(folder=folder, split=split, **task))
+    assert told[0].place.tolist() == taught.place.tolist()
