@@ -6,9 +6,9 @@
 shapes, or those of a second set of the same sensor, where one is named; ``other TAUGHT JUDGED``
 teaches one set and judges the presses of another; ``fewer DATASET`` teaches ten presses and all, by
 five folds; ``intervals DATASET`` counts the held-out truths inside the intervals. Few presses are
-chosen twice: as a capture leads them over the pad, and evenly through the list, which leaves parts
-of the pad out. Deviations are errors of depth, each by what is expected of it, root mean square.
-``--json FILE`` keeps the numbers.
+chosen twice: over the pad, each as far as can be from those before, and evenly through the list,
+which leaves parts of the pad out. Deviations are errors of depth, each by what is expected of it,
+root mean square. ``--json FILE`` keeps the numbers.
 """
 
 import argparse
@@ -158,7 +158,7 @@ def _read(name: str) -> tuple[list[BallPress], Dataset]:
 
 
 def _over_the_pad(presses: Presses, count: int) -> list[int]:
-    """That many as a capture leads them: one in the middle, each next far from all before."""
+    """That many: one in the middle, each next far from all before."""
     size_px = np.array(presses[0].size_px)
     places = np.array([press.center_px for press in presses])
     chosen = [int(np.linalg.norm(places - size_px / 2, axis=1).argmin())]
