@@ -59,6 +59,13 @@ class Coverage:
         return _largest(np.where(emptiest, self.gaps_px, -np.inf))
 
     @property
+    def next_px(self) -> Pair:
+        """The middle of that cell."""
+        row, column = self.next_cell
+        width_px, height_px = self.size_px
+        return (column + 0.5) * width_px / COLUMNS, (row + 0.5) * height_px / ROWS
+
+    @property
     def next_place(self) -> str:
         """Where to press next, in words."""
         return place_in_words(*self.next_cell)

@@ -6,9 +6,10 @@
 shapes, or those of a second set of the same sensor, where one is named; ``other TAUGHT JUDGED``
 teaches one set and judges the presses of another; ``fewer DATASET`` teaches ten presses and all, by
 five folds; ``intervals DATASET`` counts the held-out truths inside the intervals. Few presses are
-chosen twice: over the pad, each as far as can be from those before, and evenly through the list,
-which leaves parts of the pad out. Deviations are errors of depth, each by what is expected of it,
-root mean square. ``--json FILE`` keeps the numbers.
+chosen three times: over the pad, each as far as can be from those before; those nearest to where
+``wedge capture`` points in turn; and evenly through the list, which leaves parts of the pad out.
+Deviations are errors of depth, each by what is expected of it, root mean square.
+``--json FILE`` keeps the numbers.
 """
 
 import argparse
@@ -25,6 +26,7 @@ import numpy as np
 
 from recon.calibration import calibrate, lit_channels
 from recon.cloud import expected_error_mm
+from recon.coverage import Coverage
 from recon.estimators import GradientEstimator
 from recon.estimators.default import Default
 from recon.pipeline import Reconstruction, reconstruct
@@ -168,6 +170,19 @@ def _over_the_pad(presses: Presses, count: int) -> list[int]:
     return sorted(chosen)
 
 
+def _as_captured(presses: Presses, count: int) -> list[int]:
+    """That many: each the one nearest to where a capture would point after those before."""
+    coverage = Coverage(presses[0].size_px)
+    places = np.array([press.center_px for press in presses])
+    chosen: list[int] = []
+    while len(chosen) < count:
+        away_px = np.linalg.norm(places - coverage.next_px, axis=1)
+        away_px[chosen] = np.inf
+        chosen.append(int(away_px.argmin()))
+        coverage.add(presses[chosen[-1]].center_px)
+    return sorted(chosen)
+
+
 def _as_listed(presses: Presses, count: int) -> list[int]:
     """That many, evenly through the list."""
     return [int(i) for i in np.linspace(0, len(presses) - 1, count).round()]
@@ -175,6 +190,7 @@ def _as_listed(presses: Presses, count: int) -> list[int]:
 
 CHOICES: Mapping[str, Callable[[Presses, int], list[int]]] = {
     "over the pad": _over_the_pad,
+    "as captured": _as_captured,
     "as listed": _as_listed,
 }
 EVERY = ("every one",)

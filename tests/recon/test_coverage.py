@@ -12,8 +12,7 @@ def led(presses: int) -> Coverage:
     """Presses in the middle of each cell that the map asked for."""
     coverage = Coverage((320, 240))
     for _ in range(presses):
-        row, column = coverage.next_cell
-        coverage.add(((column + 0.5) * 320 / COLUMNS, (row + 0.5) * 240 / ROWS))
+        coverage.add(coverage.next_px)
     return coverage
 
 
@@ -25,8 +24,8 @@ def test_presses_where_the_map_asks_for_them_cover_the_pad_at_any_number() -> No
         row, column = coverage.next_cell
         rows.append(row)
         columns.append(column)
-        coverage.add(((column + 0.5) * 320 / COLUMNS, (row + 0.5) * 240 / ROWS))
-    assert (coverage.counts == 2).all()
+        coverage.add(coverage.next_px)
+    assert (coverage.counts == 2).all()  # so each place is in the cell that was asked for
     assert np.hypot(rows[0] - (ROWS - 1) / 2, columns[0] - (COLUMNS - 1) / 2) < 1  # the middle
     first = set(zip(rows[:5], columns[:5], strict=True))
     assert {(0, 0), (0, COLUMNS - 1), (ROWS - 1, 0), (ROWS - 1, COLUMNS - 1)} <= first

@@ -9,6 +9,7 @@ import sys
 import numpy as np
 import pytest
 
+from recon.coverage import Coverage
 from recon.images import read_image, write_image
 from sensor.errors import WedgeError
 from tests.synthetic import make_dataset
@@ -34,7 +35,7 @@ def test_a_shapes_ratio_is_to_the_papers_error_of_that_shape(folder, monkeypatch
     assert [row["shape"] for row in rows] == ["cap"] and rows[0]["ratio"] == 1.0
     assert rows[0]["rmse_mm"] >= abs(rows[0]["bias_mm"])
     few = beyond.shapes(str(folder), str(folder), ["table"], count=6)
-    assert [row["presses"] for row in few] == [6, 6]
+    assert [row["presses"] for row in few] == [6, 6, 6]
     assert [row["chosen"] for row in few] == list(beyond.CHOICES)
 
 
@@ -62,7 +63,7 @@ def test_another_set_is_judged_by_what_one_set_taught_and_by_its_own_folds(folde
 
 def test_fewer_presses_are_as_many_as_asked_for(folder):
     *few, every = beyond.fewer(str(folder), ["table"], 4)
-    assert [row["presses"] for row in few] == [4, 4]
+    assert [row["presses"] for row in few] == [4, 4, 4]
     assert 4 < every["presses"] < 12
     for row in few:
         assert row["judged"] == every["judged"] == 12
@@ -79,6 +80,22 @@ def test_presses_chosen_over_the_pad_leave_no_press_far_from_them(folder):
         away = np.linalg.norm(places[:, None] - chosen, axis=-1)
         farthest[how] = away.min(1).max()
     assert farthest["over the pad"] < farthest["as listed"]
+
+
+def test_presses_chosen_as_captured_lie_where_a_capture_points(folder):
+    presses, _ = beyond._read(str(folder))
+    (first,) = beyond._chosen(presses, 1, "as captured")
+    middle_px = Coverage(first.size_px).next_px
+    away = [np.linalg.norm(np.subtract(press.center_px, middle_px)) for press in presses]
+    assert first is presses[int(np.argmin(away))]
+    few, more = (beyond._chosen(presses, count, "as captured") for count in (3, 4))
+    (added,) = [press for press in more if all(press is not one for one in few)]
+    coverage = Coverage(first.size_px)
+    for press in few:
+        coverage.add(press.center_px)
+    left = [press for press in presses if all(press is not one for one in few)]
+    away = [np.linalg.norm(np.subtract(press.center_px, coverage.next_px)) for press in left]
+    assert added is left[int(np.argmin(away))]
 
 
 def test_depth_of_presses_held_out_is_off_by_about_what_is_expected(folder, monkeypatch):
