@@ -88,6 +88,7 @@ def run_checks(built: Model) -> list[checks.Result]:
     molds = ("mold_curved", "mold_flat")
     halves = {name: mesh_of(built.printed[name]) for name in molds if name in built.printed}
     results += checks.check_mold(design, halves)
+    results += checks.check_relief(halves, mesh_of(built.printed["mold_lid"]))
     results += [checks.check_walls(name, mesh) for name, mesh in built.bed_meshes.items()]
     results += [checks.check_overhang(name, mesh) for name, mesh in built.bed_meshes.items()]
     results += checks.check_fasteners(design, built.printed)

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is measured on a design before it is cut: one check a module, each with its figure."""
 
-from cad.checks.cavity import check_mold
+from cad.checks.cavity import check_mold, check_relief
 from cad.checks.fasteners import check_fasteners
 from cad.checks.fit import check_clearances, check_interference
 from cad.checks.insertion import check_insertion
@@ -21,6 +21,7 @@ __all__ = [
     "check_interference",
     "check_mold",
     "check_overhang",
+    "check_relief",
     "check_sight",
     "check_solids",
     "check_tolerance",

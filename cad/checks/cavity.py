@@ -1,15 +1,21 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The mold's cavity against the surface that the gel is meant to have."""
+"""The mold's cavity against the surface of the gel, and the way out of what is too much."""
 
 import math
 from collections.abc import Mapping
+from itertools import product
 
+import manifold3d
 import numpy as np
 import trimesh
 
 from cad.checks.result import Result
+from cad.mesh import manifold_of
 from sensor.design import Gel, Wedge
+
+_SLIT = 0.25
+"""A gap of less lets no silicone out by hand: the lid is thickened by this before it closes."""
 
 
 def check_mold(design: Wedge, halves: Mapping[str, trimesh.Trimesh]) -> list[Result]:
@@ -33,6 +39,28 @@ def check_mold(design: Wedge, halves: Mapping[str, trimesh.Trimesh]) -> list[Res
         results.append(
             Result("mold", subject, worst, "mm", 0.01, "at most", f"{len(floor)} points")
         )
+    return results
+
+
+def check_relief(halves: Mapping[str, trimesh.Trimesh], lid: trimesh.Trimesh) -> list[Result]:
+    """Space in the closed mold that at most a slit joins to the outside: silicone is shut in there.
+
+    Args:
+        halves: As for ``check_mold``.
+        lid: Of the mold, as it is modelled: turned over, it lies on the half.
+    """
+    over = manifold_of(lid).rotate((180.0, 0.0, 0.0))
+    shifts = product((-_SLIT, _SLIT), (-_SLIT, _SLIT), (-_SLIT,))
+    closing = manifold3d.Manifold.batch_boolean(
+        [over.translate(shift) for shift in shifts], manifold3d.OpType.Add
+    )
+    results = []
+    for name, mesh in halves.items():
+        shells = (manifold_of(mesh) + closing).decompose()
+        # A shell around space inside a body has its faces turned inward: a negative volume.
+        shut_in = 0.0 - sum(min(shell.volume(), 0.0) for shell in shells)
+        results.append(Result("mold", f"{name}, shut in", shut_in, "mm³", 0.0, "at most",
+                              "space with no way out under the lid"))  # fmt: skip
     return results
 
 

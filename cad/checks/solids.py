@@ -60,12 +60,16 @@ def _ring_mm3(gel: Gel, gap: float, height: float) -> float:
 
 def _flat_mold_mm3(gel: Gel) -> float:
     cavity = gel.pad_length_mm * gel.pad_width_mm * gel.thickness_mm
-    overflow = 4 * mold.GROOVE_INSIDE * mold.OVERFLOW_WIDTH * mold.OVERFLOW_DEPTH
+    gate = mold.GROOVE_INSIDE * mold.GATE_DEPTH
+    way_out = (mold.RIM - mold.GROOVE_OUTSIDE) * mold.GROOVE_DEPTH
+    notches = 4 * mold.OVERFLOW_WIDTH * (gate + way_out)
     block = _rounded_block_mm3(gel, gel.thickness_mm + mold.FLOOR)
-    # A shallow gel is no deeper than the overflow, which then cuts nothing inside the cavity.
-    return block - cavity - overflow - _ring_mm3(gel, 0, mold.GROOVE_DEPTH)
+    return block - cavity - notches - _ring_mm3(gel, 0, mold.GROOVE_DEPTH)
 
 
 def _lid_mm3(design: Wedge) -> float:
-    ring = _ring_mm3(design.gel, Layout(design).slide, mold.GROOVE_DEPTH - 0.2)
+    gap, height = Layout(design).slide, mold.GROOVE_DEPTH - 0.2
+    ridge = mold.GROOVE_OUTSIDE - mold.GROOVE_INSIDE - 2 * gap
+    notches = 4 * mold.OVERFLOW_WIDTH * ridge * height
+    ring = _ring_mm3(design.gel, gap, height) - notches
     return _rounded_block_mm3(design.gel, mold.LID) + ring

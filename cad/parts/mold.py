@@ -2,14 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """The gel's mold: a cavity, curved or flat, and the lid that makes the gel's flat back.
 
-The mold has its own frame: origin at the centre of the pad's back, z up, cavity downward.
+The mold has its own frame: origin at the centre of the pad's back, z up, cavity downward. Four
+notches lead through the rim, and through the lid's ridge, which would close them, to the outside.
 """
 
 from dataclasses import replace
 
 import cadquery as cq
 
-from cad.features import box, ellipsoid_cap, one_solid, union_of
+from cad.features import Point, box, ellipsoid_cap, one_solid, union_of
 from cad.layout import Layout
 from sensor.design import Gel, Wedge
 
@@ -18,7 +19,10 @@ RIM = 6.0
 FLOOR = 4.0
 GROOVE_INSIDE, GROOVE_OUTSIDE, GROOVE_DEPTH = 1.6, 3.8, 1.2
 """The locating groove, measured outward from the pad's edge."""
-OVERFLOW_WIDTH, OVERFLOW_DEPTH = 2.0, 0.6
+OVERFLOW_WIDTH = 2.0
+"""Of the four notches through the rim, by which the excess silicone leaves."""
+GATE_DEPTH = 0.6
+"""Of a notch between pad and groove, shallow so that its flash trims off; then as the groove."""
 LID = 3.0
 
 
@@ -47,18 +51,14 @@ def mold_flat(design: Wedge) -> cq.Solid:
 def _cavity_half(gel: Gel) -> cq.Solid:
     x, y = gel.pad_length_mm / 2, gel.pad_width_mm / 2
     block = box((-x - RIM, x + RIM), (-y - RIM, y + RIM), (-gel.thickness_mm - FLOOR, 0))
-    overflow = union_of(
-        [
-            box((-x - GROOVE_INSIDE, x + GROOVE_INSIDE), _around(0), (-OVERFLOW_DEPTH, 0)),
-            box(_around(0), (-y - GROOVE_INSIDE, y + GROOVE_INSIDE), (-OVERFLOW_DEPTH, 0)),
-        ]
-    )
     body = (
         block.edges("|Z")
         .fillet(2)
         .cut(_ring(gel, 0, GROOVE_DEPTH).translate((0, 0, -GROOVE_DEPTH)))
+        .cut(_notches(gel, (0, GROOVE_INSIDE), (-GATE_DEPTH, 0)))
+        .cut(_notches(gel, (GROOVE_OUTSIDE, RIM), (-GROOVE_DEPTH, 0)))
     )
-    return one_solid(body.cut(overflow).cut(cq.Workplane(gel_pad(gel))), "the mold")
+    return one_solid(body.cut(cq.Workplane(gel_pad(gel))), "the mold")
 
 
 def mold_lid(design: Wedge) -> cq.Solid:
@@ -66,11 +66,24 @@ def mold_lid(design: Wedge) -> cq.Solid:
     gel, gap = design.gel, Layout(design).slide
     x, y = gel.pad_length_mm / 2, gel.pad_width_mm / 2
     plate = box((-x - RIM, x + RIM), (-y - RIM, y + RIM), (-LID, 0)).edges("|Z").fillet(2)
-    return one_solid(plate.union(_ring(gel, gap, GROOVE_DEPTH - 0.2)), "the mold's lid")
+    height = GROOVE_DEPTH - 0.2
+    ridge = _ring(gel, gap, height).cut(_notches(gel, (0, RIM), (0, height)))
+    return one_solid(plate.union(ridge), "the mold's lid")
 
 
-def _around(middle: float) -> tuple[float, float]:
-    return middle - OVERFLOW_WIDTH / 2, middle + OVERFLOW_WIDTH / 2
+def _notches(gel: Gel, outward: Point, z: Point) -> cq.Workplane:
+    """What the notches take out between two distances from the pad's edge, on all four sides."""
+    x, y, half = gel.pad_length_mm / 2, gel.pad_width_mm / 2, OVERFLOW_WIDTH / 2
+    near, far = outward
+    across = (-half, half)
+    return union_of(
+        [
+            box((x + near, x + far), across, z),
+            box((-x - far, -x - near), across, z),
+            box(across, (y + near, y + far), z),
+            box(across, (-y - far, -y - near), z),
+        ]
+    )
 
 
 def _ring(gel: Gel, gap: float, height: float) -> cq.Workplane:

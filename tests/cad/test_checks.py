@@ -74,7 +74,7 @@ def test_a_part_of_another_volume_than_its_formula_is_found(finger: Model) -> No
     assert not failed(checks.check_closed_forms(FINGER, whole))
     for name in ("ball_jig", "mold_flat", "mold_lid"):
         x = whole[name].BoundingBox().xmin
-        scratched = cq.Workplane(whole[name]).cut(box((x, x + 0.1), (-0.5, 0.5), (-1, 1))).val()
+        scratched = cq.Workplane(whole[name]).cut(box((x, x + 0.1), (-2, 2), (-1, 1))).val()
         found = failed(checks.check_closed_forms(FINGER, {**whole, name: scratched}))
         assert [text.split(":")[0] for text in found] == [f"closed form {name}"]
 
@@ -109,6 +109,18 @@ def test_a_mold_with_another_curvature_is_found() -> None:
     # At the cavity's edge, y = 4.7 mm: the sag differs by about y²/2 (60/50² - 1/60).
     assert first.value == pytest.approx(4.7**2 / 2 * (60 / 50**2 - 1 / 60), rel=0.1)
     assert not first.passed
+
+
+def test_silicone_that_a_whole_ridge_shuts_in_is_found(finger: Model) -> None:
+    halves = {name: mesh_of(finger.printed[name]) for name in ("mold_curved", "mold_flat")}
+    lid = finger.printed["mold_lid"]
+    assert failed(checks.check_relief(halves, mesh_of(lid))) == []
+    x, y = FINGER.gel.pad_length_mm / 2, FINGER.gel.pad_width_mm / 2
+    ridge = box((-x - 3.6, x + 3.6), (-y - 3.6, y + 3.6), (-0.1, 1.0))
+    ridge = ridge.cut(box((-x - 1.8, x + 1.8), (-y - 1.8, y + 1.8), (-1, 2)))
+    closed = mesh_of(cq.Workplane(lid).union(ridge).val())
+    for result in checks.check_relief(halves, closed):
+        assert result.value > 0.8 * finger.bodies["gel"].Volume() and not result.passed
 
 
 def test_screws_of_another_size_are_found(finger: Model) -> None:

@@ -123,6 +123,10 @@ VARIANTS = {
         "printing",
         press_clearance_mm=0.15,
     ),
+    "flat gel thinner than the mold's notches": changed(
+        STANDARD, "gel", curved=False, thickness_mm=0.5
+    ),
+    "curved gel thinner than the mold's notches": changed(FINGER, "gel", thickness_mm=0.7),
     "thick acrylic, no films, larger screws": changed(
         changed(changed(STANDARD, "acrylic", thickness_mm=6.0), "fastening", screw="M2.5"),
         "lights",

@@ -55,7 +55,7 @@ def test_the_two_molds_differ_by_the_gels_they_cast() -> None:
     gel = STANDARD.gel
     flat = gel.pad_length_mm * gel.pad_width_mm * gel.thickness_mm
     more = mold_curved(STANDARD).Volume() - mold_flat(STANDARD).Volume()
-    # The overflow's notches reach into neither cavity, as both are deeper at the pad's edge.
+    # The notches of both are the same and end at the pad's edge.
     assert more == pytest.approx(flat - gel_volume(gel), rel=1e-4)
 
 
