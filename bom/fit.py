@@ -8,6 +8,9 @@ from dataclasses import fields, replace
 from bom.bill import BoughtPart
 from sensor.design import Wedge
 
+SHEET_MM = 100
+"""Side of the square sheets of acrylic and mirror that the bill orders; what is cut fits on one."""
+
 
 def parts_for(design: Wedge, parts: Sequence[BoughtPart]) -> list[BoughtPart]:
     """The rows with the design's sizes; a row whose product has another size says so.
@@ -17,6 +20,7 @@ def parts_for(design: Wedge, parts: Sequence[BoughtPart]) -> list[BoughtPart]:
         parts: The table, with fields such as ``{mirror.thickness_mm:g}`` in its words.
     """
     groups = {item.name: getattr(design, item.name) for item in fields(design)}
+    groups |= {"sheet_mm": SHEET_MM}
     return [_without_misfit(_filled(part, groups), groups) for part in parts]
 
 

@@ -157,9 +157,13 @@ def _print_table(parts: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _laser_table(design: Wedge) -> str:
-    rows = ["| sheet | thickness, mm | piece | size, mm | quantity |", "|---|---|---|---|---|"]
+    rows = [
+        "| sheet | cut by | thickness, mm | piece | size, mm | quantity |",
+        "|---|---|---|---|---|---|",
+    ]
     rows += [
-        f"| {sheet.material} | {sheet.thickness_mm:g} | {piece.id} |"
+        f"| {sheet.material} | {'knife' if sheet.kerf_mm is None else 'laser'} |"
+        f" {sheet.thickness_mm:g} | {piece.id} |"
         f" {piece.length:.2f} x {piece.width:.2f} | {piece.quantity} |"
         for sheet in sheets(design)
         for piece in sheet.pieces

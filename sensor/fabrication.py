@@ -24,11 +24,10 @@ class Printing(Bounded):
 
 @dataclass(frozen=True, kw_only=True)
 class Laser(Bounded):
-    """Width of the laser's cut in each material; measure yours with the kerf comb."""
+    """Width of the laser's cut in what it cuts; measure yours with the kerf comb."""
 
     acrylic_kerf_mm: float = bounded(0, 0.6)
     mirror_kerf_mm: float = bounded(0, 0.6)
-    film_kerf_mm: float = bounded(0, 0.6)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,9 +80,7 @@ DESKTOP_PRINTER = Printing(
     press_clearance_mm=chosen(0.10),
     layer_mm=chosen(0.12),
 )
-CO2_LASER = Laser(
-    acrylic_kerf_mm=chosen(0.18), mirror_kerf_mm=chosen(0.18), film_kerf_mm=chosen(0.10)
-)
+CO2_LASER = Laser(acrylic_kerf_mm=chosen(0.18), mirror_kerf_mm=chosen(0.18))
 CSI_SUPPLY = Wiring(
     supply_v=paper(3.3),
     led_current_ma=chosen(5.0),

@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Sheets for the laser cutter: closed outlines on CUT, stroked labels on ENGRAVE and NOTE, in mm.
+"""Sheets to be cut: closed outlines on CUT, stroked labels on ENGRAVE and NOTE, in mm.
 
-Each sheet comes twice: nominal, for a cutter that makes up for its kerf itself, and grown by
-half the kerf of the design's ``laser`` table.
+Acrylic and mirror come twice: nominal, for a laser that makes up for its kerf itself, and grown by
+half the kerf of the design's ``laser`` table. Films come nominal only: most are vinyl, whose fumes
+in a laser are hydrogen chloride, so a knife cuts them.
 """
 
 import io
@@ -18,6 +19,7 @@ from ezdxf.document import Drawing
 from ezdxf.filemanagement import new
 from ezdxf.layouts.layout import Modelspace
 
+from bom.fit import SHEET_MM
 from cad.exports.strokes import strokes
 from cad.layout import Layout
 from sensor.design import Wedge
@@ -28,8 +30,7 @@ Vertex = tuple[float, float, float]
 _GAP = 4.0
 _LETTER = 2.0
 """Height of what is written."""
-_SHEET_WIDTH = 120.0
-_COMB_TOOTH, _COMB_TEETH = 10.0, 10
+_COMB_TOOTH, _COMB_TEETH, _COMB_ROW = 10.0, 10, 5
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,8 @@ class Sheet:
 
     material: str
     thickness_mm: float
-    kerf_mm: float
+    kerf_mm: float | None
+    """Of the laser; None where a knife cuts."""
     pieces: tuple[Piece, ...]
 
     @property
@@ -89,7 +91,7 @@ def sheets(design: Wedge) -> list[Sheet]:
             Sheet(
                 film,
                 round(thickness, 3),
-                laser.film_kerf_mm,
+                None,
                 tuple(p for p in pieces if p.quantity),
             )
         )
@@ -143,9 +145,11 @@ def area_mm2(points: Sequence[Vertex]) -> float:
 
 
 def laser_files(design: Wedge) -> Iterator[tuple[str, bytes]]:
-    """(name, DXF) of every sheet, nominal and with its kerf, and a comb for each material."""
+    """(name, DXF) of every sheet; for a laser also with its kerf, and a comb to measure that."""
     for sheet in sheets(design):
         yield f"{sheet.name}_nominal.dxf", sheet_dxf(sheet, 0.0)
+        if sheet.kerf_mm is None:
+            continue
         if sheet.kerf_mm:
             name = f"{sheet.name}_kerf{sheet.kerf_mm:g}.dxf"
             yield name, sheet_dxf(sheet, sheet.kerf_mm)
@@ -156,7 +160,8 @@ def laser_files(design: Wedge) -> Iterator[tuple[str, bytes]]:
 def sheet_dxf(sheet: Sheet, kerf_mm: float) -> bytes:
     """One sheet: each kind of piece in rows of its own, with thickness and quantity below them."""
     document, space = _new_document()
-    cut = f"kerf {kerf_mm:g} mm added" if kerf_mm else "nominal: the cutter must add its kerf"
+    laser = "the cutter must add its kerf" if sheet.kerf_mm is not None else "never by laser"
+    cut = f"kerf {kerf_mm:g} mm added" if kerf_mm else f"nominal: {laser}"
     _write(space, "NOTE", f"{sheet.name}, {cut}, unit mm", (0, -8))
     y = 0.0
     for piece in sheet.pieces:
@@ -166,7 +171,7 @@ def sheet_dxf(sheet: Sheet, kerf_mm: float) -> bytes:
         x, y = 0.0, y + _LETTER + _GAP
         wide, deep = piece.length + kerf_mm, piece.width + kerf_mm
         for _ in range(piece.quantity):
-            if x and x + wide > _SHEET_WIDTH:
+            if x and x + wide > SHEET_MM:
                 x, y = 0.0, y + deep + _GAP
             middle = (x + wide / 2, y + deep / 2)
             moved = [
@@ -185,8 +190,10 @@ def comb_dxf(sheet: Sheet) -> bytes:
     note = f"push the {_COMB_TEETH} squares together: kerf = (100 - length in mm) / {_COMB_TEETH}"
     _write(space, "NOTE", f"{sheet.material} {sheet.thickness_mm:g} mm, {note}", (0, -8))
     for tooth in range(_COMB_TEETH):
-        x = tooth * (_COMB_TOOTH + _GAP)
-        square = [(x, 0), (x + _COMB_TOOTH, 0), (x + _COMB_TOOTH, _COMB_TOOTH), (x, _COMB_TOOTH)]
+        row, place = divmod(tooth, _COMB_ROW)
+        x, y = place * (_COMB_TOOTH + _GAP), row * (_COMB_TOOTH + _GAP)
+        far, top = x + _COMB_TOOTH, y + _COMB_TOOTH
+        square = [(x, y), (far, y), (far, top), (x, top)]
         space.add_lwpolyline(square, close=True, dxfattribs={"layer": "CUT"})
     return _bytes(document)
 

@@ -197,7 +197,8 @@ def test_letters_are_drawn_differently_and_as_wide_as_they_say() -> None:
 def test_laser_sheets_hold_the_parts_outlines(finger: Model, fabricated: Folders) -> None:
     pieces = pieces_by_id(finger.design)
     for sheet in sheets(finger.design):
-        for kerf, suffix in ((0.0, "nominal"), (sheet.kerf_mm, f"kerf{sheet.kerf_mm:g}")):
+        variants = {"nominal": 0.0} | ({f"kerf{k:g}": k} if (k := sheet.kerf_mm) else {})
+        for suffix, kerf in variants.items():
             document = ezdxf.readfile(fabricated[0] / "laser" / f"{sheet.name}_{suffix}.dxf")
             assert not document.audit().errors
             assert document.units == ezdxf.units.MM
@@ -217,6 +218,28 @@ def test_laser_sheets_hold_the_parts_outlines(finger: Model, fabricated: Folders
             ]
             assert [outline_area(cut) for cut in cuts] == pytest.approx(wanted, rel=1e-6)
             assert f"_x{len(cuts)}" in sheet.name
+
+
+def test_films_are_for_a_knife_and_what_a_laser_cuts_fits_its_sheet(fabricated: Folders) -> None:
+    files = sorted((fabricated[0] / "laser").glob("*.dxf"))
+    films = [path.name for path in files if re.search("gray_filter|diffuser", path.name)]
+    assert films and all(re.fullmatch(r"[a-z_]+_[\d.]+mm_x\d_nominal.dxf", name) for name in films)
+    guide = (fabricated[0] / "guide.md").read_text(encoding="utf-8")
+    assert "Never put the films into it" in guide
+    rows = [line for line in guide.splitlines() if re.match(r"\| (gray_filter|diffuser) ", line)]
+    assert rows and all("knife" in row and "laser" not in row for row in rows)
+    with (fabricated[0] / "bill" / "bill.csv").open(encoding="utf-8", newline="") as file:
+        names = {row["id"]: row["name"] for row in csv.DictReader(file)}
+    for path in files:
+        material = "mirror" if "mirror" in path.name else "acrylic"
+        sides = re.findall(r"(\d+) x (\d+) mm x", names[material])[0]
+        space = ezdxf.readfile(path).modelspace()
+        cuts = [np.array([(x, y) for x, y, *_ in cut]) for cut in space.query('*[layer=="CUT"]')]
+        extent = np.ptp(np.concatenate(cuts), axis=0)
+        assert (extent < [float(side) for side in sides]).all(), path.name
+    combs = [path for path in files if path.name.startswith("kerf_comb")]
+    assert [path.name.split("_")[2] for path in combs] == ["acrylic", "mirror"]
+    assert all(len(ezdxf.readfile(p).modelspace().query('*[layer=="CUT"]')) == 10 for p in combs)
 
 
 def test_the_acrylics_outline_is_its_solids(finger: Model, standard: Model) -> None:
