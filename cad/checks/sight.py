@@ -19,7 +19,7 @@ from cad.optics import (
     trace,
 )
 from cad.rays import Array, first_hits
-from cad.refusals import KEYSTONE, PIXEL_MARGIN
+from cad.sight_refusals import KEYSTONE, PIXEL_MARGIN
 from sensor.design import Wedge
 
 GRID = 41

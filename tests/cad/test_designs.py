@@ -13,6 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from cad.build import model, run_checks
+from cad.electronics.resistors import RATED_W, ballasts
 from cad.exports.laser import area_mm2, laser_files, outline, pieces_by_id
 from cad.refusals import refuse_unbuildable
 from sensor.design import FINGER, STANDARD, Wedge
@@ -46,6 +47,8 @@ IMPOSSIBLE = {
     "plug in the resistor board": ("compartment.length_mm", "compartment", {"length_mm": 34.0}),
     "LEDs too narrow to solder": ("lights.led_width_mm", "lights", {"led_width_mm": 0.7}),
     "LEDs too short to solder": ("lights.led_length_mm", "lights", {"led_length_mm": 0.6}),
+    "cover past the gel": ("compartment.height_mm", "compartment", {"height_mm": 27.5}),
+    "current that burns a resistor": ("wiring.led_current_ma", "wiring", {"led_current_ma": 30.0}),
     "pad to the acrylic's edge": ("gel.pad_width_mm", "gel", {"pad_width_mm": 27.0}),
 }
 
@@ -69,6 +72,30 @@ def test_a_design_just_inside_a_named_bound_is_taken() -> None:
         refuse_unbuildable(changed(STANDARD, "mirror", length_mm=25.0))
     (bound,) = re.findall(r"at least ([\d.]+)", str(refusal.value))
     refuse_unbuildable(changed(STANDARD, "mirror", length_mm=float(bound)))
+
+
+@pytest.mark.parametrize("supply_v", [3.3, 5.0, 12.0])
+@pytest.mark.parametrize("design", [STANDARD, FINGER], ids=lambda design: design.name)
+def test_a_current_is_refused_just_where_a_resistor_takes_too_much_heat(
+    design: Wedge, supply_v: float
+) -> None:
+    for current in (0.5, 2.0, 3.4, 3.6, 8.0, 15.0, 22.0, 30.0):
+        asked = changed(design, "wiring", supply_v=supply_v, led_current_ma=current)
+        too_hot = any(ballast.power_w > RATED_W for ballast in ballasts(asked))
+        try:
+            refuse_unbuildable(asked)
+        except WedgeError as refusal:
+            assert too_hot and str(refusal).startswith(f"wiring.led_current_ma = {current:g} must")
+            (bound,) = re.findall(r"at most ([\d.]+)", str(refusal))
+            refuse_unbuildable(changed(asked, "wiring", led_current_ma=float(bound)))
+        else:
+            assert not too_hot
+
+
+def test_the_finger_s_cover_stays_behind_its_gel() -> None:
+    refuse_unbuildable(changed(FINGER, "compartment", height_mm=15.9))
+    with pytest.raises(WedgeError, match=r"compartment.height_mm = 35 must be at most 15.9: "):
+        refuse_unbuildable(changed(FINGER, "compartment", height_mm=35.0))
 
 
 @pytest.mark.parametrize("design", [STANDARD, FINGER], ids=lambda design: design.name)
