@@ -127,7 +127,7 @@ def _files(built: Model) -> Iterator[tuple[str, bytes]]:
         yield f"laser/{name}", content
     for board in built.boards:
         for name, content in board_files(board):
-            yield f"electronics/{board.name}/{name}", content
+            yield f"electronics/{name}", content
     yield "electronics/wiring.svg", wiring_svg(design)
     yield "drawing.svg", drawing_of(design, built.body_meshes)
 

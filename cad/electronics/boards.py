@@ -75,6 +75,7 @@ class Component:
     package: str
     middle: tuple[float, float]
     rotation_deg: float
+    """Anticlockwise, from the footprint with pin 1, of a diode the cathode, on the left."""
 
 
 @dataclass(frozen=True)
@@ -128,7 +129,8 @@ def _array(design: Wedge, row: LightRow, place: Layout) -> Board:
             Rectangle(_narrow(cathode), (EDGE, middle)),
         ]
         part = f"led_{row.colour}"
-        components.append(Component(name, part, row.colour, package, (u, middle), 0.0))
+        turn = 180.0  # pick and place knows the cathode on the left at 0
+        components.append(Component(name, part, row.colour, package, (u, middle), turn))
         nets["A"].append((name, "A"))
         nets["K"].append((name, "K"))
     return Board(

@@ -5,29 +5,33 @@
 from collections.abc import Iterable, Iterator
 
 from cad.electronics.boards import EDGE, Board, Rectangle
+from cad.electronics.silkscreen import MASK_MARGIN, STROKE, Line, printed_lines
 
-_MASK_MARGIN = 0.05
 _OUTLINE = 0.1
 
 
 def board_files(board: Board) -> Iterator[tuple[str, bytes]]:
-    """(name, content) of every fabrication file of a board."""
+    """(path, content) of every fabrication file of a board: layers in a folder, tables beside it.
+
+    A house takes the folder, whose names tell the layers to whoever opens it as a whole.
+    """
     pads = [pad.copper for pad in board.pads]
     through = [pad.copper for pad in board.pads if pad.drill]
     surface = [pad.copper for pad in board.pads if not pad.drill]
-    name = board.name
-    open_ = [pad.grown(_MASK_MARGIN) for pad in pads]
-    yield f"{name}-F_Cu.gtl", _gerber("Copper,L1,Top", [*pads, *board.tracks])
-    yield f"{name}-F_Mask.gts", _gerber("Soldermask,Top", open_, negative=True)
-    yield f"{name}-F_Paste.gtp", _gerber("Paste,Top", surface)
-    yield f"{name}-Edge_Cuts.gm1", _outline(board)
+    layer = f"{board.name}/{board.name}"
+    open_ = [pad.grown(MASK_MARGIN) for pad in pads]
+    open_below = [pad.grown(MASK_MARGIN) for pad in through]
+    yield f"{layer}-F_Cu.gtl", _gerber("Copper,L1,Top", [*pads, *board.tracks])
+    yield f"{layer}-F_Mask.gts", _gerber("Soldermask,Top", open_, negative=True)
+    yield f"{layer}-F_Paste.gtp", _gerber("Paste,Top", surface)
+    yield f"{layer}-F_Silkscreen.gto", _drawn("Legend,Top", STROKE, printed_lines(board))
+    yield f"{layer}-B_Mask.gbs", _gerber("Soldermask,Bot", open_below, negative=True)
+    yield f"{layer}-Edge_Cuts.gm1", _outline(board)
     if through:
-        mask = [pad.grown(_MASK_MARGIN) for pad in through]
-        yield f"{name}-B_Cu.gbl", _gerber("Copper,L2,Bot", through)
-        yield f"{name}-B_Mask.gbs", _gerber("Soldermask,Bot", mask, negative=True)
-        yield f"{name}-PTH.drl", _drill(board)
-    yield f"{name}-placement.csv", _placement(board)
-    yield f"{name}-bill.csv", _bill(board)
+        yield f"{layer}-B_Cu.gbl", _gerber("Copper,L2,Bot", through)
+        yield f"{layer}-PTH.drl", _drill(board)
+    yield f"{board.name}-placement.csv", _placement(board)
+    yield f"{board.name}-bill.csv", _bill(board)
 
 
 def _gerber(function: str, rectangles: Iterable[Rectangle], negative: bool = False) -> bytes:
@@ -48,8 +52,14 @@ def _gerber(function: str, rectangles: Iterable[Rectangle], negative: bool = Fal
 def _outline(board: Board) -> bytes:
     width, height = board.size
     corners = [(0.0, 0.0), (width, 0.0), (width, height), (0.0, height), (0.0, 0.0)]
-    lines = [*_head("Profile,NP", False), f"%ADD10C,{_OUTLINE:.6f}*%", "D10*", "G01*"]
-    lines += [f"{_point(*corner)}D0{1 if index else 2}*" for index, corner in enumerate(corners)]
+    return _drawn("Profile,NP", _OUTLINE, [corners])
+
+
+def _drawn(function: str, width: float, drawn: Iterable[Line]) -> bytes:
+    """One layer of open lines."""
+    lines = [*_head(function, False), f"%ADD10C,{width:.6f}*%", "D10*", "G01*"]
+    for line in drawn:
+        lines += [f"{_point(*point)}D0{1 if index else 2}*" for index, point in enumerate(line)]
     return _ended(lines)
 
 

@@ -3,6 +3,7 @@
 """The wiring picture: supply, resistor board and arrays, with every wire in its colour."""
 
 from html import escape
+from textwrap import wrap
 
 from cad.electronics.resistors import ballasts
 from sensor.design import Wedge
@@ -13,16 +14,18 @@ BOARD_WORDS = (
     " the top, J2.1 at the left."
 )
 ARRAY_WORDS = (
-    "LED array, LEDs toward you, tail to the right: the upper pad is the anode, the lower one the"
-    " cathode."
+    "LED array, LEDs toward you, tail to the right: the upper pad is the anode (A), the lower one"
+    " the cathode (K). Each LED's cathode, between the printed bars, is toward the tail."
 )
 
 
 def wiring_svg(design: Wedge) -> bytes:
     """A diagram of who is wired to whom, not to scale."""
     found = ballasts(design)
-    height = 146 + 84 * len(found)
-    ground = height - 62
+    words = [BOARD_WORDS, *wrap(ARRAY_WORDS, 115)]
+    foot = 10 + 18 * len(words)
+    height = 100 + foot + 84 * len(found)
+    ground = height - foot - 16
     drawn = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         f'<svg xmlns="http://www.w3.org/2000/svg" width="820" height="{height}"'
@@ -31,8 +34,8 @@ def wiring_svg(design: Wedge) -> bytes:
         f'<rect width="820" height="{height}" fill="#fff"/>',
         f'<text x="20" y="26" font-size="16">Wiring, {escape(design.name)}:'
         f" {design.wiring.supply_v:g} V from the CSI-to-HDMI adapter</text>",
-        _box(20, 60, 130, height - 106, "#eee", "adapter"),
-        _box(240, 60, 190, height - 106, "#e3efe3", "resistor board"),
+        _box(20, 60, 130, height - foot - 60, "#eee", "adapter"),
+        _box(240, 60, 190, height - foot - 60, "#e3efe3", "resistor board"),
         *_wire(150, 90, 240, 90, "#c00", f"{design.wiring.supply_v:g} V to J1.1"),
         *_wire(150, ground, 240, ground, "#222", "GND to J1.2"),
     ]
@@ -62,8 +65,10 @@ def wiring_svg(design: Wedge) -> bytes:
     drawn += [
         f'<path d="M240,90H256V{last}" stroke="#c00" stroke-width="1.5" fill="none"/>',
         f'<path d="M240,{ground}H410V144" stroke="#222" stroke-width="1.5" fill="none"/>',
-        f'<text x="20" y="{height - 26}">{BOARD_WORDS}</text>',
-        f'<text x="20" y="{height - 8}">{ARRAY_WORDS}</text>',
+        *(
+            f'<text x="20" y="{height - foot + 20 + 18 * line}">{escape(text, quote=False)}</text>'
+            for line, text in enumerate(words)
+        ),
     ]
     return ("\n".join([*drawn, "</svg>"]) + "\n").encode()
 

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Resistors by Ohm's law, copper by its geometry, board files by another reader."""
 
+import itertools
 import math
 import warnings
 from dataclasses import replace
@@ -17,7 +18,8 @@ from cad.electronics.boards import Board, Rectangle, boards
 from cad.electronics.files import board_files
 from cad.electronics.netlist import islands, net_faults, smallest_gap
 from cad.electronics.resistors import E24, ballasts, next_e24
-from cad.electronics.wiring import wiring_svg
+from cad.electronics.silkscreen import MASK_MARGIN, STROKE, printed_lines
+from cad.electronics.wiring import ARRAY_WORDS, wiring_svg
 from sensor.design import FINGER, STANDARD, Wedge
 
 BOTH = pytest.mark.parametrize("design", [STANDARD, FINGER], ids=lambda design: design.name)
@@ -95,16 +97,75 @@ def test_the_array_fits_beside_the_acrylic() -> None:
             assert pitches == {design.wiring.led_pitch_mm}
 
 
+def written(board: Board, out: Path) -> Path:
+    """The folder of a board's layers, beside which its tables lie."""
+    for name, content in board_files(board):
+        (out / name).parent.mkdir(exist_ok=True)
+        (out / name).write_bytes(content)
+    return out / board.name
+
+
+@BOTH
+def test_another_reader_takes_each_board_s_folder_as_a_whole(design: Wedge, tmp_path: Path) -> None:
+    gerbonara = pytest.importorskip("gerbonara")
+    for board in boards(design):
+        folder = written(board, tmp_path)
+        stack = gerbonara.LayerStack.open(folder)
+        uses = {"copper", "mask", "silk", "paste"}
+        assert {use for side, use in stack.graphic_layers if side == "top"} == uses
+        assert ("mechanical", "outline") in stack.graphic_layers
+        assert bool([*stack.drill_layers]) is any(pad.drill for pad in board.pads)
+        assert {path.name for path in tmp_path.glob("*.csv")} >= {
+            f"{board.name}-placement.csv", f"{board.name}-bill.csv"
+        }  # fmt: skip
+
+
+@BOTH
+def test_print_says_where_cathodes_are_and_stays_off_the_solder(design: Wedge) -> None:
+    resistors, *arrays = boards(design)
+    for board in (resistors, *arrays):
+        opened = [pad.copper.grown(MASK_MARGIN) for pad in board.pads]
+        for line in printed_lines(board):
+            for (x0, y0), (x1, y1) in itertools.pairwise(line):
+                for part in np.linspace(0, 1, 20):
+                    x, y = x0 + part * (x1 - x0), y0 + part * (y1 - y0)
+                    dot = Rectangle((x, x), (y, y))
+                    assert min(dot.distance(pad) for pad in opened) > STROKE / 2 - 1e-9
+                    assert STROKE / 2 < x < board.size[0] and STROKE / 2 < y < board.size[1]
+    for board in arrays:
+        bars = [line for line in printed_lines(board) if np.ptp([y for _, y in line]) == 0]
+        pads = {(pad.component, pad.pin): pad.copper for pad in board.pads}
+        for led in board.components:
+            cathode = pads[led.reference, "K"]
+            beside = [y for (x0, y), (x1, _) in bars if (x0, x1) == cathode.x]
+            assert min(beside) < cathode.y[0] and max(beside) > cathode.y[1]
+            assert cathode.middle[0] > pads[led.reference, "A"].middle[0]
+        # Two bars and the K (of two lines) of each LED; A and K (two lines each) at the tail.
+        assert len(printed_lines(board)) == 4 * len(board.components) + 4
+
+
+@BOTH
+def test_the_placement_turns_each_led_from_the_cathode_on_the_left(design: Wedge) -> None:
+    """IPC-7351: pin 1, a diode's cathode, is on the left of the footprint that is not turned."""
+    for board in boards(design)[1:]:
+        tables = {name: content.decode() for name, content in board_files(board)}
+        rows = tables[f"{board.name}-placement.csv"].splitlines()[1:]
+        pads = {(pad.component, pad.pin): pad.copper.middle for pad in board.pads}
+        for name, *_, turn, _ in (row.split(",") for row in rows):
+            (xa, ya), (xk, yk) = pads[name, "A"], pads[name, "K"]
+            left = math.degrees(math.atan2(yk - ya, xk - xa)) - 180
+            assert (float(turn) - left) % 360 == pytest.approx(0, abs=1e-6)
+
+
 @BOTH
 def test_another_reader_finds_the_same_copper_and_holes(design: Wedge, tmp_path: Path) -> None:
     gerbonara = pytest.importorskip("gerbonara")
     for board in boards(design):
-        for name, content in board_files(board):
-            (tmp_path / name).write_bytes(content)
+        folder = written(board, tmp_path)
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            copper = gerbonara.GerberFile.open(tmp_path / f"{board.name}-F_Cu.gtl")
-            edge = gerbonara.GerberFile.open(tmp_path / f"{board.name}-Edge_Cuts.gm1")
+            copper = gerbonara.GerberFile.open(folder / f"{board.name}-F_Cu.gtl")
+            edge = gerbonara.GerberFile.open(folder / f"{board.name}-Edge_Cuts.gm1")
         found = np.array([(o.x, o.y, o.aperture.w, o.aperture.h) for o in copper.objects])
         drawn = [pad.copper for pad in board.pads] + list(board.tracks)
         wanted = np.array([(*copper.middle, *copper.size) for copper in drawn])
@@ -118,7 +179,7 @@ def test_another_reader_finds_the_same_copper_and_holes(design: Wedge, tmp_path:
         if holes:
             with warnings.catch_warnings():
                 warnings.simplefilter("error")
-                drill = gerbonara.ExcellonFile.open(tmp_path / f"{board.name}-PTH.drl")
+                drill = gerbonara.ExcellonFile.open(folder / f"{board.name}-PTH.drl")
             places = sorted((round(o.x, 3), round(o.y, 3)) for o in drill.objects)
             assert places == sorted(
                 (round(p.copper.middle[0], 3), round(p.copper.middle[1], 3)) for p in holes
@@ -137,6 +198,7 @@ def test_the_words_of_the_wiring_picture_hold_on_the_boards(design: Wedge) -> No
         tail = {pad.pin: pad.copper.middle for pad in board.pads if pad.component == "J1"}
         assert tail["A"][1] > tail["K"][1]
         assert min(x for x, _ in tail.values()) > max(c.middle[0] for c in board.components)
+    assert "cathode" in ARRAY_WORDS and ARRAY_WORDS.endswith("toward the tail.")
 
 
 def test_the_wiring_picture_names_every_resistor() -> None:
