@@ -58,13 +58,15 @@ PRINTED = (
             "cavity up, finest layers; sand to 2000 grit and polish"),
     Printed("mold_lid", "Gel mold, lid", mold_lid, "PLA", AS_MODELLED, "casting",
             "flat side on smooth glass, ridge up"),
-    Printed("ball_jig", "Ball jig", ball_jig, "PLA", AS_MODELLED, "calibration", "socket up"),
+    Printed("ball_jig", "Ball jig", ball_jig, "PLA", AS_MODELLED, "calibration",
+            "socket up; fix the ball with a drop of glue"),
     Printed("caliper_jig", "Caliper jig", caliper_jig, "PLA", UPSIDE_DOWN, "calibration",
             "slotted face on the bed"),
     Printed("camera_coupon", "Fit coupon, camera and screws", camera_coupon, "PLA black",
-            AS_MODELLED, "fit test", "dots up; print it first, as the case will be printed"),
+            AS_MODELLED, "fit test", "dots up; print it first, of the case's filament"),
     Printed("acrylic_coupon", "Fit coupon, acrylic and pins", acrylic_coupon, "PLA black",
-            AS_MODELLED, "fit test", "dots up; print it first, as the case will be printed"),
+            AS_MODELLED, "fit test",
+            "dots up; print it first, of the case's filament; its pin holes stand, the case's lie"),
 )  # fmt: skip
 
 

@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fit coupons: small prints with the fits of the parts, to be tried before the parts are printed.
 
-Each coupon repeats a fit three times: tighter by 0.05 mm a side (one dot), as designed (two
-dots) and looser (three dots). Change ``printing.press_clearance_mm`` to the one that fits.
+Each coupon repeats a pressed fit three times: tighter by 0.05 mm a side (one dot), as designed
+(two dots) and looser (three dots). Change ``printing.press_clearance_mm`` to the one that fits.
+Holes for screws come once: no field changes them.
 """
 
 import cadquery as cq
@@ -18,7 +19,7 @@ THICK = 5.0
 
 
 def camera_coupon(design: Wedge) -> cq.Solid:
-    """Three sockets for the camera's head, with a hole for a screw's thread and one to clear it."""
+    """Three sockets for the camera's head; a hole for a screw's thread and one to clear it."""
     place = Layout(design)
     head = design.camera.head_size_mm
     cell = head + 2 * WALL
@@ -28,9 +29,9 @@ def camera_coupon(design: Wedge) -> cq.Solid:
         x = (index + 0.5) * cell
         cuts.append(box((x - half, x + half), (cell / 2 - half, cell / 2 + half), (-1, THICK + 1)))
         cuts += _dots(index, x, 1.25)
-        tap, clear = place.screw.tap_mm / 2 + step, place.screw.clearance_mm / 2 + step
-        cuts.append(cylinder((x - 3, cell + 2, -1), (0, 0, 1), tap, THICK + 2))
-        cuts.append(cylinder((x + 3, cell + 2, -1), (0, 0, 1), clear, THICK + 2))
+    middle = 1.5 * cell
+    for x, width in ((middle - 3, place.screw.tap_mm), (middle + 3, place.screw.clearance_mm)):
+        cuts.append(cylinder((x, cell + 2, -1), (0, 0, 1), width / 2, THICK + 2))
     body = box((0, 3 * cell), (0, cell + 5), (0, THICK))
     return one_solid(body.cut(union_of(cuts)), "the camera's fit coupon")
 

@@ -15,6 +15,7 @@ from cad.layout import Layout
 from cad.mesh import DEFLECTION_MM, mesh_of
 from cad.parts import bought
 from cad.parts.case import case
+from cad.parts.coupons import camera_coupon
 from cad.parts.jigs import ball_jig, ball_jig_volume_mm3
 from cad.parts.mold import gel_pad, mold_curved, mold_flat
 from cad.tables import fastener
@@ -61,6 +62,15 @@ def test_the_two_molds_differ_by_the_gels_they_cast() -> None:
 
 def test_the_ball_jig_is_its_cylinders_less_a_part_of_a_sphere() -> None:
     assert ball_jig(FINGER).Volume() == pytest.approx(ball_jig_volume_mm3(FINGER), rel=1e-9)
+
+
+def test_the_coupon_has_each_screw_hole_once_as_the_case_has_it() -> None:
+    for press in (0.05, 0.15):
+        design = replace(STANDARD, printing=replace(STANDARD.printing, press_clearance_mm=press))
+        faces = camera_coupon(design).faces("%CYLINDER").Faces()
+        widths = [round(face.BoundingBox().ylen, 3) for face in faces]
+        size = fastener(design.fastening.screw)
+        assert sorted(width for width in widths if width > 1) == [size.tap_mm, size.clearance_mm]
 
 
 def test_cut_parts_have_the_volume_of_their_boxes() -> None:
