@@ -110,7 +110,10 @@ def _write_papers(built: "Model", manifest: dict[str, Any], folder: Path) -> Non
     names = {line.part.id: line.part.name for line in lines}
     title = f"GelSight Wedge, {built.design.name}"
     order = [(line.part.name, line.quantity_words) for line in lines]
-    guide = guide_text(built.design, built.assembly, built.boards, manifest["parts"], names, order)
+    failed = [f"{c['check']} {c['subject']}" for c in manifest["checks"] if not c["passed"]]
+    guide = guide_text(
+        built.design, built.assembly, built.boards, manifest["parts"], names, order, failed
+    )
     texts = {
         "bill/bill.csv": bill_csv(lines),
         "bill/bill.md": bill_markdown(lines, title),

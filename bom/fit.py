@@ -20,7 +20,7 @@ def parts_for(design: Wedge, parts: Sequence[BoughtPart]) -> list[BoughtPart]:
         parts: The table, with fields such as ``{mirror.thickness_mm:g}`` in its words.
     """
     groups = {item.name: getattr(design, item.name) for item in fields(design)}
-    groups |= {"sheet_mm": SHEET_MM}
+    groups |= {"sheet_mm": SHEET_MM, "pin_length_mm": design.pin_length_mm}
     return [_without_misfit(_filled(part, groups), groups) for part in parts]
 
 

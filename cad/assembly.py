@@ -129,7 +129,7 @@ def assemble(design: Wedge) -> tuple[Assembly, dict[str, cq.Solid]]:
         Step("cover", "Take the electronics cover", "electronics", ("electronics_cover",)),
         Step("board", "Lay the CSI-to-HDMI board on its posts", "electronics", ("csi_hdmi_board",)),
         Step("board_screws", "Screw the board down", "electronics", _names("board_screw", 4)),
-        Step("resistor_board", "Lay the resistor board over the screws", "electronics",
+        Step("resistor_board", "Solder, plug in, and lay the resistor board last", "electronics",
              ("resistor_board",)),
         Step("cover_into_place", "Close the compartment", "sensor", (), "electronics"),
         Step("cover_screws", "Screw the cover to the adapter", "sensor", _names("cover_screw", 4)),

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from cad.electronics.boards import Board
+from cad.parts.gripper_adapter import GRIPPER_SCREW_LENGTH, WSG_50
 
 WIRE_M = 0.12
 """From an array to the resistor board, or from there to the adapter."""
@@ -36,6 +37,9 @@ def bill_counts(
     behind = ("hdmi_cable", "raspberry_pi", "pi_power_supply", "microsd_card")
     links = {name: counts["csi_hdmi_board"] for name in behind}
     per_gel |= {"black_tape": counts["gel"], "abrasive": counts["gel"]}
+    wrapped = {"insulating_tape": counts["resistor_board"]}
+    gripper = f"screw_{WSG_50.screw.lower()}x{GRIPPER_SCREW_LENGTH:g}"
+    counts[gripper] += len(WSG_50.places) * bodies["adapter_wsg50"]
     glued = {"epoxy": counts["mirror"], "double_tape": arrays}
     implied = {"wire": round((2 * arrays + 2) * WIRE_M, 3), "pla": round(grams, 1), "ball": balls}
-    return {**counts, **per_gel, **glued, **links, **implied}
+    return {**counts, **per_gel, **wrapped, **glued, **links, **implied}

@@ -14,6 +14,7 @@ from cad.electronics.files import board_note
 from cad.electronics.resistors import ballasts
 from cad.electronics.wiring import ARRAY_WORDS, BOARD_WORDS
 from cad.exports.laser import sheets
+from cad.guide_words import design_words
 from cad.optics import keystone, pad_grid, pixel_margin, trace
 from sensor.design import Wedge
 
@@ -25,39 +26,48 @@ _HOW = {
     " seat. Lift it through the window, top first, until the top is in its corner; then swing the"
     " foot up until the back lies flat. Check by eye that nothing lies behind it: one degree of"
     " tilt moves the picture by several pixels.",
-    "lights": "Solder two wires to each array's tail first. Red goes to the left seen from the"
-    " tip with the gel down, blue to the right, green to the base; none goes to the tip. Stick each"
+    "lights": "Solder two wires to each array's tail first. Seen from the tip with the gel down,"
+    " {sides}; none goes to the tip. Stick each"
     " array with double-sided tape to the outer wall of its pocket, LEDs toward the acrylic, and"
     " lead the wires behind the ribs into the channels.",
     "acrylic": "Peel off the film. From here on touch only the edges.",
     "gray_filter": "Stick each strip to its edge from one end to the other. There must be no"
     " bubble: the filter works only where it is optically coupled to the acrylic.",
-    "diffuser": "Stick the diffuser over the gray filter.",
+    "diffuser": "{strips}",
     "gel": "Degrease the acrylic's outer face and the gel's flat back. Spread a thin, even film of"
     " silicone adhesive, lower the gel from one end, centre it, press out the air, and let it"
     " cure.",
     "window": "Last look at the mirror: blow off dust. Press the window straight in until its"
     " corners rest on the ledges and its face is flush with the case.",
-    "pins": "Push a pin into each notch at the tip. Instead, or for good, put a thin line of"
-    " glue around the edge.",
+    "pins": "Cut two pins of {pin_length} mm and push one into each notch at the tip. Instead, or"
+    " for good, put a thin line of glue around the edge.",
     "camera_holder": "Check that the lens hole is clear of strings.",
-    "camera": "Press the head in from the back, its lens first, with the ribbon leaving toward"
-    " the back, until it stops at the front plate. It must not turn.",
+    "camera": "Focus it first, as nothing reaches the lens later: these heads come set to far away."
+    " Connect it to a Raspberry Pi as in section 8, break the glue at the lens's thread, and turn"
+    " the lens until small print {focus} mm in front of it is sharp: the skin will seem {seen} mm"
+    " away. Fix the thread with a speck of glue. Then press the head in from the back, its lens"
+    " first, with the ribbon leaving toward the back, until it stops at the front plate. It must"
+    " not turn.",
     "camera_into_case": "Lead the wires through the notches of the flange and slide the holder in"
     " until the flange lies flat on the case.",
     "rear_screws": "Tighten by hand until they stop, no further: the thread is plastic.",
     "adapter": "Choose the adapter of your gripper; the plate's wide end points away from the tip.",
-    "roof_screws": "Tighten crosswise. Bolt the plate to the gripper now, from below: later the"
-    " cover is in the way.",
-    "cover": "The compartment is closed by the gripper adapter, which is its lid.",
+    "roof_screws": "Tighten crosswise. Bolt the plate to the gripper now, from below, with the"
+    " heads sunk in the plate: later the cover is in the way. It takes {gripper_screws};"
+    " take shorter ones where the gripper's holes end sooner.",
+    "cover": "The compartment is closed by the gripper adapter, which is its lid. In its place, the"
+    " cover's bottom stays {cover_gap} mm behind the gel's highest point: a flat object that"
+    " reaches under it and is pressed deeper meets the cover.",
     "board": "One board of the pair belongs here, the other one to the Raspberry Pi (section 8)."
     " Solder the resistor board's supply wires to {supply} V and ground of the adapter first.",
     "board_screws": "The screws cut their own thread in the posts.",
-    "resistor_board": "Wrap it in insulating tape, and solder the arrays' wires straight into its"
-    " holes: the wires come in at the front notch.",
-    "cover_into_place": "Lead the camera's ribbon through the front notch and plug it into the"
-    " board: open the socket's latch, push the ribbon in straight, its bare contacts toward those"
-    " of the socket, and close the latch. The board's HDMI socket then looks out at the back.",
+    "resistor_board": "Hold the cover under its place and lead the arrays' wires and the camera's"
+    " ribbon in at its front notch. Solder the wires straight into the holes of the resistor board."
+    " Plug the ribbon into the adapter: open the socket's latch, push the ribbon in straight, its"
+    " bare contacts toward those of the socket, and close the latch. Only now wrap the resistor"
+    " board in insulating tape, and lay it over the screws last: it covers the latch.",
+    "cover_into_place": "Fold wires and ribbon into the compartment and pinch none between cover"
+    " and adapter. The board's HDMI socket then looks out at the back.",
     "cover_screws": "Use a driver with a long shaft: the heads sit deep.",
 }
 
@@ -80,6 +90,7 @@ def guide_text(
     parts: Sequence[Mapping[str, Any]],
     names: Mapping[str, str],
     order: Sequence[tuple[str, str]],
+    failed: Sequence[str] = (),
 ) -> str:
     """The guide as Markdown.
 
@@ -90,8 +101,10 @@ def guide_text(
         parts: The manifest's parts.
         names: What the bill calls each part, by id.
         order: The bill's lines: name, and quantity with its unit.
+        failed: The checks that failed, by name; the guide begins with them.
     """
-    pixels = (paths := trace(design, pad_grid(design, 21))).pixels
+    pixels = trace(design, pad_grid(design, 21)).pixels
+    words = design_words(design, assembly)
     titles = {part["id"]: part["title"] for part in parts if "title" in part}
     template = files("cad").joinpath("data", "guide.md").read_text(encoding="utf-8")
     gel = next(part for part in parts if part["id"] == "gel")
@@ -112,20 +125,33 @@ def guide_text(
         gel_ml=f"{gel['volume_mm3'] / 1000:.1f}",
         molds="`mold_curved` (or `mold_flat`)" if design.gel.curved else "`mold_flat`",
         steps="\n".join(
-            _step_text(number, step, assembly, {**names, **_MADE, **titles}, design)
+            _step_text(number, step, assembly, {**names, **_MADE, **titles}, words)
             for number, step in enumerate(assembly.steps, start=1)
         ),
-        supply=f"{design.wiring.supply_v:g}",
-        wires_step=[step.id for step in assembly.steps].index("board") + 1,
+        warning=_warning(failed),
+        **words,
         keystone=f"{keystone(pixels, 21):.2f}",
         margin=f"{pixel_margin(design.camera, pixels):.0f}",
         view=f"{design.camera.diagonal_view_deg:g}",
-        distance=f"{paths.air_mm.min():.0f}-{paths.air_mm.max():.0f}",
+    )
+
+
+def _warning(failed: Sequence[str]) -> str:
+    if not failed:
+        return ""
+    count = f"{len(failed)} check{'s' if len(failed) > 1 else ''}"
+    return (
+        f"\n> **Do not build from this folder: {count} failed** ({'; '.join(failed)})."
+        " The table at the end of [index.html](index.html) has their figures.\n"
     )
 
 
 def _step_text(
-    number: int, step: Step, assembly: Assembly, names: Mapping[str, str], design: Wedge
+    number: int,
+    step: Step,
+    assembly: Assembly,
+    names: Mapping[str, str],
+    words: Mapping[str, str],
 ) -> str:
     taken = Counter(assembly.bodies[name].part for name in step.bodies)
     lines = [
@@ -137,8 +163,7 @@ def _step_text(
     if taken:
         listed = "; ".join(f"{count} × {names[part]} (`{part}`)" for part, count in taken.items())
         lines += [f"Take {listed}.", ""]
-    how = _HOW[step.id].format(supply=f"{design.wiring.supply_v:g}")
-    return "\n".join([*lines, how, ""])
+    return "\n".join([*lines, _HOW[step.id].format(**words), ""])
 
 
 def _print_table(parts: Sequence[Mapping[str, Any]]) -> str:

@@ -170,6 +170,13 @@ class Faulty:
     """Distance from the pad to the picture's edge that remains."""
 
 
+def seen_mm(design: Wedge, paths: Paths) -> Array:
+    """How far from the pupil the skin seems to lie, (n,): what is in glass and gel looks nearer."""
+    gel, acrylic = design.gel, design.acrylic
+    behind = acrylic.thickness_mm / acrylic.refractive_index
+    return np.asarray(paths.air_mm + behind + gel.thickness_mm / gel.refractive_index)
+
+
 def faulty_pictures(design: Wedge) -> list[Faulty]:
     """The picture of the pad under each likely fault of building."""
     grid = pad_grid(design, 9)

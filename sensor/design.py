@@ -238,6 +238,11 @@ class Wedge:
         return self.acrylic.width_mm + 2 * (side + self.housing.wall_mm)
 
     @property
+    def pin_length_mm(self) -> float:
+        """Of the two pins that hold the window: a little shorter than the acrylic is thick."""
+        return self.acrylic.thickness_mm - 0.5
+
+    @property
     def total_thickness_mm(self) -> float:
         """From the apex of the gel to the top of the case."""
         return self.gel.thickness_mm + self.acrylic.thickness_mm + self.housing.roof_z_mm

@@ -62,7 +62,9 @@ def page_html(design: Wedge, manifest: Mapping[str, Any], paths: Sequence[str]) 
         path for path in paths if path not in shown and not path.startswith(("print", "step"))
     ]
     linked.insert(0, "step/assembly.step")
+    failed = sum(not check["passed"] for check in manifest["checks"])
     values = {
+        "WARNING": _warning(failed) if failed else "",
         "NAME": escape(design.name),
         "HASH": design.sha256[:8],
         "WIDTH": f"{design.outer_width_mm:g}",
@@ -82,6 +84,14 @@ def guide_html(guide: str) -> str:
     title = escape(guide.partition("\n")[0].removeprefix("# "))
     body = MarkdownIt("commonmark", {"html": False}).enable("table").render(guide)
     return template.replace("@TITLE@", title).replace("@BODY@", body)
+
+
+def _warning(failed: int) -> str:
+    checks = "check" if failed == 1 else "checks"
+    return (
+        f'<p class="warning">Do not build from this folder: <a href="#checks">{failed} {checks}'
+        " failed</a>.</p>"
+    )
 
 
 def _base64(values: np.ndarray) -> str:

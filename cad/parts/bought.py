@@ -96,13 +96,8 @@ def pin(design: Wedge, index: int) -> cq.Solid:
     place = Layout(design)
     x, y = place.pin_places[index]
     radius = design.fastening.pin_diameter_mm / 2
-    length = pin_length_mm(design)
-    return one_solid(cylinder((x, y, place.bottom), (0, 0, 1), radius, length), "a pin")
-
-
-def pin_length_mm(design: Wedge) -> float:
-    """A little shorter than its hole."""
-    return design.acrylic.thickness_mm - 0.5
+    shape = cylinder((x, y, place.bottom), (0, 0, 1), radius, design.pin_length_mm)
+    return one_solid(shape, "a pin")
 
 
 def camera(design: Wedge) -> cq.Solid:

@@ -11,6 +11,8 @@ from cad.layout import MIN_WALL, PLATE, PLATE_UNDER_HEAD, Layout
 from cad.tables import fastener
 from sensor.design import Wedge
 
+GRIPPER_SCREW_LENGTH = 8.0
+"""Of the screws from the plate into the gripper."""
 HEAD_GAP = 0.2
 """Around a sunk screw head."""
 
@@ -37,6 +39,11 @@ def adapter_wsg50(design: Wedge) -> cq.Solid:
 def adapter_lab(design: Wedge) -> cq.Solid:
     """Adapter with the hole pattern of the published sensor's lab."""
     return _adapter(design, LAB)
+
+
+def under_gripper_head_mm(pattern: Pattern) -> float:
+    """Plate that remains under the sunk heads of the gripper's screws."""
+    return max(PLATE - fastener(pattern.screw).head_height_mm - 0.2, 1.8)
 
 
 def cover_corner_half(place: Layout) -> float:
@@ -89,9 +96,8 @@ def _gripper_holes(place: Layout, pattern: Pattern) -> cq.Workplane:
         start = (middle + along, across, z0 - 1)
         holes.append(cylinder(start, (0, 0, 1), size.clearance_mm / 2, PLATE + 2))
         sink = size.head_diameter_mm / 2 + 2 * HEAD_GAP
-        holes.append(
-            cylinder(start, (0, 0, 1), sink, 1 + min(size.head_height_mm + 0.2, PLATE - 1.8))
-        )
+        depth = PLATE - under_gripper_head_mm(pattern)
+        holes.append(cylinder(start, (0, 0, 1), sink, 1 + depth))
     return union_of(holes)
 
 

@@ -13,7 +13,7 @@ from sensor.design import Wedge
 BALL_RADIUS = 2.4
 """The paper's calibration ball, in mm."""
 BALL_SUNK = 2.9
-"""Depth of the ball in its socket: past its middle, so that it snaps in."""
+"""Depth of the ball in its socket, past its middle: wide enough to lay it in, so it is glued."""
 STEM_RADIUS, STEM_LENGTH = 3.6, 20.0
 GRIP_RADIUS, GRIP_LENGTH = 7.0, 8.0
 JAW = 3.6
@@ -22,7 +22,7 @@ GUIDE = 3.0
 
 
 def ball_jig(design: Wedge) -> cq.Solid:
-    """A stem with a socket for the ball at its top; modelled as it is printed."""
+    """A stem with a socket at its top, into which the ball is glued; modelled as it is printed."""
     grip = cylinder((0, 0, 0), (0, 0, 1), GRIP_RADIUS, GRIP_LENGTH)
     stem = cylinder((0, 0, GRIP_LENGTH), (0, 0, 1), STEM_RADIUS, STEM_LENGTH)
     top = GRIP_LENGTH + STEM_LENGTH

@@ -5,6 +5,7 @@
 import math
 import re
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,20 +13,30 @@ import pytest
 
 from bom.bill import make_bill, read_parts
 from bom.fit import parts_for
-from cad.build import Model, manifest_of
+from cad.build import Model, manifest_of, model
+from cad.checks.result import Result
+from cad.exports.page import guide_html, page_html
 from cad.guide import guide_text
-from sensor.design import FINGER, Channel, Wedge
+from cad.optics import pad_grid, trace
+from cad.parts.jigs import BALL_RADIUS, BALL_SUNK
+from cad.tables import fastener
+from sensor.design import FINGER, STANDARD, Channel, Wedge
 from simulation.scene import sides
 
 
-def guide_of(built: Model, design: Wedge | None = None) -> str:
+def guide_of(built: Model, design: Wedge | None = None, failed: Sequence[str] = ()) -> str:
     manifest = manifest_of(built, [])
     lines = make_bill(manifest["bill"], parts_for(built.design, read_parts()))
     names = {line.part.id: line.part.name for line in lines}
     order = [("a ball", "1 piece")]
-    return guide_text(
-        design or built.design, built.assembly, built.boards, manifest["parts"], names, order
-    )
+    design, parts = design or built.design, manifest["parts"]
+    return guide_text(design, built.assembly, built.boards, parts, names, order, failed)
+
+
+def step_of(text: str, title: str) -> str:
+    """What the guide says of a step, by the words that its title begins with."""
+    (said,) = re.findall(rf"### Step \d+: {title}(.*?)(?=\n##|\Z)", text, re.DOTALL)
+    return said
 
 
 def side_of(built: Model, colour: str) -> np.ndarray:
@@ -116,6 +127,79 @@ def test_the_guide_says_the_voltage_of_the_design(finger: Model) -> None:
     five = replace(FINGER, wiring=replace(FINGER.wiring, supply_v=5.0))
     assert "supply wires to 3.3 V and" in guide_of(finger)
     assert "supply wires to 5 V and" in guide_of(finger, five)
+
+
+def test_the_guide_of_fewer_lights_and_films_names_no_others() -> None:
+    lights = replace(
+        FINGER.lights, blue_side_leds=0, green_base_leds=0, gray_filter_transmission=1.0
+    )
+    text = guide_of(model(replace(FINGER, lights=lights)))
+    _, rest = text.split("## 1.", 1)
+    assert not re.search(r"\b(blue|green|gray filter)\b", rest, re.IGNORECASE)
+    assert "red goes to the left; none goes to the tip" in rest
+    assert "Never put diffuser into it" in rest and "red from one side, none" in rest
+
+
+def test_the_guide_has_the_camera_focused_where_the_skin_will_be(finger: Model) -> None:
+    text = guide_of(finger)
+    said = step_of(text, "Press the camera into its holder")
+    (focus,) = re.findall(r"small print (\d+) mm in front", said)
+    assert said.index("small print") < said.index("press the head in")
+    # On the axis the light goes to the mirror, down through glass and gel, which look thinner.
+    paths = trace(FINGER, pad_grid(FINGER, 3))
+    middle = float(paths.air_mm[4])
+    apparent = middle + FINGER.acrylic.thickness_mm / 1.49 + FINGER.gel.thickness_mm / 1.41
+    assert float(focus) == pytest.approx(apparent, abs=1.5)
+    (fault,) = re.findall(r"\| the picture is blurred \|(.*)\|", text)
+    numbers = [int(number) for number in re.findall(r"\d+", fault)]
+    ids = [finger.assembly.steps[number - 1].id for number in numbers]
+    assert ids == ["cover_screws", "resistor_board", "rear_screws", "camera_into_case", "camera"]
+
+
+def test_wires_and_ribbon_are_joined_before_the_board_that_covers_them(finger: Model) -> None:
+    said = step_of(guide_of(finger), "Solder, plug in").lower()
+    acts = ("solder the wires", "plug the ribbon", "wrap", "lay it")
+    places = [said.index(act) for act in acts]
+    assert places == sorted(places)
+
+
+def test_guide_and_bill_have_the_gripper_s_screws_and_the_pins_length(standard: Model) -> None:
+    text, bill = guide_of(standard), manifest_of(standard, [])["bill"]
+    for part, screw in (("adapter_wsg50", "M4"), ("adapter_lab", "M3")):
+        size = fastener(screw)
+        faces = standard.printed[part].faces("%CYLINDER").Faces()
+        holes = [f for f in faces if abs(f.BoundingBox().ylen - size.clearance_mm) < 1e-3]
+        said = step_of(text, "Screw the gripper adapter down")
+        (count, left) = re.findall(rf"(\d) × {screw}x8 \(([\d.]+) mm of plate", said)[0]
+        assert int(count) == len(holes)
+        assert {round(hole.BoundingBox().zlen, 1) for hole in holes} == {float(left)}
+        if part == "adapter_wsg50":
+            assert bill["screw_m4x8"] == len(holes)
+    pin = round(standard.bodies["pin_1"].BoundingBox().zlen, 2)
+    assert f"Cut two pins of {pin:.1f} mm" in text
+    names = [part.name for part in parts_for(STANDARD, read_parts())]
+    assert any(f"pins, {pin:g} mm each" in name for name in names)
+    assert bill["insulating_tape"] == 1 and "insulating tape" in text
+
+
+def test_a_ball_that_its_socket_does_not_hold_is_glued(finger: Model) -> None:
+    socket = BALL_RADIUS + FINGER.printing.press_clearance_mm
+    opening = 2 * math.sqrt(socket**2 - (BALL_SUNK - BALL_RADIUS) ** 2)
+    assert opening > 2 * BALL_RADIUS
+    said = " ".join(guide_of(finger).split())
+    assert "fix the ball in its socket with a drop of glue" in said and "snaps" not in said
+
+
+def test_a_folder_whose_checks_failed_says_so_at_its_top(finger: Model) -> None:
+    good = manifest_of(finger, [Result("walls", "case", 1.0, "mm", 0.8, "at least")])
+    bad = manifest_of(finger, [Result("walls", "case", 0.5, "mm", 0.8, "at least")])
+    assert "Do not build" not in page_html(FINGER, good, []) + guide_of(finger)
+    warned = page_html(FINGER, bad, [])
+    assert warned.index("1 check failed") < warned.index("wedge-view")
+    assert 'id="checks"' in warned
+    guide = guide_of(finger, failed=["walls case"])
+    assert guide.index("1 check failed** (walls case)") < guide.index("Design ")
+    assert "<blockquote>" in guide_html(guide)
 
 
 def test_the_guide_of_a_flat_gel_names_no_curved_mold(finger: Model) -> None:

@@ -225,7 +225,7 @@ def test_films_are_for_a_knife_and_what_a_laser_cuts_fits_its_sheet(fabricated: 
     films = [path.name for path in files if re.search("gray_filter|diffuser", path.name)]
     assert films and all(re.fullmatch(r"[a-z_]+_[\d.]+mm_x\d_nominal.dxf", name) for name in films)
     guide = (fabricated[0] / "guide.md").read_text(encoding="utf-8")
-    assert "Never put the films into it" in guide
+    assert "Never put gray filter or diffuser into it" in guide
     rows = [line for line in guide.splitlines() if re.match(r"\| (gray_filter|diffuser) ", line)]
     assert rows and all("knife" in row and "laser" not in row for row in rows)
     with (fabricated[0] / "bill" / "bill.csv").open(encoding="utf-8", newline="") as file:
@@ -289,7 +289,8 @@ def test_pages_point_at_files_that_exist(fabricated: Folders) -> None:
 
 CONSUMABLES = {
     "epoxy": "epoxy", "double-sided tape": "double_tape", "black tape": "black_tape",
-    "2000 grit": "abrasive", "tegaderm": "cover_tape", "silicone adhesive": "gel_glue",
+    "2000 grit": "abrasive", "in insulating tape": "insulating_tape",
+    "tegaderm": "cover_tape", "silicone adhesive": "gel_glue",
     "print-on silicone ink": "gel_paint", "xp-565": "gel", "second board": "csi_hdmi_board",
     "plug the hdmi cable into": "hdmi_cable", "the microsd card": "microsd_card",
     "give the pi its power": "pi_power_supply", "camera server": "raspberry_pi",

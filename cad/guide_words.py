@@ -1,0 +1,87 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the guide says differently of each design: its lights, films, distances and screws."""
+
+from collections.abc import Sequence
+
+from cad.assembly import Assembly
+from cad.layout import Layout
+from cad.optics import pad_grid, seen_mm, trace
+from cad.parts.gripper_adapter import (
+    GRIPPER_SCREW_LENGTH,
+    LAB,
+    WSG_50,
+    Pattern,
+    under_gripper_head_mm,
+)
+from sensor.design import Wedge
+
+_SIDES = {
+    "red": "to the left",
+    "blue": "to the right",
+    "green": "to the base",
+}
+"""Where each array goes, seen from the tip with the gel down."""
+_FILMS = {"gray_filter": "gray filter", "diffuser": "diffuser"}
+
+
+def design_words(design: Wedge, assembly: Assembly) -> dict[str, str]:
+    """Words by the name under which the guide's texts ask for them."""
+    place = Layout(design)
+    paths = trace(design, pad_grid(design, 21))
+    seen, films = seen_mm(design, paths), [_FILMS[film] for film in place.films]
+    colours = [row.colour for row in place.light_rows()]
+    step = {step.id: f"{number}" for number, step in enumerate(assembly.steps, start=1)}
+    return {
+        "supply": f"{design.wiring.supply_v:g}",
+        "sides": _sides(colours),
+        "lit": _lit(colours),
+        "strips": "Stick it over the gray filter." if len(films) > 1 else _EACH_STRIP,
+        "film_warning": _film_warning(films),
+        "pin_length": f"{design.pin_length_mm:.1f}",
+        "focus": f"{seen.mean():.0f}",
+        "seen": f"{seen.min():.0f}-{seen.max():.0f}",
+        "gripper_screws": f"{_screws(WSG_50)} for the WSG-50, {_screws(LAB)} for the lab's pattern",
+        "cover_gap": f"{design.total_thickness_mm - design.compartment.height_mm:.1f}",
+        "camera_step": step["camera"],
+        "holder_step": step["camera_into_case"],
+        "holder_screws_step": step["rear_screws"],
+        "ribbon_step": step["resistor_board"],
+        "cover_screws_step": step["cover_screws"],
+        "wires_step": step["board"],
+    }
+
+
+_EACH_STRIP = "Stick each strip to its edge from one end to the other, without a bubble."
+
+
+def _sides(colours: Sequence[str]) -> str:
+    """``red goes to the left, green to the base``."""
+    first, *rest = [f"{colour} {where}" for colour, where in _SIDES.items() if colour in colours]
+    return ", ".join([first.replace(" ", " goes ", 1), *rest])
+
+
+def _lit(colours: Sequence[str]) -> str:
+    """From where each colour comes in the picture: ``red from one side, green from the base``."""
+    sides = [colour for colour in ("red", "blue") if colour in colours]
+    said = [f"{c} from {'the other' if i else 'one side'}" for i, c in enumerate(sides)]
+    said += ["green from the base"] if "green" in colours else []
+    return ", ".join(said)
+
+
+def _film_warning(films: Sequence[str]) -> str:
+    if not films:
+        return "A laser cuts acrylic and mirror."
+    return (
+        f"A laser cuts acrylic and mirror. **Never put {' or '.join(films)} into it**: these films"
+        " are usually vinyl (PVC), as the\nbill's are, and burning vinyl gives off hydrogen"
+        " chloride, which harms lungs and machine. Cut them with a knife or a\ncutting plotter"
+        " from their `nominal` files. Only a film that is known to be free of PVC may see a laser."
+    )
+
+
+def _screws(pattern: Pattern) -> str:
+    return (
+        f"{len(pattern.places)} × {pattern.screw}x{GRIPPER_SCREW_LENGTH:g}"
+        f" ({under_gripper_head_mm(pattern):.1f} mm of plate under the head)"
+    )
