@@ -33,6 +33,7 @@ def design_words(design: Wedge, assembly: Assembly) -> dict[str, str]:
     colours = [row.colour for row in place.light_rows()]
     step = {step.id: f"{number}" for number, step in enumerate(assembly.steps, start=1)}
     return {
+        "film_fault": _FILM_FAULT if films else "",
         "supply": f"{design.wiring.supply_v:g}",
         "sides": _sides(colours),
         "lit": _lit(colours),
@@ -41,7 +42,8 @@ def design_words(design: Wedge, assembly: Assembly) -> dict[str, str]:
         "pin_length": f"{design.pin_length_mm:.1f}",
         "focus": f"{seen.mean():.0f}",
         "seen": f"{seen.min():.0f}-{seen.max():.0f}",
-        "gripper_screws": f"{_screws(WSG_50)} for the WSG-50, {_screws(LAB)} for the lab's pattern",
+        "gripper_screws": f"{_screws(WSG_50)} for the WSG-50, as the bill has them, or"
+        f" {_screws(LAB)} for the lab's pattern",
         "cover_gap": f"{design.total_thickness_mm - design.compartment.height_mm:.1f}",
         "camera_step": step["camera"],
         "holder_step": step["camera_into_case"],
@@ -52,6 +54,10 @@ def design_words(design: Wedge, assembly: Assembly) -> dict[str, str]:
     }
 
 
+_FILM_FAULT = (
+    "\n| bright lines along an edge |"
+    " air between film and acrylic, or a film that ends short of the pocket |"
+)
 _EACH_STRIP = "Stick each strip to its edge from one end to the other, without a bubble."
 
 

@@ -17,6 +17,7 @@ from cad.build import Model, manifest_of, model
 from cad.checks.result import Result
 from cad.exports.page import guide_html, page_html
 from cad.guide import guide_text
+from cad.guide_words import design_words
 from cad.optics import pad_grid, trace
 from cad.parts.jigs import BALL_RADIUS, BALL_SUNK
 from cad.tables import fastener
@@ -138,6 +139,15 @@ def test_the_guide_of_fewer_lights_and_films_names_no_others() -> None:
     assert not re.search(r"\b(blue|green|gray filter)\b", rest, re.IGNORECASE)
     assert "red goes to the left; none goes to the tip" in rest
     assert "Never put diffuser into it" in rest and "red from one side, none" in rest
+
+
+def test_without_films_the_guide_warns_of_none(finger: Model) -> None:
+    bare = replace(
+        FINGER.lights, film_thickness_mm=0.0, gray_filter_transmission=1.0, diffuser=False
+    )
+    words = design_words(replace(FINGER, lights=bare), finger.assembly)
+    assert "film" not in words["film_warning"] + words["film_fault"]
+    assert "film" in design_words(FINGER, finger.assembly)["film_fault"]
 
 
 def test_the_guide_has_the_camera_focused_where_the_skin_will_be(finger: Model) -> None:
