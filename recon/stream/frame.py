@@ -73,6 +73,8 @@ class Counts:
     connections: int = 0
     remark: str = ""
     """What a person should know: that the connection is lost, that a clock is not set."""
+    lost: bool = False
+    """Whether the connection is lost and tried again: no frame comes until it is back."""
 
     def no_frame(self, name: str) -> str:
         """That a source gave no frame, in a sentence."""

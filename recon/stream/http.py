@@ -106,7 +106,7 @@ class HttpSource:
                 stream = self._connect()
             except WedgeError as error:
                 stream = None
-                self.counts.remark = f"lost: {error}"
+                self.counts.remark, self.counts.lost = f"lost: {error}", True
 
     def _refuse_no_frames(self, waited_s: float) -> None:
         """Say what a server does that has not given a frame yet; in the end refuse it.
@@ -158,7 +158,7 @@ class HttpSource:
                 jpeg=jpeg,
             )
             self.counts.received += 1
-            self.counts.remark = clock_remark(self.name, stamp, clock)
+            self.counts.remark, self.counts.lost = clock_remark(self.name, stamp, clock), False
             yield frame
 
     def _connect(self) -> MultipartReader:

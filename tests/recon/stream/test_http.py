@@ -116,15 +116,18 @@ def test_a_server_may_be_gone_for_a_while() -> None:
     with HttpSource(first.url) as source:
         frames = iter(source)
         assert [next(frames).jpeg for _ in range(2)] == FRAMES[:2]
+        assert not source.counts.lost
         first.__exit__()
         found: list[bytes] = []
         reader = threading.Thread(target=lambda: found.append(next(frames).jpeg))
         reader.start()
-        while "lost: " not in source.counts.remark:
+        while not source.counts.lost:
             reader.join(0.001)
+        assert "lost: " in source.counts.remark
         with ScriptedServer(stream(FRAMES[2]), port=first.port):
             reader.join()
         assert found == FRAMES[2:3]
+        assert not source.counts.lost
 
 
 @pytest.mark.parametrize("size", [1, 7, 5000])
