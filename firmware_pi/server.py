@@ -19,7 +19,7 @@ from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler
 from typing import Any
 
-from firmware_pi.newest import Newest
+from firmware_pi.newest import Frame, Newest
 from sensor.errors import WedgeError
 from sensor.wire import (
     CONTENT_TYPE,
@@ -39,6 +39,8 @@ OTHER_REQUESTS = 8
 """Connections beside the streams, so that /health answers while every stream is taken."""
 UNSENT_BYTES = 16 * 1024
 """A frame is chosen when no more than this waits to be sent: a slow client's next one is fresh."""
+NO_FRAME = "no frame comes"
+_GONE = select.POLLERR | select.POLLHUP | select.POLLRDHUP
 _IP_FREEBIND = 15  # Linux; socket has no name for it
 
 
@@ -97,6 +99,11 @@ class StreamServer(socketserver.ThreadingTCPServer):
     def clients(self) -> int:
         """Streams being served."""
         return self._clients
+
+    @property
+    def fresh(self) -> bool:
+        """Whether frames come."""
+        return self.newest.count > 0 and self.newest.age_s < FRAME_WITHIN_S
 
     @contextmanager
     def one_stream(self) -> Iterator[bool]:
@@ -196,9 +203,8 @@ class Handler(BaseHTTPRequestHandler):
 
     def _stream(self) -> None:
         with self.server.one_stream() as taken:
-            first = self.server.newest.after(-1, FRAME_WITHIN_S) if taken else None
-            if first is None:
-                self.send_error(503, None if taken else "every stream is taken")
+            if not taken or self._newest() is None:
+                self.send_error(503, NO_FRAME if taken else "every stream is taken")
                 return
             self._head(200, CONTENT_TYPE, [])
             if self.command == "HEAD":
@@ -216,15 +222,19 @@ class Handler(BaseHTTPRequestHandler):
                     index = frame.stamp.index
 
     def _snapshot(self) -> None:
-        frame = self.server.newest.after(-1, FRAME_WITHIN_S)
+        frame = self._newest()
         if frame is None:
-            self.send_error(503)
+            self.send_error(503, NO_FRAME)
         else:
             self._answer(200, frame.jpeg, "image/jpeg", stamp_lines(frame.stamp))
 
+    def _newest(self) -> Frame | None:
+        """The newest frame, the first one waited for; none where the camera has stopped."""
+        frame = self.server.newest.after(-1, FRAME_WITHIN_S)
+        return frame if self.server.fresh else None
+
     def _health(self) -> None:
-        newest = self.server.newest
-        fresh = newest.count > 0 and newest.age_s < FRAME_WITHIN_S
+        newest, fresh = self.server.newest, self.server.fresh
         document = {
             "fresh": fresh,
             "frames": newest.count,
@@ -284,8 +294,8 @@ def _read_head(connection: socket.socket) -> bytes | None:
 
 
 def _takes_more(connection: socket.socket) -> bool:
-    """Wait until little is left to be sent; false if that takes too long."""
+    """Wait until little is left to be sent; false if that takes too long or the client is gone."""
     ready = select.poll()
-    ready.register(connection, select.POLLOUT)
+    ready.register(connection, select.POLLOUT | select.POLLRDHUP)
     events = ready.poll(WRITE_WITHIN_S * 1000)
-    return bool(events) and not events[0][1] & (select.POLLERR | select.POLLHUP)
+    return bool(events) and not events[0][1] & _GONE
