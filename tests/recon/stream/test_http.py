@@ -262,6 +262,23 @@ def test_the_quickest_frame_lays_the_sender_s_uptime_over_our_clock() -> None:
         assert (found_ns - taken_ns, kind) == (min(delays_ns[: i + 1]), "mapped")
 
 
+def test_a_sender_that_was_started_anew_is_laid_over_our_clock_anew() -> None:
+    clock, now_ns = SenderClock(), 1_800_000_000 * SECOND_NS
+    for uptime_s in (10_800, 10_801, 20, 21):
+        stamp = Stamp(None, uptime_s * SECOND_NS, 0)
+        assert clock.time_ns(stamp, now_ns + uptime_s) == (now_ns + uptime_s, "mapped")
+
+
+def test_a_crystal_that_runs_slow_dates_no_frame_more_than_6_ms_early() -> None:
+    clock, begun_ns = SenderClock(), 1_800_000_000 * SECOND_NS
+    early_ns = []
+    for second in range(8 * 3600):
+        taken_ns = begun_ns + second * SECOND_NS
+        stamp = Stamp(None, second * (SECOND_NS - 50_000), second)
+        early_ns.append(taken_ns - clock.time_ns(stamp, taken_ns)[0])
+    assert 0 <= min(early_ns) <= max(early_ns) <= 6_000_000 + 50_000
+
+
 @pytest.mark.parametrize("name", ["ffmpeg", "ustreamer", "motion", "cvlc"])
 def test_other_projects_servers_are_read(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     if shutil.which(name) is None:
