@@ -17,7 +17,7 @@ from recon.stream.clock import SenderClock, clock_remark
 from recon.stream.frame import Counts, TimedFrame
 from recon.stream.multipart import MultipartReader
 from sensor.errors import WedgeError
-from sensor.wire import STREAM_PATH, read_stamp
+from sensor.wire import STREAM_PATH, Stamp, read_stamp
 
 STALL_S = 1.5
 """Without a whole frame for so long the connection is taken for dead."""
@@ -61,6 +61,9 @@ class HttpSource:
         self._deadline = 0.0
         self._iterated = False
         self._clock = SenderClock()
+        self._last = Stamp()
+        self._damaged = 0
+        """Parts since the last numbered frame."""
         self._first = self._connect()
 
     def __enter__(self) -> "HttpSource":
@@ -126,8 +129,7 @@ class HttpSource:
         self.counts.remark = nothing
 
     def _frames(self, stream: MultipartReader) -> Iterator[TimedFrame]:
-        last_index: int | None = None
-        damaged = counted = 0
+        counted = 0
         parts = iter(stream)
         while True:
             self._deadline = time.monotonic() + self._stall_s
@@ -138,18 +140,19 @@ class HttpSource:
             arrived_ns = time.time_ns()
             # Whoever decodes counts as well.
             self.counts.corrupt += stream.corrupt - counted
+            self._damaged += stream.corrupt - counted
             counted = stream.corrupt
             if part is None:
                 self._hang_up()
                 return
             jpeg, head = part
             stamp = read_stamp(head)
-            time_ns, clock = self._clock.time_ns(stamp, arrived_ns)
             if stamp.index is not None:
-                if last_index is not None and stamp.index > last_index:
-                    missing = stamp.index - last_index - 1
-                    self.counts.dropped += max(0, missing - (stream.corrupt - damaged))
-                last_index, damaged = stamp.index, stream.corrupt
+                if stamp == self._last:  # sent again on a new connection
+                    continue
+                self._count_dropped(stamp.index)
+                self._last = stamp
+            time_ns, clock = self._clock.time_ns(stamp, arrived_ns)
             frame = TimedFrame(
                 index=self.counts.received + self.counts.dropped,
                 time_ns=time_ns,
@@ -160,6 +163,15 @@ class HttpSource:
             self.counts.received += 1
             self.counts.remark, self.counts.lost = clock_remark(self.name, stamp, clock), False
             yield frame
+
+    def _count_dropped(self, index: int) -> None:
+        """Count what is missing before a frame, also over a connection that broke.
+
+        Numbers that fall are those of a server that was started anew.
+        """
+        if self._last.index is not None and index > self._last.index:
+            self.counts.dropped += max(0, index - self._last.index - 1 - self._damaged)
+        self._damaged = 0
 
     def _connect(self) -> MultipartReader:
         url = self._url

@@ -61,6 +61,29 @@ def test_frames_bear_the_sensor_s_time_and_gaps_are_counted() -> None:
     assert (counts.received, counts.dropped, counts.corrupt, counts.remark) == (4, 3, 0, "")
 
 
+def numbered(*indexes: int, begun_ns: int = 10**12) -> bytes:
+    """A whole answer with frames of these numbers, taken as they were numbered."""
+    stamps = [Stamp(sensor_timestamp_ns=begun_ns + i, index=i) for i in indexes]
+    return stream(*(FRAMES[i % len(FRAMES)] for i in indexes), stamps=stamps)
+
+
+def test_frames_that_a_broken_connection_costs_are_counted() -> None:
+    damaged = numbered(0, 1, 2).replace(FRAMES[2], b"no JPEG")
+    anew = numbered(0, 1, 3, begun_ns=10**9)
+    with ScriptedServer(damaged, numbered(90, 91), anew) as server:
+        with HttpSource(server.url) as source:
+            frames = [frame.index for frame in itertools.islice(source, 7)]
+            assert (source.counts.dropped, source.counts.corrupt) == (87 + 1, 1)
+    assert frames == [0, 1, 89, 90, 91, 92, 94]
+
+
+def test_a_frame_that_is_sent_again_on_a_new_connection_is_given_once() -> None:
+    with ScriptedServer(numbered(0, 1), numbered(1), numbered(1, 2)) as server:
+        with HttpSource(server.url) as source:
+            assert jpegs(source, 3) == FRAMES[:3]
+            assert (source.counts.received, source.counts.dropped) == (3, 0)
+
+
 def test_what_is_damaged_within_counts_beside_what_is_damaged_on_the_way() -> None:
     within = FRAMES[1][:200] + bytes(40) + FRAMES[1][-2:]
     sent = stream(FRAMES[0], within, FRAMES[2], *FRAMES[:3]).replace(FRAMES[2], b"no JPEG", 1)
