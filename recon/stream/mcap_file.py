@@ -63,6 +63,15 @@ class _Chunk:
     last_ns: int = 0
 
 
+@dataclass(frozen=True, kw_only=True)
+class _Written:
+    """What the index tells of the chunks on the disk."""
+
+    chunks: int = 0
+    indexes: bytes = b""
+    times_ns: tuple[int, int] = (0, 0)
+
+
 class McapFile:
     """Some channels, attachments, and messages in chunks."""
 
@@ -95,10 +104,8 @@ class McapFile:
         self._schemas: dict[MessageType, bytes] = {}
         self._channels: list[bytes] = []
         self._chunk = _Chunk()
-        self._chunk_indexes = bytearray()
-        self._chunks = 0
+        self._written = _Written()
         self._messages: dict[int, int] = {}
-        self._times_ns = (0, 0)
         head = MAGIC + _bytes(records.Header(profile="ros2", library="gelsight-wedge"))
         self._attachment_indexes = bytearray()
         self._attachments = len(attachments)
@@ -126,7 +133,7 @@ class McapFile:
             head += record
         self._end, self._last_index = 0, b""
         try:
-            self._write(head)
+            self._write(head, self._written)
         except WedgeError:  # leave no file that is none, nor its writer
             self._let_go()
             path.unlink(missing_ok=True)
@@ -183,7 +190,11 @@ class McapFile:
         self._messages[channel] += 1
 
     def flush(self) -> None:
-        """Bring what was added to the disk."""
+        """Bring what was added to the disk; what cannot be written is kept for the next time.
+
+        Raises:
+            WedgeError: the disk is full.
+        """
         chunk, records = self._chunk, self._records
         if not chunk.content:
             return
@@ -202,7 +213,7 @@ class McapFile:
         for channel, places in chunk.places.items():
             offsets[channel] = self._end + len(written)
             written += _bytes(records.MessageIndex(channel_id=channel, records=places))
-        self._chunk_indexes += _bytes(
+        index = _bytes(
             records.ChunkIndex(
                 chunk_length=length,
                 chunk_start_offset=self._end,
@@ -215,12 +226,14 @@ class McapFile:
                 uncompressed_size=len(content),
             )
         )
+        before = self._written
+        times_ns = before.times_ns
         if chunk.places:
-            first_ns, last_ns = self._times_ns if self._chunks else (chunk.first_ns, chunk.last_ns)
-            self._times_ns = min(first_ns, chunk.first_ns), max(last_ns, chunk.last_ns)
-        self._chunks += 1
+            first_ns, last_ns = times_ns if before.chunks else (chunk.first_ns, chunk.last_ns)
+            times_ns = min(first_ns, chunk.first_ns), max(last_ns, chunk.last_ns)
+        indexes = before.indexes + index
+        self._write(written, _Written(chunks=before.chunks + 1, indexes=indexes, times_ns=times_ns))
         self._chunk = _Chunk()
-        self._write(written)
 
     def close(self) -> None:
         """Bring everything to the disk and let go of the file.
@@ -246,18 +259,18 @@ class McapFile:
     def _unwritable(self, error: OSError) -> WedgeError:
         return WedgeError(f"{self._path} cannot be written: {error.strerror}.")
 
-    def _write(self, written: bytes) -> None:
-        """Put data over the previous index, with the new index behind it."""
-        end = self._end + len(written)
-        index = self._index(end)
+    def _write(self, content: bytes, written: _Written) -> None:
+        """Put data over the previous index, with the new index, of all of it, behind it."""
+        end = self._end + len(content)
+        index = self._index(end, written)
         try:
-            self._put(written + index)
+            self._put(content + index)
         except OSError as error:
             with suppress(OSError):  # where the disk is full, there is room for what was there
                 self._put(self._last_index)
                 os.ftruncate(self._file, self._end + len(self._last_index))
             raise self._unwritable(error) from error
-        self._end, self._last_index = end, index
+        self._end, self._last_index, self._written = end, index, written
 
     def _put(self, content: bytes) -> None:
         """Have all of it written where the data end."""
@@ -270,7 +283,7 @@ class McapFile:
         if number:
             raise OSError(number, os.strerror(number))
 
-    def _index(self, end: int) -> bytes:
+    def _index(self, end: int, written: _Written) -> bytes:
         """All that stands behind the data, which ends there."""
         records = self._records
         data_end = _bytes(records.DataEnd(data_section_crc=0))
@@ -279,10 +292,10 @@ class McapFile:
             attachment_count=self._attachments,
             channel_count=len(self._channels),
             channel_message_counts=self._messages,
-            chunk_count=self._chunks,
+            chunk_count=written.chunks,
             message_count=sum(self._messages.values()),
-            message_start_time=self._times_ns[0],
-            message_end_time=self._times_ns[1],
+            message_start_time=written.times_ns[0],
+            message_end_time=written.times_ns[1],
             metadata_count=0,
             schema_count=len(self._schemas),
         )
@@ -291,7 +304,7 @@ class McapFile:
                 *self._schemas.values(),
                 *self._channels,
                 _bytes(statistics),
-                self._chunk_indexes,
+                written.indexes,
                 self._attachment_indexes,
             )
         )

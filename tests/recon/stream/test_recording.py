@@ -8,6 +8,8 @@ import resource
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from subprocess import PIPE
 
@@ -19,6 +21,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
 from recon.stream import McapSource, Recorder, TimedFrame
+from recon.stream.mcap_file import McapFile
 from recon.stream.ros import FORMAT, CompressedImage
 from sensor.errors import WedgeError
 from tests.recon.stream.servers import FRAMES
@@ -102,6 +105,8 @@ def test_the_unit_travels_inside(tmp_path: Path) -> None:
 
 RECORD_FOREVER = """
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from recon.stream import Recorder
 from tests.recon.stream.test_recording import frame
@@ -151,32 +156,63 @@ def test_at_every_length_that_a_write_can_leave_what_is_whole_is_read(tmp_path: 
     assert counts[-1] >= 120
 
 
+@contextmanager
+def files_of_at_most(size: int) -> Iterator[None]:
+    """A disk that is full beyond so many bytes."""
+    kept = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, kept[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, kept)
+
+
 def test_a_full_disk_is_a_sentence_and_costs_no_more_than_the_last_second(tmp_path: Path) -> None:
     path = tmp_path / "touch.mcap"
-    kept = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (700_000, kept[1]))
-    try:
+    with files_of_at_most(700_000):
         recorder = Recorder(path, {"wedge": None})
         with pytest.raises(WedgeError, match="cannot be written: File too large"):
             for index in range(2000):
                 recorder.add("wedge", frame(index))
-        recorder.close()
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, kept)
+        with pytest.raises(WedgeError, match="cannot be written: File too large"):
+            recorder.close()
     messages = read_with_mcap(path)
     assert len(messages) == len(read_with_rosbags(path)) > 100
     assert [t for _, t, _ in messages] == [frame(i).time_ns for i in range(len(messages))]
 
 
+@pytest.mark.parametrize("chunks", [0, 2])
+def test_what_a_full_disk_refused_is_written_where_there_is_room_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, chunks: int
+) -> None:
+    def full(_file: McapFile, _content: bytes) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    path, kept, refused = tmp_path / "touch.mcap", [], []
+    with Recorder(path, {"wedge": None}) as recorder:
+        for index in range(60 * chunks + 150):  # a chunk has 60
+            with monkeypatch.context() as patch:
+                if 30 <= index - 60 * chunks < 70:
+                    patch.setattr(McapFile, "_put", full)
+                try:
+                    recorder.add("wedge", frame(index))
+                    kept.append(frame(index).time_ns)
+                except WedgeError:
+                    refused.append(index)
+    assert len(refused) == 10
+    messages = read_with_mcap(path)
+    assert [t for _, t, _ in messages] == kept
+    with path.open("rb") as stream:
+        statistics = make_reader(stream).get_summary().statistics
+    assert statistics.message_count == len(messages) == len(read_with_rosbags(path))
+    assert statistics.message_start_time == frame(0).arrived_ns
+
+
 def test_a_disk_that_is_full_at_the_start_is_left_without_a_file(tmp_path: Path) -> None:
     path = tmp_path / "touch.mcap"
-    kept = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (0, kept[1]))
-    try:
+    with files_of_at_most(0):
         with pytest.raises(WedgeError, match=r"touch\.mcap cannot be written: File too large"):
             Recorder(path, {"wedge": None})
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, kept)
     assert not path.exists()
 
 
