@@ -27,7 +27,7 @@ class Newest:
         self._changed = threading.Condition()
         self._frame: TimedFrame | None = None
         self._ended = False
-        self._error: WedgeError | None = None
+        self._error: Exception | None = None
         self._thread = threading.Thread(target=self._read, name=source.name, daemon=True)
         self._thread.start()
 
@@ -51,7 +51,7 @@ class Newest:
             ``None`` where the source has ended or the time is over.
 
         Raises:
-            WedgeError: the source has failed.
+            WedgeError: the source has failed; what else it raises is raised here too.
         """
         until_s = None if timeout_s is None else time.monotonic() + timeout_s
         while True:
@@ -83,7 +83,7 @@ class Newest:
                     self.skipped += self._frame is not None
                     self._frame = frame
                     self._changed.notify_all()
-        except WedgeError as error:
+        except Exception as error:  # else the stream would seem to have ended
             self._error = error
         finally:
             with self._changed:

@@ -21,7 +21,7 @@ class Counter:
 
     name, live = "counter", True
 
-    def __init__(self, error: str = "", damaged: int = -1) -> None:
+    def __init__(self, error: Exception | None = None, damaged: int = -1) -> None:
         self.counts = Counts()
         self.error, self.damaged = error, damaged
         self.allowed = threading.Semaphore(0)
@@ -36,8 +36,8 @@ class Counter:
             yield TimedFrame(index=index, time_ns=index, arrived_ns=index, jpeg=jpeg)
             index += 1
             self.given.release()
-        if self.error:
-            raise WedgeError(self.error)
+        if self.error is not None:
+            raise self.error
 
     def give(self, count: int) -> None:
         """Let so many frames through, and wait until they are."""
@@ -78,13 +78,14 @@ def test_no_frame_is_seen_twice_and_the_end_is_told() -> None:
     assert newest.ended
 
 
-def test_what_fails_in_the_thread_is_raised_where_frames_are_asked_for() -> None:
-    newest = Newest(Counter(error="usb:0 gives no frames any more."))
+@pytest.mark.parametrize("error", [WedgeError("usb:0 gives none."), RuntimeError("a bug")])
+def test_what_fails_in_the_thread_is_raised_where_frames_are_asked_for(error: Exception) -> None:
+    newest = Newest(Counter(error))
     newest.source.give(1)
     newest.close()
     frames = iter(newest)
     assert next(frames).index == 0
-    with pytest.raises(WedgeError, match="usb:0"):
+    with pytest.raises(type(error), match=str(error)):
         next(frames)
 
 
