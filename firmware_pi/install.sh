@@ -51,7 +51,7 @@ here=$(cd "$(dirname "$0")" && pwd)
 lib=$to/usr/local/lib/gelsight-wedge
 settings=$to/etc/gelsight-wedge/$camera.toml
 cable=$to/etc/NetworkManager/system-connections/gelsight-wedge.nmconnection
-changed=no
+changed=$lib/.restart # there until what runs is what is installed
 
 [ -n "$to" ] || [ "$(id -u)" = 0 ] || fail "only root may install: put sudo before it."
 [ -f "$here/../sensor/wire.py" ] || fail "the folder sensor is missing beside firmware_pi: copy both."
@@ -67,6 +67,9 @@ check() {
   case $camera in
     [0-3]) ;;
     *) fail "--camera '$camera' is none of 0, 1, 2 and 3." ;;
+  esac
+  case $port in
+    '' | *[!0-9]*) fail "--port '$port' is no number." ;;
   esac
   there=$settings
   [ -e "$there" ] || there=/dev/null # no settings, and nothing to be written
@@ -124,19 +127,24 @@ check_cable() {
   done
 }
 
+# Something changes now: said in a file, so that a run after one that was cut off knows it too.
+changes() {
+  mkdir -p "$lib"
+  : >"$changed"
+}
+
 # put SOURCE TARGET MODE: copy a file unless it is there already. Until it is whole its name is
 # hidden: NetworkManager takes every other file of its folder for settings.
 put() {
   new=${2%/*}/.${2##*/}.new
   rm -f "$new" "$2.new" # left by a run that was cut off, the second by that of an older installer
   if [ -f "$2" ] && cmp -s "$1" "$2"; then return; fi
+  changes
   install -D -m "$3" "$1" "$new"
   mv "$new" "$2"
-  changed=yes
 }
 
-# write TARGET MODE: the same with what comes on standard input; of no pipe, which would lose
-# that it changed something.
+# write TARGET MODE: the same with what comes on standard input.
 write() {
   written=$(mktemp)
   cat >"$written"
@@ -164,8 +172,8 @@ install_server() {
     done
     for file in "$lib/$package"/*.py; do # what an older version left
       [ -f "$here/../$package/${file##*/}" ] || {
+        changes
         rm "$file"
-        changed=yes
       }
     done
   done
@@ -191,10 +199,10 @@ install_settings() {
 }
 
 install_gadget() {
-  server_changed=$changed changed=no
+  server_changed=$changed changed=$lib/.restart-pi
   before=$(cksum <"$config")
   python -m firmware_pi cable lay "$config"
-  [ "$(cksum <"$config")" = "$before" ] || changed=yes
+  [ "$(cksum <"$config")" = "$before" ] || changes
   write "$to/etc/modules-load.d/gelsight-wedge.conf" 644 <<END
 dwc2
 g_ether
@@ -222,8 +230,9 @@ never-default=true
 [ipv6]
 method=link-local
 END
-  [ "$changed" = no ] ||
+  [ ! -e "$changed" ] ||
     say "restart the Pi once, so that its USB socket becomes a network cable with the address $address"
+  rm -f "$changed"
   changed=$server_changed
 }
 
@@ -236,12 +245,16 @@ install_settings
 unit=gelsight-wedge@$camera.service
 systemctl daemon-reload
 systemctl enable "$unit"
-if [ "$changed" = yes ]; then
-  systemctl restart "$unit"
+failed=''
+if [ -e "$changed" ]; then
+  systemctl restart "$unit" || failed=" -u $unit"
   for other in $(others); do # they run what was replaced
-    systemctl try-restart "gelsight-wedge@$(basename "$other" .toml).service"
+    other=gelsight-wedge@$(basename "$other" .toml).service
+    systemctl try-restart "$other" || failed="$failed -u $other"
   done
 else
-  systemctl start "$unit"
+  systemctl start "$unit" || failed=" -u $unit"
 fi
+[ -z "$failed" ] || fail "a camera did not start: journalctl$failed tells why; mend that and run this again."
+rm -f "$changed"
 say "settings: $settings; what happens: journalctl -u $unit"

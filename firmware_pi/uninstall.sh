@@ -14,18 +14,19 @@ END
 }
 
 purge=no
-case ${1-} in
-  '') ;;
-  --purge) purge=yes ;;
-  -h | --help)
-    usage
-    exit 0
-    ;;
-  *)
-    echo "uninstall.sh: there is no option $1; --help lists them." >&2
-    exit 2
-    ;;
-esac
+for option; do
+  case $option in
+    --purge) purge=yes ;;
+    -h | --help)
+      usage
+      exit 0
+      ;;
+    *)
+      echo "uninstall.sh: there is no option $option; --help lists them." >&2
+      exit 2
+      ;;
+  esac
+done
 
 to=${DESTDIR-} # a folder in the place of /, for tests
 if [ -z "$to" ] && [ "$(id -u)" != 0 ]; then

@@ -84,6 +84,34 @@ moments() { (cd "$DESTDIR" && find . -type f -printf '%p %i %T@\n' | sort); }
   grep -qx 'systemctl try-restart gelsight-wedge@1.service' "$CALLS"
 }
 
+@test "a camera that does not start again is named, the others are started, the next run tries again" {
+  "$firmware/install.sh" --address 10.0.0.2
+  "$firmware/install.sh" --address 10.0.0.2 --camera 1 --port 8081
+  whole=$(tree)
+  echo '# older' >>"$DESTDIR/usr/local/lib/gelsight-wedge/firmware_pi/server.py"
+  cp "$stubs/systemctl" "$stubs/works"
+  for fails in 'restart gelsight-wedge@0.service' daemon-reload; do
+    : >"$CALLS"
+    printf '[ "$*" != "%s" ] || exit 1\n' "$fails" | cat "$stubs/works" - >"$stubs/systemctl"
+    run "$firmware/install.sh" --address 10.0.0.2
+    [ "$status" != 0 ]
+    if [ "$fails" != daemon-reload ]; then
+      [[ $output == *"journalctl -u gelsight-wedge@0.service tells why"* ]]
+      grep -qx 'systemctl try-restart gelsight-wedge@1.service' "$CALLS"
+    fi
+  done
+  : >"$CALLS"
+  cp "$stubs/works" "$stubs/systemctl"
+  "$firmware/install.sh" --address 10.0.0.2
+  grep -qx 'systemctl restart gelsight-wedge@0.service' "$CALLS"
+  grep -qx 'systemctl try-restart gelsight-wedge@1.service' "$CALLS"
+  [ "$(tree)" = "$whole" ]
+  : >"$CALLS"
+  "$firmware/install.sh" --address 10.0.0.2
+  run grep restart "$CALLS"
+  [ "$status" = 1 ]
+}
+
 @test "settings are kept, and a misspelt one is refused by name" {
   "$firmware/install.sh" --address 10.55.0.1
   echo 'red_gain = 1.1' >"$DESTDIR/etc/gelsight-wedge/0.toml"
@@ -267,11 +295,20 @@ END
 @test "bad options are one sentence and nothing is done" {
   before=$(tree)
   for words in '' '--adress 1' '--address' '--address 0.0.0.0' '--address nonsense' \
-    '--address 10.0.0.1 --port 99999' '--address 10.0.0.1 --camera 7'; do
+    '--address 10.0.0.1 --port 99999' '--address 10.0.0.1 --port abc' \
+    '--address 10.0.0.1 --camera 7'; do
     # shellcheck disable=SC2086 # several words
     run "$firmware/install.sh" $words
     [ "$status" = 2 ]
     [[ $output == *install.sh:* || $output == *gelsight-wedge:* ]]
+    [[ $output != *usage:* ]]
+    [ "$(tree)" = "$before" ]
+  done
+  for words in '--purge --foo' '--foo'; do
+    # shellcheck disable=SC2086 # several words
+    run "$firmware/uninstall.sh" $words
+    [ "$status" = 2 ]
+    [[ $output == *"no option --foo"* ]]
     [ "$(tree)" = "$before" ]
   done
   [ ! -s "$CALLS" ] # neither apt nor systemctl
