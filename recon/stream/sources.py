@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from threading import Event
 
-from recon.stream.files import FolderSource, UsbSource, VideoSource, dataset_source
+from recon.stream.files import FOLDER_FPS, FolderSource, UsbSource, VideoSource, dataset_source
 from recon.stream.frame import FrameSource, TimedFrame
 from recon.stream.http import HttpSource
 from recon.stream.recording import McapSource
@@ -109,15 +109,17 @@ class Paced:
 
     def __iter__(self) -> Iterator[TimedFrame]:
         """Give each frame when its time has come."""
+        due_ns, step_ns = float(time.monotonic_ns()), 0.0
         while True:
-            due_ns = float(time.monotonic_ns())
             before_ns: int | None = None
             for frame in self.source:
-                step_ns = 0 if before_ns is None else frame.time_ns - before_ns
-                due_ns += min(max(step_ns, 0), 1e9 * LONGEST_GAP_S) / self.speed
+                if before_ns is not None:
+                    step_ns = min(max(frame.time_ns - before_ns, 0), 1e9 * LONGEST_GAP_S)
+                due_ns += step_ns / self.speed
                 before_ns = frame.time_ns
                 if self._closed.wait(max(0.0, (due_ns - time.monotonic_ns()) / 1e9)):
                     return
                 yield frame
             if before_ns is None or not self.repeat or self._closed.is_set():
                 return
+            step_ns = max(step_ns, 1e9 / FOLDER_FPS)  # from the last frame to the first again
