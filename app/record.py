@@ -34,8 +34,9 @@ def main(
     tools and `wedge replay` open the file, even where the recorder was killed: a second of frames
     is lost at most. Every frame is kept, none is skipped.
 
-    Ends with the streams, after --seconds, or at Ctrl-C. A stream that fails says why, and the
-    others are recorded on.
+    Ends with the streams, after --seconds, or at Ctrl-C. A stream that is lost says so and is tried
+    again. One that is not there at the beginning is refused, and nothing recorded; one that fails
+    later says why, the others are recorded on, and the exit status is 2.
 
     Example: wedge record http://10.55.0.1:8080 --unit units/wedge-001 --out touch.mcap
 
@@ -101,9 +102,13 @@ def _record(
     sizes_px: Mapping[str, tuple[int, int]],
     recorder: "Recorder",
     seconds: float | None,
-) -> list[WedgeError]:
-    """Pass frames on, a thread for each source, until all end or time is up; what failed."""
-    errors: list[WedgeError] = []
+) -> list[Exception]:
+    """Pass frames on, a thread for each source, until all end or time is up, and finish the file.
+
+    Returns:
+        What failed.
+    """
+    errors: list[Exception] = []
 
     def pass_on(sensor: str) -> None:
         counts = sources[sensor].counts
@@ -113,20 +118,25 @@ def _record(
                     counts.corrupt, counts.remark = counts.corrupt + 1, counts.remark or frame.flaw
                     continue
                 recorder.add(sensor, frame)
-        except WedgeError as error:
+        except Exception as error:  # else the stream would seem to have ended
             errors.append(error)
             if len(sources) > 1:
-                print(f"{sensor}: {error}", file=sys.stderr)
+                _say(f"{sensor}: {error}")
 
     threads = [threading.Thread(target=pass_on, args=(name,), daemon=True) for name in sources]
     for thread in threads:
         thread.start()
     begun = time.monotonic()
+    said = dict.fromkeys(sources, "")
     try:
         while any(thread.is_alive() for thread in threads):
             if seconds is not None and time.monotonic() - begun >= seconds:
                 break
             threads[0].join(0.2) if threads[0].is_alive() else time.sleep(0.2)
+            for sensor, source in sources.items():
+                if (remark := source.counts.remark) != said[sensor]:
+                    said[sensor] = remark
+                    _say(f"{sensor}: {remark or 'frames come.'}")
             if sys.stderr.isatty():
                 took_s = time.monotonic() - begun
                 print(f"\r{took_s:6.1f} s  {recorder.frames} frames ", end="", file=sys.stderr)
@@ -139,7 +149,16 @@ def _record(
             thread.join()
         if sys.stderr.isatty():
             print(file=sys.stderr)
+    try:
+        recorder.close()
+    except WedgeError as error:
+        errors.append(error)
     return errors
+
+
+def _say(sentence: str) -> None:
+    """Print a line of its own, below the numbers that a terminal shows."""
+    print("\n" * sys.stderr.isatty() + sentence, file=sys.stderr)
 
 
 def _of_size(source: "FrameSource", size_px: tuple[int, int] | None) -> "Iterator[TimedFrame]":

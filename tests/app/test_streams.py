@@ -2,11 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Streams as a person handles them: watched, recorded, played again, each fault a sentence."""
 
+import io
 import json
 import signal
 import socket
 import subprocess
 import sys
+import threading
 from collections import Counter
 from pathlib import Path
 
@@ -20,6 +22,8 @@ from app.__main__ import main
 from app._sources import Rate
 from recon.images import read_image, write_image
 from recon.stream import FrameSource, McapSource, TimedFrame, open_source
+from recon.stream.mcap_file import McapFile
+from sensor.errors import WedgeError
 from sensor.extras import how_to_install
 from sensor.wire import Stamp
 from tests.recon.fast.units import make_unit
@@ -227,6 +231,62 @@ def test_a_damaged_image_is_neither_recorded_nor_sent(
         path.write_bytes(b"no PNG")
     assert "0.png" in refused(capsys, "record", folder, "--out", tmp_path / "none.mcap")
     assert "holds no frame" in refused(capsys, "replay", folder, "--port", 0, "--repeat")
+
+
+def test_a_stream_that_is_lost_and_back_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    said_lost = threading.Event()
+
+    class Told(io.StringIO):
+        """What a person reads, who ends the recording when frames come again."""
+
+        def write(self, words: str) -> int:
+            if said_lost.is_set() and words == "wedge: frames come.":
+                raise KeyboardInterrupt
+            if words.startswith("wedge: lost: "):
+                said_lost.set()
+            return super().write(words)
+
+    def back(connection: socket.socket) -> None:
+        while not said_lost.wait(0.01) and not server.over.is_set():
+            pass
+        connection.sendall(stream(*FRAMES))
+        server.over.wait()
+
+    out, told = tmp_path / "touch.mcap", Told()
+    monkeypatch.setattr(sys, "stderr", told)
+    with ScriptedServer(stream(*FRAMES[:3]), b"", back) as server:
+        words = ["record", server.url, "--out", out, "--seconds", 10]
+        assert run(*words) == 0
+    assert said_lost.is_set()
+    assert "frames come" not in told.getvalue()  # it ended there
+    assert [f.jpeg for f in McapSource(out)] == FRAMES[:3] + FRAMES
+
+
+def test_what_a_full_disk_leaves_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def full(_file: McapFile) -> None:
+        raise WedgeError("touch.mcap cannot be written: No space left on device.")
+
+    clip, out = write_clip(tmp_path / "clip.avi", 9), tmp_path / "touch.mcap"
+    monkeypatch.setattr(McapFile, "flush", full)
+    assert run("record", clip, "--out", out) == 2
+    told = capsys.readouterr()
+    assert f"Recording: {out}" in told.out
+    assert told.err.splitlines()[-1] == (
+        "wedge: touch.mcap cannot be written: No space left on device."
+    )
+
+
+def test_a_stream_that_is_not_there_at_the_beginning_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    clip, out = write_clip(tmp_path / "clip.avi", 9), tmp_path / "touch.mcap"
+    nowhere = f"http://127.0.0.1:{free_port()}"
+    assert "nothing listens" in refused(capsys, "record", clip, nowhere, "--out", out)
+    assert not out.exists()
 
 
 def test_a_stream_that_fails_leaves_the_other_s_recording_alone(
