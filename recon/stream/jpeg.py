@@ -2,6 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where a JPEG ends in a stream of bytes, and its pixels."""
 
+from collections.abc import Iterator
+from contextlib import suppress
+
 import cv2
 import numpy as np
 
@@ -18,6 +21,7 @@ LARGEST_SIDE_PX = 8192
 MOST_SEGMENTS = 256
 """Before the coded pixels; cameras write about ten."""
 _START_OF_SCAN = 0xDA
+_START_OF_FRAME = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
 _WITHOUT_LENGTH = frozenset((0x01, *range(0xD0, 0xD8)))
 
 
@@ -34,12 +38,24 @@ def scan_start(data: bytes | bytearray) -> int | None:
     Raises:
         NotJpegError: the bytes are not those of a JPEG.
     """
+    for kind, _, end in _segments(data):
+        if kind == _START_OF_SCAN:
+            return end
+    return None
+
+
+def _segments(data: bytes | bytearray) -> Iterator[tuple[int, int, int]]:
+    """What stands before the coded pixels, as far as it has come: kind, begin and end of each.
+
+    Raises:
+        NotJpegError: the bytes are not those of a JPEG.
+    """
     if not START.startswith(bytes(data[:2])):
         raise NotJpegError
     at = 2
     for _ in range(MOST_SEGMENTS):
         if at + 4 > len(data):
-            return None
+            return
         if data[at] != 0xFF:
             raise NotJpegError
         kind = data[at + 1]
@@ -49,10 +65,20 @@ def scan_start(data: bytes | bytearray) -> int | None:
         length = data[at + 2] << 8 | data[at + 3]
         if length < 2 or kind == END[1]:
             raise NotJpegError
-        at += 2 + length
+        yield kind, at + 4, (at := at + 2 + length)
         if kind == _START_OF_SCAN:
-            return at
+            return
     raise NotJpegError
+
+
+def _size_px(jpeg: bytes) -> tuple[int, int] | None:
+    """Width and height by the head of a JPEG; ``None`` where it has none."""
+    with suppress(NotJpegError):
+        for kind, begin, _ in _segments(jpeg):
+            if kind in _START_OF_FRAME:
+                height, width = (int.from_bytes(jpeg[begin + i : begin + i + 2]) for i in (1, 3))
+                return width, height
+    return None
 
 
 def decode_jpeg(jpeg: bytes, out: np.ndarray | None = None) -> Frame:
@@ -79,9 +105,13 @@ def decode_jpeg(jpeg: bytes, out: np.ndarray | None = None) -> Frame:
 
 
 def _decode_with_opencv(jpeg: bytes) -> Frame:
-    data = np.frombuffer(jpeg, np.uint8)
-    whole = data.size > 4 and jpeg.startswith(START) and END in jpeg[-16:]
-    image = cv2.imdecode(data, cv2.IMREAD_COLOR) if whole else None
+    size_px = _size_px(jpeg)
+    if size_px is not None and max(size_px) > LARGEST_SIDE_PX:
+        raise WedgeError(f"the frame is no whole JPEG: {size_px[0]}x{size_px[1]} pixels.")
+    image = None
+    if size_px is not None and END in jpeg[-16:]:
+        as_it_lies = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
+        image = cv2.imdecode(np.frombuffer(jpeg, np.uint8), as_it_lies)
     if image is None:
         raise WedgeError("the frame is no whole JPEG.")
     return cv2.cvtColor(image, cv2.COLOR_BGR2RGB)

@@ -3,6 +3,7 @@
 """A damaged stream costs its damaged frames and no others, whatever the damage and the cuts."""
 
 import io
+import struct
 from collections.abc import Iterator
 
 import numpy as np
@@ -158,3 +159,19 @@ def test_both_decoders_refuse_what_is_cut_and_agree(monkeypatch: pytest.MonkeyPa
         for damaged in (jpeg[:-30], jpeg[:-2], jpeg[20:], b"", b"text"):
             with pytest.raises(WedgeError, match="no whole JPEG"):
                 decode_jpeg(damaged)
+
+
+def test_both_decoders_leave_a_frame_as_it_lies_and_refuse_one_too_large(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    file, turned = io.BytesIO(), Image.Exif()
+    turned[0x0112] = 6  # by a quarter
+    Image.new("RGB", (32, 16)).save(file, "JPEG", exif=turned)
+    jpeg = file.getvalue()
+    huge = jpeg.replace(struct.pack(">BHH", 8, 16, 32), struct.pack(">BHH", 8, 65_500, 65_500))
+    for simplejpeg in (True, False):
+        if not simplejpeg:
+            monkeypatch.setattr("recon.stream.jpeg.simplejpeg", None)
+        assert decode_jpeg(jpeg).shape == (16, 32, 3)
+        with pytest.raises(WedgeError, match="65500x65500 pixels"):
+            decode_jpeg(huge)
