@@ -47,15 +47,14 @@ def main(
         seconds: Stop after so long.
         json: Write the numbers of frames here as JSON.
     """
-    from recon.stream import Recorder
+    from recon.stream import Recorder, refuse_other_name
     from sensor.unit import read_unit_card
 
     if not where:
         raise WedgeError("no stream was named: wedge record WHERE... --out FILE.mcap.")
     if unit and len(unit) != len(where):
         raise WedgeError(f"{len(where)} streams but {len(unit)} units: name one for each, or none.")
-    if out.suffix.lower() != ".mcap":
-        raise WedgeError(f"{out} would be a recording: call it {out.stem}.mcap, as readers expect.")
+    refuse_other_name(out)
     check_outputs(out, json)
     keep_inputs([*where, *unit], [json])
     refuse_few("seconds", seconds)

@@ -55,8 +55,10 @@ def main(
         rerun: Write frames, depth and latency here for Rerun's viewer (the extra `rerun`).
         json: Write the last line's numbers here as JSON.
     """
-    from recon.stream import Newest
+    from recon.stream import Newest, refuse_other_name
 
+    if mcap is not None:
+        refuse_other_name(mcap)
     check_outputs(json, mcap, rerun)
     keep_inputs([where, unit], [json, mcap, rerun])
     refuse_few("seconds", seconds)

@@ -244,7 +244,9 @@ def _checked(url: str) -> urllib.parse.SplitResult:
 
 
 def _target(url: urllib.parse.SplitResult) -> str:
-    return urllib.parse.quote(url.path or "/", safe="/%") + (f"?{url.query}" if url.query else "")
+    path = urllib.parse.quote(url.path or "/", safe="/%")
+    query = urllib.parse.quote(url.query, safe="/%?:@!$&'()*+,;=")
+    return f"{path}?{query}" if query else path
 
 
 def _credentials(url: urllib.parse.SplitResult) -> dict[str, str]:

@@ -33,6 +33,18 @@ def topic(sensor: str) -> str:
     return f"/{sensor}/image_raw/compressed"
 
 
+def refuse_other_name(path: Path) -> None:
+    """Refuse to call a recording what those who open it would not take for one.
+
+    Raises:
+        WedgeError: says how to call it.
+    """
+    if path.suffix.lower() != ".mcap":
+        raise WedgeError(
+            f"{path} would be a recording: call it {path.stem}.mcap, as readers expect."
+        )
+
+
 class Recorder:
     """Writes frames of one or several sensors to a new file."""
 

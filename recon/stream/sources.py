@@ -16,6 +16,7 @@ from sensor.errors import WedgeError
 
 VIDEOS = (".avi", ".mp4", ".mkv", ".mov", ".mjpeg", ".mjpg", ".webm")
 ADDRESSES = ("http://", "https://")
+WITHOUT_SCHEME = re.compile(r"(?!usb:)(?:[\w.-]+:\d{1,5}|\d+(?:\.\d+){3})(?:/.*)?")
 CAMERA = re.compile(r"usb:(\d{1,3})")
 RECORDING = ".mcap"
 KINDS = (
@@ -46,6 +47,8 @@ def refuse_no_source(where: str | Path, also: Sequence[str] = ()) -> None:
     is_file = path.is_file()
     if is_file and path.suffix.lower() in (*VIDEOS, RECORDING):
         return
+    if not is_file and WITHOUT_SCHEME.fullmatch(text):
+        raise WedgeError(f"{text} is not there: an address begins with http://, as http://{text}.")
     *kinds, last = (*KINDS, *also)
     fault = "cannot be read as frames" if is_file else "is not there"
     raise WedgeError(f"{text} {fault}: name {', '.join(kinds)} or {last}.")

@@ -357,6 +357,8 @@ def test_what_cannot_be_streamed_is_a_sentence(
         capsys, "record", clip, clip, "--out", tmp_path / "a.mcap", "--unit", unit
     )
     assert "call it clip.mcap" in refused(capsys, "record", clip, "--out", clip)
+    felt = ("stream", clip, "--unit", unit, "--mcap", tmp_path / "felt.txt")
+    assert "call it felt.mcap" in refused(capsys, *felt)
     (tmp_path / "kept.mcap").write_bytes(b"kept")
     assert "exists" in refused(capsys, "record", clip, "--out", tmp_path / "kept.mcap")
     assert "must be above zero" in refused(capsys, "replay", clip, "--speed", 0)

@@ -157,6 +157,9 @@ def test_a_file_can_be_watched_like_a_camera(tmp_path: Path) -> None:
     ("where", "sentence"),
     [
         ("nowhere", "is not there: name an address"),
+        ("127.0.0.1:8080", r"begins with http://, as http://127\.0\.0\.1:8080\.$"),
+        ("10.55.0.1/stream", r"begins with http://, as http://10\.55\.0\.1/stream\.$"),
+        ("usb:1234", "is not there: name an address"),
         ("empty", "holds no PNG, JPEG, BMP or TIFF images"),
         ("notes.txt", "cannot be read as frames: name an address"),
         ("bad.avi", "is no video"),

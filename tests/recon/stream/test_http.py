@@ -256,6 +256,13 @@ def test_name_and_password_reach_the_server_alone() -> None:
     assert b"Basic " + base64.b64encode(b"me:s:cret") in request
 
 
+def test_what_an_address_may_not_hold_is_coded() -> None:
+    with ScriptedServer(stream(*FRAMES)) as server:
+        with HttpSource(f"http://127.0.0.1:{server.port}/a b?x=u y&z=%20") as source:
+            assert jpegs(source, 8) == FRAMES
+    assert server.requests[0].startswith(b"GET /a%20b?x=u%20y&z=%20 HTTP/1.1\r\n")
+
+
 def test_closing_wakes_who_waits() -> None:
     with ScriptedServer(
         lambda connection: (connection.sendall(HEAD), server.over.wait())
