@@ -40,6 +40,13 @@ OTHER_REQUESTS = 8
 UNSENT_BYTES = 16 * 1024
 """A frame is chosen when no more than this waits to be sent: a slow client's next one is fresh."""
 NO_FRAME = "no frame comes"
+PATHS = {
+    STREAM_PATH: "the stream",
+    SNAPSHOT_PATH: "the newest frame",
+    SETTINGS_PATH: "what the camera was asked for and what it used",
+    HEALTH_PATH: "rate, clients, age of the newest frame",
+}
+"""What a browser is shown that asks for no path."""
 _GONE = select.POLLERR | select.POLLHUP | select.POLLRDHUP
 _IP_FREEBIND = 15  # Linux; socket has no name for it
 
@@ -191,6 +198,8 @@ class Handler(BaseHTTPRequestHandler):
                 self._json(200, self.server.describe())
             case p if p == HEALTH_PATH:
                 self._health()
+            case "/":
+                self._answer(200, _overview(), "text/html", [])
             case _:
                 self.send_error(404)
 
@@ -271,6 +280,11 @@ class Handler(BaseHTTPRequestHandler):
 
     def log_message(self, format: str, *args: Any) -> None:
         """Keep no record of requests: the journal is for faults."""
+
+
+def _overview() -> bytes:
+    rows = (f'<p><a href="{path}">{path}</a>: {words}\n' for path, words in PATHS.items())
+    return ("<!doctype html><title>GelSight Wedge</title>\n" + "".join(rows)).encode()
 
 
 def _read_head(connection: socket.socket) -> bytes | None:

@@ -161,7 +161,11 @@ def test_what_is_asked_for_is_what_is_given(newest: Newest, server: StreamServer
     )
     assert answer.getheader("X-Frame-Index") == "0"
     assert json.loads(ask(server, "/settings")[1]) == {"asked": {"rate_hz": 58}}
-    assert ask(server, "/")[0].status == 404
+    answer, body = ask(server, "/")
+    assert (answer.status, answer.getheader("Content-Type")) == (200, "text/html")
+    for path in ("/stream.mjpg", "/snapshot.jpg", "/settings", "/health"):
+        assert f'<a href="{path}">' in body.decode()
+    assert ask(server, "/no")[0].status == 404
     assert ask(server, "/stream.mjpg", "HEAD")[0].status == 200
     assert ask(server, "/snapshot.jpg", "HEAD")[1] == b""
     for method in ("POST", "PUT", "DELETE"):
@@ -212,7 +216,7 @@ def test_only_the_right_password_opens(newest: Newest) -> None:
         (b"GET / HTTP/1.1\r\nA: " + b"a" * REQUEST_BYTES, b"431"),
         (b"\r\n" * (REQUEST_BYTES // 2), b"431"),
         (b"a" * REQUEST_BYTES, b"431"),
-        (b"GET / HTTP/1.1\r\nno colon\r\n\r\n", b"404"),
+        (b"GET /no HTTP/1.1\r\nno colon\r\n\r\n", b"404"),
     ],
 )
 def test_a_malformed_request_is_refused(
