@@ -12,7 +12,7 @@ from recon.follower import Felt
 from recon.pose.estimate import PoseEstimate
 from recon.pose.rigid import Points
 from validation.figures.markers import draw_arrows, marker_words
-from validation.figures.tracking import anchor_on, overlay
+from validation.figures.tracking import anchor_on, pose_picture
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,7 +20,7 @@ class Followed:
     """What the page shows of one moment."""
 
     picture: str
-    """The gel with the object's axes, the state in words and the dots' arrows, as a data URL."""
+    """The gel with the object's axes and the dots' arrows, as a data URL."""
     state: str
     pose: str
     markers: str
@@ -40,7 +40,7 @@ class PoseView:
         if self._anchor is None and felt.pose.T_sensor_object is not None:
             self._anchor = anchor_on(felt.touch, felt.pose.T_sensor_object)
         touch = felt.touch
-        shown = overlay(felt.image, touch.contact, touch.mm_per_px, felt.pose, self._anchor)
+        shown = pose_picture(felt.image, touch.contact, touch.mm_per_px, felt.pose, self._anchor)
         words = "none on this gel" if felt.markers == "none" else felt.markers
         if felt.dots is not None:
             draw_arrows(shown, felt.dots, shown.shape[1] / felt.image.shape[1])

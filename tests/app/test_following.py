@@ -31,8 +31,10 @@ def test_dots_that_moved_are_counted_measured_and_drawn() -> None:
     assert shown[0].markers.endswith("but the unit was calibrated without: calibrate it anew")
     found_mm = float(shown[0].markers.split("moved ")[1].split()[0])
     assert found_mm == pytest.approx(2 * MM_PER_PX[0], abs=0.02)
-    arrows = [decode_jpeg(base64.b64decode(item.picture.partition(",")[2])).std() for item in shown]
-    assert arrows[0] > arrows[1]
+    drawn = [decode_jpeg(base64.b64decode(item.picture.partition(",")[2])) for item in shown]
+    assert drawn[0].std() > drawn[1].std()
+    height, width = drawn[0].shape[:2]
+    assert height / width == pytest.approx(SIZE_PX[1] / SIZE_PX[0], abs=0.01)  # words are beside it
 
 
 def test_a_new_object_has_its_axes_where_it_touches() -> None:

@@ -104,7 +104,29 @@ def overlay(
     found: PoseEstimate,
     anchor_mm: Points | None,
 ) -> Picture:
-    """A frame with the contact's outline, the object's axes and the state in words.
+    """A frame with the contact's outline, the object's axes and, below, the state in words.
+
+    Args: as of ``pose_picture``.
+    """
+    numbers = ""
+    if found.T_sensor_object is not None:
+        turn = np.degrees(Rotation.from_matrix(found.T_sensor_object[:3, :3]).as_rotvec())
+        shift = found.T_sensor_object[:3, 3]
+        numbers = "turn {:+.1f} {:+.1f} {:+.1f} deg   shift {:+.2f} {:+.2f} {:+.2f} mm".format(
+            *turn, *shift
+        )
+    shown = pose_picture(image, contact, mm_per_px, found, anchor_mm)
+    return with_words(shown, found.words, WORDS.get(found.state, LOST), numbers)
+
+
+def pose_picture(
+    image: Unwarped,
+    contact: ContactMask,
+    mm_per_px: Pair,
+    found: PoseEstimate,
+    anchor_mm: Points | None,
+) -> Picture:
+    """A frame with the contact's outline and the object's axes.
 
     Args:
         image: the gel plane.
@@ -118,16 +140,9 @@ def overlay(
     mask = cv2.resize(contact.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST)
     edges = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
     cv2.drawContours(picture, edges, -1, (255, 255, 255), 1, cv2.LINE_AA)
-    color, numbers = WORDS.get(found.state, LOST), ""
-    if found.T_sensor_object is not None:
-        if anchor_mm is not None:
-            _draw_axes(picture, found.T_sensor_object, anchor_mm, mm_per_px, contact.shape[1])
-        turn = np.degrees(Rotation.from_matrix(found.T_sensor_object[:3, :3]).as_rotvec())
-        shift = found.T_sensor_object[:3, 3]
-        numbers = "turn {:+.1f} {:+.1f} {:+.1f} deg   shift {:+.2f} {:+.2f} {:+.2f} mm".format(
-            *turn, *shift
-        )
-    return with_words(picture, found.words, color, numbers)
+    if found.T_sensor_object is not None and anchor_mm is not None:
+        _draw_axes(picture, found.T_sensor_object, anchor_mm, mm_per_px, contact.shape[1])
+    return picture
 
 
 def _draw_axes(

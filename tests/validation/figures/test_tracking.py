@@ -7,7 +7,7 @@ import numpy as np
 from recon.pose.estimate import PoseEstimate
 from recon.pose.rigid import motion
 from validation.figures.png import png_bytes
-from validation.figures.tracking import overlay, pose_figure, roll_figure, series
+from validation.figures.tracking import overlay, pose_figure, pose_picture, roll_figure, series
 
 LOST = PoseEstimate(state="lost", reason="nothing touches")
 
@@ -52,9 +52,13 @@ def test_figures_are_drawn_even_of_nothing():
 def test_axes_stand_where_the_object_is():
     image = np.zeros((90, 120, 3), np.float32)
     contact = np.zeros((90, 120), bool)
-    drawn = overlay(image, contact, (0.1, 0.1), turned(0), np.array([2.0, 1.0, 0.0]))
-    rows, columns = np.nonzero((drawn[:480] == 255).all(-1))
+    seen = (image, contact, (0.1, 0.1))
+    drawn = pose_picture(*seen, turned(0), np.array([2.0, 1.0, 0.0]))
+    assert drawn.shape == (480, 640, 3)
+    rows, columns = np.nonzero((drawn == 255).all(-1))
     scale = 640 / 120
     assert abs(columns.mean() / scale - (59.5 + 20 + 0.5)) < 0.5
     assert abs(rows.mean() / scale - (44.5 + 10 + 0.5)) < 0.5
-    assert not overlay(image, contact, (0.1, 0.1), LOST, None)[:480].any()
+    assert not pose_picture(*seen, LOST, None).any()
+    with_words = overlay(*seen, LOST, None)
+    assert with_words[480:].any() and not with_words[:480].any()
