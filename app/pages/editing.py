@@ -9,6 +9,7 @@ from typing import Any
 from nicegui import ui
 from nicegui.events import KeyEventArguments, MouseEventArguments
 
+from app.pages.serving import run
 from sensor.errors import WedgeError
 
 STEP_PX, FINE_STEP_PX = 1.0, 0.25
@@ -58,14 +59,7 @@ def run_page(build: Callable[[], object], title: str, port: int) -> None:
 
     with suppress(KeyboardInterrupt):  # so it ends, as said
         print(f"Open http://127.0.0.1:{port} and end with Ctrl-C; every change is kept at once.")
-        ui.run(
-            host="127.0.0.1",
-            port=port,
-            title=title,
-            show=False,
-            reload=False,
-            show_welcome_message=False,
-        )
+        run(title, "127.0.0.1", port, show=False)
 
 
 def listen(on_key: Callable[[str, float], None]) -> None:

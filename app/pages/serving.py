@@ -1,0 +1,32 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How every page is served."""
+
+import logging
+
+from nicegui import ui
+
+
+def run(title: str, address: str, port: int, *, favicon: str | None = None, show: bool) -> None:
+    """Serve the pages that were declared, until Ctrl-C."""
+    logging.getLogger("uvicorn.error").addFilter(is_news)
+    ui.run(
+        host=address,
+        port=port,
+        title=title,
+        favicon=favicon,
+        language="en-US",
+        show=show,
+        reload=False,
+        show_welcome_message=False,
+    )
+
+
+def is_news(record: logging.LogRecord) -> bool:
+    """Whether a line of the server's log tells more than that a browser hung up.
+
+    Where one does before its request was read, engineio misses the request's method, and the server
+    would print a page of traceback about a tab that is gone or connects again by itself.
+    """
+    error = record.exc_info[1] if record.exc_info else None
+    return not (isinstance(error, KeyError) and error.args == ("REQUEST_METHOD",))
