@@ -3,32 +3,45 @@
 """The browser page of `wedge live`: each sensor's pictures, its touch, and how its stream fares."""
 
 import time
-from collections.abc import Sequence
-from html import escape
+from collections.abc import Callable, Sequence
 
 from nicegui import app, ui
 from nicegui.elements.scene.objects.texture import Texture
+from nicegui.events import GenericEventArguments
 
 from app.pages import pictures
 from app.pages.following import Followed
-from app.pages.watching import STEEPNESS, VIEW_S, Watcher
+from app.pages.serving import run
+from app.pages.watching import STEEPNESS, VIEW_S, Glimpse, Watcher
 from sensor.errors import WedgeError
 
 SURFACE_S = 0.15
 """Between two surfaces, which take a browser longer than pictures."""
 HISTORY_S = 20.0
+AGE_S = 0.5
+"""Between two ages of what is shown: quicker, nobody reads them."""
+ARRIVED = "arrived"
+ARRIVE = f"""requestAnimationFrame(() => emitEvent("{ARRIVED}", %d));"""
+"""Once what came before is drawn; so a tab that nobody looks at gets nothing either."""
 STYLE = """
 body { background: #10151c; color: #e6edf3; font-variant-numeric: tabular-nums; }
 .sensor { background: #18202a; border: 1px solid #2a3542; border-radius: 14px; }
-.picture { background: #0b0f14; border-radius: 8px; overflow: hidden; min-height: 9rem; }
+.picture { background: #0b0f14; border-radius: 8px; overflow: hidden; }
 .picture img { width: 100%; display: block; }
 .quiet { color: #9fb0c0; }
 .surface { width: 100% !important; height: auto !important; contain: size; }
-.stale { opacity: .35; }
+.stale { color: #93a3b3; } .stale:is(.shown), .stale :is(.picture, svg) { opacity: .35; }
 .big { font-size: 2rem; line-height: 1.1; font-weight: 600; }
 .remark { color: #ffcf70; }
 .chip { border-radius: 999px; padding: 1px 10px; font-size: .75rem; font-weight: 600; }
 .on { background: #123b36; color: #6fe3d0; } .off { background: #47220f; color: #ffb38a; }
+.gone { display: none; }
+body:has(#popup[aria-hidden="false"]) { /* while the browser has lost the page's server */
+    .gone { display: block; }
+    .sensor { color: #93a3b3; }
+    .sensor :is(.picture, svg) { opacity: .35; }
+    .chip { visibility: hidden; }
+}
 """
 
 
@@ -41,25 +54,59 @@ def serve(watchers: Sequence[Watcher], address: str, port: int, *, show: bool) -
         ui.dark_mode(True)
         ui.query(".nicegui-content").classes("p-4 gap-4 max-w-[1800px] mx-auto")
         with ui.row().classes("w-full items-baseline gap-3"):
-            ui.label("GelSight Wedge").classes("text-xl font-semibold")
+            _heading("GelSight Wedge", 1).classes("text-xl font-semibold")
             ui.label("live").classes("text-xl quiet")
+            ui.label("The page has lost its server: what is shown is old.").classes("gone remark")
         columns = "grid-cols-1 xl:grid-cols-2" if len(watchers) > 1 else "grid-cols-1"
         with ui.element("div").classes(f"grid {columns} gap-4 w-full"):
-            for number, watcher in enumerate(watchers):
+            cards = [
                 SensorCard(watcher, number, alone=len(watchers) == 1)
+                for number, watcher in enumerate(watchers)
+            ]
+        Tab(cards)
 
     for watcher in watchers:
         app.on_startup(watcher.start)
         app.on_shutdown(watcher.close)
-    ui.run(
-        host=address,
-        port=port,
-        title="GelSight Wedge live",
-        favicon="👆",
-        show=show,
-        reload=False,
-        show_welcome_message=False,
-    )
+    run("GelSight Wedge live", address, port, favicon="👆", show=show)
+
+
+class Tab:
+    """The page of one browser, which is sent what is new once it has drawn what came before.
+
+    So on a slow link it is late by one picture of each sensor, and no queue of them grows.
+    """
+
+    def __init__(self, cards: Sequence["SensorCard"]) -> None:
+        self.cards = cards
+        self.number = 0
+        """Of what was sent last."""
+        self.is_awaited = False
+        ui.on(ARRIVED, self.arrived)
+        ui.context.client.on_connect(self.begin_anew)
+        ui.timer(VIEW_S, self.update)
+
+    def update(self) -> None:
+        """Send what is new, unless the browser still owes an answer."""
+        for card in self.cards:
+            card.watcher.watched_s = time.monotonic()
+        if self.is_awaited:
+            return
+        self.number, self.is_awaited = self.number + 1, True
+        for card in self.cards:
+            card.update()
+        ui.run_javascript(ARRIVE % self.number)
+
+    def arrived(self, event: GenericEventArguments) -> None:
+        """Note that the browser shows what was sent last."""
+        if event.args == self.number:
+            self.is_awaited = False
+            for card in self.cards:
+                card.arrived()
+
+    def begin_anew(self) -> None:
+        """Wait no more: the answer may have been lost with the connection before."""
+        self.is_awaited = False
 
 
 class SensorCard:
@@ -67,21 +114,27 @@ class SensorCard:
 
     def __init__(self, watcher: Watcher, number: int, *, alone: bool) -> None:
         self.watcher = watcher
-        self.shown = -1
-        self.surface_s = 0.0
+        self.sent: Glimpse | None = None
+        self.seen: Glimpse | None = None
+        """The last one that the browser has drawn."""
+        self.said = watcher.message[0]
+        self.surface_s = self.age_s = 0.0
         with ui.column().classes("sensor w-full p-4 gap-3").props(f"id=sensor-{number}"):
             self._head()
             pictured = "grid-cols-2 lg:grid-cols-4" if watcher.unit and alone else "grid-cols-2"
-            self.touch = [ui.element("div").classes(f"grid {pictured} gap-3 w-full")]
-            with self.touch[0]:
+            with ui.element("div").classes(f"grid {pictured} gap-3 w-full"):
                 self.raw = _picture("Raw", "as the camera sees it", "raw")
-                about = f"to the blank gel, ×{pictures.CONTRAST:g} about grey"
+                blank = "blank gel" if watcher.unit else "first frame, or to a background since"
+                about = f"to the {blank}, ×{pictures.CONTRAST:g} about grey"
                 self.difference = _picture("Difference", about, "difference")
+                self.touch: list[ui.element] = [self.difference]
+                """What shows the touch, and fades where frames tell none."""
                 if watcher.unit:
                     marks = "contact outlined, deepest point crossed"
                     self.depth = _picture("Depth", marks, "depth")
                     axes = "axes of the object: x blue, y orange, z green; shifts of dots ×3"
                     self.posed = _picture("Pose and markers", axes, "posed")
+                    self.touch += [self.depth, self.posed]
             if watcher.unit is None:
                 ui.label(
                     "Depth needs the sensor's unit: wedge live WHERE --unit UNIT. "
@@ -96,37 +149,37 @@ class SensorCard:
                 self.touch.append(
                     ui.element("div").classes(f"grid grid-cols-1 {layout} gap-3 w-full")
                 )
-                with self.touch[1]:
+                with self.touch[-1]:
                     self._surface(alone)
                     self._numbers()
             self._stream()
-        ui.timer(VIEW_S, self.update)
 
     def _head(self) -> None:
         with ui.row().classes("w-full items-center gap-3"):
-            ui.label(self.watcher.title).classes("text-lg font-semibold")
+            _heading(self.watcher.title, 2).classes("text-lg font-semibold")
             if self.watcher.name != self.watcher.title:
                 ui.label(self.watcher.name).classes("quiet text-sm")
-            self.chip = ui.label("waiting").classes("chip off").mark("state")
-            ui.space()
-            ui.button("Take background", icon="filter_none", on_click=self.take_background).props(
-                "dense outline color=teal-3 no-caps"
-            ).tooltip(
-                "Nothing may touch the gel: the mean of the next frames becomes the blank one"
-            )
-            ui.button("Save frame", icon="photo_camera", on_click=self.save_frame).props(
-                "dense outline color=teal-3 no-caps"
-            ).tooltip(f"Write the newest frame to {self.watcher.captures}")
-        self.remark = ui.label().classes("remark text-sm").props("id=remark")
+            self.chip = ui.label("waiting").classes("chip off state").props("role=status")
+            with ui.row().classes("ml-auto gap-3 no-wrap"):
+                _button(
+                    "Take background",
+                    "filter_none",
+                    "Nothing may touch the gel: the mean of the next frames becomes the blank one",
+                    self.take_background,
+                )
+                kept = f"Write the newest frame to {self.watcher.captures}"
+                _button("Save frame", "photo_camera", kept, self.save_frame)
+        self.remark = ui.label().classes("remark text-sm").props("role=status")
 
     def _surface(self, alone: bool) -> None:
         with ui.column().classes("gap-1 w-full min-w-0"):
-            ui.label("Surface").classes("text-sm font-medium")
+            _heading("Surface", 3).classes("text-sm font-medium")
             with ui.element("div").classes("picture w-full"):
                 size = (980, 420) if alone else (500, 320)
                 with ui.scene(*size, grid=False, background_color="#0b0f14") as self.scene:
                     self.texture: Texture | None = None
                 self.scene.classes("surface").style(f"aspect-ratio: {size[0]} / {size[1]}")
+                self.scene.props('role=img aria-label="The depth as a surface that turns"')
                 self.scene.move_camera(0, -4.3, 4.3, 0, -0.3, -0.3, 0, 0, 1, duration=0)
             ui.label(f"drag to turn, wheel to zoom; depth drawn {STEEPNESS:g}× steeper").classes(
                 "quiet text-xs"
@@ -137,16 +190,16 @@ class SensorCard:
             self.deepest, self.deepest_line = _figure("Deepest point", "mm", 2, "deepest")
             self.area, self.area_line = _figure("Contact area", "mm²", 1, "contact")
             with ui.row().classes("items-center gap-2"):
-                ui.label("Object's pose").classes("text-sm font-medium")
+                _heading("Object's pose", 3).classes("text-sm font-medium")
                 self.pose_state = ui.label("–").classes("chip off pose-state")
             self.pose = ui.label().classes("text-sm pose")
             ui.label("since its first touch; lift it for a second and the next is new").classes(
                 "quiet text-xs"
             )
-            ui.label("Markers").classes("text-sm font-medium")
+            _heading("Markers", 3).classes("text-sm font-medium")
             self.markers = ui.label().classes("text-sm markers")
             with ui.column().classes("gap-0 w-full"):
-                ui.label("Colours of depth").classes("text-sm font-medium")
+                _heading("Colours of depth", 3).classes("text-sm font-medium")
                 bar = ui.element("div").classes("w-full h-3 rounded mt-1")
                 bar.style(f"background: {pictures.legend()}")
                 with ui.row().classes("w-full justify-between quiet text-xs"):
@@ -154,33 +207,40 @@ class SensorCard:
                     self.scale = ui.label()
 
     def _stream(self) -> None:
-        with ui.row().classes("w-full gap-6 items-baseline quiet text-sm").props("id=stream"):
+        with ui.row().classes("stream w-full gap-x-6 gap-y-1 items-baseline quiet text-sm"):
             self.facts = {
-                name: ui.label().props(f"id={name}")
-                for name in ("rate", "latency", "work", "lost", "connections")
+                name: ui.label().classes(name)
+                for name in ("rate", "latency", "age", "work", "lost", "connections")
             }
 
     def update(self) -> None:
-        """Show what is new."""
-        watcher = self.watcher
-        watcher.watched_s = time.monotonic()
-        if saved := watcher.saved():
-            ui.notify(saved, type="positive", position="bottom-right")
+        """Send what is new."""
+        watcher, live = self.watcher, self.watcher.live
+        if watcher.message[0] != self.said:
+            self.said, words = watcher.message
+            ui.notify(words, type="positive", position="bottom-right")
         self.remark.set_text(watcher.remark)
         self.remark.set_visibility(bool(watcher.remark))
-        self.chip.set_text("live" if watcher.live else "waiting")
-        self.chip.classes(
-            *(("on",) if watcher.live else ("off",)), remove="off" if watcher.live else "on"
-        )
+        self.chip.set_text("live" if live else "waiting")
+        _switch(self.chip, "on", live)
+        _switch(self.chip, "off", not live)
+        _switch(self.raw, "stale", not live)
         for part in self.touch:  # what is shown was so, and may be no more
-            part.classes("" if watcher.live else "stale", remove="stale" if watcher.live else "")
+            _switch(part, "stale", not live or bool(watcher.misfit))
         self._update_facts()
         glimpse = watcher.glimpse
-        if glimpse is None or glimpse.number == self.shown:
-            return
-        self.shown = glimpse.number
+        if glimpse is not None and glimpse is not self.sent:
+            self.sent = glimpse
+            self._show(glimpse)
+
+    def arrived(self) -> None:
+        """Note that the browser has drawn what was sent."""
+        self.seen = self.sent
+
+    def _show(self, glimpse: Glimpse) -> None:
         self.raw.set_source(glimpse.raw)
-        self.difference.set_source(glimpse.difference)
+        if glimpse.difference is not None:
+            self.difference.set_source(glimpse.difference)
         if glimpse.depth is None or glimpse.surface is None:
             return
         self.depth.set_source(glimpse.depth)
@@ -192,7 +252,7 @@ class SensorCard:
         if time.monotonic() - self.surface_s > SURFACE_S:
             self.surface_s = time.monotonic()
             self._update_surface(*glimpse.surface)
-            history = [item for item in watcher.history if time.monotonic() - item[0] < HISTORY_S]
+            history = [x for x in self.watcher.history if self.surface_s - x[0] < HISTORY_S]
             self.deepest_line.show([(t, mm) for t, mm, _ in history])
             self.area_line.show([(t, mm2) for t, _, mm2 in history])
 
@@ -202,7 +262,8 @@ class SensorCard:
         self.markers.set_text(followed.markers)
         self.pose_state.set_text(followed.state)
         here = followed.state == "tracking"
-        self.pose_state.classes("on" if here else "off", remove="off" if here else "on")
+        _switch(self.pose_state, "on", here)
+        _switch(self.pose_state, "off", not here)
 
     def _update_surface(self, url: str, grid: pictures.Grid) -> None:
         if self.texture is None:
@@ -219,6 +280,10 @@ class SensorCard:
         self.facts["latency"].set_text(
             "latency unknown" if latency is None else f"latency {latency:.1f} ms"
         )
+        now_s = time.monotonic()
+        if self.seen is not None and now_s - self.age_s > AGE_S:
+            self.age_s = now_s
+            self.facts["age"].set_text(f"picture {now_s - self.seen.taken_s:.1f} s old")
         if newest is None:
             return
         counts = newest.source.counts
@@ -230,15 +295,19 @@ class SensorCard:
         )
 
     def take_background(self) -> None:
-        """Make the next frames the blank one."""
-        self.watcher.take_background()
-        ui.notify("Taking the background: nothing may touch the gel.", position="bottom-right")
+        """Make the next frames the blank one, or say why not."""
+        try:
+            self.watcher.take_background()
+        except WedgeError as error:
+            ui.notify(str(error), type="negative", position="bottom-right")
+        else:
+            ui.notify("Taking the background: nothing may touch the gel.", position="bottom-right")
 
     def save_frame(self) -> None:
-        """Keep the newest frame."""
+        """Keep the newest frame, or say why not."""
         try:
             ui.notify(self.watcher.save_frame(), type="positive", position="bottom-right")
-        except WedgeError as error:
+        except (WedgeError, OSError) as error:
             ui.notify(str(error), type="negative", position="bottom-right")
 
 
@@ -260,12 +329,27 @@ def sparkline(points: Sequence[tuple[float, float]]) -> str:
     )
 
 
+def _heading(text: str, level: int) -> ui.label:
+    return ui.label(text).props(f"role=heading aria-level={level}")
+
+
+def _button(text: str, icon: str, meaning: str, on_click: Callable[[], None]) -> None:
+    with ui.button(text, icon=icon, on_click=on_click).props("dense outline color=teal-3 no-caps"):
+        ui.tooltip(meaning).props('anchor="top middle" self="bottom middle"')  # hides no neighbour
+
+
+def _switch(element: ui.element, name: str, is_on: bool) -> None:
+    """Give an element a class, or take it away."""
+    element.classes(add=name if is_on else None, remove=None if is_on else name)
+
+
 def _picture(title: str, caption: str, name: str) -> ui.interactive_image:
     with ui.column().classes("gap-1 w-full"):
-        ui.label(title).classes("text-sm font-medium")
+        _heading(title, 3).classes("text-sm font-medium")
         with ui.element("div").classes("picture w-full"):
-            image = ui.interactive_image().classes(f"w-full {name}")
-        ui.label(escape(caption)).classes("quiet text-xs")
+            image = ui.interactive_image().classes(f"shown w-full {name}")
+            image.props(f'role=img aria-label="{title}: {caption}"')
+        ui.label(caption).classes("quiet text-xs")
     return image
 
 
@@ -286,7 +370,7 @@ class Course:
 
 def _figure(title: str, unit: str, digits: int, name: str) -> tuple[ui.label, Course]:
     with ui.column().classes("gap-0 w-full"):
-        ui.label(title).classes("text-sm font-medium")
+        _heading(title, 3).classes("text-sm font-medium")
         with ui.row().classes("items-baseline gap-1"):
             number = ui.label("–").classes(f"big {name}")
             ui.label(unit).classes("quiet")

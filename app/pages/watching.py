@@ -14,6 +14,7 @@ import numpy as np
 
 from app._sources import is_dataset, open_live
 from app.pages import pictures
+from app.pages.blank import BlankTaker
 from app.pages.following import Followed, PoseView
 from recon.arrays import Frame
 from recon.calibration import Calibration
@@ -34,7 +35,9 @@ AGAIN_S = 1.0
 """Before a sensor that failed is tried again."""
 UNWATCHED_S = 3.0
 """Without a browser for so long, no pictures are made."""
-BACKGROUND_FRAMES = 12
+STILL_S = 2.0
+"""With the same frame for so long, to the last bit, a camera hangs: none is without noise."""
+HISTORY_LENGTH = 400
 LEAST_SCALE_MM = 0.3
 STEEPNESS = 3.0
 
@@ -44,7 +47,10 @@ class Glimpse:
     """What the page shows of one moment; pictures as data URLs."""
 
     raw: str
-    difference: str
+    taken_s: float
+    """When its frame was taken over, as ``time.monotonic`` tells it."""
+    difference: str | None = None
+    """``None`` where the frame does not fit the unit."""
     depth: str | None = None
     surface: tuple[str, pictures.Grid] | None = None
     scale_mm: float = LEAST_SCALE_MM
@@ -102,13 +108,19 @@ class Watcher:
         self.title = unit.card.serial if unit else self.name
         self.glimpse: Glimpse | None = None
         self.error = ""
+        """Why no frames come."""
+        self.misfit = ""
+        """Why the frames that come tell no depth."""
         self.trouble = ""
         """Why the last background was not taken; until another is asked for."""
+        self.stands_still = False
+        self.message = (0, "")
+        """The newest sentence on what was done, and its number: every tab shows it once."""
         self.rate_hz = 0.0
         self.latency_ms: float | None = None
         self.newest: Newest | None = None
-        self.history: deque[tuple[float, float, float]] = deque(maxlen=400)
-        """Time in seconds, deepest point and contact area."""
+        self.history: tuple[tuple[float, float, float], ...] = ()
+        """Time in seconds, deepest point, contact area; replaced, as others read it meanwhile."""
         self.frame: Frame | None = None
         self.watched_s = 0.0
         self._unwarp = unit.unwarp if unit else None
@@ -116,8 +128,7 @@ class Watcher:
         self._follower: Follower | None = None
         self._view = PoseView()
         self._apart = is_dataset(where)  # no press of it can be followed to the next
-        self._taken: list[Frame] | None = None
-        self._saved = ""
+        self._taker: BlankTaker | None = None
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True, name=where)
 
@@ -133,36 +144,45 @@ class Watcher:
     @property
     def remark(self) -> str:
         """What is wrong, or what a person should know, in a sentence."""
-        return " ".join(words for words in (self._state, self.trouble) if words)
-
-    @property
-    def _state(self) -> str:
-        """What is wrong with the stream, in a sentence."""
         newest = self.newest
-        return self.error or ("" if newest is None else newest.source.counts.remark)
+        still = f"{self.name} stands still: does its camera hang? Restart its server."
+        said = (
+            self.error or ("" if newest is None else newest.source.counts.remark),
+            self.misfit if self.live else "",
+            still if self.stands_still and self.live else "",
+            self.trouble,
+        )
+        return " ".join(words for words in said if words)
 
     @property
     def live(self) -> bool:
         """Whether frames come."""
-        return not self.error and "lost" not in self._state and self.glimpse is not None
+        newest = self.newest
+        comes = newest is not None and not newest.source.counts.lost
+        return comes and not self.error and self.glimpse is not None
 
     def take_background(self) -> None:
-        """Make the mean of the next frames the blank frame, and keep it."""
-        self._taken, self.trouble = [], ""
+        """Make the mean of the next frames the blank frame, and keep it.
 
-    def saved(self) -> str:
-        """A sentence on what was written since the last call, if anything."""
-        sentence, self._saved = self._saved, ""
-        return sentence
+        Raises:
+            WedgeError: no frames come, or none that fit the unit.
+        """
+        newest = self.newest
+        if newest is None or not self.live or self.misfit:
+            raise WedgeError(
+                f"{self.title} gives no frames now{' that fit' if self.misfit else ''}: "
+                "no background is taken."
+            )
+        self.trouble, self._taker = "", BlankTaker(newest.source.counts.connections)
 
     def save_frame(self) -> str:
         """Keep the newest frame; a sentence on where.
 
         Raises:
-            WedgeError: there is none yet, or the disk takes no more.
+            WedgeError: none comes now, or the disk takes no more.
         """
-        if self.frame is None:
-            raise WedgeError(f"{self.title} has given no frame yet.")
+        if self.frame is None or not self.live:
+            raise WedgeError(f"{self.title} gives no frames now: nothing is saved.")
         return self._write("press", self.frame)
 
     def _write(self, kind: str, frame: Frame) -> str:
@@ -186,11 +206,13 @@ class Watcher:
                 self.error = f"{self.name} failed by {type(error).__name__}: {error}."
             self.newest = None
             self.rate_hz, self.latency_ms = 0.0, None
+            self._drop("the connection broke off meanwhile.")
             self._closed.wait(AGAIN_S)
 
     def _follow(self, newest: Newest) -> None:
         reconstruct = self._prepared()
-        pace = _Pace(newest.source.counts)
+        counts = newest.source.counts
+        pace, changed_s = _Pace(counts), time.monotonic()
         while not self._closed.is_set():
             begun_s = time.monotonic()
             timed = newest.take(timeout_s=0.3)
@@ -199,16 +221,22 @@ class Watcher:
             if timed is None:
                 if newest.ended:
                     return
+                if self._has_new_blank(None, counts.connections):
+                    reconstruct = self._prepared()
                 continue
-            self.frame = frame = timed.image()
-            if not self._fits(frame):
-                continue
-            if self._background is None and self.unit is None:
+            taken_s, before, frame = time.monotonic(), self.frame, timed.image()
+            if before is None or not np.array_equal(before, frame):
+                changed_s = taken_s
+            self.frame, self.stands_still = frame, taken_s - changed_s > STILL_S
+            self.misfit = self._misfit_of(frame)
+            if self.misfit:
+                self._drop(self.misfit)
+            elif self._background is None and self.unit is None:
                 self._background = frame
-            if self._collected(frame):
+            if self._has_new_blank(frame, counts.connections):
                 reconstruct = self._prepared()
             if begun_s - self.watched_s < UNWATCHED_S:
-                self.glimpse = self._look(reconstruct, frame)
+                self.glimpse = self._look(reconstruct, frame, taken_s)
             self.error = ""
             self._closed.wait(max(0.0, VIEW_S - (time.monotonic() - begun_s)))
 
@@ -219,47 +247,50 @@ class Watcher:
         self._follower, self._view = Follower(self.unit, self._background), PoseView()
         return FastReconstructor(self.unit, self._background)
 
-    def _fits(self, frame: Frame) -> bool:
-        """Whether the frame has the unit's size; where not, that is said until one has."""
+    def _misfit_of(self, frame: Frame) -> str:
+        """That the frame has not the unit's size, in a sentence, if so."""
         if self._unwarp is None:
-            return True
+            return ""
         try:
             self._unwarp.check(frame)
         except WedgeError as error:
-            self.error = str(error)
-            return False
-        return True
+            fault = str(error).rstrip(".")
+            return f"{self.name}: {fault}: another unit, or another camera mode."
+        return ""
 
-    def _collected(self, frame: Frame) -> bool:
-        """Whether a new background is there now."""
-        if self._taken is None:
+    def _has_new_blank(self, frame: Frame | None, connection: int) -> bool:
+        """Whether a new background is there now, with the newest frame or without one."""
+        if self._taker is None:
             return False
-        if self._taken and self._taken[0].shape != frame.shape:
-            self._taken.clear()
-        self._taken.append(frame)
-        if len(self._taken) < BACKGROUND_FRAMES:
-            return False
-        background: Frame = np.mean(self._taken, axis=0).round().astype(np.uint8)
-        self._taken = None
         try:
-            self._saved = self._write("background", background)
+            background = self._taker.add(frame, connection)
+            if background is None:
+                return False
+            words = self._write("background", background)
         except (WedgeError, OSError) as error:
-            self.trouble = f"The background was not taken: {error}"
+            self._drop(str(error))
             return False
-        self._background = background
-        self.history.clear()
+        self.message = (self.message[0] + 1, words)
+        self._background, self._taker, self.history = background, None, ()
         return True
 
-    def _look(self, reconstruct: FastReconstructor | None, frame: Frame) -> Glimpse:
+    def _drop(self, why: str) -> None:
+        """Take no background, where one was asked for."""
+        if self._taker is not None:
+            self._taker, self.trouble = None, f"The background was not taken: {why}"
+
+    def _look(self, reconstruct: FastReconstructor | None, frame: Frame, taken_s: float) -> Glimpse:
         number = self.glimpse.number + 1 if self.glimpse else 0
         raw = pictures.raw_picture(frame)
+        if self.misfit:
+            return Glimpse(raw=raw, taken_s=taken_s, number=number)
         if reconstruct is None:
             assert self._background is not None
             if self._background.shape != frame.shape:
                 self._background = frame
             change = (frame.astype(np.float32) - self._background) / np.float32(255)
             shown = pictures.difference_picture(change, (1.0, 1.0))
-            return Glimpse(raw=raw, difference=shown, number=number)
+            return Glimpse(raw=raw, taken_s=taken_s, difference=shown, number=number)
         start = time.perf_counter()
         touch = reconstruct(frame)
         work_ms = 1e3 * (time.perf_counter() - start)
@@ -268,13 +299,15 @@ class Watcher:
         before_mm = self.glimpse.scale_mm if self.glimpse else LEAST_SCALE_MM
         scale_mm = max(LEAST_SCALE_MM, 1.1 * deepest_mm, 0.985 * before_mm)
         contact_mm2 = float(contact.sum() * pitch_mm[0] * pitch_mm[1])
-        self.history.append((time.monotonic(), deepest_mm, contact_mm2))
+        kept = self.history[1 - HISTORY_LENGTH :]
+        self.history = (*kept, (taken_s, deepest_mm, contact_mm2))
         assert self._follower is not None
         if self._apart:
             self._follower.begin_anew()
         return Glimpse(
             followed=self._view(self._follower(frame, touch, time.monotonic())),
             raw=raw,
+            taken_s=taken_s,
             difference=pictures.difference_picture(touch.difference, pitch_mm),
             depth=pictures.depth_picture(touch.depth_mm, contact, scale_mm, pitch_mm),
             surface=pictures.surface(touch.depth_mm, scale_mm, STEEPNESS, pitch_mm),

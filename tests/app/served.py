@@ -4,6 +4,7 @@
 
 import contextlib
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -63,14 +64,16 @@ def until_it_answers(address: str) -> None:
 
 
 @contextlib.contextmanager
-def opened(address: str, width_px: int = 1400, height_px: int = 800) -> Iterator[Page]:
-    """The page in a browser, its heading there."""
+def opened(
+    address: str, width_px: int = 1400, height_px: int = 800, *, part: str = "#heading"
+) -> Iterator[Page]:
+    """The page in a browser, its heading or another part there."""
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
         page = browser.new_page(viewport={"width": width_px, "height": height_px})
         page.set_default_timeout(PATIENCE_MS)
         until_it_answers(address)
         page.goto(address)
-        page.wait_for_function("document.querySelector('#heading')?.innerText")
+        page.locator(part).filter(has_text=re.compile(r"\S")).first.wait_for()
         yield page
         browser.close()

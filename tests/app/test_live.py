@@ -12,6 +12,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -23,13 +24,15 @@ from playwright.sync_api import Page, sync_playwright
 
 from app.__main__ import main
 from app.pages import pictures
+from app.pages.blank import BLANK_FRAMES
 from app.pages.live import HISTORY_S, sparkline
-from app.pages.watching import BACKGROUND_FRAMES, Watcher
+from app.pages.watching import Watcher
 from recon.calibration import calibrate
 from recon.images import read_image, write_image
 from recon.presses import read_presses
 from recon.stream import Counts, TimedFrame
 from recon.stream.jpeg import decode_jpeg
+from sensor.errors import WedgeError
 from tests.app.served import serving, until_it_answers
 from tests.recon.fast.units import make_unit, pressed
 from tests.recon.stream.servers import free_port
@@ -94,7 +97,7 @@ def test_two_sensors_one_of_them_away(tmp_path: Path, browser_page: Page) -> Non
     unit = make_unit((160, 120))
     unit.save(tmp_path / "unit")
     for index in range(20):
-        frame = pressed(unit.background, (40 + 4 * index, 60), index)
+        frame = pressed(unit.background, (60, 60), index)
         write_image(tmp_path / "frames" / f"{index}.png", frame)
     away, folder = f"http://127.0.0.1:{free_port()}", tmp_path / "unit"
     words = [tmp_path / "frames", away, "--unit", folder, folder, "--captures", tmp_path / "kept"]
@@ -120,9 +123,9 @@ def test_two_sensors_one_of_them_away(tmp_path: Path, browser_page: Page) -> Non
             most = first.locator(f".{name}-most").inner_text()
             number = re.fullmatch(rf"last 20 s, up to ([\d.]+) {unit_name}", most)
             assert number and float(number[1]) > 0, most
-        assert "frames/s" in first.locator("#stream").inner_text()
-        assert "nothing listens" in second.locator("#remark").inner_text()
-        assert "0.0 frames/s\nlatency unknown" in second.locator("#stream").inner_text()
+        assert "frames/s" in first.locator(".stream").inner_text()
+        assert "nothing listens" in second.locator(".remark").inner_text()
+        assert "0.0 frames/s\nlatency unknown" in second.locator(".stream").inner_text()
         assert second.locator(".stale .deepest").count() == 1
         assert first.locator(".stale").count() == 0
         for width_px in (375, 700, 1280):
@@ -178,7 +181,7 @@ def test_a_real_clip_shows_its_touch(tmp_path: Path, browser_page: Page) -> None
         assert complaints == []
 
 
-def test_a_frame_of_another_size_stops_that_sensor_alone(tmp_path: Path) -> None:
+def test_frames_of_another_size_are_shown_raw_and_stop_that_sensor_alone(tmp_path: Path) -> None:
     frames = tmp_path / "frames"
     right, wrong = make_unit((160, 120)), make_unit((80, 60))
     for index in range(3):
@@ -190,13 +193,18 @@ def test_a_frame_of_another_size_stops_that_sensor_alone(tmp_path: Path) -> None
         watcher.start()
     try:
         for _ in range(6000):
-            if watchers[0].error and watchers[1].glimpse is not None:
+            if all(watcher.glimpse is not None for watcher in watchers):
                 break
             pause.wait(0.01)
-        assert watchers[0].error == "the frame is 160x120 pixels, not 80x60."
-        assert watchers[0].glimpse is None
+        assert watchers[0].misfit == (
+            "frames: the frame is 160x120 pixels, not 80x60: another unit, or another camera mode."
+        )
+        assert watchers[0].live and watchers[0].misfit in watchers[0].remark
+        assert watchers[0].glimpse.raw and watchers[0].glimpse.depth is None
+        with pytest.raises(WedgeError, match="no frames now that fit: no background"):
+            watchers[0].take_background()
         assert watchers[1].glimpse is not None and watchers[1].glimpse.deepest_mm > 0
-        assert watchers[1].error == ""
+        assert watchers[1].remark == ""
     finally:
         for watcher in watchers:
             watcher.close()
@@ -232,30 +240,31 @@ def test_one_odd_frame_costs_itself_alone(
 ) -> None:
     unit = make_unit((160, 120))
     blank = unit.background
-    source = _OneByOne(blank, blank[:60], *[blank] * BACKGROUND_FRAMES)
+    source = _OneByOne(blank, blank, blank[:60], blank, *[blank] * BLANK_FRAMES)
     opened = []
     monkeypatch.setattr("app.pages.watching.VIEW_S", 0)
     monkeypatch.setattr("app.pages.watching.open_live", lambda *_, **__: opened.append(1) or source)
     watcher = Watcher("one by one", unit if known else None, tmp_path)
     watcher.watched_s = math.inf
-    watcher.take_background()
     watcher.start()
     pause = threading.Event()
     try:
-        said = set()
+        said = []
         for at, _frame in enumerate(source.frames):
             source.next.release()
             for _ in range(2000):
-                said.add(watcher.error)
-                seen = watcher.glimpse.number if watcher.glimpse else -1
-                if watcher.error if known and at == 1 else seen == at - (known and at > 1):
+                if watcher.glimpse is not None and watcher.glimpse.number == at:
                     break
                 pause.wait(0.005)
             else:
                 raise AssertionError(f"frame {at} was not looked at")
-        assert (tmp_path / watcher.saved().rpartition("/")[2]).is_file()
+            said.append(watcher.remark)
+            if at in (0, 3):  # the odd frame costs the first
+                watcher.take_background()
+        assert (tmp_path / watcher.message[1].rpartition("/")[2]).is_file()
         assert watcher.error == "" and len(opened) == 1
-        assert any("the frame is 160x60 pixels" in words for words in said) is known
+        assert ("the frame is 160x60 pixels" in said[2]) is known
+        assert "The background was not taken" in said[2]
     finally:
         watcher.close()
 
@@ -294,7 +303,8 @@ def test_each_press_of_a_dataset_is_an_object_of_its_own(tmp_path: Path) -> None
     watcher = Watcher(str(dataset.folder), unit, tmp_path)
     reconstruct = watcher._prepared()
     for label in dataset.labels:  # each elsewhere, with no lift between
-        shown = watcher._look(reconstruct, read_image(dataset.folder / label.file)).followed
+        frame = read_image(dataset.folder / label.file)
+        shown = watcher._look(reconstruct, frame, time.monotonic()).followed
         assert shown is not None and shown.pose.startswith("turn +0.0 +0.0 +0.0°")
         assert shown.state != "lost"
 

@@ -11,8 +11,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from app.pages.watching import BACKGROUND_FRAMES, VIEW_S, Watcher, _Pace
+from app.pages.blank import BLANK_FRAMES, LEAST_FRAMES, LONGEST_S, BlankTaker
+from app.pages.watching import VIEW_S, Watcher, _Pace
 from recon.stream import Counts, TimedFrame
+from sensor.errors import WedgeError
+from tests.recon.fast.units import blank_frame, make_unit, pressed
 
 FRAME = np.full((12, 16, 3), 90, np.uint8)
 
@@ -22,14 +25,16 @@ class _Endless:
 
     name, live = "endless", True
 
-    def __init__(self) -> None:
+    def __init__(self, picture: Callable[[int], np.ndarray] = lambda _: FRAME) -> None:
+        self.picture = picture
         self.counts, self.silent, self.closed = Counts(), threading.Event(), threading.Event()
 
     def __iter__(self) -> Iterator[TimedFrame]:
         while not self.closed.wait(0.001):
             if not self.silent.is_set():
                 index, self.counts.received = self.counts.received, self.counts.received + 1
-                yield TimedFrame(index=index, time_ns=0, arrived_ns=5_000_000, pixels=FRAME)
+                pixels = self.picture(index)
+                yield TimedFrame(index=index, time_ns=0, arrived_ns=5_000_000, pixels=pixels)
 
     def close(self) -> None:
         self.closed.set()
@@ -102,14 +107,13 @@ def test_a_background_that_cannot_be_written_is_not_used(
         watcher.take_background()
         until(lambda: watcher.remark)
         number = watcher.glimpse.number
-        until(lambda: watcher.glimpse.number > number + BACKGROUND_FRAMES)
+        until(lambda: watcher.glimpse.number > number + BLANK_FRAMES)
         assert "The background was not taken" in watcher.remark and watcher.live
-        assert watcher.saved() == ""
+        assert watcher.message == (0, "")
         captures.unlink()
         watcher.take_background()
-        words = []
-        until(lambda: words.append(watcher.saved()) or words[-1])
-        assert "background-" in words[-1] and watcher.remark == ""
+        until(lambda: watcher.message[0] == 1)
+        assert "background-" in watcher.message[1] and watcher.remark == ""
     finally:
         watcher.close()
 
@@ -144,7 +148,7 @@ def test_a_silent_sensor_has_no_rate_and_no_latency(
     try:
         until(lambda: watcher.rate_hz > 0)
         source.silent.set()
-        source.counts.remark = "lost: no frame for 1.5 s"
+        source.counts.remark, source.counts.lost = "no frame for 1.5 s", True
         until(lambda: watcher.rate_hz == 0 and watcher.latency_ms is None)
         assert not watcher.live
         source.close()
@@ -152,3 +156,113 @@ def test_a_silent_sensor_has_no_rate_and_no_latency(
         assert watcher.rate_hz == 0
     finally:
         watcher.close()
+
+
+def test_a_file_whose_name_says_lost_is_live(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source = _Endless()
+    source.counts.remark = "lost.mcap is damaged in places."
+    watcher = watching(monkeypatch, tmp_path, lambda: source)
+    watcher.start()
+    try:
+        until(lambda: watcher.live)
+    finally:
+        watcher.close()
+
+
+def test_a_stream_that_is_lost_gives_neither_frame_nor_background(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source = _Endless()
+    watcher = watching(monkeypatch, tmp_path, lambda: source)
+    with pytest.raises(WedgeError, match="gives no frames now"):
+        watcher.take_background()
+    watcher.start()
+    try:
+        until(lambda: watcher.live)
+        source.silent.set()
+        source.counts.lost = True
+        for ask in (watcher.save_frame, watcher.take_background):
+            with pytest.raises(WedgeError, match="endless gives no frames now: no"):
+                ask()
+        source.counts.lost = False
+        watcher.take_background()
+        source.counts.connections += 1
+        source.silent.clear()
+        until(lambda: watcher.trouble)
+        assert "not taken: the connection broke off" in watcher.remark
+        assert not list(tmp_path.iterdir())
+    finally:
+        watcher.close()
+
+
+def test_a_background_of_a_gel_that_moves_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    unit = make_unit((160, 120))
+    presses = [pressed(unit.background, (30 + 16 * i, 60), i) for i in range(7)]
+    watcher = watching(monkeypatch, tmp_path, lambda: _Endless(lambda i: presses[i % 7]))
+    watcher.start()
+    try:
+        until(lambda: watcher.live)
+        watcher.take_background()
+        until(lambda: watcher.trouble)
+        assert "not taken: the gel moved" in watcher.remark
+        assert not list(tmp_path.iterdir())
+    finally:
+        watcher.close()
+
+
+def test_a_new_blank_frame_is_the_mean_of_noise_and_waits_no_longer_than_asked(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    now_s = 0.0
+    monkeypatch.setattr("app.pages.blank.time", SimpleNamespace(monotonic=lambda: now_s))
+    frames = [blank_frame((160, 120), seed) for seed in range(BLANK_FRAMES)]
+    taker = BlankTaker(1)
+    means = [taker.add(frame, 1) for frame in frames]
+    assert means[:-1] == [None] * (BLANK_FRAMES - 1)
+    np.testing.assert_allclose(means[-1], np.mean(frames, axis=0), atol=0.51)
+    slow, silent = BlankTaker(1), BlankTaker(1)
+    for frame in frames[:LEAST_FRAMES]:
+        assert slow.add(frame, 1) is None and silent.add(None, 1) is None
+    now_s = LONGEST_S + 0.01
+    np.testing.assert_allclose(slow.add(None, 1), np.mean(frames[:LEAST_FRAMES], 0), atol=0.51)
+    with pytest.raises(WedgeError, match="only 0 frames came in 3 s"):
+        silent.add(None, 1)
+    with pytest.raises(WedgeError, match="another size"):
+        taker.add(frames[0][:60], 1)
+
+
+@pytest.mark.parametrize("moves", [False, True])
+def test_a_stream_that_stands_still_is_said_to(
+    moves: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.pages.watching.STILL_S", 0.0)
+
+    def picture(index: int) -> np.ndarray:
+        frame = FRAME.copy()
+        frame[0, 0] = moves * np.array((index % 256, index // 256, 0))
+        return frame
+
+    watcher = watching(monkeypatch, tmp_path, lambda: _Endless(picture))
+    watcher.start()
+    try:
+        until(lambda: watcher.glimpse is not None and watcher.glimpse.number > 3)
+        assert ("endless stands still" in watcher.remark) is not moves
+    finally:
+        watcher.close()
+
+
+def test_the_course_may_be_read_while_it_grows(tmp_path: Path) -> None:
+    unit = make_unit((160, 120))
+    watcher = Watcher("endless", unit, tmp_path)
+    reconstruct = watcher._prepared()
+    for _ in range(2):
+        watcher._look(reconstruct, unit.background, 0.0)
+    read = []
+    for moment in watcher.history:
+        read.append(moment)
+        watcher._look(reconstruct, unit.background, 1.0)
+    assert len(read) == 2 and len(watcher.history) == 4
