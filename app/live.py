@@ -119,8 +119,15 @@ def _refuse_taken(address: str, port: int) -> None:
     """
     if not 0 < port < 65536:
         raise WedgeError(f"--port {port} must lie between 1 and 65535.")
+    family = socket.AF_INET6 if ":" in address else socket.AF_INET
     try:
-        family = socket.AF_INET6 if ":" in address else socket.AF_INET
+        socket.getaddrinfo(address, port, family)
+    except socket.gaierror as error:
+        raise WedgeError(
+            f"--address {address} is no address: name one of this computer's, such as 127.0.0.1, "
+            "or 0.0.0.0 for all."
+        ) from error
+    try:
         socket.create_server((address, port), family=family).close()
     except OSError as error:
         reason = str(error.strerror).partition(" (")[0]  # Python adds the address once more

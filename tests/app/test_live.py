@@ -337,6 +337,7 @@ def test_bad_input_is_a_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[s
             ("usb:0", "usb:1", "--unit", str(tmp_path / "unit")): "name one for each",
             ("usb:0", "--unit", str(tmp_path)): "not a unit folder",
             ("usb:0", "--port", "99999"): "must lie between",
+            ("usb:0", "--address", "0.0.0.0.0"): "--address 0.0.0.0.0 is no address: name one of",
             (str(tmp_path / "nothing"),): "nothing is not there: name an address",
         }
         for words, sentence in cases.items():
