@@ -67,6 +67,8 @@ def main(
     from sensor.dataset import read_dataset
     from sensor.toml import located
 
+    if corners and no_page:
+        raise WedgeError("--corners opens a page, and --no-page asks for none: leave one out.")
     if not 1 <= port <= 65535:
         raise WedgeError(f"--port {port} must lie between 1 and 65535.")
     _refuse_no_folder(dataset)
@@ -99,7 +101,7 @@ def main(
     _find(reader, book, wanted)
     doubtful = [x.file for x in book.labels if x.quality is not None and x.quality < DOUBTFUL]
     missing = [x for x in files if book.label(x) is None and not book.has_no_ball(x)]
-    print(f"{len(book.labels)} of {len(files)} frames have a circle; {len(doubtful)} are doubtful.")
+    print(f"Frames with a circle: {len(book.labels)} of {len(files)}; doubtful: {len(doubtful)}.")
     if missing:
         print(f"No ball was found in {', '.join(missing[:5])}{' ...' if len(missing) > 5 else ''}.")
     if not no_page:

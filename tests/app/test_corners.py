@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import WebSocket, expect
 
+from app.__main__ import main
 from recon.geometry.lens import Lens, write_lens
 from recon.labels.corner_book import CornerBook
 from recon.labels.label_book import LabelBook
@@ -160,6 +161,15 @@ def test_the_unwarped_picture_is_the_one_that_is_learnt_from(tmp_path: Path) -> 
     shown = CornerBook(dataset, blank, reader.lens).unwarp(frame)
     np.testing.assert_array_equal(shown, reader.unwarp(frame))
     assert np.abs(shown - CornerBook(dataset, blank).unwarp(frame)).max() > 0.1
+
+
+def test_corners_without_a_page_are_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as stop:
+        main(["label", str(tmp_path), "--corners", "--no-page"])
+    assert stop.value.code == 2
+    assert "--no-page asks for none: leave one out" in capsys.readouterr().err
 
 
 @needs_chromium

@@ -48,7 +48,8 @@ def test_circles_are_found_without_a_label(tmp_path: Path) -> None:
     truth = make_dataset(tmp_path / "set", presses=4, in_npz=True).labels
     (tmp_path / "set" / "labels.csv").unlink()
     command = wedge("label", str(tmp_path / "set"), "--no-page")
-    subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
+    done = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
+    assert done.stdout == "Frames with a circle: 4 of 4; doubtful: 0.\n"
     found = {label.file: label for label in read_dataset(tmp_path / "set").labels}
     assert found.keys() == {label.file for label in truth}
     for label in truth:
