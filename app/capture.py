@@ -3,7 +3,7 @@
 """`wedge capture`: from a stream to a dataset folder of labelled ball presses."""
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -17,10 +17,13 @@ from sensor.errors import WedgeError
 
 if TYPE_CHECKING:
     from recon.labels.capture import PressWatcher
+    from recon.stream import Newest, TimedFrame
     from sensor.dataset import Dataset, DatasetCard
 
 CALIPERS = 2
 """Pictures of the caliper: one along the finger, one across."""
+REMARK_S = 0.3
+"""Without a frame for so long, a stream may have something to say."""
 Where = Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="WHERE")]
 
 
@@ -63,6 +66,7 @@ def main(
     from recon.images import read_image, write_image
     from recon.stream import Newest
     from sensor.files import refuse_kept_folder
+    from validation.intervals import counted
 
     if presses < 1:
         raise WedgeError(f"--presses {presses} must be at least 1.")
@@ -93,8 +97,12 @@ def main(
         taken: list[str] = []
         calipers: list[tuple[str, float]] = []
         shown = _Shown(presses)
+
+        def remark(words: str) -> None:
+            shown(words, len(taken), watcher)
+
         with _ending_early(taken):
-            for timed in source:
+            for timed in _followed(source, remark) if isinstance(source, Newest) else source:
                 try:
                     frame = timed.image()
                     if watcher is not None:
@@ -130,7 +138,22 @@ def main(
         raise WedgeError(f"no press was taken from {where}: {shown.last}.")
     print(_map(watcher))
     _finish(captured, other is None, calipers)
-    print(f"{len(taken)} presses in {out}. Next: {command_line('label', out)}")
+    print(f"{counted(len(taken))} in {out}. Next: {command_line('label', out)}")
+
+
+def _followed(newest: "Newest", say: Callable[[str], None]) -> "Iterator[TimedFrame]":
+    """The newest frame again and again; what happens to the stream is said once."""
+    said = ""
+    while True:
+        timed = newest.take(timeout_s=REMARK_S)
+        remark = newest.source.counts.remark
+        if remark and remark != said:
+            say(remark)
+        said = remark
+        if timed is not None:
+            yield timed
+        elif newest.ended:
+            return
 
 
 @contextmanager

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -15,11 +16,13 @@ import pytest
 
 import app._workers
 from app.__main__ import main
+from app.capture import _followed
 from recon.geometry.lens import Lens, read_lens, write_lens
 from recon.images import read_image, write_image
 from recon.labels.capture import PressWatcher
 from recon.labels.label_book import CERTAIN, LabelBook
 from recon.presses import read_presses
+from recon.stream import Counts, TimedFrame
 from sensor.dataset import LENS_FILE, read_dataset, write_labels
 from sensor.design import STANDARD
 from sensor.errors import WedgeError
@@ -87,9 +90,11 @@ def test_the_lens_of_the_dataset_comes_along(tmp_path: Path) -> None:
         (frames / f"{index:02d}.png").write_bytes((like.folder / name).read_bytes())
     out = tmp_path / "out"
     words = ("capture", str(frames), "--like", str(like.folder), "--out", str(out))
+    words = (*words, "--presses", "1")
     command = [sys.executable, "-P", "-m", "app", *words]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+    assert f"1 press in {out}." in done.stdout
     assert read_lens(out / LENS_FILE) == lens
 
 
@@ -128,6 +133,32 @@ def test_a_new_sensor_is_captured_with_nothing_known_but_its_ball(tmp_path: Path
     assert len(captured.labels) == 3
     assert captured.card.lights_deg is not None
     assert sorted(path.name for path in (out / "caliper").iterdir()) == ["3mm-1.png", "3mm-2.png"]
+
+
+class Breaking:
+    """A stream that is lost after its first frame and comes back for one more."""
+
+    def __init__(self) -> None:
+        self.source = SimpleNamespace(counts=Counts())
+        self.left = ["", None, None, "", None]
+
+    @property
+    def ended(self) -> bool:
+        return not self.left
+
+    def take(self, timeout_s: float) -> TimedFrame | None:
+        words = self.left.pop(0)
+        self.source.counts.remark = "lost: nothing listens" if words is None and self.left else ""
+        return None if words is None else TimedFrame(index=0, time_ns=0, arrived_ns=0)
+
+
+def test_that_a_stream_is_lost_is_said_once() -> None:
+    said: list[str] = []
+    frames: list[TimedFrame] = []
+    for frame in _followed(Breaking(), said.append):
+        assert len(said) == len(frames)  # the first frame comes before it is lost
+        frames.append(frame)
+    assert len(frames) == 2 and said == ["lost: nothing listens"]
 
 
 class Ending(ThreadPoolExecutor):
