@@ -28,7 +28,9 @@ body { background: #10151c; color: #e6edf3; font-variant-numeric: tabular-nums; 
 .sensor { background: #18202a; border: 1px solid #2a3542; border-radius: 14px; }
 .picture { background: #0b0f14; border-radius: 8px; overflow: hidden; }
 .picture img { width: 100%; display: block; }
+.shown:has(img:not([src^=data])) { aspect-ratio: 4 / 3; } /* before the first picture */
 .quiet { color: #9fb0c0; }
+.stream > :empty { display: none; }
 .surface { width: 100% !important; height: auto !important; contain: size; }
 .stale { color: #93a3b3; } .stale:is(.shown), .stale :is(.picture, svg) { opacity: .35; }
 .big { font-size: 2rem; line-height: 1.1; font-weight: 600; }

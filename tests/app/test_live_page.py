@@ -19,6 +19,8 @@ pytestmark = needs_chromium
 SOURCE = "document.querySelector('.raw img').src"
 HOLD = "window.held = []; window.emit = emitEvent; window.emitEvent = (...x) => held.push(x); 0"
 LET_GO = "window.emitEvent = emit; emit(...held[0])"
+FILLED = """() => [...document.querySelectorAll(".picture:has(img)")].every(
+    place => Math.abs(place.clientHeight - place.querySelector("img").clientHeight) < 2)"""
 TWICE = """() => {
     const ids = [...document.querySelectorAll("#app [id]")].map(x => x.id);
     return ids.filter((id, at) => ids.indexOf(id) !== at);
@@ -104,6 +106,18 @@ def test_every_part_has_a_name_of_its_own(alone: bool, tmp_path: Path) -> None:
         for name in ("Raw", "Difference", "Depth", "Pose and markers", "Surface", "Deepest point"):
             sensor.get_by_role("heading", name=name, exact=True, level=3).wait_for()
         assert sensor.locator("[role=img][aria-label]").count() == 5
+
+
+def test_pictures_fill_their_place_and_buttons_stay_side_by_side(tmp_path: Path) -> None:
+    make_unit((160, 120)).save(tmp_path / "unit")
+    words = [tmp_path / "frames", "--unit", *[tmp_path / "unit"] * 2]
+    with live(tmp_path, *words) as (page, _):
+        page.wait_for_function("document.querySelectorAll('.picture img[src^=data]').length == 8")
+        for width_px in (1280, 390):
+            page.set_viewport_size({"width": width_px, "height": 800})
+            page.wait_for_function(FILLED)
+            tops = [page.get_by_text(x).first.bounding_box() for x in ("Take back", "Save frame")]
+            assert tops[0] and tops[1] and abs(tops[0]["y"] - tops[1]["y"]) < 1
 
 
 def test_a_browser_that_hangs_up_within_a_request_is_no_news(
