@@ -10,6 +10,7 @@ from nicegui.events import MouseEventArguments
 
 from app.pages.editing import (
     ARROWS,
+    DRAG_ENDS,
     DRAWN,
     FINE_STEP_PX,
     HALO,
@@ -19,6 +20,7 @@ from app.pages.editing import (
     button,
     canvas,
     fitting,
+    heading,
     keys_explained,
     listen,
     run_page,
@@ -33,7 +35,9 @@ from recon.labels.corner_book import CornerBook, Move
 from recon.presses import PressReader
 from sensor.errors import WedgeError
 
-PREVIEW_VH = 60
+PREVIEW_TALLEST = "60vh"
+LABEL_PX, DIGIT_PX = 11, 9
+"""From a corner to the middle of its digit, past its ring, and the digit's size; of 240 columns."""
 NAMES = ("top left", "top right", "bottom right", "bottom left")
 HELP = (
     ("drag", "move the corner that is nearest"),
@@ -79,7 +83,7 @@ class CornersPage:
         self.dragging = False
         listen(self.on_key)
         when_turned_to(self.look_again)
-        self.heading = ui.label().classes("text-lg").props("id=heading")
+        self.heading = heading()
         with ui.element("div").classes(
             "grid grid-cols-1 lg:grid-cols-[minmax(0,3fr)_minmax(0,2fr)] gap-4 w-full"
         ):
@@ -133,10 +137,11 @@ class CornersPage:
                 parts.append(
                     f'<circle cx="{x + 0.5}" cy="{y + 0.5}" r="{radius}" fill="none" {stroke}/>'
                 )
-        for index, (x, y) in enumerate(corners):
+        for index, (x, y) in enumerate(label_places(corners, self.book.frame_size_px)):
             parts.append(
-                f'<text x="{x + 0.5}" y="{y - 6 * size}" font-size="{9 * size}" fill="{HALO}"'
-                f' stroke="{DRAWN}" stroke-width="{0.2 * size}">{index + 1}</text>'
+                f'<text x="{x + 0.5}" y="{y + 0.5}" font-size="{DIGIT_PX * size}" fill="{HALO}"'
+                f' text-anchor="middle" dominant-baseline="central" stroke="{DRAWN}"'
+                f' stroke-width="{0.2 * size}">{index + 1}</text>'
             )
         self.drawn.set_content("".join(parts))
         x, y = corners[self.chosen]
@@ -148,18 +153,18 @@ class CornersPage:
             unwarp = self.book.unwarp
             seen = np.clip(unwarp(self.frame) * 255, 0, 255).astype(np.uint8)
             self.preview.set_source(as_url(seen, FINE_QUALITY))
-            self.preview.style(f"width: {fitting(unwarp.size_px, PREVIEW_VH)}")
+            self.preview.style(f"width: {fitting(unwarp.size_px, PREVIEW_TALLEST)}")
 
     def on_mouse(self, event: MouseEventArguments) -> None:
         """Drag the nearest corner."""
         place = (event.image_x - 0.5, event.image_y - 0.5)
-        if event.type == "mousedown" and event.button == 0:
+        if event.type == "pointerdown" and event.button == 0:
             self.chosen, self.dragging = self.book.nearest(place), True
             self.draw()
-        elif event.type == "mousemove" and self.dragging:
+        elif event.type == "pointermove" and self.dragging:
             self.held = self.book.moved(self.chosen, place)
             self.draw()
-        elif event.type in ("mouseup", "mouseleave") and self.dragging:
+        elif event.type in DRAG_ENDS and self.dragging:
             self.dragging = False
             if self.held is not None:
                 held = self.held
@@ -246,3 +251,18 @@ class CornersPage:
         else:
             self.held = None
             self.draw()
+
+
+def label_places(corners: Corners, size_px: tuple[int, int]) -> list[tuple[float, float]]:
+    """Where the corners' digits stand: outward, or inward where that leaves the frame."""
+    width, height = size_px
+    away, room = LABEL_PX * width / 240, DIGIT_PX / 2 * width / 240
+    middle = np.mean(corners, axis=0)
+    places = []
+    for corner in np.asarray(corners, float):
+        step = away * (corner - middle) / max(float(np.hypot(*(corner - middle))), 1e-9)
+        x, y = corner + step
+        is_seen = room <= x <= width - 1 - room and room <= y <= height - 1 - room
+        x, y = corner + step if is_seen else corner - step
+        places.append((float(x), float(y)))
+    return places

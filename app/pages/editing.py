@@ -22,9 +22,13 @@ ARROWS = {
     "ArrowUp": (0, -1),
     "ArrowDown": (0, 1),
 }
-MOUSE_EVENTS = ["mousedown", "mousemove", "mouseup", "mouseleave"]
-TALLEST_VH = 79
-"""Of a picture that is not magnified: it, its heading and its buttons are seen at once."""
+DRAG_ENDS = ("pointerup", "pointercancel", "pointerleave")
+POINTER_EVENTS = ["pointerdown", "pointermove", *DRAG_ENDS]
+"""Of a mouse, a pen or a finger."""
+BLUE = "#1565c0"
+"""Of buttons: white on it, and it on white, can be read."""
+TALLEST = "100vh - 14rem"
+"""Of a picture: it, its heading and its buttons are seen at once."""
 NOTHING_TO_UNDO = "There is nothing left to undo since this command was started."
 STILL = """(e) => {
     if (e.key.startsWith("Arrow") && !e.ctrlKey && !e.metaKey && !e.altKey)
@@ -52,10 +56,11 @@ def run_page(build: Callable[[], object], title: str, port: int) -> None:
 
     @ui.page("/")
     def page() -> None:
+        ui.colors(primary=BLUE)
         try:
             build()
         except WedgeError as error:
-            ui.label(str(error)).props("id=heading")
+            heading().set_text(str(error))
 
     with suppress(KeyboardInterrupt):  # so it ends, as said
         print(f"Open http://127.0.0.1:{port} and end with Ctrl-C; every change is kept at once.")
@@ -69,7 +74,9 @@ def listen(on_key: Callable[[str, float], None]) -> None:
         if (key := key_of(event)) is not None:
             on_key(key, FINE_STEP_PX if event.modifiers.shift else STEP_PX)
 
-    ui.keyboard(on_key=pressed, repeating=True).on("key", js_handler=STILL)
+    # A button that Tab has reached keeps Enter and Space to itself: other keys stay the page's.
+    keyboard = ui.keyboard(pressed, repeating=True, ignore=["input", "select", "textarea"])
+    keyboard.on("key", js_handler=STILL)
 
 
 def when_turned_to(look_again: Callable[[], None]) -> None:
@@ -104,25 +111,31 @@ def canvas(
     ``add_layer`` would have the browser send each picture back, and complain of a large one.
     """
     picture = ui.interactive_image(
-        size=size_px, on_mouse=on_mouse, events=MOUSE_EVENTS, sanitize=False
+        size=size_px, on_mouse=on_mouse, events=POINTER_EVENTS, sanitize=False
     ).props(f'id={name} draggable=false role=img aria-label="{meaning}"')
+    picture.style("touch-action: pinch-zoom")  # one finger draws, two are the browser's
     with picture:
         drawn = ui.interactive_image(size=size_px, events=[], sanitize=False)
     return picture, drawn.classes("nicegui-interactive-image-layer")
 
 
-def fitting(size_px: tuple[int, int], tallest_vh: float = TALLEST_VH) -> str:
-    """The CSS width of a picture, width by height, that fills its column or the window's height."""
+def heading() -> ui.label:
+    """The page's first line, which says what is shown."""
+    return ui.label().classes("text-lg").props("id=heading role=heading aria-level=1")
+
+
+def fitting(size_px: tuple[int, int], tallest: str = TALLEST) -> str:
+    """The CSS width of a picture, width by height, that fills its column or is so tall."""
     width, height = size_px
-    return f"min(100%, {tallest_vh * width / height:.1f}vh)"
+    return f"min(100%, max(8rem, ({tallest}) * {width / height:.4f}))"
 
 
 def button(
     text: str, icon: str | None, on_click: Callable[[], Any], *, first: bool = False
 ) -> None:
-    """A button that never takes the focus: Enter and the other keys stay the page's."""
+    """A button that a click gives no focus: Enter stays the page's, where Tab has not gone."""
     made = ui.button(text, icon=icon, on_click=lambda: on_click())
-    made.props("tabindex=-1" if first else "tabindex=-1 outline")
+    made.props("" if first else "outline")
     made.on("mousedown", js_handler="(e) => e.preventDefault()")
 
 

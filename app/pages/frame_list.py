@@ -17,6 +17,15 @@ STYLE = """
     text-overflow: ellipsis; }
 .frame .material-icons { font-size: 1.25rem; }
 """
+STEPPED = """(e) => {
+    if (e.key != "ArrowUp" && e.key != "ArrowDown") return;
+    e.preventDefault();
+    e.stopPropagation();
+    emit(e.key == "ArrowUp" ? -1 : 1);
+}"""
+"""In the list that Tab has reached these keys choose its rows, elsewhere they are the page's."""
+KEPT = """(e) => { if (e.target.closest("[data-row]")) e.preventDefault(); }"""
+"""A click gives the list no focus: keys stay the page's."""
 CLICKED = """(e) => {
     const row = e.target.closest("[data-row]");
     if (row) emit(Number(row.dataset.row));
@@ -26,7 +35,9 @@ MARK = """for (const [row, chosen, inside] of %s) {
     element.innerHTML = inside;
     element.setAttribute("aria-selected", chosen);
     if (!chosen) continue;
-    const list = element.parentElement, seen = list.getBoundingClientRect();
+    const list = element.parentElement;
+    list.setAttribute("aria-activedescendant", element.id);
+    const seen = list.getBoundingClientRect();
     const at = element.getBoundingClientRect();
     list.scrollTop += Math.min(0, at.top - seen.top) + Math.max(0, at.bottom - seen.bottom);
 }"""
@@ -59,8 +70,12 @@ class FrameList:
             for row in range(len(self.files))
         )
         self.element = ui.html(rows, sanitize=False)
-        self.element.props('id=frames role=listbox aria-label="Frames, the doubtful ones first"')
+        self.element.props(
+            'id=frames role=listbox tabindex=0 aria-label="Frames, the doubtful ones first"'
+        )
         self.element.on("click", self._on_click, js_handler=CLICKED)
+        self.element.on("mousedown", js_handler=KEPT)
+        self.element.on("keydown", self._on_step, js_handler=STEPPED)
 
     def mark(self, file: str, others: Collection[str] = ()) -> None:
         """Choose a frame's row and say anew how it, the one before and some others stand."""
@@ -79,4 +94,9 @@ class FrameList:
     def _on_click(self, event: GenericEventArguments) -> None:
         row = event.args
         if isinstance(row, int) and 0 <= row < len(self.files):
+            self.choose(self.files[row])
+
+    def _on_step(self, event: GenericEventArguments) -> None:
+        row = self._chosen + (1 if event.args == 1 else -1)
+        if 0 <= row < len(self.files):
             self.choose(self.files[row])

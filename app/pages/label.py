@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The browser page of `wedge label`: circles over frames, moved by mouse and keys."""
 
+import json
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -11,15 +12,18 @@ from nicegui.events import GenericEventArguments, MouseEventArguments
 
 from app.pages.editing import (
     ARROWS,
+    DRAG_ENDS,
     DRAWN,
     FINE_STEP_PX,
     HALO,
     NOTHING_TO_UNDO,
     STEP_PX,
+    TALLEST,
     UNDO,
     button,
     canvas,
     fitting,
+    heading,
     keys_explained,
     listen,
     run_page,
@@ -58,6 +62,13 @@ SCROLL = """requestAnimationFrame(() => requestAnimationFrame(() => {
     view.scrollTop = y * view.scrollHeight - view.clientHeight / 2;
 }));"""
 """Two frames on, when the browser has laid out the new size."""
+ASKED = "frame"
+REMEMBER = f"""{{
+    const there = new URL(location);
+    there.searchParams.set("{ASKED}", %s);
+    history.replaceState(history.state, "", there);
+}}"""
+"""So a page that is loaded anew, as after its server was, shows the frame that it showed."""
 HELP = (
     ("drag", "move the circle"),
     ("wheel, + and −", "resize it"),
@@ -105,7 +116,8 @@ class LabelPage:
         if not files:
             raise WedgeError(f"{reader.dataset.folder} holds no picture of a press any more.")
         self.files = doubtful_first(files, self.book)
-        self.file = self.files[0]
+        asked = ui.context.client.request.query_params.get(ASKED, "")
+        self.file = asked if asked in self.files else self.files[0]
         self.view = VIEWS[0]
         self.zoom = 1
         self.seen = False
@@ -132,8 +144,9 @@ class LabelPage:
 
     def _middle(self) -> None:
         with ui.column().classes("grow min-w-0"):
-            self.heading = ui.label().classes("text-lg").props("id=heading")
-            with ui.element("div").classes("w-full overflow-auto max-h-[80vh]").props("id=view"):
+            self.heading = heading()
+            with ui.element("div").classes("w-full overflow-auto").props("id=view") as view:
+                view.style(f"max-height: calc({TALLEST})")
                 self.picture, self.circle = canvas(
                     "picture", "The frame, unwarped", self.reader.unwarp.size_px, self.on_mouse
                 )
@@ -179,6 +192,7 @@ class LabelPage:
         self.draw()
         self.mark()
         self.bring_into_view()
+        self.picture.client.run_javascript(REMEMBER % json.dumps(file))
 
     def mark(self) -> None:
         """Say in the list how the frame stands, and those that others have changed."""
@@ -238,15 +252,15 @@ class LabelPage:
         """Drag the circle; a click on a frame without one places it."""
         label = self.moved or self.book.label(self.file)
         x, y = event.image_x - 0.5, event.image_y - 0.5
-        if event.type == "mousedown" and event.button == 0 and self.seen:
+        if event.type == "pointerdown" and event.button == 0 and self.seen:
             if label is None:
                 self.keep(self.new_label(x, y))
             else:
                 self.grip = (x - label.center_x_px, y - label.center_y_px)
-        elif event.type == "mousemove" and self.grip is not None and label is not None:
+        elif event.type == "pointermove" and self.grip is not None and label is not None:
             self.moved = self.placed(label, x - self.grip[0], y - self.grip[1])
             self.draw()
-        elif event.type in ("mouseup", "mouseleave") and self.grip is not None:
+        elif event.type in DRAG_ENDS and self.grip is not None:
             self.grip = None
             if self.moved is not None:
                 self.keep(self.moved)

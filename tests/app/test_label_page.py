@@ -21,6 +21,20 @@ WITHIN = """([inner, outer]) => {
     return a.left >= b.left - 1 && a.right <= b.right + 1
         && a.top >= b.top - 1 && a.bottom <= b.bottom + 1;
 }"""
+CONTRAST = """button => {
+    const light = color => {
+        const parts = color.match(/[\\d.]+/g).map(Number);
+        if (parts.length == 4 && parts[3] == 0) return 1;  // the page's white
+        const [r, g, b] = parts.map(x => x / 255).map(
+            x => x <= 0.04045 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4);
+        return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+    };
+    const {color, backgroundColor} = getComputedStyle(button);
+    const [dark, bright] = [light(color), light(backgroundColor)].sort((a, b) => a - b);
+    return (bright + 0.05) / (dark + 0.05);
+}"""
+"""Of a button's words, as WCAG defines it."""
+SEEN = "x => x.getBoundingClientRect().bottom <= innerHeight"
 FITTING = """() => {
     const view = document.querySelector("#view"), shown = document.querySelector("#picture");
     const is_wide = shown.clientWidth >= view.clientWidth - 1;
@@ -50,12 +64,75 @@ def test_keys_stay_the_pages_after_a_click_on_a_button(tmp_path: Path) -> None:
         page.get_by_text("Undo", exact=True).click()
         expect(heading).to_contain_text(first)
         assert labels(dataset).keys() == {label.file for label in dataset.labels}
-        page.keyboard.press("Tab")
         page.keyboard.press("Enter")
         expect(heading).to_contain_text(second)
         assert labels(dataset)[first].quality == CERTAIN
         page.keyboard.press("ArrowRight")
         expect(heading).to_contain_text("quality 1.00")
+
+
+def test_tab_reaches_the_list_and_every_button_and_keys_stay_the_pages(tmp_path: Path) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=3)
+    with served("label", dataset.folder) as address, opened(address) as page:
+        heading, rows = page.locator("#heading"), page.locator("#frames [role=option]")
+        page.keyboard.press("Tab")
+        expect(page.locator("#frames")).to_be_focused()
+        page.keyboard.press("ArrowDown")
+        expect(rows.nth(1)).to_have_attribute("aria-selected", "true")
+        expect(page.locator("#frames")).to_have_attribute("aria-activedescendant", "frame-1")
+        page.keyboard.press("ArrowUp")
+        expect(rows.nth(0)).to_have_attribute("aria-selected", "true")
+        assert labels(dataset) == {label.file: label for label in dataset.labels}
+        for name in ("Right, next", "No ball", "Undo", "Difference / frame", "Zoom"):
+            page.keyboard.press("Tab")
+            button = page.get_by_role("button", name=name)
+            expect(button).to_be_focused()
+            assert button.evaluate(CONTRAST) >= 4.5
+        page.keyboard.press("ArrowRight")  # the page's, wherever Tab is
+        expect(heading).to_contain_text("quality 1.00")
+        page.keyboard.press("Shift+Tab")
+        page.keyboard.press("Shift+Tab")
+        page.keyboard.press("Enter")  # the button's alone
+        expect(heading).to_contain_text("not scored")
+        expect(heading).to_contain_text(rows.nth(0).locator(".name").inner_text())
+
+
+def test_a_finger_drags_the_circle(tmp_path: Path) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=1)
+    with served("label", dataset.folder) as address, opened(address) as page:
+        picture, circle = page.locator("#picture img").first, page.locator("#picture circle").first
+        picture.wait_for()
+        box = circle.bounding_box()
+        assert box is not None
+        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        finger = page.context.new_cdp_session(page)
+        for kind, places in (
+            ("touchStart", [(x, y)]),
+            ("touchMove", [(x + 20, y)]),
+            ("touchMove", [(x + 40, y + 20)]),
+            ("touchEnd", []),
+        ):
+            points = [{"x": at, "y": down} for at, down in places]
+            finger.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+        expect(page.locator("#heading")).to_contain_text("quality 1.00")
+        after = circle.bounding_box()
+        assert after is not None
+        assert after["x"] - box["x"] == pytest.approx(40, abs=3)
+        assert after["y"] - box["y"] == pytest.approx(20, abs=3)
+
+
+def test_a_page_loaded_anew_shows_the_frame_that_it_showed(tmp_path: Path) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=3)
+    with served("label", dataset.folder) as address, opened(address) as page:
+        page.keyboard.press("n")
+        expect(page.locator("#frames [role=option]").nth(1)).to_have_attribute(
+            "aria-selected", "true"
+        )
+        second = shown_file(page)
+        page.wait_for_function(f"location.search.includes('{second}')")
+        page.reload()
+        expect(page.locator("#heading")).to_contain_text(second)
+        expect(page.locator("#frames [aria-selected=true]")).to_contain_text(second)
 
 
 def test_what_is_the_browsers_own_edits_nothing(tmp_path: Path) -> None:
@@ -248,3 +325,15 @@ def test_a_page_loaded_anew_lists_frames_that_came_since_and_counts_those_seen(
         before.get_by_text(f"The change to {third.file}, which is not in this list").wait_for()
     assert labels(dataset)[first.file].contact_radius_px > first.contact_radius_px
     assert not LabelBook(read_dataset(dataset.folder)).has_no_ball(third.file)
+
+
+def test_a_magnified_picture_leaves_its_buttons_in_view(tmp_path: Path) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=1)
+    with served("label", dataset.folder) as address, opened(address, 1280, 720) as page:
+        for _ in range(2):
+            before = page.locator("#picture").evaluate("x => x.clientWidth")
+            page.get_by_role("button", name="Zoom").click()
+            page.wait_for_function(
+                "before => document.querySelector('#picture').clientWidth > before", arg=before
+            )
+            assert page.get_by_role("button").evaluate_all(f"all => all.every({SEEN})")
