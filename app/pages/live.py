@@ -32,7 +32,7 @@ body { background: #10151c; color: #e6edf3; font-variant-numeric: tabular-nums; 
 .quiet { color: #9fb0c0; }
 .stream > :empty { display: none; }
 .surface { width: 100% !important; height: auto !important; contain: size; }
-.stale { color: #93a3b3; } .stale:is(.shown), .stale :is(.picture, svg) { opacity: .35; }
+.stale { color: #93a3b3; } .stale.shown, .stale :is(.picture, svg) { opacity: .35; }
 .big { font-size: 2rem; line-height: 1.1; font-weight: 600; }
 .remark { color: #ffcf70; }
 .chip { border-radius: 999px; padding: 1px 10px; font-size: .75rem; font-weight: 600; }
