@@ -112,7 +112,6 @@ def _unit() -> Calibration:
     card = UnitCard(
         serial="soak",
         created="2000-01-01",
-        design_sha256="",
         dataset="none",
         dataset_sha256="",
         estimator="mlp",

@@ -22,7 +22,7 @@ from recon.lights import unseen_axis
 from recon.presses import PressSet
 from recon.tensors import read_tensors
 from sensor.dataset import LENS_FILE, Dataset
-from sensor.design import STANDARD, Wedge
+from sensor.design import Wedge
 from sensor.errors import WedgeError
 from sensor.files import new_folder, write_atomic
 from sensor.unit import (
@@ -132,7 +132,7 @@ def calibrate(
     created: str,
     metrics: Mapping[str, int | float],
     seed: int,
-    design: Wedge = STANDARD,
+    design: Wedge | None = None,
     progress: Callable[[float], None] = lambda _: None,
 ) -> Calibration:
     """Fit an estimator to all presses of a dataset and describe the unit.
@@ -145,7 +145,7 @@ def calibrate(
         created: today, YYYY-MM-DD.
         metrics: errors on presses held out, measured before.
         seed: of the drawn pixels and the training.
-        design: the design that the unit was built from.
+        design: the design that the unit was built from, where somebody named it.
         progress: called with the share that is done.
     """
     lit, _ = lit_channels(dataset)
@@ -169,14 +169,14 @@ def unit_of(
     serial: str,
     created: str,
     metrics: Mapping[str, int | float],
-    design: Wedge,
+    design: Wedge | None,
 ) -> Calibration:
     """Describe the unit whose estimator was fitted to a dataset's presses; as ``calibrate``."""
     _, missing = lit_channels(dataset)
     card = UnitCard(
         serial=serial,
         created=created,
-        design_sha256=design.sha256,
+        design_sha256=None if design is None else design.sha256,
         dataset=dataset.card.name,
         dataset_sha256=dataset.sha256,
         estimator=fitted.name,

@@ -35,7 +35,6 @@ GRADIENTS_FILE = "gradients.safetensors"
 REQUIRED_KEYS = (
     "serial",
     "created",
-    "design_sha256",
     "dataset",
     "dataset_sha256",
     "estimator",
@@ -46,7 +45,14 @@ REQUIRED_KEYS = (
     "size_px",
     "metrics",
 )
-OPTIONAL_KEYS = ("corners_px", "pad_size_mm", "lights_deg", "markers", "learnt_frames")
+OPTIONAL_KEYS = (
+    "design_sha256",
+    "corners_px",
+    "pad_size_mm",
+    "lights_deg",
+    "markers",
+    "learnt_frames",
+)
 MARKER_KEYS = ("count", "spacing_mm", "diameter_mm")
 
 
@@ -57,7 +63,6 @@ class UnitCard:
     serial: str
     created: str
     """Day of the calibration, YYYY-MM-DD."""
-    design_sha256: str
     dataset: str
     dataset_sha256: str
     estimator: str
@@ -71,6 +76,8 @@ class UnitCard:
     """(width, height) of the unwarped frames."""
     metrics: Mapping[str, int | float]
     """Errors on the presses held out at calibration."""
+    design_sha256: str | None = None
+    """Of the design that it was built from; ``None`` where nobody named one."""
     corners_px: tuple[Pair, Pair, Pair, Pair] | None = None
     pad_size_mm: Pair | None = None
     lights_deg: Mapping[str, float] | None = None
@@ -117,7 +124,7 @@ def write_unit_card(folder: Path, card: UnitCard) -> None:
 def _card(document: dict[str, Any]) -> UnitCard:
     refuse_unknown_keys(document, [*REQUIRED_KEYS, *OPTIONAL_KEYS], "")
     refuse_missing_keys(document, REQUIRED_KEYS)
-    texts = ("serial", "created", "design_sha256", "dataset", "dataset_sha256", "estimator")
+    texts = ("serial", "created", "dataset", "dataset_sha256", "estimator")
     channels = text_line(document["channels"], "channels")
     if channels not in ("R", "G", "B", "RG", "RB", "GB", "RGB"):
         raise WedgeError(f'channels = "{channels}" must be some of R, G and B in that order.')
@@ -125,7 +132,7 @@ def _card(document: dict[str, Any]) -> UnitCard:
         raise WedgeError(f"missing_axis must be one of {', '.join(get_args(MissingAxis))}.")
     if ("corners_px" in document) != ("pad_size_mm" in document):
         raise WedgeError("corners_px and pad_size_mm must be given together.")
-    pad_size = document.get("pad_size_mm")
+    pad_size, design = document.get("pad_size_mm"), document.get("design_sha256")
     card = UnitCard(
         **{key: text_line(document[key], key) for key in texts},
         channels=channels,
@@ -134,6 +141,7 @@ def _card(document: dict[str, Any]) -> UnitCard:
         frame_size_px=_size(document["frame_size_px"], "frame_size_px"),
         size_px=_size(document["size_px"], "size_px"),
         metrics=_metrics(document["metrics"]),
+        design_sha256=None if design is None else text_line(design, "design_sha256"),
         corners_px=corners(document["corners_px"]) if "corners_px" in document else None,
         pad_size_mm=None if pad_size is None else positive_pair(pad_size, "pad_size_mm"),
         lights_deg=lights(document["lights_deg"]) if "lights_deg" in document else None,

@@ -59,6 +59,7 @@ def test_the_card_says_what_was_calibrated_and_from_what(tmp_path):
     card = calibrated(dataset, design=FINGER).card
     assert (card.serial, card.created, card.estimator) == ("wedge-001", "2026-03-01", "table")
     assert card.design_sha256 == FINGER.sha256
+    assert calibrated(dataset).card.design_sha256 is None  # as nobody named one
     assert (card.dataset, card.dataset_sha256) == ("synthetic", dataset.sha256)
     assert card.frame_size_px == card.size_px == SIZE_PX
     assert card.metrics == {"theta_x_deg": 2.5}

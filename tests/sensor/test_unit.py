@@ -37,7 +37,7 @@ pairs = st.tuples(st.floats(1e-6, 100), st.floats(1e-6, 100))
         UnitCard,
         serial=lines,
         created=lines,
-        design_sha256=lines,
+        design_sha256=st.none() | lines,
         dataset=lines,
         dataset_sha256=lines,
         estimator=lines,

@@ -22,6 +22,7 @@ from validation.acceptance.certificate import (
     junit_xml,
     lead,
     lines,
+    origin,
     page_html,
 )
 from validation.acceptance.errors import error_intervals, error_values
@@ -89,6 +90,13 @@ def test_a_unit_keeps_the_intervals_of_its_errors(calibration, accepted):
         assert 0 < low < error_values(errors, card, held_out=False)[name][""] < high
 
 
+def test_a_design_that_nobody_named_has_no_hash_on_the_certificate(calibration, accepted):
+    unnamed = replace(calibration.card, design_sha256=None)
+    assert "not named (design)" in origin(unnamed, SET)
+    assert document(unnamed, SET, accepted)["design_sha256"] is None
+    assert "abababababab (design)" in origin(replace(unnamed, design_sha256="ab" * 32), SET)
+
+
 def test_every_form_says_on_how_many_presses_errors_rest_and_when(calibration, accepted):
     card = calibration.card
     few = replace(accepted, learnt=12, held_out=2, intervals={})
@@ -100,7 +108,7 @@ def test_every_form_says_on_how_many_presses_errors_rest_and_when(calibration, a
         page = page_html(card, SET, found, "")
         for form in (page, " ".join(shown)):
             assert said in form and "2026-02-03" in form and "4.5.6" in form
-            assert SET.dataset_sha256[:12] in form and card.design_sha256[:12] in form
+            assert SET.dataset_sha256[:12] in form and "not named (design)" in form
         assert any("[" in text for text in shown) is there is ("% interval " in page)
         kept = document(card, SET, found)
         assert kept["held_out_presses"] == found.held_out and kept["judged"] == "2026-02-03"

@@ -226,10 +226,11 @@ def lead(card: UnitCard, occasion: Occasion, found: Acceptance) -> str:
 
 def origin(card: UnitCard, occasion: Occasion) -> str:
     """When and by what a unit was judged, and the hashes that tell its design and presses."""
+    design = card.design_sha256
     return (
         f"Judged {occasion.judged} by wedge {occasion.software}; hashes (SHA-256) begin "
         f"{occasion.dataset_sha256[:HASH_DIGITS]} (dataset) and "
-        f"{card.design_sha256[:HASH_DIGITS]} (design)."
+        f"{'none, as it was not named' if design is None else design[:HASH_DIGITS]} (design)."
     )
 
 
