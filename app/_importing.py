@@ -40,8 +40,6 @@ def import_source(
     for name, value in (("ball-radius-mm", ball_radius_mm), ("mm-per-px", mm_per_px)):
         if value is not None and not 0 < value < 1e3:
             raise WedgeError(f"--{name} {value:g} must be above 0 and below 1000.")
-    if not all(1 <= side < 1e3 for side in pad_size_mm):
-        raise WedgeError("--pad-size-mm must be two lengths of at least 1 mm.")
     if not source.exists():
         raise WedgeError(f"{source} does not exist: name a folder of frames or a data pack.")
     check_new_folder(out)

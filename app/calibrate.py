@@ -15,13 +15,14 @@ from app._workers import process_pool
 from sensor.design import Wedge
 from sensor.errors import WedgeError
 from sensor.files import check_new_folder, check_outputs
+from sensor.toml import located
 
 
 def main(
     dataset: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="DATASET")],
     out: Path,
     estimator: str = "default",
-    design: str = "standard",
+    design: str | None = None,
     ball_radius_mm: float | None = None,
     seed: Seed = 0,
     json: OutputFile = None,
@@ -45,14 +46,16 @@ def main(
         out: The unit folder to write; it must not exist, or be empty.
         estimator: default (ours), mlp (the paper's network) or table (the lookup table that it
             replaced).
-        design: The design the sensor was built from: standard, finger or a .toml file.
+        design: The design the sensor was built from, which the unit then names: standard, finger
+            or a .toml file. Of raw frames it says how large the pad is, by default the standard's.
         ball_radius_mm: Radius of the ball, for raw frames.
         seed: Seed of the split, drawn pixels and training.
         json: Write the errors on the held-out presses here as JSON.
     """
+    from app._pad import refuse_other_pad
     from recon.calibration import lit_channels, unit_of
     from recon.estimators import fit_estimator, kind_of, lesson_of
-    from recon.labels.ball_size import doubtful_ball
+    from recon.labels.ball_size import doubtful_ball, refuse_small_ball
     from recon.presses import deep_presses, few_presses, left_out_places, read_presses
     from sensor.dataset import read_dataset
     from sensor.design_file import load_design
@@ -66,9 +69,14 @@ def main(
     check_outputs(out / "unit.toml", json)
     keep_inputs([dataset, design], [json])
     kind_of(estimator)
-    built_from = load_design(design)
+    built_from = None if design is None else load_design(design)
     folder = _dataset_of(Path(dataset), out, built_from, ball_radius_mm)
     source = read_dataset(folder or dataset_folder(dataset))
+    refuse_other_pad(source.card.pad_size_mm, built_from, str(source.folder / "dataset.toml"))
+    try:
+        refuse_small_ball(source.labels, source.card)
+    except WedgeError as error:
+        raise located(source.folder, error) from error
     with process_pool() as pool, progress(f"calibration on {dataset}") as show:
         presses = read_presses(source, lambda share: show(0.2 * share, "reading presses"))
         everything = lesson_of(estimator, presses.presses, range(len(presses.presses)), seed)
@@ -109,10 +117,11 @@ def main(
 
 
 def _dataset_of(
-    frames: Path, out: Path, design: Wedge, ball_radius_mm: float | None
+    frames: Path, out: Path, design: Wedge | None, ball_radius_mm: float | None
 ) -> Path | None:
     """The dataset made from a folder of raw frames; ``None`` where it is none."""
     from app._importing import import_source
+    from app._pad import assumed_pad_mm
     from validation.datasets import dataset_folder
 
     if not frames.is_dir() or (frames / "dataset.toml").exists():
@@ -136,6 +145,6 @@ def _dataset_of(
         presses,
         ball_radius_mm=ball_radius_mm,
         mm_per_px=None,
-        pad_size_mm=design.pad_size_mm,
+        pad_size_mm=assumed_pad_mm(design),
     )
     return presses

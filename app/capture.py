@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from recon.labels.capture import PressWatcher
     from recon.stream import Newest, TimedFrame
     from sensor.dataset import Dataset, DatasetCard
+    from sensor.toml import Pair
 
 CALIPERS = 2
 """Pictures of the caliper: one along the finger, one across."""
@@ -33,6 +34,8 @@ def main(
     like: str | None = None,
     presses: int = 40,
     ball_radius_mm: float | None = None,
+    design: str | None = None,
+    pad_size_mm: tuple[float, float] | None = None,
     caliper_mm: float | None = None,
     background: Path | None = None,
 ) -> None:
@@ -45,8 +48,9 @@ def main(
     are judged one by one, without waiting for stillness.
 
     A sensor seen for the first time has no other dataset: its pad's corners are then found in the
-    first frame, and with --caliper-mm the first two presses are a caliper's jaws that far apart,
-    once along the finger and once across, from which the scale follows at the end.
+    first frame, and the pad is taken to be the standard's unless --design or --pad-size-mm says
+    otherwise. With --caliper-mm the first two presses are a caliper's jaws that far apart, once
+    along the finger and once across, from which the scale follows at the end.
 
     Example: wedge capture http://10.55.0.1:8080 --like presses/last-week --out presses/today
 
@@ -56,15 +60,20 @@ def main(
         where: http://HOST:PORT/PATH, usb:0, a video, a folder, or an MCAP file.
         out: The dataset folder to write; it must not exist, or be empty.
         like: A dataset of the same sensor: its corners, scale and ball are taken over, so that
-            --caliper-mm is refused beside it.
+            what sets the scale, as --caliper-mm does, is refused beside it.
+        design: The design the sensor was built from, which says how large its pad is: standard,
+            finger or a .toml file.
+        pad_size_mm: The pad along x and y, of a sensor of no such design.
         caliper_mm: Gap of the caliper's jaws; two pictures of it are taken first, named by it.
         presses: How many to take.
         ball_radius_mm: Radius of the ball, where it is not that of the other dataset.
         background: A picture of the blank gel, where the stream shows none.
     """
+    from app._pad import assumed_pad_mm
     from app._sources import open_live, open_where
     from recon.images import read_image, write_image
     from recon.stream import Newest
+    from sensor.design_file import load_design
     from sensor.files import refuse_kept_folder
     from validation.intervals import counted
 
@@ -82,6 +91,10 @@ def main(
             f"--like takes the scale over from {like}, and --caliper-mm measures it anew: leave "
             "one of them out."
         )
+    if like is not None and (design or pad_size_mm):
+        option = "--design" if design else "--pad-size-mm"
+        raise WedgeError(f"--like takes the pad's size over from {like}: leave {option} out.")
+    pad_mm = assumed_pad_mm(None if design is None else load_design(design), pad_size_mm)
     refuse_kept_folder(out)
     other = _dataset(like)
     if other is not None and ball_radius_mm is None and len(other.ball_radii_mm) > 1:
@@ -114,7 +127,9 @@ def main(
                     continue
                 if watcher is None:
                     blank = frame if background is None else read_image(background)
-                    card = _card(other, out, blank, ball_radius_mm)
+                    card = _card(other, out, blank, ball_radius_mm, pad_mm)
+                    if other is None:
+                        print(_assumed(card), file=sys.stderr, flush=True)
                     watcher = _watcher(other, card, blank, CALIPERS if caliper_mm else 0)
                     if background is not None or alone:
                         # A folder's first frame is its blank one, unless a picture of it was given.
@@ -174,16 +189,15 @@ def _dataset(like: str | None) -> "Dataset | None":
 
 
 def _card(
-    other: "Dataset | None", out: Path, blank: Any, ball_radius_mm: float | None
+    other: "Dataset | None", out: Path, blank: Any, ball_radius_mm: float | None, pad_mm: "Pair"
 ) -> "DatasetCard":
     """The other dataset's card under a new name, or one made from the blank frame."""
-    from sensor.design import STANDARD
     from validation.importers.raw_frames import first_card
 
     name, background = out.resolve().name, ("background.png",)
     if other is None:
         assert ball_radius_mm is not None
-        return first_card(blank, name, background, ball_radius_mm, STANDARD.pad_size_mm)
+        return first_card(blank, name, background, ball_radius_mm, pad_mm)
     return replace(
         other.card,
         name=name,
@@ -238,14 +252,20 @@ def _finish(captured: "Captured", is_new: bool, calipers: list[tuple[str, float]
             f"Scale from {scale.gaps} pictures of the caliper, to {x:.1%} along x and {y:.1%} "
             "along y."
         )
-    elif is_new and card.pad_size_mm is not None:
-        length, width = card.pad_size_mm
-        print(f"The pad is taken to be {length:g} x {width:g} mm: --caliper-mm measures it.")
     elif is_new:
-        print(
-            "No mirror's pad shows in the first frame: the frame is taken to be as long as the "
-            f"design's pad, so {card.mm_per_px[0]:.5f} mm/px: --caliper-mm measures it."
-        )
+        print(_assumed(card))
+
+
+def _assumed(card: "DatasetCard") -> str:
+    """What a sensor seen for the first time is taken to measure, as long as nothing tells."""
+    otherwise = "--design or --pad-size-mm says otherwise, --caliper-mm measures it."
+    if card.pad_size_mm is not None:
+        length, width = card.pad_size_mm
+        return f"The pad is taken to be {length:g} x {width:g} mm: {otherwise}"
+    return (
+        "No mirror's pad shows in the first frame: the frame is taken to be as long as the pad, "
+        f"so {card.mm_per_px[0]:.5f} mm/px: {otherwise}"
+    )
 
 
 class _Shown:

@@ -69,7 +69,7 @@ def main(
         return
     if action == "import":
         from app._importing import import_source
-        from sensor.design import STANDARD
+        from app._pad import assumed_pad_mm
 
         if not name or out is None:
             raise WedgeError("name a source and a dataset: `wedge data import SOURCE --out DIR`.")
@@ -80,7 +80,7 @@ def main(
             out,
             ball_radius_mm=ball_radius_mm,
             mm_per_px=mm_per_px,
-            pad_size_mm=pad_size_mm or STANDARD.pad_size_mm,
+            pad_size_mm=assumed_pad_mm(None, pad_size_mm),
         )
         return
     if name:

@@ -15,6 +15,8 @@ import numpy as np
 
 from recon.ball import offsets_mm
 from recon.pixels import RIM_PX, BallPress
+from sensor.dataset import BallLabel, DatasetCard
+from sensor.errors import WedgeError
 
 NARROW = 0.55
 """Of the stated radius: no contact is wider than half where that is the diameter, but circles
@@ -26,6 +28,27 @@ UPRIGHT = 0.45
 """Leans are compared up to this sine, where colours still follow them in proportion."""
 DISAGREEMENT = 1.25
 """Between two balls' colours for one lean; halves of real sets differ by up to 1.1."""
+
+CLAMPED, MOST_CLAMPED = 0.93, 0.5
+"""Contacts this near to the ball's radius, and the share of presses from which it must be wrong."""
+
+
+def refuse_small_ball(labels: Sequence[BallLabel], card: DatasetCard) -> None:
+    """Refuse a ball's radius, or a scale, by which most contacts are as wide as their ball.
+
+    Raises:
+        WedgeError: names both lengths and the scale.
+    """
+    pitch_mm = np.sqrt(np.prod(card.mm_per_px))
+    radii_mm = np.array([x.contact_radius_px for x in labels]) * pitch_mm
+    balls_mm = np.array([x.ball_radius_mm or card.ball_radius_mm for x in labels])
+    clamped = radii_mm > CLAMPED * balls_mm
+    if len(labels) and clamped.mean() > MOST_CLAMPED:
+        raise WedgeError(
+            f"most contacts are as wide as the ball of radius {np.median(balls_mm):g} mm "
+            f"({np.median(radii_mm):.2f} mm at {pitch_mm:.4g} mm/px): is its radius "
+            "right, and the scale?"
+        )
 
 
 def doubtful_ball(presses: Sequence[BallPress]) -> str | None:

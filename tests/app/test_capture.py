@@ -194,6 +194,43 @@ def test_what_was_taken_stays_where_its_circles_are_not_found_anew(
     assert len(read_presses(kept).presses) == 3
 
 
+@pytest.mark.parametrize(
+    ("options", "size"),
+    [
+        ((), (34, 25.5)),
+        (("--design", "finger"), (13, 9.4)),
+        (("--pad-size-mm", "9", "12"), (9, 12)),
+    ],
+)
+def test_the_pad_is_as_large_as_said_and_that_is_told_before_the_first_press(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    options: tuple[str, ...],
+    size: tuple[float, float],
+) -> None:
+    words = list(new_sensor(tmp_path))
+    del words[words.index("--caliper-mm") :]
+    with pytest.raises(SystemExit) as left:
+        main([*words, *options])
+    assert left.value.code == 0
+    assert read_dataset(tmp_path / "out").card.pad_size_mm == size
+    before, *_ = capsys.readouterr().err.partition("taken at")
+    assert f"The pad is taken to be {size[0]:g} x {size[1]:g} mm" in before
+
+
+@pytest.mark.parametrize("options", [("--design", "finger"), ("--pad-size-mm", "9", "12")])
+def test_a_pad_s_size_beside_another_dataset_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], options: tuple[str, ...]
+) -> None:
+    like = make_dataset(tmp_path / "like", presses=1)
+    words = ["--like", str(like.folder), "--out", str(tmp_path / "out"), *options]
+    with pytest.raises(SystemExit) as left:
+        main(["capture", str(like.folder), *words])
+    assert left.value.code == 2
+    assert f"leave {options[0]} out" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_caliper_beside_another_dataset_is_refused(tmp_path: Path) -> None:
     like = make_dataset(tmp_path / "like", presses=1)
     words = ("--like", str(like.folder), "--caliper-mm", "5", "--out", str(tmp_path / "out"))

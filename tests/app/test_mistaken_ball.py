@@ -12,8 +12,9 @@ import app._workers
 import app.calibrate
 from recon.presses import deep_presses, read_presses
 from sensor.dataset import read_dataset, write_card, write_labels
+from sensor.unit import read_unit_card
 from tests.app.test_commands import refused, run
-from tests.synthetic import MM_PER_PX, make_dataset, make_deeper_set
+from tests.synthetic import KEYSTONE_PX, MM_PER_PX, make_dataset, make_deeper_set
 
 
 @pytest.fixture(autouse=True)
@@ -92,6 +93,39 @@ def test_of_many_circles_larger_than_their_ball_five_are_named(tmp_path, capsys)
         sentence = refused(capsys, *words)
         assert [x.file in sentence for x in dataset.labels] == [True] * 5 + [False] * 2
         assert f"{dataset.labels[4].file} and 2 more: mend" in sentence
+
+
+def test_a_scale_by_which_most_contacts_are_as_wide_as_the_ball_is_refused(tmp_path, capsys):
+    dataset = make_dataset(tmp_path / "set", presses=3)
+    clamped_px = 0.95 * dataset.card.ball_radius_mm / MM_PER_PX[0]
+    wide = [replace(label, contact_radius_px=clamped_px) for label in dataset.labels[:2]]
+    write_labels(dataset.folder / "labels.csv", [*wide, dataset.labels[2]])
+    sentence = refused(capsys, "calibrate", dataset.folder, "--out", tmp_path / "unit")
+    assert f"{dataset.folder}: most contacts are as wide as the ball of radius 4 mm" in sentence
+    assert not (tmp_path / "unit").exists()
+
+
+def test_a_design_of_another_pad_than_the_card_s_is_refused(tmp_path, capsys):
+    dataset = make_dataset(tmp_path / "set", presses=3, corners_px=KEYSTONE_PX)
+    words = ("calibrate", dataset.folder, "--out", tmp_path / "unit", "--estimator", "table")
+    sentence = refused(capsys, *words, "--design", "standard")
+    assert "the design standard one of 34 x 25.5 mm" in sentence and "dataset.toml" in sentence
+    assert not (tmp_path / "unit").exists()
+    assert run(*words) == 0
+    assert read_unit_card(tmp_path / "unit").design_sha256 is None
+
+
+def test_frames_by_an_assumed_scale_are_refused_with_the_assumption(tmp_path, capsys):
+    dataset = make_dataset(tmp_path / "set", presses=2)
+    (tmp_path / "frames").mkdir()
+    for name, picture in contents(dataset.folder).items():
+        if name.endswith(".png"):
+            (tmp_path / "frames" / name).write_bytes(picture)
+    words = ("calibrate", tmp_path / "frames", "--out", tmp_path / "unit", "--ball-radius-mm", "3")
+    assert "taken to be 34 x 25.5 mm" in refused(capsys, *words)
+    given = ("data", "import", tmp_path / "frames", "--out", tmp_path / "imported")
+    scale = ("--ball-radius-mm", "0.9", "--mm-per-px", "0.1")
+    assert "taken to be" not in refused(capsys, *given, *scale)
 
 
 def test_what_is_no_folder_of_one_s_own_is_not_labelled(tmp_path, monkeypatch, capsys):

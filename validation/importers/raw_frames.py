@@ -15,14 +15,13 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-import numpy as np
-
 from recon.arrays import Frame
 from recon.geometry.caliper import Scale, find_gap, scale_of, shading_response, slopes_of
 from recon.geometry.lens import read_lens, write_lens
 from recon.geometry.pad import base_side, find_pad, gel_corners
 from recon.geometry.unwarp import prepare_unwarp
 from recon.images import read_image
+from recon.labels.ball_size import refuse_small_ball
 from recon.labels.label_book import automatic_label, refuse_name
 from recon.presses import PressReader, press_reader
 from sensor.dataset import (
@@ -45,8 +44,6 @@ WIDTH_PX = 320
 """Of the unwarped frames: as many as a small camera frame has."""
 RESPONSE_PRESSES = 8
 """Whose shading tells a fall from a rise on the caliper's pictures."""
-CLAMPED, MOST_CLAMPED = 0.93, 0.5
-"""Contacts this near to the ball's radius, and the share of presses from which it must be wrong."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -157,15 +154,15 @@ def import_raw_frames(
     if lens:
         _copy_lens(source, folder, blank)
     reader = _reader(folder, card)
-    scale = None
+    scale, assumed = None, "" if mm_per_px is not None else _assumed(pad_size_mm)
     if pictures.caliper:
         progress(0.05, "measuring the caliper")
         few = pictures.presses[:: max(1, len(pictures.presses) // RESPONSE_PRESSES)]
         some = [x for x in pool.map(partial(automatic_label, reader), few) if x is not None]
         if not some:
-            raise WedgeError(f"{source}: no ball was recognised in {', '.join(few[:3])}.")
+            raise WedgeError(f"{source}: no ball was recognised in {', '.join(few[:3])}.{assumed}")
         scale = measured_scale(source, pictures.caliper, reader, some)
-        card = rescaled(card, scale)
+        card, assumed = rescaled(card, scale), ""
         reader = _reader(folder, card)
     labels = []
     found = pool.map(partial(automatic_label, reader), pictures.presses, chunksize=2)
@@ -175,9 +172,12 @@ def import_raw_frames(
     if not labels:
         pitches = " x ".join(f"{pitch:.4g}" for pitch in card.mm_per_px)
         raise WedgeError(
-            f"{source}: no ball was recognised in any of its pictures, at {pitches} mm/px."
+            f"{source}: no ball was recognised in any of its pictures, at {pitches} mm/px.{assumed}"
         )
-    refuse_small_ball(labels, card)
+    try:
+        refuse_small_ball(labels, card)
+    except WedgeError as error:
+        raise WedgeError(f"{error}{assumed}") from error
     write_dataset(folder, card, labels)
     return Prepared(
         card=read_dataset(folder).card,
@@ -189,20 +189,13 @@ def import_raw_frames(
     )
 
 
-def refuse_small_ball(labels: Sequence[BallLabel], card: DatasetCard) -> None:
-    """Refuse a ball's radius that most contacts press against.
-
-    Raises:
-        WedgeError: names both lengths and the scale.
-    """
-    pitch_mm = np.sqrt(np.prod(card.mm_per_px))
-    radii_mm = np.array([x.contact_radius_px for x in labels]) * pitch_mm
-    if (radii_mm > CLAMPED * card.ball_radius_mm).mean() > MOST_CLAMPED:
-        raise WedgeError(
-            f"most contacts are as wide as the ball of radius {card.ball_radius_mm:g} mm "
-            f"({np.median(radii_mm):.2f} mm at {pitch_mm:.4g} mm/px): is its radius "
-            "right, and the scale?"
-        )
+def _assumed(pad_size_mm: Pair) -> str:
+    """That a scale, at which something was not found, was nobody's word."""
+    length, width = pad_size_mm
+    return (
+        f" The pad is only taken to be {length:g} x {width:g} mm, as nothing measured it: `wedge "
+        "calibrate --design` or `wedge data import --pad-size-mm` says otherwise."
+    )
 
 
 def first_card(

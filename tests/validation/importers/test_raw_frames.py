@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from recon.images import read_image, write_image
+from recon.labels.ball_size import refuse_small_ball
 from sensor.dataset import BallLabel, DatasetCard, read_dataset
 from sensor.errors import WedgeError
 from tests.synthetic import (
@@ -22,7 +23,7 @@ from tests.synthetic import (
     pad_size_mm,
     shaded,
 )
-from validation.importers.raw_frames import import_raw_frames, refuse_small_ball, sort_pictures
+from validation.importers.raw_frames import import_raw_frames, sort_pictures
 
 GAP_MM, JAW_MM, COLLAR_MM = 3.0, 2.0, 0.3
 
