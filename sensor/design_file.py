@@ -26,8 +26,8 @@ def load_design(name_or_file: str) -> Wedge:
         thickness_mm = 3.0
 
     Raises:
-        WedgeError: unknown name, unreadable file, unknown key, or a value or name that cannot
-            work.
+        WedgeError: unknown name, unreadable file, no base in it, unknown key, or a value or name
+            that cannot work.
     """
     if not isinstance(name_or_file, str | Path):
         raise WedgeError(
@@ -41,7 +41,9 @@ def load_design(name_or_file: str) -> Wedge:
             f"{name_or_file!r} is neither a design ({', '.join(DESIGNS)}) nor a .toml file."
         )
     document = read_toml(path)
-    base = document.pop("base", "standard")
+    if "base" not in document:
+        raise WedgeError(f'{path} has no base: begin it with base = "standard" or "finger".')
+    base = document.pop("base")
     if base not in list(DESIGNS):
         raise WedgeError(f"{path}: base = {base!r} must be one of {', '.join(DESIGNS)}.")
     try:

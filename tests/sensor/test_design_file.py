@@ -11,6 +11,8 @@ from sensor.design_file import load_design
 from sensor.errors import WedgeError
 from sensor.toml import toml_text
 
+BASE = 'base = "standard"\n'
+
 
 def written(tmp_path, text):
     path = tmp_path / "mine.toml"
@@ -29,21 +31,29 @@ def test_a_file_changes_some_numbers_of_its_base(tmp_path):
     assert load_design(path).sha256 == expected.sha256  # 3 in the file is 3.0
 
 
-def test_a_file_without_a_base_or_a_name_is_a_standard_named_after_the_file(tmp_path):
-    assert load_design(written(tmp_path, "")) == replace(STANDARD, name="mine")
+def test_a_file_without_a_name_is_named_after_the_file(tmp_path):
+    assert load_design(written(tmp_path, BASE)) == replace(STANDARD, name="mine")
+
+
+@pytest.mark.parametrize("text", ["", "[mirror]\nlength_mm = 25.0\n", "name = 'standard'"])
+def test_a_file_without_a_base_is_no_design(tmp_path, text):
+    with pytest.raises(WedgeError, match=r"mine\.toml has no base"):
+        load_design(written(tmp_path, text))
 
 
 @pytest.mark.parametrize("name", ["R&D", "Größe 2", "it's", "v1.2 (thin)", "指" * 60])
 def test_a_name_is_any_line_of_text_that_a_folder_can_have(name, tmp_path):
-    design = load_design(written(tmp_path, toml_text({"name": name})))
+    design = load_design(written(tmp_path, toml_text({"base": "standard", "name": name})))
     assert design.name == name
     (tmp_path / design.name).mkdir()
 
 
 def test_every_value_can_be_written_and_read(tmp_path):
     for design in (STANDARD, FINGER):
-        assert load_design(written(tmp_path, toml_text(asdict(design)))) == design
-        assert load_design(written(tmp_path, toml_text(asdict(design)))).sha256 == design.sha256
+        assert load_design(written(tmp_path, BASE + toml_text(asdict(design)))) == design
+        assert (
+            load_design(written(tmp_path, BASE + toml_text(asdict(design)))).sha256 == design.sha256
+        )
 
 
 @pytest.mark.parametrize(
@@ -86,7 +96,7 @@ def test_every_value_can_be_written_and_read(tmp_path):
 )
 def test_a_file_that_cannot_work_is_refused_by_its_name_and_key(tmp_path, text, sentence):
     with pytest.raises(WedgeError, match=rf"mine\.toml.*{sentence}"):
-        load_design(written(tmp_path, text))
+        load_design(written(tmp_path, text if "base" in text else BASE + text))
 
 
 def test_what_is_neither_a_design_nor_a_file_is_refused(tmp_path):
@@ -108,7 +118,7 @@ names = st.sampled_from(["thickness_mm", "curved", "projection", "width_px", "le
 )
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_any_document_is_a_design_or_a_sentence(tmp_path, tables, others):
-    path = written(tmp_path, toml_text({**others, **tables}))
+    path = written(tmp_path, toml_text({"base": "standard", **others, **tables}))
     try:
         assert load_design(path).outer_width_mm > 0
     except WedgeError as error:
