@@ -34,6 +34,7 @@ def import_source(
     """
     from app._workers import process_pool
     from sensor.dataset import read_dataset
+    from validation.datasets import CARD
     from validation.importers.calibrations import TEXTS, find_calibration, import_calibration
     from validation.importers.raw_frames import import_raw_frames
 
@@ -42,6 +43,8 @@ def import_source(
             raise WedgeError(f"--{name} {value:g} must be above 0 and below 1000.")
     if not source.exists():
         raise WedgeError(f"{source} does not exist: name a folder of frames or a data pack.")
+    if (source / CARD).is_file():
+        raise WedgeError(f"{source} is a dataset already: it is used as it is, or copied.")
     check_new_folder(out)
     found = find_calibration(source)
     if found is not None and not found.labels:

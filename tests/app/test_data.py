@@ -108,6 +108,15 @@ def test_an_option_that_the_action_would_ignore_is_refused(
     assert not any(tmp_path.iterdir())
 
 
+def test_what_is_a_dataset_already_is_not_imported(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    made = make_dataset(tmp_path / "made", presses=2)
+    words = ("data", "import", made.folder, "--ball-radius-mm", "4", "--out", tmp_path / "out")
+    assert f"{made.folder} is a dataset already" in refused(capsys, *words)
+    assert not (tmp_path / "out").exists()
+
+
 def test_two_scales_are_refused(flat: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = imported(flat, "--mm-per-px", 0.1, "--pad-size-mm", 12, 9)
     assert "give one of them" in refused(capsys, *words)
