@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """`wedge cloud`: frames to point clouds and meshes in millimetres."""
 
+import sys
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
@@ -20,6 +21,10 @@ from app._output import (
 from app._progress import progress
 from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_atomic
+
+if TYPE_CHECKING:
+    from sensor.design import Wedge
+    from sensor.unit import UnitCard
 
 SHOWN_ROWS = 20
 
@@ -51,9 +56,9 @@ def main(
     sigma of that point alone. In a stream, damaged frames are left out and counted; Ctrl-C ends it,
     and what was written stays. Images are all checked before the first is written.
 
-    Examples:
-        wedge cloud units/wedge-001 press.png --out clouds --mesh
-        wedge cloud units/wedge-001 touch.mcap --out clouds --part contact --form pcd
+    Example: wedge cloud units/wedge-001 press.png --out clouds --mesh
+
+    Example: wedge cloud units/wedge-001 touch.mcap --out clouds --part contact --form pcd
 
     Args:
         unit: A unit folder, written by `wedge calibrate`.
@@ -70,6 +75,7 @@ def main(
     import numpy as np
 
     from app._frames import read_checked
+    from app._pad import refuse_other_pad
     from recon.calibration import load_calibration
     from recon.cloud import point_cloud, skin_mesh
     from recon.cloud_files import cloud_bytes
@@ -86,7 +92,10 @@ def main(
     check_outputs(*written, json)
     keep_inputs([unit, *where, background, design], [*written, json])
     calibration = load_calibration(unit)
-    gel = None if design is None else load_design(design).gel
+    laid_on = None if design is None else load_design(design)
+    gel = None if laid_on is None else laid_on.gel
+    refuse_other_pad(calibration.card.pad_size_mm, laid_on, str(unit / "unit.toml"))
+    remarks = _remarks(calibration.card, laid_on)
     blank = None if background is None else read_checked(background, calibration.unwarp)
     reconstruct = Reconstructor(calibration, blank)
     rows: list[dict[str, object]] = []
@@ -136,7 +145,7 @@ def main(
                 str(row["touching"]),
                 str(row["contact"]),
                 f"{row['in_shadow']:.0%}",
-                f"{row['deepest_mm']:.3f}",
+                f"{row['deepest_mm']:z.3f}",
                 "–" if row["sigma_mm"] is None else f"{row['sigma_mm']:.4f}",
                 str(row["markers"]),
                 str(row["file"]),
@@ -146,9 +155,21 @@ def main(
     )
     if len(rows) > SHOWN_ROWS:
         print(f"and {len(rows) - SHOWN_ROWS} more frames")
-    document = {"unit": str(unit), "form": form, "clouds": rows, "remarks": came.remarks}
-    write_json(json, document)
+    document = {"unit": str(unit), "form": form, "clouds": rows}
+    write_json(json, document | {"remarks": [*remarks, *came.remarks]})
+    for remark in remarks:
+        print(remark, file=sys.stderr)
     came.tell()
+
+
+def _remarks(card: "UnitCard", design: "Wedge | None") -> list[str]:
+    """What to say of the design on whose gel a unit's skin is laid."""
+    if design is None or card.design_sha256 in (None, design.sha256):
+        return []
+    return [
+        f"Unit {card.serial} was built from another design than {design.name}, by the hash in its "
+        "unit.toml: on that gel its skin lies wrong."
+    ]
 
 
 def _free_stem(frame: UnitFrame, taken: set[str]) -> str:

@@ -42,9 +42,9 @@ def main(
     it, and what was found is written. Where the disk fills up, the run ends, what was found until
     then is kept and told, and the exit status is 2.
 
-    Examples:
-        wedge markers units/wedge-001 press.mp4 --out moved
-        wedge markers units/wedge-001 http://10.55.0.1:8080 --out moved --frames 300
+    Example: wedge markers units/wedge-001 press.mp4 --out moved
+
+    Example: wedge markers units/wedge-001 http://10.55.0.1:8080 --out moved --frames 300
 
     Args:
         unit: A unit folder, written by `wedge calibrate` for a gel with dots.

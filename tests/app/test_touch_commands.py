@@ -5,6 +5,7 @@
 import csv
 import json
 import shlex
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,6 +19,8 @@ from recon.calibration import calibrate
 from recon.images import read_image, write_image
 from recon.presses import read_presses
 from sensor.dataset import read_dataset
+from sensor.design import FINGER
+from sensor.unit import write_unit_card
 from tests.app.test_commands import refused, run
 from tests.dotted import dotted, grid_px
 from tests.synthetic import SIZE_PX, make_dataset
@@ -155,7 +158,27 @@ def test_a_blank_frame_is_a_cloud_that_says_no_contact(units, tmp_path, capsys):
     folder, _ = units
     blank = folder / "clear" / "set" / "background.png"
     assert run("cloud", folder / "clear" / "unit", blank, "--out", tmp_path) == 0
-    assert "no contact" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "no contact" in said and "-0.000" not in said
+
+
+def test_a_skin_laid_on_another_design_s_gel_than_the_unit_s_is_told(units, tmp_path, capsys):
+    folder, made = units
+    unit = shutil.copytree(folder / "clear" / "unit", tmp_path / "unit")
+    card, told = replace(made["clear"].card, design_sha256=FINGER.sha256), tmp_path / "c.json"
+    write_unit_card(unit, card)
+    words = ("cloud", unit, unit / "background.png", "--out", tmp_path / "out", "--json", told)
+    for design, remarks in (("finger", 0), ("standard", 1)):
+        assert run(*words, "--design", design) == 0
+        assert capsys.readouterr().err.count(f"another design than {design}") == remarks
+        assert len(json.loads(told.read_text())["remarks"]) == remarks
+    (right, bottom), pitch = np.subtract(SIZE_PX, 1.0), card.mm_per_px
+    corners = ((0.0, 0.0), (right, 0.0), (right, bottom), (0.0, bottom))
+    pad = (SIZE_PX[0] * pitch[0], SIZE_PX[1] * pitch[1])
+    write_unit_card(unit, replace(card, corners_px=corners, pad_size_mm=pad))
+    assert "the design standard one of 34 x 25.5 mm" in refused(
+        capsys, *words, "--design", "standard"
+    )
 
 
 def test_the_word_tells_when_unit_and_gel_disagree_about_dots(units, tmp_path, capsys):
