@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 _ANSWER_WITHIN_S = 3.0
 _LARGEST_ANSWER = 65_536
+_SEEN_PX = 160
+"""Of a frame's width, where it is looked at for a touch."""
 
 
 def main(
@@ -40,7 +42,8 @@ def main(
 ) -> None:
     """Find white-balance gains and exposure from frames of the blank gel.
 
-    Nothing may touch the gel. The gains make its mean grey; the exposure puts its brightest
+    Nothing may touch the gel, and frames in which something begins or ceases to are refused. The
+    gains make its mean grey; the exposure puts its brightest
     thousandth at 45 % of full scale in linear light, as a press makes it up to twice as bright.
     Flicker, moving bands, drift and saturation are measured beside.
 
@@ -68,7 +71,7 @@ def main(
     pad = _pad(unit)
     kept = read_settings(settings) if settings is not None and settings.exists() else None
     with open_where(source) as opened, progress("frames of the blank gel") as show:
-        blank = measure_blank(_images(opened, frames, show), pad)
+        blank = measure_blank(_images(opened, frames, pad, show), pad)
     # What the stream says it has made the frames; the file may have been edited since.
     known = _settings_of_stream(source) or kept
     if known is None:
@@ -99,11 +102,42 @@ def _pad(unit: Path | None) -> "Mask | None":
     return None if card.corners_px is None else pad_mask(card.corners_px, height, width)
 
 
-def _images(source: "FrameSource", count: int, show: Report) -> "Iterator[NDArray[np.uint8]]":
-    """The first frames of a source."""
+def _images(
+    source: "FrameSource", count: int, pad: "Mask | None", show: Report
+) -> "Iterator[NDArray[np.uint8]]":
+    """The first frames of a source.
+
+    Raises:
+        WedgeError: something touches the gel in one, and not in the first.
+    """
+    first: NDArray[np.uint8] | None = None
     for number, frame in enumerate(islice(source, count), start=1):
-        yield frame.image()
+        image = frame.image()
+        yield image  # whose size is looked at first
+        first = image if first is None else first
+        if _is_touched(first, image, pad):
+            raise WedgeError(
+                f"something touches the gel: frame {number} of {source.name} differs from the "
+                "first in one place. Let go of it, and take frames of the blank gel alone."
+            )
         show(number / count, f"{number} frames")
+
+
+def _is_touched(first: "NDArray[np.uint8]", image: "NDArray[np.uint8]", pad: "Mask | None") -> bool:
+    """Whether a frame differs from the first in one place, as bands along its rows do not."""
+    import numpy as np
+
+    from recon.contact.mask import disturbed_mask
+
+    step = max(1, image.shape[1] // _SEEN_PX)
+    few = np.s_[::step, ::step]
+    change = (image[few].astype(np.float32) - first[few]) / 255
+    inside = np.ones(change.shape[:2], bool) if pad is None else pad[few]
+    rows = inside.any(axis=1)
+    for row, lit in zip(change[rows], inside[rows], strict=True):
+        row -= np.median(row[lit], axis=0)
+    change[~inside] = 0
+    return bool(disturbed_mask(change).any())
 
 
 def _settings_of_stream(source: str) -> "Settings | None":

@@ -96,6 +96,25 @@ def test_flicker_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
     assert [path.name for path in tmp_path.iterdir()] == ["blank"]  # nothing was written
 
 
+@pytest.mark.parametrize("touched", [0, 2])
+def test_a_touched_gel_is_refused_but_not_bands(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], touched: int
+) -> None:
+    folder, file = frames(tmp_path / "blank", 0, 0, 0, 0), tmp_path / "wedge.toml"
+    for number, path in enumerate(sorted(folder.iterdir())):
+        image = np.array(Image.open(path))
+        image[(np.arange(48) + 12 * number) % 24 < 8] += 20  # a dimmed lamp's bands
+        Image.fromarray(image).save(path)
+    assert run(folder) == 0 and "moving bands" in capsys.readouterr().out
+    pressed = folder / f"{touched:03}.png"
+    image = np.array(Image.open(pressed))
+    image[15:30, 20:40] += np.uint8([40, 0, 0])
+    Image.fromarray(image).save(pressed)
+    assert run(folder, "--settings", file) == 2
+    assert "something touches the gel" in capsys.readouterr().err
+    assert not file.exists()
+
+
 @pytest.mark.parametrize("credentials", [None, "wedge:secret"])
 def test_a_stream_says_itself_what_it_was_made_with(
     tmp_path: Path, credentials: str | None
