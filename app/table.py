@@ -54,6 +54,7 @@ def main(
         markdown: Write the tables here as Markdown.
         html: Write the tables here as HTML.
     """
+    from recon.estimators import kind_of
     from validation.datasets import dataset_folder
     from validation.error_table import error_table
     from validation.report.error_tables import table_section
@@ -64,9 +65,11 @@ def main(
         raise WedgeError("no dataset was named: `wedge data list` names those that are known.")
     page = None if out is None else out / "index.html"
     check_outputs(page, json, markdown, html)
+    estimators = list(dict.fromkeys(part.strip() for part in estimator.split(",")))
+    for name in estimators:
+        kind_of(name)
     folders = {name: dataset_folder(name) for name in dict.fromkeys(dataset)}
     keep_inputs(folders.values(), [json, markdown, html])
-    estimators = list(dict.fromkeys(part.strip() for part in estimator.split(",")))
     measured: list[ErrorTable] = []
     refused: dict[str, str] = {}
     with process_pool() as executor:

@@ -350,6 +350,16 @@ def test_a_seed_that_is_none_is_refused(workplace, tmp_path, capsys, seed):
     assert "--seed" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("estimators", ["table,mpl", "table,"])
+def test_estimators_are_all_looked_up_before_the_first_is_fitted(
+    workplace, monkeypatch, capsys, estimators
+):
+    begun = "recon.presses.PressReader.__init__"
+    monkeypatch.setattr(begun, lambda *_, **__: pytest.fail("it began"))
+    words = ("table", workplace / "set", "--estimator", estimators)
+    assert "no estimator is called" in refused(capsys, *words)
+
+
 def test_an_estimator_named_twice_is_measured_once(workplace, tmp_path):
     for name, estimators in (("once", "table"), ("twice", "table, table")):
         words = ["--estimator", estimators, "--json", tmp_path / name]
