@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from app._captured import CALIPER_FOLDER, Captured
+from app._captured import CALIPER_FOLDER, CARD_FILE, Captured
 from app._output import command_line
 from sensor.errors import WedgeError
 
@@ -74,7 +74,7 @@ def main(
     from recon.images import read_image, write_image
     from recon.stream import Newest
     from sensor.design_file import load_design
-    from sensor.files import refuse_kept_folder
+    from sensor.files import check_outputs, refuse_kept_folder
     from validation.intervals import counted
 
     if presses < 1:
@@ -96,6 +96,7 @@ def main(
         raise WedgeError(f"--like takes the pad's size over from {like}: leave {option} out.")
     pad_mm = assumed_pad_mm(None if design is None else load_design(design), pad_size_mm)
     refuse_kept_folder(out)
+    check_outputs(out / CARD_FILE)
     other = _dataset(like)
     if other is not None and ball_radius_mm is None and len(other.ball_radii_mm) > 1:
         raise WedgeError(

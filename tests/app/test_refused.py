@@ -32,6 +32,7 @@ def workplace(tmp_path_factory):
         ("calibrate", "{set}", "--out", "{taken}/unit"),
         ("calibrate", "{set}", "--out", "unit", "--json", "{taken}/a.json"),
         ("calibrate", "{set}", "--out", "unit", "--json", "{folder}"),
+        ("capture", "{set}", "--like", "{set}", "--out", "{taken}/set"),
         ("evaluate", "{unit}", "{set}", "--json", "{taken}/a.json"),
         ("table", "{set}", "--json", "{folder}"),
         ("table", "{set}", "--markdown", "{taken}/a.md"),
