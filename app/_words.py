@@ -108,6 +108,8 @@ def in_a_sentence(box: str, name: str) -> str:
     ):
         choices = ", ".join(re.findall(r"'([^']*)'", found[3]))
         return f"{found[2]} {found[1]} is none of {choices}."
+    if found := re.match(r"Error parsing (\S+): (.* is no .*)", first):  # in words of ours
+        return f"{found[1]} {found[2]}."
     if found := re.match(r"Error parsing (\S+): (.*)", first):
         given = re.search(r"instantiated from \[(.*?)\]|: ('.*)$", found[2])
         values = re.findall(r"'([^']*)", given[0])[::2] if given else []

@@ -63,9 +63,11 @@ def main(
 
     units = [Path(name) for name in what if (Path(name) / "unit.toml").is_file()]
     datasets = [name for name in what if not (Path(name) / "unit.toml").is_file()]
+    if not what:
+        raise WedgeError("name a unit folder, which wedge calibrate writes, and a dataset.")
     if not units or not datasets:
         raise WedgeError(
-            f"{' '.join(what) or 'nothing'} names no {'dataset' if units else 'unit folder'}: "
+            f"{' '.join(what)} names no {'dataset' if units else 'unit folder'}: "
             "wedge evaluate needs a unit folder, which wedge calibrate writes, and a dataset."
         )
     page = None if out is None else out / "index.html"

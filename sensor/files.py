@@ -191,7 +191,8 @@ def refuse_kept_folder(folder: Path, *, over: str | None = None) -> None:
     except OSError as error:
         raise WedgeError(f"{folder} cannot be read: {error.strerror}.") from error
     if kept:
-        raise WedgeError(f"{folder} {NOT_EMPTY}: name a new folder.")
+        why = "is a file" if folder.is_file() else NOT_EMPTY
+        raise WedgeError(f"{folder} {why}: name a new folder.")
 
 
 def _is_kept(folder: Path, over: str | None) -> bool:

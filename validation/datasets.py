@@ -73,7 +73,7 @@ def dataset_folder(name: str | Path) -> Path:
             raise WedgeError(f"{path} is not a dataset folder: it has no {CARD}.")
         near = difflib.get_close_matches(str(name), [x.name for x in DATASETS], n=2, cutoff=0.5)
         hint = f"did you mean {' or '.join(near)}?" if near else "`wedge data list` names them."
-        raise WedgeError(f"{name} is neither a folder nor a known dataset; {hint}")
+        raise WedgeError(f"{str(name)!r} is neither a folder nor a known dataset; {hint}")
     source = known.find()
     if source is None:
         raise WedgeError(f"the dataset {known.name} is not on this machine: {known.sought}.")

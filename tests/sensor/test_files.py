@@ -194,8 +194,8 @@ def test_a_folder_with_content_and_a_file_are_not_replaced(tmp_path):
     (tmp_path / "unit").mkdir()
     (tmp_path / "unit" / "kept").write_bytes(OLD)
     (tmp_path / "file").write_bytes(OLD)
-    for name in ("unit", "file"):
-        with pytest.raises(WedgeError, match="already exists and is not empty"):
+    for name, why in (("unit", "already exists and is not empty"), ("file", "is a file: name a")):
+        with pytest.raises(WedgeError, match=why):
             with new_folder(tmp_path / name):
                 pytest.fail("the block must not run")
     assert (tmp_path / "unit" / "kept").read_bytes() == (tmp_path / "file").read_bytes() == OLD

@@ -50,7 +50,7 @@ def test_an_unknown_set_is_one_sentence(
     command: str, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     said, printed = refused(command.replace(SET, "twin-standart"), monkeypatch, capfd)
-    assert "twin-standart is neither a folder nor a known dataset" in said
+    assert "'twin-standart' is neither a folder nor a known dataset" in said
     assert printed == "" or command == DOUBT  # its table's head
 
 
