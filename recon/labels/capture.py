@@ -15,6 +15,7 @@ from recon.coverage import Coverage
 from recon.geometry.unwarp import PixelMap, Unwarp
 from recon.labels.circles import Circle
 from recon.labels.find_circle import find_circle, refuse_ball
+from recon.labels.label_book import DOUBTFUL
 from sensor.toml import Pair
 
 BLANK_FRAMES = 8
@@ -97,7 +98,7 @@ class PressWatcher:
             self.state, self._still = "waiting", 0
             return _no(f"no contact: {self._wanted}")
         if self.state == "lift":
-            return _no("taken: lift it")
+            return _no(f"taken: lift it, then {self._wanted}")
         is_still = moved < max(STILL_FACTOR * self._noise, LEAST_STILL)
         self._still = self._still + 1 if is_still else 0
         if self._still < STILL_FRAMES:
@@ -172,19 +173,20 @@ class PressWatcher:
         saturated = (seen[contact] >= SATURATED_LEVEL / 255).any(-1).mean()
         if saturated > MOST_SATURATED:
             return _no(f"saturated on {saturated:.0%} of the contact: lower the exposure")
+        circle = find_circle(difference, self.ball_radius_mm, self.mm_per_px)
         if self.calipers_left:
+            if circle is not None and circle.quality >= DOUBTFUL:
+                return _no(f"this is a ball, not the caliper: {self._wanted}")
             self.calipers_left -= 1
             self.state = "lift"
-            return Verdict(taken=True, words="caliper taken: lift it")
-        circle = find_circle(difference, self.ball_radius_mm, self.mm_per_px)
+            return Verdict(taken=True, words=f"caliper taken: lift it, then {self._wanted}")
         if circle is None:
             return _no("no ball is recognised: press the ball alone, not its holder")
         self.coverage.add(circle.center_px)
         self.state = "lift"
         x, y = circle.center_px
-        return Verdict(
-            taken=True, words=f"taken at ({x:.0f}, {y:.0f}) px: lift the ball", circle=circle
-        )
+        words = f"taken at ({x:.0f}, {y:.0f}) px: lift it, then {self._wanted}"
+        return Verdict(taken=True, words=words, circle=circle)
 
 
 def _no(words: str) -> Verdict:

@@ -27,6 +27,14 @@ def press(x_px: float = 80.0, y_px: float = 60.0) -> np.ndarray:
     return pressed(SIZE_PX, (x_px, y_px), 18.0, BALL_PX, noise=0.0)
 
 
+def jaws() -> np.ndarray:
+    """Edges of two jaws that face each other."""
+    edges = BLANK.copy()
+    edges[20:100, 55:60] += np.float32([0.2, -0.2, 0.0])
+    edges[20:100, 100:105] -= np.float32([0.2, -0.2, 0.0])
+    return edges
+
+
 def shown(watch: PressWatcher, difference: np.ndarray, times: int, seed: int = 0) -> list[Verdict]:
     return [watch.look(noisy(difference, 100 * seed + i)) for i in range(times)]
 
@@ -45,6 +53,9 @@ def test_each_still_press_is_taken_once_where_it_is() -> None:
         taken += [v for v in shown(watch, press(*place), 8, seed) if v.taken]
         assert taken[-1].circle is not None
         assert np.hypot(*np.subtract(taken[-1].circle.center_px, place)) < 1
+        assert (
+            f"lift it, then press the ball, next at: {watch.coverage.next_place}" in taken[-1].words
+        )
         shown(watch, BLANK, 2, 50 + seed)
     assert len(taken) == 2
     assert watch.coverage.counts.sum() == 2
@@ -74,7 +85,11 @@ def test_after_the_corners_are_turned_presses_count_where_they_lie_now() -> None
 def test_the_first_presses_are_the_calipers_where_one_was_asked_for() -> None:
     watch = PressWatcher(prepare_unwarp(SIZE_PX, None, None, None), 3.0, (0.1, 0.1), calipers=1)
     assert "caliper" in shown(watch, BLANK, BLANK_FRAMES)[-1].words
-    first = [v for v in shown(watch, press(), STILL_FRAMES + 2, 1) if v.taken]
+    balls = shown(watch, press(), STILL_FRAMES + 2, 4)
+    assert not any(verdict.taken for verdict in balls)
+    assert any("a ball, not the caliper: press the caliper's jaws" in v.words for v in balls)
+    shown(watch, BLANK, 2, 5)
+    first = [v for v in shown(watch, jaws(), STILL_FRAMES + 2, 1) if v.taken]
     assert [verdict.circle for verdict in first] == [None]
     assert watch.coverage.counts.sum() == 0
     assert "press the ball" in shown(watch, BLANK, 2, 2)[-1].words
