@@ -15,7 +15,6 @@ from app._workers import process_pool
 from sensor.design import Wedge
 from sensor.errors import WedgeError
 from sensor.files import check_new_folder, check_outputs
-from sensor.toml import located
 
 
 def main(
@@ -76,7 +75,10 @@ def main(
     try:
         refuse_small_ball(source.labels, source.card)
     except WedgeError as error:
-        raise located(source.folder, error) from error
+        again = command_line("label", source.folder, "--again")
+        raise WedgeError(
+            f"{source.folder}: {error} Mend dataset.toml, then `{again}` finds the circles anew."
+        ) from error
     with process_pool() as pool, progress(f"calibration on {dataset}") as show:
         presses = read_presses(source, lambda share: show(0.2 * share, "reading presses"))
         everything = lesson_of(estimator, presses.presses, range(len(presses.presses)), seed)
