@@ -74,12 +74,19 @@ class Calibration:
                 write_lens(unit / LENS_FILE, self.lens)
 
 
-def load_calibration(folder: Path) -> Calibration:
+def load_calibration(folder: str | Path) -> Calibration:
     """Read a unit folder.
 
     Raises:
-        WedgeError: a file of it is missing or damaged, or they do not fit together.
+        WedgeError: a file of it is missing or damaged, they do not fit together, or what is given
+            names no folder.
     """
+    if not isinstance(folder, str | Path):  # a background, most likely
+        raise WedgeError(
+            f"a unit folder is named by text or a Path, not by {type(folder).__name__}: it comes "
+            "first."
+        )
+    folder = Path(folder)
     card = read_unit_card(folder)
     background = read_image(folder / BACKGROUND_FILE)
     path = folder / GRADIENTS_FILE

@@ -57,13 +57,14 @@ UNREADABLE_ARCHIVE = (
 )
 
 
-def read_image(path: Path) -> Frame:
+def read_image(path: str | Path) -> Frame:
     """Decode a PNG, JPEG, BMP or TIFF file.
 
     Raises:
         WedgeError: the file is missing, truncated, damaged, without three colours, or of other
             than 8 bits each; or it holds several pictures, as an animated PNG may, or an MPO.
     """
+    path = Path(path)
     _refuse_no_file(path)
     if path.suffix.lower() == ".npz":
         raise WedgeError(f"{path} holds many frames: say which, as {path.name}#17 does.")

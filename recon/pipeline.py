@@ -103,7 +103,7 @@ class Reconstructor:
         Raises:
             WedgeError: the folder is not a unit folder or is damaged.
         """
-        return cls(load_calibration(Path(folder)), background)
+        return cls(load_calibration(folder), background)
 
     def __call__(self, frame: Frame) -> Reconstruction:
         """Reconstruct one frame (h, w, 3) uint8 RGB.

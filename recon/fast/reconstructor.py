@@ -191,7 +191,7 @@ class FastReconstructor:
         Raises:
             WedgeError: the folder is not a unit folder or is damaged.
         """
-        return cls(load_calibration(Path(folder)), background, threads=threads)
+        return cls(load_calibration(folder), background, threads=threads)
 
     def __call__(self, frame: bytes | Frame | TimedFrame) -> Touch:
         """Reconstruct one frame: a JPEG, pixels (h, w, 3) uint8 RGB, or what a source gave.

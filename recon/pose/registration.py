@@ -10,6 +10,7 @@ from jaxtyping import Float
 
 from recon.arrays import ContactMask, DepthMap, GradientField
 from recon.pose.rigid import Covariance, Points, Transform
+from sensor.errors import WedgeError
 from sensor.toml import Pair
 
 PRIOR_DEG, PRIOR_MM = 5.0, 0.5
@@ -50,7 +51,13 @@ class KeptTouch:
 
 
 def kept(touch: Touch) -> KeptTouch:
-    """A copy: a fast reconstructor writes its next touch where the last one was."""
+    """A copy: a fast reconstructor writes its next touch where the last one was.
+
+    Raises:
+        WedgeError: it is a frame.
+    """
+    if isinstance(touch, np.ndarray):
+        raise WedgeError("a touch is what a Reconstructor makes of a frame: reconstruct it first.")
     return KeptTouch(
         gradient=touch.gradient.copy(),
         depth_mm=touch.depth_mm.copy(),

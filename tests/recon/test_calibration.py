@@ -1,5 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
+import inspect
 import re
 import shutil
 from dataclasses import replace
@@ -52,6 +53,12 @@ def calibration(tmp_path_factory):
 def unit(tmp_path, calibration):
     calibration.save(tmp_path / "unit")
     return tmp_path / "unit"
+
+
+def test_a_background_instead_of_the_folder_is_refused_in_a_sentence(calibration):
+    unchecked = inspect.unwrap(load_calibration)  # the tests' own check of types comes first, else
+    with pytest.raises(WedgeError, match="not by ndarray: it comes first"):
+        unchecked(calibration.background)
 
 
 def test_the_card_says_what_was_calibrated_and_from_what(tmp_path):

@@ -22,6 +22,7 @@ def test_a_picture_is_the_same_in_every_file(tmp_path, ending):
     path = tmp_path / f"frame{ending}"
     cv2.imwrite(str(path), PICTURE[..., ::-1])
     np.testing.assert_array_equal(read_image(path), PICTURE)
+    np.testing.assert_array_equal(read_image(str(path)), PICTURE)
     Image.fromarray(PICTURE).convert("RGBA").save(path)
     np.testing.assert_array_equal(read_image(path), PICTURE)
 
