@@ -35,7 +35,7 @@ from validation.figures.maps import (
     show_map,
     size_mm,
 )
-from validation.figures.style import BLUE, INK, ORANGE, RED, SOFT, styled
+from validation.figures.style import BLUE, INK, ORANGE, RED, SOFT, spell_out, styled
 
 COLORS: dict[Grade, str] = {"A": BLUE, "B": ORANGE, "fail": RED}
 PAGE_IN = (8.27, 11.69)
@@ -70,6 +70,7 @@ def pdf_bytes(card: UnitCard, occasion: Occasion, found: Acceptance) -> bytes:
     figure = sheet(card, occasion, found)
     FigureCanvasPdf(figure)
     stream = io.BytesIO()
+    spell_out(figure)
     figure.savefig(stream, format="pdf", metadata={"CreationDate": None, "Producer": None})
     return stream.getvalue()
 

@@ -7,7 +7,7 @@ import io
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from validation.figures.style import styled
+from validation.figures.style import spell_out, styled
 
 DPI = 180
 FRAME_DPI = 140
@@ -20,6 +20,7 @@ FRAME_QUALITY = 90
 def png_bytes(figure: Figure, dpi: int = DPI) -> bytes:
     """PNG without a date or a version in it."""
     FigureCanvasAgg(figure)
+    spell_out(figure)
     stream = io.BytesIO()
     figure.savefig(stream, format="png", dpi=dpi, bbox_inches=None, metadata={"Software": None})
     return stream.getvalue()
@@ -38,6 +39,7 @@ def frames_bytes(figure: Figure) -> bytes:
 @styled
 def _webp(figure: Figure, dpi: int, **options: int | bool) -> bytes:
     FigureCanvasAgg(figure)
+    spell_out(figure)
     stream = io.BytesIO()
     figure.savefig(stream, format="webp", dpi=dpi, bbox_inches=None, pil_kwargs=options)
     return stream.getvalue()

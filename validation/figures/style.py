@@ -2,8 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the figures share: type, and colours that colour-blind readers tell apart."""
 
+from functools import cache
+
 import matplotlib
 from matplotlib.figure import Figure
+from matplotlib.font_manager import findfont, get_font
+from matplotlib.text import Text
 
 # Okabe and Ito, Color Universal Design, 2008.
 BLUE, ORANGE, GREEN, RED, SKY, PURPLE = (
@@ -26,9 +30,13 @@ TITLE_PT = 9.5
 MEAN_LETTER_PT = 0.62
 """Width of a letter of the title, as a share of its size."""
 
+FONT = "DejaVu Sans"
+UNKNOWN = "?"
+"""Instead of a letter that the font lacks, as a name may have."""
+
 styled = matplotlib.rc_context(
     {
-        "font.family": "DejaVu Sans",
+        "font.family": FONT,
         "font.size": 9,
         "text.color": INK,
         "axes.labelcolor": INK,
@@ -57,6 +65,20 @@ styled = matplotlib.rc_context(
 def card(width_in: float, height_in: float) -> Figure:
     """An empty white figure that lays itself out."""
     return Figure(figsize=(width_in, height_in), facecolor="white", layout="constrained")
+
+
+@cache
+def _letters() -> frozenset[str]:
+    return frozenset(map(chr, get_font(findfont(FONT)).get_charmap()))
+
+
+def spell_out(figure: Figure) -> None:
+    """Put ``UNKNOWN`` for letters that would be drawn as boxes, with a warning each."""
+    known = _letters() | {"\n"}
+    for text in figure.findobj(Text):
+        assert isinstance(text, Text)
+        if not known.issuperset(text.get_text()):
+            text.set_text("".join(x if x in known else UNKNOWN for x in text.get_text()))
 
 
 def fitted(text: str, width_in: float) -> str:

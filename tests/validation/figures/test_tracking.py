@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from recon.pose.estimate import PoseEstimate
 from recon.pose.rigid import motion
@@ -47,6 +48,13 @@ def test_figures_are_drawn_even_of_nothing():
         picture = png_bytes(pose_figure([0.1 * i for i in range(len(found))], found, "clip"), 40)
         assert picture[:4] == b"\x89PNG"
     assert png_bytes(roll_figure([0.0, 90.0], {"joint": [0.1, 0.2]}, "roll"), 40)[:4] == b"\x89PNG"
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_name_that_the_font_lacks_is_drawn_without_a_warning():
+    figure = pose_figure([0.0, 0.1], [LOST, turned(3)], "Prüf ström 指")
+    assert png_bytes(figure, 40)[:4] == b"\x89PNG"
+    assert figure.axes[0].get_title(loc="left") == "Prüf ström ?"
 
 
 def test_axes_stand_where_the_object_is():
