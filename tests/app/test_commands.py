@@ -350,6 +350,10 @@ def test_a_seed_that_is_none_is_refused(workplace, tmp_path, capsys, seed):
     assert "--seed" in capsys.readouterr().err
 
 
+def test_an_evaluation_of_nothing_says_what_it_needs(capsys):
+    assert "name a unit folder" in refused(capsys, "evaluate")
+
+
 @pytest.mark.parametrize("estimators", ["table,mpl", "table,"])
 def test_estimators_are_all_looked_up_before_the_first_is_fitted(
     workplace, monkeypatch, capsys, estimators
