@@ -358,8 +358,7 @@ def test_an_evaluation_of_nothing_says_what_it_needs(capsys):
 def test_estimators_are_all_looked_up_before_the_first_is_fitted(
     workplace, monkeypatch, capsys, estimators
 ):
-    begun = "recon.presses.PressReader.__init__"
-    monkeypatch.setattr(begun, lambda *_, **__: pytest.fail("it began"))
+    monkeypatch.setattr("app.table.process_pool", lambda: pytest.fail("it began"))
     words = ("table", workplace / "set", "--estimator", estimators)
     assert "no estimator is called" in refused(capsys, *words)
 
