@@ -45,7 +45,11 @@ def test_what_cannot_be_written_is_said_before_the_work(
     workplace, tmp_path, monkeypatch, capsys, words
 ):
     monkeypatch.chdir(tmp_path)
-    for work in ("recon.presses.PressReader.__init__", "recon.pipeline.Reconstructor.__call__"):
+    for work in (
+        "recon.presses.PressReader.__init__",
+        "recon.pipeline.Reconstructor.__call__",
+        "recon.labels.capture.PressWatcher.__init__",
+    ):
         monkeypatch.setattr(work, lambda *_, **__: pytest.fail("it began"))
     (tmp_path / "taken").touch()
     (tmp_path / "folder").mkdir()
