@@ -75,21 +75,29 @@ def disturbed_mask(difference: Difference) -> ContactMask:
 
 def disturbed_in(colors: Float32[np.ndarray, "3 h w"]) -> ContactMask:
     """``disturbed_mask`` of a difference image that comes as planes."""
+    changed = np.zeros(colors.shape[1:], bool)
+    if not (lit := lit_planes(colors)):
+        return changed
+    colors = colors[lit]
     smooth = np.zeros_like(colors)
     for plane, blurred in zip(colors, smooth, strict=True):
-        if plane.any():  # a colour that has no light is zero
-            cv2.GaussianBlur(plane, (0, 0), SMOOTHING_PX, dst=blurred)
+        cv2.GaussianBlur(plane, (0, 0), SMOOTHING_PX, dst=blurred)
     middle = np.array([median(plane) for plane in smooth], np.float32)
     away = smooth - middle[:, None, None]
     spread = DEVIATION * median(np.abs(away, out=away))
     steps = np.diff(colors, axis=2)
     grain = DEVIATION * median(np.abs(steps, out=steps)) / np.sqrt(2)
     smooth_grain = grain / (2 * np.sqrt(np.pi) * SMOOTHING_PX)  # white noise after the blur
-    least, changed = least_change(spread, smooth_grain), np.zeros(colors.shape[1:], bool)
+    least = least_change(spread, smooth_grain)
     for plane, drift in zip(smooth, drift_of(middle), strict=True):
         plane -= drift
         changed |= np.abs(plane, out=plane) > least
     return large_patches(changed)
+
+
+def lit_planes(colors: Float32[np.ndarray, "3 h w"]) -> list[int]:
+    """Which colours have a light: the others are zero, and tell nothing of the noise."""
+    return [index for index, plane in enumerate(colors) if plane.any()]
 
 
 def large_patches(mask: ContactMask) -> ContactMask:

@@ -20,6 +20,7 @@ from recon.contact.mask import (
     drift_of,
     filled_patches,
     least_change,
+    lit_planes,
 )
 from recon.fast.kernels import compiled
 from recon.integration.poisson import Boundary
@@ -52,19 +53,20 @@ class FrameDisturbance:
         smooth = self._smooth
         _average(difference, self._lit, self._quarter, self._line)
         cv2.GaussianBlur(self._quarter, (0, 0), _LEFT_PX, dst=smooth)
+        lit = [index for index in lit_planes(difference) if self._lit[index]]
         some = smooth[::2, ::2].reshape(-1, 3).T.copy()
         middle = np.array([median(color) for color in some], np.float32)
-        spread = DEVIATION * median(np.abs(some - middle[:, None]))
+        spread = DEVIATION * median(np.abs(some[lit] - middle[lit, None]))
         smooth -= drift_of(middle)
-        pairs = difference[:, ::16, :-1:4] - difference[:, ::16, 1::4]
-        grain = DEVIATION * median(np.abs(pairs * self._lit[:, None, None]))
+        pairs = difference[lit, ::16, :-1:4] - difference[lit, ::16, 1::4]
+        grain = DEVIATION * median(np.abs(pairs))
         grain /= math.sqrt(2) * 2 * math.sqrt(math.pi) * SMOOTHING_PX
         _exceeding(smooth, least_change(spread, grain), self._changed)
         return filled_patches(self._changed.view(bool), BESIDE_PX // SIDE_PX)
 
 
 def border_of(disturbed: QuarterMask) -> Boundary:
-    """The border that suits a frame: free where the disturbance reaches the edge, else zero."""
+    """``recon.contact.mask.boundary_of`` a mask of quarters."""
     inner = disturbed[1:-1, 1:-1]
     return "neumann" if disturbed.sum() > inner.sum() else "dirichlet"
 

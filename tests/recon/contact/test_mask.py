@@ -1,5 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given
@@ -8,6 +9,7 @@ from hypothesis import strategies as st
 from recon.ball import ball_cap
 from recon.contact.mask import (
     BORDER_PX,
+    LEAST_CHANGE,
     LEVEL_SMOOTHING,
     LEVELS,
     boundary_of,
@@ -51,6 +53,19 @@ def test_two_digitized_frames_of_blank_gel_do_not_differ(seed):
     light = shaded(gradient_of(None))
     frames = [digitized(light + 0.01 * rng.standard_normal(light.shape)) / 255 for _ in range(2)]
     assert not disturbed_mask((frames[1] - frames[0]).astype(np.float32)).any()
+
+
+@pytest.mark.parametrize("channels", ["RGB", "RB", "G"])
+def test_a_stain_that_is_no_touch_in_three_colours_is_none_in_fewer(channels):
+    """Colours without a light are zero, which says nothing of the others' noise."""
+    lit = np.array([channel in channels for channel in "RGB"])
+    find = FrameDisturbance((320, 240), channels)
+    for seed in range(5):
+        coarse = np.random.default_rng(seed).standard_normal((12, 16, 3)).astype(np.float32)
+        stain = 0.015 * cv2.resize(coarse, (320, 240), interpolation=cv2.INTER_CUBIC)
+        assert np.abs(stain[..., lit]).max() > LEAST_CHANGE
+        assert not disturbed_mask(stain * lit).any()
+        assert not find(stain.transpose(2, 0, 1).copy()).any()
 
 
 @given(st.floats(30, 45), st.floats(50, 110), st.floats(50, 70), seeds)
