@@ -15,7 +15,7 @@ from jaxtyping import Float32
 
 from recon.arrays import ContactMask, DepthMap, Difference, Frame, GradientField
 from recon.calibration import Calibration, load_calibration
-from recon.contact.mask import contact_mask, disturbed_in
+from recon.contact.mask import boundary_of, contact_mask, disturbed_in
 from recon.depth import depth_of, fewer_px, untouched_depth
 from recon.depth_error import slope_error
 from recon.estimators import gradient_field
@@ -220,7 +220,7 @@ class FastReconstructor:
         else:
             disturbed = self._find_disturbance(difference)
             self._take_gradient(difference, partial(self._near, disturbed), gradient)
-        border = border_of(disturbed)
+        border = (boundary_of if self._small else border_of)(disturbed)
         if self._dots is not None and hidden is not None:
             self._dots.fill_slopes(gradient, hidden, self.calibration.card.mm_per_px)
         depth_mm = self._integrate[border](gradient)

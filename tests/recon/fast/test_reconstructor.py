@@ -138,6 +138,15 @@ def test_small_frames_are_flat_exactly_where_the_reference_says_so(size_px, cent
     np.testing.assert_array_equal(touch.contact, truth.contact)
 
 
+@pytest.mark.parametrize("first_px", range(1, 6))
+def test_a_small_frame_s_border_is_free_where_the_reference_s_is(first_px) -> None:
+    unit = make_unit()
+    frame = unit.background.copy()
+    frame[50:80, first_px:30] = 255 - frame[50:80, first_px:30]
+    touch, truth = FastReconstructor(unit)(frame), Reconstructor(unit)(frame)
+    assert touch.boundary == truth.boundary
+
+
 def test_any_estimator_goes() -> None:
     rng = np.random.default_rng(0)
     bins = rng.normal(size=(BINS, BINS, BINS, 2)).astype(np.float32)
