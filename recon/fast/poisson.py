@@ -74,12 +74,13 @@ def _elimination(
     off = 1 / mm_per_px[1] ** 2
     diagonal = np.tile(value - 2 * off, (rows, 1))
     if not zero_border:
-        diagonal[[0, -1]] += off
+        diagonal[0] += off
+        diagonal[-1] += off  # the same row, where there is but one
     down, pivot = np.zeros_like(diagonal), np.zeros_like(diagonal)
-    pivot[0] = 1 / diagonal[0]
-    for r in range(1, rows):
-        down[r] = off * pivot[r - 1]
-        with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore"):
+        pivot[0] = 1 / diagonal[0]
+        for r in range(1, rows):
+            down[r] = off * pivot[r - 1]
             pivot[r] = 1 / (diagonal[r] - off * down[r])
     if not zero_border:
         pivot[-1, 0] = 0

@@ -203,7 +203,7 @@ def test_the_difference_image_is_the_reference_s(corners_px: tuple | None) -> No
 
 
 @pytest.mark.parametrize("boundary", ["dirichlet", "neumann"])
-@pytest.mark.parametrize("size_px", [(96, 64), (31, 53), (5, 4)])
+@pytest.mark.parametrize("size_px", [(96, 64), (31, 53), (5, 4), (64, 1), (1, 64)])
 def test_the_integrator_solves_the_same_equations(size_px: tuple, boundary: str) -> None:
     width, height = size_px
     gradient = np.random.default_rng(0).normal(size=(height, width, 2))
