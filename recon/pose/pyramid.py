@@ -82,7 +82,6 @@ class Pyramid:
         self.touch = touch
         self._values = _values(touch, self.finest)
         self._coarse = _coarse_levels(touch, self._values)
-        self._pulls: dict[float, Float[np.ndarray, "l 6 6"]] = {}
 
     def level(self, halvings: int) -> Level:
         """The touch at one resolution."""
@@ -136,18 +135,19 @@ class Pyramid:
         still window's border, which count for a share of their weight. Where the frame cuts the
         contact off, nothing holds the depth.
         """
-        if depth_share not in self._pulls:
-            self._pulls[depth_share] = self._pulled(depth_share)
-        return self._pulls[depth_share]
+        both = np.concatenate([np.eye(6), depth_share * np.eye(6)])
+        return both.T @ self._pulls @ both
 
-    def _pulled(self, depth_share: float) -> Float[np.ndarray, "l 6 6"]:
+    @cached_property
+    def _pulls(self) -> Float[np.ndarray, "l 12 12"]:
+        """The same of the slopes' sums, and behind them those of depths of their whole weight."""
         template, contact = self.templates[min(self.templates)], self.touch.contact
         window, pitch_mm = still_window(contact), self.touch.mm_per_px
         shape = contact[window].shape
         grid = pixel_grid_mm(contact.shape[::-1], pitch_mm)
         middle = [axis[span].mean() for axis, span in zip(grid, window[::-1], strict=True)]
-        weights = np.array([1, 1, depth_share * template.depth_weight])
-        shares = template.change * weights[:, None, None]
+        weights = np.array([[1, 1, 0], [0, 0, template.depth_weight]])
+        shares = np.concatenate([template.change * part[:, None, None] for part in weights], -1)
         points = template.points - np.array([*middle, 0], np.float32)
         for axis, side, cut in _borders(contact):
             if cut:

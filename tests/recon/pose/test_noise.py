@@ -84,6 +84,22 @@ def test_pulls_of_errors_are_stated_also_where_the_frame_cuts_the_contact_off(sh
     assert 0.4 < share.min() and share.max() < 2
 
 
+@pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
+def test_pulls_are_summed_once_for_every_share_of_the_depths(share, monkeypatch):
+    """The share differs from frame to frame, and each sum would stay in memory."""
+    still = touch(coarse_bead(), np.eye(4), None)
+    pyramid, other = Pyramid(still), Pyramid(still)
+    pyramid.pulls(0.7)
+    weak = {
+        index: replace(item, depth_weight=share * item.depth_weight)
+        for index, item in other.templates.items()
+    }
+    monkeypatch.setattr(other, "templates", weak)
+    wanted = other.pulls(1.0)
+    monkeypatch.setattr("recon.pose.pyramid.sums_in_waves", None)
+    np.testing.assert_allclose(pyramid.pulls(share), wanted, atol=1e-9 * np.abs(wanted).max())
+
+
 def two(number: int) -> tuple[SyntheticTouch, SyntheticTouch]:
     """The bead and a moved one, with errors of deviation 0.05."""
     rng, step = np.random.default_rng(1), steps("bead")[0]
