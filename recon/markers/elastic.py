@@ -44,7 +44,8 @@ OFTEN = 3
 
 Block = tuple[Int64[np.ndarray, "k n"], Int64[np.ndarray, "k m"], Float32[np.ndarray, "k n m"]]
 """Of k dots: places to fill, places listened to, both padded with the dot's own; the matrices."""
-
+Made = tuple[list["_Dot"], list[Block], list[Block]]
+"""The dots that are solved, and the matrices of the others, for fields and for planes."""
 
 Planes = Float[np.ndarray, "c h w"]
 
@@ -65,9 +66,8 @@ class ElasticFill:
         """
         self._together, self._size = 2 if method == "surface" else 1, hidden.size
         self._repeatable = repeatable
-        self._dots = self._single = _placed_dots(hidden, method, aspect, self._together)
-        self._blocks: list[Block] = []
-        self._plane_blocks: list[Block] = []
+        self._dots = _placed_dots(hidden, method, aspect, self._together)
+        self._made: Made = self._dots, [], []
         reached = np.zeros(self._together * hidden.size, bool)
         for dot in self._dots:
             reached[dot.places] = True
@@ -79,43 +79,48 @@ class ElasticFill:
     def __call__(self, field: Field) -> Field:
         """A new field with hidden pixels filled; two slopes, or any values but for ``surface``."""
         filled = np.array(field, order="C")
-        self._prepare_matrices()
+        single, blocks, _ = self._prepared()
         if self._far is not None:
             places, sources = self._far
             pixels = filled.reshape(self._size, -1)
             pixels[places] = pixels[sources]
         values = filled.reshape(self._size * self._together, -1)
-        for block in self._blocks:
+        for block in blocks:
             _multiply(values, block)
-        for dot in self._single:
+        for dot in single:
             values[dot.places] = dot.shape.solve(values[dot.sources])
         return filled
 
     def in_place(self, planes: Planes) -> None:
         """Fill the hidden pixels of planes that lie one behind the other."""
         assert planes.flags.c_contiguous
-        self._prepare_matrices()
+        single, _, blocks = self._prepared()
         pixels = planes.reshape(len(planes), -1)
         if self._far is not None:
             places, sources = self._far
             pixels[:, places] = pixels[:, sources]
         values = pixels.T if self._together == 1 else pixels.reshape(-1, 1)
-        for block in self._plane_blocks:
+        for block in blocks:
             _multiply(values, block)
-        for dot in self._single:
+        for dot in single:
             known = values[self._in_planes(dot.sources)]
             values[self._in_planes(dot.places)] = dot.shape.solve(known)
 
-    def _prepare_matrices(self) -> None:
-        """Make them of the shapes that have come often by now."""
-        if self._repeatable or all(dot.shape.solved < OFTEN for dot in self._single):
-            return
-        self._single = [dot for dot in self._dots if dot.shape.solved < OFTEN]
-        self._blocks = _blocks([dot for dot in self._dots if dot.shape.solved >= OFTEN])
-        self._plane_blocks = [
+    def _prepared(self) -> Made:
+        """With the matrices of the shapes that have come often by now.
+
+        They change places with the dots at once: another thread may be filling.
+        """
+        if self._repeatable or all(dot.shape.solved < OFTEN for dot in self._made[0]):
+            return self._made
+        single = [dot for dot in self._dots if dot.shape.solved < OFTEN]
+        blocks = _blocks([dot for dot in self._dots if dot.shape.solved >= OFTEN])
+        in_planes = [
             (self._in_planes(places), self._in_planes(sources), weights)
-            for places, sources, weights in self._blocks
+            for places, sources, weights in blocks
         ]
+        self._made = made = single, blocks, in_planes
+        return made
 
     def _in_planes(self, values: Int64[np.ndarray, "*n"]) -> Int64[np.ndarray, "*n"]:
         """Where values that lie beside each other in pixels lie in planes."""

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from recon.ball import ball_cap
+from recon.markers import elastic
 from recon.markers.elastic import OFTEN
 from recon.markers.filling import METHODS, fill_gradients, fill_planes, prepare_fill
 from sensor.errors import WedgeError
@@ -181,6 +182,35 @@ def test_planes_are_filled_in_place_as_fields_are(method, hidden):
         fill_planes(planes, hidden, method, (0.1, 0.12))
         wanted = fill_gradients(field, hidden, method, (0.1, 0.12))
         np.testing.assert_allclose(np.moveaxis(planes, 0, -1), wanted, atol=1e-5)
+
+
+@pytest.mark.parametrize(("way", "radius_px"), [("field", 3.1), ("planes", 2.9)])
+def test_a_thread_that_fills_while_another_makes_matrices_fills_every_dot(
+    way, radius_px, monkeypatch
+):
+    hidden = dots(at=(6.3, 2.4), radius_px=radius_px)  # no other test has cached these shapes
+    field = random_field(9)
+    fill = prepare_fill(hidden, "harmonic")
+
+    def filled():
+        if way == "field":
+            return fill(spoiled(field, hidden))
+        planes = np.ascontiguousarray(np.moveaxis(spoiled(field, hidden), -1, 0))
+        fill.in_place(planes)
+        return np.moveaxis(planes, 0, -1)
+
+    wanted = filled()  # many dots of few shapes: each comes often at once
+    make, meanwhile = elastic._blocks, []
+
+    def making(dots):
+        if not meanwhile:
+            meanwhile.append(None)
+            meanwhile[0] = filled()
+        return make(dots)
+
+    monkeypatch.setattr(elastic, "_blocks", making)
+    for found in (filled(), meanwhile[0]):
+        np.testing.assert_allclose(found, wanted, atol=1e-5)
 
 
 @pytest.mark.parametrize("method", METHODS)
