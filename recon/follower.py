@@ -18,6 +18,9 @@ from recon.pose.estimate import PoseEstimate
 from recon.pose.tracker import Tracker
 from sensor.toml import Pair
 
+LOOK_AGAIN_S = 1.0
+"""After so long it is seen whether dots that do not belong are still there: finding them takes many
+times what a frame without them does."""
 FORGET_S = 1.0
 """Without a touch for so long, the next one is another object."""
 STRANGE = "nearly all of the frame differs from the blank gel"
@@ -69,6 +72,8 @@ class Follower:
         self._dots: Tracked | None = None
         self._before: Frame | None = None
         self._misfit = misfit(unit.card.markers, self._find_dots)
+        self._unexpected = ""
+        self._looked_s = 0.0
         self._track = Tracker()
         self._object_number = 0
         self._touched_s = 0.0
@@ -93,11 +98,11 @@ class Follower:
         still = self._before is not None and np.array_equal(self._before, frame)
         if self._find_dots is not None:
             self._dots = self._find_dots.track(image, self._dots)
-        else:
-            self._misfit = self._misfit or unexpected_dots(image, self._blank)
+        elif not self._misfit and (not self._unexpected or now_s - self._looked_s > LOOK_AGAIN_S):
+            self._unexpected, self._looked_s = unexpected_dots(image, self._blank), now_s
         word = "none" if self._dots is None else self._dots.word
         if word != "lost":  # which no blank frame can tell
-            word = self._misfit or word
+            word = self._misfit or self._unexpected or word
         self._before = frame.copy()
         found = self._track(kept)
         if found.reason != "nothing touches":

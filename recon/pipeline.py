@@ -113,13 +113,13 @@ class Reconstructor:
         """
         card = self.calibration.card
         image = self.unwarp(frame)
-        difference, dots, hidden = image - self._blank, None, None
+        difference, dots, hidden, word = image - self._blank, None, None, self._misfit
         if self._tracker is not None:
             dots = self._tracker.track(image)
             hidden = self._tracker.hidden(dots)
             difference = fill_gradients(difference, hidden, "harmonic")
-        else:
-            self._misfit = self._misfit or unexpected_dots(image, self._blank)
+        elif not word:
+            word = unexpected_dots(image, self._blank)
         found = reconstruct(
             difference,
             self.calibration.estimator,
@@ -128,7 +128,7 @@ class Reconstructor:
             mm_per_px=card.mm_per_px,
             hidden=hidden,
         )
-        word = self._misfit or ("none" if dots is None else dots.word)
+        word = word or ("none" if dots is None else dots.word)
         return replace(found, dots=dots, markers=word)
 
 

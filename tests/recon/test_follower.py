@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from recon.follower import FORGET_S, Follower, doubted
+from recon.follower import FORGET_S, LOOK_AGAIN_S, Follower, doubted
 from recon.pipeline import Reconstructor
 from recon.pose.estimate import PoseEstimate
 from tests.dotted import dotted, grid_px
@@ -86,6 +86,17 @@ def test_dots_that_come_after_clear_frames_are_told_from_there_on():
     told = [follow(frame, bead_pair(0)[0], 0.1).markers for frame in frames]
     assert told == [reconstruct(frame).markers for frame in frames]
     assert told[:2] == ["none", "none"] and all(word.startswith(dots) for word in told[2:])
+
+
+def test_dots_that_are_gone_are_told_no_longer():
+    unit = make_unit(SIZE_PX)
+    follow, reconstruct = Follower(unit), Reconstructor(unit)
+    assert reconstruct(dotted_frame()).markers != "none"
+    assert reconstruct(unit.background).markers == "none"
+    frames = [dotted_frame(), unit.background, dotted_frame(), unit.background]
+    for now_s, frame in enumerate(frames):
+        told = follow(frame, bead_pair(0)[0], 1.1 * LOOK_AGAIN_S * now_s).markers
+        assert (told == "none") == (frame is unit.background)
 
 
 def test_unit_and_blank_frame_that_disagree_about_dots_are_told_in_a_stream_too():
