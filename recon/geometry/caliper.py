@@ -96,6 +96,8 @@ def find_gap(slopes: Slopes) -> Gap | None:
     _, first, second = _clearest(_across(coarse, angle_deg))
     middle = (across.shape[1] - 1) / 2
     places = [middle + shrink * (one - _middle(coarse)) for one in (first, second)]
+    if not _rows(across, places).any():
+        return None
     turn_deg = _turn_deg(across, places)
     across = _across(smooth, angle_deg + turn_deg)
     rows = _rows(across, places)
@@ -129,8 +131,13 @@ def scale_of(gaps: Sequence[Gap], gap_mm: float) -> Scale:
     The uncertainty is the larger of what two edges of ``EDGE_PX`` each allow and of the scatter.
 
     Raises:
-        WedgeError: no gap, or all of them measure the same direction.
+        WedgeError: no gap, one of no width, or all of them measure the same direction.
     """
+    if gap_mm <= 0:
+        raise WedgeError(
+            f"a caliper's gap of {gap_mm:g} mm measures nothing: name its pictures by how wide it "
+            "was, 5mm-1.png."
+        )
     if not gaps:
         raise WedgeError("the caliper's jaws were recognised in no picture: press them harder.")
     turns = np.degrees(np.arctan2([gap.normal[1] for gap in gaps], [gap.normal[0] for gap in gaps]))

@@ -93,6 +93,7 @@ def test_neither_balls_nor_blank_gel_have_a_gap() -> None:
     )
     response = shading_response([press])
     assert find_gap(slopes_of(ball, response)) is None
+    assert find_gap(np.zeros((120, 160, 2), np.float32)) is None
     noise = np.random.default_rng(1).normal(0, 0.02, (180, 240, 2)).astype(np.float32)
     assert find_gap(noise) is None
 
@@ -135,3 +136,6 @@ def test_one_direction_and_no_picture_are_refused() -> None:
         scale_of([exact_gap(angle, (0.1, 0.1)) for angle in (2, 178, 9)], GAP_MM)
     with pytest.raises(WedgeError, match="no picture"):
         scale_of([], GAP_MM)
+    for gap_mm in (0.0, -1.0):
+        with pytest.raises(WedgeError, match="mm measures nothing"):
+            scale_of([exact_gap(angle, (0.1, 0.1)) for angle in (2, 92)], gap_mm)
