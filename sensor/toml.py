@@ -106,6 +106,7 @@ def toml_text(document: Mapping[str, object]) -> str:
 
     Raises:
         TypeError: a value has no form in that subset.
+        WedgeError: a text holds what is no character.
     """
     lines = [f"{key} = {_toml_value(value)}" for key, value in document.items()]
     return "\n".join(lines) + "\n"
@@ -176,6 +177,8 @@ def _toml_value(value: object) -> str:
         case float():
             return float.__repr__(value)  # of a subclass too, such as numpy's
         case str():
+            if any("\ud800" <= c <= "\udfff" for c in value):  # of bytes that are no UTF-8
+                raise WedgeError(f"{value!a} cannot be written as text: name it in other letters.")
             return '"' + "".join(_toml_character(c) for c in value) + '"'
         case list() | tuple():
             return "[" + ", ".join(_toml_value(item) for item in value) + "]"

@@ -6,6 +6,7 @@
 arrays, which ``recon`` reads and writes.
 """
 
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -114,10 +115,15 @@ def read_unit_card(folder: Path) -> UnitCard:
 
 
 def write_unit_card(folder: Path, card: UnitCard) -> None:
-    """Write ``unit.toml`` atomically."""
+    """Write ``unit.toml`` atomically.
+
+    Raises:
+        WedgeError: the card says what could not be read back, or the file cannot be written.
+    """
     keys = (*REQUIRED_KEYS, *OPTIONAL_KEYS)
     document = {key: value for key in keys if (value := getattr(card, key)) is not None}
     text = "# Written by `wedge calibrate`: measured, never edited by hand.\n" + toml_text(document)
+    _card(tomllib.loads(text))  # whose errors come before anything is written
     write_atomic(folder / "unit.toml", text.encode())
 
 

@@ -74,6 +74,21 @@ def test_numbers_of_numpy_are_numbers(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("wrong", "sentence"),
+    [
+        ({"metrics": {"rmse_mm": float("nan")}}, r"metrics\.rmse_mm must be a finite number"),
+        ({"serial": "wedge-\udcff"}, "cannot be written as text"),
+        ({"metrics": {"\udcff": 1.0}}, "cannot be written as text"),
+        ({"size_px": (100, 400)}, "makes 120 pixels of .* size_px .* 100"),
+    ],
+)
+def test_a_card_that_could_not_be_read_back_is_not_written(tmp_path, wrong, sentence):
+    with pytest.raises(WedgeError, match=sentence):
+        write_unit_card(tmp_path, replace(CARD, **wrong))
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
     ("old", "new", "sentence"),
     [
         ('serial = "wedge-001"', "", "the key serial is missing"),
