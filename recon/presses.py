@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 
 from recon.arrays import Frame, Unwarped
+from recon.ball import offsets_mm
 from recon.coverage import Coverage
 from recon.geometry.lens import Lens, read_lens
 from recon.geometry.unwarp import Unwarp, prepare_unwarp
@@ -166,9 +167,10 @@ def unusable(press: BallPress) -> str | None:
     """Why a press cannot be used; ``None`` where it can."""
     if press.contact_radius_px < LEAST_RADIUS_PX:
         return f"the contact circle is smaller than {LEAST_RADIUS_PX:g} pixels"
-    rows, columns = np.indices(press.difference.shape[:2])
-    center_x, center_y = press.center_px
-    inside = np.hypot(columns - center_x, rows - center_y) < press.contact_radius_px - RIM_PX
+    away_mm = np.hypot(*offsets_mm(press.size_px, press.center_px, press.mm_per_px))
+    inside = away_mm < press.contact_radius_mm * (1 - RIM_PX / press.contact_radius_px)
+    if inside.all():
+        return "the contact circle encloses the frame, so that no rim says how deep it is"
     if np.abs(press.difference[inside]).max(-1).mean() < LEAST_CHANGE:
         return "no contact is visible inside the labelled circle"
     return None

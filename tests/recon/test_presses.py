@@ -109,6 +109,14 @@ def test_presses_that_cannot_be_used_are_named_with_the_reason(dataset):
     ]
 
 
+def test_a_press_whose_rim_is_not_in_the_frame_is_left_out(dataset):
+    """Depth errors would have nothing to start from."""
+    wide = replace(dataset.labels[0], contact_radius_px=150.0, ball_radius_mm=30.0)
+    made = read_presses(relabelled(dataset, wide, *dataset.labels[1:]))
+    assert [left.file for left in made.left_out] == [wide.file]
+    assert made.left_out[0].reason.startswith("the contact circle encloses the frame")
+
+
 def test_of_two_that_are_the_same_picture_one_is_left_out(dataset):
     """Whatever format and name: one would teach what the other judges."""
     label = dataset.labels[1]
