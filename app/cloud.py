@@ -46,10 +46,9 @@ def main(
     Points are in mm in the gel frame: the origin on the pad's centre, x right along the finger,
     y down, z out of the gel, so a pressed point lies at z = -depth. Each has a normal, whether
     something touches there, and sigma, the standard deviation expected of z: what the estimator
-    knows of its slopes' errors becomes that (of mlp and table, which know of none, only what the
-    noise of untouched gel becomes, which is far less). OUT receives one file per frame, called as
-    its image or, in a video or a stream, by its number: PLY for MeshLab, Blender or trimesh, PCD
-    for PCL and ROS, NPZ for NumPy.
+    knows of its slopes' errors becomes that (NaN of mlp and table, which know of none). OUT
+    receives one file per frame, called as its image or, in a video or a stream, by its number: PLY
+    for MeshLab, Blender or trimesh, PCD for PCL and ROS, NPZ for NumPy.
     The table says how many patches are touched, whether the border cuts one, and how much of the
     contact lies in the shadow of its own dent, where slopes are to be doubted. Its sigma is the
     median over all points of the file; beside the deepest point, `wedge reconstruct` gives the
@@ -112,6 +111,7 @@ def main(
                 triangles = skin_mesh(touch, gel).triangles
             if part == "contact":
                 cloud = cloud[cloud.contact]
+            sigma_mm = float(np.median(cloud.sigma_mm)) if len(cloud) else np.nan
             path = out / f"{names[len(rows)] if names else _free_stem(frame, taken)}.{form}"
             if not names:
                 keep_inputs([unit, *where], [path])
@@ -126,7 +126,7 @@ def main(
                     "patches": [asdict(patch) for patch in patches],
                     "in_shadow": float(touch.shadow[touch.contact].mean()) if touching else 0.0,
                     "deepest_mm": float(touch.depth_mm.max()),
-                    "sigma_mm": float(np.median(cloud.sigma_mm)) if len(cloud) else None,
+                    "sigma_mm": None if np.isnan(sigma_mm) else sigma_mm,
                     "markers": touch.markers,
                     "file": str(path),
                 }

@@ -4,7 +4,7 @@
 
 A point is ``(x, y, rest - depth)``, where the skin at rest lies at z = 0 or on the design's curved
 gel. Its uncertainty is along z: what the slopes' errors become when they are integrated, where the
-estimator knows them, and else what their noise does.
+estimator knows them.
 """
 
 from dataclasses import dataclass, fields
@@ -15,7 +15,7 @@ from jaxtyping import Bool, Float32, Float64, Int32
 
 from recon.arrays import DepthMap, GradientField
 from recon.ball import normals
-from recon.depth_error import depth_error, depth_noise, slope_noise
+from recon.depth_error import depth_error
 from recon.integration.poisson import Boundary
 from recon.pose.registration import Touch
 from sensor.design import Gel
@@ -46,8 +46,7 @@ class PointCloud:
     normals: Float32[np.ndarray, "n 3"]
     """Unit length, out of the gel."""
     sigma_mm: Float32[np.ndarray, " n"]
-    """Standard deviation expected along z. Of an estimator that does not know its errors it is what
-    the noise of the slopes causes, to which they add."""
+    """Standard deviation expected along z; NaN of an estimator that does not know its errors."""
     contact: Bool[np.ndarray, " n"]
     """Where something touches."""
 
@@ -95,11 +94,9 @@ def point_cloud(touch: Skin, gel: Gel | None = None) -> PointCloud:
 def expected_error_mm(touch: Skin) -> DepthMap:
     """Standard deviation expected of every depth's error, as in ``PointCloud.sigma_mm``."""
     error = touch.slope_error
-    if error is not None:
-        return depth_error(error, touch.mm_per_px, touch.boundary)
-    height, width = touch.depth_mm.shape
-    noise = slope_noise(touch.gradient, touch.contact)
-    return noise * depth_noise((height, width), touch.mm_per_px, touch.boundary)
+    if error is None:
+        return np.full(touch.depth_mm.shape, np.nan)
+    return depth_error(error, touch.mm_per_px, touch.boundary)
 
 
 def skin_mesh(touch: Skin, gel: Gel | None = None) -> Mesh:

@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Float32, Float64
 from scipy import fft
 
-from recon.arrays import ContactMask, DepthMap, GradientField
+from recon.arrays import DepthMap, GradientField
 from recon.estimators import GradientEstimator
 from recon.integration.poisson import Boundary
 from recon.lights import unseen_axis
@@ -26,10 +26,6 @@ CORRELATED_MM = 0.8
 and shapes not learnt from are off by about what is expected (``docs/concepts/contact.md``)."""
 NORMAL90 = 1.645
 """Standard deviations in half the width of a normal error's 90 % interval."""
-DEVIATION = 1.4826
-"""Standard deviations in a median absolute deviation, of normal noise."""
-LEAST_UNTOUCHED_PX = 100
-"""With less blank gel in the frame, the noise is taken from the whole frame, contact included."""
 MOST_CELLS = 80
 """Along the frame's longer side, in which errors are spread: they go together over more than
 one."""
@@ -43,6 +39,8 @@ def slope_error(
 ) -> GradientField | None:
     """Standard deviation expected of each slope's error, mm/mm; ``None`` where nobody measured it.
 
+    How far off an inferred slope is says nothing of the one that was measured.
+
     Args:
         estimator: that read the slopes.
         gradient: (h, w, 2), mm/mm.
@@ -52,12 +50,12 @@ def slope_error(
     if estimator is None:
         return None
     half_width = estimator.half_width(gradient)
-    error = None if half_width is None else half_width / np.float32(NORMAL90)
+    if half_width is None:
+        return None
+    error = half_width / np.float32(NORMAL90)
     unseen = unseen_axis(lights_deg, estimator.channels)
-    if doubt is None or unseen is None:
-        return error
-    error = np.zeros(gradient.shape, np.float32) if error is None else error
-    error[..., "xy".index(unseen)] = doubt
+    if doubt is not None and unseen is not None:
+        error[..., "xy".index(unseen)] = doubt
     return error
 
 
@@ -84,17 +82,6 @@ def depth_error(error: GradientField, mm_per_px: Pair, boundary: Boundary) -> De
     squares = CORRELATED_MM / np.sqrt(mm_per_px[0] * mm_per_px[1])
     noise = depth_noise((height, width), mm_per_px, boundary)
     return np.asarray(squares * noise * np.sqrt(np.maximum(around, 0)), np.float32)
-
-
-def slope_noise(gradient: GradientField, contact: ContactMask) -> float:
-    """Standard deviation of the slopes of untouched gel in this frame, robust to what it holds."""
-    blank = (
-        gradient[~contact] if (~contact).sum() >= LEAST_UNTOUCHED_PX else gradient.reshape(-1, 2)
-    )
-    if not len(blank):
-        return 0.0
-    spread = np.median(np.abs(blank - np.median(blank, axis=0)), axis=0)
-    return float(DEVIATION * np.sqrt(np.mean(spread**2)))
 
 
 @lru_cache(maxsize=8)

@@ -139,7 +139,7 @@ def test_a_frame_of_a_folder_keeps_the_name_of_its_file(units, tmp_path, capsys)
     assert sorted(path.name for path in (out / "cloud").iterdir()) == sorted(written)
 
 
-def test_cloud_writes_what_was_asked_for(units, tmp_path):
+def test_cloud_writes_what_was_asked_for(units, tmp_path, capsys):
     folder, _ = units
     press = folder / "dotted" / "set" / "press00.png"
     out = tmp_path / "clouds"
@@ -153,6 +153,8 @@ def test_cloud_writes_what_was_asked_for(units, tmp_path):
         assert len(read["points_mm"]) == SIZE_PX[0] * SIZE_PX[1] == row["points"]
         assert read["points_mm"][:, 2].min() == pytest.approx(-row["deepest_mm"], rel=1e-5)
         touching = int(read["contact"].sum())
+        assert np.isnan(read["sigma_mm"]).all()  # which mlp does not know
+    assert row["sigma_mm"] is None and " – " in capsys.readouterr().out
     assert run(*command, "--form", "pcd", "--part", "contact") == 0
     assert f"POINTS {touching}\n".encode() in (out / "press00.pcd").read_bytes()
 
@@ -265,10 +267,14 @@ def test_a_card_with_half_of_the_markers_is_refused(units, tmp_path):
     from sensor.unit import read_unit_card, write_unit_card
 
     _, made = units
-    card = replace(made["dotted"].card, markers={"count": 3})
+    card = made["dotted"].card
     write_unit_card(tmp_path, card)
+    path = tmp_path / "unit.toml"
+    path.write_text(path.read_text().replace("spacing_mm", "spacing"))
     with pytest.raises(WedgeError, match="markers must be a table"):
         read_unit_card(tmp_path)
+    with pytest.raises(WedgeError, match="markers must be a table"):
+        write_unit_card(tmp_path, replace(card, markers={"count": 3}))
 
 
 def test_a_frame_that_is_not_the_units_is_said(units, tmp_path, capsys):
