@@ -17,28 +17,38 @@ from recon.pipeline import Reconstruction
 NOISE_PX = 1.0
 """Standard deviation of the Gaussian that takes single pixels' errors off the slopes."""
 MOST_OFF = 0.12
-"""Of the squared slopes, what no surface has. Right frames of five sets have 0.101 at most."""
+"""Of the squared slopes, what no surface has. Right frames of five sets have 0.101 at most..."""
+LEAST_OFF = 0.09
+"""...where its root mean square is at least this, in mm/mm: the noise of gel that something hardly
+touches is of no surface either, but is 0.083 at most; wrong frames have 0.095 and more."""
 DEEPEST = 1 / 4
 """Of the frame's shorter side; right frames of five sets reach 0.150."""
 HIGHEST = 1 / 10
 """The same, out of the gel: 0.066."""
 
 
-def share_of_no_surface(touch: Reconstruction) -> float:
-    """Of the slopes' squares, what the slopes of the depth lack; 0 on flat gel.
+def slopes_of_no_surface(touch: Reconstruction) -> tuple[float, float]:
+    """What the slopes of the depth lack: its root mean square, and its share of all squares.
 
-    Central differences of the depth, where the gel is dented.
+    Central differences of the depth, where the gel is dented; the mean is taken where it is
+    disturbed besides, and is 0 where it is so nowhere. Both are 0 on flat gel, and of one row or
+    column of pixels, whose slopes are always of some surface.
     """
+    if min(touch.depth_mm.shape) < 2:
+        return 0.0, 0.0
     x_mm, y_mm = touch.mm_per_px
     along_y, along_x = np.gradient(touch.depth_mm, y_mm, x_mm)
     dented = np.asarray(touch.gradient.any(-1))
     off = np.where(dented[..., None], np.stack([along_x, along_y], -1) - touch.gradient, 0)
-    off, slopes = (
-        cv2.GaussianBlur(field.astype(np.float32), (0, 0), NOISE_PX)[dented]
+    off2, slopes2 = (
+        np.square(cv2.GaussianBlur(field.astype(np.float32), (0, 0), NOISE_PX)).sum(-1)
         for field in (off, touch.gradient)
     )
-    whole = float(np.square(slopes).sum())
-    return float(np.square(off).sum()) / whole if whole else 0.0
+    touched, whole = dented & touch.disturbed, float(slopes2[dented].sum())
+    return (
+        float(np.sqrt(off2[touched].mean())) if touched.any() else 0.0,
+        float(off2[dented].sum()) / whole if whole else 0.0,
+    )
 
 
 def shorter_side_mm(touch: Reconstruction) -> float:
@@ -56,5 +66,7 @@ def is_implausible(touch: Reconstruction) -> bool:
     if touch.depth_mm.max() > DEEPEST * side_mm or -touch.depth_mm.min() > HIGHEST * side_mm:
         return True
     channels = "RGB" if touch.estimator is None else touch.estimator.channels
-    seen = unseen_axis(touch.lights_deg, channels) is None
-    return seen and share_of_no_surface(touch) > MOST_OFF
+    if unseen_axis(touch.lights_deg, channels) is not None:
+        return False
+    off, share = slopes_of_no_surface(touch)
+    return off > LEAST_OFF and share > MOST_OFF

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from recon.arrays import ContactMask, Frame, Unwarped
+from recon.arrays import ContactMask, Difference, Frame, Unwarped
 from recon.ball import offsets_mm
 from recon.contact.mask import disturbed_mask
 from recon.markers.filling import fill_gradients
 from recon.pipeline import reconstruct
 from recon.pixels import BallPress
-from recon.presses import press_reader, read_background
+from recon.presses import PressReader, press_reader
 from sensor.dataset import Dataset
 from validation.folds import Fold
 
@@ -78,27 +78,32 @@ def disc(press: BallPress) -> ContactMask:
 
 
 def blank_frames_in_contact(dataset: Dataset, count: int, seed: int = 0) -> int:
-    """How many of so many noisy blank frames of a sensor are taken for a contact.
+    """How many of so many ``blank_frames`` of a sensor are taken for a contact."""
+    frames = blank_frames(press_reader(dataset), count, seed)
+    return sum(bool(disturbed_mask(difference).any()) for difference, _ in frames)
+
+
+def blank_frames(
+    reader: PressReader, count: int, seed: int = 0
+) -> Iterator[tuple[Difference, ContactMask | None]]:
+    """Noisy blank frames of a sensor as differences, and what dots hide in them.
 
     The blank gel that they are compared with is the mean of four such frames of the same JPEG
     quality, as a camera would give both, taken before colours drifted.
     """
-    reader = press_reader(dataset)
-    background = read_background(dataset)
+    background = reader.background
     rng = np.random.default_rng(seed)
-    touched = 0
     for number in range(count):
         if number % BLANKS_EVERY == 0:
             quality = int(rng.integers(*JPEG_QUALITY))
             seen = [reader.unwarp(noisy(background, quality, rng)) for _ in range(4)]
             blank = np.mean(seen, axis=0, dtype=np.float32)
         image = reader.unwarp(noisy(drifted(background, rng), quality, rng))
-        difference = image - blank
+        difference, hidden = image - blank, None
         if reader.dots is not None:
             hidden = reader.dots.hidden(reader.dots.track(image))
             difference = fill_gradients(difference, hidden, "harmonic")
-        touched += bool(disturbed_mask(difference).any())
-    return touched
+        yield difference, hidden
 
 
 def drifted(blank: Frame, rng: np.random.Generator) -> Frame:

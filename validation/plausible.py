@@ -3,15 +3,18 @@
 """Which frames are called implausible: presses, and the same mirrored or with colours swapped.
 
 ``python -m validation.plausible DATASET...`` teaches two thirds of a set's presses at a time, and
-reconstructs the others as they are and altered, and one grey frame; rendered shapes, where the set
-has some, by all presses. For each it counts what ``recon.plausible`` calls implausible, and says
-what its limits are held against. ``--json FILE`` keeps the numbers.
+reconstructs the others as they are, fainter and altered, noisy blank frames and one grey one;
+rendered shapes, where the set has some, by all presses. For each it counts what
+``recon.plausible`` calls implausible, and says what its limits are held against. ``--json FILE``
+keeps the numbers.
 """
 
 import argparse
 import json
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -21,19 +24,24 @@ from recon.arrays import ContactMask, Unwarped
 from recon.calibration import lit_channels
 from recon.estimators import GradientEstimator
 from recon.images import read_frame
-from recon.pipeline import Reconstruction, reconstruct
-from recon.plausible import is_implausible, share_of_no_surface, shorter_side_mm
+from recon.pipeline import reconstruct
+from recon.plausible import MOST_OFF, is_implausible, shorter_side_mm, slopes_of_no_surface
 from recon.presses import press_reader, read_presses
 from recon.rendered_presses import depth_files
 from sensor.dataset import Dataset, read_dataset
 from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_atomic
+from validation.contact import blank_frames
 from validation.datasets import dataset_folder
 from validation.folds import fit_folds, fit_presses
 
 FOLDS = 3
 SEED = 0
 GREY = 100 / 255
+BLANKS = 20
+"""Of each fold."""
+FAINT = 0.2
+"""Of a press's change of colour."""
 Row = dict[str, Any]
 
 ALTERED: Mapping[str, Callable[[Unwarped], Unwarped]] = {
@@ -42,6 +50,20 @@ ALTERED: Mapping[str, Callable[[Unwarped], Unwarped]] = {
     "upside down": lambda frame: frame[::-1],
     "blue for red": lambda frame: frame[..., ::-1],
 }
+KINDS = (*ALTERED, "blank", "faint", "grey", "shapes")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Judged:
+    """What the limits are held against in one frame."""
+
+    implausible: bool
+    off: float
+    share: float
+    """Both of ``slopes_of_no_surface``."""
+    deepest: float
+    highest: float
+    """Out of the gel; both in shares of the frame's shorter side."""
 
 
 def called_implausible(name: str, estimator: str) -> list[Row]:
@@ -53,21 +75,26 @@ def called_implausible(name: str, estimator: str) -> list[Row]:
     dataset = read_dataset(dataset_folder(name))
     presses, reader = read_presses(dataset).presses, press_reader(dataset)
     channels, _ = lit_channels(dataset)
-    found: dict[str, list[Reconstruction]] = {how: [] for how in (*ALTERED, "grey", "shapes")}
+    found: dict[str, list[Judged]] = {how: [] for how in KINDS}
     for fold in fit_folds(presses, estimator, channels, folds=FOLDS, seed=SEED):
         for how, alter in ALTERED.items():
             for press in (presses[index] for index in fold.test):
                 frame = alter(press.difference + reader.blank)
                 hidden = None if press.hidden is None else alter(press.hidden[..., None])[..., 0]
-                found[how].append(_touch(frame - reader.blank, fold.estimator, dataset, hidden))
+                found[how].append(_judged(frame - reader.blank, fold.estimator, dataset, hidden))
+        blanks = list(blank_frames(reader, BLANKS, SEED))
+        found["blank"] += [_judged(x, fold.estimator, dataset, hidden) for x, hidden in blanks]
+        for press, (blank, _) in zip((presses[i] for i in fold.test), cycle(blanks), strict=False):
+            faint = blank + FAINT * press.difference
+            found["faint"].append(_judged(faint, fold.estimator, dataset, press.hidden))
         grey = np.full_like(reader.blank, GREY)
-        found["grey"].append(_touch(grey - reader.blank, fold.estimator, dataset))
+        found["grey"].append(_judged(grey - reader.blank, fold.estimator, dataset))
     shapes = list(_shapes(dataset))
     if shapes:
         fitted = fit_presses(presses, range(len(presses)), estimator, channels, SEED)
         differences = (reader.unwarp(read_frame(dataset.folder, x)) - reader.blank for x in shapes)
-        found["shapes"] = [_touch(difference, fitted, dataset) for difference in differences]
-    return [_row(name, estimator, how, touches) for how, touches in found.items() if touches]
+        found["shapes"] = [_judged(difference, fitted, dataset) for difference in differences]
+    return [_row(name, estimator, how, frames) for how, frames in found.items() if frames]
 
 
 def _shapes(dataset: Dataset) -> Iterator[str]:
@@ -78,13 +105,13 @@ def _shapes(dataset: Dataset) -> Iterator[str]:
             yield f"{path.stem}.jpg"
 
 
-def _touch(
+def _judged(
     difference: Unwarped,
     fitted: GradientEstimator,
     dataset: Dataset,
     hidden: ContactMask | None = None,
-) -> Reconstruction:
-    return reconstruct(
+) -> Judged:
+    touch = reconstruct(
         np.ascontiguousarray(difference, np.float32),
         fitted,
         missing=lit_channels(dataset)[1],
@@ -92,21 +119,31 @@ def _touch(
         mm_per_px=dataset.card.mm_per_px,
         hidden=hidden,
     )
+    off, share = slopes_of_no_surface(touch)
+    depth = touch.depth_mm / shorter_side_mm(touch)
+    return Judged(
+        implausible=is_implausible(touch),
+        off=off,
+        share=share,
+        deepest=float(depth.max()),
+        highest=float(-depth.min()),
+    )
 
 
-def _row(name: str, estimator: str, how: str, touches: Sequence[Reconstruction]) -> Row:
-    shares = [share_of_no_surface(touch) for touch in touches]
-    depths = [touch.depth_mm / shorter_side_mm(touch) for touch in touches]
+def _row(name: str, estimator: str, how: str, frames: Sequence[Judged]) -> Row:
+    beyond = [frame.off for frame in frames if frame.share > MOST_OFF]
     return {
         "dataset": name,
         "estimator": estimator,
         "frames": how,
-        "n": len(touches),
-        "implausible": sum(map(is_implausible, touches)),
-        "share of no surface, median": float(np.median(shares)),
-        "most": max(shares),
-        "deepest, of the shorter side": max(float(depth.max()) for depth in depths),
-        "out of the gel, of it": max(float(-depth.min()) for depth in depths),
+        "n": len(frames),
+        "implausible": sum(frame.implausible for frame in frames),
+        "share of no surface, median": float(np.median([frame.share for frame in frames])),
+        "most": max(frame.share for frame in frames),
+        "root mean square where it is too large, least": min(beyond, default=None),
+        "largest": max(beyond, default=None),
+        "deepest, of the shorter side": max(frame.deepest for frame in frames),
+        "out of the gel, of it": max(frame.highest for frame in frames),
     }
 
 

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Frames that are mirrored, or have red and blue swapped, are told from touches."""
 
+import cv2
 import numpy as np
 import pytest
 
@@ -10,20 +11,21 @@ from recon.estimators import fit_estimator, lesson_of
 from recon.integration.poisson import integrate
 from recon.lights import unseen_axis
 from recon.pipeline import Reconstruction, reconstruct
-from recon.plausible import is_implausible, share_of_no_surface
+from recon.plausible import is_implausible, slopes_of_no_surface
 from recon.presses import press_reader, read_presses
 from sensor.dataset import read_dataset
+from validation.contact import blank_frames
 from validation.datasets import dataset_folder
 
 PITCH_MM = (0.1, 0.08)
 
 
-def touch_of(gradient, depth_mm, **more):
+def touch_of(gradient, depth_mm, disturbed=None, **more):
     return Reconstruction(
         difference=np.zeros((*depth_mm.shape, 3), np.float32),
         gradient=gradient.astype(np.float32),
         depth_mm=depth_mm,
-        disturbed=depth_mm > 0.05,
+        disturbed=depth_mm > 0.05 if disturbed is None else disturbed,
         boundary="dirichlet",
         mm_per_px=PITCH_MM,
         **more,
@@ -37,12 +39,12 @@ def cap():
 
 def test_slopes_of_one_surface_have_none_and_a_turned_field_nearly_all(cap):
     depth_mm = integrate(cap.gradient, PITCH_MM, "dirichlet")
-    assert share_of_no_surface(touch_of(cap.gradient, depth_mm)) < 0.05
+    assert slopes_of_no_surface(touch_of(cap.gradient, depth_mm))[1] < 0.05
     turned = np.stack([-cap.gradient[..., 1], cap.gradient[..., 0]], -1)  # curls, and is no slope
     spun_mm = integrate(turned, PITCH_MM, "dirichlet")
-    assert share_of_no_surface(touch_of(turned, spun_mm)) > 0.8
+    assert slopes_of_no_surface(touch_of(turned, spun_mm))[1] > 0.8
     flat = np.zeros_like(cap.gradient)
-    assert share_of_no_surface(touch_of(flat, np.zeros((160, 200)))) == 0
+    assert slopes_of_no_surface(touch_of(flat, np.zeros((160, 200)))) == (0, 0)
 
 
 def test_what_is_deeper_than_a_gel_is_implausible_and_an_axis_set_to_zero_is_not(cap):
@@ -75,6 +77,26 @@ def test_errors_of_single_pixels_are_no_reason(cap):
     assert not is_implausible(touch)
 
 
+def test_noise_of_no_surface_is_no_reason_where_slopes_are_small():
+    rng = np.random.default_rng(0)
+    for noise, wrong in ((0.02, False), (0.2, True)):
+        gradient = cv2.GaussianBlur(rng.normal(0, 1, (160, 200, 2)), (0, 0), 3)
+        gradient *= noise / gradient.std()
+        depth_mm = integrate(gradient, PITCH_MM, "dirichlet")
+        touch = touch_of(gradient, depth_mm, disturbed=depth_mm > np.median(depth_mm))
+        blank = touch_of(gradient, depth_mm, disturbed=np.zeros(depth_mm.shape, bool))
+        assert not is_implausible(blank)
+        assert slopes_of_no_surface(touch)[1] > 0.3
+        assert is_implausible(touch) == wrong
+
+
+@pytest.mark.parametrize("size", [(1, 20), (20, 1), (1, 1)])
+def test_a_line_of_pixels_is_of_some_surface(size):
+    gradient = np.random.default_rng(0).normal(0, 1, (*size, 2))
+    touch = touch_of(gradient, np.zeros(size))
+    assert slopes_of_no_surface(touch) == (0, 0) and not is_implausible(touch)
+
+
 def test_presses_are_plausible_and_their_mirror_images_are_not():
     dataset = read_dataset(dataset_folder("taxim-gelsight"))
     presses, reader = read_presses(dataset).presses, press_reader(dataset)
@@ -96,3 +118,4 @@ def test_presses_are_plausible_and_their_mirror_images_are_not():
     assert all(implausible(frame[:, ::-1]) for frame in frames)
     assert all(implausible(frame[..., ::-1]) for frame in frames)
     assert implausible(np.full_like(frames[0], 100 / 255))
+    assert not any(implausible(reader.blank + blank) for blank, _ in blank_frames(reader, 3))

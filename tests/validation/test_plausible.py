@@ -14,6 +14,10 @@ def test_presses_that_a_gel_felt_are_told_from_their_mirror_images(tmp_path):
     count = len(read_presses(dataset).presses)
     assert [rows[how]["n"] for how in plausible.ALTERED] == [count] * len(plausible.ALTERED)
     assert rows["grey"]["n"] == plausible.FOLDS and "shapes" not in rows
+    assert rows["blank"]["n"] == plausible.BLANKS * plausible.FOLDS
+    assert rows["faint"]["n"] == count
+    assert rows["blank"]["implausible"] == rows["faint"]["implausible"] == 0
+    assert rows["blank"]["most"] > plausible.MOST_OFF
     right = rows.pop("as they are")
     assert right["implausible"] == 0
     share = "share of no surface, median"
