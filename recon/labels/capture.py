@@ -25,6 +25,8 @@ STILL_FRAMES = 3
 STILL_FACTOR = 1.6
 """Neighbouring frames of a still gel differ by noise; a finger that moves adds to that."""
 LEAST_STILL = 1 / 255
+MOST_BLANK_CHANGE = 6 / 255
+"""Since the first of the blank frames, noise smoothed: steps of a steady motion are alike, too."""
 SHARPEST_LOSS = 0.5
 """A frame with less than this share of the blank gel's fine detail is out of focus or shaken."""
 SATURATED_LEVEL = 250
@@ -90,7 +92,7 @@ class PressWatcher:
         moved = np.inf if self._last is None else _moved(seen, self._last)
         self._last = seen
         if self.state == "blank":
-            return self._look_at_blank(frame, moved)
+            return self._look_at_blank(frame, seen, moved)
         assert self._blank is not None
         difference = seen - self._blank
         contact = disturbed_mask(difference)
@@ -147,12 +149,14 @@ class PressWatcher:
             return f"press the caliper's jaws, the gap measured {along} the finger"
         return f"press the ball, next at: {self.coverage.next_place}"
 
-    def _look_at_blank(self, frame: Frame, moved: float) -> Verdict:
-        if self._blanks and len(self._steps) > 1 and moved > 3 * max(*self._steps, LEAST_STILL):
-            self._blanks.clear()
-            self._steps.clear()
-            return _no("still moving: let go of the gel")
+    def _look_at_blank(self, frame: Frame, seen: Unwarped, moved: float) -> Verdict:
         if self._blanks:
+            away = _moved(seen, self.unwarp(self._blanks[0]))
+            uneven = len(self._steps) > 1 and moved > 3 * max(*self._steps, LEAST_STILL)
+            if uneven or away > MOST_BLANK_CHANGE:
+                self._blanks.clear()
+                self._steps.clear()
+                return _no("still moving: let go of the gel")
             self._steps.append(moved)
         self._blanks.append(frame)
         if len(self._blanks) < BLANK_FRAMES:

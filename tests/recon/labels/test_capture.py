@@ -4,6 +4,7 @@
 
 import cv2
 import numpy as np
+import pytest
 
 from recon.geometry.unwarp import prepare_unwarp
 from recon.labels.capture import BLANK_FRAMES, STILL_FRAMES, PressWatcher, Verdict
@@ -44,6 +45,17 @@ def ready() -> PressWatcher:
     shown(watch, BLANK, BLANK_FRAMES)
     assert watch.background is not None
     return watch
+
+
+@pytest.mark.parametrize("step_px", [1.5, 12.0])
+def test_steady_motion_is_no_blank_gel(step_px: float) -> None:
+    watch = watcher()
+    for i in range(BLANK_FRAMES):
+        assert "known" not in watch.look(noisy(press(30.0 + step_px * i), i)).words
+    assert watch.background is None
+    shown(watch, BLANK, 2 * BLANK_FRAMES)
+    assert watch.background is not None
+    assert np.abs(watch.background - 127.5).mean() < 1
 
 
 def test_each_still_press_is_taken_once_where_it_is() -> None:
