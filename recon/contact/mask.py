@@ -84,7 +84,7 @@ def disturbed_in(colors: Float32[np.ndarray, "3 h w"]) -> ContactMask:
         cv2.GaussianBlur(plane, (0, 0), SMOOTHING_PX, dst=blurred)
     middle = np.array([median(plane) for plane in smooth], np.float32)
     away = smooth - middle[:, None, None]
-    spread = DEVIATION * median(np.abs(away, out=away))
+    spread = spread_of(np.abs(away, out=away))
     steps = np.diff(colors, axis=2)
     grain = DEVIATION * median(np.abs(steps, out=steps)) / np.sqrt(2)
     smooth_grain = grain / (2 * np.sqrt(np.pi) * SMOOTHING_PX)  # white noise after the blur
@@ -93,6 +93,16 @@ def disturbed_in(colors: Float32[np.ndarray, "3 h w"]) -> ContactMask:
         plane -= drift
         changed |= np.abs(plane, out=plane) > least
     return large_patches(changed)
+
+
+def spread_of(away: Float32[np.ndarray, "lit *pixels"]) -> float:
+    """Standard deviation of lit colours that are so far from their medians.
+
+    Colours without a light count as well, as zeros: of one colour or two a wide grip changes more
+    than half, and would pass for stains of the blank gel.
+    """
+    unlit = np.zeros((3 - len(away), *away.shape[1:]), np.float32)
+    return DEVIATION * median(np.concatenate([away, unlit]))
 
 
 def lit_planes(colors: Float32[np.ndarray, "3 h w"]) -> list[int]:

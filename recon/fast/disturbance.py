@@ -21,6 +21,7 @@ from recon.contact.mask import (
     filled_patches,
     least_change,
     lit_planes,
+    spread_of,
 )
 from recon.fast.kernels import compiled
 from recon.integration.poisson import Boundary
@@ -56,7 +57,7 @@ class FrameDisturbance:
         lit = [index for index in lit_planes(difference) if self._lit[index]]
         some = smooth[::2, ::2].reshape(-1, 3).T.copy()
         middle = np.array([median(color) for color in some], np.float32)
-        spread = DEVIATION * median(np.abs(some[lit] - middle[lit, None]))
+        spread = spread_of(np.abs(some[lit] - middle[lit, None]))
         smooth -= drift_of(middle)
         pairs = difference[lit, ::16, :-1:4] - difference[lit, ::16, 1::4]
         grain = DEVIATION * median(np.abs(pairs))

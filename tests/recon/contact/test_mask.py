@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-import cv2
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from recon.ball import ball_cap
+from recon.contact import mask
 from recon.contact.mask import (
     BORDER_PX,
     LEAST_CHANGE,
@@ -19,6 +19,7 @@ from recon.contact.mask import (
     pressure_mm,
     with_crests,
 )
+from recon.fast import disturbance
 from recon.fast.disturbance import FrameDisturbance, in_pixels
 from tests.synthetic import digitized, gradient_of, shaded
 
@@ -56,16 +57,27 @@ def test_two_digitized_frames_of_blank_gel_do_not_differ(seed):
 
 
 @pytest.mark.parametrize("channels", ["RGB", "RB", "G"])
-def test_a_stain_that_is_no_touch_in_three_colours_is_none_in_fewer(channels):
+def test_grain_is_as_large_in_fewer_colours_as_in_three(channels, monkeypatch):
     """Colours without a light are zero, which says nothing of the others' noise."""
     lit = np.array([channel in channels for channel in "RGB"])
-    find = FrameDisturbance((320, 240), channels)
-    for seed in range(5):
-        coarse = np.random.default_rng(seed).standard_normal((12, 16, 3)).astype(np.float32)
-        stain = 0.015 * cv2.resize(coarse, (320, 240), interpolation=cv2.INTER_CUBIC)
-        assert np.abs(stain[..., lit]).max() > LEAST_CHANGE
-        assert not disturbed_mask(stain * lit).any()
-        assert not find(stain.transpose(2, 0, 1).copy()).any()
+    noise = 0.05 * np.random.default_rng(0).standard_normal((240, 320, 3)).astype(np.float32)
+    told = []
+    for module in (mask, disturbance):
+        monkeypatch.setattr(
+            module, "least_change", lambda spread, grain: told.append(grain) or LEAST_CHANGE
+        )
+    disturbed_mask(noise * lit)
+    FrameDisturbance((320, 240), channels)(noise.transpose(2, 0, 1).copy())
+    white = 0.05 / (2 * np.sqrt(np.pi) * mask.SMOOTHING_PX)
+    assert told == [pytest.approx(white, rel=0.05)] * 2
+
+
+@pytest.mark.parametrize("channels", ["RB", "R"])
+def test_a_grip_of_most_of_the_pad_is_seen_by_fewer_colours_too(channels):
+    lit = np.array([channel in channels for channel in "RGB"])
+    wide = np.zeros((240, 320, 3), np.float32)
+    wide[30:-30, 30:-30] = 0.07 * np.where(np.arange(260) < 130, 1, -1)[:, None]
+    assert disturbed_mask(wide * lit)[60:-60, 60:-60].mean() > 0.95
 
 
 @given(st.floats(30, 45), st.floats(50, 110), st.floats(50, 70), seeds)
