@@ -18,7 +18,7 @@ CHECKS = {
     "format": "ruff format --check",
     "types": "mypy",
     "floors": "lint-imports",
-    "docs": "mkdocs build --strict --quiet --site-dir build/docs",
+    "docs": "mkdocs build --strict --site-dir build/docs",
 }
 
 
