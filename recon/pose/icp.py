@@ -10,7 +10,7 @@ import numpy as np
 
 from recon.pose.gaps import FARTHEST_MM, PointCloud, gaps_between
 from recon.pose.noise import coarse, noise_between
-from recon.pose.registration import Alignment, Touch, contact_points
+from recon.pose.registration import PRIOR, Alignment, Touch, contact_points
 from recon.pose.rigid import Transform, motion
 from sensor.errors import WedgeError
 from sensor.extras import how_to_install
@@ -75,7 +75,7 @@ class Icp:
 
 
 def _unknown(guess: Transform) -> Alignment:
-    return Alignment(T_current_reference=guess, covariance=np.diag(np.full(6, np.inf)))
+    return Alignment(T_current_reference=guess, covariance=PRIOR.copy())
 
 
 def _to_planes(reference: PointCloud, current: PointCloud, guess: Transform) -> Transform:

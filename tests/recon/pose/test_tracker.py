@@ -21,7 +21,7 @@ from recon.integration.poisson import integrate
 from recon.pose.joint import Joint
 from recon.pose.models import MOST_LEARNT, TouchModel, keyframe, touches
 from recon.pose.pyramid import Pyramid
-from recon.pose.registration import PRIOR_DEG, kept, pixel_grid_mm
+from recon.pose.registration import PRIOR, PRIOR_DEG, kept, pixel_grid_mm
 from recon.pose.rigid import angle_deg, inverse, motion, rigid, shift_mm
 from recon.pose.tracker import REGISTRATIONS, Tracker
 from sensor.errors import WedgeError
@@ -140,14 +140,23 @@ def test_touches_may_come_in_the_same_arrays():
 
 
 @pytest.mark.parametrize("name", ["gicp", "plane"])
-def test_too_few_points_say_nothing_of_a_motion(name):
+def test_too_few_points_leave_a_motion_as_unknown_as_before(name):
     registration, whole = REGISTRATIONS[name], bead_pairs()[0][0]
     some = np.zeros_like(whole.contact)
     some.flat[np.flatnonzero(whole.contact)[:3]] = True
     few = registration.prepare(replace(whole, contact=some))
     covariance = registration.align(few, few, np.eye(4)).covariance
-    assert np.isposinf(np.diag(covariance)).all()
-    assert (covariance[~np.eye(6, dtype=bool)] == 0).all()
+    np.testing.assert_array_equal(covariance, PRIOR)
+
+
+@every_tracker
+def test_a_touch_far_deeper_than_the_last_is_a_pose_that_is_right_or_doubted(name):
+    first, second, _ = bead_pairs()[0]
+    track = Tracker(name)
+    track(first)
+    found = track(replace(second, depth_mm=second.depth_mm + np.float32(0.8) * second.contact))
+    assert np.isfinite(found.covariance).all()
+    assert found.state == "weak" or abs(found.T_sensor_object[2, 3] + 0.8) < 0.2
 
 
 @every_tracker
