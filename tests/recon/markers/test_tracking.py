@@ -94,6 +94,48 @@ def test_a_jump_of_nearly_half_a_spacing_is_said():
     assert TRACKER.track(dotted(PLACES + np.array([8.0, 0.0]))).word == "jumped"
 
 
+def test_doubt_after_a_jump_stays_until_the_gel_rests():
+    """At 12 px each dot lies nearer to its neighbour's place than to its own."""
+    told, tracked = [], None
+    for shift in (0, 12, 12, 10, 7, 4, 0, 0, 4):
+        places = PLACES + np.array([shift, 0.0])
+        tracked = TRACKER.track(dotted(places, seed=len(told)), tracked)
+        told.append(tracked.word)
+        assert tracked.word == "jumped" or errors(tracked, places)[tracked.seen].max() < 1.0
+    assert told == ["tracked"] + 5 * ["jumped"] + 3 * ["tracked"]
+
+
+def test_doubt_outlasts_frames_that_show_nothing():
+    doubtful = TRACKER.track(dotted(PLACES + np.array([12.0, 0.0])))
+    lost = TRACKER.track(pad().astype(np.float32), doubtful)
+    again = TRACKER.track(dotted(PLACES + np.array([10.0, 0.0])), lost)
+    assert (doubtful.word, lost.word, again.word) == ("jumped", "lost", "jumped")
+
+
+def dragged(share, reach):
+    """Places after dots in the middle were pulled aside, both in spacings, and what is found."""
+    rest = grid_px(15.0)
+    away_px = np.linalg.norm(rest - [120, 90], axis=1)
+    places = rest + 15.0 * share * np.exp(-0.5 * (away_px / (15.0 * reach)) ** 2)[:, None] * [1, 0]
+    tracker = marker_tracker(dotted(rest, 2.0))
+    tracked = tracker.track(dotted(places, 2.0))
+    dot = np.linalg.norm(tracker.markers.position_px[:, None] - rest, axis=-1).argmin(1)
+    return tracked, np.linalg.norm(tracked.position_px - places[dot], axis=1)[tracked.seen]
+
+
+@pytest.mark.parametrize("share", [0.4, 0.6, 0.8])
+@pytest.mark.parametrize("reach", [2, 3])
+def test_dots_of_which_a_part_jumped_are_known_by_those_around_it(share, reach):
+    tracked, error = dragged(share, reach)
+    assert tracked.word == "tracked" and tracked.seen.mean() > 0.95
+    assert error.max() < 1.0
+
+
+def test_where_too_large_a_part_jumped_that_is_said():
+    tracked, error = dragged(0.9, 4)
+    assert (error > 5).any() and tracked.word == "jumped"
+
+
 def test_hidden_pixels_cover_the_dots_at_rest_and_now_and_do_not_flicker():
     places = press(PLACES, 5.0)
     covers = TRACKER.hidden(TRACKER.track(dotted(places)))
