@@ -108,8 +108,9 @@ def contact_section(
         for dataset, found in overlaps.items()
     ]
     html = paragraph(
-        "A contact ends at the contour of pressure along which the skin is steepest on average; "
-        "gel that only follows is left out."
+        "A network tells what is held from gel that only follows; besides, a contact ends at the "
+        "last contour of pressure along which the skin is about as steep, on average, as along the "
+        "steepest."
     ) + table_html(
         "Contact masks against the labelled discs of ball presses not learnt from.",
         ["dataset", "presses", "mean IoU", "least IoU", "radius, found to labelled"],
