@@ -23,8 +23,8 @@ class Growing:
     """The files of one run: whole at any time, and kept from its first whole frame on."""
 
     out: Path
-    names: tuple[str, ...]
-    """Of the recording, the table, the figure and the clip."""
+    names: tuple[str, str, str, str]
+    """As of ``file_names``."""
     recording: "TouchFile"
     table: RowFile
     clip: "Clip"
@@ -77,6 +77,11 @@ class Growing:
         return f"{self.out}: {', '.join(names)}"
 
 
+def file_names(name: str) -> tuple[str, str, str, str]:
+    """Of the recording, the table, the figure and the clip that a run writes."""
+    return f"{name}.mcap", f"{name}.csv", f"{name}.png", "overlay.webp"
+
+
 @contextmanager
 def growing(out: Path, name: str, columns: str) -> Iterator[Growing]:
     """Begin files that stay, whatever ends the run.
@@ -96,7 +101,7 @@ def growing(out: Path, name: str, columns: str) -> Iterator[Growing]:
 
     refuse_kept_folder(out)
     was_there = out.exists()
-    names, clip = (f"{name}.mcap", f"{name}.csv", f"{name}.png", "overlay.webp"), Clip()
+    names, clip = file_names(name), Clip()
     recording = TouchFile(out / names[0])  # not over that of a run that began just now
     try:
         with recording, RowFile(out / names[1], columns.split(",")) as table:

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from app._frames import UnitFrame, is_image, read_checked, unit_frames
-from app._growing import growing
+from app._growing import file_names, growing
 from app._output import OutputFile, keep_inputs, print_table, write_json
 from app._progress import progress
+from app._sources import is_dataset
 from sensor.errors import WedgeError
 from sensor.files import check_outputs
 
@@ -33,14 +34,14 @@ def main(
     """Follow the dots of a marker gel and write how each has moved.
 
     The dots are found on the blank frame without being told their size or spacing. In a video or a
-    stream each frame is followed from the last; images are each sought from rest. OUT receives
-    markers.csv, a line for each dot of each frame: its row and column on the gel, its place at rest
-    and its displacement in mm in the gel frame, whether it was seen or carried along by its
-    neighbours, and the frame's file where it is one; markers.png, the frame in which they moved
-    most; overlay.webp, all frames with arrows; and markers.mcap, dots and shifts as ROS 2 point
-    clouds for Foxglove and RViz. In a stream, damaged frames are left out and counted; Ctrl-C ends
-    it, and what was found is written. Where the disk fills up, the run ends, what was found until
-    then is kept and told, and the exit status is 2.
+    stream each frame is followed from the last; images, and the presses of a dataset, are each
+    sought from rest. OUT receives markers.csv, a line for each dot of each frame: its row and
+    column on the gel, its place at rest and its displacement in mm in the gel frame, whether it was
+    seen or carried along by its neighbours, and the frame's file where it is one; markers.png, the
+    frame in which they moved most; overlay.webp, all frames with arrows; and markers.mcap, dots and
+    shifts as ROS 2 point clouds for Foxglove and RViz. In a stream, damaged frames are left out and
+    counted; Ctrl-C ends it, and what was found is written. Where the disk fills up, the run ends,
+    what was found until then is kept and told, and the exit status is 2.
 
     Example: wedge markers units/wedge-001 press.mp4 --out moved
 
@@ -61,7 +62,7 @@ def main(
     from validation.figures.markers import displacement_figure, marker_overlay
     from validation.figures.png import png_bytes
 
-    check_outputs(out / "markers.csv", json)
+    check_outputs(*(out / name for name in file_names("markers")), json)
     keep_inputs([unit, *where, background], [json])
     calibration = load_calibration(unit)
     unwarp, pitch = calibration.unwarp, calibration.card.mm_per_px
@@ -75,7 +76,7 @@ def main(
         f"{len(markers)} dots, {markers.card(pitch)['spacing_mm']:.2f} mm apart, "
         f"{markers.card(pitch)['diameter_mm']:.2f} mm wide"
     )
-    apart = all(is_image(name) for name in where)
+    apart = all(map(is_image, where)) or is_dataset(where[0])
     tracked: Tracked | None = None
     farthest, picture = -1.0, None
     rows: list[dict[str, object]] = []
