@@ -59,6 +59,8 @@ class UnitFrame:
     """``None`` where it is damaged, or of another size than the unit's frames."""
     flaw: str = ""
     """In what way."""
+    misfit: bool = False
+    """It is whole, but of another size."""
     still: bool = False
     """It is the frame before to the last bit, as no camera's is."""
 
@@ -207,7 +209,14 @@ def _streamed(
             flaw = flaw or f"{where}, frame {timed.index}: {error}"
             if image is not None and not whole:  # another sensor's, most likely
                 raise WedgeError(f"{where}, frame {timed.index}: {error}") from error
-            yield UnitFrame(name=name, file=file, time_ns=time_ns, image=None, flaw=str(error))
+            yield UnitFrame(
+                name=name,
+                file=file,
+                time_ns=time_ns,
+                image=None,
+                flaw=str(error),
+                misfit=image is not None,
+            )
         else:
             yield UnitFrame(name=name, file=file, time_ns=time_ns, image=image)
     if not whole:

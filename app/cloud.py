@@ -3,12 +3,15 @@
 """`wedge cloud`: frames to point clouds and meshes in millimetres."""
 
 import sys
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
+from app._doubt import doubt_remarks
+from app._first import first_touched
 from app._frames import UnitFrame, is_image, unit_frames
 from app._output import (
     OutputFile,
@@ -19,6 +22,7 @@ from app._output import (
     write_json,
 )
 from app._progress import progress
+from app._sources import is_dataset
 from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_atomic
 
@@ -52,8 +56,9 @@ def main(
     The table says how many patches are touched, whether the border cuts one, and how much of the
     contact lies in the shadow of its own dent, where slopes are to be doubted. Its sigma is the
     median over all points of the file; beside the deepest point, `wedge reconstruct` gives the
-    sigma of that point alone. In a stream, damaged frames are left out and counted; Ctrl-C ends it,
-    and what was written stays. Images are all checked before the first is written.
+    sigma of that point alone. Of a clip or a stream the first contact is told. In a stream, damaged
+    frames are left out and counted; Ctrl-C ends it, and what was written stays. Images are all
+    checked before the first is written.
 
     Example: wedge cloud units/wedge-001 press.png --out clouds --mesh
 
@@ -78,8 +83,10 @@ def main(
     from recon.calibration import load_calibration
     from recon.cloud import point_cloud, skin_mesh
     from recon.cloud_files import cloud_bytes
+    from recon.contact.first import touches
     from recon.contact.patches import contact_word
     from recon.pipeline import Reconstructor
+    from recon.plausible import doubt_word
     from sensor.design_file import load_design
 
     if mesh and (form == "pcd" or part == "contact"):
@@ -90,6 +97,8 @@ def main(
     refuse_unit_folder(out)
     check_outputs(*written, json)
     keep_inputs([unit, *where, background, design], [*written, json])
+    if not names and json is not None and _is_cloud(json, out, form):
+        raise WedgeError(f"{json} may be a cloud's own file in {out}: write the numbers elsewhere.")
     calibration = load_calibration(unit)
     laid_on = None if design is None else load_design(design)
     gel = None if laid_on is None else laid_on.gel
@@ -97,8 +106,9 @@ def main(
     remarks = _remarks(calibration.card, laid_on)
     blank = None if background is None else read_checked(background, calibration.unwarp)
     reconstruct = Reconstructor(calibration, blank)
-    rows: list[dict[str, object]] = []
+    rows: list[dict[str, Any]] = []
     shown: list[str] = []
+    touched: list[tuple[str, int, bool]] = []
     taken: set[str] = set()
     with unit_frames(where, calibration.unwarp, frames) as came, progress("point clouds") as show:
         for frame in came:
@@ -128,11 +138,28 @@ def main(
                     "deepest_mm": float(touch.depth_mm.max()),
                     "sigma_mm": None if np.isnan(sigma_mm) else sigma_mm,
                     "markers": touch.markers,
+                    "remark": doubt_word(touch, calibration) or None,
                     "file": str(path),
                 }
             )
             shown.append(frame.shown)
+            touched.append((name, frame.time_ns, touches(touch.contact, touch.disturbed)))
             show(len(rows) / max(len(where), len(rows) + 1), name)
+    _print_rows(shown, rows)
+    document: dict[str, Any] = {"unit": str(unit), "form": form}
+    if not names and not is_dataset(where[0]):
+        document["first_contact"] = first_touched(touched)
+    remarks += doubt_remarks(
+        [(name, row["remark"] or "") for name, row in zip(shown, rows, strict=True)]
+    )
+    write_json(json, document | {"clouds": rows, "remarks": [*remarks, *came.remarks]})
+    for remark in remarks:
+        print(remark, file=sys.stderr)
+    came.tell()
+
+
+def _print_rows(shown: Sequence[str], rows: Sequence[dict[str, Any]]) -> None:
+    """The table of the first frames, by the names that are shown of them."""
     print_table(
         [
             *("frame", "points", "touching", "contact", "in shadow", "deepest [mm]"),
@@ -155,11 +182,11 @@ def main(
     )
     if len(rows) > SHOWN_ROWS:
         print(f"and {len(rows) - SHOWN_ROWS} more frames")
-    document = {"unit": str(unit), "form": form, "clouds": rows}
-    write_json(json, document | {"remarks": [*remarks, *came.remarks]})
-    for remark in remarks:
-        print(remark, file=sys.stderr)
-    came.tell()
+
+
+def _is_cloud(path: Path, out: Path, form: str) -> bool:
+    """Whether a file may be one of the clouds of a stream, which are named as its frames come."""
+    return path.parent.resolve() == out.resolve() and path.suffix.lower() == f".{form}"
 
 
 def _remarks(card: "UnitCard", design: "Wedge | None") -> list[str]:

@@ -3,11 +3,13 @@
 """`wedge reconstruct`: images to depth in millimetres."""
 
 import io
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
+from app._doubt import doubt_remarks
 from app._frames import read_checked
 from app._output import (
     OutputFile,
@@ -55,14 +57,13 @@ def main(
         out: The folder for the depth maps; made where it is missing.
         background: A blank frame of today; by default the unit's own.
         json: Write the deepest points, their standard deviations, contact areas and borders here as
-            JSON.
+            JSON, with a remark where depth means little.
     """
     import numpy as np
 
     from recon.calibration import load_calibration
-    from recon.contact.mask import is_strange
     from recon.pipeline import Reconstructor
-    from recon.plausible import is_implausible
+    from recon.plausible import doubt_word
     from validation.figures.depth_map import depth_figure, doubt_figure
     from validation.figures.png import png_bytes
 
@@ -84,14 +85,9 @@ def main(
             read_checked(name, unwarp)
             show(0.3 * done / len(image), "checking images")
         rows: list[dict[str, Any]] = []
-        strange, implausible = [], []
         for done, (name, stem) in enumerate(zip(image, names, strict=True), start=1):
             result = reconstruct(read_checked(name, unwarp))
-            if is_strange(result.disturbed):
-                strange.append(name)
-            elif is_implausible(result):
-                implausible.append(name)
-            believed = name not in (*strange, *implausible)
+            remark = doubt_word(result, calibration)
             stream = io.BytesIO()
             np.save(stream, result.depth_mm)
             write_atomic(out / f"{stem}.npy", stream.getvalue())
@@ -104,7 +100,7 @@ def main(
                 {
                     "image": name,
                     "deepest_mm": float(result.depth_mm.max()),
-                    "deepest_sigma_mm": _sigma_of_deepest_mm(result) if believed else None,
+                    "deepest_sigma_mm": None if remark else _sigma_of_deepest_mm(result),
                     "contact_mm2": float(result.contact.sum() * np.prod(result.mm_per_px)),
                     "boundary": result.boundary,
                     "markers": result.markers,
@@ -112,6 +108,7 @@ def main(
                     "doubt": None
                     if result.doubt is None
                     else _within(result.doubt, result.contact),
+                    "remark": remark or None,
                 }
             )
             show(0.3 + 0.7 * done / len(image), "reconstructing")
@@ -129,17 +126,10 @@ def main(
             for row in rows
         ],
     )
-    for name in strange:
-        print(
-            f"{name}: nearly all of it differs from the blank gel, so its depth means little: "
-            "are the lights on, and is it a frame of this unit?"
-        )
-    for name in implausible:
-        print(
-            f"{name}: no gel is so deep, or its slopes are not those of one surface, so its depth "
-            "means little: is it a frame of this unit, neither mirrored nor blue for red?"
-        )
-    write_json(json, {"unit": str(unit), "images": rows})
+    said = doubt_remarks([(row["image"], row["remark"] or "") for row in rows])
+    for sentence in said:
+        print(sentence, file=sys.stderr)
+    write_json(json, {"unit": str(unit), "images": rows, "remarks": said})
 
 
 def _deepest_cell(deepest_mm: float, sigma_mm: float | None) -> str:

@@ -4,13 +4,15 @@
 
 import sys
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
+from app._first import first_touched
 from app._frames import UnitFrame, read_checked, unit_frames
-from app._growing import growing
+from app._growing import file_names, growing
 from app._output import OutputFile, keep_inputs, print_table, write_json
 from app._progress import progress
 from sensor.errors import WedgeError
@@ -19,9 +21,12 @@ from sensor.files import check_outputs
 if TYPE_CHECKING:
     import numpy as np
 
+    from recon.calibration import Calibration
+    from recon.pipeline import Reconstruction
     from recon.pose.estimate import PoseEstimate
+    from recon.pose.tracker import Tracker
 
-LEFT_OUT = "the frame is damaged"
+DAMAGED, MISFIT = "the frame is damaged", "the frame is of another size than the unit's"
 MOST_FRAMES = 250_000
 """Of one run, over two hours: a frame's row and pose stay in memory until its end, one or two
 kilobytes; that there were more is said."""
@@ -73,13 +78,11 @@ def main(
             the unit's own.
         begin: Pass over so many frames: a light first touch is a poor likeness of the object.
         frames: Stop after so many, 250 000 at most; needed for a live source, which has no end.
-        json: Write the poses here as JSON.
+        json: Write the poses, their covariances and the first contact here as JSON.
     """
     from recon.calibration import load_calibration
-    from recon.contact.mask import is_strange
-    from recon.follower import TRUSTED_MARKERS, doubted
+    from recon.contact.first import touches
     from recon.pipeline import Reconstructor
-    from recon.pose.estimate import PoseEstimate
     from recon.pose.mesh import read_mesh
     from recon.pose.models import MeshModel
     from recon.pose.tracker import REGISTRATIONS, Tracker
@@ -90,7 +93,7 @@ def main(
         raise WedgeError(f"--frames must be 1 to {MOST_FRAMES}, not {frames}.")
     if begin < 0:
         raise WedgeError(f"--begin {begin} must be 0 or above.")
-    check_outputs(out / "poses.csv", json)
+    check_outputs(*(out / name for name in file_names("poses")), json)
     keep_inputs([unit, source, mesh, start, background], [json])
     calibration = load_calibration(unit)
     model = (
@@ -104,6 +107,7 @@ def main(
         blank = read_checked(background, calibration.unwarp)
     found: list[PoseEstimate] = []
     rows: list[list[Any]] = []
+    touched: list[tuple[int, int, bool]] = []
     anchor = None
     said: list[str] = []
     with (
@@ -127,12 +131,8 @@ def main(
             if reconstruct is None:
                 reconstruct = Reconstructor(calibration, blank)
             touch = None if frame.image is None else reconstruct(frame.image)
-            if touch is None:
-                pose, markers = PoseEstimate(state="lost", reason=LEFT_OUT), ""
-            else:
-                markers, strange = touch.markers, is_strange(touch.disturbed)
-                pose = doubted(track(touch), markers, still=frame.still, strange=strange)
-            row = _row(index, frame, pose, markers)
+            pose = _pose_in(frame, touch, track, calibration)
+            row = _row(index, frame, pose, "" if touch is None else touch.markers)
             with files.writing():
                 if touch is None:
                     files.recording.add_pose(frame.time_ns, pose)
@@ -149,6 +149,8 @@ def main(
                 files.clip.add(picture)
             found.append(pose)
             rows.append(row)
+            shows = touch is not None and touches(touch.contact, touch.disturbed)
+            touched.append((index, frame.time_ns, shows))
             show(len(found) / (frames or len(found) + 1), pose.state)
         if came.interrupted and files.clip.empty:
             raise KeyboardInterrupt  # there is nothing to keep
@@ -160,26 +162,52 @@ def main(
         figure = pose_figure(times_s, found, Path(source).name)
         span = f"Frames {rows[0][0]} to {rows[-1][0]}"
         said += files.finish(png_bytes(figure), span, f" --begin {index} follows the rest.")
+    _print_states(found)
+    poses = [
+        dict(zip(COLUMNS.split(","), row, strict=True)) | {"covariance": _covariance(pose)}
+        for row, pose in zip(rows, found, strict=True)
+    ]
+    _print_misfits([pose["markers"] for pose in poses])
+    first = first_touched(touched)
+    if (out / "overlay.webp").exists():
+        print(f"Open {out / 'overlay.webp'}")
+    for sentence in said:
+        print(sentence, file=sys.stderr)
+    document = {"unit": str(unit), "source": source, "tracker": tracker, "first_contact": first}
+    write_json(json, {**document, "poses": poses, "remarks": [*came.remarks, *said]})
+    came.tell()
+    return 2 if files.failed else 0
+
+
+def _pose_in(
+    frame: UnitFrame, touch: "Reconstruction | None", track: "Tracker", unit: "Calibration"
+) -> "PoseEstimate":
+    """What a frame says of the pose, with all that is known of the frame."""
+    from recon.follower import doubted
+    from recon.plausible import doubt_word
+    from recon.pose.estimate import PoseEstimate
+
+    if touch is None:
+        return PoseEstimate(state="lost", reason=MISFIT if frame.misfit else DAMAGED)
+    doubt = doubt_word(touch, unit)
+    return doubted(track(touch), touch.markers, still=frame.still, doubt=doubt)
+
+
+def _print_states(found: "Sequence[PoseEstimate]") -> None:
     counts = Counter((item.state, item.reason) for item in found)
     print_table(
         ["state", "why", "frames"],
         [[state, reason, str(count)] for (state, reason), count in counts.most_common()],
     )
-    keys = COLUMNS.split(",")
-    poses = [dict(zip(keys, row, strict=True)) for row in rows]
-    misfit = Counter(pose["markers"] for pose in poses)
-    for word in ("", *TRUSTED_MARKERS):
-        del misfit[word]
+
+
+def _print_misfits(markers: Sequence[str]) -> None:
+    """What is wrong with the dots, by the words of all frames."""
+    from recon.follower import TRUSTED_MARKERS
+
+    misfit = Counter(word for word in markers if word and word not in TRUSTED_MARKERS)
     for word, count in misfit.most_common():
-        print(f"The dots on the gel, in {count} of {len(rows)} frames: {word}")
-    if (out / "overlay.webp").exists():
-        print(f"Open {out / 'overlay.webp'}")
-    for sentence in said:
-        print(sentence, file=sys.stderr)
-    document = {"unit": str(unit), "source": source, "tracker": tracker, "poses": poses}
-    write_json(json, {**document, "remarks": [*came.remarks, *said]})
-    came.tell()
-    return 2 if files.failed else 0
+        print(f"The dots on the gel, in {count} of {len(markers)} frames: {word}")
 
 
 def _cut(begin: int) -> str:
@@ -221,3 +249,17 @@ def _row(index: int, frame: UnitFrame, item: "PoseEstimate", markers: str) -> li
     shares = [round(item.overlap, 3), round(item.explained, 3)]
     told = [item.state, item.reason, *pose, *shares, markers]
     return [index, frame.time_ns, *told, frame.file or None]
+
+
+def _covariance(item: "PoseEstimate") -> list[float] | None:
+    """The upper triangle, row by row, by x, y, z in mm and turns about them in rad.
+
+    ROS too has shifts before turns; a twist has them the other way round.
+    """
+    import numpy as np
+
+    if item.covariance is None:
+        return None
+    order = [3, 4, 5, 0, 1, 2]
+    covariance = item.covariance[np.ix_(order, order)]
+    return [float(f"{value:.6g}") for value in covariance[np.triu_indices(6)]]

@@ -10,10 +10,10 @@ from jaxtyping import Bool
 from recon.arrays import ContactMask, DepthMap, Frame, GradientField, Unwarped
 from recon.calibration import Calibration
 from recon.cloud import Skin
-from recon.contact.mask import is_strange
 from recon.integration.poisson import Boundary
 from recon.markers.detection import unexpected_dots
 from recon.markers.tracking import Tracked, marker_tracker, misfit
+from recon.plausible import doubt_word
 from recon.pose.estimate import PoseEstimate
 from recon.pose.tracker import Tracker
 from sensor.toml import Pair
@@ -23,7 +23,6 @@ LOOK_AGAIN_S = 1.0
 times what a frame without them does."""
 FORGET_S = 1.0
 """Without a touch for so long, the next one is another object."""
-STRANGE = "nearly all of the frame differs from the blank gel"
 TRUSTED_MARKERS = ("none", "tracked", "jumped")
 """Words on dots with which slopes may be believed: a jump mixes dots up, but not what they hide."""
 
@@ -66,7 +65,7 @@ class Follower:
             unit: whose frames come.
             background: a blank frame of today; by default the unit's own.
         """
-        self._unwarp = unit.unwarp
+        self._unit, self._unwarp = unit, unit.unwarp
         self._blank = self._unwarp(unit.background if background is None else background)
         self._find_dots = marker_tracker(self._blank)
         self._dots: Tracked | None = None
@@ -109,19 +108,18 @@ class Follower:
             self._touched_s = now_s
         elif now_s - self._touched_s > FORGET_S:
             self.begin_anew()
+        doubt = doubt_word(kept, self._unit) if found.state == "tracking" else ""
         return Felt(
             image=image,
             touch=kept,
-            pose=doubted(found, word, still=still, strange=is_strange(kept.disturbed)),
+            pose=doubted(found, word, still=still, doubt=doubt),
             object_number=self._object_number,
             dots=self._dots,
             markers=word,
         )
 
 
-def doubted(
-    found: PoseEstimate, markers: str, *, still: bool, strange: bool = False
-) -> PoseEstimate:
+def doubted(found: PoseEstimate, markers: str, *, still: bool, doubt: str = "") -> PoseEstimate:
     """What a tracker says of the slopes, with what else is known of the frame.
 
     Args:
@@ -130,15 +128,14 @@ def doubted(
             pose is weak.
         still: the frame is that before to the last bit, as no camera's is: where nothing touches,
             nothing can be known of it.
-        strange: nearly all of the frame differs from the blank gel
-            (``recon.contact.mask.is_strange``), so that slopes mean little.
+        doubt: why slopes mean little (``recon.plausible.doubt_word``), if so.
     """
     if found.state == "lost" and still:
         return replace(found, reason="the stream stands still")
     if found.state != "tracking":
         return found
-    if strange:
-        return replace(found, state="weak", reason=STRANGE)
+    if doubt:
+        return replace(found, state="weak", reason=doubt)
     if markers in TRUSTED_MARKERS:
         return found
     return replace(found, state="weak", reason=f"the dots on the gel: {markers}")

@@ -11,7 +11,12 @@ frames the limits call implausible.
 import cv2
 import numpy as np
 
-from recon.lights import unseen_axis
+from recon.arrays import ContactMask
+from recon.calibration import Calibration
+from recon.cloud import Skin
+from recon.contact.mask import is_strange
+from recon.fast.disturbance import in_pixels
+from recon.lights import Axis, unseen_axis
 from recon.pipeline import Reconstruction
 
 NOISE_PX = 1.0
@@ -25,9 +30,24 @@ DEEPEST = 1 / 4
 """Of the frame's shorter side; right frames of five sets reach 0.150."""
 HIGHEST = 1 / 10
 """The same, out of the gel: 0.066."""
+STRANGE = "nearly all of the frame differs from the blank gel"
+IMPLAUSIBLE = "no gel is so deep, or its slopes are not those of one surface"
 
 
-def slopes_of_no_surface(touch: Reconstruction) -> tuple[float, float]:
+def doubt_word(touch: Skin, unit: Calibration) -> str:
+    """Why a frame's depth means little: ``STRANGE`` or ``IMPLAUSIBLE``; empty where it is a touch.
+
+    Args:
+        touch: what was reconstructed of it.
+        unit: with which.
+    """
+    if is_strange(touch.disturbed):
+        return STRANGE
+    unseen = unseen_axis(unit.card.lights_deg, unit.estimator.channels)
+    return IMPLAUSIBLE if _is_of_no_gel(touch, unseen) else ""
+
+
+def slopes_of_no_surface(touch: Skin) -> tuple[float, float]:
     """What the slopes of the depth lack: its root mean square, and its share of all squares.
 
     Central differences of the depth, where the gel is dented; the mean is taken where it is
@@ -44,14 +64,14 @@ def slopes_of_no_surface(touch: Reconstruction) -> tuple[float, float]:
         np.square(cv2.GaussianBlur(field.astype(np.float32), (0, 0), NOISE_PX)).sum(-1)
         for field in (off, touch.gradient)
     )
-    touched, whole = dented & touch.disturbed, float(slopes2[dented].sum())
+    touched, whole = dented & _disturbed(touch), float(slopes2[dented].sum())
     return (
         float(np.sqrt(off2[touched].mean())) if touched.any() else 0.0,
         float(off2[dented].sum()) / whole if whole else 0.0,
     )
 
 
-def shorter_side_mm(touch: Reconstruction) -> float:
+def shorter_side_mm(touch: Skin) -> float:
     """Of the frame."""
     height, width = touch.depth_mm.shape
     return min(width * touch.mm_per_px[0], height * touch.mm_per_px[1])
@@ -62,11 +82,23 @@ def is_implausible(touch: Reconstruction) -> bool:
 
     Slopes of which one is not seen are not judged: a zero in its place is of no surface.
     """
+    channels = "RGB" if touch.estimator is None else touch.estimator.channels
+    return _is_of_no_gel(touch, unseen_axis(touch.lights_deg, channels))
+
+
+def _is_of_no_gel(touch: Skin, unseen: Axis | None) -> bool:
     side_mm = shorter_side_mm(touch)
     if touch.depth_mm.max() > DEEPEST * side_mm or -touch.depth_mm.min() > HIGHEST * side_mm:
         return True
-    channels = "RGB" if touch.estimator is None else touch.estimator.channels
-    if unseen_axis(touch.lights_deg, channels) is not None:
+    if unseen is not None:
         return False
     off, share = slopes_of_no_surface(touch)
     return off > LEAST_OFF and share > MOST_OFF
+
+
+def _disturbed(touch: Skin) -> ContactMask:
+    """In pixels."""
+    height, width = touch.depth_mm.shape
+    if touch.disturbed.shape == (height, width):
+        return touch.disturbed
+    return in_pixels(touch.disturbed, (width, height))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from recon.arrays import ContactMask, Difference, Frame, Unwarped
+from recon.arrays import ContactMask, Difference, Frame
 from recon.ball import offsets_mm
 from recon.contact.mask import disturbed_mask
 from recon.markers.filling import fill_gradients
@@ -122,16 +122,6 @@ def noisy(blank: Frame, quality: int, rng: np.random.Generator) -> Frame:
     seen = np.clip(np.rint(level + deviation * rng.standard_normal(level.shape)), 0, 255)
     _, code = cv2.imencode(".jpg", seen.astype(np.uint8), [cv2.IMWRITE_JPEG_QUALITY, quality])
     return np.asarray(cv2.imdecode(code, cv2.IMREAD_COLOR))
-
-
-def first_contact(frames: Iterator[Unwarped], blank: Unwarped, steps: int = 3) -> int | None:
-    """Index of the first of so many frames in a row that show a contact; ``None``: none does."""
-    row = 0
-    for index, image in enumerate(frames):
-        row = row + 1 if disturbed_mask(image - blank).any() else 0
-        if row == steps:
-            return index - steps + 1
-    return None
 
 
 def mean_iou(found: Sequence[Overlap]) -> float:

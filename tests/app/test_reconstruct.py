@@ -75,7 +75,8 @@ def reconstructed(
     words = ["reconstruct", folder / "unit", folder / "press.png", "--out", folder / "depth"]
     assert run(*words, "--json", numbers) in (0, None)
     (row,) = json.loads(numbers.read_text())["images"]
-    return row, capsys.readouterr().out
+    said = capsys.readouterr()
+    return row, said.out + said.err
 
 
 @pytest.mark.parametrize("estimator", [None, random_default()], ids=["mlp", "default"])
@@ -86,11 +87,11 @@ def test_the_deepest_point_has_a_deviation_where_the_estimator_knows_one(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     # Networks of random weights answer with slopes of no surface.
-    monkeypatch.setattr("recon.plausible.is_implausible", lambda _: False)
+    monkeypatch.setattr("recon.plausible.doubt_word", lambda *_: "")
     calibration = make_unit(estimator=estimator)
     row, said = reconstructed(calibration, tmp_path, capsys)
     sigma_mm = row["deepest_sigma_mm"]
-    assert (sigma_mm is None) == (estimator is None)
+    assert (sigma_mm is None) == (estimator is None) and row["remark"] is None
     if sigma_mm is not None:
         assert f"{row['deepest_mm']:.3f} ± {sigma_mm:.3f}" in said
         result = Reconstructor(calibration)(read_image(tmp_path / "press.png"))
@@ -102,5 +103,6 @@ def test_a_depth_that_no_gel_has_is_called_so_and_has_no_deviation(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     row, said = reconstructed(make_unit(estimator=random_default()), tmp_path, capsys)
-    assert "its depth means little" in " ".join(said.split())
+    assert "press.png: no gel is so deep" in said and "its depth means little" in said
+    assert row["remark"].startswith("no gel is so deep")
     assert row["deepest_sigma_mm"] is None and "±" not in said

@@ -281,12 +281,57 @@ def test_a_frame_that_is_not_the_units_is_said(units, tmp_path, capsys):
     folder, made = units
     write_image(tmp_path / "dark.png", np.zeros_like(made["clear"].background))
     press = folder / "clear" / "set" / "press00.png"
-    words = ("reconstruct", folder / "clear" / "unit", "--out", tmp_path / "depth")
-    assert run(*words, press) == 0
-    assert "means little" not in capsys.readouterr().out
-    assert run(*words, tmp_path / "dark.png") == 0
-    said = capsys.readouterr().out
-    assert "dark.png: nearly all of it differs from the blank gel" in said
+    for command, key in (("reconstruct", "images"), ("cloud", "clouds")):
+        told = tmp_path / f"{command}.json"
+        words = (folder / "clear" / "unit", press, tmp_path / "dark.png", "--json", told)
+        assert run(command, *words, "--out", tmp_path / command) == 0
+        said, document = capsys.readouterr().err, json.loads(told.read_text())
+        clear, dark = (row["remark"] for row in document[key])
+        assert clear is None and dark == "nearly all of the frame differs from the blank gel"
+        (remark,) = document["remarks"]
+        assert remark.startswith(f"{tmp_path / 'dark.png'}: {dark}") and remark in said
+
+
+def test_presses_of_a_dataset_are_each_sought_from_rest(units, tmp_path):
+    """Ten pixels are most of a spacing: only who follows the dots finds them there."""
+    folder, _ = units
+    blank = read_image(folder / "clear" / "unit" / "background.png")
+    (tmp_path / "set").mkdir()
+    shutil.copy(folder / "dotted" / "set" / "dataset.toml", tmp_path / "set")
+    shutil.copy(folder / "dotted" / "set" / "background.png", tmp_path / "set")
+    lines = (folder / "dotted" / "set" / "labels.csv").read_text().splitlines()
+    (tmp_path / "set" / "labels.csv").write_text("\n".join([*lines[:4], ""]))
+    for line, shift_px in zip(lines[1:4], (3.0, 6.5, 10.0), strict=True):
+        moved = with_dots(blank, PLACES + np.array([shift_px, 0.0]))
+        write_image(tmp_path / "set" / line.split(",")[0], moved)
+    moved_mm = {}
+    for name in ("set", "clip"):  # the same frames as a folder are a clip
+        if name == "clip":
+            shutil.copytree(tmp_path / "set", tmp_path / "clip")
+            (tmp_path / "clip" / "dataset.toml").unlink()
+        told = tmp_path / f"{name}.json"
+        words = ("markers", folder / "dotted" / "unit", tmp_path / name, "--json", told)
+        assert run(*words, "--out", tmp_path / f"{name}-out") == 0
+        moved_mm[name] = json.loads(told.read_text())["frames"][-1]["mean_mm"]
+    assert moved_mm["set"] < 0.4 and moved_mm["clip"] == pytest.approx(1.0, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("command", "name"),
+    [
+        *(("track", f"poses.{end}") for end in ("mcap", "csv", "png")),
+        *(("markers", f"markers.{end}") for end in ("mcap", "csv", "png")),
+        ("track", "overlay.webp"),
+        ("cloud", "0.ply"),
+    ],
+)
+def test_numbers_go_over_no_other_result_of_the_run(units, tmp_path, capsys, command, name):
+    folder, _ = units
+    clip, out = tmp_path / "clip", tmp_path / "out"
+    write_image(clip / "0.png", read_image(folder / "dotted" / "unit" / "background.png"))
+    words = (command, folder / "dotted" / "unit", clip, "--out", out, "--json", out / name)
+    assert str(out / name) in refused(capsys, *words)
+    assert not out.exists()
 
 
 def test_presses_of_an_earlier_run_are_gone_on_with(units, tmp_path, capsys):

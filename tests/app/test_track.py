@@ -66,7 +66,8 @@ def test_a_clip_becomes_poses_a_plot_an_overlay_and_transforms(workplace, tmp_pa
     assert rows[3]["state"] == "weak"
     document = json.loads((tmp_path / "poses.json").read_text())
     assert [row["state"] for row in document["poses"]] == [row["state"] for row in rows]
-    assert document["poses"][0]["x_mm"] is None
+    assert document["poses"][0]["x_mm"] is None and document["poses"][0]["covariance"] is None
+    assert document["first_contact"]["frame"] == 1
     with Image.open(out / "overlay.webp") as clip:
         assert clip.n_frames == 5
     assert (out / "poses.png").read_bytes()[:4] == b"\x89PNG"
@@ -74,6 +75,19 @@ def test_a_clip_becomes_poses_a_plot_an_overlay_and_transforms(workplace, tmp_pa
         counts = Counter(channel.topic for _, channel, _ in make_reader(stream).iter_messages())
     assert counts == {"/tf": 3, "/wedge/pose_state": 5, "/wedge/contact": 5}
     assert {row["markers"] for row in rows} == {"none"}
+
+
+def test_the_covariance_of_a_pose_is_written_shifts_first(workplace, tmp_path):
+    words = (workplace / "unit", workplace / "clip", "--background", "first")
+    assert run("track", *words, "--out", tmp_path / "out", "--json", tmp_path / "poses.json") == 0
+    row = json.loads((tmp_path / "poses.json").read_text())["poses"][3]
+    covariance = np.zeros((6, 6))
+    covariance[np.triu_indices(6)] = row["covariance"]
+    covariance += np.triu(covariance, 1).T
+    assert np.linalg.eigvalsh(covariance).min() > 0
+    shift, turn = (np.sqrt(np.trace(block)) for block in (covariance[:3, :3], covariance[3:, 3:]))
+    np.testing.assert_allclose(shift, row["translation_std_mm"], rtol=1e-4)
+    np.testing.assert_allclose(np.degrees(turn), row["rotation_std_deg"], rtol=1e-4)
 
 
 def test_frames_before_the_beginning_are_passed_over_but_for_the_blank_one(workplace, tmp_path):

@@ -9,6 +9,7 @@ import pytest
 
 from recon.follower import FORGET_S, LOOK_AGAIN_S, Follower, doubted
 from recon.pipeline import Reconstructor
+from recon.plausible import IMPLAUSIBLE, STRANGE
 from recon.pose.estimate import PoseEstimate
 from tests.dotted import dotted, grid_px
 from tests.recon.fast.units import make_unit
@@ -126,9 +127,11 @@ def test_a_pose_in_a_frame_that_is_no_touch_s_is_doubted():
     strange = replace(whole, depth_mm=first.depth_mm, gradient=first.gradient)
     vars(strange)["contact"] = first.contact
     felt = Follower(unit)(unit.background, strange, 0.0)
-    assert felt.pose.words == "weak: nearly all of the frame differs from the blank gel"
+    assert felt.pose.words == f"weak: {STRANGE}"
     assert Follower(unit)(unit.background, first, 0.0).pose.words == "tracking"
-    assert doubted(LOST, "none", still=False, strange=True) is LOST
+    deep = replace(first, depth_mm=4 * first.depth_mm)  # no gel is as thick
+    assert Follower(unit)(unit.background, deep, 0.0).pose.words == f"weak: {IMPLAUSIBLE}"
+    assert doubted(LOST, "none", still=False, doubt=STRANGE) is LOST
 
 
 def test_a_frozen_stream_is_told_with_and_without_a_touch():

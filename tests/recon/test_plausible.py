@@ -8,6 +8,8 @@ import pytest
 
 from recon.ball import ball_cap
 from recon.estimators import fit_estimator, lesson_of
+from recon.fast.disturbance import in_quarters
+from recon.follower import KeptTouch
 from recon.integration.poisson import integrate
 from recon.lights import unseen_axis
 from recon.pipeline import Reconstruction, reconstruct
@@ -88,6 +90,26 @@ def test_noise_of_no_surface_is_no_reason_where_slopes_are_small():
         assert not is_implausible(blank)
         assert slopes_of_no_surface(touch)[1] > 0.3
         assert is_implausible(touch) == wrong
+
+
+def test_what_is_disturbed_may_be_known_by_quarters(cap):
+    turned = np.stack([-cap.gradient[..., 1], cap.gradient[..., 0]], -1).astype(np.float32)
+    spun_mm = integrate(turned, PITCH_MM, "dirichlet")
+    found = [
+        slopes_of_no_surface(
+            KeptTouch(
+                gradient=turned,
+                depth_mm=spun_mm,
+                contact=cap.contact,
+                disturbed=disturbed,
+                boundary="dirichlet",
+                mm_per_px=PITCH_MM,
+                slope_error=None,
+            )
+        )
+        for disturbed in (cap.contact, in_quarters(cap.contact).astype(bool))
+    ]
+    np.testing.assert_allclose(*found, rtol=1e-3)
 
 
 @pytest.mark.parametrize("size", [(1, 20), (20, 1), (1, 1)])

@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
-from recon.arrays import Unwarped
 from sensor.dataset import read_dataset
 from sensor.errors import WedgeError
 from tests.dotted import dotted, grid_px, pad
 from tests.synthetic import make_dataset
-from validation.contact import blank_frames_in_contact, drifted, first_contact, iou, noisy
+from validation.contact import blank_frames_in_contact, iou
 from validation.datasets import dataset_folder
 from validation.dots import score_detection
 
@@ -31,20 +30,6 @@ def test_blank_gel_seen_again_is_not_in_contact(name):
     except WedgeError as error:
         pytest.skip(str(error))
     assert blank_frames_in_contact(read_dataset(folder), 3) == 0
-
-
-def test_the_first_contact_is_the_first_frame_of_a_lasting_change(tmp_path):
-    blank = pad().astype(np.float32)
-    rng = np.random.default_rng(0)
-
-    def frame(touched: bool) -> Unwarped:
-        image = noisy(drifted(np.rint(255 * blank).astype(np.uint8), rng), 92, rng)
-        image = image.astype(np.float32) / 255
-        image[60:100, 80:130] += 0.1 * touched
-        return image
-
-    assert first_contact(map(frame, [False, False, True, False, True, True, True]), blank) == 4
-    assert first_contact(map(frame, [False] * 5), blank) is None
 
 
 def test_detection_is_scored_dot_by_dot():
