@@ -22,7 +22,7 @@ from simulation.engine import Engine
 from simulation.indenters import CALIBRATION_BALL_MM, calibration_ball, shapes
 from simulation.kept import Kept
 from simulation.presses import Press, ball_presses, contact_circle_px, marker_ink, skin_under
-from simulation.raw_view import pad_corners_px, raw_frame, unwarped_px
+from simulation.raw_view import corners_px, raw_frame, unwarped_skin
 from simulation.render import Radiance, render, smoothed
 from simulation.scene import Paint, Window
 from simulation.skin import Map, View, gel_view
@@ -71,18 +71,22 @@ class Dent:
     window: Window
     """Farther than ``REACH_MM`` from the dent the light is that of the untouched gel."""
     depth_mm: Float32[np.ndarray, "h w"]
+    truth_mm: Float32[np.ndarray, "h w"]
+    """The depth that each pixel of the frame shows, once unwarped where it is raw."""
     circle_px: tuple[float, float, float] | None
-    """Centre and radius of a round contact."""
+    """Centre and radius of a round contact in these pixels."""
 
 
 def dent_of(recipe: Recipe, press: Press) -> Dent:
     """The dent that a press leaves."""
     view = recipe.view
     skin = skin_under(recipe.design, view, press, cover_mm=recipe.cover_mm)
+    seen = unwarped_skin(recipe.design, view, skin) if recipe.raw else skin
     return Dent(
         window=around(view, skin.depth_mm),
         depth_mm=skin.depth_mm.astype(np.float32),
-        circle_px=contact_circle_px(skin) if press.indenter.round_mm > 0 else None,
+        truth_mm=seen.depth_mm.astype(np.float32),
+        circle_px=contact_circle_px(seen) if press.indenter.round_mm > 0 else None,
     )
 
 
@@ -251,9 +255,9 @@ def write_set(
             (folder / f"{name}.jpg").write_bytes(content)
             if truth == "all" or dent.circle_px is None:
                 (folder / "truth").mkdir(exist_ok=True)
-                np.save(folder / "truth" / f"{name}.npy", dent.depth_mm)
+                np.save(folder / "truth" / f"{name}.npy", dent.truth_mm)
             if dent.circle_px is not None:
-                labels.append(label_of(recipe, f"{name}.jpg", dent.circle_px))
+                labels.append(label_of(f"{name}.jpg", dent.circle_px))
             progress(done / len(names), name)
     except BaseException:
         for future in started.values():
@@ -270,8 +274,8 @@ def write_set(
             mm_per_px=recipe.view.mm_per_px,
             ball_radius_mm=balls[0] if balls else CALIBRATION_BALL_MM,
             background=tuple(f"background_{index}.jpg" for index in range(BACKGROUNDS)),
-            corners_px=pad_corners_px(recipe.design) if recipe.raw else None,
-            pad_size_mm=_whole_pixels_mm(recipe.view) if recipe.raw else None,
+            corners_px=corners_px(recipe.design, recipe.view.size_mm) if recipe.raw else None,
+            pad_size_mm=recipe.view.size_mm if recipe.raw else None,
             lights_deg={str(k): v for k, v in recipe.design.lights.azimuths_deg.items()},
         ),
     )
@@ -282,32 +286,9 @@ def seen_by_camera(recipe: Recipe, radiance: Radiance, depth_mm: Map) -> Radianc
     return raw_frame(recipe.design, recipe.view, radiance, depth_mm) if recipe.raw else radiance
 
 
-def _as_seen(recipe: Recipe, circle_px: tuple[float, float, float]) -> tuple[float, float, float]:
-    """A circle of the straight view in the picture that unwarping makes of the raw frame."""
-    if not recipe.raw:
-        return circle_px
-    view, (x, y, radius) = recipe.view, circle_px
-    offsets = np.array([(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)]) * radius
-    middle = (np.array(view.size_px) - 1) / 2
-    points = (np.array([x, y]) + offsets - middle) * view.mm_per_px
-    centre, *rim = unwarped_px(recipe.design, view, points)
-    return float(centre[0]), float(centre[1]), float(np.linalg.norm(rim - centre, axis=1).mean())
-
-
-def _whole_pixels_mm(view: View) -> tuple[float, float]:
-    """The pad as far as whole pixels cover it."""
-    return view.size_px[0] * view.mm_per_px[0], view.size_px[1] * view.mm_per_px[1]
-
-
-def label_of(recipe: Recipe, file: str, circle_px: tuple[float, float, float]) -> BallLabel:
-    """The label of a round contact.
-
-    Args:
-        recipe: raw frames are labelled where the unwarped picture shows the contact.
-        file: the frame.
-        circle_px: centre in x and y and radius of the contact, seen straight on.
-    """
-    x_px, y_px, radius_px = (round(value, 3) for value in _as_seen(recipe, circle_px))
+def label_of(file: str, circle_px: tuple[float, float, float]) -> BallLabel:
+    """The label of a round contact in a frame, from the circle's centre and radius."""
+    x_px, y_px, radius_px = (round(value, 3) for value in circle_px)
     return BallLabel(file=file, center_x_px=x_px, center_y_px=y_px, contact_radius_px=radius_px)
 
 

@@ -20,7 +20,7 @@ from scipy import ndimage
 
 from sensor.design import Camera, Wedge
 from sensor.toml import Pair
-from simulation.skin import Map, View, rest_height_mm
+from simulation.skin import Map, Skin, View, rest_height_mm
 
 Points = Float[np.ndarray, "n 2"]
 Rays = Float[np.ndarray, "n 3"]
@@ -118,7 +118,12 @@ def raw_frame(
 
 def pad_corners_px(design: Wedge) -> tuple[Pair, Pair, Pair, Pair]:
     """The pad's corners in the raw frame: top left, top right, bottom right, bottom left."""
-    half = np.array([design.gel.pad_length_mm, design.gel.pad_width_mm]) / 2
+    return corners_px(design, design.pad_size_mm)
+
+
+def corners_px(design: Wedge, size_mm: Pair) -> tuple[Pair, Pair, Pair, Pair]:
+    """Corners in the raw frame, in the same order, of a rectangle around the pad's centre."""
+    half = np.array(size_mm) / 2
     signs = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
     # A hair inside, so that the search never steps off the pad.
     found = pixels_of(design, signs * half * (1 - 1e-6))
@@ -166,13 +171,43 @@ def unwarped_px(design: Wedge, view: View, points_mm: Points) -> Points:
 
     Not quite where they lie: a homography knows neither refraction nor the gel's curve.
     """
-    width, height = view.size_px
-    edges = np.array(
-        [(-0.5, -0.5), (width - 0.5, -0.5), (width - 0.5, height - 0.5), (-0.5, height - 0.5)]
-    )
-    corners = np.array(pad_corners_px(design))
-    homography = cv2.getPerspectiveTransform(corners.astype(np.float32), edges.astype(np.float32))
+    homography = cv2.getPerspectiveTransform(*_unwarping_px(design, view))
     return cv2.perspectiveTransform(pixels_of(design, points_mm)[:, None], homography)[:, 0]
+
+
+def unwarped_skin(design: Wedge, view: View, skin: Skin) -> Skin:
+    """The skin that each pixel shows once four corners have unwarped the raw frame.
+
+    Each pixel's ray is followed to the dented skin, whose parallax is part of what it shows; where
+    a ray meets no skin over the mirror, nothing is indented.
+    """
+    raw, unwarped = _unwarping_px(design, view)
+    columns, rows = np.meshgrid(*(np.arange(float(count)) for count in view.size_px))
+    pixels = np.stack([columns.ravel(), rows.ravel()], 1)
+    back = cv2.getPerspectiveTransform(unwarped, raw)
+    seen = follow(
+        design, cv2.perspectiveTransform(pixels[:, None], back)[:, 0], view, skin.depth_mm
+    )
+    met = (np.isfinite(seen.point_mm[:, 0]) & ~seen.direct).reshape(rows.shape)
+    column, row = view.pixel(*np.nan_to_num(seen.point_mm).T)
+
+    def looked_up(of_skin: np.ndarray, order: int) -> np.ndarray:
+        found = ndimage.map_coordinates(of_skin, [row, column], order=order, mode="nearest")
+        return np.where(met, found.reshape(rows.shape), 0)
+
+    return Skin(
+        depth_mm=looked_up(skin.depth_mm, order=1),
+        contact=looked_up(skin.contact, order=0).astype(bool),
+    )
+
+
+def _unwarping_px(
+    design: Wedge, view: View
+) -> tuple[Float32[np.ndarray, "4 2"], Float32[np.ndarray, "4 2"]]:
+    """Corners of what the view covers: in the raw frame, and of the unwarped one."""
+    width, height = view.size_px
+    edges = [(-0.5, -0.5), (width - 0.5, -0.5), (width - 0.5, height - 0.5), (-0.5, height - 0.5)]
+    return np.array(corners_px(design, view.size_mm), np.float32), np.array(edges, np.float32)
 
 
 def _from_camera(design: Wedge, pixels: Points) -> tuple[Rays, Rays, Bool[np.ndarray, " n"]]:

@@ -38,6 +38,11 @@ class View:
     size_px: tuple[int, int]
     mm_per_px: tuple[float, float]
 
+    @property
+    def size_mm(self) -> tuple[float, float]:
+        """The rectangle that whole pixels cover."""
+        return self.size_px[0] * self.mm_per_px[0], self.size_px[1] * self.mm_per_px[1]
+
     @cached_property
     def x_mm(self) -> Float[np.ndarray, " w"]:
         """Of every column, from the pad's centre."""

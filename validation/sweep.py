@@ -151,7 +151,7 @@ def planned_presses(recipe: Recipe, size: SweepSize) -> list[Press]:
     """
     presses = presses_of(recipe.design, "balls", count=size.presses, seed=size.seed)
     radii_px = [
-        label_of(recipe, press.name, circle_px).contact_radius_px
+        label_of(press.name, circle_px).contact_radius_px
         for press in presses
         if (circle_px := dent_of(recipe, press).circle_px)
     ]

@@ -25,6 +25,7 @@ from simulation.dataset import (
 )
 from simulation.engine import SCALAR
 from simulation.presses import skin_under
+from simulation.raw_view import corners_px
 from tests.simulation.conftest import InLine
 from validation.importers.lights import measure_lights_deg
 
@@ -64,6 +65,24 @@ def test_labels_are_the_contact(folder: Path) -> None:
         deepest = np.unravel_index(truth.argmax(), truth.shape)
         assert np.hypot(deepest[1] - label.center_x_px, deepest[0] - label.center_y_px) < 1.5
         assert 0.5 * (truth > 0.02).sum() < np.pi * label.contact_radius_px**2 < (truth > 0).sum()
+
+
+def test_a_raw_sets_truth_and_labels_are_of_the_unwarped_frame(mitsuba, tmp_path: Path) -> None:
+    recipe = replace(RECIPE, width_px=80, samples=1, raw=True)
+    presses = [replace(press, depth_mm=0.3) for press in PRESSES[:2]]
+    write_set(tmp_path, recipe, presses, source="a test", executor=InLine(), threads=1)
+    dataset = read_dataset(tmp_path)
+    assert dataset.card.pad_size_mm == pytest.approx((13, 57 * 13 / 80))
+    corners = np.array(corners_px(FINGER, dataset.card.pad_size_mm))
+    np.testing.assert_allclose(dataset.card.corners_px, corners, atol=0.01)
+    assert len(dataset.labels) == 2
+    for label, press in zip(dataset.labels, presses, strict=True):
+        truth = np.load(tmp_path / "truth" / f"{press.name}.npy")
+        assert truth.shape[::-1] == dataset.card.unwarped_size_px
+        middle = np.argwhere(truth > 0.9 * truth.max()).mean(0)
+        assert np.hypot(middle[1] - label.center_x_px, middle[0] - label.center_y_px) < 1
+        straight = recipe.view.pixel(*press.centre_mm)  # as a homography alone would not have it
+        assert np.hypot(middle[1] - straight[0], middle[0] - straight[1]) > 1
 
 
 def test_another_executor_writes_the_same_set(folder: Path, tmp_path: Path) -> None:

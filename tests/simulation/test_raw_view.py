@@ -12,14 +12,16 @@ from cad import optics
 from recon.geometry.unwarp import prepare_unwarp
 from sensor.design import FINGER, STANDARD, Wedge
 from simulation.indenters import calibration_ball
-from simulation.presses import Press, skin_under
+from simulation.presses import Press, contact_circle_px, skin_under
 from simulation.raw_view import (
+    corners_px,
     MIRROR_REFLECTANCE,
     follow,
     pad_corners_px,
     pixels_of,
     raw_frame,
     unwarped_px,
+    unwarped_skin,
 )
 from simulation.skin import gel_view
 
@@ -69,6 +71,42 @@ def test_a_raw_frame_unwarps_to_the_gel(design: Wedge) -> None:
     found = cv2.remap(unwarped, place[:, 0], place[:, 1], cv2.INTER_LINEAR)[:, 0, 0] * 255 / 120
     share = follow(design, pixels_of(design, points), None, None).share
     np.testing.assert_allclose(found / share, pattern[8:-8:6, 8:-8:6].ravel(), atol=0.03)
+
+
+@DESIGNS
+def test_the_skin_of_a_raw_frame_is_what_the_unwarped_frame_shows(design: Wedge) -> None:
+    # Paint that shines as deep as it is pressed tells the depth through the camera and back.
+    view = gel_view(design, 161)  # no whole number of pixels across
+    for x, y in ((-4.5, -2.2), (4.5, 2.2)):
+        press = Press(name="b", indenter=calibration_ball(1.5), centre_mm=(x, y), depth_mm=0.6)
+        skin = skin_under(design, view, press)
+        seen = unwarped_skin(design, view, skin)
+        unwarp = prepare_unwarp(
+            (design.camera.width_px, design.camera.height_px),
+            corners_px(design, view.size_mm),
+            view.size_px,
+        )
+        looks = (skin.depth_mm / 0.6, skin.contact, np.ones_like(skin.depth_mm))
+        frame = raw_frame(design, view, np.stack(looks, -1).astype(np.float32), skin.depth_mm)
+        shown = unwarp(np.round(frame * 255).astype(np.uint8))
+        depth, contact, share = np.moveaxis(shown.astype(float), -1, 0)
+        sure = share > 0.5  # not where the baffle hides it
+        assert sure.mean() > 0.95
+        np.testing.assert_allclose(
+            seen.depth_mm[sure], 0.6 * depth[sure] / share[sure], atol=0.03
+        )
+        assert np.abs(seen.depth_mm - 0.6 * depth / share.max())[sure].mean() < 0.005
+        rows, columns = np.nonzero(contact > 0.5 * share)
+        circle = (columns.mean(), rows.mean(), np.sqrt(len(rows) / np.pi))
+        assert contact_circle_px(seen) == pytest.approx(circle, abs=0.3)
+
+
+def test_a_pad_of_no_whole_pixels_is_unwarped_at_their_scale() -> None:
+    view = gel_view(FINGER, 80)
+    assert view.size_mm[1] < 0.99 * FINGER.gel.pad_width_mm
+    corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * np.array(view.size_mm) / 2
+    wanted = np.stack(view.pixel(*corners.T), 1)
+    np.testing.assert_allclose(unwarped_px(FINGER, view, corners * (1 - 1e-6)), wanted, atol=0.01)
 
 
 def test_a_flat_gel_is_misplaced_less_than_a_curved_one() -> None:

@@ -73,7 +73,7 @@ def test_planned_contacts_are_the_labels_that_decide_what_is_used(raw: bool) -> 
         recipe = Recipe(engine=SCALAR, design=FINGER, width_px=width_px, raw=raw)
         presses = presses_of(FINGER, "balls", count=SIZE.presses, seed=0)
         dents = [(press.name, dent_of(recipe, press).circle_px) for press in presses]
-        return sorted(label_of(recipe, *dent).contact_radius_px for dent in dents)[-2:]
+        return sorted(label_of(*dent).contact_radius_px for dent in dents)[-2:]
 
     least = next(width for width in range(20, 60) if widest_px(width)[0] >= LEAST_RADIUS_PX)
     enough, short = (
