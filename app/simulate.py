@@ -69,7 +69,13 @@ def main(
     from simulation.engine import best_engine
 
     planned = presses_of(
-        wanted, scene, count=presses, seed=seed, ball_radius_mm=ball_radius_mm, depth_mm=depth_mm
+        wanted,
+        scene,
+        count=presses,
+        seed=seed,
+        width_px=width_px,
+        ball_radius_mm=ball_radius_mm,
+        depth_mm=depth_mm,
     )
     recipe = Recipe(
         engine=best_engine(),

@@ -21,7 +21,15 @@ from simulation.camera import expose, photograph
 from simulation.engine import Engine
 from simulation.indenters import CALIBRATION_BALL_MM, calibration_ball, shapes
 from simulation.kept import Kept
-from simulation.presses import Press, ball_presses, contact_circle_px, marker_ink, skin_under
+from simulation.presses import (
+    Press,
+    ball_presses,
+    contact_circle_px,
+    marker_ink,
+    reach_under,
+    skin_under,
+    told_of,
+)
 from simulation.raw_view import corners_px, raw_frame, unwarped_skin
 from simulation.render import Radiance, render, smoothed
 from simulation.scene import Paint, Window
@@ -82,11 +90,13 @@ def dent_of(recipe: Recipe, press: Press) -> Dent:
     view = recipe.view
     skin = skin_under(recipe.design, view, press, cover_mm=recipe.cover_mm)
     seen = unwarped_skin(recipe.design, view, skin) if recipe.raw else skin
+    with told_of(press):
+        circle_px = contact_circle_px(seen) if press.indenter.round_mm > 0 else None
     return Dent(
         window=around(view, skin.depth_mm),
         depth_mm=skin.depth_mm.astype(np.float32),
         truth_mm=seen.depth_mm.astype(np.float32),
-        circle_px=contact_circle_px(seen) if press.indenter.round_mm > 0 else None,
+        circle_px=circle_px,
     )
 
 
@@ -152,6 +162,7 @@ def presses_of(
     *,
     count: int,
     seed: int,
+    width_px: int = Recipe.width_px,
     ball_radius_mm: float = CALIBRATION_BALL_MM,
     depth_mm: float | None = None,
 ) -> list[Press]:
@@ -162,6 +173,7 @@ def presses_of(
         scene: "balls", "shapes", "set" (both), "tools", or the name of one shape or tool.
         count: of ball presses.
         seed: of their places and depths.
+        width_px: of the frames, whose pixels each press has to reach.
         ball_radius_mm: of the calibration ball.
         depth_mm: of every press, instead of the ball's random and the shapes' own depths.
 
@@ -189,9 +201,9 @@ def presses_of(
                   depth_mm=depth_mm)
             for item in presses
         ]  # fmt: skip
-    view = gel_view(design, 64)
+    view = gel_view(design, width_px)
     for press in presses:
-        skin_under(design, view, press)  # refuses now what could not be pressed in minutes
+        reach_under(design, view, press)  # refuses now what could not be pressed in minutes
     return presses
 
 
@@ -241,10 +253,9 @@ def write_set(
         blank = np.concatenate([kept.result(name, started[name]) for name in parts])
         untouched = smoothed(blank, recipe.view.mm_per_px[0], rest, recipe.ink)
         camera = expose(untouched)
+        bare = seen_by_camera(recipe, untouched, rest)
         for index in range(BACKGROUNDS):
-            content = photograph(
-                seen_by_camera(recipe, untouched, rest), camera, _noise_seed(recipe, -1 - index)
-            )
+            content = photograph(bare, camera, _noise_seed(recipe, -1 - index))
             (folder / f"background_{index}.jpg").write_bytes(content)
         for done, future in enumerate(as_completed(names), start=1):
             index, name = names[future]

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where and how deep things are pressed, and the skin that results."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Final
 
@@ -10,7 +12,7 @@ import numpy as np
 from sensor.design import Gel, Wedge
 from sensor.errors import WedgeError
 from simulation.indenters import Indenter, refuse_depth, refuse_size
-from simulation.skin import Map, Skin, View, pressed, rest_height_mm
+from simulation.skin import Map, Skin, View, pressed, refuse_untouched, rest_height_mm
 
 BALL_DEPTHS: Final = (0.2, 0.42)
 """Shallowest and deepest press of a ball, of its radius."""
@@ -82,8 +84,19 @@ def skin_under(design: Wedge, view: View, press: Press, *, cover_mm: float = 0.0
         cover_mm: thickness of a glove over the paint.
 
     Raises:
-        WedgeError: the object is larger than the pad or does not reach the skin, or the depth is
-            not finite, not positive, past a round object's middle or through the gel.
+        WedgeError: as ``reach_under``; or paint and glove hide all of the dent.
+    """
+    reach_mm = reach_under(design, view, press)
+    with told_of(press):
+        return pressed(view, design.gel, reach_mm, PAINT_MM + cover_mm)
+
+
+def reach_under(design: Wedge, view: View, press: Press) -> Map:
+    """How far the object of a press reaches below the untouched skin, in mm; quickly told.
+
+    Raises:
+        WedgeError: the object is larger than the pad or reaches the skin at no pixel, or the depth
+            is not finite, not positive, past a round object's middle or through the gel.
     """
     refuse_size(press.indenter, design.pad_size_mm)
     refuse_depth(press.indenter, press.depth_mm)
@@ -95,8 +108,19 @@ def skin_under(design: Wedge, view: View, press: Press, *, cover_mm: float = 0.0
             f"{press.name}: a press of {press.depth_mm:g} mm goes through the gel, "
             f"{design.gel.thickness_at_mm(*press.centre_mm):.3g} mm thick there: press less deep."
         )
-    reach = rest - lowest - press.indenter.profile(x - object_x, y - object_y)
-    return pressed(view, design.gel, reach, PAINT_MM + cover_mm)
+    reach: Map = rest - lowest - press.indenter.profile(x - object_x, y - object_y)
+    with told_of(press):
+        refuse_untouched(reach)
+    return reach
+
+
+@contextmanager
+def told_of(press: Press) -> Iterator[None]:
+    """Let what cannot be be told of a press."""
+    try:
+        yield
+    except WedgeError as error:
+        raise WedgeError(f"{press.name}: {error}") from error
 
 
 def _placed(design: Wedge, press: Press) -> tuple[float, float, float]:
@@ -126,8 +150,14 @@ def rest_slope(gel: Gel, x_mm: float, y_mm: float) -> tuple[float, float]:
 
 
 def contact_circle_px(skin: Skin) -> tuple[float, float, float]:
-    """Centre and radius of the circle that fits a round contact: what a careful eye would label."""
+    """Centre and radius of the circle that fits a round contact: what a careful eye would label.
+
+    Raises:
+        WedgeError: no pixel shows a contact.
+    """
     rows, columns = np.nonzero(skin.contact)
+    if not len(rows):
+        raise WedgeError("no pixel shows the contact: press deeper, or take a larger --width-px.")
     return (
         float(columns.mean()), float(rows.mean()), float(np.sqrt(len(rows) / np.pi))
     )  # fmt: skip

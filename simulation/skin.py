@@ -122,17 +122,30 @@ def pressed(view: View, gel: Gel, reach_mm: Map, cover_mm: float = 0.0) -> Skin:
         cover_mm: thickness of paint and glove over the gel: finer detail does not come through.
 
     Raises:
-        WedgeError: nothing reaches the skin.
+        WedgeError: nothing reaches the skin, or the cover hides all of the dent.
     """
-    if not (reach_mm > 0).any():
-        raise WedgeError("the object does not reach the skin: press deeper or nearer the pad.")
+    refuse_untouched(reach_mm)
     floor = np.maximum(reach_mm, -1.0)  # what stays a millimetre above cannot touch
     sigma = [cover_mm / pitch for pitch in view.mm_per_px[::-1]]
     depth = _obstacle(floor, [collar_mm(gel) / pitch for pitch in view.mm_per_px[::-1]])
     contact = (floor > 0) & (depth - floor < SMALLEST_MM)
     if cover_mm:
         depth = ndimage.gaussian_filter(depth, sigma, mode="nearest")
+    refuse_untouched(depth)
     return Skin(depth_mm=np.where(depth < SMALLEST_MM, 0.0, depth), contact=contact)
+
+
+def refuse_untouched(depth_mm: Map) -> None:
+    """Refuse a press that moves the skin at no pixel.
+
+    Raises:
+        WedgeError: it nowhere goes as deep as what counts as moved.
+    """
+    if not (depth_mm >= SMALLEST_MM).any():
+        raise WedgeError(
+            f"the object does not reach {SMALLEST_MM:g} mm into the skin at any pixel: press "
+            "deeper, or take a larger --width-px."
+        )
 
 
 def _obstacle(floor: Map, collar_px: list[float]) -> Map:

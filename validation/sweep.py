@@ -149,7 +149,9 @@ def planned_presses(recipe: Recipe, size: SweepSize) -> list[Press]:
     Raises:
         WedgeError: a press cannot be, or too few contacts are wide enough.
     """
-    presses = presses_of(recipe.design, "balls", count=size.presses, seed=size.seed)
+    presses = presses_of(
+        recipe.design, "balls", count=size.presses, seed=size.seed, width_px=size.width_px
+    )
     radii_px = [
         label_of(press.name, circle_px).contact_radius_px
         for press in presses

@@ -82,6 +82,7 @@ def test_simulate_writes_a_dataset_that_says_how_it_was_made(here, monkeypatch, 
         (["--depth-mm", "inf"], "finite"),
         (["--scene", "prism", "--depth-mm", "8"], "goes through the gel"),
         (["--depth-mm", "2.9"], "past its middle"),
+        (["--scene", "disc_shallow", "--depth-mm", "0.0009"], "disc_shallow: the object does not"),
     ],
 )
 def test_simulate_refuses_in_a_sentence_and_leaves_nothing(here, words, said, capsys) -> None:

@@ -14,8 +14,8 @@ from sensor.design import FINGER, STANDARD, Wedge
 from simulation.indenters import calibration_ball
 from simulation.presses import Press, contact_circle_px, skin_under
 from simulation.raw_view import (
-    corners_px,
     MIRROR_REFLECTANCE,
+    corners_px,
     follow,
     pad_corners_px,
     pixels_of,
@@ -92,9 +92,7 @@ def test_the_skin_of_a_raw_frame_is_what_the_unwarped_frame_shows(design: Wedge)
         depth, contact, share = np.moveaxis(shown.astype(float), -1, 0)
         sure = share > 0.5  # not where the baffle hides it
         assert sure.mean() > 0.95
-        np.testing.assert_allclose(
-            seen.depth_mm[sure], 0.6 * depth[sure] / share[sure], atol=0.03
-        )
+        np.testing.assert_allclose(seen.depth_mm[sure], 0.6 * depth[sure] / share[sure], atol=0.03)
         assert np.abs(seen.depth_mm - 0.6 * depth / share.max())[sure].mean() < 0.005
         rows, columns = np.nonzero(contact > 0.5 * share)
         circle = (columns.mean(), rows.mean(), np.sqrt(len(rows) / np.pi))

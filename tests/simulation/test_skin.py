@@ -13,7 +13,7 @@ from sensor.design import FINGER, STANDARD
 from sensor.errors import WedgeError
 from simulation.indenters import calibration_ball, shapes
 from simulation.presses import Press, ball_presses, contact_circle_px, marker_ink, skin_under
-from simulation.skin import View, collar_mm, gel_view, pressed, rest_height_mm
+from simulation.skin import View, collar_mm, gel_view, pressed, rest_height_mm, untouched
 
 FLAT = replace(STANDARD.gel, curved=False)
 VIEW = View(size_px=(160, 120), mm_per_px=(0.05, 0.05))
@@ -76,6 +76,14 @@ def test_a_thicker_glove_hides_more() -> None:
 def test_what_does_not_reach_the_skin_is_refused() -> None:
     with pytest.raises(WedgeError, match="does not reach"):
         pressed(VIEW, FLAT, reach(-0.1))
+    with pytest.raises(WedgeError, match="does not reach"):
+        pressed(VIEW, FLAT, reach(0.0009))
+    needle = np.where(np.hypot(*VIEW.grid_mm) < 0.06, 0.002, -1)
+    assert pressed(VIEW, FLAT, needle).depth_mm.any()
+    with pytest.raises(WedgeError, match="does not reach"):
+        pressed(VIEW, FLAT, needle, cover_mm=0.5)
+    with pytest.raises(WedgeError, match="no pixel shows the contact"):
+        contact_circle_px(untouched(VIEW))
 
 
 @pytest.mark.parametrize("design", [STANDARD, FINGER])
