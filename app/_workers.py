@@ -4,9 +4,11 @@
 
 import multiprocessing
 import os
+import threading
 from collections.abc import Iterator
 from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor
 from contextlib import contextmanager
+from multiprocessing.connection import wait
 
 from sensor.errors import WedgeError
 
@@ -26,6 +28,8 @@ def on_one_thread() -> None:
 def process_pool() -> Iterator[Executor]:
     """Fresh processes, numerics on one thread each; ended at once when the block fails.
 
+    They end with this process too, even where it is killed.
+
     Raises:
         WedgeError: one of them ended before its work was done.
     """
@@ -34,6 +38,7 @@ def process_pool() -> Iterator[Executor]:
     pool = ProcessPoolExecutor(
         max_workers=min(MOST_WORKERS, os.cpu_count() or 1),
         mp_context=multiprocessing.get_context("spawn"),
+        initializer=_end_with_parent,
     )
     try:
         yield pool
@@ -48,3 +53,15 @@ def process_pool() -> Iterator[Executor]:
             ) from fault
         raise
     pool.shutdown()
+
+
+def _end_with_parent() -> None:
+    """Watch the process that this worker works for: once that is killed, no more work comes."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+
+    def watch() -> None:
+        wait([parent.sentinel])
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()

@@ -17,6 +17,8 @@ from sensor.errors import WedgeError
 
 TOKEN_BYTES = 6
 """Of a temporary name, as hexadecimal digits at its end."""
+DRAFT = ".draft"
+"""End of the name of a folder that is not whole yet."""
 NOT_EMPTY = "already exists and is not empty"
 
 
@@ -34,8 +36,7 @@ def write_atomic(path: Path, content: bytes) -> None:
 
 def clear_leftovers(path: Path) -> None:
     """Take away what writes of ``path`` that were cut off, as by a kill, have left beside it."""
-    name = f".{escape(path.name)}.{'[0-9a-f]' * 2 * TOKEN_BYTES}"
-    for left in path.parent.glob(name):
+    for left in path.parent.glob(_hidden_names(path)):
         with suppress(OSError):
             left.unlink()
 
@@ -69,7 +70,8 @@ def new_folder(
 ) -> Iterator[Path]:
     """Yield an empty temporary folder that becomes ``folder`` when the block succeeds.
 
-    Nothing is left behind when the block fails. An existing empty ``folder`` is replaced, and with
+    Nothing is left behind when the block fails; what a killed process has left of the same folder
+    is taken away by the next that makes it. An existing empty ``folder`` is replaced, and with
     ``over`` one that holds a file of this name, as only an earlier run would have made. With
     ``alike`` one that holds a file of this name stays: another process has made the same meanwhile.
     What is whole and cannot be moved there is kept beside it, and the sentence says where.
@@ -78,21 +80,54 @@ def new_folder(
         WedgeError: ``folder`` exists and is not to be or cannot be replaced, or cannot be written.
     """
     check_new_folder(folder, over=over or alike)
-    temporary = _hidden_sibling(folder)
+    _clear_drafts(folder)
     try:
-        temporary.mkdir(parents=True)
-        with _called(folder, temporary):
-            yield temporary
-    except BaseException as error:
-        shutil.rmtree(temporary, ignore_errors=True)
-        if isinstance(error, OSError):
-            raise WedgeError(f"{folder} cannot be written: {error.strerror}.") from error
-        raise
+        with _draft_of(folder) as draft:
+            try:
+                with _called(folder, draft):
+                    yield draft
+            except BaseException:
+                shutil.rmtree(draft, ignore_errors=True)
+                raise
+            temporary = draft.rename(_hidden_sibling(folder))  # whole: no run clears it any more
+    except OSError as error:
+        raise WedgeError(f"{folder} cannot be written: {error.strerror}.") from error
     try:
         _put_in_place(temporary, folder, over, alike)
     except OSError as error:
         lies = f"; what was made lies whole in {temporary}: move it" if temporary.is_dir() else ""
         raise WedgeError(f"{folder} cannot be written: {error.strerror}{lies}.") from error
+
+
+@contextmanager
+def _draft_of(folder: Path) -> Iterator[Path]:
+    """Make a folder for what is not whole yet, locked while its maker lives."""
+    while True:
+        draft = _hidden_sibling(folder, DRAFT)
+        draft.mkdir(parents=True)
+        with suppress(FileNotFoundError):
+            handle = os.open(draft, os.O_RDONLY | os.O_DIRECTORY)
+            with suppress(OSError):  # some file systems know no locks
+                fcntl.flock(handle, fcntl.LOCK_EX)
+            if draft.is_dir():
+                break
+            os.close(handle)  # another process has cleared it before it was locked
+    try:
+        yield draft
+    finally:
+        os.close(handle)
+
+
+def _clear_drafts(folder: Path) -> None:
+    """Take away drafts of ``folder`` whose makers are gone."""
+    for left in folder.parent.glob(_hidden_names(folder, DRAFT)):
+        with suppress(OSError):
+            handle = os.open(left, os.O_RDONLY | os.O_DIRECTORY)
+            try:
+                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                shutil.rmtree(left, ignore_errors=True)
+            finally:
+                os.close(handle)
 
 
 @contextmanager
@@ -253,5 +288,10 @@ def _moved(source: Path, target: Path) -> bool:
     return True
 
 
-def _hidden_sibling(path: Path) -> Path:
-    return path.parent / f".{path.name}.{secrets.token_hex(TOKEN_BYTES)}"
+def _hidden_sibling(path: Path, end: str = "") -> Path:
+    return path.parent / f".{path.name}.{secrets.token_hex(TOKEN_BYTES)}{end}"
+
+
+def _hidden_names(path: Path, end: str = "") -> str:
+    """Pattern of what ``_hidden_sibling`` gives."""
+    return f".{escape(path.name)}.{'[0-9a-f]' * 2 * TOKEN_BYTES}{end}"

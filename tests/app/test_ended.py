@@ -13,6 +13,7 @@ import pytest
 
 import app.__main__
 from app._workers import process_pool
+from sensor.errors import WedgeError
 from sensor.files import new_folder
 from tests.app.served import serving, until_it_answers
 from tests.synthetic import make_dataset
@@ -43,21 +44,44 @@ def command(folder: Path) -> None:
     app.__main__.main([])
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
-def test_nothing_is_left_behind(tmp_path: Path, number: signal.Signals) -> None:
-    os.mkfifo(tmp_path / "pipe")
+def started(folder: Path) -> tuple[subprocess.Popen, int]:
+    """The command, once its worker runs, and that worker."""
+    os.mkfifo(folder / "pipe")
     words = (
         "-c",
         "import sys, pathlib; from tests.app.test_ended import command\n"
         "if __name__ == '__main__': command(pathlib.Path(sys.argv[1]))",
     )
-    run = subprocess.Popen([sys.executable, *words, str(tmp_path)], cwd=ROOT)
-    worker = int((tmp_path / "pipe").read_text())
+    run = subprocess.Popen([sys.executable, *words, str(folder)], cwd=ROOT)
+    return run, int((folder / "pipe").read_text())
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
+def test_nothing_is_left_behind(tmp_path: Path, number: signal.Signals) -> None:
+    run, worker = started(tmp_path)
     run.send_signal(number)
     assert run.wait() == 128 + number
     with pytest.raises(ProcessLookupError):
         os.kill(worker, 0)
     assert [path.name for path in tmp_path.iterdir()] == ["pipe"]
+
+
+def test_a_command_that_is_killed_takes_its_worker_along_and_the_next_its_folder(tmp_path) -> None:
+    run, worker = started(tmp_path)
+    ended = os.pidfd_open(worker)
+    try:
+        with pytest.raises(WedgeError), new_folder(tmp_path / "unit"):
+            assert len(list(tmp_path.glob(".unit.*"))) == 2  # the other is still at work
+            raise WedgeError("not whole.")
+        run.kill()
+        assert run.wait() == -signal.SIGKILL
+        assert select.select([ended], [], [], 60)[0]
+    finally:
+        os.close(ended)
+    assert [path.name for path in tmp_path.glob(".unit.*/*")] == ["half"]
+    with new_folder(tmp_path / "unit"):
+        pass
+    assert {path.name for path in tmp_path.iterdir()} == {"pipe", "unit"}
 
 
 @pytest.mark.parametrize("words", [(), ("--corners",)])
