@@ -72,9 +72,7 @@ def render_roll(folder: Path, samples: int = SAMPLES) -> Iterator[str]:
             surface_mm, _ = lowest_surface(thing, pose, lattice)
             skin = pressed(view, STANDARD.gel, -surface_mm, PAINT_MM)
             depth = skin.depth_mm.astype(np.float32)
-            dent = Dent(
-                window=around(view, depth), depth_mm=depth, truth_mm=depth, circle_px=None
-            )
+            dent = Dent(window=around(view, depth), depth_mm=depth, truth_mm=depth, circle_px=None)
             traced = trace_part(recipe, depth, dent.window, None)
             write_atomic(
                 path, photograph(set_in(blank, recipe, dent, traced), camera, SEED + 1 + index)
