@@ -214,6 +214,11 @@ def test_the_hash_is_of_every_number_and_not_of_the_name(design):
     assert len(hashes) == len(numbers(design)) + 2
 
 
+def test_equal_designs_have_one_hash():
+    whole, same = (with_number(STANDARD, "acrylic", "thickness_mm", value) for value in (3, 3.0))
+    assert whole == same and whole.sha256 == same.sha256 != STANDARD.sha256
+
+
 @given(st.floats(-17, 17), st.floats(-12.7, 12.7))
 def test_the_skin_lies_on_the_ellipsoid(x_mm, y_mm):
     gel = STANDARD.gel
