@@ -23,9 +23,12 @@ def cluster_pool(address: str) -> Iterator[Executor]:
     """
     try:
         from distributed import Client
+        from distributed.comm.addressing import get_address_host_port
     except ModuleNotFoundError as error:
         raise WedgeError(f"--cluster needs {error.name}: {how_to_install('cluster')}.") from error
     try:
+        # A client that is made for what is no address prints a traceback when it goes.
+        get_address_host_port(address)
         client = Client(address, timeout=PATIENCE_S, set_as_default=False)  # type: ignore[no-untyped-call]
     except (OSError, ValueError, TimeoutError) as error:
         raise WedgeError(
