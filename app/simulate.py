@@ -55,7 +55,7 @@ def main(
         ball_radius_mm: Of the calibration ball.
         depth_mm: Press everything this deep, instead of each ball at random and each other thing
             at its own depth.
-        paint: gray is matt, silver semi-specular.
+        paint: gray is matt, silver semi-specular, and seen straight on alone.
         markers: Print a lattice of dots on the skin.
         view: gel shows the pad straight on; raw is the camera's own frame, over the mirror, which
             the card's corners unwarp.
@@ -151,5 +151,8 @@ def _source(design: str) -> str:
         if word == "--out":
             skip = True
             continue
-        kept.append(Path(word).name if word == design and word.endswith(".toml") else word)
+        for option in ("", "--design="):
+            if word == option + design and design.endswith(".toml"):
+                word = option + Path(design).name
+        kept.append(word)
     return "wedge " + shlex.join(kept) if kept[:1] == ["simulate"] else f"design {design}"

@@ -74,7 +74,7 @@ def main(
             "judge."
         )
     base = load_design(design)
-    designs = _buildable(base, field, values)
+    designs, refusals = _buildable(base, field, values)
     from simulation.engine import best_engine
     from validation.figures.png import png_bytes
     from validation.figures.sweep import sweep_figure
@@ -110,25 +110,30 @@ def main(
         f"{judged} other{'s' * (judged > 1)} judged, seed {seed}. Lit: share of the pad where "
         f"every colour has half of its own mean. Picture: {out / 'sweep.png'}"
     )
-    write_json(json, _document(design, field, size, points))
+    left_out = [{"value": value, "reason": reason} for value, reason in refusals.items()]
+    write_json(json, _document(design, field, size, points) | {"left_out": left_out})
 
 
-def _buildable(base: Wedge, field: str, values: tuple[str, ...]) -> list[tuple[str, Wedge]]:
+def _buildable(
+    base: Wedge, field: str, values: tuple[str, ...]
+) -> tuple[list[tuple[str, Wedge]], dict[str, str]]:
+    """Values with the designs that they give, and why the others give none."""
     from validation.sweep import varied
 
-    designs, refusals = [], []
+    designs, refusals = [], dict[str, str]()
     for value in dict.fromkeys(values):
         try:
             changed = varied(base, field, value)
             refuse_unbuildable(changed)
             designs.append((value, changed))
         except WedgeError as error:
-            refusals.append(f"{field} = {value}: {error}")
+            refusals[value] = str(error)
+    said = [f"{field} = {value}: {reason}" for value, reason in refusals.items()]
     if not designs:
-        raise WedgeError(refusals[0] if refusals else "give at least one value.")
-    for refusal in refusals:
+        raise WedgeError(said[0] if said else "give at least one value.")
+    for refusal in said:
         print(f"left out {refusal}", file=sys.stderr)
-    return designs
+    return designs, refusals
 
 
 def _cells(point: "SweepPoint") -> list[str]:

@@ -61,6 +61,18 @@ class Recipe:
     raw: bool = False
     """Frames as the camera has them, over the mirror, instead of the gel straight on."""
 
+    def __post_init__(self) -> None:
+        """Check that what is asked for can be rendered.
+
+        Raises:
+            WedgeError: silver paint is to be seen over the mirror.
+        """
+        if self.raw and self.paint == "silver":
+            raise WedgeError(
+                "the twin traces silver paint straight on alone, and over the mirror it looks "
+                "otherwise: take --paint gray, or --view gel."
+            )
+
     @property
     def view(self) -> View:
         """The pixels."""

@@ -78,6 +78,12 @@ def varied(design: Wedge, field: str, value: str) -> Wedge:
     if field == LIT_SIDES:
         if not value or set(value) - set(SIDES) or len(set(value)) < len(value):
             raise WedgeError(f"{LIT_SIDES} = {value!r} must be some of the letters R, G and B.")
+        named = [SIDES[colour] for colour in value]
+        if unlit := [name for name in named if not getattr(design.lights, name)]:
+            raise WedgeError(
+                f"{LIT_SIDES} = {value!r} cannot stay lit: the design has lights.{unlit[0]} = 0; "
+                "leave that colour out."
+            )
         dark: dict[str, Any] = {name: 0 for colour, name in SIDES.items() if colour not in value}
         return replace(design, lights=replace(design.lights, **dark))
     name, _, key = field.partition(".")
@@ -205,8 +211,9 @@ def _rendered(
 ) -> Path:
     key = key_of(recipe, len(presses))
     made, keep = folder / "sets" / key, folder / "parts" / key
-    if (made / CARD).is_file():
+    if _is_whole(made):
         return made
+    shutil.rmtree(made, ignore_errors=True)  # it has lost a file since: rendered again
     with new_folder(made, alike=CARD) as draft:
         write_set(
             draft,
@@ -221,6 +228,16 @@ def _rendered(
         )
     shutil.rmtree(keep, ignore_errors=True)
     return made
+
+
+def _is_whole(folder: Path) -> bool:
+    """Whether a set is there with all its frames."""
+    try:
+        dataset = read_dataset(folder)
+    except WedgeError:
+        return False
+    frames = [*dataset.card.background, *(label.file for label in dataset.labels)]
+    return all((folder / frame).is_file() for frame in frames)
 
 
 def _judged(folder: Path, value: str, seed: int) -> SweepPoint:

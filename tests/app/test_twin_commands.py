@@ -82,6 +82,7 @@ def test_simulate_writes_a_dataset_that_says_how_it_was_made(here, monkeypatch, 
         (["--depth-mm", "inf"], "finite"),
         (["--scene", "prism", "--depth-mm", "8"], "goes through the gel"),
         (["--depth-mm", "2.9"], "past its middle"),
+        (["--paint", "silver", "--view", "raw"], "take --paint gray, or --view gel."),
         (["--scene", "disc_shallow", "--depth-mm", "0.0009"], "disc_shallow: the object does not"),
     ],
 )
@@ -120,6 +121,26 @@ def test_one_judged_press_has_no_interval(here, capsys) -> None:
     assert "1 other judged" in told
     assert "[" not in told
     assert "1 press, too few for an interval" in told
+
+
+@pytest.mark.parametrize("joined", [False, True])
+def test_a_design_file_goes_by_its_name_into_the_card(joined, monkeypatch, tmp_path) -> None:
+    path = str(tmp_path / "mine.toml")
+    words = [f"--design={path}"] if joined else ["--design", path]
+    monkeypatch.setattr("sys.argv", ["wedge", "simulate", *words, "--out", "d"])
+    told = "--design=mine.toml" if joined else "--design mine.toml"
+    assert simulate._source(path) == f"wedge simulate {told}"
+
+
+def test_a_sweep_writes_down_what_it_left_out(here, capsys) -> None:
+    (here / "dark.toml").write_text('base = "finger"\n[lights]\nblue_side_leds = 0\n')
+    words = [word if word != "finger" else "dark.toml" for word in FIVE_PRESSES]
+    assert typed(*words, "--out", "s", "--json", "s.json") == 0
+    document = json.loads((here / "s.json").read_text())
+    assert [point["value"] for point in document["points"]] == ["R"]
+    ((value, reason),) = (row.values() for row in document["left_out"])
+    assert value == "RGB" and "lights.blue_side_leds = 0" in reason
+    assert f"left out lights.lit_sides = RGB: {reason}" in capsys.readouterr().err
 
 
 def test_a_design_that_cannot_be_cut_is_not_rendered(here, capsys) -> None:
@@ -203,4 +224,8 @@ def test_an_address_where_nothing_answers_is_a_sentence(here, monkeypatch, capsy
     arguments = ("sweep", "lights.lit_sides", "RGB", "--out", "s", "--cluster")
     assert typed(*arguments, "tcp://127.0.0.1:9") == 2
     assert "no Dask scheduler answers at tcp://127.0.0.1:9" in capsys.readouterr().err
-    assert typed(*arguments, "nonsense://x") == 2
+    # A client made for what is no address would print a traceback when it goes.
+    monkeypatch.setattr("distributed.Client", lambda *_, **__: pytest.fail("it was made"))
+    for address in ("nonsense://x", "garbage"):
+        assert typed(*arguments, address) == 2
+        assert f"no Dask scheduler answers at {address}" in capsys.readouterr().err

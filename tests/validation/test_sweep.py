@@ -53,6 +53,11 @@ def test_nothing_is_rendered_twice(tmp_path: Path) -> None:
     assert same == point
     assert (point.presses, same.row.configuration, other.row.configuration) == ((4, 1), "RGB", "RG")
     assert not any((tmp_path / "parts").iterdir())
+    for frame in (tmp_path / "sets").glob("*/ball_00.jpg"):
+        frame.unlink()
+    once_more = Counting()
+    assert run(tmp_path, once_more) == [point]  # a set that has lost a frame is rendered again
+    assert once_more.tasks == first.tasks
     assert 0 < point.lit_area <= other.lit_area + 0.02 <= 1.02  # fewer colours to wait for
     picture = png_bytes(sweep_figure("lights.lit_sides", [same, other]))
     assert picture == png_bytes(sweep_figure("lights.lit_sides", [same, other]))
@@ -148,11 +153,14 @@ def test_one_number_is_varied(field, value, part, name, number) -> None:
         ("mirror.angle_deg", "80", "outside its bounds"),
         ("lights.lit_sides", "RX", "letters R, G and B"),
         ("lights.lit_sides", "", "letters R, G and B"),
+        ("lights.lit_sides", "RB", "lit: the design has lights.blue_side_leds = 0; leave that"),
     ],
 )
 def test_what_cannot_be_varied_is_refused(field, value, words) -> None:
+    without_blue = varied(STANDARD, "lights.blue_side_leds", "0")
+    assert varied(without_blue, "lights.lit_sides", "R").lights.green_base_leds == 0
     with pytest.raises(WedgeError, match=words):
-        varied(STANDARD, field, value)
+        varied(without_blue, field, value)
 
 
 def test_a_sets_name_tells_everything_that_decides_it() -> None:
