@@ -40,10 +40,11 @@ def test_a_ball_leaves_a_flat_skin_along_a_tangent(depth_mm: float) -> None:
     assert (x, y) == pytest.approx((79.5, 59.5))
 
 
-def test_the_skin_lies_on_the_object_or_obeys_the_foundation() -> None:
-    floor = reach(0.7)
-    skin = pressed(VIEW, FLAT, floor)
-    w, s = skin.depth_mm, collar_mm(FLAT)
+@pytest.mark.parametrize("thickness_mm", [1.0, 3.5, 10.0])
+def test_the_skin_lies_on_the_object_or_obeys_the_foundation(thickness_mm: float) -> None:
+    floor, gel = reach(0.7), replace(FLAT, thickness_mm=thickness_mm)
+    skin = pressed(VIEW, gel, floor)
+    w, s = skin.depth_mm, collar_mm(gel)
     assert (w >= floor - 1e-6).all()
     inner = w[1:-1, 1:-1]
     bend = w[:-2, 1:-1] + w[2:, 1:-1] + w[1:-1, :-2] + w[1:-1, 2:] - 4 * inner
@@ -51,6 +52,12 @@ def test_the_skin_lies_on_the_object_or_obeys_the_foundation() -> None:
     free = ~skin.contact[1:-1, 1:-1] & (inner > 0.01)
     assert np.abs(pull[free]).max() < 0.02 * w.max()
     assert pull[skin.contact[1:-1, 1:-1]].min() > -0.02 * w.max()  # an object only pushes
+
+
+def test_a_skin_that_has_not_settled_is_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("simulation.skin.SWEEPS", 10)
+    with pytest.raises(WedgeError, match="does not settle in 10 steps"):
+        pressed(VIEW, FLAT, reach(0.7))
 
 
 def test_a_deeper_press_touches_more_and_a_thicker_gel_follows_farther() -> None:
