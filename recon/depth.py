@@ -79,6 +79,7 @@ def depth_of(
     lights_deg: Mapping[str, float] | None,
     mm_per_px: Pair,
     hidden: ContactMask | None = None,
+    repeatable: bool = False,
     infer: Callable[[GradientField, ContactMask], Depth] | None = None,
 ) -> Depth:
     """Depth by an estimator's slopes.
@@ -91,13 +92,14 @@ def depth_of(
         lights_deg: where the lights sit; ``None`` where nobody said.
         mm_per_px: pixel pitch along x and y.
         hidden: where dots hid the colour; slopes are filled anew from slopes around them.
+        repeatable: as in ``fill_gradients``.
         infer: stands in for ``inferred_depth``, with all that the frames of a unit share prepared.
     """
     unseen = unseen_axis(lights_deg, estimator.channels)
     if hidden is not None:
         # Slopes of which one is not seen are not yet those of one surface.
         method = "surface" if unseen is None else "biharmonic"
-        gradient = fill_gradients(gradient, hidden, method, mm_per_px)
+        gradient = fill_gradients(gradient, hidden, method, mm_per_px, repeatable=repeatable)
     if missing == "network" and unseen is not None:
         if infer is None:
             hinted = estimator.looks_around

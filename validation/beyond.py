@@ -29,7 +29,7 @@ from recon.cloud import expected_error_mm
 from recon.coverage import Coverage
 from recon.estimators import GradientEstimator
 from recon.estimators.default import Default
-from recon.pipeline import Reconstruction, reconstruct
+from recon.pipeline import Reconstruction
 from recon.pixels import BallPress, label_pixels
 from recon.presses import read_presses
 from sensor.dataset import Dataset, read_dataset
@@ -40,6 +40,7 @@ from validation.depth import depth_errors, true_depth
 from validation.error_table import measure_press
 from validation.folds import fit_presses
 from validation.metrics import PIXEL_SETS, PressErrors, mean_errors
+from validation.reconstructed import reconstruct_press
 from validation.shapes import measure_shapes
 from validation.splits import splits
 
@@ -207,14 +208,7 @@ def _fit(name: str, presses: Presses, dataset: Dataset, seed: int = SEED) -> Gra
 
 
 def _touch(fitted: GradientEstimator, press: BallPress, dataset: Dataset) -> Reconstruction:
-    return reconstruct(
-        press.difference,
-        fitted,
-        missing=lit_channels(dataset)[1],
-        lights_deg=dataset.card.lights_deg,
-        mm_per_px=press.mm_per_px,
-        hidden=press.hidden,
-    )
+    return reconstruct_press(press, fitted, lit_channels(dataset)[1], dataset.card.lights_deg)
 
 
 def _pooled(fitted: Sequence[tuple[GradientEstimator, Presses]], dataset: Dataset) -> Row:
@@ -244,19 +238,8 @@ def _means(measured: list[tuple[PressErrors, ...]]) -> Row:
 
 
 def _depths(fitted: GradientEstimator, presses: Presses, dataset: Dataset) -> Row:
-    missing, lights_deg = lit_channels(dataset)[1], dataset.card.lights_deg
     errors = [
-        depth_errors(
-            reconstruct(
-                press.difference,
-                fitted,
-                missing=missing,
-                lights_deg=lights_deg,
-                mm_per_px=press.mm_per_px,
-            ).depth_mm,
-            press,
-            dataset.folder,
-        )
+        depth_errors(_touch(fitted, press, dataset).depth_mm, press, dataset.folder)
         for press in presses
     ]
     return {

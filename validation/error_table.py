@@ -14,19 +14,16 @@ from itertools import combinations
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float32
 
 from recon.estimators import (
     ESTIMATORS,
     GradientEstimator,
-    as_labelled,
     fit_estimator,
-    slopes_at,
     training_pixels,
 )
 from recon.estimators.lesson import FEW
-from recon.lights import sits_like_wedge, unseen_axis
-from recon.pipeline import Reconstruction, reconstruct
+from recon.lights import sits_like_wedge
+from recon.pipeline import Reconstruction
 from recon.pixels import BallPress, Pixels, join, label_pixels
 from recon.presses import LeftOut, PressReader, press_reader, refuse_no_press, sifted
 from sensor.dataset import BallLabel, read_dataset
@@ -34,9 +31,9 @@ from sensor.unit import MissingAxis
 from validation.depth import DepthErrors, depth_errors
 from validation.folds import Fold
 from validation.metrics import PIXEL_SETS, Errors, PixelSet, PressErrors, mean_errors, press_errors
+from validation.reconstructed import Slopes, reconstruct_press, slopes_in, slopes_of
 from validation.splits import Split, splits
 
-Slopes = Float32[np.ndarray, "n 2"]
 Progress = Callable[[float, str], None]
 """Called with the share that is done and what was done last."""
 
@@ -222,12 +219,12 @@ def run_task(task: Task) -> TaskResult:
     for index in task.split.test:
         press, pixels = labelled.reader.read(labelled.labels[index]), labelled.pixels[index]
         if task.channels == "RGB":  # no axis is unseen, and the depth is judged too
-            found = _reconstructed(estimator, press, "none", lights_deg)
+            found = reconstruct_press(press, estimator, "none", lights_deg)
             depth.append(depth_errors(found.depth_mm, press, task.folder))
-            estimated: dict[MissingAxis, Slopes] = {"none": _slopes_in(found, estimator, pixels)}
+            estimated: dict[MissingAxis, Slopes] = {"none": slopes_in(found, estimator, pixels)}
         else:
             estimated = {
-                missing: _slopes_of(estimator, press, pixels, missing, lights_deg)
+                missing: slopes_of(estimator, press, pixels, missing, lights_deg)
                 for missing in task.missing_axes
             }
         for missing, slopes in estimated.items():
@@ -249,7 +246,7 @@ def measure_press(
     lights_deg: Mapping[str, float] | None,
 ) -> tuple[PressErrors, ...]:
     """Errors of one press, one entry per pixel set."""
-    slopes = _slopes_of(estimator, press, pixels, missing, lights_deg)
+    slopes = slopes_of(estimator, press, pixels, missing, lights_deg)
     return _errors_by_set(press.file, slopes, pixels)
 
 
@@ -257,44 +254,7 @@ def errors_in(
     found: Reconstruction, estimator: GradientEstimator, file: str, pixels: Pixels
 ) -> tuple[PressErrors, ...]:
     """Errors of one press that was reconstructed already, one entry per pixel set."""
-    return _errors_by_set(file, _slopes_in(found, estimator, pixels), pixels)
-
-
-def _slopes_of(
-    estimator: GradientEstimator,
-    press: BallPress,
-    pixels: Pixels,
-    missing: MissingAxis,
-    lights_deg: Mapping[str, float] | None,
-) -> Slopes:
-    """Slopes of some pixels as labels mean them; the rest of the frame only where it matters."""
-    if missing == "network" or estimator.reach is not None:
-        found = _reconstructed(estimator, press, missing, lights_deg)
-        return _slopes_in(found, estimator, pixels)
-    slopes = slopes_at(estimator, press.difference, pixels)
-    unseen = unseen_axis(lights_deg, estimator.channels)
-    if missing == "zero" and unseen:
-        slopes[:, "xy".index(unseen)] = 0
-    return slopes
-
-
-def _reconstructed(
-    estimator: GradientEstimator,
-    press: BallPress,
-    missing: MissingAxis,
-    lights_deg: Mapping[str, float] | None,
-) -> Reconstruction:
-    return reconstruct(
-        press.difference,
-        estimator,
-        missing=missing,
-        lights_deg=lights_deg,
-        mm_per_px=press.mm_per_px,
-    )
-
-
-def _slopes_in(found: Reconstruction, estimator: GradientEstimator, pixels: Pixels) -> Slopes:
-    return as_labelled(estimator, found.gradient.reshape(-1, 2)[pixels.place], pixels)
+    return _errors_by_set(file, slopes_in(found, estimator, pixels), pixels)
 
 
 def _errors_by_set(file: str, slopes: Slopes, pixels: Pixels) -> tuple[PressErrors, ...]:

@@ -8,7 +8,6 @@ from statistics import fmean
 
 from recon.calibration import Calibration, lit_channels
 from recon.estimators import GradientEstimator, fit_estimator, lesson_of
-from recon.pipeline import reconstruct
 from recon.pixels import label_pixels
 from recon.presses import PressSet, read_presses
 from sensor.dataset import Dataset
@@ -18,6 +17,7 @@ from validation.depth import DepthErrors, depth_errors, rmse_interval_mm
 from validation.error_table import ErrorTable, Row, errors_in
 from validation.intervals import Interval
 from validation.metrics import PIXEL_SETS, PressErrors, mean_errors
+from validation.reconstructed import reconstruct_press
 from validation.splits import splits
 
 Progress = Callable[[float], None]
@@ -194,13 +194,7 @@ def _judge(
     for done, index in enumerate(judged, start=1):
         press = presses.presses[index]
         pixels = label_pixels(press, index, seed)
-        found = reconstruct(
-            press.difference,
-            estimator,
-            missing=missing,
-            lights_deg=lights_deg,
-            mm_per_px=press.mm_per_px,
-        )
+        found = reconstruct_press(press, estimator, missing, lights_deg)
         per_press.append(errors_in(found, estimator, press.file, pixels))
         depth.append(depth_errors(found.depth_mm, press, dataset.folder))
         progress(done / len(judged))

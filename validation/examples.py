@@ -9,9 +9,8 @@ import numpy as np
 from jaxtyping import Float32
 
 from recon.calibration import lit_channels
-from recon.estimators import GradientEstimator, slopes_at
+from recon.estimators import GradientEstimator
 from recon.images import read_frame
-from recon.pipeline import reconstruct
 from recon.pixels import BallPress, Pixels, join, label_pixels
 from recon.presses import PressSet, read_presses
 from sensor.dataset import Dataset, read_dataset
@@ -19,6 +18,7 @@ from sensor.unit import MissingAxis
 from validation.depth import DepthErrors, cap_of, depth_errors, true_depth
 from validation.figures.ball_press import PressPicture
 from validation.folds import Fold
+from validation.reconstructed import reconstruct_press, slopes_in
 from validation.side_by_side import Unseen
 
 RANKS = {"median": 0.5, "worst": 1.0}
@@ -81,20 +81,12 @@ def held_out(folder: Path, fold: Fold, seed: int) -> HeldOut:
     presses = read_presses(dataset)
     fitted, (_, missing) = fold.estimator, lit_channels(dataset)
     judged = [(presses.presses[i], label_pixels(presses.presses[i], i, seed)) for i in fold.test]
-    estimated = [slopes_at(fitted, press.difference, pixels) for press, pixels in judged]
-
-    def rmse_mm(index: int) -> float:
-        press = presses.presses[index]
-        found = reconstruct(
-            press.difference,
-            fitted,
-            missing=missing,
-            lights_deg=dataset.card.lights_deg,
-            mm_per_px=press.mm_per_px,
-        )
-        return depth_errors(found.depth_mm, press, folder).rmse_mm
-
-    ranked = sorted(fold.test, key=rmse_mm)
+    estimated, rmse_mm = [], {}
+    for index, (press, pixels) in zip(fold.test, judged, strict=True):
+        found = reconstruct_press(press, fitted, missing, dataset.card.lights_deg)
+        estimated.append(slopes_in(found, fitted, pixels))
+        rmse_mm[index] = depth_errors(found.depth_mm, press, folder).rmse_mm
+    ranked = sorted(fold.test, key=rmse_mm.__getitem__)
     chosen = {ranked[round(RANKS[rank] * (len(ranked) - 1))]: rank for rank in RANKS}
     return HeldOut(
         pixels=join([pixels for _, pixels in judged]),
@@ -123,13 +115,7 @@ def example(
     press: BallPress,
 ) -> Example:
     """Reconstruct one press of a dataset beside its truth."""
-    found = reconstruct(
-        press.difference,
-        estimator,
-        missing=missing,
-        lights_deg=dataset.card.lights_deg,
-        mm_per_px=press.mm_per_px,
-    )
+    found = reconstruct_press(press, estimator, missing, dataset.card.lights_deg)
     truth = true_depth(found.depth_mm, press, dataset.folder)
     known = np.where(truth.depth_mm > 0, truth.depth_mm + truth.rim_mm, np.nan)
     return Example(

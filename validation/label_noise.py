@@ -21,14 +21,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Float32
+from jaxtyping import Bool
 from scipy.optimize import minimize
 
 from recon.ball import offsets_mm
 from recon.calibration import lit_channels
-from recon.estimators import as_labelled
 from recon.estimators.lesson import FLAT_FROM
-from recon.pipeline import reconstruct
 from recon.pixels import BallPress, Pixels, ball_slopes, label_pixels
 from recon.presses import read_presses
 from sensor.dataset import read_dataset
@@ -38,6 +36,7 @@ from sensor.toml import Pair
 from validation.datasets import dataset_folder
 from validation.folds import fit_presses
 from validation.metrics import PIXEL_SETS, mean_errors, press_errors
+from validation.reconstructed import Slopes, reconstruct_press, slopes_in
 from validation.splits import splits
 
 FOLDS = 5
@@ -45,7 +44,6 @@ SEED = 0
 HOW = ("as labelled", "as the other reads")
 WITHOUT_COLLAR = "contact+5% without the collar"
 Row = dict[str, Any]
-Slopes = Float32[np.ndarray, "n 2"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,15 +98,8 @@ def read_held_out(name: str, estimator: str) -> list[Read]:
         for index in split.test:
             press = presses[index]
             pixels = label_pixels(press, index, SEED)
-            touch = reconstruct(
-                press.difference,
-                fitted,
-                missing=missing,
-                lights_deg=dataset.card.lights_deg,
-                mm_per_px=press.mm_per_px,
-                hidden=press.hidden,
-            )
-            slopes = as_labelled(fitted, touch.gradient.reshape(-1, 2)[pixels.place], pixels)
+            touch = reconstruct_press(press, fitted, missing, dataset.card.lights_deg)
+            slopes = slopes_in(touch, fitted, pixels)
             shift_px = shift_read_in(slopes, pixels, press)
             reads[index] = Read(press=press, pixels=pixels, slopes=slopes, shift_px=shift_px)
     return [reads[index] for index in range(len(presses))]

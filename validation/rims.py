@@ -18,7 +18,6 @@ from jaxtyping import Float
 
 from recon.arrays import GradientField
 from recon.ball import offsets_mm
-from recon.estimators import gradient_field
 from recon.pixels import BallPress, positions
 from recon.presses import read_presses
 from sensor.dataset import read_dataset
@@ -26,6 +25,7 @@ from sensor.errors import WedgeError
 from validation.datasets import dataset_folder
 from validation.depth import cap_of
 from validation.folds import fit_folds
+from validation.reconstructed import reconstruct_press
 
 RINGS = np.round(np.arange(0.3, 1.51, 0.05), 2)
 """Edges of the rings, in labelled contact radii."""
@@ -81,14 +81,16 @@ def _ring_means(press: BallPress, field: GradientField) -> Float[np.ndarray, "2 
 
 def held_out_profile(dataset: str, estimator: str) -> RimProfile:
     """The rings of all presses, each found by an estimator that has not learnt from it."""
-    presses = list(read_presses(read_dataset(dataset_folder(dataset))).presses)
+    known = read_dataset(dataset_folder(dataset))
+    presses = list(read_presses(known).presses)
     judged: list[BallPress] = []
     fields: list[GradientField] = []
     for fold in fit_folds(presses, estimator, "RGB", folds=FOLDS, seed=SEED):
         for i in fold.test:
             judged.append(presses[i])
             lean = fold.estimator.lean(positions(presses[i].size_px))
-            fields.append(gradient_field(fold.estimator, presses[i].difference) - lean)
+            found = reconstruct_press(presses[i], fold.estimator, "none", known.card.lights_deg)
+            fields.append(found.gradient - lean)
     return rim_profile(judged, fields)
 
 

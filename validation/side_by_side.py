@@ -8,11 +8,12 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float, Float32
 
-from recon.estimators import slopes_at
+from recon.calibration import lit_channels
 from recon.pixels import label_pixels
 from recon.presses import LeftOut, press_reader, sifted
 from sensor.dataset import read_dataset
 from validation.folds import Fold
+from validation.reconstructed import slopes_of
 
 LEAST_PIXELS = 10
 """In a bin that is shown."""
@@ -46,13 +47,14 @@ def unseen_slopes(folder: Path, fold: Fold, seed: int) -> Unseen:
 
     Args:
         folder: the dataset.
-        fold: an estimator and the presses to look at.
+        fold: an estimator of all lit colours, and the presses to look at.
         seed: of the drawn pixels.
 
     Raises:
         WedgeError: the dataset cannot be used.
     """
     dataset = read_dataset(folder)
+    lights_deg, (_, missing) = dataset.card.lights_deg, lit_channels(dataset)
     reader = press_reader(dataset)  # few frames in memory: other work goes on beside this
     labels = [
         label
@@ -65,7 +67,7 @@ def unseen_slopes(folder: Path, fold: Fold, seed: int) -> Unseen:
         pixels = label_pixels(press, index, seed)
         pixels = pixels[pixels.contact]
         truth.append(pixels.gradient)
-        estimated.append(slopes_at(fold.estimator, press.difference, pixels))
+        estimated.append(slopes_of(fold.estimator, press, pixels, missing, lights_deg))
     return Unseen(
         estimator=fold.estimator.name,
         truth=np.concatenate(truth),

@@ -11,7 +11,8 @@ from recon.calibration import calibrate
 from recon.images import read_image, write_image
 from recon.presses import read_presses
 from sensor.dataset import read_dataset
-from tests.synthetic import make_dataset
+from tests.dotted import dotted, grid_px
+from tests.synthetic import SIZE_PX, make_dataset
 from validation.acceptance.limits import grades
 from validation.acceptance.measurements import accept_unit
 
@@ -56,3 +57,14 @@ def accepted_on(calibration, dataset, **options):
 
 def failed_of(found):
     return {name for name, grade in grades(found.values).items() if grade == "fail"}
+
+
+def dotted_set(folder, seed=0, presses=PRESSES):
+    """Presses of a marker gel, whose dots stay where they are."""
+    places = grid_px(15.0, margin_px=8.0, size=SIZE_PX)
+    dataset = make_dataset(folder, presses=presses, seed=seed)
+    change_frames(
+        dataset,
+        lambda frame, _: 255 * dotted(places, 2.0, frame / 255, noise=0.0, darkness=0.85),
+    )
+    return read_dataset(folder)

@@ -9,7 +9,7 @@ from statistics import fmean, median
 import numpy as np
 
 from recon.ball import offsets_mm
-from recon.estimators import GradientEstimator, slopes_at
+from recon.estimators import GradientEstimator
 from recon.lights import Axis, sits_like_wedge, unseen_axis
 from recon.pixels import BallPress, label_pixels
 from sensor.dataset import Dataset
@@ -20,6 +20,7 @@ from validation.error_table import ErrorTable, Task, TaskResult, run_task
 from validation.evaluation import kept_interval
 from validation.intervals import Interval
 from validation.metrics import mean_errors
+from validation.reconstructed import slopes_of
 from validation.splits import splits
 
 RADIUS_PRESSES = 16
@@ -166,7 +167,7 @@ def ball_radius_values(
         pixels = pixels[pixels.contact & ~pixels.hidden]
         if not len(pixels):
             continue
-        slopes = slopes_at(estimator, press.difference, pixels).astype(float)
+        slopes = slopes_of(estimator, press, pixels, "none", None).astype(float)
         normal = slopes / np.sqrt(1 + (slopes**2).sum(1, keepdims=True))
         offset = np.stack(offsets_mm(press.size_px, press.center_px, press.mm_per_px), -1)
         offset = offset.reshape(-1, 2)[pixels.place].astype(float)

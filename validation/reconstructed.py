@@ -1,0 +1,68 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A labelled press by the path that a user's frame takes: whoever judges, judges this.
+
+What dots hide is filled anew from slopes around them, as ``recon.pipeline.Reconstructor`` does,
+but rounded alike whatever was filled before, so that tables do not depend on what runs them.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+from jaxtyping import Float32
+
+from recon.estimators import GradientEstimator, as_labelled, slopes_at
+from recon.lights import unseen_axis
+from recon.pipeline import Reconstruction, reconstruct
+from recon.pixels import BallPress, Pixels
+from sensor.unit import MissingAxis
+
+Slopes = Float32[np.ndarray, "n 2"]
+
+
+def reconstruct_press(
+    press: BallPress,
+    estimator: GradientEstimator,
+    missing: MissingAxis,
+    lights_deg: Mapping[str, float] | None,
+) -> Reconstruction:
+    """Gradients, depth and contact of one press.
+
+    Args:
+        press: as it was read.
+        estimator: fitted for some channels.
+        missing: what stands in for a gradient that those channels' lights cannot see.
+        lights_deg: where the lights sit; ``None`` where nobody said.
+    """
+    return reconstruct(
+        press.difference,
+        estimator,
+        missing=missing,
+        lights_deg=lights_deg,
+        mm_per_px=press.mm_per_px,
+        hidden=press.hidden,
+        repeatable=True,
+    )
+
+
+def slopes_in(found: Reconstruction, estimator: GradientEstimator, pixels: Pixels) -> Slopes:
+    """Gradients (mm/mm) of some pixels of a reconstructed press, as their labels mean them."""
+    return as_labelled(estimator, found.gradient.reshape(-1, 2)[pixels.place], pixels)
+
+
+def slopes_of(
+    estimator: GradientEstimator,
+    press: BallPress,
+    pixels: Pixels,
+    missing: MissingAxis,
+    lights_deg: Mapping[str, float] | None,
+) -> Slopes:
+    """The same of a press not yet reconstructed; the rest of the frame only where it matters."""
+    if missing == "network" or estimator.reach is not None or press.hidden is not None:
+        found = reconstruct_press(press, estimator, missing, lights_deg)
+        return slopes_in(found, estimator, pixels)
+    slopes = slopes_at(estimator, press.difference, pixels)
+    unseen = unseen_axis(lights_deg, estimator.channels)
+    if missing == "zero" and unseen:
+        slopes[:, "xy".index(unseen)] = 0
+    return slopes
