@@ -36,10 +36,10 @@ def main(
 
     Every configuration is fitted anew on some presses and judged on others. Where the lights sit
     as the Wedge's do, the rows are the paper's six (R, R + network, RB, RB + network, RG, RGB);
-    for other sensors, every subset of the colours. Two sets of pixels are judged: contact alone,
-    and contact with 5 % of the untouched ones as in the paper. Several datasets, such as those of
-    several units or dates, give a table each; one that cannot be used is left out by its name, and
-    the exit status is 2.
+    for other sensors, every subset of the colours that have a light. Two sets of pixels are judged:
+    contact alone, and contact with 5 % of the untouched ones as in the paper. Several datasets,
+    such as those of several units or dates, give a table each; one that cannot be used is left out
+    by its name, and the exit status is 2.
 
     Example: wedge table taxim-gelsight --folds 5 --json table.json
 

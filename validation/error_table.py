@@ -3,7 +3,8 @@
 """The error table per light configuration, as the paper's Table I, split by press.
 
 A configuration is a set of lights, that is, of colour channels. Where the lights sit as the
-Wedge's do, the rows are the paper's six; for other sensors, every subset of the channels.
+Wedge's do, the rows are the paper's six; for other sensors, every subset of the lit channels, and
+where these leave an axis unseen, without and with the network.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -15,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
+from recon.calibration import CHANNELS, lit_channels
 from recon.estimators import (
     ESTIMATORS,
     GradientEstimator,
@@ -22,7 +24,7 @@ from recon.estimators import (
     training_pixels,
 )
 from recon.estimators.lesson import FEW
-from recon.lights import sits_like_wedge
+from recon.lights import sits_like_wedge, unseen_axis
 from recon.pipeline import Reconstruction
 from recon.pixels import BallPress, Pixels, join, label_pixels
 from recon.presses import LeftOut, PressReader, press_reader, refuse_no_press, sifted
@@ -43,7 +45,6 @@ WEDGE_CONFIGURATIONS: Mapping[str, tuple[MissingAxis, ...]] = {
     "RG": ("none",),
     "RGB": ("none",),
 }
-SUBSETS = tuple("".join(subset) for n in (1, 2, 3) for subset in combinations("RGB", n))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,7 +72,7 @@ class ErrorTable:
     seed: int
     rows: tuple[Row, ...]
     depth: Mapping[str, tuple[DepthErrors, ...]]
-    """Per estimator, one entry a held-out press, with all lights."""
+    """Per estimator, one entry a held-out press, with all lights and as a unit reads them."""
     left_out: tuple[tuple[str, str], ...]
     """Presses that could not be used, and why."""
     folds_fitted: Mapping[str, tuple[Fold, ...]]
@@ -101,7 +102,7 @@ class TaskResult:
 
     presses: Mapping[tuple[MissingAxis, PixelSet], tuple[PressErrors, ...]]
     depth: tuple[DepthErrors, ...]
-    """Only where all channels of the dataset are lit."""
+    """Only of all lights that the dataset has."""
     fitted: GradientEstimator
 
 
@@ -130,6 +131,7 @@ def error_table(
         WedgeError: the dataset cannot be used.
     """
     dataset = read_dataset(folder)
+    lit, _ = lit_channels(dataset)
     survey = executor.submit(_survey, folder, seed).result()
     parts = splits(survey.usable, folds, seed)
     tasks = [
@@ -143,7 +145,7 @@ def error_table(
         )
         for estimator in estimators
         for channels, missing_axes in configurations(dataset.card.lights_deg).items()
-        if channels == "RGB" or estimator not in all_lights_only
+        if channels == lit or estimator not in all_lights_only
         for part in parts
     ]
     futures = {executor.submit(run_task, task): task for task in tasks}
@@ -180,7 +182,7 @@ def error_table(
             estimator: tuple(
                 Fold(estimator=result.fitted, test=task.split.test)
                 for task, result in results.items()
-                if (task.estimator, task.channels) == (estimator, "RGB")
+                if (task.estimator, task.channels) == (estimator, lit)
             )
             for estimator in estimators
         },
@@ -193,7 +195,12 @@ def configurations(
     """Channels to measure, and what stands in for an unseen axis in each of their rows."""
     if sits_like_wedge(lights_deg):
         return WEDGE_CONFIGURATIONS
-    return {channels: ("none",) for channels in SUBSETS}
+    lit = [channel for channel in CHANNELS if lights_deg is None or channel in lights_deg]
+    subsets = ("".join(some) for n in range(1, len(lit) + 1) for some in combinations(lit, n))
+    return {
+        channels: ("zero", "network") if unseen_axis(lights_deg, channels) else ("none",)
+        for channels in subsets
+    }
 
 
 def widest(rows: Sequence[Row]) -> list[tuple[str, MissingAxis]]:
@@ -206,7 +213,8 @@ def widest(rows: Sequence[Row]) -> list[tuple[str, MissingAxis]]:
 
 def run_task(task: Task) -> TaskResult:
     """Fit on the train presses of a task and measure its test presses."""
-    lights_deg = read_dataset(task.folder).card.lights_deg
+    dataset = read_dataset(task.folder)
+    lights_deg, (lit, shipped) = dataset.card.lights_deg, lit_channels(dataset)
     labelled = _labelled(task.folder, task.seed)
     # All few presses teach alike, and all many, so that folds share what is kept.
     taught = FEW if len(task.split.train) <= FEW else FEW + 1
@@ -218,17 +226,13 @@ def run_task(task: Task) -> TaskResult:
     depth: list[DepthErrors] = []
     for index in task.split.test:
         press, pixels = labelled.reader.read(labelled.labels[index]), labelled.pixels[index]
-        if task.channels == "RGB":  # no axis is unseen, and the depth is judged too
-            found = reconstruct_press(press, estimator, "none", lights_deg)
-            depth.append(depth_errors(found.depth_mm, press, task.folder))
-            estimated: dict[MissingAxis, Slopes] = {"none": slopes_in(found, estimator, pixels)}
-        else:
-            estimated = {
-                missing: slopes_of(estimator, press, pixels, missing, lights_deg)
-                for missing in task.missing_axes
-            }
-        for missing, slopes in estimated.items():
-            errors = _errors_by_set(press.file, slopes, pixels)
+        for missing in task.missing_axes:
+            if (task.channels, missing) == (lit, shipped):  # as a unit reads it: depth as well
+                found = reconstruct_press(press, estimator, missing, lights_deg)
+                depth.append(depth_errors(found.depth_mm, press, task.folder))
+                errors = errors_in(found, estimator, press.file, pixels)
+            else:
+                errors = measure_press(estimator, press, pixels, missing, lights_deg)
             for name, error in zip(PIXEL_SETS, errors, strict=True):
                 measured.setdefault((missing, name), []).append(error)
     return TaskResult(

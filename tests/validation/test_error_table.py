@@ -21,7 +21,8 @@ from recon.presses import read_presses
 from sensor.dataset import read_dataset, write_card, write_labels
 from tests.synthetic import make_dataset
 from validation import error_table as module
-from validation.error_table import SUBSETS, configurations, error_table, widest
+from validation.error_table import configurations, error_table, widest
+from validation.evaluation import hold_out
 from validation.metrics import METRICS
 from validation.report.error_tables import table_section
 from validation.splits import Split
@@ -75,8 +76,33 @@ def test_a_sensor_lit_like_the_wedge_has_the_papers_six_rows(tmp_path, one_threa
 
 
 def test_other_sensors_have_every_subset():
-    assert set(configurations({"R": 115.0, "G": -122.0, "B": -2.0})) == set(SUBSETS)
-    assert set(configurations(None)) == {"R", "G", "B", "RG", "RB", "GB", "RGB"}
+    subsets = {"R", "G", "B", "RG", "RB", "GB", "RGB"}
+    found = configurations({"R": 115.0, "G": -122.0, "B": -2.0})
+    assert set(found) == set(configurations(None)) == subsets
+    # R leaves x unseen and B leaves y; nobody said where the other set's lights sit.
+    both = ("zero", "network")
+    assert {lights: found[lights] for lights in ("R", "G", "B")} == {
+        "R": both, "G": ("none",), "B": both
+    }  # fmt: skip
+    assert {found[lights] for lights in ("RG", "RB", "GB", "RGB")} == {("none",)}
+    assert set(configurations(None).values()) == {("none",)}
+
+
+def test_only_lights_that_a_sensor_has_are_measured_and_as_its_unit_reads_them(
+    tmp_path, one_thread
+):
+    lights = {"R": 90.0, "B": -90.0}
+    both = ("zero", "network")
+    assert configurations(lights) == {"R": both, "B": both, "RB": both}
+    table = measured(tmp_path, one_thread, lights_deg=lights)
+    found = errors_by_lights(table)
+    assert found["RB", "network"]["gx_mae"] < 0.5 * found["RB", "zero"]["gx_mae"]
+    dataset = read_dataset(tmp_path / "set")
+    unit = hold_out(dataset, read_presses(dataset), "table", seed=0)
+    (missing,) = {row.missing_axis for row in unit.rows}
+    assert found["RB", missing] == errors_by_lights(unit)["RB", missing]
+    assert table.depth == unit.depth
+    assert table.folds_fitted["table"][0].estimator.channels == "RB"
 
 
 def test_an_estimator_can_be_spared_all_but_all_lights(tmp_path, one_thread):
