@@ -3,6 +3,7 @@
 """`wedge table`: the error table per light configuration."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -55,7 +56,7 @@ def main(
         html: Write the tables here as HTML.
     """
     from recon.estimators import kind_of
-    from validation.datasets import dataset_folder
+    from validation.datasets import dataset_folder, each_once, told_apart
     from validation.error_table import error_table
     from validation.report.error_tables import table_section
     from validation.report.page import write_report
@@ -68,7 +69,8 @@ def main(
     estimators = list(dict.fromkeys(part.strip() for part in estimator.split(",")))
     for name in estimators:
         kind_of(name)
-    folders = {name: dataset_folder(name) for name in dict.fromkeys(dataset)}
+    folders = {name: dataset_folder(name) for name in each_once(dataset)}
+    called = told_apart(folders)
     keep_inputs(folders.values(), [json, markdown, html])
     measured: list[ErrorTable] = []
     refused: dict[str, str] = {}
@@ -89,8 +91,8 @@ def main(
                     raise
                 refused[name] = str(error)
             else:
-                measured.append(table)
-                print_error_table(table)
+                measured.append(replace(table, dataset=called[name]))
+                print_error_table(measured[-1])
     if not measured:
         raise WedgeError("; ".join(f"{name}: {reason}" for name, reason in refused.items()))
     documents = [table_document(table) for table in measured]

@@ -6,12 +6,14 @@ import difflib
 import hashlib
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 from recon.labels import circles
+from sensor.dataset import read_dataset
 from sensor.design import FINGER, STANDARD
 from sensor.errors import WedgeError
 from sensor.files import new_folder, sha256_of_files
@@ -83,6 +85,32 @@ def dataset_folder(name: str | Path) -> Path:
     with new_folder(folder, alike=CARD) as temporary:
         known.importer(source, temporary)
     return folder
+
+
+def each_once(names: Iterable[str]) -> list[str]:
+    """Names of datasets, or folders, without those whose folder was named before."""
+    first: dict[Path | str, str] = {}
+    for name in names:
+        try:
+            first.setdefault(dataset_folder(name).resolve(), name)
+        except WedgeError:  # whoever reads it says so
+            first.setdefault(name, name)
+    return list(first.values())
+
+
+def told_apart(names: Iterable[str]) -> dict[str, str]:
+    """What to call each dataset: its own name, and where several share it how it was named too."""
+    own = {}
+    for name in names:
+        try:
+            own[name] = read_dataset(dataset_folder(name)).card.name
+        except WedgeError:  # whoever reads it says so
+            own[name] = name
+    count = Counter(own.values())
+    return {
+        name: card if count[card] == 1 or card == name else f"{card} ({name})"
+        for name, card in own.items()
+    }
 
 
 def on_this_machine(names: Sequence[str]) -> list[str]:

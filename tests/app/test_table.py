@@ -16,7 +16,7 @@ def test_a_dataset_that_cannot_be_tabulated_costs_the_others_nothing(tmp_path, c
     assert run(*words, "--json", numbers, "--html", tmp_path / "t.html") == 2
     document = json.loads(numbers.read_text())
     assert len(document["tables"]) == 1
-    assert document["tables"][0]["dataset"] == good.card.name
+    assert document["tables"][0]["dataset"] == f"synthetic ({good.folder})"
     (reason,) = document["left_out"].values()
     assert list(document["left_out"]) == [str(few)] and "1 usable press cannot" in reason
     assert f"left out {few}: {reason}" in capsys.readouterr().err
@@ -24,3 +24,15 @@ def test_a_dataset_that_cannot_be_tabulated_costs_the_others_nothing(tmp_path, c
     both = refused(capsys, "table", few, poor, "--json", tmp_path / "no.json")
     assert f"{few}: 1 usable press" in both and f"{poor}: 1 usable press" in both
     assert not (tmp_path / "no.json").exists()
+
+
+def test_datasets_of_one_name_are_told_apart_and_one_folder_is_taken_once(tmp_path, capsys):
+    may, june = (make_dataset(tmp_path / name, presses=5, seed=i) for i, name in enumerate("ab"))
+    numbers, page = tmp_path / "t.json", tmp_path / "page"
+    words = ["table", may.folder, f"{may.folder}/", june.folder, "--estimator", "table"]
+    assert run(*words, "--json", numbers, "--out", page) == 0
+    sets = [f"synthetic ({dataset.folder})" for dataset in (may, june)]
+    tables = json.loads(numbers.read_text())["tables"]
+    assert [table["dataset"] for table in tables] == sets
+    printed, written = capsys.readouterr().out, (page / "index.html").read_text()
+    assert all(name in printed and f">{name}</h2>" in written for name in sets)

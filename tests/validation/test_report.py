@@ -289,10 +289,13 @@ def test_page_is_whole_or_absent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert [file.name for file in tmp_path.iterdir()] == ["index.html"]
 
 
-def test_two_sections_of_one_title_are_refused(tmp_path: Path) -> None:
-    twice = [Section(title="Same", html=""), Section(title="same!", html="")]
-    with pytest.raises(ValueError, match="same"):
-        write_report(tmp_path, title="a", lead="b", sections=twice)
+def test_sections_of_titles_that_are_nearly_the_same_have_a_place_each(tmp_path: Path) -> None:
+    titles = {"June.1": "june-1", "june 1": "june-1-2", "June 1-2": "june-1-2-2"}
+    sections = [Section(title=title, html="") for title in titles]
+    page = write_report(tmp_path, title="a", lead="b", sections=sections).read_text()
+    for title, anchor in titles.items():
+        assert f'<a href="#{anchor}">{title}</a>' in page
+        assert page.count(f'id="{anchor}"') == 1
 
 
 def test_words_from_outside_stay_words() -> None:

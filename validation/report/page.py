@@ -28,11 +28,6 @@ class Section:
     title: str
     html: str
 
-    @property
-    def anchor(self) -> str:
-        """Its address inside the page."""
-        return re.sub(r"[^a-z0-9]+", "-", self.title.lower()).strip("-")
-
 
 @dataclass(frozen=True, kw_only=True)
 class Picture:
@@ -66,21 +61,18 @@ def write_report(folder: Path, *, title: str, lead: str, sections: Sequence[Sect
         sections: in their order on the page.
 
     Raises:
-        ValueError: two sections have the same address.
         WedgeError: the page cannot be written.
     """
-    anchors = [section.anchor for section in sections]
-    if len(set(anchors)) < len(anchors):
-        raise ValueError(f"two sections share a title: {', '.join(anchors)}")
+    anchored = list(zip(_anchors([section.title for section in sections]), sections, strict=True))
     contents = "".join(
-        f'<li><a href="#{section.anchor}">{html.escape(section.title)}</a></li>'
-        for section in sections
+        f'<li><a href="#{anchor}">{html.escape(section.title)}</a></li>'
+        for anchor, section in anchored
     )
     body = "\n".join(
-        f'<section id="{section.anchor}" aria-labelledby="{section.anchor}-title">\n'
-        f'<h2 id="{section.anchor}-title">{html.escape(section.title)}</h2>\n'
+        f'<section id="{anchor}" aria-labelledby="{anchor}-title">\n'
+        f'<h2 id="{anchor}-title">{html.escape(section.title)}</h2>\n'
         f"{section.html}\n</section>"
-        for section in sections
+        for anchor, section in anchored
     )
     page = (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
@@ -95,6 +87,16 @@ def write_report(folder: Path, *, title: str, lead: str, sections: Sequence[Sect
     path = folder / PAGE
     write_atomic(path, page.encode())
     return path
+
+
+def _anchors(titles: Iterable[str]) -> list[str]:
+    """Addresses inside the page, each once: titles may be alike but for their case and dots."""
+    found: list[str] = []
+    for title in titles:
+        plain = re.sub(r"[^a-z0-9]+", "-", title.lower()).strip("-")
+        tries = (plain, *(f"{plain}-{number}" for number in range(2, len(found) + 3)))
+        found.append(next(anchor for anchor in tries if anchor not in found))
+    return found
 
 
 def paragraph(text: str) -> str:
