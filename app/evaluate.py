@@ -13,6 +13,7 @@ from app._output import (
     OutputFile,
     keep_inputs,
     print_error_table,
+    print_left_out,
     print_table,
     write_json,
 )
@@ -34,15 +35,16 @@ def main(
     out: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None,
     seed: Seed = 0,
     json: OutputFile = None,
-) -> None:
+) -> int:
     """Measure the gradient and depth errors of a calibrated unit on the presses of a dataset.
 
     Every press is judged. On presses that the unit has learnt from its errors are too low, and a
     line says of how many. Name several units or datasets, in the order of
     their dates, and every unit is measured on every dataset of its frame size; a number that
-    differs from a unit's first dataset by more than presses scatter is named: errors, noise, the
-    brightness of untouched gel and each colour's answer to slope. That is how a sensor that drifts
-    is told from a bad day's presses.
+    differs from a unit's first dataset by more than presses scatter is named: errors (from the
+    first that it has not learnt from), noise, the brightness of untouched gel and each colour's
+    answer to slope. That is how a sensor that drifts is told from a bad day's presses. A dataset
+    that cannot be used is left out by its name, and the exit status is 2.
 
     Example: wedge evaluate units/bench-001 taxim-gelsight
 
@@ -56,13 +58,15 @@ def main(
         json: Write the numbers here as JSON.
     """
     from recon.calibration import load_calibration
+    from validation.datasets import each_once, told_apart
     from validation.drift import moves
+    from validation.intervals import counted
     from validation.report.drift import drift_document, drift_sections, summary, verdict
     from validation.report.page import write_report
     from validation.table_text import table_document
 
     units = [Path(name) for name in what if (Path(name) / "unit.toml").is_file()]
-    datasets = [name for name in what if not (Path(name) / "unit.toml").is_file()]
+    datasets = each_once(name for name in what if not (Path(name) / "unit.toml").is_file())
     if not what:
         raise WedgeError("name a unit folder, which wedge calibrate writes, and a dataset.")
     if not units or not datasets:
@@ -75,25 +79,28 @@ def main(
     keep_inputs(what, [json])
     calibrations = [load_calibration(folder) for folder in units]
     _refuse_namesakes(units, calibrations)
-    found, refused = [], []
+    called, alone = told_apart(datasets), len(units) * len(datasets) == 1
+    found: list[Evaluation] = []
+    refused: list[dict[str, str]] = []
     for calibration in calibrations:
         for name in datasets:
             try:
-                found.append(_evaluated(calibration, name, seed))
+                found.append(_evaluated(calibration, name, called[name], seed))
             except WedgeError as error:
-                if len(units) * len(datasets) == 1:
+                if alone:
                     raise
-                refused.append(str(error))
+                words = {"unit": calibration.card.serial, "dataset": called[name]}
+                refused.append({**words, "reason": str(error)})
     if not found:
-        raise WedgeError(refused[0])
+        raise WedgeError(refused[0]["reason"])
     moved = moves(found)
-    if len(found) == 1:
+    if alone:
         print_error_table(found[0].errors)
         if learnt := found[0].learnt:
-            count = "all" if learnt == found[0].errors.test else f"{learnt} of the"
+            test = found[0].errors.test
+            which = f"{learnt} of the" if learnt < test else "all" if test > 1 else "the"
             print(
-                f"The unit has learnt from {count} {found[0].errors.test} presses: its errors on "
-                "them are too low.",
+                f"The unit has learnt from {which} {counted(test)}: its errors there are too low.",
                 file=sys.stderr,
             )
         write_json(json, table_document(found[0].errors))
@@ -104,9 +111,13 @@ def main(
             print("* has learnt from some or all of these presses: its errors are too low there.")
         for sentence in verdict(found, moved):
             print(sentence)
-        write_json(json, drift_document(found, moved))
-    for reason in refused:
-        print(f"left out: {reason}", file=sys.stderr)
+        for name, left_out in {item.dataset: item.errors.left_out for item in found}.items():
+            if left_out:
+                print(f"{name}: ", end="", file=sys.stderr)
+                print_left_out(left_out)
+        write_json(json, drift_document(found, moved, refused))
+    for line in refused:
+        print(f"left out: {line['reason']}", file=sys.stderr)
     if out is not None:
         write_report(
             out,
@@ -115,6 +126,7 @@ def main(
             sections=drift_sections(found, moved),
         )
         print(f"Page: {page}")
+    return 2 if refused else 0
 
 
 def _refuse_namesakes(units: Sequence[Path], calibrations: "Sequence[Calibration]") -> None:
@@ -134,13 +146,17 @@ def _refuse_namesakes(units: Sequence[Path], calibrations: "Sequence[Calibration
         seen[serial] = folder
 
 
-def _evaluated(calibration: "Calibration", name: str, seed: int) -> "Evaluation":
+def _evaluated(calibration: "Calibration", name: str, called: str, seed: int) -> "Evaluation":
     from sensor.dataset import read_dataset
     from validation.datasets import dataset_folder
     from validation.drift import evaluate_on
 
     source = read_dataset(dataset_folder(name))
-    with progress(f"{calibration.card.serial} on {source.card.name}") as show:
+    with progress(f"{calibration.card.serial} on {called}") as show:
         return evaluate_on(
-            calibration, source, seed=seed, progress=lambda share: show(share, "measuring")
+            calibration,
+            source,
+            seed=seed,
+            called=called,
+            progress=lambda share: show(share, "measuring"),
         )

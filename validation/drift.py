@@ -11,10 +11,11 @@ from scipy import stats
 
 from recon.calibration import Calibration
 from recon.pixels import BallPress, label_pixels
-from recon.presses import read_presses
+from recon.presses import press_reader, read_presses
 from sensor.dataset import Dataset
 from validation.acceptance.gel import GRAIN_PX, smooth, untouched
 from validation.acceptance.lights import GREY_LEVELS
+from validation.depth import rmse_interval_mm
 from validation.error_table import ErrorTable
 from validation.evaluation import (
     judge_presses_singly,
@@ -44,6 +45,8 @@ class Number:
     counts: Float64[np.ndarray, " n"]
     signed: bool = False
     """Whether it may be negative."""
+    tabulated: Interval | None = None
+    """Its interval in the error table, where it has one there."""
 
     @property
     def mean(self) -> float:
@@ -64,12 +67,15 @@ class Number:
 
     @property
     def ci95(self) -> Interval | None:
-        """Interval of the mean over presses, by Student's t, as far as such a mean can be.
+        """Interval of the mean over presses: the error table's, so that a number has but one.
 
-        ``None`` for too few of them.
+        By Student's t, as far as such a mean can be, for what is in no table; ``None`` for too few
+        presses.
         """
         if not enough(len(self.sums)):
             return None
+        if self.tabulated is not None:
+            return self.tabulated
         half = float(stats.t.ppf((1 + WITHIN) / 2, len(self.sums) - 1)) * self.standard_error
         low = self.mean - half
         return (low if self.signed else max(low, 0.0)), self.mean + half
@@ -94,6 +100,7 @@ class Evaluation:
 
     unit: str
     dataset: str
+    """By which it is told from others: no two sets of one unit may share it."""
     learnt: int
     """How many of these presses the unit has learnt from."""
     errors: ErrorTable
@@ -128,19 +135,30 @@ def evaluate_on(
     dataset: Dataset,
     *,
     seed: int,
+    called: str | None = None,
     progress: Callable[[float], None] = lambda _: None,
 ) -> Evaluation:
     """Measure a unit on a data set, press by press.
+
+    Args:
+        calibration: the unit.
+        dataset: whose presses are judged.
+        seed: of the drawn pixels and the intervals.
+        called: what to call the set; its own name unless given.
+        progress: called with the share that is done.
 
     Raises:
         WedgeError: the data set cannot be used, or comes from another sensor.
     """
     card = calibration.card
+    refuse_other_sensor(calibration, dataset, press_reader(dataset))  # before all is read
     presses = read_presses(dataset, lambda share: progress(0.5 * share))
-    refuse_other_sensor(calibration, dataset, presses)
     judged = judge_presses_singly(
         calibration, dataset, presses, seed=seed, progress=lambda x: progress(0.5 + 0.5 * x)
     )
+    table = table_of(calibration, dataset, presses, judged, seed)
+    table = replace(table, dataset=called or table.dataset)
+    (ci95,) = (row.errors.ci95 for row in table.rows if row.pixels == "contact")
     contact = PIXEL_SETS.index("contact")
     errors = [entry[contact] for entry in judged.per_press]
     pixels = np.array([error.n_pixels for error in errors], float)
@@ -150,46 +168,43 @@ def evaluate_on(
             unit="°",
             sums=np.array([error.absolute[METRICS.index(name)] for error in errors], float),
             counts=pixels,
+            tabulated=ci95[name],
         )
         for name, symbol in (("theta_x_deg", "θx"), ("theta_y_deg", "θy"))
     }
-    numbers["depth_rmse_mm"] = _number("depth RMSE", "mm", [x.rmse_mm for x in judged.depth])
+    numbers["depth_rmse_mm"] = replace(
+        _number("depth RMSE", "mm", [x.rmse_mm for x in judged.depth]),
+        tabulated=rmse_interval_mm(judged.depth, seed),
+    )
     numbers["depth_bias_mm"] = replace(
         _number("depth bias", "mm", [x.bias_mm for x in judged.depth]), signed=True
     )
     numbers |= _of_light(presses.presses, card.channels)
     return Evaluation(
         unit=card.serial,
-        dataset=dataset.card.name,
+        dataset=table.dataset,
         learnt=learnt_presses(card, dataset, presses),
-        errors=table_of(calibration, dataset, presses, judged, seed),
+        errors=table,
         numbers=numbers,
     )
 
 
 def moves(evaluations: Sequence[Evaluation]) -> list[Move]:
-    """What has moved on each later data set of a unit since its first, in the order given.
-
-    A unit errs less on presses that it has learnt from: errors are compared where it has learnt
-    from none of both sets.
-    """
+    """What has moved on each later data set of a unit, in the order given (``compared``)."""
     found = []
-    for first, later in pairs(evaluations):
-        learnt = not (first.held_out and later.held_out)
-        for name, now in later.numbers.items():
-            before = first.numbers.get(name)
-            if before is None or (learnt and name in ERRORS):
-                continue
+    for pair in compared(evaluations):
+        for name in pair.names:
+            now, before = pair.later.numbers[name], pair.since.numbers[name]
             low, high = difference(now, before)
             if low > 0 or high < 0:
                 found.append(
                     Move(
-                        unit=later.unit,
+                        unit=pair.later.unit,
                         name=name,
                         title=now.title,
                         measure=now.unit,
-                        since=first.dataset,
-                        dataset=later.dataset,
+                        since=pair.since.dataset,
+                        dataset=pair.later.dataset,
                         before=before.mean,
                         now=now.mean,
                         ci99=(low, high),
@@ -198,14 +213,33 @@ def moves(evaluations: Sequence[Evaluation]) -> list[Move]:
     return found
 
 
-def pairs(evaluations: Sequence[Evaluation]) -> list[tuple[Evaluation, Evaluation]]:
-    """Each later data set of a unit, behind that unit's first."""
+@dataclass(frozen=True, kw_only=True)
+class Compared:
+    """Two data sets of a unit, and the numbers that are compared between them."""
+
+    since: Evaluation
+    later: Evaluation
+    names: tuple[str, ...]
+
+
+def compared(evaluations: Sequence[Evaluation]) -> list[Compared]:
+    """What each later data set of a unit is compared with, in the order given.
+
+    What a sensor sees is compared with the unit's first set. A unit errs less on presses that it
+    has learnt from: errors on presses that it has not are compared with those on the first such
+    set of its own.
+    """
     firsts: dict[str, Evaluation] = {}
+    unlearnt: dict[str, Evaluation] = {}
     found = []
     for item in evaluations:
         first = firsts.setdefault(item.unit, item)
-        if first is not item:
-            found.append((first, item))
+        unseen = unlearnt.setdefault(item.unit, item) if item.held_out else item
+        for since, errs in ((unseen, True), (first, False)):
+            both = (name for name in item.numbers if name in since.numbers)
+            names = tuple(name for name in both if (name in ERRORS) == errs)
+            if since is not item and names:
+                found.append(Compared(since=since, later=item, names=names))
     return found
 
 

@@ -9,7 +9,7 @@ from statistics import fmean
 from recon.calibration import Calibration, lit_channels
 from recon.estimators import GradientEstimator, fit_estimator, lesson_of
 from recon.pixels import label_pixels
-from recon.presses import PressSet, read_presses
+from recon.presses import PressReader, PressSet
 from sensor.dataset import Dataset
 from sensor.errors import WedgeError
 from sensor.unit import MissingAxis, UnitCard
@@ -23,26 +23,9 @@ from validation.splits import splits
 Progress = Callable[[float], None]
 
 
-def evaluate_unit(
-    calibration: Calibration,
-    dataset: Dataset,
-    *,
-    seed: int,
-    progress: Progress = lambda _: None,
-) -> ErrorTable:
-    """Gradient and depth errors of a unit on every press of a dataset.
-
-    Raises:
-        WedgeError: the dataset cannot be used, or comes from a sensor of another frame size.
-    """
-    presses = read_presses(dataset, lambda share: progress(share / 2))
-    refuse_other_sensor(calibration, dataset, presses)
-    return judge_presses(
-        calibration, dataset, presses, seed=seed, progress=lambda share: progress((1 + share) / 2)
-    )
-
-
-def refuse_other_sensor(calibration: Calibration, dataset: Dataset, presses: PressSet) -> None:
+def refuse_other_sensor(
+    calibration: Calibration, dataset: Dataset, presses: PressSet | PressReader
+) -> None:
     """Refuse presses that cannot be a unit's.
 
     Raises:

@@ -17,8 +17,11 @@ from app.__main__ import main
 from recon.calibration import load_calibration
 from recon.presses import read_presses
 from sensor.dataset import read_dataset, write_labels
+from sensor.errors import WedgeError
 from tests.synthetic import KEYSTONE_PX, make_dataset
 from tests.validation.sensors import PRESSES, change_frames, good_set, unit_of
+from validation import drift
+from validation.depth import rmse_interval_mm
 from validation.drift import ERRORS, Number, difference, evaluate_on, moves
 from validation.evaluation import learnt_presses
 from validation.figures.drift import drift_figure
@@ -110,6 +113,33 @@ def test_errors_are_not_compared_with_those_on_presses_learnt_from(evaluations):
     assert set(ERRORS) - {"depth_bias_mm"} <= named
     learnt = {move.name for move in moves([replace(first, learnt=1), later])}
     assert learnt == named - set(ERRORS) and learnt
+
+
+def test_errors_are_compared_with_the_first_set_that_was_not_learnt_from(evaluations):
+    may, june, july = (
+        replace(item, dataset=name)
+        for item, name in zip(evaluations, ("may", "june", "july"), strict=True)
+    )
+    numbers = {name: replace(x, sums=10 * x.sums) for name, x in june.numbers.items()}
+    moved = moves([replace(may, learnt=PRESSES), june, replace(july, numbers=numbers)])
+    assert {(move.since, move.dataset) for move in moved if move.name in ERRORS} == {
+        ("june", "july")
+    }
+    assert {move.since for move in moved if move.name not in ERRORS} == {"may"}
+    said = drift_sections([replace(may, learnt=PRESSES), june], [])[0].html
+    assert f"{june.unit}: its errors were compared with none" in said
+    assert "compared with none" not in drift_sections([may, june], [])[0].html
+
+
+def test_an_error_has_the_interval_of_its_table_and_no_other(evaluations):
+    for item in evaluations:
+        (row,) = (row for row in item.errors.rows if row.pixels == "contact")
+        for name in ("theta_x_deg", "theta_y_deg"):
+            assert item.numbers[name].ci95 == row.errors.ci95[name]
+            assert item.numbers[name].mean == pytest.approx(row.errors.values[name])
+        (depth,) = item.errors.depth.values()
+        found = item.numbers["depth_rmse_mm"].ci95
+        assert found == rmse_interval_mm(depth, item.errors.seed)
 
 
 def test_the_intervals_are_students_and_welchs():
@@ -246,18 +276,55 @@ def test_the_command_takes_several_days_and_leaves_out_another_sensor(dates, tmp
     other = make_dataset(tmp_path / "other", presses=3, corners_px=KEYSTONE_PX).folder
     page, numbers = tmp_path / "page", tmp_path / "n.json"
     words = ["evaluate", dates / "unit", dates / "may", dates / "july", other]
-    assert run(*words, "--out", page, "--json", numbers) in (0, None)
+    assert run(*words, "--out", page, "--json", numbers) == 2
     printed = capsys.readouterr()
     assert "brightness, R moved" in printed.out and "another sensor" in printed.err
     assert (page / "index.html").stat().st_size > 5000
-    assert len(json.loads(numbers.read_text())["evaluations"]) == 2
+    said = json.loads(numbers.read_text())
+    assert len(said["evaluations"]) == 2
+    (left_out,) = said["left_out"]
+    assert left_out["dataset"] == f"synthetic ({other})" and "another sensor" in left_out["reason"]
+    # One that is left of several that were named is written as of several.
+    assert run("evaluate", dates / "unit", dates / "may", other, "--json", numbers) == 2
+    said = json.loads(numbers.read_text())
+    assert len(said["evaluations"]) == len(said["left_out"]) == 1
+
+
+def test_sets_of_one_name_are_told_apart_and_one_folder_is_taken_once(dates, tmp_path, capsys):
+    july, numbers = read_dataset(dates / "july"), tmp_path / "n.json"
+    shutil.copytree(july.folder, tmp_path / "july")
+    labels = [replace(july.labels[0], contact_radius_px=1.0), *july.labels[1:]]
+    write_labels(tmp_path / "july" / "labels.csv", labels)
+    words = [dates / "unit", dates / "may", f"{dates / 'may'}/", tmp_path / "july"]
+    assert run("evaluate", *words, "--json", numbers) == 0
+    said = json.loads(numbers.read_text())
+    sets = [f"synthetic ({folder})" for folder in (dates / "may", tmp_path / "july")]
+    assert [item["dataset"] for item in said["evaluations"]] == sets
+    assert {(move["since"], move["dataset"]) for move in said["moved"]} == {tuple(sets)}
+    printed = capsys.readouterr().err
+    assert f"{sets[1]}: left out 1 press" in printed and labels[0].file in printed
+
+
+def test_another_sensor_s_set_is_refused_before_all_of_it_is_read(dates, tmp_path, monkeypatch):
+    other = make_dataset(tmp_path / "other", presses=3, corners_px=KEYSTONE_PX)
+    monkeypatch.setattr(drift, "read_presses", lambda *_: pytest.fail("read it"))
+    with pytest.raises(WedgeError, match="another sensor"):
+        evaluate_on(load_calibration(dates / "unit"), other, seed=0)
+
+
+@pytest.mark.parametrize(("presses", "said"), [(1, "from the 1 press:"), (2, "from all 2 presses")])
+def test_how_many_were_learnt_from_is_counted(dates, tmp_path, capsys, presses, said):
+    shutil.copytree(dates / "taught", tmp_path / "some")
+    write_labels(tmp_path / "some" / "labels.csv", read_dataset(dates / "taught").labels[:presses])
+    assert run("evaluate", dates / "unit", tmp_path / "some") == 0
+    assert said in capsys.readouterr().err
 
 
 def test_the_command_does_not_say_that_one_press_shows_no_move(dates, tmp_path, capsys):
     july = read_dataset(dates / "july")
     shutil.copytree(july.folder, tmp_path / "one")
     write_labels(tmp_path / "one" / "labels.csv", july.labels[:1])
-    assert run("evaluate", dates / "unit", dates / "may", tmp_path / "one") in (0, None)
+    assert run("evaluate", dates / "unit", dates / "may", tmp_path / "one") == 0
     printed = capsys.readouterr().out
     assert "Nothing moved" not in printed and "Too few presses" in printed
 

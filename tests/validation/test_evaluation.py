@@ -17,7 +17,8 @@ from simulation.presses import ball_presses, contact_circle_px, skin_under
 from simulation.skin import gel_view, rest_height_mm
 from tests.synthetic import MM_PER_PX, SIZE_PX, make_dataset, true_depth_mm
 from validation.depth import cap_of, depth_errors, read_truth
-from validation.evaluation import evaluate_unit, held_out_metrics, hold_out
+from validation.drift import evaluate_on
+from validation.evaluation import held_out_metrics, hold_out
 
 
 @pytest.fixture(autouse=True)
@@ -128,7 +129,7 @@ def test_a_damaged_truth_file_is_refused_by_name(dataset, content):
 
 def test_a_unit_is_as_good_on_new_presses_of_its_sensor(dataset, tmp_path):
     unit = unit_of(dataset)
-    table = evaluate_unit(unit, make_dataset(tmp_path / "new", presses=6, seed=9), seed=0)
+    table = evaluate_on(unit, make_dataset(tmp_path / "new", presses=6, seed=9), seed=0).errors
     held_out = hold_out(dataset, read_presses(dataset), "mlp", seed=0)
     for new, old in zip(table.rows, held_out.rows, strict=True):
         assert new.errors.values["theta_x_deg"] < 2 * old.errors.values["theta_x_deg"] + 0.5
@@ -139,14 +140,14 @@ def test_a_unit_refuses_frames_of_another_size(dataset, tmp_path):
     corners = ((20.0, 10.0), (150.0, 18.0), (138.0, 108.0), (32.0, 100.0))
     other = make_dataset(tmp_path / "other", presses=3, corners_px=corners)
     with pytest.raises(WedgeError, match="another sensor"):
-        evaluate_unit(unit_of(dataset), other, seed=0)
+        evaluate_on(unit_of(dataset), other, seed=0)
 
 
 def test_a_unit_with_opposite_lights_alone_infers_the_other_axis(tmp_path):
     dataset = make_dataset(tmp_path / "two", presses=12, lights_deg={"R": 90.0, "B": -90.0})
     unit = unit_of(dataset)
     assert (unit.card.channels, unit.card.missing_axis) == ("RB", "network")
-    row = evaluate_unit(unit, dataset, seed=0).rows[-1]
+    row = evaluate_on(unit, dataset, seed=0).errors.rows[-1]
     assert row.errors.values["gx_mae"] < 0.5 * row.errors.mean_abs_gradient
 
 

@@ -22,7 +22,7 @@ SIDEWAYS = 0.16
 
 @styled
 def drift_figure(evaluations: Sequence[Evaluation], moved: Sequence[Move]) -> Figure:
-    """Means and 95 % intervals over presses; what moved since a unit's first set is filled.
+    """Means and 95 % intervals over presses; what moved (``drift.moves``) is filled.
 
     Args:
         evaluations: in the order of their dates.

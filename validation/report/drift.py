@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Units over data sets and dates: in tables, as a page, and for machines."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from decimal import Decimal
 from typing import Any
 
-from validation.drift import Evaluation, Move, Number, pairs
+from validation.drift import ERRORS, Evaluation, Move, Number, compared
 from validation.figures.drift import drift_figure
 from validation.figures.png import plot_bytes
 from validation.intervals import enough, remark
@@ -46,24 +46,34 @@ def sentences(moved: Sequence[Move]) -> list[str]:
 
 def verdict(evaluations: Sequence[Evaluation], moved: Sequence[Move]) -> list[str]:
     """What moved, in words, or that nothing did, and where too few presses were judged to tell."""
-    compared = pairs(evaluations)
-    if not compared:
+    pairs = compared(evaluations)
+    if not pairs:
         return ["One data set of each unit: nothing to compare over time."]
     few = [
-        f"{later.unit} on {later.dataset}"
-        for first, later in compared
-        if not enough(min(first.errors.test, later.errors.test))
+        pair for pair in pairs if not enough(min(x.errors.test for x in (pair.since, pair.later)))
     ]
     said = sentences(moved)
-    if not moved and len(few) < len(compared):
+    if not moved and len(few) < len(pairs):
         said = ["Nothing moved."]
     if few:
-        said.append(f"Too few presses, there or on the first, to tell: {', '.join(few)}.")
+        named = dict.fromkeys(f"{pair.later.unit} on {pair.later.dataset}" for pair in few)
+        said.append(f"Too few presses, there or on the first, to tell: {', '.join(named)}.")
+    judged = {pair.later.unit for pair in pairs if pair.names[0] in ERRORS}
+    said += [
+        f"{unit}: its errors were compared with none, as that takes two data sets that it has not "
+        "learnt from."
+        for unit in dict.fromkeys(pair.later.unit for pair in pairs)
+        if unit not in judged
+    ]
     return said
 
 
-def drift_document(evaluations: Sequence[Evaluation], moved: Sequence[Move]) -> dict[str, Any]:
-    """All of it as plain values for JSON."""
+def drift_document(
+    evaluations: Sequence[Evaluation],
+    moved: Sequence[Move],
+    left_out: Sequence[Mapping[str, str]] = (),
+) -> dict[str, Any]:
+    """All of it as plain values for JSON, with what could not be measured, and why."""
     return {
         "evaluations": [
             {
@@ -97,6 +107,7 @@ def drift_document(evaluations: Sequence[Evaluation], moved: Sequence[Move]) -> 
             }
             for move in moved
         ],
+        "left_out": list(left_out),
     }
 
 
@@ -107,12 +118,13 @@ def drift_sections(evaluations: Sequence[Evaluation], moved: Sequence[Move]) -> 
         content=plot_bytes(drift_figure(evaluations, moved)),
         alt="Each number over the data sets, with intervals; the table below has the values",
         caption=f"Means over presses; {remark('bars are 95 % intervals', *presses)}."
-        + " Filled: moved since the unit's first data set." * bool(moved),
+        + " Filled: moved since the data set that it is compared with." * bool(moved),
         wide=True,
     )
     rule = paragraph(
         "A number has moved where the 99 % interval of its difference to the unit's first data "
-        "set, by the scatter of presses (Welch's t), leaves out zero."
+        "set, by the scatter of presses (Welch's t), leaves out zero; of errors, to the first that "
+        "the unit has not learnt from."
     )
     said = verdict(evaluations, moved)
     words = bullets(said) if len(said) > 1 else paragraph(said[0])
@@ -127,7 +139,8 @@ def drift_sections(evaluations: Sequence[Evaluation], moved: Sequence[Move]) -> 
     )
     return [
         Section(
-            title="What moved", html=rule * bool(pairs(evaluations)) + words + figure_html(picture)
+            title="What moved",
+            html=rule * bool(compared(evaluations)) + words + figure_html(picture),
         ),
         Section(title="All numbers", html=note + _all_numbers(evaluations)),
     ]
