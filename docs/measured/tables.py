@@ -3,7 +3,8 @@
 """Writes the measured tables of the pages from what ``wedge reproduce`` measured; none by hand.
 
 What lies between ``<!-- table: DATASET [WORD...] -->`` and ``<!-- end of table -->`` of a page is
-replaced, by the rows whose lights, estimator or pixels are the words; likewise ``<!-- bench -->``.
+replaced, by the rows whose lights, estimator or pixels are the words; likewise ``<!-- bench -->``
+and ``<!-- network: DATASET -->``, what the network leaves of errors without it.
 After a new measurement:
 
     wedge reproduce
@@ -23,6 +24,7 @@ HERE = Path(__file__).resolve().parent
 PAGES = (HERE.parents[1] / "README.md", HERE / "index.md", HERE / "performance.md")
 BLOCK = re.compile(r"(<!-- table: ([\w-]+)([\w+% ]*) -->\n).*?(<!-- end of table -->)", re.DOTALL)
 BENCH = re.compile(r"(<!-- bench -->\n).*?(<!-- end of bench -->)", re.DOTALL)
+NETWORK = re.compile(r"(<!-- network: ([\w-]+) -->\n).*?(<!-- end of network -->)", re.DOTALL)
 METRICS = {"gx_mae": ("Gx", 3), "gy_mae": ("Gy", 3), "theta_x_deg": ("θx [°]", 2)}
 METRICS |= {"theta_y_deg": ("θy [°]", 2)}
 STAND_INS = {"none": "", "zero": " (w/o network)", "network": " + network"}
@@ -35,6 +37,7 @@ def filled(page: str) -> str:
         return f"{found[1]}\n{_table(found[2], found[3].split())}\n{found[4]}"
 
     page = BLOCK.sub(table, page)
+    page = NETWORK.sub(lambda found: f"{found[1]}\n{_network(found[2])}\n{found[3]}", page)
     return BENCH.sub(lambda found: f"{found[1]}\n{_bench()}\n{found[2]}", page)
 
 
@@ -49,8 +52,7 @@ def _bench() -> str:
 
 
 def _table(dataset: str, words: list[str]) -> str:
-    tables = json.loads((HERE / "error_table.json").read_text())["tables"]
-    (document,) = (table for table in tables if table["dataset"] == dataset)
+    document = _document(dataset)
     rows = [
         row
         for row in document["rows"]
@@ -69,6 +71,36 @@ def _table(dataset: str, words: list[str]) -> str:
             f"the {depth['truth']}.",
         ]
     return "\n".join(lines) + "\n"
+
+
+def _document(dataset: str) -> dict[str, Any]:
+    tables = json.loads((HERE / "error_table.json").read_text())["tables"]
+    (document,) = (table for table in tables if table["dataset"] == dataset)
+    return dict(document)
+
+
+def _network(dataset: str) -> str:
+    """Errors with the network over those without: of the axis that is not seen, and the other."""
+    rows = {
+        (row["estimator"], row["configuration"], row["missing_axis"]): row
+        for row in _document(dataset)["rows"]
+        if row["pixels"] == "contact+5%"
+    }
+    unseen, seen = (
+        {
+            key[:2]: rows[key][metric] / rows[*key[:2], "zero"][metric]
+            for key in rows
+            if key[2] == "network"
+        }
+        for metric in ("gx_mae", "gy_mae")
+    )
+    return (
+        f"On contact+5% the network leaves {unseen['mlp', 'RB']:.2f} of the unseen axis's error "
+        f"for RB and {unseen['mlp', 'R']:.2f} for R\nwith `mlp`, and with a hint by `default` "
+        f"{unseen['default', 'RB']:.2f} and {unseen['default', 'R']:.2f}. Of the seen axis's, "
+        f"{min(seen.values()):.2f} to {max(seen.values()):.2f} is left: both\ncome out as the "
+        "slopes of one surface. Where no colour changed, the inferred slope is set to zero.\n"
+    )
 
 
 def _cells(row: dict[str, Any]) -> list[str]:
