@@ -27,27 +27,25 @@ from recon.estimators import (
     as_labelled,
     gradient_field,
 )
-from recon.images import read_frame
 from recon.lights import Axis
 from recon.missing_axis.baselines import by_columns, by_convex_fit
 from recon.missing_axis.inference import infer_missing_axis
 from recon.missing_axis.moved import may_have_moved
 from recon.pixels import BallPress, label_pixels
-from recon.presses import press_reader, read_presses
-from recon.rendered_presses import depth_files, read_depth
+from recon.presses import read_presses
 from sensor.dataset import read_dataset
 from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_atomic
 from sensor.toml import Pair
 from validation.datasets import dataset_folder
 from validation.folds import fit_presses
+from validation.shapes import DEEPER_THAN_MM, known_shapes
 
 BENCH = "taxim-gelsight"
 TWINS = ("twin-standard", "twin-finger")
 ESTIMATOR = "mlp"
 HELD_OUT = 3
 SLOPE_NOISE = 0.04
-DEEPER_THAN_MM = 0.02
 SEED = 0
 AXES: tuple[Axis, ...] = ("x", "y")
 
@@ -123,24 +121,20 @@ def on_bench_presses(answers: Mapping[str, Answer] = ANSWERS) -> Iterator[Answer
 
 def on_shapes(name: str, answers: Mapping[str, Answer] = ANSWERS) -> Iterator[Answered]:
     """True slopes of a rendered set's shapes, with white noise."""
-    folder = dataset_folder(name)
-    dataset = read_dataset(folder)
-    reader = press_reader(dataset)
-    labelled = {Path(label.file).stem for label in dataset.labels}
-    paths = [path for path in depth_files(folder) if path.stem not in labelled]
+    dataset = read_dataset(dataset_folder(name))
+    shapes = list(known_shapes(dataset))
     pitch = dataset.card.mm_per_px
     for axis in AXES:
         lost, given = ("x", "y").index(axis), ("y", "x").index(axis)
         errors, zero = dict.fromkeys(answers, 0.0), 0.0
         rng = np.random.default_rng(SEED)
-        for path in paths:
-            image = reader.unwarp(read_frame(folder, f"{path.stem}.jpg"))
-            truth = read_depth(path, image.shape[:2])
+        for shape in shapes:
+            truth = shape.truth_mm
             along_y, along_x = np.gradient(truth, *pitch[::-1])
             slopes = np.stack([along_x, along_y], -1).astype(np.float32)
             known = slopes[..., given]
             known = known + SLOPE_NOISE * rng.standard_normal(known.shape, np.float32)
-            support = moved(disturbed_mask(image - reader.blank), known, axis)
+            support = moved(disturbed_mask(shape.difference), known, axis)
             pressed = truth > DEEPER_THAN_MM
             zero += float(np.abs(slopes[pressed, lost]).sum())
             for answer_name, answer in answers.items():
@@ -149,7 +143,7 @@ def on_shapes(name: str, answers: Mapping[str, Answer] = ANSWERS) -> Iterator[An
         yield Answered(
             gradients=f"shapes of {name}, true, noise {SLOPE_NOISE}",
             missing=axis,
-            count=len(paths),
+            count=len(shapes),
             share_of_zero={key: error / zero for key, error in errors.items()},
         )
 

@@ -19,7 +19,6 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.measurement import Measurement
-from recon.arrays import DepthMap
 from recon.contact.mask import disturbed_mask
 from recon.estimators import (
     GradientEstimator,
@@ -28,25 +27,24 @@ from recon.estimators import (
     gradient_field,
     lesson_of,
 )
-from recon.images import read_frame
 from recon.lights import unseen_axis
 from recon.markers.filling import fill_gradients
 from recon.missing_axis.baselines import by_columns, by_convex_fit
 from recon.missing_axis.moved import may_have_moved
 from recon.pipeline import reconstruct
 from recon.pixels import BallPress, label_pixels
-from recon.presses import press_reader, read_presses
-from recon.rendered_presses import depth_files, read_depth
+from recon.presses import read_presses
 from sensor.dataset import Dataset, read_dataset
 from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_atomic
 from sensor.unit import MissingAxis
 from validation.datasets import dataset_folder
 from validation.depth import depth_errors
+from validation.reconstructed import reconstruct_press
+from validation.shapes import known_shapes, rmse_of_deeper_mm
 
 HELD_OUT = 3
 SEED = 0
-DEEPER_THAN_MM = 0.02
 ANSWERS = ("zero", "columns", "convex fit", "network", "three lights")
 
 
@@ -137,16 +135,6 @@ def _comparison(
     gx: dict[str, list[float]] = {answer: [] for answer in ANSWERS}
     ball_mm: dict[str, list[float]] = {"zero": [], "network": [], "three lights": []}
 
-    def depth_of(press: BallPress, estimator: GradientEstimator, missing: MissingAxis) -> DepthMap:
-        return reconstruct(
-            press.difference,
-            estimator,
-            missing=missing,
-            lights_deg=card.lights_deg,
-            mm_per_px=card.mm_per_px,
-            hidden=press.hidden,
-        ).depth_mm
-
     pixel_count = 0
     for index, press in balls.items():
         pixels = label_pixels(press, index, SEED)
@@ -161,8 +149,9 @@ def _comparison(
                 asked = np.zeros_like(asked)
             gx[answer].append(float(np.abs(asked - pixels.gradient)[:, 0].sum()))
         for answer, estimator, missing in _DEPTHS:
-            depth = depth_of(press, all_lights if estimator == "RGB" else few, missing)
-            ball_mm[answer].append(depth_errors(depth, press, dataset.folder).rmse_mm)
+            by = all_lights if estimator == "RGB" else few
+            touch = reconstruct_press(press, by, missing, card.lights_deg)
+            ball_mm[answer].append(depth_errors(touch.depth_mm, press, dataset.folder).rmse_mm)
     shapes, lowest = _shapes(dataset, few, all_lights)
     return Comparison(
         dataset=card.name,
@@ -189,30 +178,20 @@ def _answers(
     press: BallPress,
     lights_deg: Mapping[str, float] | None,
 ) -> dict[str, np.ndarray]:
-    """Gradient fields, (h, w, 2), whose x slope each stand-in gives."""
+    """Gradient fields, (h, w, 2), whose x slope each stand-in gives; the last two as units do."""
     pitch = press.mm_per_px
     lit = np.array([channel in few.channels for channel in "RGB"], np.float32)
     seen = gradient_field(few, press.difference)
-    whole = gradient_field(all_lights, press.difference)
     if press.hidden is not None:
         seen = fill_gradients(seen, press.hidden, "biharmonic", pitch)
-        whole = fill_gradients(whole, press.hidden, "surface", pitch)
     known = seen[..., 1]
     support = may_have_moved(disturbed_mask(press.difference * lit), known)
-    network = reconstruct(
-        press.difference,
-        few,
-        missing="network",
-        lights_deg=lights_deg,
-        mm_per_px=pitch,
-        hidden=press.hidden,
-    )
     return {
         "zero": seen,
         "columns": by_columns(np.where(support, known, 0), "x", pitch) * support[..., None],
         "convex fit": by_convex_fit(known, "x", pitch, support) * support[..., None],
-        "network": network.gradient,
-        "three lights": whole,
+        "network": reconstruct_press(press, few, "network", lights_deg).gradient,
+        "three lights": reconstruct_press(press, all_lights, "none", lights_deg).gradient,
     }
 
 
@@ -220,28 +199,21 @@ def _shapes(
     dataset: Dataset, few: GradientEstimator, all_lights: GradientEstimator
 ) -> tuple[dict[str, dict[str, float]], dict[str, float]]:
     """Depth RMSE of each shape by answer, and the network's least depth over the height."""
-    reader = press_reader(dataset)
-    labelled = {Path(label.file).stem for label in dataset.labels}
     rmse_mm: dict[str, dict[str, float]] = {}
     lowest: dict[str, float] = {}
-    for path in depth_files(dataset.folder):
-        if path.stem in labelled:
-            continue
-        difference = reader.unwarp(read_frame(dataset.folder, f"{path.stem}.jpg")) - reader.blank
-        truth = read_depth(path, difference.shape[:2])
-        rmse_mm[path.stem] = {}
+    for shape in known_shapes(dataset):
+        rmse_mm[shape.name] = {}
         for answer, estimator, missing in _DEPTHS:
             depth = reconstruct(
-                difference,
+                shape.difference,
                 all_lights if estimator == "RGB" else few,
                 missing=missing,
                 lights_deg=dataset.card.lights_deg,
                 mm_per_px=dataset.card.mm_per_px,
             ).depth_mm
-            error = (depth - truth)[truth > DEEPER_THAN_MM]
-            rmse_mm[path.stem][answer] = float(np.sqrt(np.mean(error**2)))
+            rmse_mm[shape.name][answer] = rmse_of_deeper_mm(depth, shape.truth_mm)
             if answer == "network":
-                lowest[path.stem] = float(depth.min() / truth.max())
+                lowest[shape.name] = float(depth.min() / shape.truth_mm.max())
     return rmse_mm, lowest
 
 

@@ -15,14 +15,13 @@ from jaxtyping import Float32
 
 from recon.arrays import DepthMap, Difference
 from recon.estimators import GradientEstimator, fit_estimator, lesson_of
-from recon.images import read_frame
 from recon.pipeline import Reconstruction, reconstruct
-from recon.presses import LeftOut, press_reader, sifted
-from recon.rendered_presses import depth_files, read_depth
+from recon.presses import read_presses
 from sensor.dataset import Dataset, read_dataset
 from sensor.toml import Pair
 from sensor.unit import MissingAxis
 from validation.depth import depth_errors, true_depth
+from validation.shapes import known_shapes, rmse_of_deeper_mm
 
 ALL_LIGHTS = "RGB"
 WAYS: tuple[tuple[str, str, MissingAxis], ...] = (
@@ -32,8 +31,6 @@ WAYS: tuple[tuple[str, str, MissingAxis], ...] = (
     ("three lights", ALL_LIGHTS, "none"),
 )
 """What is compared: its name, the lights, what stands in for the slope they do not see."""
-DEEPER_THAN_MM = 0.02
-"""Errors are judged where the skin is pressed at least so far."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,7 +42,7 @@ class Touch:
     depth_mm: dict[str, DepthMap]
     """By the names of ``WAYS``."""
     rmse_mm: dict[str, float]
-    """Where the skin is pressed; of the ball, as the error table does it."""
+    """Of a shape by ``rmse_of_deeper_mm``; of the ball in its contact, as error tables do it."""
     doubt: Float32[np.ndarray, "h w"]
     """Of two lights with network: expected error of the inferred slope, mm/mm."""
     mm_per_px: Pair
@@ -70,8 +67,7 @@ def measure_touches(
         WedgeError: the dataset cannot be used.
     """
     dataset = read_dataset(folder)
-    reader = press_reader(dataset)
-    presses = [found for found in sifted(reader) if not isinstance(found, LeftOut)]
+    presses = read_presses(dataset).presses
     widest = max(range(len(presses)), key=lambda i: presses[i].contact_radius_px)
     others = [index for index in range(len(presses)) if index != widest]
     taught = lesson_of(estimator, presses, others, seed)
@@ -94,19 +90,17 @@ def measure_touches(
             mm_per_px=ball.mm_per_px,
         )
     ]
-    labelled = {Path(label.file).stem for label in dataset.labels}
-    for path in depth_files(folder):
-        if path.stem in labelled or (names is not None and path.stem not in names):
-            continue
-        difference = reader.unwarp(read_frame(folder, f"{path.stem}.jpg")) - reader.blank
-        truth = read_depth(path, difference.shape[:2])
-        ways = _ways(difference, fitted, dataset)
+    for shape in known_shapes(dataset, names):
+        ways = _ways(shape.difference, fitted, dataset)
         touches.append(
             Touch(
-                name=path.stem,
-                truth_mm=truth,
+                name=shape.name,
+                truth_mm=shape.truth_mm,
                 depth_mm={way: found.depth_mm for way, found in ways.items()},
-                rmse_mm={way: _rmse_mm(found.depth_mm, truth) for way, found in ways.items()},
+                rmse_mm={
+                    way: rmse_of_deeper_mm(found.depth_mm, shape.truth_mm)
+                    for way, found in ways.items()
+                },
                 doubt=_doubt(ways),
                 mm_per_px=dataset.card.mm_per_px,
             )
@@ -133,8 +127,3 @@ def _doubt(ways: Mapping[str, Reconstruction]) -> Float32[np.ndarray, "h w"]:
     doubt = ways["two lights, network"].doubt
     assert doubt is not None
     return doubt
-
-
-def _rmse_mm(depth_mm: DepthMap, truth_mm: DepthMap) -> float:
-    error = (depth_mm - truth_mm)[truth_mm > DEEPER_THAN_MM]
-    return float(np.sqrt(np.mean(error**2)))

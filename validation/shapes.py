@@ -5,6 +5,7 @@
 The truth is the skin's own depth, ``truth/NAME.npy``, of a frame that no label names.
 """
 
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,11 +18,24 @@ from recon.images import read_frame
 from recon.pipeline import reconstruct
 from recon.presses import press_reader
 from recon.rendered_presses import depth_files, read_depth
-from sensor.dataset import read_dataset
+from sensor.dataset import Dataset, read_dataset
 from sensor.toml import Pair
 
 TOUCHED = 0.05
-"""Share of the deepest true depth from which the skin counts as pressed."""
+"""Share of the deepest true depth from which the skin counts as pressed (``Shape``)."""
+DEEPER_THAN_MM = 0.02
+"""The same where lights are compared (``rmse_of_deeper_mm``): what they leave of a shape's faint
+outskirts is no share of how deep it is."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class KnownShape:
+    """One shape as a camera saw it, and its true depth."""
+
+    name: str
+    frame: Unwarped
+    difference: Difference
+    truth_mm: DepthMap
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,6 +81,32 @@ class Shape:
         return float((self.depth_mm - self.truth_mm)[deepest])
 
 
+def known_shapes(dataset: Dataset, names: Collection[str] | None = None) -> Iterator[KnownShape]:
+    """Every unlabelled frame of a dataset whose depth is known, or those of some names.
+
+    Raises:
+        WedgeError: a frame or a truth file cannot be used.
+    """
+    reader = press_reader(dataset)
+    labelled = {Path(label.file).stem for label in dataset.labels}
+    for path in depth_files(dataset.folder):
+        if path.stem in labelled or (names is not None and path.stem not in names):
+            continue
+        frame = reader.unwarp(read_frame(dataset.folder, f"{path.stem}.jpg"))
+        yield KnownShape(
+            name=path.stem,
+            frame=frame,
+            difference=frame - reader.blank,
+            truth_mm=read_depth(path, frame.shape[:2]),
+        )
+
+
+def rmse_of_deeper_mm(depth_mm: DepthMap, truth_mm: DepthMap) -> float:
+    """Root mean square error of depth where the true one is more than ``DEEPER_THAN_MM``."""
+    error = (depth_mm - truth_mm)[truth_mm > DEEPER_THAN_MM]
+    return float(np.sqrt(np.mean(error**2)))
+
+
 def measure_shapes(folder: Path, unit: Calibration) -> list[Shape]:
     """Reconstruct every unlabelled frame of a dataset whose depth is known.
 
@@ -78,17 +118,10 @@ def measure_shapes(folder: Path, unit: Calibration) -> list[Shape]:
         WedgeError: a frame or a truth file cannot be used.
     """
     dataset = read_dataset(folder)
-    reader = press_reader(dataset)
-    labelled = {Path(label.file).stem for label in dataset.labels}
     shapes = []
-    for path in depth_files(folder):
-        if path.stem in labelled:
-            continue
-        frame = reader.unwarp(read_frame(folder, f"{path.stem}.jpg"))
-        truth = read_depth(path, frame.shape[:2])
-        difference = frame - reader.blank
+    for known in known_shapes(dataset):
         found = reconstruct(
-            difference,
+            known.difference,
             unit.estimator,
             missing=unit.card.missing_axis,
             lights_deg=unit.card.lights_deg,
@@ -96,11 +129,11 @@ def measure_shapes(folder: Path, unit: Calibration) -> list[Shape]:
         )
         shapes.append(
             Shape(
-                name=path.stem,
-                frame=frame,
-                difference=difference,
+                name=known.name,
+                frame=known.frame,
+                difference=known.difference,
                 depth_mm=found.depth_mm,
-                truth_mm=truth,
+                truth_mm=known.truth_mm,
                 mm_per_px=dataset.card.mm_per_px,
                 expected_error_mm=None if found.slope_error is None else expected_error_mm(found),
             )

@@ -10,7 +10,11 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
-from recon.ball import ball_cap
+from benchmarks.few_lights import _answers
+from recon.ball import ball_cap, offsets_mm
+from recon.estimators.lookup_table import LookupTable
+from recon.presses import read_presses
+from recon.still import REACH
 from tests.synthetic import (
     BALL_RADIUS_MM,
     MM_PER_PX,
@@ -22,6 +26,7 @@ from tests.synthetic import (
 )
 from validation.few_lights import WAYS, measure_touches
 from validation.figures.few_lights import few_lights_figure
+from validation.folds import fit_presses
 from validation.report.few_lights import few_lights_section
 
 NETWORK = "two lights, network"
@@ -55,6 +60,25 @@ def test_the_network_beats_zero_and_is_nowhere_negative(touches):
         assert touch.rmse_mm[NETWORK] < 0.6 * touch.rmse_mm["two lights, zero"]
         assert touch.lowest(NETWORK) >= 0 and touch.lowest("one light, network") >= 0
         assert touch.lowest("two lights, zero") < 0
+
+
+class Reaching(LookupTable):
+    """As ``default``, it takes gel far from all that moved for flat."""
+
+    reach = REACH
+
+
+def test_three_lights_are_compared_as_a_unit_has_them(tmp_path):
+    dataset = make_dataset(tmp_path / "set", presses=4, noise_grey_levels=2)
+    presses = read_presses(dataset).presses
+    few, whole = (
+        fit_presses(presses, (1, 2, 3), "table", lights, seed=0) for lights in ("RB", "RGB")
+    )
+    answers = _answers(few, Reaching(**vars(whole)), presses[0], dataset.card.lights_deg)
+    x_mm, y_mm = offsets_mm(SIZE_PX, presses[0].center_px, MM_PER_PX)
+    far = np.hypot(x_mm, y_mm) > 3 * presses[0].contact_radius_mm
+    assert far.any() and not answers["three lights"][far].any()
+    assert answers["zero"][far].any()
 
 
 def test_the_section_says_every_number_and_shows_every_touch(touches):

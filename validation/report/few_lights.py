@@ -8,6 +8,7 @@ from validation.few_lights import WAYS, Touch
 from validation.figures.few_lights import few_lights_figure
 from validation.figures.png import frames_bytes
 from validation.report.page import Picture, Section, figure_html, paragraph, table_html
+from validation.shapes import DEEPER_THAN_MM
 
 
 def few_lights_section(measured: Mapping[str, Sequence[Touch]]) -> Section:
@@ -33,7 +34,7 @@ def few_lights_section(measured: Mapping[str, Sequence[Touch]]) -> Section:
                 alt=f"Touches of {dataset}: true depth, depth from two lights with Gx zero and "
                 "with the network, from one light with the network, from three, and the doubt",
                 caption=f"Touches of {dataset}. With Gx set to zero depth is flattened and "
-                "smeared along the lights, and turns negative (orange) beside the contact; with "
+                "smeared across the lights, and turns negative (orange) beside the contact; with "
                 "the network it is nowhere negative. Doubt: how far off the inferred slope is "
                 "expected to be. Of the ball the true depth starts at the rim of the contact.",
                 wide=True,
@@ -50,8 +51,9 @@ def few_lights_section(measured: Mapping[str, Sequence[Touch]]) -> Section:
             "calibrated with such lights does so by itself."
         )
         + table_html(
-            "Depth RMSE in mm where the skin is deeper than 0.02 mm, and the least depth in per "
-            "cent of the height. One frame a touch, rendered; the ball press was held out.",
+            f"Depth RMSE in mm, of shapes where the skin is deeper than {DEEPER_THAN_MM:g} mm, of "
+            "balls in the contact as the error table has it, and the least depth in per cent of "
+            "the height. One frame a touch, rendered; the ball press was held out.",
             [
                 "touch",
                 "true depth",

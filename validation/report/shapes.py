@@ -8,7 +8,7 @@ from validation.figures.png import frames_bytes
 from validation.figures.shapes import shape_figure
 from validation.report.page import Picture, Section, figure_html, paragraph, table_html
 from validation.report.results import signed
-from validation.shapes import Shape
+from validation.shapes import TOUCHED, Shape
 
 Measured = Mapping[str, Mapping[str, Sequence[Shape]]]
 """Shapes by the name of their dataset, then by the estimator that reconstructed them."""
@@ -45,8 +45,8 @@ def shapes_section(measured: Measured) -> Section:
             "from slopes, so an error at a steep flank tilts everything behind it."
         )
         + table_html(
-            "Depth errors in mm where the skin is pressed: root mean square, mean, and at the "
-            "deepest point. One frame a shape, rendered.",
+            f"Depth errors in mm where the skin is deeper than {100 * TOUCHED:g} % of the shape's "
+            "depth: root mean square, mean, and at the deepest point. One frame a shape, rendered.",
             [
                 "shape",
                 "true depth",
