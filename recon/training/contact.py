@@ -26,6 +26,7 @@ from jaxtyping import Bool, Float, Float32
 from recon import unet
 from recon.contact.network import CONTACT, network_input
 from recon.integration.poisson import integrate
+from recon.training.arguments import at_least
 from recon.training.contact_surfaces import surface_gradient
 from recon.training.missing_axis import refuse_weights, write_curve
 from recon.training.random_presses import random_press
@@ -282,7 +283,7 @@ def overlap_on_fresh_presses(weights: unet.Weights, count: int, seed: int) -> fl
 def main() -> None:
     """Train, save the weights and the loss, and print the overlap on fresh presses."""
     parser = argparse.ArgumentParser(prog="python -m recon.training.contact", description=__doc__)
-    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--seed", type=at_least(0), default=0)
     parser.add_argument("--steps", default="7000,1800", help="batches of each course")
     parser.add_argument("--channels", default=",".join(map(str, CHANNELS)))
     parser.add_argument("--out", type=Path, required=True, help="the safetensors file to write")

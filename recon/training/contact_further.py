@@ -18,6 +18,7 @@ import numpy as np
 
 from recon import unet
 from recon.contact.network import CONTACT
+from recon.training.arguments import at_least
 from recon.training.contact import (
     COURSES,
     FRAME_PX,
@@ -90,7 +91,7 @@ def main() -> None:
     )
     parser.add_argument("first", type=Path, help="weights of recon.training.contact")
     name_sensors(parser)
-    parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--seed", type=at_least(0), default=SEED)
     parser.add_argument("--steps", type=int, default=STEPS, help="batches")
     parser.add_argument("--out", type=Path, required=True, help="the safetensors file to write")
     options = parser.parse_args()

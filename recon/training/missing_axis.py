@@ -31,6 +31,7 @@ from recon import unet
 from recon.lights import Axis
 from recon.missing_axis.inference import infer_missing_axis
 from recon.tensors import read_tensors
+from recon.training.arguments import at_least, some_of
 from recon.training.contact_surfaces import surface_gradient
 from recon.training.few_lights import measure
 from recon.training.random_balls import SQUARE, random_ball
@@ -170,7 +171,8 @@ class Training:
         """Go on from a checkpoint.
 
         Raises:
-            WedgeError: it cannot be read, or belongs to a training of other settings.
+            WedgeError: it cannot be read, or belongs to a training of other settings or of another
+                network.
         """
         said, tensors = read_tensors(path, " as a checkpoint", "delete it to begin")
         try:
@@ -179,10 +181,15 @@ class Training:
             raise WedgeError(f"{path} cannot be read as a checkpoint: {error}.") from error
         if settings != json.loads(json.dumps(asdict(self.settings))):
             raise WedgeError(f"{path} is of a training with other settings: delete it to begin.")
+        parameters = dict(self.network.layers.named_parameters())
+        shapes = {f"weights.{name}": tuple(values.shape) for name, values in parameters.items()}
+        found = {name: values.shape for name, values in tensors.items() if name in shapes}
+        if "losses" not in tensors or found != shapes:
+            raise WedgeError(f"{path} is of another network: delete it to begin.")
         self.losses = tensors["losses"].tolist()
-        for name, parameter in self.network.layers.named_parameters():
+        kept = {key.partition(".")[::2]: values for key, values in tensors.items()}
+        for name, parameter in parameters.items():
             parameter.data.copy_(torch.from_numpy(tensors[f"weights.{name}"]))
-            kept = {key.partition(".")[::2]: values for key, values in tensors.items()}
             self.optimizer.state[parameter] = {
                 key: torch.from_numpy(values).to(self.device)
                 for (key, of), values in kept.items()
@@ -305,25 +312,24 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         prog="python -m recon.training.missing_axis", description=__doc__
     )
-    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--seed", type=at_least(0), default=0)
     parser.add_argument("--steps", type=int, default=4000, help="batches")
     parser.add_argument("--horizon", type=int, help="of the learning rate; --steps unless given")
     parser.add_argument("--channels", default=",".join(map(str, unet.CHANNELS)))
-    parser.add_argument("--recipes", default="paper,contact", help=" or ".join(RECIPES))
-    parser.add_argument("--workers", type=int, default=1, help="processes that make surfaces")
+    parser.add_argument(
+        "--recipes", type=some_of(RECIPES), default="paper,contact", help=" or ".join(RECIPES)
+    )
+    parser.add_argument("--workers", type=at_least(0), default=1, help="that make surfaces")
     parser.add_argument("--out", type=Path, required=True, help="the safetensors file to write")
     options = parser.parse_args()
     try:
         channels = tuple(int(count) for count in options.channels.split(","))
     except ValueError:
         parser.error("--channels must be whole numbers with commas between them")
-    recipes = tuple(recipe for recipe in RECIPES if recipe in options.recipes.split(","))
+    recipes = tuple(recipe for recipe in RECIPES if recipe in options.recipes)
     horizon = options.horizon or options.steps
-    if not 2 <= options.steps <= horizon or len(channels) < 2 or min(channels) < 1 or not recipes:
-        parser.error(
-            "--steps and --channels need two at least, --horizon no less than --steps, --recipes"
-            " a known one"
-        )
+    if not 2 <= options.steps <= horizon or len(channels) < 2 or min(channels) < 1:
+        parser.error("--steps and --channels need two at least, --horizon no less than --steps")
     settings = Settings(
         seed=options.seed,
         steps=options.steps,

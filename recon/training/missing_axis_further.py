@@ -21,6 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from recon import unet
+from recon.training.arguments import at_least
 from recon.training.further_courses import between, name_sensors, words_of
 from recon.training.measured_presses import MeasuredPress, measured_presses
 from recon.training.missing_axis import (
@@ -150,7 +151,7 @@ def main() -> None:
     )
     parser.add_argument("first", type=Path, help="weights of recon.training.missing_axis")
     name_sensors(parser)
-    parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--seed", type=at_least(0), default=SEED)
     parser.add_argument("--steps", type=int, default=STEPS, help="batches")
     parser.add_argument("--after", type=float, default=AFTER, help="share kept of what it learns")
     parser.add_argument("--doubt-steps", type=int, default=DOUBT_STEPS, help="batches after them")

@@ -45,7 +45,6 @@ MISSING_AXIS = Purpose(
     outputs=unet.OUTPUTS,
     training="recon.training.missing_axis",
 )
-SHIPPED_FILE = MISSING_AXIS.file
 
 
 @lru_cache

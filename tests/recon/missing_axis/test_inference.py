@@ -12,7 +12,7 @@ from safetensors.numpy import save_file
 
 from recon.ball import ball_cap
 from recon.missing_axis.inference import infer_missing_axis
-from recon.unet.weights import SHIPPED_FILE, load_weights, save_weights, shipped_weights
+from recon.unet.weights import MISSING_AXIS, load_weights, save_weights, shipped_weights
 from sensor.errors import WedgeError
 
 SQUARE = (0.1, 0.1)
@@ -156,8 +156,8 @@ def test_weights_come_back_as_written_and_always_as_the_same_bytes(tmp_path):
 
 
 def test_shipped_weights_are_small_and_their_readme_names_them():
-    content = SHIPPED_FILE.read_bytes()
-    readme = SHIPPED_FILE.with_name("README.md").read_text()
+    content = MISSING_AXIS.file.read_bytes()
+    readme = MISSING_AXIS.file.with_name("README.md").read_text()
     length = int.from_bytes(content[:8], "little")
     made = json.loads(json.loads(content[8 : 8 + length])["__metadata__"]["missing_axis"])
     assert len(content) <= 1_000_000
@@ -166,7 +166,7 @@ def test_shipped_weights_are_small_and_their_readme_names_them():
 
 
 def altered(path, change):
-    content = bytearray(SHIPPED_FILE.read_bytes())
+    content = bytearray(MISSING_AXIS.file.read_bytes())
     path.write_bytes(change(content))
     return path
 

@@ -7,6 +7,8 @@ from importlib import import_module
 import numpy as np
 import pytest
 
+from sensor.errors import WedgeError
+
 pytest.importorskip("torch")
 
 
@@ -72,3 +74,39 @@ def test_weights_that_cannot_be_written_in_the_end_are_a_sentence(
         training.main()
     assert f"error: {weights} cannot be written: Is a directory." in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == [weights.name]
+
+
+@pytest.mark.parametrize(
+    ("command", "said"),
+    [
+        ("missing_axis --recipes paper,contcat", "'contcat' is none of"),
+        ("missing_axis --seed -1", "'-1' is no whole number from 0 on"),
+        ("missing_axis --workers -2", "'-2' is no whole number from 0 on"),
+        ("missing_axis_further no-weights --sensor no-balls no-set --seed -1", "'-1'"),
+        ("contact --seed -1", "'-1'"),
+        ("contact_further no-weights --sensor no-balls no-set --seed 1.5", "'1.5'"),
+    ],
+)
+def test_words_that_mean_nothing_are_refused(command, said, tmp_path, monkeypatch, capsys):
+    module, *words = command.split()
+    monkeypatch.setattr("sys.argv", [module, *words, "--out", str(tmp_path / "w.safetensors")])
+    training = import_module(f"recon.training.{module}")
+    for work in {"train", "run"} & set(vars(training)):
+        monkeypatch.setattr(training, work, lambda *_: pytest.fail("it began"))
+    with pytest.raises(SystemExit, match="2"):
+        training.main()
+    assert said in capsys.readouterr().err
+
+
+def test_a_checkpoint_of_the_same_settings_and_another_network_is_refused(tmp_path, monkeypatch):
+    training = import_module("recon.training.missing_axis")
+    settings = training.Settings(steps=2, horizon=2, channels=(1, 1))
+    path = tmp_path / "checkpoint.safetensors"
+    made = training.Training(settings)
+    made.save(path)
+    training.Training(settings).resume(path)
+    monkeypatch.setattr(training, "asdict", lambda _: {})  # as if both had the same settings
+    made.save(path)
+    other = training.Training(training.Settings(steps=2, horizon=2, channels=(2, 2)))
+    with pytest.raises(WedgeError, match="another network: delete it"):
+        other.resume(path)
