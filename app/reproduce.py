@@ -84,6 +84,7 @@ def main(out: Path = Path("build"), folds: int = 5, seed: Seed = 0) -> int:
     )
     from validation.report.shapes import shapes_section
     from validation.report.side_by_side import side_by_side_section
+    from validation.splits import splits
     from validation.table_text import table_document
 
     known = {dataset.name: dataset for dataset in DATASETS}
@@ -91,6 +92,9 @@ def main(out: Path = Path("build"), folds: int = 5, seed: Seed = 0) -> int:
     absent = {name: known[name].sought for name in NAMES if known[name] not in present}
     if not present:
         raise WedgeError(f"no dataset is on this machine: {absent[NAMES[0]]}.")
+    for dataset in present:
+        if dataset.name not in TWINS:
+            splits(dataset.presses, folds, seed)  # refused now, and not when files were replaced
     _check_output(out, [dataset.name for dataset in present])
     files, sound = _fabrication(out)
     results: list[DatasetResults] = []

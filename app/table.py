@@ -60,12 +60,14 @@ def main(
     from validation.error_table import error_table
     from validation.report.error_tables import table_section
     from validation.report.page import write_report
+    from validation.splits import refuse_folds
     from validation.table_text import table_document, table_html, table_markdown
 
     if not dataset:
         raise WedgeError("no dataset was named: `wedge data list` names those that are known.")
     page = None if out is None else out / "index.html"
     check_outputs(page, json, markdown, html)
+    refuse_folds(folds)
     estimators = list(dict.fromkeys(part.strip() for part in estimator.split(",")))
     for name in estimators:
         kind_of(name)

@@ -20,6 +20,16 @@ class Split:
     test: tuple[int, ...]
 
 
+def refuse_folds(folds: int) -> None:
+    """Refuse a number of folds that no set could be split into.
+
+    Raises:
+        WedgeError: it is below 1.
+    """
+    if folds < 1:
+        raise WedgeError(f"--folds {folds} must be at least 1.")
+
+
 def splits(count: int, folds: int, seed: int) -> tuple[Split, ...]:
     """Splits of ``count`` presses.
 
@@ -32,8 +42,7 @@ def splits(count: int, folds: int, seed: int) -> tuple[Split, ...]:
     Raises:
         WedgeError: there are too few presses.
     """
-    if folds < 1:
-        raise WedgeError(f"--folds {folds} must be at least 1.")
+    refuse_folds(folds)
     if count < max(2, folds):
         raise WedgeError(
             f"{count} usable press{'es' if count != 1 else ''} cannot be split by press into "

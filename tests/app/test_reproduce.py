@@ -161,6 +161,12 @@ def test_a_folder_that_is_no_unit_is_not_replaced(known: Path) -> None:
     assert (known / "units" / "here" / "thesis.tex").read_text() == "years"
 
 
-def test_too_few_presses_for_the_folds(known: Path) -> None:
-    with pytest.raises(WedgeError, match="cannot be split by press into 9 folds"):
-        reproduce.main(known, folds=9)
+@pytest.mark.parametrize(
+    ("folds", "said"), [(9, "cannot be split by press into 9 folds"), (0, "--folds 0")]
+)
+def test_folds_that_cannot_be_are_refused_before_anything_is_replaced(
+    known: Path, folds: int, said: str
+) -> None:
+    with pytest.raises(WedgeError, match=said):
+        reproduce.main(known, folds=folds)
+    assert not known.exists()

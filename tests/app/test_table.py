@@ -4,6 +4,8 @@
 
 import json
 
+import pytest
+
 from tests.app.test_commands import refused, run
 from tests.synthetic import make_dataset
 
@@ -36,3 +38,9 @@ def test_datasets_of_one_name_are_told_apart_and_one_folder_is_taken_once(tmp_pa
     assert [table["dataset"] for table in tables] == sets
     printed, written = capsys.readouterr().out, (page / "index.html").read_text()
     assert all(name in printed and f">{name}</h2>" in written for name in sets)
+
+
+def test_no_folds_are_refused_before_a_frame_is_read(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("app.table.process_pool", lambda: pytest.fail("it began"))
+    folder = make_dataset(tmp_path / "set", presses=3).folder
+    assert "--folds 0 must be at least 1" in refused(capsys, "table", folder, "--folds", "0")
