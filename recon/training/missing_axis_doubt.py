@@ -35,8 +35,10 @@ STEEPEST_STEP = 1.0
 
 def train_doubt(
     weights: unet.Weights, presses: Sequence[MeasuredPress], steps: int, seed: int
-) -> dict[str, np.ndarray]:
-    """The same weights, and those of the doubt's own layers; progress on stdout.
+) -> tuple[dict[str, np.ndarray], list[float]]:
+    """The same weights and those of the doubt's own layers, and every step's loss.
+
+    Progress goes to stdout.
 
     Args:
         weights: whose slopes are kept; layers of the doubt's own that it has are taught anew.
@@ -71,7 +73,7 @@ def train_doubt(
         if (step + 1) % 100 == 0 or step + 1 == steps:
             mean, spent = np.mean(losses[-100:]), time.monotonic() - begin
             print(f"doubt, step {step + 1}/{steps}  loss {mean:.3f}  {spent:.0f} s", flush=True)
-    return network.weights()
+    return network.weights(), losses
 
 
 def _on_what_moved(network: UNet, press: MeasuredPress) -> Tensor:

@@ -9,7 +9,8 @@ such surfaces; the other half is what calibrated estimators read off rendered fr
 singly, since what many neighbours err by alike adds up to depth; a window of untouched gel is among
 them, where the answer is to be nothing. What is kept lies between the weights before and after.
 Last it teaches the doubt anew (``recon.training.missing_axis_doubt``), as slopes that err less
-elsewhere err in other places. Needs torch, the extra ``train``.
+elsewhere err in other places. The losses of both are kept beside FILE, as .csv and .png, those of
+the doubt's with -doubt in their names. Needs torch, the extra ``train``.
 """
 
 import argparse
@@ -166,9 +167,11 @@ def main() -> None:
         f" {words_of(options.sensor)} --seed {options.seed} --steps {options.steps}"
         f" --after {options.after} --doubt-steps {options.doubt_steps} --out {options.out.name}"
     )
+    doubt_curve = options.out.with_stem(f"{options.out.stem}-doubt")
     torch.set_num_threads(1)
     try:
         refuse_weights(options.out)
+        refuse_weights(doubt_curve)
         first = load_weights(options.first)
         presses = [
             press
@@ -181,9 +184,10 @@ def main() -> None:
             )
         print(f"{len(presses)} measured presses", flush=True)
         kept, losses = train_further(first, presses, options.steps, options.seed, options.after)
-        kept = train_doubt(kept, presses, options.doubt_steps, options.seed + 1)
+        kept, doubts = train_doubt(kept, presses, options.doubt_steps, options.seed + 1)
         save_weights(options.out, kept, command, options.seed)
         write_curve(options.out, losses)
+        write_curve(doubt_curve, doubts)
     except WedgeError as error:
         parser.error(str(error))
     print_measures(kept)

@@ -148,7 +148,8 @@ def test_the_doubt_learns_where_slopes_err_and_leaves_them_alone(small):
     rough = np.arange(64) >= 32
     truth = (random.normal(0, 0.5, (2, 64, 64)) * rough).astype(np.float32)
     press, before = press_of(truth), shipped_weights()
-    after = training.train_doubt(before, [press], 30, seed=0)
+    after, losses = training.train_doubt(before, [press], 30, seed=0)
+    assert len(losses) == 30 and np.mean(losses[-5:]) < np.mean(losses[:5])
     assert {name for name in before if (after[name] != before[name]).any()} == {
         f"doubt{layer}.{part}" for layer in (0, 1) for part in ("weight", "bias")
     }

@@ -65,7 +65,7 @@ def test_weights_that_cannot_be_written_in_the_end_are_a_sentence(
         "measured_presses": lambda *_: [None],
         "train": learnt,
         "train_further": learnt,
-        "train_doubt": lambda kept, *_: kept,
+        "train_doubt": lambda kept, *_: (kept, [0.0]),
     }.items():
         if name in vars(training):
             monkeypatch.setattr(training, name, work)
@@ -110,3 +110,23 @@ def test_a_checkpoint_of_the_same_settings_and_another_network_is_refused(tmp_pa
     other = training.Training(training.Settings(steps=2, horizon=2, channels=(2, 2)))
     with pytest.raises(WedgeError, match="another network: delete it"):
         other.resume(path)
+
+
+def test_the_losses_of_both_courses_are_kept_beside_the_weights(tmp_path, monkeypatch):
+    training = import_module("recon.training.missing_axis_further")
+    for name, work in {
+        "load_weights": lambda *_: {},
+        "measured_presses": lambda *_: [None],
+        "train_further": lambda *_: ({}, [3.0, 2.0]),
+        "train_doubt": lambda kept, *_: (kept, [5.0]),
+        "save_weights": lambda *_: None,
+        "print_measures": lambda *_: None,
+    }.items():
+        monkeypatch.setattr(training, name, work)
+    monkeypatch.setattr("recon.unet.stride", lambda _: 1)
+    words = "further first --sensor balls set --out".split()
+    monkeypatch.setattr("sys.argv", [*words, str(tmp_path / "w.safetensors")])
+    training.main()
+    assert (tmp_path / "w.csv").read_text().splitlines()[1:] == ["1,3.000000", "2,2.000000"]
+    assert (tmp_path / "w-doubt.csv").read_text().splitlines()[1:] == ["1,5.000000"]
+    assert (tmp_path / "w-doubt.png").stat().st_size > 1000
