@@ -12,6 +12,8 @@ inside, and are zero where the gel lies still, the one of least slope is as litt
 can say.
 """
 
+import argparse
+
 import numpy as np
 from jaxtyping import Bool, Float
 from scipy import ndimage, sparse
@@ -80,8 +82,14 @@ def median_error(covariance: Covariance) -> tuple[float, float]:
     return float(np.degrees(turn)), float(shift)
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Work out and print."""
+    argparse.ArgumentParser(prog="python -m benchmarks.bound", description=__doc__).parse_args()
     for outline in (False, True):
         angle_deg, shift_mm = median_error(bound(outline=outline))
         what = "outline included" if outline else "inside the outline"
         print(f"cube corner, {what}: median {angle_deg:.3f} deg, {1e3 * shift_mm:.2f} um at best")
+
+
+if __name__ == "__main__":
+    main()

@@ -125,12 +125,14 @@ def blank_rows(count: int) -> list[dict[str, object]]:
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.contact", description=__doc__)
-    parser.add_argument("--estimators", default="mlp,default", help="with commas between them")
+    parser.add_argument(
+        "--estimator", default="mlp,default", help="names, with commas between them"
+    )
     parser.add_argument("--balls", action="store_true", help="labelled balls too; minutes")
     parser.add_argument("--blanks", type=int, default=0, help="so many blank frames too")
     parser.add_argument("--json", type=Path, help="write the numbers here")
     options = parser.parse_args()
-    estimators = [name for name in options.estimators.split(",") if name]
+    estimators = [name for name in options.estimator.split(",") if name]
     try:
         check_outputs(options.json)
         document = {

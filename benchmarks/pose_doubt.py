@@ -9,6 +9,7 @@ a Gaussian. Given is the mean squared error over the covariance that is stated, 
 covariance is right, and 4 where errors are twice as large as is said.
 """
 
+import argparse
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from statistics import fmean
@@ -110,7 +111,11 @@ def by_axis(
     return squares
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Measure and print."""
+    argparse.ArgumentParser(
+        prog="python -m benchmarks.pose_doubt", description=__doc__
+    ).parse_args()
     print("object | errors | " + " | ".join(f"{name}, worst axis" for name in REGISTRATIONS))
     for thing in (cube_corner(), shallow_texture(), bead()):
         steps = steps_of(thing)
@@ -122,3 +127,7 @@ if __name__ == "__main__":
                 cells.append(f"{mean:.2f}, {by_axis(found).max():.2f}")
             kind = f"alike over {length_px:g} px" if length_px else "white"
             print(f"{thing.name} | {kind} | " + " | ".join(cells), flush=True)
+
+
+if __name__ == "__main__":
+    main()

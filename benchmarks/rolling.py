@@ -9,6 +9,7 @@ and a plate does. Frames that an interrupted run left in the folder are not trac
 is that of the rendered twin, whose ball presses are in the repository.
 """
 
+import argparse
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -111,14 +112,15 @@ def followed(
     return errors
 
 
-if __name__ == "__main__":
-    if len(sys.argv) != 2:
-        sys.exit("python -m benchmarks.rolling FOLDER: name the folder for the frames.")
-    place = Path(sys.argv[1])
+def main() -> None:
+    """Trace the frames, follow them and print how far off poses are."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.rolling", description=__doc__)
+    parser.add_argument("folder", type=Path, help="for the frames")
+    options = parser.parse_args()
     try:
-        for name in render_roll(place):
+        for name in render_roll(options.folder):
             print(name, end="\r", flush=True)
-        found = followed(place)
+        found = followed(options.folder)
     except WedgeError as error:
         sys.exit(str(error))
     for name, errors in found.items():
@@ -127,3 +129,7 @@ if __name__ == "__main__":
             f"{name}: {errors[before]:.2f} deg off at 315, {errors[-1]:.2f} deg off at 360, "
             f"{np.nanmax(errors):.2f} deg at most"
         )
+
+
+if __name__ == "__main__":
+    main()

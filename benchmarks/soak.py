@@ -11,11 +11,11 @@ thousand; each is recorded, and depth is reconstructed from each. Memory and des
 after a tenth, when everything has been in use, and at the end.
 """
 
+import argparse
 import itertools
 import json
 import os
 import socket
-import sys
 import tempfile
 import threading
 import time
@@ -33,11 +33,12 @@ from sensor.wire import CONTENT_TYPE, DELIMITER, Stamp, part
 
 SIZE_PX = (48, 32)
 DAMAGED_EVERY = 1000
+LEAST_FRAMES = 100
 FRAMES_PER_FILE = 100_000
 """Recordings are begun anew, so that the disk does not fill."""
 
 
-def main(frames: int) -> dict[str, float]:
+def soak(frames: int) -> dict[str, float]:
     """Pass so many frames; what was lost and what grew."""
     unit = _unit()
     rng = np.random.default_rng(0)
@@ -128,5 +129,15 @@ def _unit() -> Calibration:
     return Calibration(card=card, background=background, estimator=network)
 
 
+def main() -> None:
+    """Pass frames and print what was lost and what grew, as JSON."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.soak", description=__doc__)
+    parser.add_argument("frames", type=int, help="such as 1000000")
+    options = parser.parse_args()
+    if options.frames < LEAST_FRAMES:
+        parser.error(f"frames must be {LEAST_FRAMES} at least, of which a tenth is looked at")
+    print(json.dumps(soak(options.frames), indent=2))
+
+
 if __name__ == "__main__":
-    print(json.dumps(main(int(sys.argv[1])), indent=2))
+    main()

@@ -5,8 +5,11 @@
 The same pixels without dots nearby: a pixel under a dot is compared with pixels of other presses
 at the same distance from the ball's centre, in contact radii, that lie farther than ``CLEAR_PX``
 from every dot. Presses are judged by estimators that have not seen them.
+``python -m validation.markers DATASET`` fits by five folds and prints both.
 """
 
+import argparse
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -19,8 +22,9 @@ from recon.estimators import GradientEstimator, fit_estimator, gradient_field
 from recon.markers.filling import METHODS, fill_gradients
 from recon.pixels import RIM_PX, STEEPEST, BallPress, join, label_pixels
 from recon.presses import read_presses
-from sensor.dataset import Dataset
+from sensor.dataset import Dataset, read_dataset
 from sensor.errors import WedgeError
+from validation.datasets import dataset_folder
 
 CLEAR_PX = 2
 RINGS = 12
@@ -122,3 +126,24 @@ def _by_ring(rings: list[np.ndarray], errors: list[np.ndarray]) -> Float64[np.nd
     ring, error = np.concatenate(rings), np.concatenate(errors)
     count = np.bincount(ring, minlength=RINGS)
     return np.bincount(ring, error, minlength=RINGS) / np.maximum(count, 1)
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(prog="python -m validation.markers", description=__doc__)
+    parser.add_argument("dataset", help="such as wedge-lab; see `wedge data list`")
+    parser.add_argument("--estimator", default="mlp")
+    options = parser.parse_args()
+    try:
+        dataset = read_dataset(dataset_folder(options.dataset))
+        cost = dot_cost(dataset, estimator=options.estimator)
+    except WedgeError as error:
+        sys.exit(str(error))
+    print(f"{cost.presses} presses, {cost.pixels} pixels under dots; mean slope errors in mm/mm")
+    print(f"without dots nearby {cost.clear:.4f}")
+    for name, filled in cost.filled.items():
+        print(f"under dots, {name} {filled:.4f}, {filled / cost.clear:.2f} times as much")
+
+
+if __name__ == "__main__":
+    main()

@@ -5,6 +5,7 @@
 ``python -m validation.scale`` prints both for ``wedge-lab``, in the pixels of its importer's card.
 """
 
+import argparse
 import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -67,6 +68,7 @@ def measure(folder: Path, pictures: list[Path], gap_mm: float) -> TwoRulers:
 
 def main() -> None:
     """Measure and print."""
+    argparse.ArgumentParser(prog="python -m validation.scale", description=__doc__).parse_args()
     pictures = sorted((shared_folder() / NAME).glob(PICTURES))
     try:
         folder = dataset_folder(NAME)

@@ -22,6 +22,7 @@ COMMANDS = (
     "validation.beyond other SET SET",
     "validation.circles SET",
     "validation.label_noise SET",
+    "validation.markers SET",
     "validation.rims SET",
     "benchmarks.agreement SET",
     "benchmarks.few_lights SET",
@@ -100,6 +101,29 @@ def test_a_damaged_truth_is_one_sentence(
     deep = str(untrue.with_name("deep"))
     said, _ = refused(command.replace(SET, str(untrue)).replace("DEEP", deep), monkeypatch, capfd)
     assert said.startswith(f"{untrue}/truth/shape.npy is no whole array")
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "benchmarks.bound",
+        "benchmarks.pose_doubt",
+        "benchmarks.rolling",
+        "benchmarks.soak",
+        "validation.markers",
+        "validation.scale",
+    ],
+)
+def test_programs_say_what_they_are_and_take_no_word_for_another(
+    name: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for words, status in ((["--help"], 0), (["1000", "two"], 2)):
+        monkeypatch.setattr("sys.argv", [name, *words])
+        with pytest.raises(SystemExit) as left:
+            import_module(name).main()
+        assert left.value.code == status
+        printed = capsys.readouterr()
+        assert f"usage: python -m {name}" in printed.out + printed.err
 
 
 WRITING = (
