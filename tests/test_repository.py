@@ -9,28 +9,46 @@ import shutil
 import subprocess
 import sysconfig
 import tomllib
+from collections.abc import Iterator
+from fnmatch import fnmatch
 from pathlib import Path
 
 import jaxtyping
 import numpy as np
 import pytest
+from hatchling.builders.sdist import SdistBuilder
 from packaging.requirements import Requirement
 
 import app.__main__
 import recon.ball
+from recon.fast.kernels import code_folder
+from validation.datasets import cache_folder
 
 ROOT = Path(__file__).resolve().parent.parent
-FILES = [
-    ROOT / name
-    for name in subprocess.run(
-        ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=True,
-    ).stdout.split("\0")
-    if name and (ROOT / name).is_file()
-]
+
+
+def files_of(root: Path) -> list[Path]:
+    """What git keeps below a folder, or would; in an archive without git all that it would."""
+    if not (root / ".git").exists() or shutil.which("git") is None:
+        ignored = (root / ".gitignore").read_text().splitlines()
+        return sorted(_not_ignored(root, [".git", ".git/", "/PKG-INFO", *ignored]))
+    list_files = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
+    done = subprocess.run(list_files, cwd=root, capture_output=True, text=True, check=True)
+    return [root / name for name in done.stdout.split("\0") if name and (root / name).is_file()]
+
+
+def _not_ignored(folder: Path, ignored: list[str], at: str = "/") -> Iterator[Path]:
+    for path in folder.iterdir():
+        end = "/" if path.is_dir() else ""
+        if any(fnmatch(name + end, p) for name in (path.name, at + path.name) for p in ignored):
+            continue
+        if end:
+            yield from _not_ignored(path, ignored, f"{at}{path.name}/")
+        else:
+            yield path
+
+
+FILES = files_of(ROOT)
 PYTHON_FILES = [path for path in FILES if path.suffix == ".py"]
 SHELL_FILES = [path for path in FILES if path.read_bytes().startswith(b"#!/bin/sh")]
 
@@ -58,6 +76,24 @@ def test_every_source_file_begins_with_its_licence() -> None:
     sources = PYTHON_FILES + SHELL_FILES
     lines = {path: path.read_text().splitlines() for path in sources}
     bare = [path for path in sources if header not in (lines[path][:2], lines[path][1:3])]
+    assert names(bare) == []
+
+
+def test_every_other_file_has_its_licence_in_the_table_or_in_its_text() -> None:
+    tables = tomllib.loads((ROOT / "REUSE.toml").read_text())["annotations"]
+    patterns = [re.escape(path) for table in tables for path in table["path"]]
+    # As REUSE reads them: one star stays within a folder, two do not.
+    named = [
+        p.replace(r"\*\*/", ".*").replace(r"\*\*", ".*").replace(r"\*", "[^/]*") for p in patterns
+    ]
+    bare = [
+        path
+        for path in FILES
+        if path.parent.name != "LICENSES"
+        and path.stat().st_size
+        and not any(re.fullmatch(p, path.relative_to(ROOT).as_posix()) for p in named)
+        and b"SPDX-License-" + b"Identifier: " not in path.read_bytes()
+    ]
     assert names(bare) == []
 
 
@@ -112,10 +148,20 @@ def test_shell_scripts_are_clean() -> None:
 def test_the_lock_holds_what_the_project_requires() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     extras = project["optional-dependencies"]
-    wanted = [
-        Requirement(text) for text in project["dependencies"] + extras["test"] + extras["docs"]
+    apart = {"train", "rerun"}  # see there why
+    named = [text for extra, texts in extras.items() if extra not in apart for text in texts]
+    wanted = [Requirement(text) for text in project["dependencies"] + named]
+    missing = [
+        str(r) for r in wanted if not any(r.specifier.contains(v) for v in LOCKED.get(r.name, []))
     ]
-    assert [r for r in wanted if not any(r.specifier.contains(v) for v in LOCKED[r.name])] == []
+    assert missing == []
+
+
+def test_torch_has_one_version() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    text = "".join((ROOT / f).read_text() for f in ("wedge", "requirements/torch-needs.in"))
+    versions = set(re.findall(r"torch[= ](\d+(?:\.\d+)+)", text))
+    assert {f"torch=={v}" for v in versions} == set(project["optional-dependencies"]["train"])
 
 
 def test_the_lock_holds_what_torch_requires_but_torch_and_cuda() -> None:
@@ -128,6 +174,25 @@ def test_the_lock_holds_what_torch_requires_but_torch_and_cuda() -> None:
 
 def test_the_lock_names_no_package_index() -> None:
     assert "://" not in LOCK.read_text()
+
+
+def test_an_archive_without_git_is_judged_by_what_git_would_keep(tmp_path: Path) -> None:
+    shutil.copy(ROOT / ".gitignore", tmp_path)
+    kept = ["a.py", "docs/build/b.md", "tests/conftest.py"]
+    for name in [*kept, "build/c.py", ".venv/lib/d.py", "app/__pycache__/e.pyc", ".x_cache/f"]:
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).touch()
+    assert files_of(tmp_path) == [tmp_path / name for name in (".gitignore", *kept)]
+
+
+def test_a_source_archive_holds_all_that_git_keeps() -> None:
+    archived = {Path(file.path) for file in SdistBuilder(str(ROOT)).recurse_included_files()}
+    assert names([path for path in FILES if path not in archived]) == []
+
+
+def test_no_test_writes_into_the_user_s_cache() -> None:
+    assert cache_folder().is_relative_to(ROOT / "build")
+    assert code_folder().is_relative_to(ROOT / "build")
 
 
 def test_shapes_are_checked_at_every_call() -> None:
