@@ -93,6 +93,8 @@ def test_every_key_says_what_it_is() -> None:
         ('sync = "both"', "sync"),
         ('address = "0.0.0.0"', "address"),
         ('address = "::"', "address"),
+        ('address = "224.0.0.1"', "address"),
+        ('address = "ff02::1"', "address"),
         ('address = "pi.local"', "address"),
         ("address = 5", "address"),
         ("port = 0", "port"),

@@ -3,6 +3,7 @@
 """Measures in closed form, and settings that settle on a camera that is simulated."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -190,3 +191,21 @@ def test_what_the_settings_cannot_mend_is_said() -> None:
     assert any("flickers" in remark for remark in flickers)
     with pytest.raises(WedgeError, match="both gains"):
         tune(Settings(), measure_blank([flat(0, 100, 0)]))
+
+
+def test_the_colour_that_its_gain_makes_the_brightest_is_not_cut() -> None:
+    now = Settings(red_gain=1.0, blue_gain=1.0, exposure_us=4000, analogue_gain=1.0)
+    blank = measure_blank([flat(100, 100, 100)])
+    brightest = (0.3, 0.4, 0.4)  # red's after its gain: 0.6
+    blank = replace(blank, mean=(0.1, 0.2, 0.2), brightest=brightest)
+    new = tune(now, blank).settings
+    raised = new.exposure_us * new.analogue_gain / (now.exposure_us * now.analogue_gain)
+    after = [new.red_gain * raised, raised, new.blue_gain * raised]
+    assert max(np.multiply(brightest, after)) == pytest.approx(BRIGHTEST, rel=1e-3)
+
+
+def test_a_slow_rate_lends_no_more_exposure_than_the_camera_takes() -> None:
+    slow = Settings(rate_hz=5.0, exposure_us=60_000, analogue_gain=1.0)
+    new = tune(slow, measure_blank([flat(100, 100, 100)])).settings
+    assert new.exposure_us == 66_666
+    assert new.analogue_gain > 1

@@ -77,6 +77,20 @@ def test_few_presses_do_not_tell_how_presses_scatter():
     assert all(low < high for low, high in found[2].ci95.values())
 
 
+def test_the_gradient_s_mean_is_over_pixels_and_both_axes():
+    truth = np.array([[0.2, -0.4], [0.0, 0.6]], np.float32)
+    errors = mean_errors([press_errors("press", truth, truth, np.ones(2, bool))], seed=0)
+    assert errors.mean_abs_gradient == pytest.approx(0.3)
+
+
 def test_names_are_the_tables():
     rng = np.random.default_rng(0)
     assert tuple(mean_errors([errors_of(rng, 0.1)], seed=0).values) == METRICS
+
+
+def test_a_press_of_few_pixels_says_little():
+    rng = np.random.default_rng(0)
+    presses = [*(errors_of(rng, 0.1, 1000) for _ in range(6)), errors_of(rng, 5.0, 1)]
+    errors = mean_errors(presses, seed=0)
+    assert errors.values["gx_mae"] == pytest.approx(0.1 + 4.9 / 6001)
+    assert errors.ci95["gx_mae"] == pytest.approx((0.1, 0.1), abs=0.01)

@@ -41,6 +41,12 @@ def test_seed_decides():
     assert splits(48, 1, 3) != splits(48, 1, 4)
 
 
+@pytest.mark.parametrize("folds", [2, 5])
+def test_seed_decides_which_presses_are_judged_together(folds):
+    assert splits(40, folds, 0) == splits(40, folds, 0)
+    assert splits(40, folds, 0) != splits(40, folds, 1)
+
+
 @pytest.mark.parametrize(("count", "folds"), [(0, 1), (1, 1), (4, 5), (3, 0), (3, -1)])
 def test_too_few_presses_are_refused(count, folds):
     with pytest.raises(WedgeError):
