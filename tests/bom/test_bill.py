@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from bom.bill import (
     COLUMNS,
     BoughtPart,
+    Line,
     bill_csv,
     bill_markdown,
     distributor_csv,
@@ -82,6 +83,12 @@ def test_packs_are_whole_and_enough_and_no_more(need: int, sensors: int, pack: i
     packs = line.packs(sensors)
     assert (packs - 1) * pack < need * sensors <= packs * pack
     assert line.cost_usd(sensors) == packs * 2.5
+
+
+def test_three_times_a_tenth_is_no_more_than_three_tenths() -> None:
+    part = BoughtPart("x", "", "", "", "", "", "", "", 0.3, 2.5, "estimate", "2026-11", "", "")
+    assert Line(part, 0.1).packs(3) == 1
+    assert Line(part, 0.11).packs(3) == 2
 
 
 def test_totals_are_the_sums_of_the_lines() -> None:

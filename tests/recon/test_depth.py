@@ -9,7 +9,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from recon.ball import ball_cap
-from recon.depth import Depth, fewer_px, inferred_depth, without
+from recon.depth import (
+    Depth,
+    InferredField,
+    fewer_px,
+    inferred_depth,
+    untouched_depth,
+    weighed_integral,
+    without,
+)
+from recon.integration.poisson import Boundary
 from recon.lights import Axis
 from recon.missing_axis.inference import LONGEST_SIDE_PX
 
@@ -76,3 +85,30 @@ def test_a_slope_that_is_set_to_zero_is_not_looked_at(unseen) -> None:
     gradient[..., "xy".index(unseen)] = np.nan
     zero = without(unseen, gradient)
     assert zero.dtype == np.float32 and zero.sum() == 20
+
+
+@pytest.mark.parametrize("unseen", ["x", "y"])
+def test_the_level_of_a_free_border_s_integral_does_not_matter(unseen) -> None:
+    """Slopes do not tell it: the gel that nothing touches does."""
+    pitch_mm = (0.1, 0.1)
+    cap = ball_cap((160, 120), (64.0, 12.0), 2.0, 3.0, pitch_mm)
+    seen = without(unseen, cap.gradient.astype(np.float32))
+
+    def lifted(field: InferredField, boundary: Boundary) -> np.ndarray:
+        assert boundary == "neumann"
+        return weighed_integral(field, boundary, pitch_mm) + np.float32(0.5)
+
+    plain, other = (
+        inferred_depth(seen, cap.contact, unseen, pitch_mm, hinted=False, free_depth=solve)
+        for solve in (None, lifted)
+    )
+    np.testing.assert_allclose(other.depth_mm, plain.depth_mm, atol=1e-4)
+
+
+@pytest.mark.parametrize(("touched", "known"), [(0.0, True), (0.6, True), (0.9995, False)])
+def test_gel_that_nothing_touches_tells_the_level_of_a_free_border(touched, known) -> None:
+    depth_mm = np.full((100, 100), 5.0)
+    disturbed = np.arange(10_000).reshape(100, 100) < touched * 10_000
+    depth_mm[~disturbed] = 0.3
+    assert untouched_depth(depth_mm, disturbed, "neumann") == (0.3 if known else 0.0)
+    assert untouched_depth(depth_mm, disturbed, "dirichlet") == 0.0

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from recon.integration.poisson import integrate
-from recon.still import FARTHEST, REACH, reach_of, without_still
+from recon.still import FARTHEST, LONG_COLLAR, REACH, reach_of, without_still
 
 
 def dent(height, width, sigma):
@@ -49,6 +49,12 @@ def test_gel_of_a_longer_collar_reaches_farther_within_bounds(collar, longer):
     near, far = reach_of(min(collar, longer)), reach_of(max(collar, longer))
     assert REACH <= near <= far <= FARTHEST
     assert reach_of(np.nan) == REACH
+
+
+@pytest.mark.parametrize("times", [1.1, 1.3])
+def test_the_reach_grows_as_the_cube_of_a_long_collar(times):
+    assert reach_of(times * LONG_COLLAR) == pytest.approx(REACH * times**3)
+    assert reach_of(LONG_COLLAR / times) == REACH
 
 
 def test_steep_slopes_are_kept_where_the_colour_says_nothing():

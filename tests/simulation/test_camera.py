@@ -46,6 +46,14 @@ def test_jpeg_keeps_the_frame_to_some_levels() -> None:
     assert np.abs(decoded - frame).mean() < 1.5
 
 
+def test_jpeg_keeps_colours_that_change_from_pixel_to_pixel() -> None:
+    frame = np.full((40, 60, 3), 120, np.uint8)
+    frame[:, ::2] = (150, 110, 110)  # as bright, and redder
+    camera = CameraModel(gains=(1, 1, 1), jpeg_quality=100)
+    decoded = np.asarray(Image.open(io.BytesIO(jpeg(frame, camera)))).astype(int)
+    assert np.abs(decoded - frame).max() <= 3
+
+
 def test_one_seed_one_frame() -> None:
     camera = expose(RAMP)
     assert photograph(RAMP, camera, 1) == photograph(RAMP, camera, 1)

@@ -9,6 +9,7 @@ from recon.ball import ball_cap
 from recon.contact import mask
 from recon.contact.mask import (
     BORDER_PX,
+    COLLAR_MM,
     LEAST_CHANGE,
     LEVEL_SMOOTHING,
     LEVELS,
@@ -244,6 +245,17 @@ def test_pressure_is_zero_where_gel_only_follows_and_not_where_it_is_held():
     assert np.abs(pressure[away_mm > edge_mm + 0.5]).max() < 0.02
 
 
+@pytest.mark.parametrize("pitch_mm", [(0.1, 0.1), (0.1, 0.2), (0.2, 0.1)])
+def test_pressure_is_that_of_the_surface_whatever_its_pixels(pitch_mm):
+    """Of a bowl that bends by 1/mm along x and 3/mm along y."""
+    rows, columns = np.indices((HEIGHT, WIDTH))
+    x, y = (columns - 80) * pitch_mm[0], (rows - 60) * pitch_mm[1]
+    depth = x**2 / 2 + 3 * y**2 / 2
+    pressure = pressure_mm(depth, np.stack([x, 3 * y], -1), pitch_mm)
+    inner = np.s_[8:-8, 8:-8]
+    np.testing.assert_allclose((depth - pressure)[inner], COLLAR_MM**2 * 4)
+
+
 def contours(slope_at):
     """A patch whose pressure falls evenly from its middle to its rim, and its slope at each."""
     share = np.linspace(0, 1, 5001)[1:-1] ** 2
@@ -317,6 +329,16 @@ def test_a_crest_presses_more_than_its_depth_says(more, kept):
     gradient = np.zeros((HEIGHT, WIDTH, 2))
     gradient[head] = 0.5
     found = with_crests(head, head | beside, gradient, depth, depth * (1 + more * beside))
+    assert found[head].all() and found[beside].any() == kept
+
+
+@pytest.mark.parametrize(("x", "kept"), [(140, True), (150, False)])
+def test_a_crest_that_the_frame_cuts_is_not_told_from_a_drift(x, kept):
+    head, beside = disc(45, 60, 20), disc(x, 60, 12)
+    depth = 1.0 * head + 0.2 * beside
+    gradient = np.zeros((HEIGHT, WIDTH, 2))
+    gradient[head] = 0.5
+    found = with_crests(head, head | beside, gradient, depth, depth * (1 + 0.4 * beside))
     assert found[head].all() and found[beside].any() == kept
 
 

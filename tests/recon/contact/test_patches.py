@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from recon.contact.patches import contact_patches, contact_word
+from recon.contact.mask import BORDER_PX
+from recon.contact.patches import LEAST_PX, contact_patches, contact_word
 
 ROWS, COLUMNS = np.indices((80, 121))
 
@@ -42,3 +43,21 @@ def test_specks_are_no_patches():
     speck = disc(60, 40, 1)
     assert speck.any()
     assert not contact_patches(speck, np.ones(ROWS.shape), (0.1, 0.1))
+
+
+@pytest.mark.parametrize(("away_px", "cut"), [(0, True), (BORDER_PX - 1, True), (BORDER_PX, False)])
+@pytest.mark.parametrize("turn", range(4))
+def test_what_comes_within_a_few_pixels_of_the_border_is_cut(away_px, cut, turn):
+    contact = np.zeros(ROWS.shape, bool)
+    contact[away_px : away_px + 9, 40:60] = True
+    contact = np.rot90(contact, turn).copy()
+    (patch,) = contact_patches(contact, np.ones(contact.shape), (0.1, 0.1))
+    assert patch.at_border == cut
+
+
+@pytest.mark.parametrize("area_px", range(1, LEAST_PX + 3))
+def test_a_patch_has_at_least_so_many_pixels(area_px):
+    contact = np.zeros(ROWS.shape, bool)
+    contact[40, 60 : 60 + area_px] = True
+    found = contact_patches(contact, np.ones(ROWS.shape), (0.1, 0.1))
+    assert len(found) == (area_px >= LEAST_PX)

@@ -144,6 +144,14 @@ def test_colours_become_those_of_the_place(uphill):
     assert off_around < 0.2 * np.abs(around - true_around).mean()
 
 
+def test_what_the_model_does_not_explain_of_a_colour_comes_along():
+    taught, around, light = balls(even, presses=12)
+    own = 0.05 * np.random.default_rng(3).standard_normal(taught.color.shape).astype(np.float32)
+    odd = Taught(**{**vars(taught), "color": taught.color + own})
+    there, _ = elsewhere(odd, around, light, fit_shading(taught, light), np.random.default_rng(0))
+    np.testing.assert_allclose(there.color - taught.color, own, rtol=0, atol=5e-3)
+
+
 @given(seed=st.integers(0, 50))
 def test_no_pixel_leaves_the_pad_and_no_part_of_it_is_left_out(seed):
     taught, around, light = balls(even, presses=4)

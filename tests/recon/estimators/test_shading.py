@@ -3,6 +3,7 @@
 """The shading model of few numbers."""
 
 import numpy as np
+import pytest
 
 from recon.estimators.default import normal_of
 from recon.estimators.shading import (
@@ -11,6 +12,7 @@ from recon.estimators.shading import (
     color_changes,
     fit_light,
     fit_shading,
+    tilt_terms,
 )
 
 AZIMUTHS = np.radians([90.0, 180.0, -90.0])
@@ -73,3 +75,25 @@ def test_flat_gel_keeps_its_colour():
     assert not color_changes(
         fit_shading(taught, light_of(taught)), np.zeros_like(probe), probe
     ).any()
+
+
+@pytest.mark.parametrize(("terms", "folds"), [((0, 1, 5, 6), 1), ((3, 4), 2), ((7, 8), 3)])
+def test_terms_turn_with_the_tilt_as_often_as_their_order(terms, folds):
+    """Turned by a circle's share they are the same, and by half of that the opposite."""
+    slopes = np.random.default_rng(2).normal(0, 0.5, (100, 2)).astype(np.float32)
+
+    def turned(share):
+        angle = 2 * np.pi * share
+        turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+        return tilt_terms((slopes @ turn).astype(np.float32))[:, terms]
+
+    np.testing.assert_allclose(turned(1 / folds), turned(0), atol=1e-5)
+    np.testing.assert_allclose(turned(0.5 / folds), -turned(0), atol=1e-5)
+
+
+def test_light_beyond_what_was_seen_stays_within_full_scale():
+    position = np.random.default_rng(0).uniform(-0.5, 0.5, (400, 2)).astype(np.float32)
+    blank = np.repeat(0.5 + 0.9 * position[:, :1], 3, 1).astype(np.float32)
+    ends = np.array([[-1, 0], [1, 0]], np.float32)
+    found = blank_colors(fit_light(position, blank), ends)
+    np.testing.assert_allclose(found, [[0, 0, 0], [1, 1, 1]], atol=1e-6)

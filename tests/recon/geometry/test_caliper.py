@@ -131,6 +131,21 @@ def test_uncertainty_covers_the_error() -> None:
     assert 0.5 < np.square(pulls).mean() < 2.0
 
 
+def test_the_uncertainty_of_two_readings_is_that_of_their_mean() -> None:
+    """Of 54 and 46 px it is 4 px, their standard deviation over the root of two."""
+    across = [Gap(width_px=w, normal=(1.0, 0.0), center_px=(0.0, 0.0)) for w in (54.0, 46.0)]
+    along = Gap(width_px=50.0, normal=(0.0, 1.0), center_px=(0.0, 0.0))
+    scale = scale_of([*across, along], GAP_MM)
+    assert scale.sigma_mm_per_px[0] / scale.mm_per_px[0] == pytest.approx(4 / 50, rel=0.02)
+
+
+@pytest.mark.parametrize("angle_deg", [0, 60, 133, 250])
+def test_the_gap_s_middle_lies_where_both_jaws_are(angle_deg: float) -> None:
+    gap = find_gap(jaws(angle_deg))
+    assert gap is not None
+    assert np.hypot(*np.subtract(gap.center_px, VIEW.pixel(*CENTER_MM))) < 3
+
+
 def test_one_direction_and_no_picture_are_refused() -> None:
     with pytest.raises(WedgeError, match="same direction"):
         scale_of([exact_gap(angle, (0.1, 0.1)) for angle in (2, 178, 9)], GAP_MM)

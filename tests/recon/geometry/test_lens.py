@@ -93,6 +93,18 @@ def test_without_distortion_pixels_stay() -> None:
     assert lens.distort(points) == pytest.approx(points)
 
 
+def test_a_lens_folds_where_the_picture_ends_and_not_where_the_world_does() -> None:
+    """An ideal radius of 1.29 focal lengths is seen at 0.86, within the corner's 1.12."""
+    with pytest.raises(WedgeError, match="folds"):
+        Lens(
+            frame_size_px=(640, 480),
+            focal_px=(355.6, 355.6),
+            center_px=(319.5, 239.5),
+            radial=(-0.2, 0.0, 0.0),
+            rms_px=0.1,
+        )
+
+
 def test_barrel_distortion_draws_points_toward_the_centre() -> None:
     corner = np.array([[0.0, 0.0]])
     centre = np.array(TRUE.center_px)

@@ -4,10 +4,13 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from recon.labels.ball_size import answer_to_lean, doubtful_ball
+from recon.labels.ball_size import answer_to_lean, doubtful_ball, refuse_small_ball
 from recon.presses import read_presses
+from sensor.dataset import BallLabel
+from sensor.errors import WedgeError
 from tests import synthetic
 from tests.synthetic import make_dataset
 
@@ -59,3 +62,25 @@ def test_one_ball_alone_cannot_tell_its_own_radius(balls):
     """Any radius explains one ball's presses as well, all slopes scaled: so nothing is said."""
     one, _ = balls
     assert doubtful_ball(stated(one, 1.3 * RADIUS_MM)) is None
+
+
+def test_what_dots_hide_does_not_count(balls):
+    (press, *_), _ = balls
+    hidden = np.random.default_rng(0).random(press.difference.shape[:2]) < 0.2
+    dotted = np.where(hidden[..., None], np.float32(-0.4), press.difference)
+    seen = answer_to_lean([replace(press, hidden=hidden)])
+    assert answer_to_lean([replace(press, difference=dotted, hidden=hidden)]) == seen
+    assert seen == pytest.approx(answer_to_lean([press]), rel=0.02)
+
+
+@pytest.mark.parametrize("mm_per_px", [(0.05, 0.2), (0.1, 0.1), (0.2, 0.05)])
+def test_contacts_as_wide_as_their_ball_are_refused_whatever_the_pixels(mm_per_px, tmp_path):
+    """A circle of radius 20 px covers as much gel as one of 2 mm."""
+    card = replace(make_dataset(tmp_path / "set", presses=1).card, mm_per_px=mm_per_px)
+    labels = [
+        BallLabel(file=f"{i}.png", center_x_px=60.0, center_y_px=45.0, contact_radius_px=20.0)
+        for i in range(3)
+    ]
+    refuse_small_ball(labels, replace(card, ball_radius_mm=2.5))
+    with pytest.raises(WedgeError, match=r"2\.00 mm at 0\.1 mm/px"):
+        refuse_small_ball(labels, replace(card, ball_radius_mm=2.0))

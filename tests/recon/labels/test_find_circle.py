@@ -38,6 +38,20 @@ def test_oblong_pixels_and_large_frames_are_the_same_press() -> None:
     assert circle.radius_px == pytest.approx(18.0 * np.sqrt(12), rel=0.05)
 
 
+@pytest.mark.parametrize("times", [(3, 1), (1, 3)])
+def test_pixels_that_are_repeated_are_the_same_picture(times: tuple[int, int]) -> None:
+    """The edge of the frame stays where it is: a pixel's middle moves to that of its copies."""
+    difference = pressed(SIZE_PX, (83.3, 55.8), 18.0, BALL_PX)
+    wide, high = times
+    repeated = np.repeat(np.repeat(difference, high, axis=0), wide, axis=1)
+    one = find_circle(difference, BALL_MM, MM_PER_PX)
+    other = find_circle(repeated, BALL_MM, (0.1 / wide, 0.1 / high))
+    assert one is not None and other is not None
+    x, y = one.center_px
+    wanted = ((x + 0.5) * wide - 0.5, (y + 0.5) * high - 0.5)
+    assert other.center_px == pytest.approx(wanted, abs=0.05)
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_no_ball_is_found_on_a_blank_gel(seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -153,6 +153,22 @@ def test_a_server_may_be_gone_for_a_while() -> None:
         assert not source.counts.lost
 
 
+def test_a_frame_makes_the_next_pause_short_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Pauses(tuple[float, ...]):
+        def __getitem__(self, index):
+            asked.append(index)
+            return super().__getitem__(index)
+
+    asked: list[int] = []
+    monkeypatch.setattr(http, "BACK_OFF_S", Pauses((0.001,) * 4))
+    none = b"HTTP/1.1 503 Service Unavailable\r\n\r\n"
+    streams = [stream(frame) for frame in FRAMES]
+    with ScriptedServer(*streams[:3], none, none, *streams[3:]) as server:
+        with HttpSource(server.url) as source:
+            assert jpegs(source, 6) == FRAMES[:6]
+    assert asked == [0, 0, 0, 1, 2, 0, 0]
+
+
 @pytest.mark.parametrize("size", [1, 7, 5000])
 def test_chunks_do_not_matter(size: int) -> None:
     head = f"HTTP/1.1 200 OK\r\ncontent-type: {CONTENT_TYPE}\r\ntransfer-encoding: chunked\r\n\r\n"

@@ -115,6 +115,13 @@ def test_what_is_handed_over_was_sent_unless_the_bytes_lie_inside_it(
     assert len(frames) <= len(FRAMES) + garbage.count(b"\xff\xd8")
 
 
+@pytest.mark.parametrize("cut", range(len(DELIMITER) + 1))
+def test_a_delimiter_that_comes_in_two_pieces_ends_a_part_without_an_end(cut: int) -> None:
+    begun = DELIMITER + headed(FRAMES[0][:-9])
+    pieces = iter([len(begun) - cut, cut, *[1 << 20] * 2] if cut else [len(begun), 1 << 20, 1])
+    assert read_all(begun + part(FRAMES[1], Stamp()), pieces) == (FRAMES[1:2], 1)
+
+
 def test_memory_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(multipart, "LARGEST_PART", 1 << 16)
     head = DELIMITER + b"\r\n" + FRAMES[0][: scan_start(FRAMES[0])]
