@@ -119,6 +119,22 @@ def test_a_moving_ball_waits_until_it_holds_still() -> None:
     assert sum(verdict.taken for verdict in held) == 1
 
 
+def test_a_ball_that_creeps_does_not_hold_still() -> None:
+    """Frames then differ by some 2.5 times the blank gel's noise."""
+    watch = ready()
+    creeping = [watch.look(noisy(press(60 + 0.7 * i), i)) for i in range(10)]
+    assert not any(verdict.taken for verdict in creeping)
+    assert {verdict.words for verdict in creeping} == {"still moving: hold it"}
+
+
+def test_a_blank_frame_that_comes_twice_does_not_make_noise_look_like_motion() -> None:
+    watch = watcher()
+    for seed in (0, 0, *range(1, BLANK_FRAMES - 1)):
+        watch.look(noisy(BLANK, seed))
+    assert watch.background is not None
+    assert any(verdict.taken for verdict in shown(watch, press(), STILL_FRAMES + 1, 3))
+
+
 def test_a_touch_before_the_gel_is_known_begins_it_anew() -> None:
     watch = watcher()
     shown(watch, BLANK, BLANK_FRAMES - 2)
