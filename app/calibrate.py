@@ -53,7 +53,7 @@ def main(
     """
     from app._pad import refuse_other_pad
     from recon.calibration import lit_channels, unit_of
-    from recon.estimators import fit_estimator, kind_of, lesson_of
+    from recon.estimators import fit_estimator, lesson_of, refuse_unfittable
     from recon.labels.ball_size import doubtful_ball, refuse_small_ball
     from recon.presses import deep_presses, few_presses, left_out_places, read_presses
     from sensor.dataset import read_dataset
@@ -67,7 +67,7 @@ def main(
     check_new_folder(out)
     check_outputs(out / "unit.toml", json)
     keep_inputs([dataset, design], [json])
-    kind_of(estimator)
+    refuse_unfittable(estimator)
     built_from = None if design is None else load_design(design)
     folder = _dataset_of(Path(dataset), out, built_from, ball_radius_mm)
     source = read_dataset(folder or dataset_folder(dataset))

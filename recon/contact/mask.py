@@ -172,7 +172,6 @@ def contact_mask(
     count, patches = cv2.connectedComponents(dented.astype(np.uint8), connectivity=8)
     touched = np.zeros(count, bool)
     touched[patches[disturbed & dented]] = True
-    touched[0] = False
     if not touched.any():
         return np.zeros_like(disturbed)
     inside = touched[patches]

@@ -4,6 +4,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from importlib.util import find_spec
 from typing import ClassVar, Protocol, runtime_checkable
 
 import cv2
@@ -19,6 +20,7 @@ from recon.estimators.lookup_table import LookupTable, fit_lookup_table
 from recon.estimators.mlp import Mlp, fit_mlp
 from recon.pixels import BallPress, Pixels, join, label_pixels, positions
 from sensor.errors import WedgeError
+from sensor.extras import how_to_install
 
 Progress = Callable[[float], None]
 """Called with the share that is done, 0 to 1."""
@@ -83,12 +85,18 @@ class Kind:
     """``None`` where it learns from what it is judged by (``label_pixels``)."""
     fit: Fit
     restore: Restore
+    needs_torch: bool
+    """To be fitted."""
 
 
 ESTIMATORS: Mapping[str, Kind] = {
-    Default.name: Kind(teach=lesson_pixels, fit=fit_default, restore=Default.from_tensors),
-    Mlp.name: Kind(teach=None, fit=fit_mlp, restore=Mlp.from_tensors),
-    LookupTable.name: Kind(teach=None, fit=fit_lookup_table, restore=LookupTable.from_tensors),
+    Default.name: Kind(
+        teach=lesson_pixels, fit=fit_default, restore=Default.from_tensors, needs_torch=True
+    ),
+    Mlp.name: Kind(teach=None, fit=fit_mlp, restore=Mlp.from_tensors, needs_torch=True),
+    LookupTable.name: Kind(
+        teach=None, fit=fit_lookup_table, restore=LookupTable.from_tensors, needs_torch=False
+    ),
 }
 
 
@@ -118,8 +126,9 @@ def fit_estimator(
     """Fit the estimator of that name, to all pixels but those under dots.
 
     Raises:
-        WedgeError: no estimator has that name.
+        WedgeError: as ``refuse_unfittable``.
     """
+    refuse_unfittable(name)
     return kind_of(name).fit(pixels[~pixels.hidden], channels, seed, progress)
 
 
@@ -172,6 +181,16 @@ def as_labelled(
 ) -> Float32[np.ndarray, "n 2"]:
     """Slopes of a dent to those that labels speak of: in contact, the pressed ball's own."""
     return slopes - pixels.contact[:, None] * estimator.lean(pixels.position)
+
+
+def refuse_unfittable(name: str) -> None:
+    """Refuse an estimator that cannot be fitted here, before anything is read for it.
+
+    Raises:
+        WedgeError: no estimator has that name, or it needs torch, which is not installed.
+    """
+    if kind_of(name).needs_torch and find_spec("torch") is None:
+        raise WedgeError(f"calibration needs torch: {how_to_install('train')}.")
 
 
 def kind_of(name: str) -> Kind:

@@ -28,8 +28,6 @@ from recon.estimators.shown import shown_axes
 from recon.estimators.surroundings import columns_around, of_other_sizes
 from recon.pixels import Pixels
 from recon.still import reach_of
-from sensor.errors import WedgeError
-from sensor.extras import how_to_install
 
 LEFT_OUT = 3
 """Of so many presses, and of so many rendered pixels, one is left out by a network that measures
@@ -59,12 +57,10 @@ def fit_default(pixels: Pixels, channels: str, seed: int, progress: Progress) ->
     """Fit the networks to labelled pixels of prepared colours.
 
     Raises:
-        WedgeError: torch is not installed, or the rendered pixels are damaged.
+        WedgeError: the rendered pixels are damaged.
     """
-    try:
-        from recon.estimators.default_training import train
-    except ModuleNotFoundError as error:
-        raise WedgeError(f"calibration needs torch: {how_to_install('train')}.") from error
+    from recon.estimators.default_training import train
+
     told = _told(pixels, channels, seed)
     layers = train(told.inputs, normal_of(told.slopes), _choices(told), seed, progress)
     return Default(

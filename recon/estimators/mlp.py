@@ -16,8 +16,6 @@ from jaxtyping import Float32
 
 from recon.arrays import Difference
 from recon.pixels import Pixels
-from sensor.errors import WedgeError
-from sensor.extras import how_to_install
 
 HIDDEN = (32, 32, 32)
 CHUNK_ROWS = 8192
@@ -109,15 +107,9 @@ def channel_indices(channels: str) -> list[int]:
 
 
 def fit_mlp(pixels: Pixels, channels: str, seed: int, progress: Callable[[float], None]) -> Mlp:
-    """Fit the network to labelled pixels.
+    """Fit the network to labelled pixels."""
+    from recon.estimators.mlp_training import train
 
-    Raises:
-        WedgeError: torch is not installed.
-    """
-    try:
-        from recon.estimators.mlp_training import train
-    except ModuleNotFoundError as error:
-        raise WedgeError(f"calibration needs torch: {how_to_install('train')}.") from error
     spread = pixels.color[:, channel_indices(channels)].std(0)
     color_scale = np.maximum(spread, 1 / 255).astype(np.float32)
     blank = Mlp(channels=channels, color_scale=color_scale, layers=())

@@ -55,7 +55,7 @@ def may_have_moved(disturbed: Mask, known: Float[np.ndarray, "h w"]) -> Mask:
     from_below = from_above - from_above[-1:]  # both are depths, if nothing lies in between
     down = np.minimum(from_above, from_below)
     deepest = np.maximum(from_above, from_below).max(axis=0, initial=0)
-    moved = near | ((down > STILL_DOWN * deepest) & (deepest > 0))
+    moved = near | (down > STILL_DOWN * deepest)
     count, patches, boxes, _ = cv2.connectedComponentsWithStats(moved.astype(np.uint8))
     for patch in range(1, count):
         left, top, width, height = boxes[patch, :4]

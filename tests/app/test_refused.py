@@ -60,6 +60,19 @@ def test_what_cannot_be_written_is_said_before_the_work(
     assert sorted(path.name for path in tmp_path.iterdir()) == ["folder", "taken"]
 
 
+@pytest.mark.parametrize("estimator", ["default", "mlp"])
+def test_a_calibration_without_torch_is_refused_before_the_presses_are_read(
+    workplace, tmp_path, monkeypatch, capsys, estimator
+):
+    monkeypatch.setattr("recon.estimators.find_spec", lambda _: None)
+    monkeypatch.setattr(
+        "recon.presses.PressReader.__init__", lambda *_, **__: pytest.fail("it began")
+    )
+    words = (str(workplace / "set"), "--estimator", estimator, "--out", str(tmp_path / "unit"))
+    assert "calibration needs torch" in refused(capsys, "calibrate", *words)
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_unit_in_place_of_a_mount_point_is_refused_before_the_work(
     workplace, tmp_path, monkeypatch, capsys
 ):
