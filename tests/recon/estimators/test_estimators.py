@@ -20,8 +20,9 @@ from recon.estimators import (
     slopes_at,
 )
 from recon.estimators.default import PREPARED, Default, prepared_colors
+from recon.estimators.lookup_table import BINS, fit_lookup_table
 from recon.estimators.mlp import Mlp
-from recon.pixels import join, label_pixels, positions
+from recon.pixels import Pixels, join, label_pixels, positions
 from recon.presses import read_presses
 from sensor.errors import WedgeError
 from tests.synthetic import make_dataset
@@ -277,29 +278,43 @@ def test_an_unknown_name_is_refused_with_the_known_ones(pixels):
         restore_estimator("cnn", {}, "RGB")
 
 
-def test_a_bin_holds_the_mean_of_its_pixels_and_an_empty_one_its_neighbours():
-    from recon.estimators.lookup_table import BINS, fit_lookup_table
-    from recon.pixels import Pixels
+def pixels_of(color, gradient):
+    """Pixels of contact of which nothing else matters."""
+    count = len(color)
+    return Pixels(
+        color=color,
+        position=np.zeros((count, 2), np.float32),
+        gradient=gradient,
+        contact=np.ones(count, bool),
+        press=np.zeros(count, np.int32),
+        place=np.arange(count, dtype=np.int32),
+        hidden=np.zeros(count, bool),
+        blank=np.zeros((count, 3), np.float32),
+        collar=np.full(count, np.nan, np.float32),
+        cap=np.zeros(count, np.float32),
+    )
 
+
+def test_a_bin_holds_the_mean_of_its_pixels_and_an_empty_one_its_neighbours():
     red = np.array([-1, -1, -1, 1], np.float32)
     gradient = np.array([[1, 0], [2, 0], [6, 3], [-5, 5]], np.float32)
-    made = Pixels(
-        color=np.stack([red, 0 * red, 0 * red], 1),
-        position=np.zeros((4, 2), np.float32),
-        gradient=gradient,
-        contact=np.ones(4, bool),
-        press=np.zeros(4, np.int32),
-        place=np.arange(4, dtype=np.int32),
-        hidden=np.zeros(4, bool),
-        blank=np.zeros((4, 3), np.float32),
-        collar=np.full(4, np.nan, np.float32),
-        cap=np.zeros(4, np.float32),
-    )
+    made = pixels_of(np.stack([red, 0 * red, 0 * red], 1), gradient)
     table = fit_lookup_table(made, "R", 0, lambda _: None)
     probe = np.zeros((2, 3), np.float32)
     probe[:, 0] = [-1 + 0.4, 1 - 0.4]
     np.testing.assert_allclose(table.slopes(probe, np.zeros((2, 2), np.float32)), [[3, 1], [-5, 5]])
     assert table.bins.shape == (BINS, 2)
+
+
+def test_the_table_tells_apart_all_colours_but_the_outermost_thousandth():
+    red = np.linspace(-0.3, 0.3, 20_001, dtype=np.float32)
+    made = pixels_of(np.stack([red, 0 * red, 0 * red], 1), np.stack([2 * red, -red], 1))
+    table = fit_lookup_table(made, "R", 0, lambda _: None)
+    probe = np.zeros((3, 3), np.float32)
+    probe[:, 0] = [-0.29, 0.0, 0.29]
+    found = table.slopes(probe, np.zeros((3, 2), np.float32))
+    half_bin = 0.3 / BINS
+    np.testing.assert_allclose(found, probe[:, :1] * [2, -1], atol=2 * half_bin + 1e-3)
 
 
 def test_the_network_is_the_papers(fitted):

@@ -99,6 +99,21 @@ def test_a_depth_that_is_allowed_already_is_left_alone(boundary):
     np.testing.assert_allclose(found, depth, atol=0.02 * depth.max())
 
 
+@pytest.mark.parametrize("boundary", ["dirichlet", "neumann"])
+@pytest.mark.parametrize("pitch", [(0.1, 0.1), (0.1, 0.13)])
+def test_a_depth_beyond_the_support_is_pressed_back_and_not_cut_off(boundary, pitch):
+    """The slopes then differ less than those of a dent whose rim falls off like a cliff."""
+    cap = ball_cap((96, 80), (50.0, 38.0), 2.0, 2.6, pitch)
+    free = cap.depth_mm.astype(np.float32)
+    support = np.hypot(*offsets_mm((96, 80), (50.0, 38.0), pitch)) < 1.6
+
+    def differ(depth):
+        along_y, along_x = np.gradient(depth - free, pitch[1], pitch[0])
+        return np.sum(along_x**2 + along_y**2)
+
+    assert differ(nearest_pressed(free, support, pitch, boundary)) < 0.75 * differ(free * support)
+
+
 @given(st.integers(1, 40), st.integers(1, 40), st.sampled_from(["dirichlet", "neumann"]))
 @settings(max_examples=20, deadline=None)
 def test_the_nearest_depth_of_any_size_is_pressed_in_only(height, width, boundary):
