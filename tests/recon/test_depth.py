@@ -20,7 +20,7 @@ from recon.depth import (
 )
 from recon.integration.poisson import Boundary
 from recon.lights import Axis
-from recon.missing_axis.inference import LONGEST_SIDE_PX
+from recon.missing_axis.inference import LONGEST_SIDE_PX, working_size
 
 
 @given(
@@ -43,6 +43,13 @@ def test_a_long_frame_is_shrunk_to_what_the_network_sees(height, width, pitch) -
         side_mm = max(side_mm, *pitch)
         for count, pitch_mm in ((columns, fewer_mm[0]), (rows, fewer_mm[1])):
             assert abs(count - count * pitch_mm / side_mm) <= 0.5 + 1e-9 or count == 1
+
+
+@pytest.mark.parametrize("pitch_mm", [(0.1, 0.2), (0.2, 0.1), (0.1, 0.1), (0.01, 0.03)])
+def test_the_network_sees_square_pixels_and_none_that_were_stretched(pitch_mm) -> None:
+    rows, columns = working_size(100, 100, pitch_mm)
+    assert max(rows, columns) == 100
+    assert rows / columns == pytest.approx(pitch_mm[1] / pitch_mm[0], rel=0.02)
 
 
 def of_ball(

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from safetensors.numpy import save_file
 
 from recon.ball import ball_cap
-from recon.missing_axis.inference import infer_missing_axis, working_size
+from recon.missing_axis.inference import infer_missing_axis
 from recon.unet.weights import MISSING_AXIS, load_weights, save_weights, shipped_weights
 from sensor.errors import WedgeError
 
@@ -213,11 +213,3 @@ def test_a_slope_that_is_no_number_is_refused(value):
 def test_a_pitch_that_is_not_positive_is_refused(mm_per_px):
     with pytest.raises(WedgeError, match="mm_per_px"):
         inferred(np.zeros((32, 32)), "x", mm_per_px)
-
-
-@pytest.mark.parametrize("pitch_mm", [(0.1, 0.2), (0.2, 0.1), (0.1, 0.1), (0.01, 0.03)])
-def test_the_network_sees_square_pixels_and_none_that_were_stretched(pitch_mm):
-    rows, columns = working_size(100, 100, pitch_mm)
-    assert rows <= 100 and columns <= 100
-    assert rows / columns == pytest.approx(pitch_mm[1] / pitch_mm[0], rel=0.02)
-    assert max(rows, columns) == 100
