@@ -55,7 +55,7 @@ def main(
         markdown: Write the tables here as Markdown.
         html: Write the tables here as HTML.
     """
-    from recon.estimators import kind_of
+    from recon.estimators import refuse_unfittable
     from validation.datasets import dataset_folder, each_once, told_apart
     from validation.error_table import error_table
     from validation.report.error_tables import table_section
@@ -70,7 +70,7 @@ def main(
     refuse_folds(folds)
     estimators = list(dict.fromkeys(part.strip() for part in estimator.split(",")))
     for name in estimators:
-        kind_of(name)
+        refuse_unfittable(name)
     folders = {name: dataset_folder(name) for name in each_once(dataset)}
     called = told_apart(folders)
     keep_inputs(folders.values(), [json, markdown, html])
