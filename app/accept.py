@@ -67,12 +67,14 @@ def main(
         not_measured,
         origin,
         page_html,
+        remarks,
     )
     from validation.acceptance.limits import verdict
     from validation.acceptance.measurements import accept_unit
     from validation.acceptance.sheet import pdf_bytes, picture
     from validation.datasets import dataset_folder
     from validation.figures.png import frames_bytes
+    from validation.intervals import counted
     from validation.report.page import Picture, Section, figure_html, write_report
 
     page, pdf = (None, None) if out is None else (out / "index.html", out / "certificate.pdf")
@@ -100,7 +102,7 @@ def main(
         )
     grade = verdict(found.values)
     print_table(("measured", "value", "A", "B", "grade"), [line.cells for line in lines(found)])
-    said = [*failures(found), *not_measured(found), lead(card, occasion, found)]
+    said = [*failures(found), *remarks(found), *not_measured(found), lead(card, occasion, found)]
     for sentence in (*said, origin(card, occasion)):
         print(sentence)
     print(f"{card.serial}: {WORDS[grade]}.")
@@ -112,7 +114,7 @@ def main(
             content=frames_bytes(picture(found, card.mm_per_px)),
             alt="The blank gel, its weakest light, the area that presses cover and that is usable; "
             "a press, its depth and its depth error",
-            caption=f"Unit {card.serial}, {name}, {found.errors.test} presses; below "
+            caption=f"Unit {card.serial}, {name}, {counted(found.presses)}; below "
             f"{found.press.depth.file}.",
             wide=True,
         )

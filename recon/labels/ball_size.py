@@ -63,7 +63,7 @@ def doubtful_ball(presses: Sequence[BallPress]) -> str | None:
             return (
                 f"The widest contacts reach {widest:.2f} of the ball's radius, {radius_mm:g} mm: "
                 "is that its radius, not its diameter? If it is, press deeper, as slopes beyond "
-                f"{np.degrees(np.arcsin(widest)):.0f}° were never learnt."
+                f"{np.degrees(np.arcsin(widest)):.0f}° are in no press."
             )
     answers = {radius_mm: answer_to_lean(alike) for radius_mm, alike in enough.items()}
     if len(answers) > 1:

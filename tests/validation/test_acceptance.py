@@ -14,6 +14,7 @@ from sensor.dataset import LENS_FILE, read_dataset, write_card, write_labels
 from tests import synthetic
 from tests.synthetic import KEYSTONE_PX, make_dataset
 from tests.validation.sensors import (
+    PRESSES,
     accepted_on,
     change_frames,
     failed_of,
@@ -203,11 +204,28 @@ def test_labels_beside_the_ball_fail_the_error_along_their_axis(calibration, bro
     }
 
 
-@pytest.mark.parametrize("stated_mm", [1.9, 8.0], ids=["too small", "its diameter"])
-def test_a_wrong_ball_fails_the_depth_and_the_radius_alone(calibration, broken, stated_mm):
+@pytest.mark.parametrize(
+    ("stated_mm", "along"),
+    [(1.9, set()), (8.0, {"steepest_deg"})],
+    ids=["too small", "its diameter"],
+)
+def test_a_wrong_ball_fails_the_depth_and_the_radius_alone(calibration, broken, stated_mm, along):
     write_card(broken.folder / "dataset.toml", replace(broken.card, ball_radius_mm=stated_mm))
     failed = failed_of(accepted_on(calibration, read_dataset(broken.folder)))
-    assert {"depth_rmse_share", "ball_radius_share"} <= failed <= SLOPES
+    assert {"depth_rmse_share", "ball_radius_share"} | along <= failed <= SLOPES | along
+
+
+def test_a_ball_stated_ten_times_too_large_fails_the_steepest_slope_alone(tmp_path):
+    """Unit and presses agree on it, so that no error shows: all slopes are a tenth."""
+    for name, seed in (("taught", 0), ("set", 1)):
+        made = good_set(tmp_path / name, seed)
+        wrong = replace(made.card, ball_radius_mm=10 * made.card.ball_radius_mm)
+        write_card(made.folder / "dataset.toml", wrong)
+    unit = unit_of(read_dataset(tmp_path / "taught"))
+    found = accepted_on(unit, read_dataset(tmp_path / "set"))
+    assert failed_of(found) == {"steepest_deg"}
+    assert any("of the ball's radius, 40 mm" in doubt for doubt in found.doubts)
+    assert found.mean_abs_gradient < 0.03
 
 
 def test_slopes_that_fit_no_ball_give_a_radius_that_nobody_knows(calibration, broken):
@@ -224,6 +242,35 @@ def test_presses_in_one_corner_do_not_cover_the_pad(calibration, broken):
     failed = failed_of(accepted_on(calibration, read_dataset(broken.folder)))
     assert "covered_share" in failed
     assert failed <= {"covered_share"} | SLOPES  # two presses are few to learn fewer lights from
+
+
+def test_a_blank_picture_is_not_held_against_itself(calibration, today, broken):
+    """Of the calibration's own blank frame nothing says whether it has changed since."""
+    since = {"moved_px", "brightness_change_share"}
+    own = replace(calibration, background=read_presses(today).background)
+    found = accepted_on(own, today)
+    assert since <= set(found.absent) and not since & set(found.values)
+    change_frames(broken, lambda frame, index: frame + 1)
+    assert since <= set(accepted_on(own, broken).values)
+
+
+@pytest.mark.parametrize(("fresh", "is_judged"), [(PRESSES - 1, True), (4, False)])
+def test_errors_are_of_the_presses_that_were_not_learnt_where_they_are_enough(
+    calibration, today, fresh, is_judged
+):
+    presses = read_presses(today).presses
+    learnt = frozenset(press.fingerprint for press in presses[fresh:])
+    kept = {"contact_theta_x_deg": 7.5, "contact_theta_y_deg": 7.5, "depth_rmse_mm": 0.01}
+    card = replace(calibration.card, learnt_frames=learnt, metrics=kept)
+    found = accepted_on(replace(calibration, card=card), today)
+    assert (found.learnt, found.presses, found.is_fresh) == (PRESSES - fresh, PRESSES, is_judged)
+    judged = {error.file for error in found.errors.depth["table"]}
+    first = {press.file for press in presses[:fresh]}
+    assert judged == (first if is_judged else {press.file for press in presses})
+    (row,) = [row for row in found.errors.rows if row.pixels == "contact"]
+    seen = row.errors.values["theta_x_deg"]
+    assert found.values["theta_x_deg"] == {"": seen if is_judged else 7.5}
+    assert found.held_out == (fresh if is_judged else None)
 
 
 def test_a_turned_light_board_fails_the_turn_alone(calibration, today):
@@ -281,6 +328,9 @@ def test_a_dead_light_fails_the_configurations_that_need_it(tmp_path, monkeypatc
     [
         ("frame_rate_hz", [200 * i for i in range(40)], range(40)),
         ("jitter_ms", [33 * i + 25 * (i % 3 == 1) for i in range(40)], range(40)),
+        ("longest_gap_ms", [33 * i + 1000 * (i > 150) for i in range(300)], range(300)),
+        ("backward_steps", [33 * i - 5000 * (i > 20) for i in range(40)], range(40)),
+        ("backward_steps", [33 * (i - (i > 20)) for i in range(40)], range(40)),
         ("lost_share", [33 * (i + i // 10) for i in range(40)], [i + i // 10 for i in range(40)]),
     ],
 )
@@ -299,7 +349,9 @@ def test_stalls_and_regular_losses_do_not_pass_unseen():
     every_other = timing_values([33_000_000 * i for i in range(40)], range(0, 80, 2))
     assert every_other["lost_share"][""] == pytest.approx(0.5, abs=0.01)
     assert grades(every_other)["lost_share"] == "fail"
-    assert set(timing_values([5] * 40, range(40))) == {"lost_share"}  # a clock that stands
+    stands = timing_values([5] * 40, range(40))
+    assert set(stands) == {"lost_share", "backward_steps"}
+    assert stands["backward_steps"] == {"": 39}
 
 
 def test_a_bent_grid_of_dots_is_seen_and_a_leaning_one_is_not():

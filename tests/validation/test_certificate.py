@@ -4,6 +4,7 @@
 
 import html
 import json
+import shutil
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from xml.etree import ElementTree
@@ -15,6 +16,7 @@ import app.accept
 from app.__main__ import main
 from recon.images import read_image
 from recon.stream import Recorder, TimedFrame
+from sensor.dataset import write_labels
 from tests.validation.sensors import change_frames
 from validation.acceptance.certificate import (
     Occasion,
@@ -90,6 +92,32 @@ def test_a_unit_keeps_the_intervals_of_its_errors(calibration, accepted):
         assert 0 < low < error_values(errors, card, held_out=False)[name][""] < high
 
 
+def test_every_form_says_what_is_doubtful_and_what_was_left_out(calibration, accepted):
+    card = calibration.card
+    pairs = tuple((f"press{i}.png", "it is the same picture as press1.png") for i in range(2, 7))
+    found = replace(
+        accepted,
+        doubts=("2 presses: too few to trust.",),
+        errors=replace(accepted.errors, left_out=pairs),
+    )
+    said = document(card, SET, found)
+    assert said["left_out"][4] == {"file": "press6.png", "reason": pairs[4][1]}
+    assert said["doubts"] == list(found.doubts)
+    assert said["mean_abs_gradient"] == accepted.mean_abs_gradient > 0.1
+    steep = f"{accepted.mean_abs_gradient:.2f} on average (mean |G|)"
+    shown = " ".join(text.get_text() for text in sheet(card, SET, found).texts)
+    for form in (page_html(card, SET, found, ""), shown):
+        assert found.doubts[0] in form and steep in form
+        assert "Left out 5 presses: press2.png: it is the same" in form and "and 2 more." in form
+
+
+def test_a_set_of_which_some_was_learnt_says_so(calibration, accepted):
+    some = replace(accepted, learnt=1, presses=13)
+    assert "13 presses, 1 of which it has learnt from: errors are those of the 12 others" in lead(
+        calibration.card, SET, some
+    )
+
+
 def test_a_design_that_nobody_named_has_no_hash_on_the_certificate(calibration, accepted):
     unnamed = replace(calibration.card, design_sha256=None)
     assert "not named (design)" in origin(unnamed, SET)
@@ -99,7 +127,7 @@ def test_a_design_that_nobody_named_has_no_hash_on_the_certificate(calibration, 
 
 def test_every_form_says_on_how_many_presses_errors_rest_and_when(calibration, accepted):
     card = calibration.card
-    few = replace(accepted, learnt=12, held_out=2, intervals={})
+    few = replace(accepted, learnt=12, held_out=2, intervals={}, is_fresh=False)
     for found, said, there in (
         (few, "measured on 2 presses held out, too few for an interval.", False),
         (accepted, "12 presses that it has not learnt from, with 95 % intervals", True),
@@ -114,7 +142,7 @@ def test_every_form_says_on_how_many_presses_errors_rest_and_when(calibration, a
         assert kept["held_out_presses"] == found.held_out and kept["judged"] == "2026-02-03"
         ends = {entry["name"]: entry["ci95"] for entry in kept["measurements"] if entry["ci95"]}
         assert ends == {name: list(pair) for name, pair in found.intervals.items()}
-    unsaid = replace(accepted, learnt=12, held_out=8, intervals={})
+    unsaid = replace(few, held_out=8)
     assert "8 presses held out, without intervals" in lead(card, SET, unsaid)
 
 
@@ -143,7 +171,13 @@ def test_everything_lies_on_the_sheet_and_nothing_on_another(calibration, accept
         limit.name: dict.fromkeys(accepted.values.get(limit.name, [""]), 98.7 / limit.shown_times)
         for limit in LIMITS
     }
-    figure = sheet(calibration.card, SET, replace(accepted, values=spoilt))
+    doubts = tuple("So much may be said of it. " * lines for lines in (3, 7, 7, 7))
+    errors = replace(
+        accepted.errors,
+        left_out=(("press-0000.png", "no contact is visible inside its circle"),) * 9,
+    )
+    found = replace(accepted, values=spoilt, doubts=doubts, errors=errors)
+    figure = sheet(calibration.card, SET, found)
     renderer = FigureCanvasAgg(figure).get_renderer()
     boxes = [text.get_window_extent(renderer) for text in figure.texts]
     width, height = figure.canvas.get_width_height()
@@ -180,6 +214,9 @@ def test_a_recording_tells_the_rate_and_what_has_no_times_is_refused(
 def test_the_command_exits_zero_only_on_a_pass(calibration, broken, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(app.accept, "process_pool", lambda: ThreadPoolExecutor(1))
     calibration.save(tmp_path / "wedge-007")
+    shutil.copy(broken.folder / "press11.png", broken.folder / "twice.png")
+    again = [*broken.labels, replace(broken.labels[-1], file="twice.png")]
+    write_labels(broken.folder / "labels.csv", again)
     words = ["accept", str(tmp_path / "wedge-007"), str(broken.folder)]
     files = ["--out", str(tmp_path / "paper"), "--junit", str(tmp_path / "accept.xml")]
     with pytest.raises(SystemExit) as left:
@@ -187,11 +224,13 @@ def test_the_command_exits_zero_only_on_a_pass(calibration, broken, tmp_path, ca
     assert left.value.code == 0
     told = capsys.readouterr().out
     assert "12 presses that it has not learnt from" in told
+    assert "Left out 1 press: twice.png: it is the same picture as press11.png." in told
     skipped = ElementTree.parse(tmp_path / "accept.xml").iter("skipped")
     reasons = {case.get("message") for case in skipped}
     assert reasons and all(f"{reason}.\n" in told for reason in reasons)
     for name in ("paper/index.html", "paper/certificate.pdf", "accept.xml"):
         assert (tmp_path / name).stat().st_size > 500
+    write_labels(broken.folder / "labels.csv", broken.labels)
     change_frames(broken, lambda frame, _: frame[..., ::-1])
     with pytest.raises(SystemExit) as left:
         main(words)

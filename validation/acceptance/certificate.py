@@ -11,6 +11,7 @@ from xml.etree import ElementTree
 
 from sensor.unit import UnitCard
 from validation.acceptance.limits import (
+    COUNTED,
     GROUPS,
     LIMITS,
     Grade,
@@ -31,6 +32,8 @@ NOT_IN_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """Characters that no XML file may hold: https://www.w3.org/TR/xml/#charsets."""
 
 
+MOST_NAMED = 3
+"""Presses left out, each with its reason; JSON has all."""
 HASH_DIGITS = 12
 """Shown of a hash; JSON has all."""
 
@@ -75,10 +78,13 @@ def document(card: UnitCard, occasion: Occasion, found: Acceptance) -> dict[str,
         "software": occasion.software,
         "dataset": occasion.dataset,
         "dataset_sha256": occasion.dataset_sha256,
-        "presses": found.errors.test,
-        "held_out": found.learnt == 0,
+        "presses": found.presses,
+        "held_out": found.is_fresh,
         "learnt_presses": found.learnt,
         "held_out_presses": found.held_out,
+        "mean_abs_gradient": _finite(found.mean_abs_gradient),
+        "left_out": [{"file": file, "reason": reason} for file, reason in found.errors.left_out],
+        "doubts": list(found.doubts),
         "grade": verdict(found.values),
         "measurements": [
             {
@@ -193,7 +199,7 @@ def page_html(card: UnitCard, occasion: Occasion, found: Acceptance, pictures: s
     parts = [
         tiles_html(_tiles(card, found)),
         paragraph(f"{lead(card, occasion, found)} {origin(card, occasion)}"),
-        bullets(failures(found)) if failures(found) else "",
+        bullets(said) if (said := [*failures(found), *remarks(found)]) else "",
         pictures,
     ]
     for group in GROUPS:
@@ -208,20 +214,36 @@ def page_html(card: UnitCard, occasion: Occasion, found: Acceptance, pictures: s
     return "".join(parts) + bullets(not_measured(found))
 
 
+def remarks(found: Acceptance) -> list[str]:
+    """What is to be doubted of the presses, and which of them were left out."""
+    left_out = found.errors.left_out
+    if not left_out:
+        return list(found.doubts)
+    named = "; ".join(f"{file}: {reason}" for file, reason in left_out[:MOST_NAMED])
+    more = f"; and {len(left_out) - MOST_NAMED} more" if len(left_out) > MOST_NAMED else ""
+    return [*found.doubts, f"Left out {counted(len(left_out))}: {named}{more}."]
+
+
 def lead(card: UnitCard, occasion: Occasion, found: Acceptance) -> str:
-    """What was judged on what, and on how many presses its errors rest, in one sentence."""
-    presses, held_out = found.errors.test, found.held_out
-    count = "all" if found.learnt == presses else f"{found.learnt}"
-    judged = (
-        f", {count} of which it has learnt from: errors are those that calibration measured on "
-        f"{'presses' if held_out is None else counted(held_out)} held out"
-        if found.learnt
-        else " that it has not learnt from"
-    )
+    """What was judged on what, on how many presses its errors rest, and how steep they were."""
+    steep = found.mean_abs_gradient
+    slopes = f" Slopes on contact were {steep:.2f} on average (mean |G|)." if steep == steep else ""
     return (
         f"Calibrated {card.created} with {card.estimator}, judged on {occasion.dataset}, "
-        f"{counted(presses)}{judged}{_certainty(found)}."
+        f"{counted(found.presses)}{_rests_on(found)}{_certainty(found)}.{slopes}"
     )
+
+
+def _rests_on(found: Acceptance) -> str:
+    """Which presses the errors are of."""
+    if not found.learnt:
+        return " that it has not learnt from"
+    count = "all" if found.learnt == found.presses else f"{found.learnt}"
+    learnt = f", {count} of which it has learnt from: errors are those"
+    if found.is_fresh:
+        return f"{learnt} of the {found.errors.test} others"
+    presses = "presses" if found.held_out is None else counted(found.held_out)
+    return f"{learnt} that calibration measured on {presses} held out"
 
 
 def origin(card: UnitCard, occasion: Occasion) -> str:
@@ -293,7 +315,7 @@ def _finite(value: float) -> float | None:
 def _bound(limit: Limit, value: float) -> str:
     sign = "≤" if limit.less_is_better else "≥"
     # Half a colour is no colour: what is counted has whole limits.
-    whole = math.floor(value) if limit.unit == "colours" else value
+    whole = math.floor(value) if limit.unit in COUNTED else value
     return f"{sign} {limit.shown_times * whole:g}"
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from recon.ball import offsets_mm
 from recon.estimators import GradientEstimator
+from recon.labels.ball_size import WIDEST
 from recon.lights import Axis, sits_like_wedge, unseen_axis
 from recon.pixels import BallPress, label_pixels
 from sensor.dataset import Dataset
@@ -66,6 +67,21 @@ def error_intervals(errors: ErrorTable, card: UnitCard, held_out: bool) -> dict[
         deepest_mm = _deepest_mm(errors)
         found["depth_rmse_share"] = (rmse_mm[0] / deepest_mm, rmse_mm[1] / deepest_mm)
     return {name: interval for name, interval in found.items() if interval is not None}
+
+
+def mean_abs_gradient(errors: ErrorTable, card: UnitCard, held_out: bool) -> float:
+    """Mean |G| on the contacts that ``error_values`` rest on; NaN where the unit does not say."""
+    if held_out:
+        (row,) = [row for row in errors.rows if row.pixels == "contact"]
+        return row.errors.mean_abs_gradient
+    return float(card.metrics.get("contact_mean_abs_gradient", np.nan))
+
+
+def steepest_values(presses: Sequence[BallPress]) -> dict[str, Parts]:
+    """The steepest slope of the presses, at the rim of their widest contacts."""
+    sines = [press.contact_radius_mm / press.ball_radius_mm for press in presses]
+    widest = min(float(np.quantile(sines, WIDEST)), 1.0)
+    return {"steepest_deg": {"": float(np.degrees(np.arcsin(widest)))}}
 
 
 def held_out_presses(errors: ErrorTable, card: UnitCard, held_out: bool) -> int | None:

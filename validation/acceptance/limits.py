@@ -13,6 +13,8 @@ as "RG"; "" where there is one value alone."""
 Measured = Mapping[str, Parts]
 """By the names of ``LIMITS``; what could not be measured is absent."""
 GROUPS = ("Errors", "Lights", "Gel", "Picture")
+COUNTED = ("colours", "steps")
+"""Units of what is counted, which has whole limits."""
 DEAD_GREY_LEVELS = 4.0
 """Contrast below which a colour says nothing about slopes."""
 
@@ -116,6 +118,15 @@ LIMITS = (
         grade_a=0.1,
         grade_b=0.2,
         reason="slopes that fit another ball: the radius or scale is wrong, or the gel reads flat",
+    ),
+    Limit(
+        group="Errors",
+        name="steepest_deg",
+        title="steepest slope of the presses",
+        unit="°",
+        grade_a=35.0,
+        grade_b=20.0,
+        reason="a small error of small slopes says little; a radius stated too large does this too",
     ),
     Limit(
         group="Lights",
@@ -305,6 +316,24 @@ LIMITS = (
         grade_a=5.0,
         grade_b=20.0,
         reason="at 50 mm/s, 20 ms are 1 mm of travel between the time told and the touch seen",
+    ),
+    Limit(
+        group="Picture",
+        name="longest_gap_ms",
+        title="longest gap between frames",
+        unit="ms",
+        grade_a=100.0,
+        grade_b=500.0,
+        reason="one stall of half a second loses a grip, whatever the rate of all other frames",
+    ),
+    Limit(
+        group="Picture",
+        name="backward_steps",
+        title="times that do not grow",
+        unit="steps",
+        grade_a=0.0,
+        grade_b=0.5,
+        reason="a clock set back, or two frames of one time: nothing tells when a touch was",
     ),
     Limit(
         group="Picture",

@@ -4,15 +4,19 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from statistics import median
+
+import numpy as np
 
 from recon.arrays import ContactMask, Unwarped
 from recon.calibration import Calibration
+from recon.labels.ball_size import doubtful_ball
 from recon.lights import unseen_axis
 from recon.markers.tracking import marker_tracker
-from recon.presses import read_presses
+from recon.presses import PressSet, deep_presses, few_presses, left_out_places, read_presses
 from sensor.dataset import Dataset
+from sensor.unit import UnitCard
 from validation.acceptance.errors import (
     ball_radius_values,
     error_intervals,
@@ -20,6 +24,8 @@ from validation.acceptance.errors import (
     fewer_lights_values,
     fit_fewer_lights,
     held_out_presses,
+    mean_abs_gradient,
+    steepest_values,
 )
 from validation.acceptance.gel import (
     blank_values,
@@ -39,6 +45,9 @@ from validation.evaluation import judge_presses, learnt_presses, refuse_other_se
 from validation.examples import Example, example
 from validation.intervals import Interval
 
+LEAST_FRESH = 5
+"""Presses that a unit has not learnt from, beside others that it has: so many judge it alone."""
+SINCE_CALIBRATION = ("brightness_change_share", "moved_px")
 NO_TIMES = "a dataset's frames have no times; name a recording or a stream by --frames"
 
 
@@ -49,9 +58,18 @@ class Acceptance:
     values: Measured
     absent: Mapping[str, str]
     """Why a measurement was not made, by the names of ``limits.LIMITS``."""
+    presses: int
+    """How many could be used."""
     errors: ErrorTable
+    """On those of them that were judged: all, or where ``is_fresh``, those not learnt from."""
     learnt: int
-    """How many of the presses the unit has learnt from; beside any, errors are calibration's."""
+    """How many of the presses the unit has learnt from."""
+    is_fresh: bool
+    """Whether the errors are of presses that it has not learnt from; else calibration's."""
+    mean_abs_gradient: float
+    """Mean \\|G\\| on the contacts that the errors rest on; NaN where the unit does not say."""
+    doubts: tuple[str, ...]
+    """Sentences on the presses: whether they are enough, and their ball's radius can be right."""
     held_out: int | None
     """How many presses the errors rest on, none of them learnt from; ``None`` where the unit does
     not say."""
@@ -78,8 +96,8 @@ def accept_unit(
 ) -> Acceptance:
     """Measure a unit on a dataset of its presses.
 
-    Where the unit has learnt from any of the presses, the gradient and depth errors are those that
-    calibration measured on presses held out.
+    Where the unit has learnt from some of the presses, errors are those of the others; of fewer
+    than ``LEAST_FRESH`` others, those that calibration measured on presses held out.
 
     Args:
         calibration: the unit.
@@ -97,10 +115,12 @@ def accept_unit(
     presses = read_presses(dataset, lambda share: progress(0.1 * share))
     refuse_other_sensor(calibration, dataset, presses)
     fewer = fit_fewer_lights(card, dataset, len(presses.presses), seed=seed, executor=executor)
-    errors = judge_presses(
-        calibration, dataset, presses, seed=seed, progress=lambda x: progress(0.1 + 0.3 * x)
-    )
     learnt = learnt_presses(card, dataset, presses)
+    judged = _judged(card, presses, learnt)
+    is_fresh = not learnt or judged is not presses
+    errors = judge_presses(
+        calibration, dataset, judged, seed=seed, progress=lambda x: progress(0.1 + 0.3 * x)
+    )
     unseen = unseen_axis(card.lights_deg, channels)
     blank = presses.unwarp(presses.background)
     gel = without_dots(blank, presses.dots)
@@ -114,8 +134,9 @@ def accept_unit(
     pictured, absent = picture_values(presses, calibrated, roundness(presses.presses, seed))
     progress(0.5)
     values: dict[str, Parts] = {
-        **error_values(errors, card, learnt == 0),
-        **ball_radius_values(calibration.estimator, presses.presses, unseen),
+        **error_values(errors, card, is_fresh),
+        **ball_radius_values(calibration.estimator, judged.presses, unseen),
+        **steepest_values(judged.presses),
         **light_values(response, channels, card.lights_deg, unseen is None),
         **still,
         **blank_values(gel, without_dots(calibrated, marker_tracker(calibrated)), channels),
@@ -129,19 +150,43 @@ def accept_unit(
     shown = min(presses.presses, key=lambda press: abs(press.contact_radius_px - typical))
     pictured_press = example(calibration.estimator, card.missing_axis, dataset, presses, shown)
     values |= fewer_lights_values(card, fewer, seed, lambda share: progress(0.5 + 0.5 * share))
+    if np.array_equal(blank, calibrated):  # a picture held against itself has changed in nothing
+        absent |= dict.fromkeys(SINCE_CALIBRATION, "the blank picture is the calibration's own")
+    doubts = (
+        few_presses(presses),
+        left_out_places(presses),
+        deep_presses(presses),
+        doubtful_ball(presses.presses),
+    )
     return Acceptance(
-        values={limit.name: values[limit.name] for limit in LIMITS if limit.name in values},
+        values={
+            limit.name: values[limit.name]
+            for limit in LIMITS
+            if limit.name in values and limit.name not in absent
+        },
         absent={**_reasons(values, len(times_ns)), **absent},
+        presses=len(presses.presses),
         errors=errors,
         learnt=learnt,
-        held_out=held_out_presses(errors, card, learnt == 0),
-        intervals=error_intervals(errors, card, learnt == 0),
+        is_fresh=is_fresh,
+        mean_abs_gradient=mean_abs_gradient(errors, card, is_fresh),
+        doubts=tuple(doubt for doubt in doubts if doubt),
+        held_out=held_out_presses(errors, card, is_fresh),
+        intervals=error_intervals(errors, card, is_fresh),
         blank=blank,
         gel=gel,
         covered=covered,
         usable=usable,
         press=pictured_press,
     )
+
+
+def _judged(card: UnitCard, presses: PressSet, learnt: int) -> PressSet:
+    """The presses to judge a unit on: those that it has not learnt from, where they are enough."""
+    if not learnt or card.learnt_frames is None:
+        return presses
+    fresh = tuple(x for x in presses.presses if x.fingerprint not in card.learnt_frames)
+    return replace(presses, presses=fresh) if len(fresh) >= LEAST_FRESH else presses
 
 
 def _reasons(values: Measured, frames: int) -> dict[str, str]:
@@ -166,6 +211,8 @@ def _reasons(values: Measured, frames: int) -> dict[str, str]:
         "brightness_change_share": "the calibrated picture has another size",
         "frame_rate_hz": times,
         "jitter_ms": times,
+        "longest_gap_ms": times,
+        "backward_steps": times,
         "lost_share": times,
     }
     return {name: reason for name, reason in why.items() if name not in values}

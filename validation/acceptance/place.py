@@ -61,10 +61,11 @@ def bent_grid_share(dots_px: Points) -> float | None:
 
 
 def timing_values(times_ns: Sequence[int], indices: Sequence[int]) -> dict[str, Parts]:
-    """Frame rate, jitter and loss of frames by their time stamps.
+    """Frame rate, jitter, gaps and loss of frames by their time stamps.
 
     The rate is that of the frames that came, over all of their time, so that stalls count; jitter
-    is the 95 % quantile of how far the time from frame to frame is from its median.
+    is the 95 % quantile of how far the time from frame to frame is from its median. Where any time
+    does not grow, no length of time can be trusted, and neither these nor the longest gap is told.
 
     Args:
         times_ns: when each frame was taken.
@@ -74,14 +75,18 @@ def timing_values(times_ns: Sequence[int], indices: Sequence[int]) -> dict[str, 
         return {}
     steps = np.diff(indices)
     lost = int((steps - 1).clip(0).sum())
-    found: dict[str, Parts] = {"lost_share": {"": lost / (len(indices) + lost)}}
     intervals_ms = np.diff(np.array(times_ns, np.int64)) / 1e6
-    whole_s = float(intervals_ms.sum()) / 1e3
-    if whole_s <= 0:
+    backward = int((intervals_ms <= 0).sum())
+    found: dict[str, Parts] = {
+        "lost_share": {"": lost / (len(indices) + lost)},
+        "backward_steps": {"": float(backward)},
+    }
+    if backward:
         return found
     between_ms = intervals_ms / steps.clip(1)
     off_ms = np.abs(between_ms - np.median(between_ms))
     return found | {
-        "frame_rate_hz": {"": len(intervals_ms) / whole_s},
+        "frame_rate_hz": {"": 1e3 * len(intervals_ms) / float(intervals_ms.sum())},
         "jitter_ms": {"": float(np.quantile(off_ms, 0.95))},
+        "longest_gap_ms": {"": float(intervals_ms.max())},
     }

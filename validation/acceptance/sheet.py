@@ -19,6 +19,7 @@ from validation.acceptance.certificate import (
     lines,
     not_measured,
     origin,
+    remarks,
 )
 from validation.acceptance.gel import SMOOTHING_PX, smooth
 from validation.acceptance.limits import GROUPS, Grade, verdict
@@ -46,10 +47,10 @@ COLUMNS_IN = (0.5, 2.2, 4.55, 5.0, 5.45, 5.75)
 """Title, value, A, B, grade, reason."""
 REASON_LETTERS = 50
 """In a line of a reason."""
-FAILURE_LETTERS = 130
+FAILURE_LETTERS, NOTE_LETTERS = 130, 150
 MOST_FAILURES = 3
 """Sentences below the verdict; the table has all."""
-LOWEST_IN, TALLEST_IN, GAP_IN, BAR_IN = 1.15, 1.5, 0.12, 0.6
+LOWEST_IN, TALLEST_IN, GAP_IN, BAR_IN = 0.85, 1.5, 0.12, 0.6
 """Of a picture, by the room there is; between pictures; beside one for a colour bar."""
 NOTE_IN = 0.11
 AMPLIFIED = 3.0
@@ -87,17 +88,20 @@ def sheet(card: UnitCard, occasion: Occasion, found: Acceptance) -> Figure:
         for line in wrap(text, FAILURE_LETTERS):
             _say(figure, LEFT_IN, top, line, size=7.0, color=SOFT)
             top += 0.13
-    said = failures(found)
-    for text in said[:MOST_FAILURES]:
+    failed = failures(found)
+    said = failed[:MOST_FAILURES]
+    if len(failed) > MOST_FAILURES:
+        more = len(failed) - MOST_FAILURES
+        words = "1 more failure is" if more == 1 else f"{more} more failures are"
+        said = [*said, f"{words} in the table."]
+    for text in said:
         for line in wrap(text, FAILURE_LETTERS):
             _say(figure, LEFT_IN, top, line, size=7.0)
             top += 0.13
-    if len(said) > MOST_FAILURES:
-        more = len(said) - MOST_FAILURES
-        words = "1 more failure is" if more == 1 else f"{more} more failures are"
-        _say(figure, LEFT_IN, top, f"{words} in the table.", size=7.0)
-        top += 0.13
-    notes = [line for text in not_measured(found) for line in wrap(text, FAILURE_LETTERS)]
+    for line in wrap(" ".join(remarks(found)), NOTE_LETTERS):
+        _say(figure, LEFT_IN, top, line, size=6.0)
+        top += NOTE_IN
+    notes = [line for text in not_measured(found) for line in wrap(text, NOTE_LETTERS)]
     bottom = PAGE_IN[1] - FOOT_IN - NOTE_IN * len(notes)
     rows = len(found.values) + len(GROUPS)
     room = bottom - TALLEST_ROW_IN * rows - top - 2 * (TITLE_IN + 0.04) - 0.28
