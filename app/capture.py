@@ -3,7 +3,7 @@
 """`wedge capture`: from a stream to a dataset folder of labelled ball presses."""
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Set
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -17,7 +17,7 @@ from sensor.errors import WedgeError
 
 if TYPE_CHECKING:
     from recon.labels.capture import PressWatcher
-    from recon.stream import Newest, TimedFrame
+    from recon.stream import FrameSource, Newest, TimedFrame
     from sensor.dataset import Dataset, DatasetCard
     from sensor.toml import Pair
 
@@ -45,7 +45,8 @@ def main(
     over the pad. Each press is taken once it holds still, and refused with a reason where it is
     blurred, saturated, or no ball; a map shows where presses are missing. Every press is on disk
     with its circle as soon as it is taken; Ctrl-C ends early and loses nothing. Frames of a folder
-    are judged one by one, without waiting for stillness.
+    are judged one by one, without waiting for stillness; names such as background.png and 5mm-1.png
+    say there which show the blank gel and a caliper.
 
     A sensor seen for the first time has no other dataset: its pad's corners are then found in the
     first frame, and the pad is taken to be the standard's unless --design or --pad-size-mm says
@@ -70,7 +71,7 @@ def main(
         background: A picture of the blank gel, where the stream shows none.
     """
     from app._pad import assumed_pad_mm
-    from app._sources import open_live, open_where
+    from app._sources import open_live
     from recon.images import read_image, write_image
     from recon.stream import Newest
     from sensor.design_file import load_design
@@ -105,7 +106,8 @@ def main(
         )
     alone = Path(where).is_dir()
     # Of a sensor the newest frame, as judging one takes longer than the next needs to come.
-    with open_where(where) if alone else Newest(open_live(where)) as source:
+    with _pictures(where, background is None) if alone else Newest(open_live(where)) as source:
+        of_calipers = _named_for_calipers(where)
         watcher: PressWatcher | None = None
         captured: Captured | None = None
         taken: list[str] = []
@@ -117,6 +119,10 @@ def main(
 
         with _ending_early(taken):
             for timed in _followed(source, remark) if isinstance(source, Newest) else source:
+                named = timed.file if alone else f"frame {timed.index}"
+                if named in of_calipers and not (watcher and watcher.calipers_left):
+                    remark(f"{named} is passed over: its name says that it shows a caliper")
+                    continue
                 try:
                     frame = timed.image()
                     if watcher is not None:
@@ -124,7 +130,7 @@ def main(
                 except WedgeError as error:
                     if watcher is None and background is None:  # the blank one
                         raise
-                    shown(f"frame {timed.index} is passed over: {error}", len(taken), watcher)
+                    remark(f"{named} is passed over: {error}")
                     continue
                 if watcher is None:
                     blank = frame if background is None else read_image(background)
@@ -133,12 +139,11 @@ def main(
                         print(_assumed(card), file=sys.stderr, flush=True)
                     watcher = _watcher(other, card, blank, CALIPERS if caliper_mm else 0)
                     if background is not None or alone:
-                        # A folder's first frame is its blank one, unless a picture of it was given.
                         watcher.set_background(blank)
                 if captured is not None and (changed := captured.follow()):
                     shown(changed, len(taken), watcher)
                 verdict = watcher.judge_alone(frame) if alone else watcher.look(frame)
-                words = verdict.words
+                words = f"{named}: {verdict.words}" if alone else verdict.words
                 if verdict.circle is not None:
                     if captured is None:
                         captured = Captured(out, other, card, watcher, taken)
@@ -147,7 +152,7 @@ def main(
                     name = f"{caliper_mm:g}mm-{len(calipers) + 1}.png"
                     write_image(out / CALIPER_FOLDER / name, frame)
                     calipers.append((name, caliper_mm))
-                shown(words, len(taken), watcher)
+                remark(words)
                 if len(taken) == presses:
                     break
     if captured is None or watcher is None:
@@ -155,6 +160,48 @@ def main(
     print(_map(watcher))
     _finish(captured, other is None, calipers)
     print(f"{counted(len(taken))} in {out}. Next: {command_line('label', out)}")
+
+
+def _pictures(folder: str, first_blank: bool) -> "FrameSource":
+    """A folder's pictures, first one of the blank gel where that is wanted, then a caliper's.
+
+    A dataset's frames stay in their order, in which its blank ones are first. Elsewhere the first
+    picture shows the blank gel where no name says so, which is told.
+    """
+    from app._sources import open_where
+    from recon.stream import FolderSource
+    from validation.importers.raw_frames import told_by_name
+
+    source = open_where(folder)
+    if _is_dataset(folder) or not isinstance(source, FolderSource):
+        return source
+    told = told_by_name(source.names)
+    presses = [name for name in source.names if name in told.presses]
+    blank = list(told.background[:1] or presses[:1]) if first_blank else []
+    if blank and not told.background:
+        print(
+            f"No picture is named as the blank gel, such as background.png: {blank[0]} is taken to "
+            "show it.",
+            file=sys.stderr,
+        )
+    calipers = [name for name, _ in told.caliper]
+    return FolderSource(
+        Path(folder), [*blank, *calipers, *(name for name in presses if name not in blank)]
+    )
+
+
+def _named_for_calipers(where: str) -> Set[str]:
+    """The pictures of a folder whose names say that they show a caliper; none elsewhere."""
+    from validation.importers.raw_frames import told_by_name
+
+    if not Path(where).is_dir() or _is_dataset(where):
+        return frozenset()
+    told = told_by_name([path.name for path in Path(where).iterdir()])
+    return frozenset(name for name, _ in told.caliper)
+
+
+def _is_dataset(folder: str) -> bool:
+    return (Path(folder) / "dataset.toml").is_file()
 
 
 def _followed(newest: "Newest", say: Callable[[str], None]) -> "Iterator[TimedFrame]":

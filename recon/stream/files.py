@@ -90,13 +90,14 @@ class FolderSource(_Pixels):
         """
         super().__init__(str(folder))
         found = [p.name for p in folder.iterdir() if p.suffix.lower() in IMAGES]
-        self._names = names or sorted(found, key=_natural)
+        self.names = names or sorted(found, key=_natural)
+        """In their order."""
         self._folder, self._fps = folder, fps
-        if not self._names:
+        if not self.names:
             raise WedgeError(f"{folder} holds no PNG, JPEG, BMP or TIFF images.")
 
     def _images(self) -> Iterator[tuple[int, Frame | WedgeError]]:
-        for index, name in enumerate(self._names):
+        for index, name in enumerate(self.names):
             try:
                 found: Frame | WedgeError = read_frame(self._folder, name)
             except WedgeError as error:
@@ -104,7 +105,7 @@ class FolderSource(_Pixels):
             yield round(index * 1e9 / self._fps), found
 
     def _file(self, index: int) -> str:
-        return self._names[index]
+        return self.names[index]
 
 
 class VideoSource(_Pixels):

@@ -59,6 +59,49 @@ def test_a_folder_of_frames_becomes_a_dataset(tmp_path: Path) -> None:
     assert len(again.stderr.splitlines()) == 1
 
 
+def test_names_in_a_folder_say_what_shows_the_blank_gel_and_a_caliper(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    like = make_dataset(tmp_path / "like", presses=2)
+    frames, blank = tmp_path / "frames", like.folder / "background.png"
+    for name, file in [
+        ("5mm-0.png", like.labels[0].file),
+        ("ball-1.png", like.labels[0].file),
+        ("ball-2.png", like.labels[1].file),
+        ("bg-0.png", "background.png"),
+    ]:
+        write_image(frames / name, read_image(like.folder / file))
+    words = ["--like", str(like.folder), "--presses", "2", "--out", str(tmp_path / "out")]
+    with pytest.raises(SystemExit) as left:
+        main(["capture", str(frames), *words])
+    assert left.value.code == 0
+    np.testing.assert_array_equal(
+        read_image(tmp_path / "out" / "background.png"), read_image(blank)
+    )
+    assert len(read_dataset(tmp_path / "out").labels) == 2
+    told = capsys.readouterr().err
+    assert "5mm-0.png is passed over: its name says that it shows a caliper" in told
+    assert "ball-1.png: taken at" in told and "ball-2.png: taken at" in told
+    assert "No picture is named" not in told
+
+
+def test_a_folder_without_a_name_for_the_blank_gel_has_it_first_and_that_is_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    like = make_dataset(tmp_path / "like", presses=1)
+    frames, out = tmp_path / "frames", tmp_path / "out"
+    for name, file in [("5mm-0.png", "press00.png"), ("a.png", "background.png")]:
+        write_image(frames / name, read_image(like.folder / file))
+    write_image(frames / "b.png", read_image(like.folder / "press00.png"))
+    words = ["--like", str(like.folder), "--presses", "1", "--out", str(out)]
+    with pytest.raises(SystemExit) as left:
+        main(["capture", str(frames), *words])
+    assert left.value.code == 0
+    blank = read_image(like.folder / "background.png")
+    np.testing.assert_array_equal(read_image(out / "background.png"), blank)
+    assert "a.png is taken to show it" in capsys.readouterr().err
+
+
 def test_of_several_balls_one_must_be_named(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

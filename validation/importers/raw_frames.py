@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """A folder of a sensor's own raw frames to a labelled dataset, with nothing asked but the ball.
 
-Pictures are told by their names: ``background*`` (or ``bg*``, ``blank*``, ``ref*``) shows the blank
-gel, ``5mm-*`` (or ``caliper-5mm-*``) the jaws of a caliper 5 mm apart, every other one a ball
-press. The pad's corners come from the blank gel, its size from the caliper, the circles from the
+Pictures are told by their names: ``background``, ``blank``, ``bg``, ``ref``, ``reference`` or
+``empty``, with a number behind it or with ``-``, ``_`` or a space and anything, shows the blank gel
+(``bg1.png``, ``background_real.png``, not ``bgball.png``), ``5mm-*`` (or ``caliper-5mm-*``) the jaws
+of a caliper 5 mm apart, every other one a ball press. The pad's corners come from the blank gel, its size from the caliper, the circles from the
 presses, the lens from a ``camera.toml`` beside them.
 """
 
@@ -37,7 +38,9 @@ from sensor.errors import WedgeError
 from sensor.toml import Pair, located
 from validation.importers.folder import copy_frames, write_dataset
 
-BACKGROUND = re.compile(r"^(background|blank|bg|ref|reference|empty)([-_ ]?\d*)$", re.IGNORECASE)
+BACKGROUND = re.compile(
+    r"^(background|blank|bg|ref|reference|empty)\d*([-_ ].*)?$", re.IGNORECASE | re.DOTALL
+)
 CALIPER = re.compile(r"(?:caliper[-_ ]?)?(\d+(?:\.\d+)?)mm(?=$|[-_ ])", re.IGNORECASE)
 """From the name's beginning: further on, a length is that of the ball."""
 WIDTH_PX = 320
@@ -78,11 +81,23 @@ def is_background(name: str) -> bool:
 
 
 def sort_pictures(names: Sequence[str]) -> Pictures:
-    """Tell pictures by their names.
+    """Tell pictures by their names, where some must show the blank gel and some a press.
 
     Raises:
         WedgeError: none shows the blank gel, or none a press.
     """
+    pictures = told_by_name(names)
+    if not pictures.background:
+        raise WedgeError(
+            "no picture is named as the blank gel: call it background.png or bg-0.jpg."
+        )
+    if not pictures.presses:
+        raise WedgeError("there is no picture of a ball press beside the blank gel's.")
+    return pictures
+
+
+def told_by_name(names: Sequence[str]) -> Pictures:
+    """The pictures among some files by what their names say that they show."""
     shown = (name for name in names if not name.startswith("."))  # as a Mac's ._press.png is not
     pictures = sorted(name for name in shown if Path(name).suffix.lower() in IMAGES)
     background = tuple(name for name in pictures if is_background(name))
@@ -90,12 +105,6 @@ def sort_pictures(names: Sequence[str]) -> Pictures:
     caliper = tuple((name, float(gap[1])) for name, gap in gaps.items() if gap)
     apart = {*background, *(name for name, _ in caliper)}
     presses = tuple(name for name in pictures if name not in apart)
-    if not background:
-        raise WedgeError(
-            "no picture is named as the blank gel: call it background.png or bg-0.jpg."
-        )
-    if not presses:
-        raise WedgeError("there is no picture of a ball press beside the blank gel's.")
     return Pictures(background=background, caliper=caliper, presses=presses)
 
 
@@ -160,7 +169,12 @@ def import_raw_frames(
         few = pictures.presses[:: max(1, len(pictures.presses) // RESPONSE_PRESSES)]
         some = [x for x in pool.map(partial(automatic_label, reader), few) if x is not None]
         if not some:
-            raise WedgeError(f"{source}: no ball was recognised in {', '.join(few[:3])}.{assumed}")
+            length, width = pad_size_mm
+            raise WedgeError(
+                f"{source}: no ball was recognised in {', '.join(few[:3])}: is the ball's radius, "
+                f"{ball_radius_mm:g} mm, right, and the pad about {length:g} x {width:g} mm, as it "
+                "is taken to be until the caliper is measured?"
+            )
         scale = measured_scale(source, pictures.caliper, reader, some)
         card, assumed = rescaled(card, scale), ""
         reader = _reader(folder, card)
@@ -172,7 +186,8 @@ def import_raw_frames(
     if not labels:
         pitches = " x ".join(f"{pitch:.4g}" for pitch in card.mm_per_px)
         raise WedgeError(
-            f"{source}: no ball was recognised in any of its pictures, at {pitches} mm/px.{assumed}"
+            f"{source}: no ball of radius {ball_radius_mm:g} mm was recognised in any of its "
+            f"pictures, at {pitches} mm/px.{assumed}"
         )
     try:
         refuse_small_ball(labels, card)

@@ -128,16 +128,32 @@ def test_pictures_are_told_by_their_names() -> None:
             "Blank.bmp",
             "5mm-1.tiff",
             "press.TIF",
+            "bg1.png",
+            "background_real.png",
+            "blank-a.jpg",
+            "Ref 2 (new).png",
+            "bgball.png",
+            "backgrounds.png",
             "notes.txt",
             "._press 5mm.png",
         ]
     )
-    assert sorted_.background == ("Background.PNG", "Blank.bmp", "bg-0.jpg")
+    assert set(sorted_.background) == {
+        "Background.PNG",
+        "Blank.bmp",
+        "Ref 2 (new).png",
+        "background_real.png",
+        "bg-0.jpg",
+        "bg1.png",
+        "blank-a.jpg",
+    }
     assert sorted_.caliper == (("5mm-0.jpg", 5.0), ("5mm-1.tiff", 5.0), ("caliper-2.5mm.png", 2.5))
     assert set(sorted_.presses) == {
         "4.84mmball-1.png",
+        "backgrounds.png",
         "ball-4.84mm-03.png",
         "ball-5mmx.jpg",
+        "bgball.png",
         "press 5mm.png",
         "press.TIF",
     }
@@ -145,6 +161,25 @@ def test_pictures_are_told_by_their_names() -> None:
         sort_pictures(["a.png"])
     with pytest.raises(WedgeError, match="ball press"):
         sort_pictures(["background.png", "5mm-1.png"])
+
+
+def test_a_ball_that_is_not_recognised_beside_a_caliper_is_asked_for_by_its_radius(
+    frames: Path, tmp_path: Path
+) -> None:
+    """The pad is but a first guess then, and nobody is told that nothing measures it."""
+    for name in ("background.png", "3mm-1.png", "3mm-2.png"):
+        write_image(tmp_path / "mine" / name, read_image(frames / name))
+    write_image(tmp_path / "mine" / "press.png", read_image(frames / "background.png"))
+    with ThreadPoolExecutor(1) as pool, pytest.raises(WedgeError) as refused:
+        import_raw_frames(
+            tmp_path / "mine",
+            tmp_path / "out",
+            pool,
+            ball_radius_mm=BALL_RADIUS_MM,
+            pad_size_mm=(9.9, 11.0),
+        )
+    assert "in press.png: is the ball's radius, 4 mm, right" in str(refused.value)
+    assert "nothing measured" not in str(refused.value)
 
 
 def test_a_name_that_would_mean_a_frame_of_an_archive_is_refused(tmp_path: Path) -> None:
