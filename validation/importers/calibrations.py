@@ -105,11 +105,12 @@ def import_calibration(
 
     Raises:
         WedgeError: no picture has a circle, the ball's radius is nowhere or contradicts the source,
-            or a frame is damaged or does not fit.
+            a circle is not smaller than its ball, or a frame is damaged or does not fit.
     """
     if not found.labels:
         raise WedgeError(f"{source} has no picture with a circle. {found.left_aside}")
     radius_mm = _card_radius_mm(found, source, ball_radius_mm)
+    _refuse_wide_circle(found, source, mm_per_px, radius_mm)
     if found.pack is not None:
         write_taxim_frames(found.pack, folder)
         names: tuple[str, ...] = (BACKGROUND,)
@@ -151,6 +152,26 @@ def _card_radius_mm(found: Found, source: Path, given_mm: float | None) -> float
     if largest_mm is None:
         raise WedgeError(f"{source} does not say how large the ball is: add --ball-radius-mm.")
     return largest_mm
+
+
+def _refuse_wide_circle(
+    found: Found, source: Path, mm_per_px: float, card_radius_mm: float
+) -> None:
+    """Refuse circles that at the given pitch are not smaller than their balls.
+
+    Raises:
+        WedgeError: names the first, and what may be wrong.
+    """
+    for label in found.labels:
+        stated_mm, wide_mm = label.ball_radius_mm, label.contact_radius_px * mm_per_px
+        ball_mm = card_radius_mm if stated_mm is None else stated_mm
+        if wide_mm >= ball_mm:
+            doubts = "is --mm-per-px" if stated_mm is not None else "are both"
+            raise WedgeError(
+                f"{source}: the circle of {label.file} has a radius of {wide_mm:.2f} mm by "
+                f"--mm-per-px {mm_per_px:g}, which is not smaller than its ball's {ball_mm:g} mm: "
+                f"{doubts} right?"
+            )
 
 
 def _gs_sdk(source: Path) -> Found:

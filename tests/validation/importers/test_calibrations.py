@@ -153,6 +153,24 @@ def test_a_ball_that_contradicts_the_catalogue_is_refused(
     assert [path.name for path in tmp_path.iterdir()] == ["source"]
 
 
+@pytest.mark.parametrize(
+    ("write", "ball_radius_mm", "doubt"),
+    [(write_one_text, BALL_RADIUS_MM, "are both right"), (write_gs_sdk, None, "is --mm-per-px")],
+)
+def test_a_pitch_by_which_circles_are_wider_than_their_ball_is_refused_by_its_option(
+    write, ball_radius_mm, doubt, truth: Dataset, tmp_path: Path
+) -> None:
+    source = write(truth, tmp_path / "pack")
+    found = find_calibration(source)
+    assert found is not None
+    with pytest.raises(WedgeError, match="--mm-per-px 100") as refused:
+        import_calibration(
+            found, source, tmp_path / "set", mm_per_px=100.0, ball_radius_mm=ball_radius_mm
+        )
+    assert doubt in str(refused.value) and "labels.csv" not in str(refused.value)
+    assert not (tmp_path / "set").exists()
+
+
 def test_circle_texts_without_a_pitch_leave_the_frames_as_ones_own(
     truth: Dataset, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
