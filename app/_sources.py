@@ -73,11 +73,11 @@ def open_live(where: str, *, repeat: bool = False) -> "FrameSource":
 @contextmanager
 def unit_of(where: str, unit: Path | None) -> Iterator[Path | None]:
     """The unit folder that was named, or else the one inside a recording."""
-    if unit is not None or not where.endswith(".mcap"):
+    from recon.stream import McapSource, is_recording
+
+    if unit is not None or not is_recording(where):
         yield unit
         return
-    from recon.stream import McapSource
-
     with TemporaryDirectory() as folder:
         yield McapSource(Path(where)).save_unit(Path(folder))
 

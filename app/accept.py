@@ -142,10 +142,10 @@ def _times(where: str | None, unwarp: "Unwarp") -> tuple[list[int], list[int]]:
     if where is None:
         return [], []
     with open_where(where) as source:
-        if not source.live and not where.endswith(".mcap"):
+        if not source.timed:
             raise WedgeError(
                 f"{where} does not say when its frames were taken: name an address, a camera such "
-                "as usb:0, or a recording by wedge record."
+                "as usb:0, or a recording of one by wedge record."
             )
         times_ns: list[int] = []
         indices: list[int] = []

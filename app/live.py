@@ -82,8 +82,9 @@ def _inside(where: str) -> "Calibration | None":
     """The unit that a recording brings."""
     from app._sources import unit_of
     from recon.calibration import load_calibration
+    from recon.stream import is_recording
 
-    if not where.endswith(".mcap") or not Path(where).is_file():
+    if not is_recording(where) or not Path(where).is_file():
         return None
     with unit_of(where, None) as folder:
         return None if folder is None else load_calibration(folder)

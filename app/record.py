@@ -53,7 +53,11 @@ def main(
     if not where:
         raise WedgeError("no stream was named: wedge record WHERE... --out FILE.mcap.")
     if unit and len(unit) != len(where):
-        raise WedgeError(f"{len(where)} streams but {len(unit)} units: name one for each, or none.")
+        streams, folders = f"{len(where)} stream", f"{len(unit)} unit"
+        raise WedgeError(
+            f"{streams}{'s' * (len(where) > 1)} but {folders}{'s' * (len(unit) > 1)}: name one for "
+            "each, or none."
+        )
     refuse_other_name(out)
     check_outputs(out, json)
     keep_inputs([*where, *unit], [json])
@@ -65,8 +69,9 @@ def main(
             sources.append(open_where(place) if len(where) == 1 else open_live(place))
         units = dict(zip(sensors, unit or [None] * len(where), strict=True))
         sizes_px = {s: read_unit_card(u).frame_size_px for s, u in units.items() if u}
-        with Recorder(out, units) as recorder:
-            named = dict(zip(sensors, sources, strict=True))
+        named = dict(zip(sensors, sources, strict=True))
+        untimed = [sensor for sensor, source in named.items() if not source.timed]
+        with Recorder(out, units, untimed) as recorder:
             errors = _record(named, sizes_px, recorder, seconds)
     finally:
         for source in sources:

@@ -6,7 +6,7 @@ from recon.stream.files import FolderSource, UsbSource, VideoSource
 from recon.stream.frame import Clock, Counts, FrameSource, TimedFrame
 from recon.stream.http import HttpSource
 from recon.stream.newest import Newest
-from recon.stream.recording import McapSource, Recorder, refuse_other_name
+from recon.stream.recording import McapSource, Recorder, is_recording, refuse_other_name
 from recon.stream.sources import Paced, open_source, refuse_no_source
 
 __all__ = [
@@ -22,6 +22,7 @@ __all__ = [
     "TimedFrame",
     "UsbSource",
     "VideoSource",
+    "is_recording",
     "open_source",
     "refuse_no_source",
     "refuse_other_name",

@@ -32,7 +32,7 @@ PRESSES_FPS = 1.0
 class _Pixels(ABC):
     """A source whose frames come decoded."""
 
-    live = False
+    live = timed = False
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -148,7 +148,7 @@ class VideoSource(_Pixels):
 class UsbSource(_Pixels):
     """A USB camera, by its number."""
 
-    live = True
+    live = timed = True
 
     def __init__(self, number: int) -> None:
         """Open the camera.

@@ -91,6 +91,8 @@ class FrameSource(Protocol):
     """For people: an address without its password, or a file."""
     live: bool
     """Whether frames come by themselves, so that who is slow must skip some."""
+    timed: bool
+    """Whether frames bear times; else they follow each other at a rate, as a folder's."""
     counts: Counts
 
     def __iter__(self) -> Iterator[TimedFrame]: ...

@@ -38,7 +38,7 @@ class HttpSource:
     later ones are tried again until ``close``.
     """
 
-    live = True
+    live = timed = True
 
     def __init__(self, url: str, stall_s: float = STALL_S) -> None:
         """Connect.

@@ -139,8 +139,10 @@ class McapFile:
             path.unlink(missing_ok=True)
             raise
 
-    def add_channel(self, topic: str, kind: MessageType) -> int:
-        """A new channel of CDR messages of one kind; its number."""
+    def add_channel(
+        self, topic: str, kind: MessageType, metadata: Mapping[str, str] | None = None
+    ) -> int:
+        """A new channel of CDR messages of one kind, with more to say of it; its number."""
         if kind not in self._schemas:
             self._schemas[kind] = _bytes(
                 self._records.Schema(
@@ -157,7 +159,7 @@ class McapFile:
                 id=number,
                 topic=topic,
                 message_encoding="cdr",
-                metadata={"offered_qos_profiles": ""},
+                metadata={"offered_qos_profiles": "", **(metadata or {})},
                 schema_id=1 + list(self._schemas).index(kind),
             )
         )

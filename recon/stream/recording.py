@@ -5,7 +5,7 @@
 import re
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +25,16 @@ RECORDED_QUALITY = 95
 """Of frames that were no JPEGs before."""
 END_OF_TIME_NS = 2**31 * NS_PER_S
 """The last stamp of a header whose seconds are an int32; none is before the Unix epoch either."""
+ENDING = ".mcap"
+"""Of a recording's name, in small letters or capitals."""
+UNTIMED = {"clock": "none"}
+"""A channel's metadata where its source said of no frame when it was taken."""
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
+
+
+def is_recording(where: str | Path) -> bool:
+    """Whether a name is that of a recording."""
+    return Path(where).suffix.lower() == ENDING
 
 
 def topic(sensor: str) -> str:
@@ -39,7 +48,7 @@ def refuse_other_name(path: Path) -> None:
     Raises:
         WedgeError: says how to call it.
     """
-    if path.suffix.lower() != ".mcap":
+    if not is_recording(path):
         raise WedgeError(
             f"{path} would be a recording: call it {path.stem}.mcap, as readers expect."
         )
@@ -48,12 +57,15 @@ def refuse_other_name(path: Path) -> None:
 class Recorder:
     """Writes frames of one or several sensors to a new file."""
 
-    def __init__(self, path: Path, units: Mapping[str, Path | None]) -> None:
+    def __init__(
+        self, path: Path, units: Mapping[str, Path | None], untimed: Collection[str] = ()
+    ) -> None:
         """Begin a recording.
 
         Args:
             path: of the file, which must not exist yet.
             units: the unit folder of each sensor, by the sensor's name; ``None`` where it has none.
+            untimed: the sensors whose sources do not say when a frame was taken.
 
         Raises:
             WedgeError: a name cannot be part of a topic, a unit folder cannot be read, or the file
@@ -67,7 +79,10 @@ class Recorder:
         self.frames = 0
         self._file = McapFile(path, attached)
         self._channels = {
-            sensor: self._file.add_channel(topic(sensor), COMPRESSED_IMAGE) for sensor in units
+            sensor: self._file.add_channel(
+                topic(sensor), COMPRESSED_IMAGE, UNTIMED if sensor in untimed else {}
+            )
+            for sensor in units
         }
         self._lock = threading.Lock()
 
@@ -124,6 +139,7 @@ class McapSource:
         others: set[str] = set()
         self._topic: str | None = None
         self._channels: set[int] = set()
+        self.timed = True  # of others' recordings too
         self._unit_is_damaged = False
         for record in self._records():
             kind = type(record).__name__
@@ -135,6 +151,7 @@ class McapSource:
                 if sensor is None or record.topic == topic(sensor):
                     self._topic = record.topic
                     self._channels = {record.id}  # it may first be told of in the index
+                    self.timed = not record.metadata.items() >= UNTIMED.items()
                 others.add(str(record.topic).split("/")[1])
             if self._topic:
                 break

@@ -11,21 +11,20 @@ from threading import Event
 from recon.stream.files import FOLDER_FPS, FolderSource, UsbSource, VideoSource, dataset_source
 from recon.stream.frame import FrameSource, TimedFrame
 from recon.stream.http import HttpSource
-from recon.stream.recording import McapSource
+from recon.stream.recording import ENDING, McapSource, is_recording
 from sensor.errors import WedgeError
 
 VIDEOS = (".avi", ".mp4", ".mkv", ".mov", ".mjpeg", ".mjpg", ".webm")
 ADDRESSES = ("http://", "https://")
 WITHOUT_SCHEME = re.compile(r"(?!usb:)(?:[\w.-]+:\d{1,5}|\d+(?:\.\d+){3})(?:/.*)?")
 CAMERA = re.compile(r"usb:(\d{1,3})")
-RECORDING = ".mcap"
 KINDS = (
     "an address such as http://10.55.0.1:8080",
     "usb:0",
     "a folder of images",
     "a dataset folder",
     f"a video ({', '.join(VIDEOS)})",
-    f"a recording ({RECORDING})",
+    f"a recording ({ENDING})",
 )
 
 LONGEST_GAP_S = 10.0
@@ -45,7 +44,7 @@ def refuse_no_source(where: str | Path, also: Sequence[str] = ()) -> None:
     if text.startswith(ADDRESSES) or CAMERA.fullmatch(text) or path.is_dir():
         return
     is_file = path.is_file()
-    if is_file and path.suffix.lower() in (*VIDEOS, RECORDING):
+    if is_file and (path.suffix.lower() in VIDEOS or is_recording(path)):
         return
     if not is_file and WITHOUT_SCHEME.fullmatch(text):
         raise WedgeError(f"{text} is not there: an address begins with http://, as http://{text}.")
@@ -75,7 +74,7 @@ def open_source(where: str | Path) -> FrameSource:
         return dataset_source(path)
     if path.is_dir():
         return FolderSource(path)
-    return McapSource(path) if path.suffix.lower() == RECORDING else VideoSource(path)
+    return McapSource(path) if is_recording(path) else VideoSource(path)
 
 
 class Paced:
@@ -96,7 +95,7 @@ class Paced:
             repeat: begin again at the end.
         """
         self.source, self.speed, self.repeat = source, speed, repeat
-        self.name, self.counts = source.name, source.counts
+        self.name, self.counts, self.timed = source.name, source.counts, source.timed
         self._closed = Event()
 
     def __enter__(self) -> "Paced":

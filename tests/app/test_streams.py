@@ -19,7 +19,7 @@ from mcap.reader import make_reader
 import app.stream
 import recon.stream
 from app.__main__ import main
-from app._sources import Rate
+from app._sources import Rate, unit_of
 from recon.images import read_image, write_image
 from recon.stream import FrameSource, McapSource, TimedFrame, open_source
 from recon.stream.mcap_file import McapFile
@@ -225,6 +225,9 @@ def test_a_damaged_image_is_neither_recorded_nor_sent(
     assert "3 frames, dropped 0, corrupt 1" in (said := capsys.readouterr().out)
     assert "1.png" in said
     assert len(list(McapSource(out))) == 3
+    again = tmp_path / "AGAIN.MCAP"
+    assert run("record", out, "--out", again) == 0
+    assert not McapSource(again).timed  # a folder's rate is made up, whoever records it
     assert run("replay", folder, "--port", 0) == 0
     assert "1.png" in capsys.readouterr().err
     for path in folder.iterdir():
@@ -353,9 +356,9 @@ def test_what_cannot_be_streamed_is_a_sentence(
     assert "nothing listens" in refused(capsys, "stream", nothing)
     assert "160x120 pixels, not 80x60" in refused(capsys, "stream", clip, "--unit", small)
     assert "not a unit folder" in refused(capsys, "stream", clip, "--unit", tmp_path)
-    assert "name one for each" in refused(
-        capsys, "record", clip, clip, "--out", tmp_path / "a.mcap", "--unit", unit
-    )
+    words = ("--out", tmp_path / "a.mcap", "--unit", unit)
+    assert "2 streams but 1 unit: name one" in refused(capsys, "record", clip, clip, *words)
+    assert "1 stream but 2 units: name one" in refused(capsys, "record", clip, *words, unit)
     assert "call it clip.mcap" in refused(capsys, "record", clip, "--out", clip)
     felt = ("stream", clip, "--unit", unit, "--mcap", tmp_path / "felt.txt")
     assert "call it felt.mcap" in refused(capsys, *felt)
@@ -365,3 +368,12 @@ def test_what_cannot_be_streamed_is_a_sentence(
     with ScriptedServer(b"") as taken:
         assert "cannot be listened at" in refused(capsys, "replay", clip, "--port", taken.port)
     assert not (tmp_path / "a.mcap").exists()
+
+
+def test_the_unit_inside_a_recording_is_found_however_its_name_is_written(
+    tmp_path: Path, unit: Path
+) -> None:
+    out = tmp_path / "TOUCH.MCAP"
+    assert run("record", write_clip(tmp_path / "clip.avi", 2), "--unit", unit, "--out", out) == 0
+    with unit_of(str(out), None) as inside:
+        assert inside is not None and (inside / "unit.toml").is_file()

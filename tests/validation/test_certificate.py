@@ -192,23 +192,25 @@ def test_a_recording_tells_the_rate_and_what_has_no_times_is_refused(
     monkeypatch.setattr(app.accept, "process_pool", lambda: ThreadPoolExecutor(1))
     calibration.save(tmp_path / "unit")
     frame = read_image(broken.folder / "background.png")
-    with Recorder(tmp_path / "a.mcap", {"wedge": None}) as recorder:
-        for index in range(20):
-            time_ns = 10**18 + index * 125_000_000
-            recorder.add(
-                "wedge",
-                TimedFrame(index=index, time_ns=time_ns, arrived_ns=time_ns, pixels=frame),
-            )
+    for name, untimed in (("A.MCAP", ()), ("folder.mcap", ("wedge",))):
+        with Recorder(tmp_path / name, {"wedge": None}, untimed) as recorder:
+            for index in range(20):
+                time_ns = 10**18 + index * 125_000_000
+                recorder.add(
+                    "wedge",
+                    TimedFrame(index=index, time_ns=time_ns, arrived_ns=time_ns, pixels=frame),
+                )
     words = ["accept", str(tmp_path / "unit"), str(broken.folder), "--frames"]
     with pytest.raises(SystemExit) as left:
-        main([*words, str(tmp_path / "a.mcap"), "--json", str(tmp_path / "a.json")])
+        main([*words, str(tmp_path / "A.MCAP"), "--json", str(tmp_path / "a.json")])
     measured = json.loads((tmp_path / "a.json").read_text())["measurements"]
     (rate,) = [entry for entry in measured if entry["name"] == "frame_rate_hz"]
     assert (left.value.code, rate["grade"], rate["value"]) == (1, "fail", pytest.approx(8.0))
-    with pytest.raises(SystemExit) as left:
-        main([*words, str(broken.folder)])
-    assert left.value.code == 2
-    assert "when its frames were taken" in " ".join(capsys.readouterr().err.split())
+    for untimed in (broken.folder, tmp_path / "folder.mcap"):
+        with pytest.raises(SystemExit) as left:
+            main([*words, str(untimed)])
+        assert left.value.code == 2
+        assert "when its frames were taken" in " ".join(capsys.readouterr().err.split())
 
 
 def test_the_command_exits_zero_only_on_a_pass(calibration, broken, tmp_path, capsys, monkeypatch):

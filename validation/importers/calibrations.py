@@ -166,11 +166,11 @@ def _refuse_wide_circle(
         stated_mm, wide_mm = label.ball_radius_mm, label.contact_radius_px * mm_per_px
         ball_mm = card_radius_mm if stated_mm is None else stated_mm
         if wide_mm >= ball_mm:
-            doubts = "is --mm-per-px" if stated_mm is not None else "are both"
+            both = "are --mm-per-px and --ball-radius-mm"
             raise WedgeError(
-                f"{source}: the circle of {label.file} has a radius of {wide_mm:.2f} mm by "
-                f"--mm-per-px {mm_per_px:g}, which is not smaller than its ball's {ball_mm:g} mm: "
-                f"{doubts} right?"
+                f"{source}: the circle of {label.file} has a radius of {wide_mm:.2f} mm at "
+                f"{mm_per_px:g} mm/px, which is not smaller than its ball's {ball_mm:g} mm: "
+                f"{both if stated_mm is None else 'is --mm-per-px'} right?"
             )
 
 

@@ -48,6 +48,15 @@ def record(path: Path, count: int, units: dict | None = None) -> Path:
     return path
 
 
+def test_a_recording_knows_whether_its_frames_have_times(tmp_path: Path) -> None:
+    with Recorder(tmp_path / "a.mcap", {"one": None, "other": None}, ["other"]) as recorder:
+        for sensor in ("one", "other"):
+            recorder.add(sensor, frame(0))
+    assert McapSource(tmp_path / "a.mcap", "one").timed
+    assert not McapSource(tmp_path / "a.mcap", "other").timed
+    assert len(read_with_mcap(tmp_path / "a.mcap")) == len(read_with_rosbags(tmp_path / "a.mcap"))
+
+
 def read_with_mcap(path: Path) -> list[tuple[str, int, bytes]]:
     with path.open("rb") as stream:
         messages = make_reader(stream, validate_crcs=True).iter_messages()

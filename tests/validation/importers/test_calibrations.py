@@ -155,7 +155,10 @@ def test_a_ball_that_contradicts_the_catalogue_is_refused(
 
 @pytest.mark.parametrize(
     ("write", "ball_radius_mm", "doubt"),
-    [(write_one_text, BALL_RADIUS_MM, "are both right"), (write_gs_sdk, None, "is --mm-per-px")],
+    [
+        (write_one_text, BALL_RADIUS_MM, "are --mm-per-px and --ball-radius-mm right"),
+        (write_gs_sdk, None, "is --mm-per-px right"),
+    ],
 )
 def test_a_pitch_by_which_circles_are_wider_than_their_ball_is_refused_by_its_option(
     write, ball_radius_mm, doubt, truth: Dataset, tmp_path: Path
@@ -163,7 +166,7 @@ def test_a_pitch_by_which_circles_are_wider_than_their_ball_is_refused_by_its_op
     source = write(truth, tmp_path / "pack")
     found = find_calibration(source)
     assert found is not None
-    with pytest.raises(WedgeError, match="--mm-per-px 100") as refused:
+    with pytest.raises(WedgeError, match="at 100 mm/px") as refused:
         import_calibration(
             found, source, tmp_path / "set", mm_per_px=100.0, ball_radius_mm=ball_radius_mm
         )
