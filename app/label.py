@@ -58,6 +58,7 @@ def main(
     from recon.labels.label_book import (
         CERTAIN,
         DOUBTFUL,
+        LABELS_FILE,
         LabelBook,
         drop_wide_circles,
         pressed_frames,
@@ -65,6 +66,7 @@ def main(
     )
     from recon.presses import press_reader
     from sensor.dataset import read_dataset
+    from sensor.files import check_outputs
     from sensor.toml import located
 
     if corners and no_page:
@@ -91,6 +93,7 @@ def main(
 
     wanted = [file for file in files if is_wanted(file)]
     if wanted:
+        check_outputs(dataset / LABELS_FILE)
         card = source.card
         try:
             refuse_ball(reader.unwarp.size_px, card.ball_radius_mm, card.mm_per_px)
@@ -101,11 +104,34 @@ def main(
     _find(reader, book, wanted)
     doubtful = [x.file for x in book.labels if x.quality is not None and x.quality < DOUBTFUL]
     missing = [x for x in files if book.label(x) is None and not book.has_no_ball(x)]
-    print(f"Frames with a circle: {len(book.labels)} of {len(files)}; doubtful: {len(doubtful)}.")
+    found = sum(book.label(file) is not None for file in files)
+    print(f"Frames with a circle: {found} of {len(files)}; doubtful: {len(doubtful)}.")
     if missing:
-        print(f"No ball was found in {', '.join(missing[:5])}{' ...' if len(missing) > 5 else ''}.")
+        print(f"No ball was found in {_some(missing)}.")
+    for sentence in _odd_rows(reader, book):
+        print(sentence)
     if not no_page:
         _serve(reader, port)
+
+
+def _odd_rows(reader: "PressReader", book: "LabelBook") -> "Iterator[str]":
+    """A sentence on the rows that name no frame, and on those of which the circle lies outside."""
+    from recon.labels.odd_rows import has_frame, is_outside
+
+    table = reader.dataset.folder / "labels.csv"
+    width, height = reader.unwarp.size_px
+    if lost := [x.file for x in book.labels if not has_frame(reader.dataset.folder, x.file)]:
+        yield f"{table} labels what is not there, {_some(lost)}: take those rows out."
+    if outside := [x.file for x in book.labels if is_outside(x, (width, height))]:
+        yield (
+            f"{table} has circles whose centres lie outside the {width}x{height} frame, of "
+            f"{_some(outside)}: mend those rows."
+        )
+
+
+def _some(files: list[str]) -> str:
+    """The first of some names."""
+    return f"{', '.join(files[:5])}{' ...' if len(files) > 5 else ''}"
 
 
 def _refuse_no_folder(dataset: Path) -> None:

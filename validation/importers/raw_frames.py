@@ -4,9 +4,10 @@
 
 Pictures are told by their names: ``background``, ``blank``, ``bg``, ``ref``, ``reference`` or
 ``empty``, with a number behind it or with ``-``, ``_`` or a space and anything, shows the blank gel
-(``bg1.png``, ``background_real.png``, not ``bgball.png``), ``5mm-*`` (or ``caliper-5mm-*``) the jaws
-of a caliper 5 mm apart, every other one a ball press. The pad's corners come from the blank gel, its size from the caliper, the circles from the
-presses, the lens from a ``camera.toml`` beside them.
+(``bg1.png``, ``background_real.png``, not ``bgball.png``), ``5mm-*`` (or ``caliper-5mm-*``) the
+jaws of a caliper 5 mm apart, every other one a ball press. The pad's corners come from the blank
+gel, its size from the caliper, the circles from the presses, the lens from a ``camera.toml`` beside
+them.
 """
 
 import re
