@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""`wedge label` names rows that cannot be right, and a folder that takes none before it searches."""
+"""`wedge label` names rows that cannot be right, and refuses a folder that takes no table."""
 
 from dataclasses import replace
 from pathlib import Path
