@@ -213,7 +213,7 @@ def test_frames_of_another_size_are_shown_raw_and_stop_that_sensor_alone(tmp_pat
 class _OneByOne:
     """A source of these frames; each comes when the one before was looked at."""
 
-    name, live = "one by one", True
+    name, live, timed = "one by one", True, True
 
     def __init__(self, *frames: np.ndarray) -> None:
         self.counts, self.frames, self.next = Counts(), frames, threading.Semaphore(0)

@@ -23,7 +23,7 @@ FRAME = np.full((12, 16, 3), 90, np.uint8)
 class _Endless:
     """A source of one frame after the other, until it is told to be silent."""
 
-    name, live = "endless", True
+    name, live, timed = "endless", True, True
 
     def __init__(self, picture: Callable[[int], np.ndarray] = lambda _: FRAME) -> None:
         self.picture = picture

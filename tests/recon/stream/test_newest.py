@@ -19,7 +19,7 @@ SCAN = FRAMES[0][scan_start(FRAMES[0]) :]
 class Counter:
     """Gives numbered frames as a test lets it."""
 
-    name, live = "counter", True
+    name, live, timed = "counter", True, True
 
     def __init__(self, error: Exception | None = None, damaged: int = -1) -> None:
         self.counts = Counts()
