@@ -20,7 +20,7 @@ from PIL import Image
 from playwright.sync_api import ViewportSize
 
 HERE = Path(__file__).resolve().parent
-SIZE_PX: ViewportSize = {"width": 1280, "height": 1000}
+SIZE_PX: ViewportSize = {"width": 1280, "height": 933}
 TOUCHED = "parseFloat(document.querySelector('.deepest')?.innerText) > 0.3"
 KNOWN = "document.querySelector('.pose-state')?.innerText == 'tracking'"
 """True of the first press after the blank frames: the set's presses are all elsewhere."""
