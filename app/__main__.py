@@ -26,7 +26,7 @@ SUBCOMMANDS = {
     "capture": "take ball presses from a sensor, good ones only, with a map of the pad",
     "label": "find the circles of ball presses, then mend the doubtful ones in the browser",
     "calibrate": "make a unit folder for one sensor from its ball presses",
-    "evaluate": "measure one unit's errors on another dataset",
+    "evaluate": "measure units' errors on other datasets, and what has moved since",
     "accept": "judge one sensor against limits, A, B or fail; write its certificate",
     "table": "print the error table per light configuration, cross-validated by press",
     "reconstruct": "turn images into depth in millimetres with a calibrated unit",

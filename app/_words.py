@@ -10,13 +10,28 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stderr
 from functools import partial, wraps
 from itertools import pairwise
-from typing import Any
+from typing import Annotated, Any, get_args, get_origin
 
 from sensor.errors import WedgeError
 
 KINDS = {"INT": "whole number", "FLOAT": "number"}
 """Tyro's words for what a value should be."""
 SUCH_AS = {"FLOAT": ", such as 2.42"}
+METAVARS = {
+    "address": "ADDRESS",
+    "background": "IMAGE",
+    "cluster": "ADDRESS",
+    "design": "DESIGN",
+    "estimator": "NAME",
+    "like": "DATASET",
+    "mesh": "FILE",
+    "out": "DIR",
+    "pad_size_mm": "FLOAT FLOAT",
+    "scene": "NAME",
+    "sensor": "NAME",
+    "start": "FILE",
+}
+"""What stands for a parameter's value in every subcommand that says nothing else of its own."""
 
 HEADING = re.compile(r"\s*[A-Z][a-z]+:")
 """Of a docstring's section."""
@@ -44,12 +59,19 @@ def understood(command: Callable[..., Any], name: str, words: Sequence[str]) -> 
 
     del given.__wrapped__  # whose docstring tyro would read instead
     given.__signature__ = inspect.signature(command)  # type: ignore[attr-defined]
+    given.__annotations__ = {
+        name: _as_shown(parameter)
+        for name, parameter in inspect.signature(command).parameters.items()
+    }
     given.__doc__ = without_breaks(command.__doc__ or "")
     complaint = io.StringIO()
     try:
         with redirect_stderr(complaint), _on_one_line(not {"-h", "--help"} & set(words)):
             call: Callable[[], Any] = tyro.cli(
-                given, prog=name, args=words, config=(tyro.conf.FlagCreatePairsOff,)
+                given,
+                prog=name,
+                args=words,
+                config=(tyro.conf.FlagCreatePairsOff, tyro.conf.DisallowNone),
             )
     except SystemExit as stop:
         if not stop.code:
@@ -57,6 +79,26 @@ def understood(command: Callable[..., Any], name: str, words: Sequence[str]) -> 
         sentence = in_a_sentence(complaint.getvalue(), name)
         raise WedgeError(f"{sentence} `{name} --help` explains.") from stop
     return call
+
+
+def _as_shown(parameter: inspect.Parameter) -> Any:
+    """A parameter's type, which help shows in words of ours, with no default where none is."""
+    import tyro
+
+    told: Sequence[Any] = ()
+    kind = parameter.annotation
+    if get_origin(kind) is Annotated:
+        kind, *told = get_args(kind)
+    hint = None
+    if parameter.default in (None, "", ()) or parameter.default is False:
+        hint = ""
+    elif parameter.default is parameter.empty and get_origin(kind) is tuple:
+        hint = "(required)"  # one or more, of which tyro says that none is the default
+    shown = tyro.conf.arg(
+        metavar=None if kind is bool else METAVARS.get(parameter.name), help_behavior_hint=hint
+    )
+    # What a subcommand says of its own comes later and counts.
+    return Annotated[(kind, shown, *told)]
 
 
 def without_breaks(text: str) -> str:
@@ -114,7 +156,7 @@ def in_a_sentence(box: str, name: str) -> str:
         given = re.search(r"instantiated from \[(.*?)\]|: ('.*)$", found[2])
         values = re.findall(r"'([^']*)", given[0])[::2] if given else []
         form = parts[1][1].strip().removeprefix(found[1])
-        return f"{found[1]} {_no(values, re.sub(r'{None}[|]|[{}]', '', form).split())}"
+        return f"{found[1]} {_no(values, form.split())}"
     if found := re.match(r"Missing value for argument '(.*?)'", first):
         return f"{found[1]} needs a value."
     return first

@@ -27,8 +27,8 @@ TIMED_FRAMES = 300
 def main(
     unit: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="UNIT")],
     dataset: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="DATASET")],
-    frames: Annotated[str | None, tyro.conf.arg(metavar="WHERE")] = None,
-    out: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None,
+    stream: Annotated[str | None, tyro.conf.arg(metavar="WHERE")] = None,
+    out: Path | None = None,
     seed: Seed = 0,
     json: OutputFile = None,
     junit: OutputFile = None,
@@ -47,7 +47,7 @@ def main(
     Args:
         unit: A unit folder, written by `wedge calibrate`.
         dataset: A dataset folder, or a name that `wedge data list` knows.
-        frames: Frames of the unit with their times: an MCAP file, usb:0 or an address.
+        stream: Frames of the unit with their times: an MCAP file, usb:0 or an address.
         out: Write the certificate here: index.html and certificate.pdf.
         seed: Seed of the drawn pixels and the intervals.
         json: Write measurements, limits and grade here as JSON.
@@ -79,7 +79,7 @@ def main(
 
     page, pdf = (None, None) if out is None else (out / "index.html", out / "certificate.pdf")
     check_outputs(page, pdf, json, junit)
-    keep_inputs([unit, dataset, frames], [json, junit])
+    keep_inputs([unit, dataset, stream], [json, junit])
     calibration = load_calibration(unit)
     source = read_dataset(dataset_folder(dataset))
     card, name = calibration.card, source.card.name
@@ -89,7 +89,7 @@ def main(
         judged=datetime.now(UTC).date().isoformat(),
         software=version("gelsight-wedge"),
     )
-    times_ns, indices = _times(frames, calibration.unwarp)
+    times_ns, indices = _times(stream, calibration.unwarp)
     with process_pool() as executor, progress(f"acceptance of {card.serial}") as show:
         found = accept_unit(
             calibration,

@@ -41,7 +41,7 @@ def main(
     part: Literal["all", "contact"] = "all",
     mesh: bool = False,
     design: str | None = None,
-    background: Annotated[str | None, tyro.conf.arg(metavar="IMAGE")] = None,
+    background: str | None = None,
     frames: int | None = None,
     json: OutputFile = None,
 ) -> None:

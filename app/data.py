@@ -21,7 +21,7 @@ def main(
         tyro.conf.arg(metavar="list|path|import"),
     ],
     name: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="[NAME|SOURCE]")] = "",
-    out: Annotated[Path | None, tyro.conf.arg(metavar="DATASET")] = None,
+    out: Path | None = None,
     ball_radius_mm: float | None = None,
     mm_per_px: float | None = None,
     pad_size_mm: tuple[float, float] | None = None,

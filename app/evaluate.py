@@ -29,10 +29,9 @@ if TYPE_CHECKING:
 
 def main(
     what: Annotated[
-        tyro.conf.Positional[tuple[str, ...]],
-        tyro.conf.arg(metavar="UNIT... DATASET...", help_behavior_hint=""),
+        tyro.conf.Positional[tuple[str, ...]], tyro.conf.arg(metavar="UNIT... DATASET...")
     ],
-    out: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None,
+    out: Path | None = None,
     seed: Seed = 0,
     json: OutputFile = None,
 ) -> int:

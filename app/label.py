@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
 SAVED_TOGETHER = 50
 """Circles found: to write the whole file for each would take a time that grows as their square."""
-Port = Annotated[int, tyro.conf.arg(metavar="PORT")]
 
 
 def main(
@@ -28,7 +27,7 @@ def main(
     again: bool = False,
     no_page: bool = False,
     corners: bool = False,
-    port: Port = 8010,
+    port: int = 8010,
 ) -> None:
     """Find the circle of every ball press, then open a page to mend the doubtful ones.
 

@@ -27,7 +27,7 @@ def main(
     unit: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="UNIT")],
     where: Annotated[tyro.conf.Positional[tuple[str, ...]], tyro.conf.arg(metavar="WHERE...")],
     out: Path,
-    background: Annotated[str | None, tyro.conf.arg(metavar="IMAGE")] = None,
+    background: str | None = None,
     frames: int | None = None,
     json: OutputFile = None,
 ) -> int:

@@ -35,7 +35,7 @@ def main(
     unit: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="UNIT")],
     image: Annotated[tyro.conf.Positional[tuple[str, ...]], tyro.conf.arg(metavar="IMAGE...")],
     out: Path,
-    background: Annotated[str | None, tyro.conf.arg(metavar="IMAGE")] = None,
+    background: str | None = None,
     json: OutputFile = None,
 ) -> None:
     """Reconstruct depth from images of a calibrated unit.

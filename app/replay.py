@@ -20,7 +20,7 @@ CLIP_QUALITY = 90
 
 
 def main(
-    where: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="FILE")],
+    where: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="WHERE")],
     sensor: str | None = None,
     speed: float = 1.0,
     repeat: bool = False,

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 def main(
     field: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="FIELD")],
-    values: Annotated[tyro.conf.Positional[tuple[str, ...]], tyro.conf.arg(metavar="VALUES")],
+    values: Annotated[tyro.conf.Positional[tuple[str, ...]], tyro.conf.arg(metavar="VALUE...")],
     design: str = "standard",
     out: Path = Path("build", "sweep"),
     presses: int = 20,

@@ -21,13 +21,10 @@ if TYPE_CHECKING:
 
 
 def main(
-    dataset: Annotated[
-        tyro.conf.Positional[tuple[str, ...]],
-        tyro.conf.arg(metavar="DATASET...", help_behavior_hint=""),
-    ],
+    dataset: Annotated[tyro.conf.Positional[tuple[str, ...]], tyro.conf.arg(metavar="DATASET...")],
     folds: int = 1,
     estimator: str = "default,mlp,table",
-    out: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None,
+    out: Path | None = None,
     seed: Seed = 0,
     json: OutputFile = None,
     markdown: OutputFile = None,

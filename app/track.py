@@ -38,7 +38,7 @@ COLUMNS = (
 
 def main(
     unit: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="UNIT")],
-    source: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="VIDEO|FOLDER|URL|MCAP")],
+    source: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="WHERE")],
     out: Path,
     tracker: Literal["joint", "gicp", "plane"] = "joint",
     mesh: Path | None = None,
@@ -68,7 +68,7 @@ def main(
 
     Args:
         unit: A unit folder, written by `wedge calibrate`.
-        source: A video, a folder of images, a recording (.mcap), usb:0 or http://HOST:PORT.
+        source: A video, a folder, a dataset, a recording (.mcap), usb:0 or http address.
         out: The folder for the results; new or empty.
         tracker: joint fits slopes and depth together; gicp and plane align point clouds, as the
             paper did.

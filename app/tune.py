@@ -34,7 +34,7 @@ _SEEN_PX = 160
 
 
 def main(
-    source: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="SOURCE")],
+    source: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="WHERE")],
     settings: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None,
     unit: Annotated[Path | None, tyro.conf.arg(metavar="UNIT")] = None,
     frames: int = 120,
@@ -54,7 +54,8 @@ def main(
     Example: wedge tune http://10.55.0.1:8080 --settings wedge.toml
 
     Args:
-        source: The Pi's stream (http://...), or a folder of frames that it gave.
+        source: The Pi's stream (http://HOST:PORT), or frames that it gave: a folder, a dataset, a
+            video or an MCAP file.
         settings: The Pi's settings file, to read and to write; without it, nothing is written. A
             stream tells itself which settings it has.
         unit: Look only at the pad, where this unit folder says it is.

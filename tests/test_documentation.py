@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What README and docs say is true: code runs, commands exist, links lead somewhere."""
 
-import functools
 import importlib
 import importlib.util
 import inspect
@@ -19,9 +18,9 @@ import cv2
 import matplotlib
 import numpy as np
 import pytest
-import tyro
 
 import app.__main__
+from app._words import understood
 from recon.calibration import calibrate
 from recon.images import read_image, write_image
 from recon.presses import read_presses
@@ -130,12 +129,7 @@ def test_a_command_line_is_understood(line: str) -> None:
     name, *arguments = words_of(line)
     if name == "test":  # the words after it are pytest's
         return
-    command = importlib.import_module(f"app.{name}").main
-
-    @functools.wraps(command)
-    def do_nothing(*_: object, **__: object) -> None: ...
-
-    tyro.cli(do_nothing, args=arguments, config=(tyro.conf.FlagCreatePairsOff,))
+    understood(importlib.import_module(f"app.{name}").main, f"wedge {name}", arguments)
 
 
 @pytest.mark.parametrize("line", MENTIONED)

@@ -116,7 +116,7 @@ def test_what_is_read_is_kept_and_nothing_else(
     [
         "accept unit set --json set/labels.csv",
         "accept unit set --junit unit/unit.toml",
-        "accept unit set --frames touch.mcap --json touch.mcap",
+        "accept unit set --stream touch.mcap --json touch.mcap",
         "calibrate set --out new --json set/dataset.toml",
         "calibrate set --out new --design design.toml --json design.toml",
         "cloud unit frames --out new --json frames/000.png",

@@ -128,7 +128,7 @@ def test_a_folder_or_an_archive_in_place_of_an_image_is_told_what_to_give(
     [
         (("cloud", "{unit}", "{frames}", "--out", "{out}"), True),
         (("track", "{unit}", "{frames}", "--out", "{out}"), True),
-        (("accept", "{unit}", "{set}", "--frames", "{frames}"), False),
+        (("accept", "{unit}", "{set}", "--stream", "{frames}"), False),
         (("capture", "{frames}", "--like", "{set}", "--out", "{out}"), False),
         (("live", "{frames}"), False),
         (("record", "{frames}", "--out", "{out}.mcap"), False),

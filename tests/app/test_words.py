@@ -5,6 +5,7 @@
 import importlib
 import inspect
 import re
+from pathlib import Path
 
 import pytest
 
@@ -16,8 +17,8 @@ from sensor.errors import WedgeError
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        ("calibrate", "`wedge calibrate` needs DATASET and --out PATH."),
-        ("calibrate x", "`wedge calibrate` needs --out PATH."),
+        ("calibrate", "`wedge calibrate` needs DATASET and --out DIR."),
+        ("calibrate x", "`wedge calibrate` needs --out DIR."),
         ("calibrate x y --out u", "`wedge calibrate` does not know y."),
         (
             "calibrate x --bal 3 --out u",
@@ -130,3 +131,43 @@ def test_no_help_breaks_a_line_amid_a_sentence(
     for entry in re.split(r"\n {4}(?=\w)", arguments.strip()):
         words = " ".join(entry.partition(": ")[2].split())
         assert any(words in line for line in lines)
+
+
+def helps(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
+    """What each subcommand says of its parameters, whatever the terminal draws around it."""
+    monkeypatch.setenv("COLUMNS", "3000")
+    found = {}
+    for name in command_line.SUBCOMMANDS:
+        with pytest.raises(SystemExit):
+            command_line.main([name, "--help"])
+        printed = capsys.readouterr().out
+        found[name] = "".join(re.findall(r"^\W*?((?:--)?\w.*\n)", printed, re.MULTILINE))
+    return found
+
+
+def test_no_help_names_a_default_that_is_none(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    leaked = re.compile(r"\bNone\b|\(default: (?:False|'')?\)|^--\S+ (?:STR|PATH)\b", re.MULTILINE)
+    found = {name: leaked.findall(text) for name, text in helps(capsys, monkeypatch).items()}
+    assert found == {name: [] for name in command_line.SUBCOMMANDS}
+
+
+def test_what_two_subcommands_take_is_called_alike(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    values: dict[str, set[str]] = {}
+    for text in helps(capsys, monkeypatch).values():
+        for option, value in re.findall(r"^(--[\w-]+) (\S+)", text, re.MULTILINE):
+            values.setdefault(option, set()).add(value.removesuffix("..."))
+    several = {option: found for option, found in values.items() if len(found) > 1}
+    assert several == {"--out": {"DIR", "FILE.mcap"}}
+
+
+def test_none_is_a_name_like_any_other() -> None:
+    def folder(out: Path | None = None) -> Path | None:
+        """A folder."""
+        return out
+
+    assert understood(folder, "wedge folder", ["--out", "None"])() == Path("None")
+    assert understood(folder, "wedge folder", [])() is None

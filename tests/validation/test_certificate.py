@@ -200,7 +200,7 @@ def test_a_recording_tells_the_rate_and_what_has_no_times_is_refused(
                     "wedge",
                     TimedFrame(index=index, time_ns=time_ns, arrived_ns=time_ns, pixels=frame),
                 )
-    words = ["accept", str(tmp_path / "unit"), str(broken.folder), "--frames"]
+    words = ["accept", str(tmp_path / "unit"), str(broken.folder), "--stream"]
     with pytest.raises(SystemExit) as left:
         main([*words, str(tmp_path / "A.MCAP"), "--json", str(tmp_path / "a.json")])
     measured = json.loads((tmp_path / "a.json").read_text())["measurements"]

@@ -48,7 +48,7 @@ from validation.intervals import Interval
 LEAST_FRESH = 5
 """Presses that a unit has not learnt from, beside others that it has: so many judge it alone."""
 SINCE_CALIBRATION = ("brightness_change_share", "moved_px")
-NO_TIMES = "a dataset's frames have no times; name a recording or a stream by --frames"
+NO_TIMES = "a dataset's frames have no times; name a recording or a stream by --stream"
 
 
 @dataclass(frozen=True, kw_only=True)
