@@ -35,6 +35,21 @@ LIT_SIDES = "lights.lit_sides"
 SIDES = {"R": "red_side_leds", "G": "green_base_leds", "B": "blue_side_leds"}
 SEEN_OVER_THE_MIRROR = ("mirror", "camera")
 """Parts that change the camera's own frame alone; sweeps over them render raw frames."""
+NOT_SEEN = {
+    "acrylic": ("tip_offset_mm",),  # moves the view over the mirror alone
+    "camera": (
+        "frames_per_second",
+        "head_size_mm",
+        "head_depth_mm",
+        "barrel_diameter_mm",
+        "barrel_length_mm",
+    ),
+    "gel": (),
+    "lights": ("led_length_mm", "led_height_mm", "backing_thickness_mm"),
+    "mirror": ("thickness_mm",),
+}
+"""Of the parts that the twin looks at, the fields that it does not."""
+SEEN_BESIDES = ("wiring.led_pitch_mm",)
 LEAST_PRESSES = 2
 """That a split needs: one to learn from, one to judge."""
 Progress = Callable[[float, str], None]
@@ -73,7 +88,7 @@ def varied(design: Wedge, field: str, value: str) -> Wedge:
         value: as typed.
 
     Raises:
-        WedgeError: there is no such field, or the value cannot work.
+        WedgeError: there is no such field, the twin does not look at it, or the value cannot work.
     """
     if field == LIT_SIDES:
         if not value or set(value) - set(SIDES) or len(set(value)) < len(value):
@@ -94,6 +109,8 @@ def varied(design: Wedge, field: str, value: str) -> Wedge:
             f"there is no field {field!r} to vary: name a part and its field, such as "
             f"mirror.angle_deg, or {LIT_SIDES}."
         )
+    if (name not in NOT_SEEN or key in NOT_SEEN[name]) and field not in SEEN_BESIDES:
+        raise WedgeError(f"the twin does not look at {field}: all values would predict the same.")
     number = _parsed(field, value, getattr(part, key))
     changed: Wedge = replace(design, **{name: replace(part, **{key: number})})
     return changed

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A sweep varies what it says, renders nothing twice, and gives one answer wherever it runs."""
 
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from recon.presses import LEAST_RADIUS_PX
 from sensor.design import FINGER, STANDARD
 from sensor.errors import WedgeError
-from simulation.dataset import Recipe, dent_of, label_of, presses_of
+from simulation.dataset import Recipe, dent_of, label_of, presses_of, write_set
 from simulation.engine import SCALAR
 from tests.simulation.conftest import InLine
 from validation.error_table import Row
@@ -18,7 +19,15 @@ from validation.figures.png import png_bytes
 from validation.figures.sweep import sweep_figure
 from validation.lighting import contrast, lit_area, unevenness
 from validation.metrics import METRICS, Errors
-from validation.sweep import SweepPoint, SweepSize, key_of, planned_presses, sweep, varied
+from validation.sweep import (
+    SEEN_OVER_THE_MIRROR,
+    SweepPoint,
+    SweepSize,
+    key_of,
+    planned_presses,
+    sweep,
+    varied,
+)
 
 SIZE = SweepSize(presses=5, samples=16, width_px=48)
 
@@ -161,6 +170,43 @@ def test_what_cannot_be_varied_is_refused(field, value, words) -> None:
     assert varied(without_blue, "lights.lit_sides", "R").lights.green_base_leds == 0
     with pytest.raises(WedgeError, match=words):
         varied(without_blue, field, value)
+
+
+def test_the_fields_that_can_be_varied_are_those_that_the_twin_looks_at(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("mitsuba")
+    parts = {item.name: getattr(FINGER, item.name) for item in fields(FINGER)}
+    parts = {name: part for name, part in parts.items() if is_dataclass(part)}
+    known = {(name, item.name) for name, part in parts.items() for item in fields(part)}
+    looked_at: set[tuple[str, str]] = set()
+
+    def watch(name: str) -> None:
+        def read(part: object, key: str) -> object:
+            looked_at.add((name, key))
+            return object.__getattribute__(part, key)
+
+        monkeypatch.setattr(type(parts[name]), "__getattribute__", read)
+
+    shown: set[tuple[str, str]] = set()
+    with monkeypatch.context() as monkeypatch:
+        for name in parts:
+            watch(name)
+        for raw in (False, True):
+            looked_at.clear()
+            recipe = Recipe(engine=SCALAR, design=FINGER, width_px=16, samples=1, raw=raw)
+            presses = presses_of(FINGER, "balls", count=1, seed=0)
+            write_set(tmp_path, recipe, presses, source="", executor=InLine())
+            shown |= {each for each in looked_at if (each[0] in SEEN_OVER_THE_MIRROR) == raw}
+
+    def can_be_varied(name: str, key: str) -> bool:
+        try:
+            return bool(varied(FINGER, f"{name}.{key}", str(getattr(parts[name], key))))
+        except WedgeError as error:
+            assert f"does not look at {name}.{key}" in str(error)
+            return False
+
+    assert {each for each in known if can_be_varied(*each)} == known & shown
 
 
 def test_a_sets_name_tells_everything_that_decides_it() -> None:
