@@ -43,7 +43,6 @@ class ThereAndBack:
     name: str
     frames: int
     """While the gripper presses firmly."""
-    with_pose: int
     apart_deg: float
     """Between the first firm frame's pose and what the way back makes of it."""
     apart_mm: float
@@ -126,7 +125,6 @@ def there_and_back(name: str, unit: Calibration, tracker: str = "joint") -> Ther
     return ThereAndBack(
         name=name,
         frames=held,
-        with_pose=sum(item.T_sensor_object is not None for item in forward[:held]),
         apart_deg=apart_deg,
         apart_mm=apart_mm,
         stated_deg=backward[-1].rotation_std_deg,

@@ -38,8 +38,6 @@ E24 = (
     82,
     91,
 )
-FORWARD_SPREAD_V = 0.1
-"""Between reels; it makes the spread of the current."""
 RATED_W = 0.25
 """Of a resistor in a 1206 package."""
 
@@ -51,7 +49,6 @@ class Ballast:
     colour: str
     leds: int
     forward_v: float
-    exact_ohm: float
     ohm: float
     """The next larger value of the E24 series."""
     supply_v: float
@@ -88,7 +85,7 @@ def ballasts(design: Wedge) -> list[Ballast]:
         current = wiring.led_current_ma * len(row.centres) / 1000
         exact = (wiring.supply_v - forward) / current
         found.append(
-            Ballast(row.colour, len(row.centres), forward, exact, next_e24(exact), wiring.supply_v)
+            Ballast(row.colour, len(row.centres), forward, next_e24(exact), wiring.supply_v)
         )
     return found
 

@@ -10,7 +10,7 @@ in a laser are hydrogen chloride, so a knife cuts them.
 import io
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from ezdxf import units
@@ -226,8 +226,3 @@ def _sorted_classes(section: re.Match[str]) -> str:
     head, body, end = section.groups()
     records = sorted(f"  0\nCLASS{record}" for record in body.split("  0\nCLASS")[1:])
     return head + "".join(records) + end
-
-
-def pieces_by_id(design: Wedge) -> Mapping[str, Piece]:
-    """Every piece of every sheet."""
-    return {piece.id: piece for sheet in sheets(design) for piece in sheet.pieces}

@@ -11,9 +11,15 @@ from pathlib import Path
 import pytest
 
 from cad.build import Model, model
-from sensor.design import FINGER, STANDARD
+from cad.exports.laser import Piece, sheets
+from sensor.design import FINGER, STANDARD, Wedge
 
 ROOT = Path(__file__).resolve().parents[2]
+
+
+def pieces_by_id(design: Wedge) -> dict[str, Piece]:
+    """Every piece of every sheet."""
+    return {piece.id: piece for sheet in sheets(design) for piece in sheet.pieces}
 
 
 @pytest.fixture(scope="session")

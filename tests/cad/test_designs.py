@@ -14,11 +14,12 @@ from hypothesis import strategies as st
 
 from cad.build import model, run_checks
 from cad.electronics.resistors import RATED_W, ballasts
-from cad.exports.laser import area_mm2, laser_files, outline, pieces_by_id
+from cad.exports.laser import area_mm2, laser_files, outline
 from cad.refusals import refuse_unbuildable
 from sensor.design import FINGER, STANDARD, Wedge
 from sensor.design_file import load_design
 from sensor.errors import WedgeError
+from tests.cad.conftest import pieces_by_id
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -24,7 +24,7 @@ from cad.build import Model
 from cad.catalogue import PRINTED
 from cad.electronics.wiring import wiring_svg
 from cad.exports.drawing import drawing_of
-from cad.exports.laser import area_mm2, outline, pieces_by_id, sheet_dxf, sheets
+from cad.exports.laser import area_mm2, outline, sheet_dxf, sheets
 from cad.exports.solids import step_of_assembly
 from cad.exports.step_colours import with_colours
 from cad.exports.strokes import strokes, width_of
@@ -33,6 +33,7 @@ from cad.golden import differences, golden_of, read_golden
 from cad.manifest import with_hashes
 from cad.mesh import DEFLECTION_MM
 from sensor.design import FINGER
+from tests.cad.conftest import pieces_by_id
 from validation.report.fabrication import fabrication_section
 
 Folders = tuple[Path, Path]
