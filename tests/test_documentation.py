@@ -207,6 +207,29 @@ def test_a_decision_fits_on_a_page_and_is_listed() -> None:
         assert f"[{text.splitlines()[0].partition('. ')[2]}]({page.name})" in listed
 
 
+def test_what_a_decision_took_the_place_of_is_said_on_both_pages_and_in_the_list() -> None:
+    def named(text: str) -> set[int]:
+        return {int(number) for number in re.findall(r"\[(\d+)\]\(0\d+-", text)}
+
+    newer: dict[int, set[int]] = {}
+    older: dict[int, set[int]] = {}
+    for page in (DOCS / "decisions").glob("0*.md"):
+        number = int(page.name[:4])
+        head, _, _ = page.read_text().partition("\n**Context.**")
+        for way, found in (("Superseded in part by", newer), ("Supersedes parts of", older)):
+            if said := re.search(rf"^\*{way} (.*?)\*$", head, re.MULTILINE | re.DOTALL):
+                found[number] = named(said[1])
+    rows = re.findall(
+        r"^(\d+)\. \[.*?\]\(.*?\), superseded in part by (.*)$",
+        (DOCS / "decisions" / "index.md").read_text(),
+        re.MULTILINE,
+    )
+    pairs = {(old, new) for old, several in newer.items() for new in several}
+    assert pairs and all(old < new for old, new in pairs)
+    assert pairs == {(old, new) for new, several in older.items() for old in several}
+    assert newer == {int(number): named(said) for number, said in rows}
+
+
 def test_the_table_of_datasets_is_the_registry() -> None:
     rows = re.findall(
         r"^\| `([\w-]+)` \| (\d+) \| ([\d.]+|–) \|", (DOCS / "data.md").read_text(), re.M
