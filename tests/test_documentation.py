@@ -230,6 +230,14 @@ def test_what_a_decision_took_the_place_of_is_said_on_both_pages_and_in_the_list
     assert newer == {int(number): named(said) for number, said in rows}
 
 
+def test_every_trial_is_in_the_list_of_trials() -> None:
+    pages = sorted({*(DOCS / "tried").glob("*.md")} - {DOCS / "tried" / "index.md"})
+    listed = re.findall(r"\]\(([\w-]+\.md)#([\w-]+)\)", (DOCS / "tried" / "index.md").read_text())
+    assert {page.name: len(re.findall(r"^## ", page.read_text(), re.M)) for page in pages} == {
+        page.name: len({anchor for name, anchor in listed if name == page.name}) for page in pages
+    }
+
+
 def test_the_table_of_datasets_is_the_registry() -> None:
     rows = re.findall(
         r"^\| `([\w-]+)` \| (\d+) \| ([\d.]+|–) \|", (DOCS / "data.md").read_text(), re.M
