@@ -17,7 +17,7 @@ Difference = Float32[np.ndarray, "h w 3"]
 GradientField = Float[np.ndarray, "h w 2"]
 """(d depth/dx, d depth/dy) in mm/mm."""
 DepthMap = Float[np.ndarray, "h w"]
-"""Indentation in mm, positive toward the camera."""
+"""Indentation in mm, positive toward the camera; noise may leave some below zero."""
 NormalMap = Float[np.ndarray, "h w 3"]
 """Unit normals of the skin in the gel frame, pointing out of the gel (z > 0)."""
 ContactMask = Bool[np.ndarray, "h w"]
