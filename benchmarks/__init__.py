@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What `wedge bench` runs: every figure of the performance page, measured."""
+"""What `wedge bench` runs, experiments beside it, and makers of what networks learn from."""

@@ -11,6 +11,7 @@ import runpy
 import shlex
 import shutil
 import sys
+import tomllib
 from pathlib import Path
 from types import ModuleType
 
@@ -142,9 +143,47 @@ def test_a_command_that_is_spoken_of_exists(line: str) -> None:
     assert options <= {"--help"} | {f"--{key.replace('_', '-')}" for key in known}
 
 
+@pytest.mark.parametrize("page", [page for page in PAGES if blocks(page, "")], ids=ids)
+def test_a_block_with_a_command_says_that_it_is_typed(page: Path) -> None:
+    lines = [line for text in blocks(page, "") for line in text.splitlines()]
+    assert [x for x in lines if re.match(r"(\./|sudo |\.venv/bin/)?(wedge|python3?) ", x)] == []
+
+
 def test_the_commands_page_shows_the_help_of_every_command() -> None:
     shown = re.findall(r"<!-- help: (\w+) -->", (DOCS / "commands.md").read_text())
-    assert sorted(shown) == sorted(app.__main__.SUBCOMMANDS)
+    assert shown == list(app.__main__.SUBCOMMANDS)
+
+
+def test_the_floors_that_contributors_read_of_are_those_that_are_checked() -> None:
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]
+    contracts = {each["name"]: each for each in settings["contracts"]}
+    floors = contracts["A file imports only from floors below it"]["layers"]
+    said = " > ".join(", ".join(f"`{room}`" for room in floor.split(" | ")) for floor in floors)
+    assert said in " ".join((ROOT / "CONTRIBUTING.md").read_text().split())
+
+
+def test_the_frame_rates_of_the_readme_are_those_that_were_measured() -> None:
+    measured = json.loads((DOCS / "measured" / "bench.json").read_text())["figures"]
+    rates = {
+        each["name"].removesuffix(", against its floor"): found[1]
+        for each in measured
+        if (found := re.search(r"(\d+) frames/s", each["unit"]))
+    }
+    rows = {
+        "`default`, ball presses": " by our estimator, these presses",
+        "`default`, the whole pad pressed": " by our estimator, all of the gel pressed",
+        "`default`, a gel with dots": " by our estimator, dots at rest",
+        "`default`, lights on one line": " by our estimator, red and blue alone",
+        "`mlp`, ball presses": ", one thread",
+    }
+    for row, name in rows.items():
+        large = rates[f"fast path: 640x480 JPEG to depth{name}"]
+        small = rates[f"fast path: 320x240 JPEG to depth{name}"]
+        assert re.search(
+            rf"^\| {row} \| {large} \| \d+ \| {small} \|",
+            (ROOT / "README.md").read_text(),
+            re.MULTILINE,
+        )
 
 
 def test_no_help_on_the_commands_page_is_wider_than_its_block() -> None:

@@ -106,7 +106,12 @@ def overlay(
 ) -> Picture:
     """A frame with the contact's outline, the object's axes and, below, the state in words.
 
-    Args: as of ``pose_picture``.
+    Args:
+        image: the gel plane.
+        contact: of the same pixels.
+        mm_per_px: of both.
+        found: what the tracker says.
+        anchor_mm: the point of the object where its axes are drawn; ``None`` before there is one.
     """
     numbers = ""
     if found.T_sensor_object is not None:
