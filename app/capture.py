@@ -46,12 +46,14 @@ def main(
     blurred, saturated, or no ball; a map shows where presses are missing. Every press is on disk
     with its circle as soon as it is taken; Ctrl-C ends early and loses nothing. Frames of a folder
     are judged one by one, without waiting for stillness; names such as background.png and 5mm-1.png
-    say there which show the blank gel and a caliper.
+    say there which show the blank gel and a caliper, and those of a caliper are passed over without
+    --caliper-mm.
 
     A sensor seen for the first time has no other dataset: its pad's corners are then found in the
     first frame, and the pad is taken to be the standard's unless --design or --pad-size-mm says
     otherwise. With --caliper-mm the first two presses are a caliper's jaws that far apart, once
-    along the finger and once across, from which the scale follows at the end.
+    along the finger and once across, from which the scale follows at the end; of a folder, all
+    pictures that are named as a caliper's.
 
     Example: wedge capture http://10.55.0.1:8080 --like presses/last-week --out presses/today
 
@@ -65,7 +67,7 @@ def main(
         design: The design the sensor was built from, which says how large its pad is: standard,
             finger or a .toml file.
         pad_size_mm: The pad along x and y, of a sensor of no such design.
-        caliper_mm: Gap of the caliper's jaws; two pictures of it are taken first, named by it.
+        caliper_mm: Gap of the caliper's jaws; pictures of it are taken first, named by it.
         presses: How many to take.
         ball_radius_mm: Radius of the ball, where it is not that of the other dataset.
         background: A picture of the blank gel, where the stream shows none.
@@ -80,34 +82,20 @@ def main(
 
     if presses < 1:
         raise WedgeError(f"--presses {presses} must be at least 1.")
-    for name, value in (("ball-radius-mm", ball_radius_mm), ("caliper-mm", caliper_mm)):
-        if value is not None and not 0 < value < 1e3:
-            raise WedgeError(f"--{name} {value:g} must be above 0 and below 1000.")
-    if like is None and ball_radius_mm is None:
-        raise WedgeError(
-            "say how large the ball is, --ball-radius-mm, or name a dataset --like it."
-        )
-    if like is not None and caliper_mm is not None:
-        raise WedgeError(
-            f"--like takes the scale over from {like}, and --caliper-mm measures it anew: leave "
-            "one of them out."
-        )
-    if like is not None and (design or pad_size_mm):
-        option = "--design" if design else "--pad-size-mm"
-        raise WedgeError(f"--like takes the pad's size over from {like}: leave {option} out.")
+    of_pad = "--design" if design else "--pad-size-mm" if pad_size_mm else None
+    _refuse_options(like, ball_radius_mm, caliper_mm, of_pad)
     pad_mm = assumed_pad_mm(None if design is None else load_design(design), pad_size_mm)
     refuse_kept_folder(out)
     check_outputs(out / CARD_FILE)
-    other = _dataset(like)
-    if other is not None and ball_radius_mm is None and len(other.ball_radii_mm) > 1:
-        raise WedgeError(
-            f"{like} has presses of balls of {' and '.join(f'{x:g}' for x in other.ball_radii_mm)} "
-            "mm radius: say which is pressed now, --ball-radius-mm."
-        )
+    other = _dataset(like, ball_radius_mm)
     alone = Path(where).is_dir()
+    source: FrameSource | Newest
     # Of a sensor the newest frame, as judging one takes longer than the next needs to come.
-    with _pictures(where, background is None) if alone else Newest(open_live(where)) as source:
-        of_calipers = _named_for_calipers(where)
+    if alone:
+        source, of_caliper = _pictures(where, background is None, caliper_mm)
+    else:
+        source, of_caliper = Newest(open_live(where)), frozenset()
+    with source:
         watcher: PressWatcher | None = None
         captured: Captured | None = None
         taken: list[str] = []
@@ -120,9 +108,6 @@ def main(
         with _ending_early(taken):
             for timed in _followed(source, remark) if isinstance(source, Newest) else source:
                 named = timed.file if alone else f"frame {timed.index}"
-                if named in of_calipers and not (watcher and watcher.calipers_left):
-                    remark(f"{named} is passed over: its name says that it shows a caliper")
-                    continue
                 try:
                     frame = timed.image()
                     if watcher is not None:
@@ -137,11 +122,14 @@ def main(
                     card = _card(other, out, blank, ball_radius_mm, pad_mm)
                     if other is None:
                         print(_assumed(card), file=sys.stderr, flush=True)
-                    watcher = _watcher(other, card, blank, CALIPERS if caliper_mm else 0)
+                    first = 0 if caliper_mm is None else len(of_caliper) or CALIPERS
+                    watcher = _watcher(other, card, blank, first)
                     if background is not None or alone:
                         watcher.set_background(blank)
                 if captured is not None and (changed := captured.follow()):
-                    shown(changed, len(taken), watcher)
+                    remark(changed)
+                if of_caliper and calipers and named not in of_caliper:
+                    watcher.calipers_left = 0  # theirs came first: what was refused is over
                 verdict = watcher.judge_alone(frame) if alone else watcher.look(frame)
                 words = f"{named}: {verdict.words}" if alone else verdict.words
                 if verdict.circle is not None:
@@ -162,20 +150,51 @@ def main(
     print(f"{counted(len(taken))} in {out}. Next: {command_line('label', out)}")
 
 
-def _pictures(folder: str, first_blank: bool) -> "FrameSource":
+def _refuse_options(
+    like: str | None, ball_radius_mm: float | None, caliper_mm: float | None, of_pad: str | None
+) -> None:
+    """Refuse lengths that nothing has, and options that say twice or not at all what is known."""
+    for name, value in (("ball-radius-mm", ball_radius_mm), ("caliper-mm", caliper_mm)):
+        if value is not None and not 0 < value < 1e3:
+            raise WedgeError(f"--{name} {value:g} must be above 0 and below 1000.")
+    if like is None and ball_radius_mm is None:
+        raise WedgeError(
+            "say how large the ball is, --ball-radius-mm, or name a dataset --like it."
+        )
+    if like is not None and caliper_mm is not None:
+        raise WedgeError(
+            f"--like takes the scale over from {like}, and --caliper-mm measures it anew: leave "
+            "one of them out."
+        )
+    if like is not None and of_pad is not None:
+        raise WedgeError(f"--like takes the pad's size over from {like}: leave {of_pad} out.")
+
+
+def _pictures(
+    folder: str, first_blank: bool, caliper_mm: float | None
+) -> "tuple[FrameSource, Set[str]]":
     """A folder's pictures, first one of the blank gel where that is wanted, then a caliper's.
 
     A dataset's frames stay in their order, in which its blank ones are first. Elsewhere the first
-    picture shows the blank gel where no name says so, which is told.
+    picture shows the blank gel where no name says so, and a caliper's are left out where its gap
+    is not given; both are told.
+
+    Returns:
+        the pictures, and which of them show a caliper by their names.
+
+    Raises:
+        WedgeError: there is none of a press, or a name says another gap than is given.
     """
-    from app._sources import open_where
+    from app._sources import is_dataset, open_where
     from recon.stream import FolderSource
     from validation.importers.raw_frames import told_by_name
 
     source = open_where(folder)
-    if _is_dataset(folder) or not isinstance(source, FolderSource):
-        return source
+    if is_dataset(folder) or not isinstance(source, FolderSource):
+        return source, frozenset()
     told = told_by_name(source.names)
+    if not told.presses:
+        raise WedgeError(f"{folder} holds no picture of a ball press.")
     presses = [name for name in source.names if name in told.presses]
     blank = list(told.background[:1] or presses[:1]) if first_blank else []
     if blank and not told.background:
@@ -184,24 +203,18 @@ def _pictures(folder: str, first_blank: bool) -> "FrameSource":
             "show it.",
             file=sys.stderr,
         )
-    calipers = [name for name, _ in told.caliper]
-    return FolderSource(
-        Path(folder), [*blank, *calipers, *(name for name in presses if name not in blank)]
-    )
-
-
-def _named_for_calipers(where: str) -> Set[str]:
-    """The pictures of a folder whose names say that they show a caliper; none elsewhere."""
-    from validation.importers.raw_frames import told_by_name
-
-    if not Path(where).is_dir() or _is_dataset(where):
-        return frozenset()
-    told = told_by_name([path.name for path in Path(where).iterdir()])
-    return frozenset(name for name, _ in told.caliper)
-
-
-def _is_dataset(folder: str) -> bool:
-    return (Path(folder) / "dataset.toml").is_file()
+    for name, gap_mm in told.caliper:
+        if caliper_mm is None:
+            print(f"{name} is passed over: its name says that it shows a caliper", file=sys.stderr)
+        elif gap_mm != caliper_mm:
+            raise WedgeError(
+                f"{Path(folder) / name} is named as a caliper's jaws {gap_mm:g} mm apart, and "
+                f"--caliper-mm says {caliper_mm:g}: mend the one that is wrong, or leave the "
+                "picture out."
+            )
+    calipers = [] if caliper_mm is None else [name for name, _ in told.caliper]
+    rest = [name for name in presses if name not in blank]
+    return FolderSource(Path(folder), [*blank, *calipers, *rest]), frozenset(calipers)
 
 
 def _followed(newest: "Newest", say: Callable[[str], None]) -> "Iterator[TimedFrame]":
@@ -229,11 +242,20 @@ def _ending_early(taken: list[str]) -> Iterator[None]:
             raise
 
 
-def _dataset(like: str | None) -> "Dataset | None":
+def _dataset(like: str | None, ball_radius_mm: float | None) -> "Dataset | None":
+    """The dataset of the same sensor, where one is named; it must say which ball is pressed."""
     from sensor.dataset import read_dataset
     from validation.datasets import dataset_folder
 
-    return None if like is None else read_dataset(dataset_folder(like))
+    if like is None:
+        return None
+    other = read_dataset(dataset_folder(like))
+    if ball_radius_mm is None and len(other.ball_radii_mm) > 1:
+        raise WedgeError(
+            f"{like} has presses of balls of {' and '.join(f'{x:g}' for x in other.ball_radii_mm)} "
+            "mm radius: say which is pressed now, --ball-radius-mm."
+        )
+    return other
 
 
 def _card(

@@ -178,6 +178,70 @@ def test_a_new_sensor_is_captured_with_nothing_known_but_its_ball(tmp_path: Path
     assert sorted(path.name for path in (out / "caliper").iterdir()) == ["3mm-1.png", "3mm-2.png"]
 
 
+def named_sensor(tmp_path: Path) -> list[str]:
+    """The words to capture it by names: of the caliper's pictures the last but one is turned.
+
+    The last one is damaged.
+    """
+    words, frames = list(new_sensor(tmp_path)), tmp_path / "frames"
+    (frames / "00.png").rename(frames / "background.png")
+    (frames / "01.png").rename(frames / "3mm-0.png")
+    (frames / "3mm-1.png").write_bytes((frames / "3mm-0.png").read_bytes())
+    (frames / "02.png").rename(frames / "3mm-2.png")
+    (frames / "3mm-3.png").write_bytes((frames / "3mm-0.png").read_bytes()[:99])
+    return words
+
+
+@pytest.mark.parametrize("blank_is", ["in the folder", "apart"])
+def test_all_pictures_that_are_named_as_a_caliper_s_measure_the_scale(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    blank_is: str,
+) -> None:
+    monkeypatch.setattr(app._workers, "process_pool", lambda: ThreadPoolExecutor(1))
+    words, blank = named_sensor(tmp_path), tmp_path / "blank.png"
+    if blank_is == "apart":
+        (tmp_path / "frames" / "background.png").rename(blank)
+        words += ["--background", str(blank)]
+    with pytest.raises(SystemExit) as left:
+        main(words)
+    shown = capsys.readouterr()
+    assert left.value.code == 0, shown.err
+    assert "Scale from 3 pictures of the caliper" in shown.out
+    captured = read_dataset(tmp_path / "out")
+    assert captured.card.pad_size_mm == pytest.approx(pad_size_mm()[::-1], rel=0.03)
+    assert len(captured.labels) == 3
+
+
+def test_a_caliper_that_is_named_for_another_gap_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = named_sensor(tmp_path)
+    words[words.index("--caliper-mm") + 1] = "5"
+    with pytest.raises(SystemExit) as left:
+        main(words)
+    assert left.value.code == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "3mm-0.png is named as a caliper's jaws 3 mm apart, and --caliper-mm says 5" in line
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_folder_of_a_caliper_alone_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    like = make_dataset(tmp_path / "like", presses=1)
+    blank, press = (read_image(like.folder / name) for name in ("background.png", "press00.png"))
+    write_image(tmp_path / "blank.png", blank)
+    write_image(tmp_path / "frames" / "5mm-0.png", press)
+    words = ["--like", str(like.folder), "--background", str(tmp_path / "blank.png")]
+    with pytest.raises(SystemExit) as left:
+        main(["capture", str(tmp_path / "frames"), *words, "--out", str(tmp_path / "out")])
+    assert left.value.code == 2
+    assert "holds no picture of a ball press" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
 class Breaking:
     """A stream that is lost after its first frame and comes back for one more."""
 
