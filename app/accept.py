@@ -40,7 +40,8 @@ def main(
     covered and worn area of the pad, whether the camera has moved since the calibration, and
     whether the unwarped picture is straight. The worst grade decides: A, B or fail. Press the ball
     over the whole pad first; presses of another day than the calibration's also show what has
-    changed since. Frame rate and jitter need frames with times: name a recording or a stream.
+    changed since. Frame rate, jitter, the longest gap, times that do not grow and loss need frames
+    with times: name a recording or a stream.
 
     Example: wedge accept units/wedge-001 presses/today --out certificate
 
