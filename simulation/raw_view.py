@@ -166,15 +166,6 @@ def pixels_of(design: Wedge, points_mm: Points) -> Points:
     return found
 
 
-def unwarped_px(design: Wedge, view: View, points_mm: Points) -> Points:
-    """Where points of the untouched skin (n, 2) land once four corners have unwarped the frame.
-
-    Not quite where they lie: a homography knows neither refraction nor the gel's curve.
-    """
-    homography = cv2.getPerspectiveTransform(*_unwarping_px(design, view))
-    return cv2.perspectiveTransform(pixels_of(design, points_mm)[:, None], homography)[:, 0]
-
-
 def unwarped_skin(design: Wedge, view: View, skin: Skin) -> Skin:
     """The skin that each pixel shows once four corners have unwarped the raw frame.
 

@@ -15,21 +15,31 @@ from simulation.indenters import calibration_ball
 from simulation.presses import Press, contact_circle_px, skin_under
 from simulation.raw_view import (
     MIRROR_REFLECTANCE,
+    Points,
+    _unwarping_px,
     corners_px,
     follow,
     pad_corners_px,
     pixels_of,
     raw_frame,
-    unwarped_px,
     unwarped_skin,
 )
-from simulation.skin import gel_view
+from simulation.skin import View, gel_view
 
 DESIGNS = pytest.mark.parametrize("design", [STANDARD, FINGER])
 
 
 def in_gel_frame(design: Wedge, body: np.ndarray) -> np.ndarray:
     return np.stack([optics.pad_centre_x_mm(design) - body[:, 0], body[:, 1]], 1)
+
+
+def unwarped_px(design: Wedge, view: View, points_mm: Points) -> Points:
+    """Where points of the untouched skin land once four corners have unwarped the frame.
+
+    Not quite where they lie: a homography knows neither refraction nor the gel's curve.
+    """
+    homography = cv2.getPerspectiveTransform(*_unwarping_px(design, view))
+    return cv2.perspectiveTransform(pixels_of(design, points_mm)[:, None], homography)[:, 0]
 
 
 @DESIGNS
