@@ -24,6 +24,7 @@ from recon.arrays import ContactMask, Unwarped
 from recon.calibration import lit_channels
 from recon.estimators import GradientEstimator
 from recon.images import read_frame
+from recon.lights import unseen_axis
 from recon.pipeline import reconstruct
 from recon.plausible import MOST_OFF, is_implausible, shorter_side_mm, slopes_of_no_surface
 from recon.presses import press_reader, read_presses
@@ -122,7 +123,7 @@ def _judged(
     off, share = slopes_of_no_surface(touch)
     depth = touch.depth_mm / shorter_side_mm(touch)
     return Judged(
-        implausible=is_implausible(touch),
+        implausible=is_implausible(touch, unseen_axis(dataset.card.lights_deg, fitted.channels)),
         off=off,
         share=share,
         deepest=float(depth.max()),
