@@ -4,6 +4,7 @@
 
 import sys
 import time
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import nullcontext
 from dataclasses import dataclass, field
@@ -42,7 +43,8 @@ def main(
     counts those that came while the one before was worked on, "dropped" those that the sensor took
     but did not send, "corrupt" those that came damaged. "Stands still" is a stream whose frames are
     the same to the last bit, as no camera's are. Latency is from the sensor's first row to
-    the whole frame here, where the Pi's clock and this machine's agree.
+    the whole frame here, where the Pi's clock and this machine's agree. Frames that no gel has felt
+    are told and counted.
 
     Example: wedge stream http://10.55.0.1:8080 --unit units/wedge-001 --mcap felt.mcap
 
@@ -86,7 +88,7 @@ class FeltFile:
         from recon.touch_file import TouchFile
 
         self._follow, self._file = Follower(unit), TouchFile(path)
-        self.pose = self.markers = ""
+        self.pose = self.markers = self.doubt = ""
         """What the newest frame says, in words."""
 
     def __enter__(self) -> "FeltFile":
@@ -100,7 +102,7 @@ class FeltFile:
         felt = self._follow(frame.image(), touch, time.monotonic())
         self._file.add(frame.time_ns, felt.touch, felt.pose, felt.dots)
         self.pose = felt.pose.words
-        self.markers = felt.markers
+        self.markers, self.doubt = felt.markers, felt.doubt
 
 
 def _felt_file(
@@ -129,10 +131,13 @@ def _watch(
     log: "RerunFile | None",
 ) -> dict[str, Any]:
     """Print a line a second; the numbers of the last one."""
+    from recon.plausible import doubt_word
+
     rate, line_s = Rate(), time.monotonic()
     touch: Touch | None = None
     before: TimedFrame | None = None
     since, numbers = _Since(), None
+    doubts: Counter[str] = Counter()
     until = UntilInterrupted(_taken(newest, seconds))
     for frame in until:
         if frame is not None:
@@ -144,20 +149,23 @@ def _watch(
                 touch = found
                 if felt is not None:
                     felt.add(frame, touch)
+                    doubts[felt.doubt] += 1
+                else:
+                    doubts[doubt_word(touch, reconstruct.calibration)] += 1
             since.add(frame, before, 1e3 * (time.perf_counter() - begun))
             before = frame
             if log is not None:
                 log.add(frame, touch)
             rate.tick()
         if newest.ended or time.monotonic() - line_s >= LINE_S:
-            numbers = _numbers(newest, rate, since, touch, felt)
+            numbers = _numbers(newest, rate, since, doubts, touch, felt)
             print(_text(numbers), flush=True)
             since, line_s = _Since(), time.monotonic()
     if until.interrupted and newest.source.counts.received == 0:
         raise KeyboardInterrupt  # there is nothing to keep
     if newest.source.counts.received == 0:
         raise WedgeError(newest.source.counts.no_frame(newest.source.name))
-    return numbers or _numbers(newest, rate, since, touch, felt)
+    return numbers or _numbers(newest, rate, since, doubts, touch, felt)
 
 
 def _taken(newest: "Newest", seconds: float | None) -> "Iterator[TimedFrame | None]":
@@ -210,10 +218,13 @@ def _numbers(
     newest: "Newest",
     rate: Rate,
     since: _Since,
+    doubts: Counter[str],
     touch: "Touch | None",
     felt: "FeltFile | None",
 ) -> dict[str, Any]:
     counts = newest.source.counts
+    of = sum(doubts.values())
+    doubted = (f"In {count} of {of} frames {word}." for word, count in doubts.items() if word)
     return {
         "received": counts.received,
         "rate_hz": rate.hz,
@@ -224,7 +235,7 @@ def _numbers(
         "corrupt": counts.corrupt,
         "connections": counts.connections,
         "stands_still": bool(since.moved) and not any(since.moved),
-        "remark": counts.remark,
+        "remark": " ".join(filter(None, (counts.remark, *doubted))),
         "deepest_mm": None if touch is None else touch.deepest_mm,
         "contact_mm2": None if touch is None else touch.contact_mm2,
         "pose": None if felt is None else felt.pose,

@@ -13,7 +13,7 @@ from recon.cloud import Skin
 from recon.integration.poisson import Boundary
 from recon.markers.detection import unexpected_dots
 from recon.markers.tracking import Tracked, marker_tracker, misfit
-from recon.plausible import doubt_word
+from recon.plausible import STRANGE, doubt_word
 from recon.pose.estimate import PoseEstimate
 from recon.pose.tracker import Tracker
 from sensor.toml import Pair
@@ -53,6 +53,8 @@ class Felt:
     """``None`` on a gel without."""
     markers: str
     """A word on them, as ``Reconstruction.markers``."""
+    doubt: str
+    """Why the frame's depth means little, as of ``recon.plausible.doubt_word``."""
 
 
 class Follower:
@@ -103,12 +105,12 @@ class Follower:
         if word != "lost":  # which no blank frame can tell
             word = self._misfit or self._unexpected or word
         self._before = frame.copy()
-        found = self._track(kept)
+        doubt = doubt_word(kept, self._unit)
+        found = followed(self._track, kept, doubt)
         if found.reason != "nothing touches":
             self._touched_s = now_s
         elif now_s - self._touched_s > FORGET_S:
             self.begin_anew()
-        doubt = doubt_word(kept, self._unit) if found.state == "tracking" else ""
         return Felt(
             image=image,
             touch=kept,
@@ -116,7 +118,24 @@ class Follower:
             object_number=self._object_number,
             dots=self._dots,
             markers=word,
+            doubt=doubt,
         )
+
+
+def followed(track: Tracker, touch: Skin, doubt: str) -> PoseEstimate:
+    """What a tracker says of the next touch, where the frame is one that it may see.
+
+    It gets none that differs all over, and before its first pose none that is doubted: the object
+    would be what that shows, and every touch after it another.
+
+    Args:
+        track: of one object.
+        touch: what was reconstructed of the frame.
+        doubt: of ``recon.plausible.doubt_word``.
+    """
+    if doubt == STRANGE or (doubt and not track.begun):
+        return PoseEstimate(state="lost", reason=doubt)
+    return track(touch)
 
 
 def doubted(found: PoseEstimate, markers: str, *, still: bool, doubt: str = "") -> PoseEstimate:
@@ -128,14 +147,15 @@ def doubted(found: PoseEstimate, markers: str, *, still: bool, doubt: str = "") 
             pose is weak.
         still: the frame is that before to the last bit, as no camera's is: where nothing touches,
             nothing can be known of it.
-        doubt: why slopes mean little (``recon.plausible.doubt_word``), if so.
+        doubt: why slopes mean little (``recon.plausible.doubt_word``), if so: the reason, then, of
+            a pose that is weak and of none.
     """
     if found.state == "lost" and still:
         return replace(found, reason="the stream stands still")
+    if doubt and found.state != "frozen":
+        return replace(found, state="lost" if found.state == "lost" else "weak", reason=doubt)
     if found.state != "tracking":
         return found
-    if doubt:
-        return replace(found, state="weak", reason=doubt)
     if markers in TRUSTED_MARKERS:
         return found
     return replace(found, state="weak", reason=f"the dots on the gel: {markers}")

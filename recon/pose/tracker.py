@@ -113,6 +113,8 @@ class Tracker:
             raise WedgeError("T_sensor_object is no rigid transform: give a 4 x 4 [R t; 0 0 0 1].")
         self.registration = REGISTRATIONS[registration]
         self.model: ObjectModel = TouchModel() if model is None else model
+        self.begun = False
+        """Whether a pose was found yet."""
         self._knows_nothing = model is None
         self._searches = model is not None
         self._start = T_sensor_object
@@ -166,7 +168,7 @@ class Tracker:
                 reason = "most of the object lies beyond the frame's border"
                 self._estimate = replace(self._estimate, state="weak", reason=reason)
         if self._estimate.T_sensor_object is not None:
-            self._last = self._estimate.T_sensor_object
+            self._last, self.begun = self._estimate.T_sensor_object, True
         return self._estimate
 
     def _first(self, touch: Touch) -> PoseEstimate:

@@ -27,16 +27,17 @@ from app.pages import pictures
 from app.pages.blank import BLANK_FRAMES
 from app.pages.live import HISTORY_S, sparkline
 from app.pages.watching import Watcher
-from recon.calibration import calibrate
+from recon.calibration import Calibration, calibrate
 from recon.images import read_image, write_image
 from recon.presses import read_presses
 from recon.stream import Counts, TimedFrame
 from recon.stream.jpeg import decode_jpeg
+from sensor.dataset import Dataset
 from sensor.errors import WedgeError
 from tests.app.served import serving, until_it_answers
 from tests.recon.fast.units import make_unit, pressed
 from tests.recon.stream.servers import free_port
-from tests.synthetic import make_dataset
+from tests.synthetic import digitized, gradient_of, make_dataset, shaded
 
 CLIP = Path("wedge-mit") / "2023-12-16" / "golf_ball_t0.avi"
 CORNERS_PX = ((46.0, 87.0), (439.0, 121.0), (446.0, 368.0), (52.0, 425.0))
@@ -93,11 +94,25 @@ def open_page(page: Page, url: str) -> list[str]:
     return complaints
 
 
+def learnt(dataset: Dataset) -> Calibration:
+    """A unit of an ideal sensor."""
+    return calibrate(
+        dataset,
+        read_presses(dataset),
+        estimator="table",
+        serial="ideal",
+        created="2026-01-01",
+        metrics={},
+        seed=0,
+    )
+
+
 def test_two_sensors_one_of_them_away(tmp_path: Path, browser_page: Page) -> None:
-    unit = make_unit((160, 120))
+    unit, rng = learnt(make_dataset(tmp_path / "set")), np.random.default_rng(0)
     unit.save(tmp_path / "unit")
+    light = shaded(gradient_of((50.0, 45.0, 17.0)))
     for index in range(20):
-        frame = pressed(unit.background, (60, 60), index)
+        frame = digitized(light + rng.normal(0, 0.5 / 255, light.shape))
         write_image(tmp_path / "frames" / f"{index}.png", frame)
     away, folder = f"http://127.0.0.1:{free_port()}", tmp_path / "unit"
     words = [tmp_path / "frames", away, "--unit", folder, folder, "--captures", tmp_path / "kept"]
@@ -139,7 +154,7 @@ def test_two_sensors_one_of_them_away(tmp_path: Path, browser_page: Page) -> Non
         page.get_by_text("press-").wait_for()
         kept = sorted(path.name for path in (tmp_path / "kept" / "wedge0").iterdir())
         assert [name.partition("-")[0] for name in kept] == ["background", "press"]
-        assert read_image(tmp_path / "kept" / "wedge0" / kept[1]).shape == (120, 160, 3)
+        assert read_image(tmp_path / "kept" / "wedge0" / kept[1]).shape == light.shape
         assert complaints == []
 
 
@@ -151,25 +166,16 @@ def test_a_real_clip_shows_its_touch(tmp_path: Path, browser_page: Page) -> None
     background = cv2.cvtColor(capture.read()[1], cv2.COLOR_BGR2RGB)
     capture.release()
     # What colour means is learnt from an ideal sensor whose lights sit as the Wedge's do.
-    dataset = make_dataset(tmp_path / "set")
-    learnt = calibrate(
-        dataset,
-        read_presses(dataset),
-        estimator="table",
-        serial="MIT Wedge",
-        created="2026-01-01",
-        metrics={},
-        seed=0,
-    )
+    ideal = learnt(make_dataset(tmp_path / "set"))
     card = replace(
-        learnt.card,
+        ideal.card,
         frame_size_px=(640, 480),
         size_px=(350, 255),
         mm_per_px=(0.1, 0.1),
         corners_px=CORNERS_PX,
         pad_size_mm=(35.0, 25.5),
     )
-    replace(learnt, card=card, background=background).save(tmp_path / "unit")
+    replace(ideal, card=card, background=background).save(tmp_path / "unit")
     with live(clip, "--unit", tmp_path / "unit", "--captures", tmp_path / "kept") as url:
         page = browser_page
         complaints = open_page(page, url)
@@ -291,16 +297,7 @@ def test_the_surface_lies_as_the_gel_frame_says() -> None:
 
 def test_each_press_of_a_dataset_is_an_object_of_its_own(tmp_path: Path) -> None:
     dataset = make_dataset(tmp_path / "set", presses=6)
-    unit = calibrate(
-        dataset,
-        read_presses(dataset),
-        estimator="table",
-        serial="ideal",
-        created="2026-01-01",
-        metrics={},
-        seed=0,
-    )
-    watcher = Watcher(str(dataset.folder), unit, tmp_path)
+    watcher = Watcher(str(dataset.folder), learnt(dataset), tmp_path)
     reconstruct = watcher._prepared()
     for label in dataset.labels:  # each elsewhere, with no lift between
         frame = read_image(dataset.folder / label.file)

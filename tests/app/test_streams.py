@@ -21,6 +21,7 @@ import recon.stream
 from app.__main__ import main
 from app._sources import Rate, unit_of
 from recon.images import read_image, write_image
+from recon.plausible import STRANGE
 from recon.stream import FrameSource, McapSource, TimedFrame, open_source
 from recon.stream.mcap_file import McapFile
 from sensor.errors import WedgeError
@@ -174,6 +175,21 @@ def test_a_frame_of_another_size_is_counted_and_watched_on(
     assert "8x8 pixels, not 160x120" in told["remark"]
     write_image(folder / "0.png", np.zeros((8, 8, 3), np.uint8))
     assert "8x8 pixels, not 160x120" in refused(capsys, *words)
+
+
+@pytest.mark.usefixtures("at_leisure")
+@pytest.mark.parametrize("kept", [True, False])
+def test_frames_that_no_gel_has_felt_are_told_and_counted(
+    tmp_path: Path, unit: Path, capsys: pytest.CaptureFixture[str], kept: bool
+) -> None:
+    blank, numbers = read_image(unit / "background.png"), tmp_path / "numbers.json"
+    for index in range(5):
+        write_image(tmp_path / "images" / f"{index}.png", 255 - blank if index % 2 else blank)
+    words = ("stream", tmp_path / "images", "--unit", unit, "--json", numbers)
+    assert run(*words, *(("--mcap", tmp_path / "felt.mcap") if kept else ())) == 0
+    remark = json.loads(numbers.read_text())["remark"]
+    assert remark == f"In 2 of 5 frames {STRANGE}."
+    assert f"[{remark}]" in capsys.readouterr().out
 
 
 @pytest.mark.usefixtures("at_leisure")

@@ -121,17 +121,42 @@ def test_only_a_pose_that_was_sure_changes_by_a_word_on_dots(word):
         assert doubted(SURE, trusted, still=False) is SURE
 
 
-def test_a_pose_in_a_frame_that_is_no_touch_s_is_doubted():
-    unit, first = make_unit(SIZE_PX), bead_pair(0)[0]
+def test_a_frame_that_is_no_touch_s_is_doubted_and_is_not_the_object():
+    unit, (first, second, _) = make_unit(SIZE_PX), bead_pair(0)
     whole = Reconstructor(unit)(255 - unit.background)  # another camera's, say
     strange = replace(whole, depth_mm=first.depth_mm, gradient=first.gradient)
-    vars(strange)["contact"] = first.contact
-    felt = Follower(unit)(unit.background, strange, 0.0)
-    assert felt.pose.words == f"weak: {STRANGE}"
-    assert Follower(unit)(unit.background, first, 0.0).pose.words == "tracking"
-    deep = replace(first, depth_mm=4 * first.depth_mm)  # no gel is as thick
-    assert Follower(unit)(unit.background, deep, 0.0).pose.words == f"weak: {IMPLAUSIBLE}"
-    assert doubted(LOST, "none", still=False, doubt=STRANGE) is LOST
+    vars(strange)["contact"] = np.ones_like(first.contact)
+    depth_mm = first.depth_mm.copy()
+    depth_mm[0, 0] = 99.0  # no gel is as thick
+    deep = replace(first, depth_mm=depth_mm, gradient=1.01 * first.gradient)
+    follow, alone = Follower(unit), Follower(unit)
+    felt = [
+        follow(np.roll(unit.background, index, 0), touch, 0.1 * index)
+        for index, touch in enumerate((strange, deep, first, strange, deep, second))
+    ]
+    assert [item.pose.words for item in felt[:5]] == [
+        f"lost: {STRANGE}",
+        f"lost: {IMPLAUSIBLE}",
+        "tracking",
+        f"lost: {STRANGE}",
+        f"weak: {IMPLAUSIBLE}",  # it may be the object all the same
+    ]
+    assert [item.doubt for item in felt] == [STRANGE, IMPLAUSIBLE, "", STRANGE, IMPLAUSIBLE, ""]
+    poses = [alone(unit.background, touch, 0.0).pose for touch in (first, second)]
+    np.testing.assert_array_equal(felt[2].pose.T_sensor_object, poses[0].T_sensor_object)
+    np.testing.assert_allclose(
+        felt[5].pose.T_sensor_object, poses[1].T_sensor_object, rtol=0, atol=1e-3
+    )
+
+
+def test_a_doubt_is_told_of_any_state_but_of_a_stream_that_stands_still():
+    weak = replace(SURE, state="weak", reason="a shift is not seen by this touch")
+    for found, state in ((SURE, "weak"), (weak, "weak"), (LOST, "lost")):
+        told = doubted(found, "none", still=False, doubt=STRANGE)
+        assert told == replace(found, state=state, reason=STRANGE)
+    frozen = replace(SURE, state="frozen", reason="the stream stands still")
+    assert doubted(frozen, "none", still=True, doubt=STRANGE) is frozen
+    assert doubted(LOST, "none", still=True, doubt=STRANGE).reason == frozen.reason
 
 
 def test_a_frozen_stream_is_told_with_and_without_a_touch():
