@@ -18,8 +18,8 @@ def doubt_remarks(doubts: Sequence[tuple[str, str]]) -> list[str]:
     from recon.plausible import IMPLAUSIBLE, STRANGE
 
     asked = {
-        STRANGE: "are the lights on, and is it a frame of this unit?",
-        IMPLAUSIBLE: "is it a frame of this unit, neither mirrored nor blue for red?",
+        STRANGE: "are the lights on, and is this the unit's sensor?",
+        IMPLAUSIBLE: "is this the unit's sensor, neither mirrored nor blue for red?",
     }
     said = []
     for word in dict.fromkeys(word for _, word in doubts if word):
@@ -27,5 +27,5 @@ def doubt_remarks(doubts: Sequence[tuple[str, str]]) -> list[str]:
         which = ", ".join(names)
         if len(names) > NAMED:
             which = f"{names[0]} and {len(names) - 1} more"
-        said.append(f"{which}: {word}, so its depth means little: {asked[word]}")
+        said.append(f"{which}: {word}, so depth means little there: {asked[word]}")
     return said

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from app._interrupt import UntilInterrupted
-from app._sources import open_where, refuse_nowhere
+from app._sources import is_dataset, open_where, refuse_nowhere
 from sensor.dataset import IMAGES
 from sensor.errors import WedgeError
 
@@ -50,6 +50,8 @@ def read_checked(name: str, unwarp: "Unwarp") -> "Frame":
 class UnitFrame:
     """A frame that came, whether or not anything can be made of it."""
 
+    number: int
+    """From 0, in its source or among the images that were named."""
     name: str
     """The file's as it was named, or its number in a stream."""
     file: str
@@ -74,7 +76,13 @@ class UnitFrames:
     """Frames of one unit in their order, until they or Ctrl-C end; and what to say of them."""
 
     def __init__(
-        self, frames: Iterable[UnitFrame], counts: "Counts | None" = None, *, live: bool = False
+        self,
+        frames: Iterable[UnitFrame],
+        counts: "Counts | None" = None,
+        *,
+        live: bool = False,
+        timed: bool = False,
+        apart: bool = False,
     ) -> None:
         self._until = UntilInterrupted(frames)
         self._counts = counts
@@ -83,6 +91,10 @@ class UnitFrames:
         self._failed: WedgeError | None = None
         self.live = live
         """Whether they have no end of their own."""
+        self.timed = timed
+        """Whether they bear times, and do not only follow a rate."""
+        self.apart = apart
+        """Whether none has to do with the one before: images that were named, or a dataset's."""
 
     def __iter__(self) -> Iterator[UnitFrame]:
         """Give each frame that comes.
@@ -178,20 +190,26 @@ def unit_frames(
     if all(is_image(name) for name in where):
         for name in where[:most]:
             read_checked(name, unwarp)
-        yield UnitFrames(_images(where[:most], unwarp))
+        yield UnitFrames(_images(where[:most], unwarp), apart=True)
     elif len(where) > 1:
         raise WedgeError("name either images or one video, folder, recording or address.")
     else:
         refuse_nowhere(where[0], "images", "one frame of an archive, as frames.npz#17")
         with open_where(where[0]) as source:
             came = _streamed(where[0], islice(source, most), source.counts, unwarp)
-            yield UnitFrames(came, source.counts, live=source.live)
+            yield UnitFrames(
+                came,
+                source.counts,
+                live=source.live,
+                timed=source.timed,
+                apart=is_dataset(where[0]),
+            )
 
 
 def _images(names: Sequence[str], unwarp: "Unwarp") -> Iterator[UnitFrame]:
     for index, name in enumerate(names):
         image = read_checked(name, unwarp)
-        yield UnitFrame(name=name, file=name, time_ns=index, image=image)
+        yield UnitFrame(number=index, name=name, file=name, time_ns=index, image=image)
 
 
 def _streamed(
@@ -199,7 +217,8 @@ def _streamed(
 ) -> Iterator[UnitFrame]:
     whole, flaw = 0, ""
     for timed in source:
-        name, file, time_ns = f"{timed.index:05d}", timed.file, timed.time_ns
+        number, file, time_ns = timed.index, timed.file, timed.time_ns
+        name = f"{number:05d}"
         image: Frame | None = None
         try:
             image = timed.image()
@@ -210,6 +229,7 @@ def _streamed(
             if image is not None and not whole:  # another sensor's, most likely
                 raise WedgeError(f"{where}, frame {timed.index}: {error}") from error
             yield UnitFrame(
+                number=number,
                 name=name,
                 file=file,
                 time_ns=time_ns,
@@ -218,6 +238,6 @@ def _streamed(
                 misfit=image is not None,
             )
         else:
-            yield UnitFrame(name=name, file=file, time_ns=time_ns, image=image)
+            yield UnitFrame(number=number, name=name, file=file, time_ns=time_ns, image=image)
     if not whole:
         raise WedgeError(flaw or counts.no_frame(where))

@@ -22,7 +22,6 @@ from app._output import (
     write_json,
 )
 from app._progress import progress
-from app._sources import is_dataset
 from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_atomic
 
@@ -108,13 +107,13 @@ def main(
     reconstruct = Reconstructor(calibration, blank)
     rows: list[dict[str, Any]] = []
     shown: list[str] = []
-    touched: list[tuple[str, int, bool]] = []
+    touched: list[tuple[int, int, bool]] = []
     taken: set[str] = set()
     with unit_frames(where, calibration.unwarp, frames) as came, progress("point clouds") as show:
         for frame in came:
             if frame.image is None:
                 continue
-            name, touch = frame.name, reconstruct(frame.image)
+            touch = reconstruct(frame.image)
             patches, touching = touch.patches, int(touch.contact.sum())
             cloud, triangles = point_cloud(touch, gel), None
             if mesh:
@@ -128,7 +127,7 @@ def main(
             write_atomic(path, cloud_bytes(cloud, form, triangles))
             rows.append(
                 {
-                    "frame": name,
+                    "frame": frame.number,
                     "image": frame.file or None,
                     "points": len(cloud),
                     "touching": touching,
@@ -143,12 +142,10 @@ def main(
                 }
             )
             shown.append(frame.shown)
-            touched.append((name, frame.time_ns, touches(touch.contact, touch.disturbed)))
-            show(len(rows) / max(len(where), len(rows) + 1), name)
+            touched.append((frame.number, frame.time_ns, touches(touch.contact, touch.disturbed)))
+            show(len(rows) / max(len(where), len(rows) + 1), frame.name)
     _print_rows(shown, rows)
-    document: dict[str, Any] = {"unit": str(unit), "form": form}
-    if not names and not is_dataset(where[0]):
-        document["first_contact"] = first_touched(touched)
+    document = {"unit": str(unit), "form": form, "first_contact": first_touched(came, touched)}
     remarks += doubt_remarks(
         [(name, row["remark"] or "") for name, row in zip(shown, rows, strict=True)]
     )

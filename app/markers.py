@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from app._frames import UnitFrame, is_image, read_checked, unit_frames
+from app._frames import UnitFrame, read_checked, unit_frames
 from app._growing import file_names, growing
 from app._output import OutputFile, keep_inputs, print_table, write_json
 from app._progress import progress
-from app._sources import is_dataset
 from sensor.errors import WedgeError
 from sensor.files import check_outputs
 
@@ -76,7 +75,6 @@ def main(
         f"{len(markers)} dots, {markers.card(pitch)['spacing_mm']:.2f} mm apart, "
         f"{markers.card(pitch)['diameter_mm']:.2f} mm wide"
     )
-    apart = all(map(is_image, where)) or is_dataset(where[0])
     tracked: Tracked | None = None
     farthest, picture = -1.0, None
     rows: list[dict[str, object]] = []
@@ -90,7 +88,7 @@ def main(
             if frame.image is None:
                 continue
             name, time_ns, image = frame.name, frame.time_ns, unwarp(frame.image)
-            tracked = tracker.track(image, None if apart else tracked)
+            tracked = tracker.track(image, None if came.apart else tracked)
             moved_mm = np.hypot(*tracked.displacement_mm(pitch).T)
             seen = moved_mm[tracked.seen]
             size_px = image.shape[1], image.shape[0]

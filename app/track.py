@@ -12,7 +12,7 @@ import tyro
 
 from app._first import first_touched
 from app._frames import UnitFrame, read_checked, unit_frames
-from app._growing import file_names, growing
+from app._growing import Growing, file_names, growing
 from app._output import OutputFile, keep_inputs, print_table, write_json
 from app._progress import progress
 from sensor.errors import WedgeError
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from recon.calibration import Calibration
-    from recon.pipeline import Reconstruction
+    from recon.pipeline import Reconstruction, Reconstructor
     from recon.pose.estimate import PoseEstimate
     from recon.pose.tracker import Tracker
 
@@ -81,13 +81,9 @@ def main(
         json: Write the poses, their covariances and the first contact here as JSON.
     """
     from recon.calibration import load_calibration
-    from recon.contact.first import touches
     from recon.pipeline import Reconstructor
-    from recon.pose.mesh import read_mesh
-    from recon.pose.models import MeshModel
-    from recon.pose.tracker import REGISTRATIONS, Tracker
     from validation.figures.png import png_bytes
-    from validation.figures.tracking import anchor_on, overlay, pose_figure
+    from validation.figures.tracking import pose_figure
 
     if frames is not None and not 0 < frames <= MOST_FRAMES:
         raise WedgeError(f"--frames must be 1 to {MOST_FRAMES}, not {frames}.")
@@ -96,20 +92,10 @@ def main(
     check_outputs(*(out / name for name in file_names("poses")), json)
     keep_inputs([unit, source, mesh, start, background], [json])
     calibration = load_calibration(unit)
-    model = (
-        None
-        if mesh is None
-        else MeshModel(mesh=read_mesh(mesh), registration=REGISTRATIONS[tracker])
-    )
-    track = Tracker(tracker, model, None if start is None else _pose(start))
+    track = _tracker(tracker, mesh, start)
     blank = None
     if background not in (None, "first"):
         blank = read_checked(background, calibration.unwarp)
-    found: list[PoseEstimate] = []
-    rows: list[list[Any]] = []
-    touched: list[tuple[int, int, bool]] = []
-    anchor = None
-    said: list[str] = []
     with (
         unit_frames([source], calibration.unwarp, begin + (frames or MOST_FRAMES + 1)) as came,
         growing(out, "poses", COLUMNS) as files,
@@ -117,7 +103,8 @@ def main(
     ):
         if came.live and frames is None:
             raise WedgeError(f"{source} has no end: say after how many frames with --frames.")
-        reconstruct = None
+        said: list[str] = []
+        run, reconstruct = _Run(track, files), None
         for index, frame in enumerate(came):
             if index == 0 and background == "first":
                 if frame.image is None:
@@ -125,50 +112,28 @@ def main(
                 blank = frame.image
             if index < begin:
                 continue
-            if len(found) == MOST_FRAMES:
+            if len(run.found) == MOST_FRAMES:
                 said.append(_cut(begin))
                 break
             if reconstruct is None:
                 reconstruct = Reconstructor(calibration, blank)
-            touch = None if frame.image is None else reconstruct(frame.image)
-            pose = _pose_in(frame, touch, track, calibration)
-            row = _row(index, frame, pose, "" if touch is None else touch.markers)
-            with files.writing():
-                if touch is None:
-                    files.recording.add_pose(frame.time_ns, pose)
-                else:
-                    files.recording.add(frame.time_ns, touch, pose, touch.dots)
-                files.table.add(row)
+            run.add(index, frame, reconstruct)
             if files.failed:
                 break
-            if touch is not None and frame.image is not None:
-                if anchor is None and pose.T_sensor_object is not None:
-                    anchor = anchor_on(touch, pose.T_sensor_object)
-                shown = reconstruct.unwarp(frame.image)
-                picture = overlay(shown, touch.contact, touch.mm_per_px, pose, anchor)
-                files.clip.add(picture)
-            found.append(pose)
-            rows.append(row)
-            shows = touch is not None and touches(touch.contact, touch.disturbed)
-            touched.append((index, frame.time_ns, shows))
-            show(len(found) / (frames or len(found) + 1), pose.state)
+            show(len(run.found) / (frames or len(run.found) + 1), run.found[-1].state)
         if came.interrupted and files.clip.empty:
             raise KeyboardInterrupt  # there is nothing to keep
-        if not found:
+        if not run.found:
             raise WedgeError(f"{source} holds no frame" + (f" {begin}." if begin else "."))
         if files.clip.empty:
             raise WedgeError(f"{source} holds no whole frame from {begin} on.")
-        times_s = [(row[1] - rows[0][1]) / 1e9 for row in rows]
-        figure = pose_figure(times_s, found, Path(source).name)
-        span = f"Frames {rows[0][0]} to {rows[-1][0]}"
+        figure = pose_figure(run.times_s, run.found, Path(source).name)
+        span = f"Frames {run.rows[0][0]} to {run.rows[-1][0]}"
         said += files.finish(png_bytes(figure), span, f" --begin {index} follows the rest.")
-    _print_states(found)
-    poses = [
-        dict(zip(COLUMNS.split(","), row, strict=True)) | {"covariance": _covariance(pose)}
-        for row, pose in zip(rows, found, strict=True)
-    ]
+    _print_states(run.found)
+    poses = run.poses()
     _print_misfits([pose["markers"] for pose in poses])
-    first = first_touched(touched)
+    first = first_touched(came, run.touched)
     if (out / "overlay.webp").exists():
         print(f"Open {out / 'overlay.webp'}")
     for sentence in said:
@@ -179,18 +144,86 @@ def main(
     return 2 if files.failed else 0
 
 
+class _Run:
+    """What was found frame after frame, written as it comes."""
+
+    def __init__(self, track: "Tracker", files: Growing) -> None:
+        self.found: list[PoseEstimate] = []
+        self.rows: list[list[Any]] = []
+        """As in the table."""
+        self.touched: list[tuple[int, int, bool]] = []
+        """Number, time in ns and whether something touches."""
+        self._track, self._files = track, files
+        self._anchor: np.ndarray | None = None
+
+    def add(self, index: int, frame: UnitFrame, reconstruct: "Reconstructor") -> None:
+        """Take in the next frame, unless it cannot be written."""
+        from recon.contact.first import touches
+
+        touch = None if frame.image is None else reconstruct(frame.image)
+        pose = _pose_in(frame, touch, self._track, reconstruct.calibration)
+        row = _row(index, frame, pose, "" if touch is None else touch.markers)
+        with self._files.writing():
+            if touch is None:
+                self._files.recording.add_pose(frame.time_ns, pose)
+            else:
+                self._files.recording.add(frame.time_ns, touch, pose, touch.dots)
+            self._files.table.add(row)
+        if self._files.failed:
+            return
+        if touch is not None and frame.image is not None:
+            self._draw(reconstruct.unwarp(frame.image), touch, pose)
+        self.found.append(pose)
+        self.rows.append(row)
+        shows = touch is not None and touches(touch.contact, touch.disturbed)
+        self.touched.append((index, frame.time_ns, shows))
+
+    def _draw(self, image: "np.ndarray", touch: "Reconstruction", pose: "PoseEstimate") -> None:
+        """The next picture of the clip."""
+        from validation.figures.tracking import anchor_on, overlay
+
+        if self._anchor is None and pose.T_sensor_object is not None:
+            self._anchor = anchor_on(touch, pose.T_sensor_object)
+        picture = overlay(image, touch.contact, touch.mm_per_px, pose, self._anchor)
+        self._files.clip.add(picture)
+
+    @property
+    def times_s(self) -> list[float]:
+        """Since the first frame."""
+        return [(row[1] - self.rows[0][1]) / 1e9 for row in self.rows]
+
+    def poses(self) -> list[dict[str, Any]]:
+        """The rows with their covariances, for a JSON file."""
+        return [
+            dict(zip(COLUMNS.split(","), row, strict=True)) | {"covariance": _covariance(pose)}
+            for row, pose in zip(self.rows, self.found, strict=True)
+        ]
+
+
+def _tracker(name: str, mesh: Path | None, start: Path | None) -> "Tracker":
+    from recon.pose.mesh import read_mesh
+    from recon.pose.models import MeshModel
+    from recon.pose.tracker import REGISTRATIONS, Tracker
+
+    model = None
+    if mesh is not None:
+        model = MeshModel(mesh=read_mesh(mesh), registration=REGISTRATIONS[name])
+    return Tracker(name, model, None if start is None else _pose(start))
+
+
 def _pose_in(
     frame: UnitFrame, touch: "Reconstruction | None", track: "Tracker", unit: "Calibration"
 ) -> "PoseEstimate":
     """What a frame says of the pose, with all that is known of the frame."""
-    from recon.follower import doubted
+    from recon.follower import doubted, followed
     from recon.plausible import doubt_word
     from recon.pose.estimate import PoseEstimate
 
     if touch is None:
         return PoseEstimate(state="lost", reason=MISFIT if frame.misfit else DAMAGED)
     doubt = doubt_word(touch, unit)
-    return doubted(track(touch), touch.markers, still=frame.still, doubt=doubt)
+    found = followed(track, touch, doubt)
+    return doubted(found, touch.markers, still=frame.still, doubt=doubt)
 
 
 def _print_states(found: "Sequence[PoseEstimate]") -> None:

@@ -4,6 +4,7 @@ import csv
 import errno
 import json
 import os
+import shutil
 from collections import Counter
 
 import numpy as np
@@ -15,9 +16,12 @@ import app._growing
 import app.track
 from app.__main__ import main
 from recon.calibration import calibrate
-from recon.images import write_image
+from recon.images import read_image, write_image
 from recon.pipeline import Reconstructor
+from recon.plausible import STRANGE
 from recon.presses import read_presses
+from recon.stream import Recorder, TimedFrame
+from recon.stream.jpeg import encode_jpeg
 from tests.sensor.test_files import failing, full_disk
 from tests.synthetic import digitized, gradient_of, make_dataset, shaded
 
@@ -75,6 +79,51 @@ def test_a_clip_becomes_poses_a_plot_an_overlay_and_transforms(workplace, tmp_pa
         counts = Counter(channel.topic for _, channel, _ in make_reader(stream).iter_messages())
     assert counts == {"/tf": 3, "/wedge/pose_state": 5, "/wedge/contact": 5}
     assert {row["markers"] for row in rows} == {"none"}
+
+
+def test_a_frame_that_no_gel_has_felt_is_not_the_object(workplace, tmp_path):
+    clip, poses = tmp_path / "clip", {}
+    for name in ("clear", "dark"):
+        folder = clip / name
+        shutil.copytree(workplace / "clip", folder)
+        if name == "dark":
+            for place in ("frame-0b.png", "frame-2b.png"):
+                write_image(folder / place, np.zeros_like(read_image(folder / "frame-0.png")))
+        words = (workplace / "unit", folder, "--background", "first", "--json", tmp_path / "t.json")
+        assert run("track", *words, "--out", tmp_path / name) == 0
+        poses[name] = json.loads((tmp_path / "t.json").read_text())["poses"]
+    dark = [row for row in poses["dark"] if row["image"].endswith("b.png")]
+    assert [(row["state"], row["reason"], row["x_mm"]) for row in dark] == 2 * [
+        ("lost", STRANGE, None)
+    ]
+    for before, after in zip(
+        poses["clear"], (row for row in poses["dark"] if row not in dark), strict=True
+    ):
+        assert (before["state"], before["x_mm"]) == (after["state"], after["x_mm"])
+
+
+@pytest.mark.parametrize("command", ["track", "cloud"])
+def test_when_something_first_touches_is_told_of_clips_and_in_seconds_where_there_are_times(
+    workplace, tmp_path, capsys, command
+):
+    recording = tmp_path / "told.mcap"
+    with Recorder(recording, {"wedge": None}) as recorder:
+        for index, path in enumerate(sorted((workplace / "clip").iterdir())):
+            times = {"time_ns": 10**9 + index * 10**8, "arrived_ns": 10**9 + index * 10**8}
+            frame = TimedFrame(index=index, jpeg=encode_jpeg(read_image(path)), **times)
+            recorder.add("wedge", frame)
+    for source, said, frame in (
+        (recording, "First contact: frame 1, 0.100 s after the first.\n", 1),
+        (workplace / "clip", "First contact: frame 1.\n", 1),
+        (workplace / "set", "", None),  # presses, none of which has to do with the one before
+    ):
+        told = tmp_path / "told.json"
+        words = (workplace / "unit", source, "--out", tmp_path / source.stem, "--json", told)
+        assert run(command, *words) == 0
+        first = json.loads(told.read_text())["first_contact"]
+        assert (first and first["frame"]) == frame
+        out = capsys.readouterr().out
+        assert said in out and ("First contact" in out) == bool(said)
 
 
 def test_the_covariance_of_a_pose_is_written_shifts_first(workplace, tmp_path):
