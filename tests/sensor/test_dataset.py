@@ -57,6 +57,8 @@ def test_a_folder_is_read_as_written(tmp_path):
     assert dataset.card.unwarped_size_px is None
     assert dataset.ball_radius_mm(label) == 4.0
     assert dataset.ball_radius_mm(replace(label, ball_radius_mm=2.0)) == 2.0
+    oblong = replace(dataset.card, mm_per_px=(0.1, 1.7))  # 10 px are 4.1 mm
+    assert not replace(dataset, card=oblong).is_within_ball(label)
 
 
 lengths = st.floats(1e-3, 1e3)
@@ -275,6 +277,7 @@ HEADER = "file,center_x_px,center_y_px,contact_radius_px\n"
         (HEADER + "a.png,1,2,3\nb.png,1,2,3\na.png,9,9,3\n", r"labels a\.png twice"),
         (HEADER + "a.png,1,2,3\n./a.png,9,9,3\n", r"labels \./a\.png twice"),
         (HEADER + "f.npz#1,1,2,3\nf.npz#01,9,9,3\n", r"labels f\.npz#01 twice"),
+        (HEADER + "f.npz#0,1,2,3\nf.npz#00,9,9,3\n", r"labels f\.npz#00 twice"),
         (HEADER + "background.png,1,2,3\n", r"labels background\.png, .* the blank gel"),
         (HEADER.replace("\n", ",quality\n") + "a.png,1,2,3,1.5\n", "quality = 1.5 .* from 0 to 1"),
         (HEADER.replace("\n", ",quality\n") + "a.png,1,2,3,nan\n", "quality = nan .* from 0 to 1"),

@@ -349,13 +349,13 @@ def test_an_earlier_folder_stays_where_no_new_one_can_be_moved(tmp_path, monkeyp
 
 
 def test_nothing_but_a_draft_of_the_folder_is_taken_for_left_over(tmp_path):
-    whole, draft, other = (f".{name}" for name in ("unit.0a1b2c3d4e5f", "unit.draft", "u.draft"))
+    whole, draft, other = (f".{name}" for name in ("u[1].0a1b2c3d4e5f", "u[1].draft", "u.draft"))
     left = f"{whole}.draft"
     for name in (whole, draft, other, left):
         (tmp_path / name).mkdir()
-    with new_folder(tmp_path / "unit"):
+    with new_folder(tmp_path / "u[1]"):
         pass
-    assert {entry.name for entry in tmp_path.iterdir()} == {"unit", whole, draft, other}
+    assert {entry.name for entry in tmp_path.iterdir()} == {"u[1]", whole, draft, other}
 
 
 def test_many_runs_at_once_leave_one_whole_folder(tmp_path):

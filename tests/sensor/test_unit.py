@@ -26,6 +26,8 @@ CARD = UnitCard(
     corners_px=KEYSTONE_PX,
     pad_size_mm=(12.0, 9.0),
     lights_deg={"R": 90.0, "G": 180.0, "B": -90.0},
+    markers={"count": 63, "spacing_mm": 1.5, "diameter_mm": 0.5},
+    learnt_frames=("ef", "01"),
 )
 lines = st.text(min_size=1, max_size=20).filter(lambda text: text.strip())
 sides = st.integers(1, 8192)
@@ -105,13 +107,18 @@ def test_a_card_that_could_not_be_read_back_is_not_written(tmp_path, wrong, sent
         ("[160, 120]", "[160, true]", r"frame_size_px must be \[width, height\]"),
         ("size_px = [120, 90]", "size_px = [120, 1000000000]", "1 to 8192, not"),
         ("size_px = [120, 90]", "size_px = [100, 400]", "makes 120 pixels of .* size_px .* 100"),
+        ("size_px = [120, 90]", "size_px = [118, 90]", "makes 120 pixels of .* are 118"),
         ("mm_per_px = [0.1, 0.1]", "mm_per_px = [0.1, 1.0]", "makes 9 pixels of .* are 90"),
         ("{theta_x_deg = 3.25}", "{theta_x_deg = nan}", r"metrics\.theta_x_deg must be a finite"),
         ("{theta_x_deg = 3.25}", "3.25", "metrics must be a table of numbers"),
         ("[20.0, 10.0]", "[20.0]", "corners_px must be four"),
         ("pad_size_mm = [12.0, 9.0]", "", "corners_px and pad_size_mm must be given together"),
+        ("corners_px = ", "# ", "corners_px and pad_size_mm must be given together"),
         ("[20.0, 10.0]", "[200.0, 200.0]", "convex pad"),
         ("R = 90.0", "X = 90.0", "lights_deg must be a table"),
+        ("diameter_mm = 0.5", "diameter_mm = 0.0", "markers: every number must be above zero"),
+        ('["ef", "01"]', '"ef"', "learnt_frames must be a list of fingerprints"),
+        ('["ef", "01"]', '["ef", 1]', "learnt_frames must be a line of text"),
         ("serial = ", "serial == ", "is not valid TOML"),
     ],
 )

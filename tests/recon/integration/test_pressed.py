@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from recon.ball import ball_cap, offsets_mm
 from recon.integration.poisson import integrate
-from recon.integration.pressed import nearest_pressed, pressed_depth
+from recon.integration.pressed import STEPS, nearest_pressed, pressed_depth
 from recon.missing_axis.baselines import by_columns, by_convex_fit
 
 PITCH = (1.0, 1.0)
@@ -26,6 +26,24 @@ JUDGED = (AWAY < 18) | (AWAY > 26)
 def test_a_ball_has_its_depth(both, coarseness, most):
     found = pressed_depth(GRADIENT, EVERYWHERE, both=both, coarseness=coarseness, steps=60)
     assert np.sqrt(np.mean((found - CAP.depth_mm) ** 2)) < most * CAP.depth_mm.max()
+
+
+@pytest.mark.parametrize("both", [False, True])
+def test_fewer_pixels_have_the_depth_of_all(both):
+    fine, coarse = (
+        pressed_depth(GRADIENT, EVERYWHERE, both=both, coarseness=coarseness, steps=60)
+        for coarseness in (1, 4)
+    )
+    assert np.sqrt(np.mean((coarse - fine) ** 2)) < 0.02 * fine.max()
+
+
+@pytest.mark.parametrize("both", [False, True])
+def test_a_dozen_steps_do_where_pixels_are_few(both):
+    found, end = (
+        pressed_depth(GRADIENT, EVERYWHERE, both=both, coarseness=4, steps=steps)
+        for steps in (STEPS, 500)
+    )
+    assert np.sqrt(np.mean((found - end) ** 2)) < 0.003 * end.max()
 
 
 def test_it_minimizes_its_energy_among_the_depths_that_are_allowed():
@@ -111,7 +129,10 @@ def test_a_depth_beyond_the_support_is_pressed_back_and_not_cut_off(boundary, pi
         along_y, along_x = np.gradient(depth - free, pitch[1], pitch[0])
         return np.sum(along_x**2 + along_y**2)
 
-    assert differ(nearest_pressed(free, support, pitch, boundary)) < 0.75 * differ(free * support)
+    found = differ(nearest_pressed(free, support, pitch, boundary))
+    assert found < 0.75 * differ(free * support)
+    if pitch[0] != pitch[1]:
+        assert found < differ(nearest_pressed(free, support, pitch[::-1], boundary))
 
 
 @given(st.integers(1, 40), st.integers(1, 40), st.sampled_from(["dirichlet", "neumann"]))
