@@ -86,13 +86,14 @@ def test_again_finds_anew_what_the_mended_ball_no_longer_holds(tmp_path, capsys)
         assert label.contact_radius_px == pytest.approx(truth.contact_radius_px, rel=0.15)
 
 
-def test_of_many_circles_larger_than_their_ball_five_are_named(tmp_path, capsys):
-    dataset = make_dataset(tmp_path / "set", presses=7)
+@pytest.mark.parametrize(("presses", "more"), [(5, ""), (7, " and 2 more")])
+def test_of_many_circles_larger_than_their_ball_five_are_named(tmp_path, capsys, presses, more):
+    dataset = make_dataset(tmp_path / "set", presses=presses)
     stated(dataset, 0.01)
     for words in (("label", dataset.folder), ("calibrate", dataset.folder, "--out", "unit")):
         sentence = refused(capsys, *words)
-        assert [x.file in sentence for x in dataset.labels] == [True] * 5 + [False] * 2
-        assert f"{dataset.labels[4].file} and 2 more: mend" in sentence
+        assert [x.file in sentence for x in dataset.labels] == [True] * 5 + [False] * (presses - 5)
+        assert f"{dataset.labels[4].file}{more}: mend" in sentence
 
 
 def test_a_scale_by_which_most_contacts_are_as_wide_as_the_ball_is_refused(tmp_path, capsys):

@@ -137,6 +137,11 @@ def test_an_inferred_slope_counts_less_where_it_is_doubted(monkeypatch, inferred
     assert off < 0.6 * worse
 
 
+def test_steep_slopes_are_doubted_most_and_still_gel_least():
+    slopes = np.array([[[0, 0], [0.01, 0], [0.3, -0.4], [0, 2]]], np.float32)
+    assert (np.diff(slope_doubt(slopes)) > 0).all()
+
+
 def test_doubts_of_two_axes_are_of_one_unit():
     slopes = np.array([[[0.0, 0.0], [0.3, 0.4], [0.3, 0.4]]], np.float32)
     doubt = np.array([[0.0, 0.0, 7 * MEASURED]], np.float32)

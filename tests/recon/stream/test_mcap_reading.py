@@ -26,7 +26,13 @@ TOPIC = "/wedge/image_raw/compressed"
 PACKINGS = [CompressionType.NONE, CompressionType.ZSTD, CompressionType.LZ4]
 
 
-def packed(path: Path, packing: CompressionType, messages: list[bytes], **options: bool) -> Path:
+def packed(
+    path: Path,
+    packing: CompressionType,
+    messages: list[bytes],
+    encoding: str = "cdr",
+    **options: bool,
+) -> Path:
     """A recording as others write them."""
     with path.open("wb") as stream:
         writer = Writer(stream, compression=packing, chunk_size=120_000, **options)
@@ -34,7 +40,7 @@ def packed(path: Path, packing: CompressionType, messages: list[bytes], **option
         schema = writer.register_schema(
             COMPRESSED_IMAGE.name, "ros2msg", COMPRESSED_IMAGE.definition.encode()
         )
-        channel = writer.register_channel(TOPIC, "cdr", schema)
+        channel = writer.register_channel(TOPIC, encoding, schema)
         for index, message in enumerate(messages):
             time_ns = frame(index).time_ns
             writer.add_message(channel, time_ns, message, time_ns)
@@ -219,3 +225,9 @@ def test_a_recording_of_damaged_frames_alone_is_not_called_empty(tmp_path: Path)
     assert list(source) == []
     assert source.counts.no_frame("early.mcap") == "early.mcap gave no whole frame: 3 damaged."
     assert Counts().no_frame("none.avi") == "none.avi gave no frame."
+
+
+def test_images_in_another_encoding_are_none_that_can_be_read(tmp_path: Path) -> None:
+    path = packed(tmp_path / "a.mcap", CompressionType.NONE, MESSAGES[:3], encoding="json")
+    with pytest.raises(WedgeError, match="has no topic with compressed images"):
+        McapSource(path)

@@ -10,9 +10,11 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from subprocess import PIPE
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -52,7 +54,7 @@ def test_a_recording_knows_whether_its_frames_have_times(tmp_path: Path) -> None
     with Recorder(tmp_path / "a.mcap", {"one": None, "other": None}, ["other"]) as recorder:
         for sensor in ("one", "other"):
             recorder.add(sensor, frame(0))
-    assert McapSource(tmp_path / "a.mcap", "one").timed
+    assert McapSource(tmp_path / "a.mcap", "one").timed and McapSource(tmp_path / "a.mcap").timed
     assert not McapSource(tmp_path / "a.mcap", "other").timed
     assert len(read_with_mcap(tmp_path / "a.mcap")) == len(read_with_rosbags(tmp_path / "a.mcap"))
 
@@ -97,6 +99,33 @@ def test_a_recording_comes_back_as_it_went_in(tmp_path: Path) -> None:
     path.write_bytes(path.read_bytes()[: path.stat().st_size * 95 // 100])
     with pytest.raises(WedgeError, match="but left, right"):
         McapSource(path, "middle")
+
+
+def test_the_index_knows_the_ends_of_the_times_also_where_a_clock_is_set_back(tmp_path) -> None:
+    unit = make_dataset(tmp_path / "unit").folder
+    (unit / "unit.toml").write_text("serial = 7")
+    times_ns = [10**18 + round(s * 1e9) for s in (5.5, 5.3, 5.9, 5.0, 9.4, 9.1, 9.3, 0.2, 0.0, 0.1)]
+    with Recorder(tmp_path / "touch.mcap", {"wedge": unit}) as recorder:
+        for arrived_ns in times_ns:
+            recorder.add("wedge", replace(frame(0), arrived_ns=arrived_ns))
+    with (tmp_path / "touch.mcap").open("rb") as stream:
+        index = make_reader(stream).get_summary()
+    starts_ns, ends_ns = zip(
+        *((c.message_start_time, c.message_end_time) for c in index.chunk_indexes), strict=True
+    )
+    told = index.statistics
+    assert told.message_start_time == min(starts_ns) == min(times_ns)
+    assert told.message_end_time == max(ends_ns) == max(times_ns)
+    assert all(end - start <= 10**9 for start, end in zip(starts_ns, ends_ns, strict=True))
+    assert told.attachment_count == len(index.attachment_indexes) > 0
+
+
+def test_frames_that_were_no_jpegs_lose_next_to_nothing(tmp_path: Path) -> None:
+    noisy = np.random.default_rng(0).normal(100, 10, (64, 64, 3)).round().astype(np.uint8)
+    with Recorder(tmp_path / "touch.mcap", {"wedge": None}) as recorder:
+        recorder.add("wedge", replace(frame(0), jpeg=None, pixels=noisy))
+    (found,) = McapSource(tmp_path / "touch.mcap")
+    assert (found.image().astype(float) - noisy).std() < 0.5 * noisy.std()
 
 
 def test_the_unit_travels_inside(tmp_path: Path) -> None:
