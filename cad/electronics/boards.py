@@ -108,9 +108,9 @@ def _array(design: Wedge, row: LightRow, place: Layout) -> Board:
     pad_height = min(_PAD_SHARE * lights.led_width_mm, height - 2 * (EDGE + TRACK + GAP))
     last = row.centres[-1] + lights.led_length_mm / 2 - start
     middle, half_gap = height / 2, _HALF_GAP * lights.led_length_mm
-    rails = {"A": (height - EDGE - TRACK, height - EDGE), "K": (EDGE, EDGE + TRACK)}
+    rails = ((height - EDGE - TRACK, height - EDGE), (EDGE, EDGE + TRACK))
     tail = (length - min(1.6, length - last - 0.3), length - EDGE)
-    tracks = [Rectangle((EDGE, length - EDGE), rails[pin]) for pin in ("A", "K")]
+    tracks = [Rectangle((EDGE, length - EDGE), rail) for rail in rails]
     pads = [
         Pad("J1", "A", Rectangle(tail, (middle + GAP, height - EDGE))),
         Pad("J1", "K", Rectangle(tail, (EDGE, middle - GAP))),

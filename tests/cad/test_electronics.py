@@ -15,11 +15,12 @@ from hypothesis import strategies as st
 
 from bom.bill import make_bill, read_parts
 from cad.electronics.boards import Board, Rectangle, boards
-from cad.electronics.files import board_files
+from cad.electronics.files import board_files, board_note
 from cad.electronics.netlist import islands, net_faults, smallest_gap
 from cad.electronics.resistors import E24, ballasts, next_e24
 from cad.electronics.silkscreen import MASK_MARGIN, STROKE, printed_lines
 from cad.electronics.wiring import ARRAY_WORDS, wiring_svg
+from cad.exports.strokes import strokes, width_of
 from sensor.design import FINGER, STANDARD, Wedge
 
 BOTH = pytest.mark.parametrize("design", [STANDARD, FINGER], ids=lambda design: design.name)
@@ -32,6 +33,7 @@ def test_e24_is_the_next_larger_of_the_series(ohm: float) -> None:
     assert ohm * (1 - 1e-8) <= value <= ohm * widest * (1 + 1e-8)
     mantissa = value / 10 ** (math.floor(math.log10(value) + 1e-9) - 1)
     assert min(abs(mantissa - e) for e in E24) < 1e-6
+    assert next_e24(value) == value
 
 
 @given(st.floats(1.0, 9e4))
@@ -71,8 +73,11 @@ def faults_with(board: Board, tracks: tuple[Rectangle, ...]) -> str:
 
 
 def test_the_placement_names_the_package_that_the_design_has() -> None:
-    narrow = replace(STANDARD, lights=replace(STANDARD.lights, led_width_mm=2.0))
-    for design, package in ((STANDARD, "3528"), (narrow, "3520")):
+    narrow, small = (
+        replace(STANDARD, lights=replace(STANDARD.lights, led_length_mm=x, led_width_mm=y))
+        for x, y in ((3.5, 2.0), (1.6, 0.8))
+    )
+    for design, package in ((STANDARD, "3528"), (narrow, "3520"), (small, "1608")):
         for board in boards(design)[1:]:
             assert {component.package for component in board.components} == {package}
 
@@ -84,6 +89,11 @@ def test_a_cut_track_and_a_bridge_are_found() -> None:
         assert "pieces" in faults_with(board, left) or "joins nothing" in faults_with(board, left)
     whole = Rectangle((1.0, board.size[0] - 1), (6.9, 7.1))
     assert "copper joins" in faults_with(board, (*board.tracks, whole))
+    assert "J1.1 has no pad" in net_faults(replace(board, pads=board.pads[1:]))
+
+
+def test_corners_are_apart_by_their_diagonal() -> None:
+    assert Rectangle((0, 1), (0, 1)).distance(Rectangle((4, 5), (5, 6))) == 5
 
 
 def test_the_array_fits_beside_the_acrylic() -> None:
@@ -120,10 +130,12 @@ def test_another_reader_takes_each_board_s_folder_as_a_whole(design: Wedge, tmp_
         }  # fmt: skip
 
 
-@BOTH
-def test_print_says_where_cathodes_are_and_stays_off_the_solder(design: Wedge) -> None:
-    resistors, *arrays = boards(design)
-    for board in (resistors, *arrays):
+@pytest.mark.parametrize("led_length_mm", [3.5, 2.4, 2.0])
+def test_print_stays_off_the_solder_and_on_the_board(led_length_mm: float) -> None:
+    lights = replace(STANDARD.lights, led_length_mm=led_length_mm)
+    found = boards(replace(STANDARD, lights=lights))
+    found += [shifted(board, share * board.size[0]) for board in found for share in (-0.5, 0.5)]
+    for board in [*found, *boards(FINGER)]:
         opened = [pad.copper.grown(MASK_MARGIN) for pad in board.pads]
         for line in printed_lines(board):
             for (x0, y0), (x1, y1) in itertools.pairwise(line):
@@ -132,7 +144,59 @@ def test_print_says_where_cathodes_are_and_stays_off_the_solder(design: Wedge) -
                     dot = Rectangle((x, x), (y, y))
                     assert min(dot.distance(pad) for pad in opened) > STROKE / 2 - 1e-9
                     assert STROKE / 2 < x < board.size[0] and STROKE / 2 < y < board.size[1]
+
+
+def shifted(board: Board, by: float) -> Board:
+    """The same board, its parts moved along it."""
+    pads = (
+        replace(pad, copper=Rectangle((pad.copper.x[0] + by, pad.copper.x[1] + by), pad.copper.y))
+        for pad in board.pads
+    )
+    parts = (replace(x, middle=(x.middle[0] + by, x.middle[1])) for x in board.components)
+    return replace(board, pads=tuple(pads), components=tuple(parts))
+
+
+def places_of(board: Board, letter: str) -> list[np.ndarray]:
+    """The middles of a letter's prints."""
+    lines, wanted = printed_lines(board), strokes(letter, (0, 0), 1.0)
+    found = []
+    for start in range(len(lines)):
+        some = lines[start : start + len(wanted)]
+        if [len(line) for line in some] == [len(line) for line in wanted]:
+            corner = np.subtract(some[0][0], wanted[0][0])
+            same = zip(some, wanted, strict=True)
+            if all(np.allclose(line - corner, stroke) for line, stroke in same):
+                found.append(corner + np.array((width_of(letter, 1.0) / 2, 0.5)))
+    return found
+
+
+@BOTH
+def test_letters_stand_beside_the_pads_of_their_nets(design: Wedge) -> None:
+    resistors, *arrays = boards(design)
     for board in arrays:
+        for letter, count in (("K", len(board.components) + 1), ("A", 1)):
+            places = places_of(board, letter)
+            assert len(places) == count
+            for x, y in places:  # the next pad toward the tail
+                row = [pad for pad in board.pads if pad.copper.y[0] < y < pad.copper.y[1]]
+                after = [pad for pad in row if pad.copper.x[0] > x]
+                assert min(after, key=lambda pad: pad.copper.x[0]).pin == letter
+    net_of = {pin: net for net, pins in resistors.nets.items() for pin in pins}
+    holes = [pad for pad in resistors.pads if pad.drill]
+    (plus,) = places_of(resistors, "+")
+    column = [at for at in places_of(resistors, "-") if np.isclose(at[0], plus[0])]
+    (minus,) = (at for at in column if not np.isclose(at[1], plus[1]))
+    cathodes = places_of(resistors, "K")
+    assert len(cathodes) == len(arrays)
+    for places, net in (([plus], "supply"), ([minus, *cathodes], "GND")):
+        for at in places:
+            near = min(holes, key=lambda pad: math.dist(pad.copper.middle, at))
+            assert net_of[near.component, near.pin] == net
+
+
+@BOTH
+def test_print_says_where_cathodes_are(design: Wedge) -> None:
+    for board in boards(design)[1:]:
         bars = [line for line in printed_lines(board) if np.ptp([y for _, y in line]) == 0]
         pads = {(pad.component, pad.pin): pad.copper for pad in board.pads}
         for led in board.components:
@@ -145,15 +209,16 @@ def test_print_says_where_cathodes_are_and_stays_off_the_solder(design: Wedge) -
 
 
 @BOTH
-def test_the_placement_turns_each_led_from_the_cathode_on_the_left(design: Wedge) -> None:
+def test_the_placement_turns_each_part_from_pin_1_on_the_left(design: Wedge) -> None:
     """IPC-7351: pin 1, a diode's cathode, is on the left of the footprint that is not turned."""
-    for board in boards(design)[1:]:
+    for board in boards(design):
         tables = {name: content.decode() for name, content in board_files(board)}
         rows = tables[f"{board.name}-placement.csv"].splitlines()[1:]
         pads = {(pad.component, pad.pin): pad.copper.middle for pad in board.pads}
         for name, *_, turn, _ in (row.split(",") for row in rows):
-            (xa, ya), (xk, yk) = pads[name, "A"], pads[name, "K"]
-            left = math.degrees(math.atan2(yk - ya, xk - xa)) - 180
+            first, last = ("K", "A") if (name, "K") in pads else ("1", "2")
+            (x1, y1), (x2, y2) = pads[name, first], pads[name, last]
+            left = math.degrees(math.atan2(y1 - y2, x1 - x2)) - 180
             assert (float(turn) - left) % 360 == pytest.approx(0, abs=1e-6)
 
 
@@ -180,10 +245,38 @@ def test_another_reader_finds_the_same_copper_and_holes(design: Wedge, tmp_path:
             with warnings.catch_warnings():
                 warnings.simplefilter("error")
                 drill = gerbonara.ExcellonFile.open(folder / f"{board.name}-PTH.drl")
-            places = sorted((round(o.x, 3), round(o.y, 3)) for o in drill.objects)
-            assert places == sorted(
-                (round(p.copper.middle[0], 3), round(p.copper.middle[1], 3)) for p in holes
+            drilled = sorted(
+                (round(o.x, 3), round(o.y, 3), o.aperture.diameter) for o in drill.objects
             )
+            assert drilled == sorted(
+                (round(p.copper.middle[0], 3), round(p.copper.middle[1], 3), p.drill) for p in holes
+            )
+
+
+@BOTH
+def test_tables_and_layers_hold_every_part_once(design: Wedge) -> None:
+    for board in boards(design):
+        files = {
+            name.partition(f"{board.name}-")[2]: content.decode()
+            for name, content in board_files(board)
+        }
+        _, *rows = (line.split(",") for line in files["placement.csv"].splitlines())
+        places = {name: (x, y) for name, _, _, x, y, *_ in rows}
+        assert places == {
+            part.reference: tuple(f"{at:.3f}mm" for at in part.middle) for part in board.components
+        }
+        _, *kinds = files["bill.csv"].splitlines()
+        assert sum(int(kind.rsplit(",", 1)[1]) for kind in kinds) == len(board.components)
+        holes = sum(pad.drill is not None for pad in board.pads)
+        for layer, count in (
+            ("F_Mask.gts", len(board.pads)),
+            ("B_Mask.gbs", holes),
+            ("F_Paste.gtp", len(board.pads) - holes),
+        ):
+            assert files[layer].count("D03*") == count
+            assert ("Negative" in files[layer]) is ("Mask" in layer)
+        assert files["F_Silkscreen.gto"].count("D02*") == len(printed_lines(board))
+        assert ("B_Cu.gbl" in files) is (" 2 copper layers" in board_note(board))
 
 
 @BOTH
@@ -204,3 +297,10 @@ def test_the_words_of_the_wiring_picture_hold_on_the_boards(design: Wedge) -> No
 def test_the_wiring_picture_names_every_resistor() -> None:
     text = wiring_svg(STANDARD).decode()
     assert all(f" {ballast.label}<" in text for ballast in ballasts(STANDARD))
+    found = ballasts(STANDARD)
+    for index, ballast in enumerate(found):
+        side = "base" if ballast.colour == "green" else f"{ballast.colour} side"
+        assert f"{side}: {ballast.leds} LEDs" in text
+        for pin, end in enumerate(("anode", "cathode"), start=2 * index + 1):
+            assert f">J2.{pin}  {end}<" in text
+    assert text.count('width="11" height="9"') == sum(ballast.leds for ballast in found)
