@@ -24,6 +24,7 @@ from validation.acceptance.certificate import (
     junit_xml,
     lead,
     lines,
+    number,
     origin,
     page_html,
 )
@@ -44,6 +45,9 @@ def test_grades_follow_their_limits_and_every_limit_has_a_reason(limit: Limit):
     assert limit.worst({"R": limit.grade_a, "G": limit.grade_b})[0] == "G"
     assert limit.worst({"R": float("nan"), "G": limit.grade_b})[0] == "R"
     assert 20 < len(limit.reason) < 95 and limit.group in GROUPS
+    for bound in (limit.grade_a, limit.grade_b):
+        assert float(number(limit, bound)) == pytest.approx(limit.shown_times * bound)
+    assert number(limit, 3.14159 / limit.shown_times) == "3.14"
 
 
 def test_the_worst_grade_decides(accepted):
@@ -73,7 +77,15 @@ def test_every_form_of_the_certificate_says_the_same(calibration, accepted):
         == ["contrast_grey_levels", "moved_px"]
         == [entry["name"] for entry in said["measurements"] if entry["grade"] == "fail"]
     )
-    assert int(suite.get("tests")) == len(suite)
+    assert int(suite.get("tests")) == len(suite) and int(suite.get("failures")) == len(broken)
+    assert int(suite.get("skipped")) == len([*suite.iter("skipped")]) == len(said["not_measured"])
+    for entry in said["measurements"]:  # what JSON says suffices to grade a value anew
+        limit = next(limit for limit in LIMITS if limit.name == entry["name"])
+        ends = {"grade_a": entry["limit_a"], "grade_b": entry["limit_b"]}
+        value = float("nan") if entry["value"] is None else entry["value"]
+        assert replace(limit, **ends).grade(value) == entry["grade"]
+        assert entry["less_is_better"] is (entry["limit_a"] < entry["limit_b"])
+        assert "%" not in entry["unit"] and (limit.shown_times > 1 or entry["unit"] == limit.unit)
     page = page_html(card, SET, failed, "")
     assert "picture moved since calibration is unknown px" in page and "<set>" not in page
     assert "contrast inside a contact (G) is 1 grey levels" in page
@@ -140,6 +152,7 @@ def test_every_form_says_on_how_many_presses_errors_rest_and_when(calibration, a
         assert any("[" in text for text in shown) is there is ("% interval " in page)
         kept = document(card, SET, found)
         assert kept["held_out_presses"] == found.held_out and kept["judged"] == "2026-02-03"
+        assert (kept["learnt_presses"], kept["held_out"]) == (found.learnt, found.is_fresh)
         ends = {entry["name"]: entry["ci95"] for entry in kept["measurements"] if entry["ci95"]}
         assert ends == {name: list(pair) for name, pair in found.intervals.items()}
     unsaid = replace(few, held_out=8)
