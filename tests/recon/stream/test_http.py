@@ -14,7 +14,8 @@ import time
 import pytest
 
 from recon.stream import http
-from recon.stream.clock import SenderClock
+from recon.stream.clock import SenderClock, clock_remark
+from recon.stream.frame import TimedFrame
 from recon.stream.http import BACK_OFF_S, STALL_S, HttpSource
 from recon.stream.sources import open_source
 from sensor.errors import WedgeError
@@ -306,6 +307,20 @@ def test_the_quickest_frame_lays_the_sender_s_uptime_over_our_clock() -> None:
         taken_ns = 1000 + 16 * i
         found_ns, kind = clock.time_ns(Stamp(None, uptime_ns + taken_ns, i), taken_ns + delay_ns)
         assert (found_ns - taken_ns, kind) == (min(delays_ns[: i + 1]), "mapped")
+
+
+@pytest.mark.parametrize("hours", [-2, 2])
+def test_a_clock_hours_away_is_not_set_and_one_that_tells_no_time_is_not_blamed(hours) -> None:
+    now_ns = 1_800_000_000 * SECOND_NS
+    stamp = Stamp(now_ns + hours * 3600 * SECOND_NS, None, 0)
+    assert SenderClock().time_ns(stamp, now_ns) == (now_ns, "arrival")
+    assert "is not set" in clock_remark("pi", stamp, "arrival")
+    assert clock_remark("pi", Stamp(None, SECOND_NS, 0), "mapped") == ""
+
+
+def test_latency_is_in_milliseconds() -> None:
+    frame = TimedFrame(index=0, time_ns=10**18, arrived_ns=10**18 + 7_000_000, clock="sensor")
+    assert frame.latency_ms == 7
 
 
 def test_a_sender_that_was_started_anew_is_laid_over_our_clock_anew() -> None:

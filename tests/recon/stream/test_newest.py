@@ -118,3 +118,13 @@ def test_a_jpeg_damaged_within_is_passed_over() -> None:
         newest.source.give(1)
         reader.join()
         assert (found, newest.source.counts.corrupt) == ([2], 1)
+
+
+def test_a_source_has_not_ended_while_a_frame_waits() -> None:
+    source = Counter()
+    with Newest(source) as newest:
+        source.give(1)
+        newest.close()
+        assert not newest.ended
+        assert newest.take() is not None
+        assert newest.ended

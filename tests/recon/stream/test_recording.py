@@ -11,6 +11,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from subprocess import PIPE
 
@@ -23,8 +24,8 @@ from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
 from recon.stream import McapSource, Recorder, TimedFrame
-from recon.stream.mcap_file import McapFile
-from recon.stream.ros import FORMAT, CompressedImage
+from recon.stream.mcap_file import McapFile, MessageType
+from recon.stream.ros import COMPRESSED_IMAGE, FORMAT, CompressedImage
 from sensor.errors import WedgeError
 from tests.recon.stream.servers import FRAMES
 from tests.synthetic import make_dataset
@@ -110,6 +111,7 @@ def test_the_index_knows_the_ends_of_the_times_also_where_a_clock_is_set_back(tm
             recorder.add("wedge", replace(frame(0), arrived_ns=arrived_ns))
     with (tmp_path / "touch.mcap").open("rb") as stream:
         index = make_reader(stream).get_summary()
+        attached = [item.name for item in make_reader(stream).iter_attachments()]
     starts_ns, ends_ns = zip(
         *((c.message_start_time, c.message_end_time) for c in index.chunk_indexes), strict=True
     )
@@ -117,7 +119,23 @@ def test_the_index_knows_the_ends_of_the_times_also_where_a_clock_is_set_back(tm
     assert told.message_start_time == min(starts_ns) == min(times_ns)
     assert told.message_end_time == max(ends_ns) == max(times_ns)
     assert all(end - start <= 10**9 for start, end in zip(starts_ns, ends_ns, strict=True))
-    assert told.attachment_count == len(index.attachment_indexes) > 0
+    assert told.attachment_count == len(attached) and "wedge/unit.toml" in attached
+    for chunk, following in pairwise(index.chunk_indexes):  # nothing lies between them
+        end = chunk.chunk_start_offset + chunk.chunk_length + chunk.message_index_length
+        assert end == following.chunk_start_offset
+
+
+def test_each_channel_has_the_schema_of_its_messages(tmp_path: Path) -> None:
+    text = MessageType(name="std_msgs/msg/String", definition="string data")
+    kinds = {"/a": COMPRESSED_IMAGE, "/b": text, "/c": COMPRESSED_IMAGE}
+    file = McapFile(tmp_path / "touch.mcap", {})
+    for topic, kind in kinds.items():
+        file.add_channel(topic, kind)
+    file.close()
+    with (tmp_path / "touch.mcap").open("rb") as stream:
+        index = make_reader(stream).get_summary()
+    told = {item.topic: index.schemas[item.schema_id].name for item in index.channels.values()}
+    assert told == {topic: kind.name for topic, kind in kinds.items()}
 
 
 def test_frames_that_were_no_jpegs_lose_next_to_nothing(tmp_path: Path) -> None:
