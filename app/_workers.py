@@ -4,6 +4,7 @@
 
 import multiprocessing
 import os
+import sys
 import threading
 from collections.abc import Iterator
 from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor
@@ -45,6 +46,10 @@ def process_pool() -> Iterator[Executor]:
     except BaseException as fault:  # what is queued would otherwise be computed to its end
         for worker in set(multiprocessing.active_children()) - others:
             worker.terminate()
+        if sys.version_info < (3, 11, 5):
+            # What is on its way to them would wait for its reader for ever, as nobody closes this
+            # end (Python's issue 94777); Debian 12 has such a Python.
+            pool._call_queue._reader.close()  # type: ignore[attr-defined]
         pool.shutdown(cancel_futures=True)
         if isinstance(fault, BrokenExecutor):
             raise WedgeError(

@@ -28,6 +28,16 @@ def test_when_the_block_fails_no_worker_computes_on(tmp_path, fault):
     assert multiprocessing.active_children() == []
 
 
+def test_what_no_worker_has_read_yet_holds_nobody_up():
+    with pytest.raises(ValueError), process_pool() as pool:
+        # More than a pipe holds, and no worker is up yet.
+        futures = [pool.submit(len, bytes(1 << 24)) for _ in range(2)]
+        while not futures[0].running():
+            pass
+        raise ValueError
+    assert multiprocessing.active_children() == []
+
+
 def test_a_process_that_was_killed_is_said_in_a_sentence():
     with pytest.raises(WedgeError, match="memory"), process_pool() as pool:
         pool.submit(os._exit, 9).result()
