@@ -53,10 +53,8 @@ def main(
     if not where:
         raise WedgeError("no stream was named: wedge record WHERE... --out FILE.mcap.")
     if unit and len(unit) != len(where):
-        streams, folders = f"{len(where)} stream", f"{len(unit)} unit"
         raise WedgeError(
-            f"{streams}{'s' * (len(where) > 1)} but {folders}{'s' * (len(unit) > 1)}: name one for "
-            "each, or none."
+            f"streams: {len(where)}, units: {len(unit)}; name one unit for each stream, or none."
         )
     refuse_other_name(out)
     check_outputs(out, json)

@@ -29,8 +29,8 @@ def first_contact(touching: Iterable[bool]) -> int | None:
         Its number from 0; ``None`` where no three do.
     """
     row = 0
-    for index, touches in enumerate(touching):
-        row = row + 1 if touches else 0
+    for index, touched in enumerate(touching):
+        row = row + 1 if touched else 0
         if row == IN_A_ROW:
             return index - IN_A_ROW + 1
     return None

@@ -26,11 +26,11 @@ from sensor.design import FINGER, STANDARD
 from sensor.errors import WedgeError
 from tests.synthetic import make_dataset, make_fabrication
 from validation import folds
-from validation.error_table import Row, error_table
+from validation.error_table import Row, configurations, error_table
 from validation.examples import held_out, label_shift_deg
 from validation.figures.maps import blank
 from validation.figures.png import FRAME_DPI, frames_bytes, plot_bytes, png_bytes
-from validation.paper import PAPER_TABLE
+from validation.paper import PAPER_TABLE, paper_errors
 from validation.report.fabrication import LINKS, fabrication_section, no_fabrication_section
 from validation.report.integrators import integrator_section
 from validation.report.page import Picture, Section, figure_html, table_html, write_report
@@ -181,6 +181,23 @@ def test_the_papers_values_stand_beside_its_six_configurations(text: str) -> Non
     for values in PAPER_TABLE.values():
         assert f"<td>{values['theta_x_deg']:.2f}</td>" in text
         assert f"<td>{values['gx_mae']:.3f}</td>" in text
+
+
+@pytest.mark.parametrize(
+    ("lights_deg", "beside"),
+    [
+        ({"R": 90.0, "G": 180.0, "B": -90.0}, set(PAPER_TABLE)),
+        ({"R": 0.0, "G": -120.0, "B": 120.0}, {("RG", "none"), ("RGB", "none")}),
+    ],
+)
+def test_an_axis_that_other_lights_leave_unseen_is_not_held_against_the_papers(lights_deg, beside):
+    lines = [
+        (channels, missing)
+        for channels, every in configurations(lights_deg).items()
+        for missing in every
+    ]
+    assert ("R", "network") in lines
+    assert set(paper_errors(lines)) == beside
 
 
 def test_numbers_are_the_tables(results: DatasetResults, text: str) -> None:

@@ -12,7 +12,7 @@ from validation.error_table import Row, widest
 from validation.figures.style import FAINT, HALF_IN, INK, SERIES, card, styled
 from validation.intervals import whiskers
 from validation.metrics import PixelSet
-from validation.paper import PAPER_PIXELS, PAPER_TABLE
+from validation.paper import PAPER_PIXELS, paper_errors
 from validation.table_text import line_name
 
 ANGLES: Mapping[str, str] = {"theta_x_deg": "θx error [°]", "theta_y_deg": "θy error [°]"}
@@ -91,10 +91,8 @@ def _upper(row: Row, metric: str) -> float:
 
 
 def _papers(lines: Sequence[tuple[str, MissingAxis]], metric: str) -> list[tuple[int, float]]:
-    """The number of a line and the paper's value, where it has that configuration."""
-    return [
-        (line, PAPER_TABLE[key][metric]) for line, key in enumerate(lines) if key in PAPER_TABLE
-    ]
+    """The number of a line and the paper's value, where it can be held against it."""
+    return [(lines.index(key), values[metric]) for key, values in paper_errors(lines).items()]
 
 
 def _paper(axes: Axes, lines: Sequence[tuple[str, MissingAxis]], metric: str) -> None:

@@ -2,14 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The error table as the paper prints it: configurations side by side."""
 
-from sensor.unit import MissingAxis
 from validation.error_table import ErrorTable, Row, widest
 from validation.figures.depth_scatter import rmse_figure
 from validation.figures.error_bars import error_figure
 from validation.figures.png import plot_bytes
 from validation.intervals import counted, remark
 from validation.metrics import PIXEL_SETS, PixelSet
-from validation.paper import PAPER_PIXELS, PAPER_TABLE
+from validation.paper import PAPER_PIXELS, paper_errors
 from validation.report.page import Picture, Section, gallery_html, table_html
 from validation.table_text import DIGITS, HEADINGS, line_name
 
@@ -53,7 +52,7 @@ def _error_table(table: ErrorTable, pixels: PixelSet) -> str:
     }
     columns = widest([row for row in table.rows if row.pixels == pixels])
     estimators = list(dict.fromkeys(key[0] for key in chosen))
-    rows, from_paper = [], []
+    rows, from_paper, papers = [], [], paper_errors(columns)
     for metric, heading in HEADINGS.items():
         rows += [
             [
@@ -65,9 +64,13 @@ def _error_table(table: ErrorTable, pixels: PixelSet) -> str:
             ]
             for name in estimators
         ]
-        if pixels == PAPER_PIXELS and any(column in PAPER_TABLE for column in columns):
+        if pixels == PAPER_PIXELS and papers:
             from_paper.append(f"{heading} {PAPER}")
-            rows.append([from_paper[-1], *(_paper_number(column, metric) for column in columns)])
+            numbers = (
+                f"{papers[column][metric]:.{DIGITS[metric]}f}" if column in papers else "–"
+                for column in columns
+            )
+            rows.append([from_paper[-1], *numbers])
     some = next(iter(chosen.values())).errors
     which = (
         "Contact pixels: inside the labelled circle less one pixel and inside 0.9 of the ball's "
@@ -85,11 +88,6 @@ def _error_table(table: ErrorTable, pixels: PixelSet) -> str:
         rows,
         notes=from_paper,
     )
-
-
-def _paper_number(column: tuple[str, MissingAxis], metric: str) -> str:
-    values = PAPER_TABLE.get(column)
-    return "–" if values is None else f"{values[metric]:.{DIGITS[metric]}f}"
 
 
 def number_cell(row: Row, metric: str) -> str:
