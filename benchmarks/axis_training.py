@@ -22,7 +22,7 @@ from benchmarks import axis_question
 from benchmarks.measurement import interleaved_ms
 from recon import unet
 from recon.missing_axis.inference import infer_missing_axis
-from recon.training.missing_axis import Settings, Training, share_of_zeros_error
+from recon.training.missing_axis import Settings, share_of_zeros_error, train
 from recon.training.random_surfaces import Recipe
 from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_atomic
@@ -58,10 +58,8 @@ def trained(name: str, steps: int) -> Trained:
     """Train one variant and judge it."""
     recipes, channels = VARIANTS[name]
     begin = time.monotonic()
-    training = Training(Settings(steps=steps, horizon=steps, channels=channels, recipes=recipes))
-    training.run()
+    weights, _ = train(Settings(steps=steps, horizon=steps, channels=channels, recipes=recipes))
     minutes = (time.monotonic() - begin) / 60
-    weights = training.network.weights()
     shares = {"ideal balls": share_of_zeros_error(weights, "x", FRAME_PX, presses=12)}
     answer = axis_question.by_network(weights)
     for source in (

@@ -6,15 +6,15 @@
 the seed and seen many times, each time mirrored, turned and measured anew. What is learnt from is
 not the skin but what a calibrated sensor would measure of it: slopes that saturate, that are lost
 where they are small, and that are wrong over patches of some pixels, and the depth that they
-integrate to. Needs torch, the extra ``train``.
+integrate to. An interrupted training goes on from what it keeps beside FILE; it runs on a GPU where
+there is one. Needs torch, the extra ``train``.
 """
 
 import argparse
 import sys
-import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import lru_cache, partial
 from multiprocessing import get_context
 from pathlib import Path
@@ -28,8 +28,9 @@ from recon.contact.network import CONTACT, network_input
 from recon.integration.poisson import integrate
 from recon.training.arguments import at_least
 from recon.training.contact_surfaces import surface_gradient
-from recon.training.missing_axis import refuse_weights, write_curve
+from recon.training.loss_curve import refuse_weights, write_curve
 from recon.training.random_presses import random_press
+from recon.training.resumable import DEVICE, ResumableTraining, checkpoint_of
 from recon.training.torch_layers import UNetLayers, made_ahead
 from recon.unet.weights import save_weights
 from sensor.errors import WedgeError
@@ -222,6 +223,7 @@ def train(
     executor: Executor,
     *,
     count: int = PRESSES,
+    checkpoints: Sequence[Path] = (),
 ) -> tuple[unet.Weights, list[float]]:
     """The trained weights and the loss of every step; progress on stdout.
 
@@ -231,27 +233,56 @@ def train(
         channels: feature maps on each level of the U-Net.
         executor: makes the batches.
         count: of presses.
+        checkpoints: what is kept of each course on the way, from which it goes on.
+
+    Raises:
+        WedgeError: a checkpoint belongs to another training, or cannot be read or written.
     """
     torch.manual_seed(seed)
-    network = ContactNet(channels)
+    network = ContactNet(channels).to(DEVICE)
     losses: list[float] = []
-    for course, last in zip(COURSES, steps, strict=True):
+    for number, (course, last) in enumerate(zip(COURSES, steps, strict=True)):
         make = partial(training_batch, seed, count, course)
-        batches = made_ahead(make, range(last), executor, BATCHES_AHEAD)
-        losses += follow(network, course, batches, last)
+        losses += follow(
+            network,
+            course,
+            partial(made_ahead, make, executor=executor, ahead=BATCHES_AHEAD),
+            last,
+            {"seed": seed, "count": count, "steps": steps},
+            checkpoints[number] if checkpoints else None,
+        )
     return network.weights(), losses
 
 
 def follow(
-    network: ContactNet, course: Course, batches: Iterable[Batch], steps: int
+    network: ContactNet,
+    course: Course,
+    make: Callable[[range], Iterable[Batch]],
+    steps: int,
+    settings: Mapping[str, object],
+    checkpoint: Path | None = None,
 ) -> list[float]:
-    """Teach a network a course of so many batches; the loss of each, progress on stdout."""
+    """Teach a network a course; the loss of every step, progress on stdout.
+
+    Args:
+        network: on ``DEVICE``; changed.
+        course: how fast it learns.
+        make: the batches of those steps.
+        steps: of the course.
+        settings: what else decides the weights.
+        checkpoint: what is kept on the way, from which it goes on where it is there.
+
+    Raises:
+        WedgeError: the checkpoint belongs to another training, or cannot be read or written.
+    """
     network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]  # torch's stubs
     optimizer = torch.optim.Adam(network.parameters())
-    losses: list[float] = []
-    begin = time.monotonic()
-    for step, batch in enumerate(batches):
-        maps, truth = (torch.from_numpy(values) for values in batch)
+    settings = {**settings, "course": asdict(course)}
+    training = ResumableTraining(network, optimizer, steps, settings, checkpoint)
+    batches = iter(make(training.left))
+
+    def learn(step: int) -> float:
+        maps, truth = (torch.from_numpy(values).to(DEVICE) for values in next(batches))
         for group in optimizer.param_groups:
             group["lr"] = learning_rate(course, step, steps)
         score = network(maps.to(memory_format=torch.channels_last))
@@ -260,11 +291,9 @@ def follow(
         loss.backward()
         nn.utils.clip_grad_norm_(network.parameters(), STEEPEST_STEP)
         optimizer.step()
-        losses.append(loss.item())
-        if len(losses) % 100 == 0:
-            mean, spent = np.mean(losses[-100:]), time.monotonic() - begin
-            print(f"step {len(losses)}/{steps}  loss {mean:.4f}  {spent:.0f} s", flush=True)
-    return losses
+        return loss.item()
+
+    return training.follow(learn)
 
 
 def overlap_on_fresh_presses(weights: unet.Weights, count: int, seed: int) -> float:
@@ -301,15 +330,20 @@ def main() -> None:
         f"python -m recon.training.contact --seed {options.seed} --steps {options.steps} "
         f"--channels {','.join(map(str, channels))} --out {options.out.name}"
     )
+    checkpoints = [checkpoint_of(options.out, f"course-{number}") for number in (1, 2)]
     torch.set_num_threads(1)
     try:
         refuse_weights(options.out)
         with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:
-            weights, losses = train(options.seed, steps, channels, executor)
+            weights, losses = train(
+                options.seed, steps, channels, executor, checkpoints=checkpoints
+            )
         save_weights(options.out, weights, command, options.seed, CONTACT)
         write_curve(options.out, losses)
     except WedgeError as error:
         parser.error(str(error))
+    for checkpoint in checkpoints:
+        checkpoint.unlink(missing_ok=True)
     overlap = overlap_on_fresh_presses(weights, TESTED, options.seed)
     print(f"overlap with the truth on {TESTED} fresh presses: {overlap:.3f}")
 

@@ -5,13 +5,15 @@
 ``python -m recon.training.contact_further FIRST --sensor BALLS SETS --out FILE`` goes on from
 weights that random presses taught (``recon.training.contact``). A quarter of every step is still
 such presses; the rest is what calibrated estimators read off rendered frames
-(``recon.training.felt_presses``). What is kept lies between the weights before and after. Needs
-torch, the extra ``train``.
+(``recon.training.felt_presses``). What is kept lies between the weights before and after. An
+interrupted training goes on from the checkpoint beside FILE; it runs on a GPU where there is one.
+Needs torch, the extra ``train``.
 """
 
 import argparse
 import sys
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -30,9 +32,10 @@ from recon.training.contact import (
     training_batch,
 )
 from recon.training.felt_presses import FeltPress, felt_presses, seen_anew
-from recon.training.further_courses import between, name_sensors, words_of
-from recon.training.missing_axis import refuse_weights, write_curve
-from recon.unet.weights import load_weights, save_weights
+from recon.training.further_courses import between, digest_of, name_sensors, words_of
+from recon.training.loss_curve import refuse_weights, write_curve
+from recon.training.resumable import DEVICE, checkpoint_of
+from recon.unet.weights import load_weights, save_weights, sha256_of
 from sensor.errors import WedgeError
 from sensor.extras import how_to_install
 
@@ -54,7 +57,11 @@ are taken for the gel beside their crest."""
 
 
 def train_further(
-    first: unet.Weights, presses: Sequence[FeltPress], steps: int, seed: int
+    first: unet.Weights,
+    presses: Sequence[FeltPress],
+    steps: int,
+    seed: int,
+    checkpoint: Path | None = None,
 ) -> tuple[unet.Weights, list[float]]:
     """The kept weights and the loss of every step; progress on stdout.
 
@@ -64,13 +71,22 @@ def train_further(
         steps: batches.
         seed: of random presses and of the order of rendered ones; not the first courses', whose
             presses the network has seen.
+        checkpoint: what is kept on the way, from which it goes on where it is there.
+
+    Raises:
+        WedgeError: the checkpoint belongs to another training, or cannot be read or written.
     """
-    network = ContactNet(unet.channels_of(first))
+    network = ContactNet(unet.channels_of(first)).to(DEVICE)
     with torch.no_grad():
         for name, parameter in network.layers.named_parameters():
             parameter.copy_(torch.from_numpy(np.array(first[name])))
-    batches = (further_batch(presses, seed, step) for step in range(steps))
-    losses = follow(network, COURSE, batches, steps)
+    make = partial(further_batch, presses, seed)
+    settings = {
+        "seed": seed,
+        "first": sha256_of(first),
+        "presses": digest_of(press.held for press in presses),
+    }
+    losses = follow(network, COURSE, partial(map, make), steps, settings, checkpoint)
     return between(first, network.weights(), AFTER), losses
 
 
@@ -101,6 +117,7 @@ def main() -> None:
         f"python -m recon.training.contact_further {options.first.name} {words_of(options.sensor)}"
         f" --seed {options.seed} --steps {options.steps} --out {options.out.name}"
     )
+    checkpoint = checkpoint_of(options.out)
     torch.set_num_threads(1)
     try:
         refuse_weights(options.out)
@@ -113,11 +130,12 @@ def main() -> None:
         if not presses:
             parser.error("no rendered press is felt: name sets of benchmarks.rendered_presses")
         print(f"{len(presses)} presses as felt", flush=True)
-        weights, losses = train_further(first, presses, options.steps, options.seed)
+        weights, losses = train_further(first, presses, options.steps, options.seed, checkpoint)
         save_weights(options.out, weights, command, options.seed, CONTACT)
         write_curve(options.out, losses)
     except WedgeError as error:
         parser.error(str(error))
+    checkpoint.unlink(missing_ok=True)
     overlap = overlap_on_fresh_presses(weights, TESTED, options.seed)
     print(f"overlap with the truth on {TESTED} fresh presses: {overlap:.3f}")
 

@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the further courses on rendered presses share: sensors by words, weights in between."""
+"""What the further courses share: sensors by words, presses by a digest, weights in between."""
 
 import argparse
-from collections.abc import Sequence
+import hashlib
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +28,15 @@ def name_sensors(parser: argparse.ArgumentParser) -> None:
 def words_of(sensors: Sequence[Sequence[Path]]) -> str:
     """The words on the command line that name these sensors."""
     return " ".join(" ".join(["--sensor", *(path.name for path in paths)]) for paths in sensors)
+
+
+def digest_of(truths: Iterable[np.ndarray]) -> str:
+    """Of what was pressed, by the truth of each: what is measured of it may round otherwise."""
+    digest = hashlib.sha256()
+    for truth in truths:
+        digest.update(f"{truth.shape}".encode())
+        digest.update(np.ascontiguousarray(truth).tobytes())
+    return digest.hexdigest()
 
 
 def between(first: unet.Weights, after: unet.Weights, share_after: float) -> dict[str, np.ndarray]:

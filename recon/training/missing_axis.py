@@ -5,42 +5,35 @@
 ``python -m recon.training.missing_axis --out FILE`` made the weights from which
 ``recon.training.missing_axis_further`` went on to those that ship. Every batch is drawn anew from
 the seed, so that no surface is seen twice and none needs storing. Beside FILE it keeps a
-checkpoint, from which an interrupted training goes on, and the loss as FILE.csv and FILE.png. It
-runs on a GPU where there is one, else on one core. Needs torch, the extra ``train``.
+checkpoint, from which an interrupted training goes on, and last the loss as FILE.csv and FILE.png.
+It runs on a GPU where there is one, else on one core. Needs torch, the extra ``train``.
 """
 
 import argparse
-import csv
-import io
-import json
 import sys
-import time
-from collections.abc import Callable
 from concurrent.futures import Executor, ProcessPoolExecutor
 from dataclasses import asdict, dataclass
 from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 
-import cv2
 import numpy as np
 from jaxtyping import Float, Float32
-from safetensors.numpy import save
 
 from recon import unet
 from recon.lights import Axis
 from recon.missing_axis.inference import infer_missing_axis
-from recon.tensors import read_tensors
 from recon.training.arguments import at_least, some_of
 from recon.training.contact_surfaces import surface_gradient
 from recon.training.few_lights import measure
+from recon.training.loss_curve import refuse_weights, write_curve
 from recon.training.random_balls import SQUARE, random_ball
 from recon.training.random_surfaces import RECIPES, Recipe
+from recon.training.resumable import DEVICE, ResumableTraining, checkpoint_of
 from recon.training.torch_layers import UNetLayers, made_ahead
 from recon.unet.weights import save_weights
 from sensor.errors import WedgeError
 from sensor.extras import how_to_install
-from sensor.files import check_outputs, write_atomic
 
 try:
     import torch
@@ -62,7 +55,6 @@ HUBER_SLOPE = 0.1  # errors below it count squared, above it linearly: a rim is 
 DOUBT_SHARE = 0.01  # of the loss: the doubt must not distract from the slopes
 FIRST_LOG_DOUBT = -4.0  # most of a frame is flat
 STEEPEST_STEP = 0.5  # norm that the loss's gradient is clipped to
-CHECKPOINT_STEPS = 500
 BATCHES_AHEAD = 16
 TEST_NOISE = 0.04
 
@@ -128,73 +120,44 @@ class UNet(UNetLayers):
         return torch.cat([found[:, :2] + maps[:, :2], found[:, 2:]], dim=1)
 
 
-class Training:
-    """A network on its way: its optimizer and the losses so far, to be saved and gone on from."""
+def train(
+    settings: Settings, executor: Executor | None = None, checkpoint: Path | None = None
+) -> tuple[dict[str, np.ndarray], list[float]]:
+    """The trained weights and the loss of every step; progress on stdout.
 
-    def __init__(self, settings: Settings) -> None:
-        self.settings = settings
-        self.device = "cuda" if torch.cuda.is_available() else "cpu"
-        torch.manual_seed(settings.seed)
-        self.network = UNet(settings.channels).to(self.device)
-        self.optimizer = Soap(self.network.parameters())
-        self.losses: list[float] = []
+    Args:
+        settings: what decides them.
+        executor: makes the batches; this process where it is None.
+        checkpoint: what is kept on the way, from which it goes on where it is there.
 
-    def run(
-        self, executor: Executor | None = None, report: Callable[[int], None] = lambda step: None
-    ) -> None:
-        """Train to the last step; ``executor`` makes the batches, this process where it is None."""
-        settings = self.settings
-        steps = range(len(self.losses), settings.steps)
-        make = partial(training_batch, settings)
-        batches = made_ahead(make, steps, executor, BATCHES_AHEAD) if executor else map(make, steps)
-        for step, (maps, truth) in zip(steps, batches, strict=True):
-            found = self.network(torch.from_numpy(maps).to(self.device))
-            true = torch.from_numpy(truth).to(self.device)
-            loss = 2 * functional.huber_loss(found[:, :2], true, delta=HUBER_SLOPE)
-            self.optimizer.zero_grad()
-            (loss + DOUBT_SHARE * doubt_losses(found, true).mean()).backward()
-            nn.utils.clip_grad_norm_(self.network.parameters(), STEEPEST_STEP)
-            self.optimizer.step(learning_rate(step, settings.steps, settings.horizon))
-            self.losses.append(loss.item())
-            report(step + 1)
+    Raises:
+        WedgeError: the checkpoint belongs to another training, or cannot be read or written.
+    """
+    torch.manual_seed(settings.seed)
+    network = UNet(settings.channels).to(DEVICE)
+    optimizer = Soap(network.parameters())
+    training = ResumableTraining(network, optimizer, settings.steps, asdict(settings), checkpoint)
+    make = partial(training_batch, settings)
+    ahead = made_ahead(make, training.left, executor, BATCHES_AHEAD) if executor else None
+    batches = iter(ahead or map(make, training.left))
 
-    def save(self, path: Path) -> None:
-        """Write the checkpoint, atomically."""
-        tensors = {"losses": np.array(self.losses)}
-        for name, parameter in self.network.layers.named_parameters():
-            tensors[f"weights.{name}"] = parameter.detach().cpu().numpy()
-            for key, value in self.optimizer.state[parameter].items():
-                tensors[f"{key}.{name}"] = value.cpu().numpy()
-        write_atomic(path, save(tensors, {"settings": json.dumps(asdict(self.settings))}))
+    def learn(step: int) -> float:
+        maps, truth = (torch.from_numpy(item).to(DEVICE) for item in next(batches))
+        found = network(maps)
+        loss = slope_loss(found, truth)
+        optimizer.zero_grad()
+        (loss + DOUBT_SHARE * doubt_losses(found, truth).mean()).backward()
+        nn.utils.clip_grad_norm_(network.parameters(), STEEPEST_STEP)
+        optimizer.step(learning_rate(step, settings.steps, settings.horizon))
+        return loss.item()
 
-    def resume(self, path: Path) -> None:
-        """Go on from a checkpoint.
+    losses = training.follow(learn)
+    return network.weights(), losses
 
-        Raises:
-            WedgeError: it cannot be read, or belongs to a training of other settings or of another
-                network.
-        """
-        said, tensors = read_tensors(path, " as a checkpoint", "delete it to begin")
-        try:
-            settings = json.loads(said.get("settings", "{}"))
-        except (json.JSONDecodeError, RecursionError) as error:
-            raise WedgeError(f"{path} cannot be read as a checkpoint: {error}.") from error
-        if settings != json.loads(json.dumps(asdict(self.settings))):
-            raise WedgeError(f"{path} is of a training with other settings: delete it to begin.")
-        parameters = dict(self.network.layers.named_parameters())
-        shapes = {f"weights.{name}": tuple(values.shape) for name, values in parameters.items()}
-        found = {name: values.shape for name, values in tensors.items() if name in shapes}
-        if "losses" not in tensors or found != shapes:
-            raise WedgeError(f"{path} is of another network: delete it to begin.")
-        self.losses = tensors["losses"].tolist()
-        kept = {key.partition(".")[::2]: values for key, values in tensors.items()}
-        for name, parameter in parameters.items():
-            parameter.data.copy_(torch.from_numpy(tensors[f"weights.{name}"]))
-            self.optimizer.state[parameter] = {
-                key: torch.from_numpy(values).to(self.device)
-                for (key, of), values in kept.items()
-                if of == name and key != "weights"
-            }
+
+def slope_loss(found: Float[Tensor, "n 3 h w"], truth: Float[Tensor, "n 2 h w"]) -> Tensor:
+    """Of both slopes, in shares of ``HUBER_SLOPE``'s."""
+    return 2 * functional.huber_loss(found[:, :2], truth, delta=HUBER_SLOPE)
 
 
 def training_batch(settings: Settings, step: int) -> Batch:
@@ -262,51 +225,6 @@ def print_measures(weights: unet.Weights) -> None:
             print(f"{size_px[0]}x{size_px[1]}, axis {axis}: {share:.3f} of zero's error on balls")
 
 
-def refuse_weights(path: Path) -> None:
-    """Refuse weights that could not be written, or whose loss could not be, before the hours.
-
-    Raises:
-        WedgeError: names the file that is in the way.
-    """
-    check_outputs(path, *_curve_files(path))
-
-
-def _curve_files(path: Path) -> tuple[Path, Path]:
-    return path.with_suffix(".csv"), path.with_suffix(".png")
-
-
-def write_curve(path: Path, losses: list[float]) -> None:
-    """The loss of every step as ``path``.csv, and its running mean as ``path``.png.
-
-    Raises:
-        WedgeError: they cannot be written.
-    """
-    table, figure = _curve_files(path)
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(
-        [("step", "loss"), *((step, f"{loss:.6f}") for step, loss in enumerate(losses, start=1))]
-    )
-    write_atomic(table, text.getvalue().encode())
-    width = max(1, len(losses) // 50)
-    mean = np.convolve(losses, np.full(width, 1 / width), mode="valid")
-    left, top, right, bottom = 90, 40, 780, 400
-    along = np.linspace(left, right, len(mean))
-    down = bottom - (bottom - top) * mean / mean.max()
-    canvas = np.full((450, 800, 3), 255, np.uint8)
-    ink, blue = (36, 31, 27), (178, 114, 0)
-    cv2.rectangle(canvas, (left, top), (right, bottom), ink)
-    cv2.polylines(canvas, [np.stack([along, down], -1).astype(np.int32)], False, blue, 2)
-    for words, place in [
-        (f"{path.stem}: loss, mean of {width} steps", (left, top - 14)),
-        (f"{mean.max():.4f}", (10, top + 12)),
-        ("0", (60, bottom)),
-        (f"step {width}", (left, bottom + 28)),
-        (f"step {len(losses)}", (right - 120, bottom + 28)),
-    ]:
-        cv2.putText(canvas, words, place, cv2.FONT_HERSHEY_SIMPLEX, 0.55, ink, 1, cv2.LINE_AA)
-    write_atomic(figure, cv2.imencode(".png", canvas)[1].tobytes())
-
-
 def main() -> None:
     """Train, save the weights and print the numbers that their README states."""
     parser = argparse.ArgumentParser(
@@ -338,44 +256,26 @@ def main() -> None:
         recipes=recipes,
     )
     torch.set_num_threads(1)  # faster than two on a busy machine, and the same sums every time
+    command = f"python -m recon.training.missing_axis {settings.arguments} --out {options.out.name}"
+    checkpoint = checkpoint_of(options.out)
     try:
         refuse_weights(options.out)
-        run(settings, options.out, options.workers)
+        weights, losses = _train(settings, checkpoint, options.workers)
+        save_weights(options.out, weights, command, settings.seed)
+        write_curve(options.out, losses)
     except WedgeError as error:
         parser.error(str(error))
-
-
-def run(settings: Settings, out: Path, workers: int) -> None:
-    """Train with progress on stdout and a checkpoint beside the weights."""
-    training, checkpoint = Training(settings), out.with_suffix(".checkpoint.safetensors")
-    if checkpoint.is_file():
-        training.resume(checkpoint)
-        print(f"going on from step {len(training.losses)} of {checkpoint}")
-    begin, first = time.monotonic(), len(training.losses)
-
-    def report(step: int) -> None:
-        if step % 100 == 0 or step == settings.steps:
-            mean, spent = np.mean(training.losses[-100:]), time.monotonic() - begin
-            left = spent / (step - first) * (settings.steps - step)
-            print(
-                f"step {step}/{settings.steps}  loss {mean:.5f}  {spent:.0f} s, {left:.0f} s left",
-                flush=True,
-            )
-        if step % CHECKPOINT_STEPS == 0:
-            training.save(checkpoint)
-            write_curve(out, training.losses)
-
-    if workers > 0:
-        with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as executor:
-            training.run(executor, report)
-    else:
-        training.run(None, report)
-    weights = training.network.weights()
-    command = f"python -m recon.training.missing_axis {settings.arguments} --out {out.name}"
-    save_weights(out, weights, command, settings.seed)
-    write_curve(out, training.losses)
     checkpoint.unlink(missing_ok=True)
     print_measures(weights)
+
+
+def _train(
+    settings: Settings, checkpoint: Path, workers: int
+) -> tuple[dict[str, np.ndarray], list[float]]:
+    if workers == 0:
+        return train(settings, None, checkpoint)
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as executor:
+        return train(settings, executor, checkpoint)
 
 
 if __name__ == "__main__":

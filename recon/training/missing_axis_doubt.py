@@ -8,14 +8,17 @@ slope's error under Laplace's law, by which the doubt becomes the error to be ex
 """
 
 import sys
-import time
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
 from recon import unet
+from recon.training.further_courses import digest_of
 from recon.training.measured_presses import MeasuredPress
 from recon.training.missing_axis import Settings, UNet, doubt_losses, learning_rate, training_batch
+from recon.training.resumable import DEVICE, ResumableTraining
+from recon.unet.weights import sha256_of
 from sensor.extras import how_to_install
 
 try:
@@ -34,7 +37,11 @@ STEEPEST_STEP = 1.0
 
 
 def train_doubt(
-    weights: unet.Weights, presses: Sequence[MeasuredPress], steps: int, seed: int
+    weights: unet.Weights,
+    presses: Sequence[MeasuredPress],
+    steps: int,
+    seed: int,
+    checkpoint: Path | None = None,
 ) -> tuple[dict[str, np.ndarray], list[float]]:
     """The same weights and those of the doubt's own layers, and every step's loss.
 
@@ -45,22 +52,31 @@ def train_doubt(
         presses: rendered, as sensors measured them.
         steps: batches.
         seed: of surfaces, of the first weights and of the order of presses.
+        checkpoint: what is kept on the way, from which it goes on where it is there.
+
+    Raises:
+        WedgeError: the checkpoint belongs to another training, or cannot be read or written.
     """
     torch.manual_seed(seed)
     channels = unet.channels_of(weights)
-    network = UNet(channels, MAPS)
+    network = UNet(channels, MAPS).to(DEVICE)
     network.take(weights)
     network.requires_grad_(False)
     own = [network.layers[name] for name in ("doubt0", "doubt1")]
     taught = [parameter.requires_grad_() for layer in own for parameter in layer.parameters()]
     optimizer = torch.optim.Adam(taught)
-    settings = Settings(seed=seed, steps=steps, horizon=steps, channels=channels)
-    losses: list[float] = []
-    begin = time.monotonic()
-    for step in range(steps):
+    surfaces = Settings(seed=seed, steps=steps, horizon=steps, channels=channels)
+    settings = {
+        "seed": seed,
+        "first": sha256_of(weights),
+        "presses": digest_of(press.truth for press in presses),
+    }
+    training = ResumableTraining(network, optimizer, steps, settings, checkpoint)
+
+    def learn(step: int) -> float:
         for group in optimizer.param_groups:
             group["lr"] = PEAK * learning_rate(step, steps, steps)
-        maps, truth = (torch.from_numpy(item) for item in training_batch(settings, step))
+        maps, truth = (torch.from_numpy(item).to(DEVICE) for item in training_batch(surfaces, step))
         loss = doubt_losses(network(maps), truth).mean()
         rng = np.random.default_rng([seed, step, 1])
         for index in rng.integers(len(presses), size=PRESSES_A_STEP):
@@ -69,16 +85,15 @@ def train_doubt(
         loss.backward()
         nn.utils.clip_grad_norm_(taught, STEEPEST_STEP)
         optimizer.step()
-        losses.append(loss.item() / 2)
-        if (step + 1) % 100 == 0 or step + 1 == steps:
-            mean, spent = np.mean(losses[-100:]), time.monotonic() - begin
-            print(f"doubt, step {step + 1}/{steps}  loss {mean:.3f}  {spent:.0f} s", flush=True)
+        return loss.item() / 2
+
+    losses = training.follow(learn)
     return network.weights(), losses
 
 
 def _on_what_moved(network: UNet, press: MeasuredPress) -> Tensor:
     """Loss on the gel that may have moved; elsewhere no doubt is told."""
-    maps, truth = (torch.from_numpy(item[None]) for item in (press.maps, press.truth))
-    support = torch.from_numpy(press.support)
+    maps, truth = (torch.from_numpy(item[None]).to(DEVICE) for item in (press.maps, press.truth))
+    support = torch.from_numpy(press.support).to(DEVICE)
     losses = doubt_losses(network(maps), truth) * support
     return losses.sum() / max(float(press.support.sum()), LEAST_MOVED_PX)

@@ -9,13 +9,14 @@ such surfaces; the other half is what calibrated estimators read off rendered fr
 singly, since what many neighbours err by alike adds up to depth; a window of untouched gel is among
 them, where the answer is to be nothing. What is kept lies between the weights before and after.
 Last it teaches the doubt anew (``recon.training.missing_axis_doubt``), as slopes that err less
-elsewhere err in other places. The losses of both are kept beside FILE, as .csv and .png, those of
-the doubt's with -doubt in their names. Needs torch, the extra ``train``.
+elsewhere err in other places. Beside FILE each course keeps a checkpoint, from which an interrupted
+training goes on; last the losses of both lie there, as .csv and .png, those of the doubt's with
+-doubt in their names. It runs on a GPU where there is one, else on one core. Needs torch, the extra
+``train``.
 """
 
 import argparse
 import sys
-import time
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -23,7 +24,8 @@ import numpy as np
 
 from recon import unet
 from recon.training.arguments import at_least
-from recon.training.further_courses import between, name_sensors, words_of
+from recon.training.further_courses import between, digest_of, name_sensors, words_of
+from recon.training.loss_curve import refuse_weights, write_curve
 from recon.training.measured_presses import MeasuredPress, measured_presses
 from recon.training.missing_axis import (
     DOUBT_SHARE,
@@ -34,12 +36,12 @@ from recon.training.missing_axis import (
     doubt_losses,
     learning_rate,
     print_measures,
-    refuse_weights,
+    slope_loss,
     training_batch,
-    write_curve,
 )
 from recon.training.missing_axis_doubt import LEAST_MOVED_PX, train_doubt
-from recon.unet.weights import load_weights, save_weights
+from recon.training.resumable import DEVICE, ResumableTraining, checkpoint_of
+from recon.unet.weights import load_weights, save_weights, sha256_of
 from sensor.errors import WedgeError
 from sensor.extras import how_to_install
 
@@ -74,6 +76,7 @@ def train_further(
     steps: int,
     seed: int,
     share_after: float = AFTER,
+    checkpoint: Path | None = None,
 ) -> tuple[dict[str, np.ndarray], list[float]]:
     """The kept weights, and the loss on rendered presses of every step; progress on stdout.
 
@@ -84,29 +87,38 @@ def train_further(
         seed: of surfaces and of the order of presses; not the first course's, whose surfaces
             the network has seen.
         share_after: of the weights after the course in those kept, 0 to 1.
+        checkpoint: what is kept on the way, from which it goes on where it is there.
+
+    Raises:
+        WedgeError: the checkpoint belongs to another training, or cannot be read or written.
     """
-    network = UNet(unet.channels_of(first))
+    channels = unet.channels_of(first)
+    network = UNet(channels).to(DEVICE)
     network.take(first)
     optimizer = Soap(network.parameters())
-    settings = Settings(seed=seed, steps=steps, horizon=steps, channels=unet.channels_of(first))
-    losses: list[float] = []
-    begin = time.monotonic()
-    for step in range(steps):
+    surfaces = Settings(seed=seed, steps=steps, horizon=steps, channels=channels)
+    settings = {
+        "seed": seed,
+        "first": sha256_of(first),
+        "presses": digest_of(press.truth for press in presses),
+    }
+    training = ResumableTraining(network, optimizer, steps, settings, checkpoint)
+
+    def learn(step: int) -> float:
         optimizer.zero_grad()
-        maps, truth = (torch.from_numpy(item) for item in training_batch(settings, step))
+        maps, truth = (torch.from_numpy(item).to(DEVICE) for item in training_batch(surfaces, step))
         found = network(maps)
-        loss = 2 * functional.huber_loss(found[:, :2], truth, delta=HUBER_SLOPE)
-        (loss + DOUBT_SHARE * doubt_losses(found, truth).mean()).backward()
+        doubt = doubt_losses(found, truth).mean()
+        (slope_loss(found, truth) + DOUBT_SHARE * doubt).backward()
         rng = np.random.default_rng([seed, step, 1])
         chosen = rng.integers(len(presses), size=PRESSES_A_STEP)
         off = [_learn_from(network, presses[index].mirrored(rng)) for index in chosen]
         _learn_from(network, untouched_gel(rng, unet.stride(first)))
         nn.utils.clip_grad_norm_(network.parameters(), STEEPEST_STEP)
         optimizer.step(PEAK * learning_rate(step, steps, steps))
-        losses.append(float(np.mean(off)))
-        if (step + 1) % 100 == 0 or step + 1 == steps:
-            mean, spent = np.mean(losses[-100:]), time.monotonic() - begin
-            print(f"step {step + 1}/{steps}  loss {mean:.5f}  {spent:.0f} s", flush=True)
+        return float(np.mean(off))
+
+    losses = training.follow(learn)
     return between(first, network.weights(), share_after), losses
 
 
@@ -124,8 +136,8 @@ def untouched_gel(rng: np.random.Generator, stride: int) -> MeasuredPress:
 
 def _learn_from(network: UNet, press: MeasuredPress) -> float:
     """Add a press's gradients; its loss."""
-    maps, truth = (torch.from_numpy(item[None]) for item in (press.maps, press.truth))
-    support = torch.from_numpy(press.support)
+    maps, truth = (torch.from_numpy(item[None]).to(DEVICE) for item in (press.maps, press.truth))
+    support = torch.from_numpy(press.support).to(DEVICE)
     found: Tensor = network(maps)
     off = _errors(found[:, :2], truth, support)
     doubt = doubt_losses(found, truth).mean()
@@ -136,7 +148,7 @@ def _learn_from(network: UNet, press: MeasuredPress) -> float:
 def _errors(found: Tensor, truth: Tensor, support: Tensor) -> Tensor:
     """Of slopes where the gel may have moved, singly and in means over squares."""
     error = (found - truth) * support
-    none = torch.zeros(())
+    none = torch.zeros((), device=error.device)
     each = [
         side**2
         * functional.huber_loss(means, none.expand_as(means), delta=HUBER_SLOPE, reduction="sum")
@@ -168,6 +180,7 @@ def main() -> None:
         f" --after {options.after} --doubt-steps {options.doubt_steps} --out {options.out.name}"
     )
     doubt_curve = options.out.with_stem(f"{options.out.stem}-doubt")
+    checkpoints = [checkpoint_of(options.out, course) for course in ("further", "doubt")]
     torch.set_num_threads(1)
     try:
         refuse_weights(options.out)
@@ -183,13 +196,19 @@ def main() -> None:
                 "no rendered press moves the gel: name sets of benchmarks.rendered_presses"
             )
         print(f"{len(presses)} measured presses", flush=True)
-        kept, losses = train_further(first, presses, options.steps, options.seed, options.after)
-        kept, doubts = train_doubt(kept, presses, options.doubt_steps, options.seed + 1)
+        kept, losses = train_further(
+            first, presses, options.steps, options.seed, options.after, checkpoints[0]
+        )
+        kept, doubts = train_doubt(
+            kept, presses, options.doubt_steps, options.seed + 1, checkpoints[1]
+        )
         save_weights(options.out, kept, command, options.seed)
         write_curve(options.out, losses)
         write_curve(doubt_curve, doubts)
     except WedgeError as error:
         parser.error(str(error))
+    for checkpoint in checkpoints:
+        checkpoint.unlink(missing_ok=True)
     print_measures(kept)
 
 

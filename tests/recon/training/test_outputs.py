@@ -7,8 +7,6 @@ from importlib import import_module
 import numpy as np
 import pytest
 
-from sensor.errors import WedgeError
-
 pytest.importorskip("torch")
 
 
@@ -33,7 +31,7 @@ def test_weights_that_cannot_be_written_are_refused_before_the_work(
     weights.with_suffix(ending).mkdir()
     monkeypatch.setattr("sys.argv", [module, *words, "--out", str(weights)])
     training = import_module(f"recon.training.{module}")
-    for work in {"train", "run"} & set(vars(training)):
+    for work in {"train"} & set(vars(training)):
         monkeypatch.setattr(training, work, lambda *_: pytest.fail("it began"))
     with pytest.raises(SystemExit, match="2"):
         training.main()
@@ -51,14 +49,10 @@ def test_weights_that_cannot_be_written_in_the_end_are_a_sentence(
     monkeypatch.setattr("sys.argv", [module, *words, "--out", str(weights)])
     training = import_module(f"recon.training.{module}")
 
-    def learnt(*_):
+    def learnt(*_, **__):
         weights.mkdir()  # what takes its place while it is learnt
         return {"a": np.zeros(1, np.float32)}, [0.0]
 
-    def learnt_here(training, *_):
-        _, training.losses = learnt()
-
-    monkeypatch.setattr("recon.training.missing_axis.Training.run", learnt_here)
     for name, work in {
         "load_weights": lambda *_: {},
         "felt_presses": lambda *_: [None],
@@ -91,25 +85,11 @@ def test_words_that_mean_nothing_are_refused(command, said, tmp_path, monkeypatc
     module, *words = command.split()
     monkeypatch.setattr("sys.argv", [module, *words, "--out", str(tmp_path / "w.safetensors")])
     training = import_module(f"recon.training.{module}")
-    for work in {"train", "run"} & set(vars(training)):
+    for work in {"train"} & set(vars(training)):
         monkeypatch.setattr(training, work, lambda *_: pytest.fail("it began"))
     with pytest.raises(SystemExit, match="2"):
         training.main()
     assert said in capsys.readouterr().err
-
-
-def test_a_checkpoint_of_the_same_settings_and_another_network_is_refused(tmp_path, monkeypatch):
-    training = import_module("recon.training.missing_axis")
-    settings = training.Settings(steps=2, horizon=2, channels=(1, 1))
-    path = tmp_path / "checkpoint.safetensors"
-    made = training.Training(settings)
-    made.save(path)
-    training.Training(settings).resume(path)
-    monkeypatch.setattr(training, "asdict", lambda _: {})  # as if both had the same settings
-    made.save(path)
-    other = training.Training(training.Settings(steps=2, horizon=2, channels=(2, 2)))
-    with pytest.raises(WedgeError, match="another network: delete it"):
-        other.resume(path)
 
 
 def test_the_losses_of_both_courses_are_kept_beside_the_weights(tmp_path, monkeypatch):
