@@ -75,13 +75,13 @@ def _press(design: Wedge, view: View, sides_px: Sequence[int], index: int, seed:
         heights_mm=heights_mm,
         pitch_mm=pitch_mm,
         design=design,
-        centre_mm=(x_mm, y_mm),
+        center_mm=(x_mm, y_mm),
     )
     indenter = Indenter(
         name="random", profile=underside, size_mm=(side_px * pitch_mm,) * 2, depth_mm=depth_mm
     )
     return Press(
-        name=f"press_{index:03d}", indenter=indenter, centre_mm=(x_mm, y_mm), depth_mm=depth_mm
+        name=f"press_{index:03d}", indenter=indenter, center_mm=(x_mm, y_mm), depth_mm=depth_mm
     )
 
 
@@ -119,7 +119,7 @@ def _pressed(design: Wedge, part: Indenter, name: str, rng: np.random.Generator)
     leant = replace(
         part, profile=partial(_leant, profile=part.profile, lean=lean), depth_mm=depth_mm
     )
-    return Press(name=name, indenter=leant, centre_mm=(x_mm, y_mm), depth_mm=depth_mm)
+    return Press(name=name, indenter=leant, center_mm=(x_mm, y_mm), depth_mm=depth_mm)
 
 
 def _leant(
@@ -135,7 +135,7 @@ def _underside(
     heights_mm: np.ndarray,
     pitch_mm: float,
     design: Wedge,
-    centre_mm: tuple[float, float],
+    center_mm: tuple[float, float],
 ) -> np.ndarray:
     """Heights of the objects, bent as the untouched gel is, so that all of them touch it."""
     side_px = len(heights_mm)
@@ -143,8 +143,8 @@ def _underside(
     inside = np.logical_and.reduce([(at >= 0) & (at < side_px) for at in (column, row)])
     found_mm = np.full(x_mm.shape, np.inf)
     found_mm[inside] = heights_mm[row[inside], column[inside]]
-    bent_mm = rest_height_mm(design.gel, x_mm + centre_mm[0], y_mm + centre_mm[1])
-    return found_mm + bent_mm - rest_height_mm(design.gel, *(np.array(at) for at in centre_mm))
+    bent_mm = rest_height_mm(design.gel, x_mm + center_mm[0], y_mm + center_mm[1])
+    return found_mm + bent_mm - rest_height_mm(design.gel, *(np.array(at) for at in center_mm))
 
 
 def main() -> None:

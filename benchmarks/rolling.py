@@ -44,10 +44,10 @@ BLANK = "background.jpg"
 
 def poses() -> list[Transform]:
     """``T_gel_bead`` at every step; the first is the identity."""
-    centre = np.array([0, 0, RADIUS_MM - PRESS_MM])
+    center = np.array([0, 0, RADIUS_MM - PRESS_MM])
     angles = np.radians(np.arange(0, TURN_DEG + STEP_DEG / 2, STEP_DEG))
     turns = Rotation.from_rotvec(angles[:, None] * [0, 1, 0]).as_matrix()
-    return [rigid(turn, centre - turn @ centre) for turn in turns]
+    return [rigid(turn, center - turn @ center) for turn in turns]
 
 
 def render_roll(folder: Path, samples: int = SAMPLES) -> Iterator[str]:

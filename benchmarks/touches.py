@@ -92,15 +92,15 @@ def pressed(
     x_mm, y_mm = (
         (np.arange(n) - (n - 1) / 2) * pitch for n, pitch in zip(size_px, mm_per_px, strict=True)
     )
-    centres = np.stack(np.meshgrid(x_mm, y_mm), -1)
-    gradient = np.zeros_like(centres)
-    window = _window(thing, T_sensor_object, centres)
-    coarse = _samples(thing, T_sensor_object, centres[window], mm_per_px, SUBPIXELS)
+    centers = np.stack(np.meshgrid(x_mm, y_mm), -1)
+    gradient = np.zeros_like(centers)
+    window = _window(thing, T_sensor_object, centers)
+    coarse = _samples(thing, T_sensor_object, centers[window], mm_per_px, SUBPIXELS)
     gradient[window] = coarse.mean(2)
     sharp = np.ptp(coarse, axis=2).max(-1) > EDGE_SLOPE
     edge = np.zeros(gradient.shape[:2], bool)
     edge[window] = ndimage.binary_dilation(sharp, np.ones((3, 3)))
-    fine = _samples(thing, T_sensor_object, centres[edge][None], mm_per_px, EDGE_SUBPIXELS)
+    fine = _samples(thing, T_sensor_object, centers[edge][None], mm_per_px, EDGE_SUBPIXELS)
     gradient[edge] = fine[0].mean(1)
     if rng is not None:
         gradient += SLOPE_NOISE * rng.standard_normal(gradient.shape)
@@ -112,10 +112,10 @@ def pressed(
 
 
 def _window(
-    thing: Thing, T_sensor_object: Transform, centres_mm: Float[np.ndarray, "h w 2"]
+    thing: Thing, T_sensor_object: Transform, centers_mm: Float[np.ndarray, "h w 2"]
 ) -> tuple[slice, slice]:
     """Rows and columns where the object may touch, from every eighth pixel."""
-    every = centres_mm[::WINDOW_PX, ::WINDOW_PX]
+    every = centers_mm[::WINDOW_PX, ::WINDOW_PX]
     touched = lowest_surface(thing, T_sensor_object, every)[0] < 0
     rows, columns = (np.flatnonzero(touched.any(axis)) for axis in (1, 0))
     if not len(rows):
@@ -130,15 +130,15 @@ def _window(
 def _samples(
     thing: Thing,
     T_sensor_object: Transform,
-    centres_mm: Float[np.ndarray, "h w 2"],
+    centers_mm: Float[np.ndarray, "h w 2"],
     mm_per_px: Pair,
     count: int,
 ) -> Float[np.ndarray, "h w n 2"]:
     """Exact slopes of depth at ``count`` x ``count`` points of each pixel."""
     steps = (np.arange(count) - (count - 1) / 2) / count
     around = np.stack(np.meshgrid(steps, steps), -1).reshape(-1, 2) * mm_per_px
-    height, width = centres_mm.shape[:2]
-    lattice = (centres_mm[:, :, None] + around).reshape(height, width * count**2, 2)
+    height, width = centers_mm.shape[:2]
+    lattice = (centers_mm[:, :, None] + around).reshape(height, width * count**2, 2)
     surface_mm, slopes = lowest_surface(thing, T_sensor_object, lattice)
     exact = np.where((surface_mm < 0)[..., None], -slopes, 0.0)
     return exact.reshape(height, width, count**2, 2)

@@ -102,18 +102,18 @@ def assemble(design: Wedge) -> tuple[Assembly, dict[str, cq.Solid]]:
     placed = [*_optics(design), *_mechanics(design), *_screws(design)]
     bodies = {body.name: body for body, _ in placed}
     solids = {body.name: solid for body, solid in placed}
-    colours = [row.colour for row in Layout(design).light_rows()]
+    colors = [row.color for row in Layout(design).light_rows()]
     films = list(Layout(design).films)
     steps = [
         Step("case", "Begin with the printed case", "sensor", ("case",)),
         Step("mirror", "Glue the mirror to its seat", "sensor", ("mirror",)),
         Step("lights", "Tape the LED arrays into their pockets", "sensor",
-             tuple(f"{colour}_leds" for colour in colours)),
+             tuple(f"{color}_leds" for color in colors)),
         Step("acrylic", "Clean the acrylic block", "window", ("acrylic",)),
     ]  # fmt: skip
     titles = {"gray_filter": "Stick on the gray filters", "diffuser": "Stick on the diffusers"}
     steps += [
-        Step(film, titles[film], "window", tuple(f"{colour}_{film}" for colour in colours))
+        Step(film, titles[film], "window", tuple(f"{color}_{film}" for color in colors))
         for film in films
     ]
     steps += [
@@ -160,15 +160,15 @@ def _optics(design: Wedge) -> list[Placed]:
     ]
     outward = {"red": (0.0, 8.0, 0.0), "blue": (0.0, -8.0, 0.0), "green": (8.0, 0.0, 0.0)}
     for row in place.light_rows():
-        colour = row.colour
-        array = bought.led_array(design, colour)
-        body = Body(f"{colour}_leds", f"led_array_{colour}", "electronics", down(far / 2))
+        color = row.color
+        array = bought.led_array(design, color)
+        body = Body(f"{color}_leds", f"led_array_{color}", "electronics", down(far / 2))
         bodies.append((body, array))
-        side = "base" if colour == "green" else "side"
+        side = "base" if color == "green" else "side"
         for order, film in enumerate(place.films):
-            away = _straight(outward[colour], 1 + 0.5 * order)
-            solid = bought.film(design, film, colour)
-            bodies.append((Body(f"{colour}_{film}", f"{film}_{side}", "film", away), solid))
+            away = _straight(outward[color], 1 + 0.5 * order)
+            solid = bought.film(design, film, color)
+            bodies.append((Body(f"{color}_{film}", f"{film}_{side}", "film", away), solid))
     wire = f"pin_{design.fastening.pin_diameter_mm:g}"
     bodies += [
         (Body(f"pin_{index + 1}", wire, "brass", down(10)), bought.pin(design, index))

@@ -23,7 +23,7 @@ from cad.electronics.wiring import wiring_svg
 from cad.exports import laser, solids
 from cad.exports.drawing import drawing_of
 from cad.exports.page import view_files
-from cad.exports.views import Subject, colour_of, draw
+from cad.exports.views import Subject, color_of, draw
 from cad.manifest import check_entries, part_entries
 from cad.mesh import manifold_of, mesh_of
 from cad.refusals import refuse_unbuildable
@@ -116,10 +116,10 @@ def _files(built: Model) -> Iterator[tuple[str, bytes]]:
         yield f"print/{name}.stl", solids.stl_of(mesh)
         yield f"print/{name}.3mf", solids.threemf_of({name: mesh})
         yield f"step/{name}.step", solids.step_of(built.printed[name], name)
-    colours = {name: colour_of(body.part) for name, body in built.assembly.bodies.items()}
-    whole = solids.step_of_assembly(built.bodies, f"wedge_{design.name}", colours)
+    colors = {name: color_of(body.part) for name, body in built.assembly.bodies.items()}
+    whole = solids.step_of_assembly(built.bodies, f"wedge_{design.name}", colors)
     yield "step/assembly.step", whole
-    painted = {name: (mesh, colours[name]) for name, mesh in built.body_meshes.items()}
+    painted = {name: (mesh, colors[name]) for name, mesh in built.body_meshes.items()}
     yield "view/assembly.glb", solids.glb_of(painted)
     for name, content in view_files(design, built.assembly, built.body_meshes):
         yield f"view/{name}", content

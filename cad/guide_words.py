@@ -30,13 +30,13 @@ def design_words(design: Wedge, assembly: Assembly) -> dict[str, str]:
     place = Layout(design)
     paths = trace(design, pad_grid(design, 21))
     seen, films = seen_mm(design, paths), [_FILMS[film] for film in place.films]
-    colours = [row.colour for row in place.light_rows()]
+    colors = [row.color for row in place.light_rows()]
     step = {step.id: f"{number}" for number, step in enumerate(assembly.steps, start=1)}
     return {
         "film_fault": _FILM_FAULT if films else "",
         "supply": f"{design.wiring.supply_v:g}",
-        "sides": _sides(colours),
-        "lit": _lit(colours),
+        "sides": _sides(colors),
+        "lit": _lit(colors),
         "strips": "Stick it over the gray filter." if len(films) > 1 else _EACH_STRIP,
         "film_warning": _film_warning(films),
         "pin_length": f"{design.pin_length_mm:.1f}",
@@ -61,17 +61,17 @@ _FILM_FAULT = (
 _EACH_STRIP = "Stick each strip to its edge from one end to the other, without a bubble."
 
 
-def _sides(colours: Sequence[str]) -> str:
+def _sides(colors: Sequence[str]) -> str:
     """``red goes to the left, green to the base``."""
-    first, *rest = [f"{colour} {where}" for colour, where in _SIDES.items() if colour in colours]
+    first, *rest = [f"{color} {where}" for color, where in _SIDES.items() if color in colors]
     return ", ".join([first.replace(" ", " goes ", 1), *rest])
 
 
-def _lit(colours: Sequence[str]) -> str:
+def _lit(colors: Sequence[str]) -> str:
     """From where each colour comes in the picture: ``red from one side, green from the base``."""
-    sides = [colour for colour in ("red", "blue") if colour in colours]
+    sides = [color for color in ("red", "blue") if color in colors]
     said = [f"{c} from {'the other' if i else 'one side'}" for i, c in enumerate(sides)]
-    said += ["green from the base"] if "green" in colours else []
+    said += ["green from the base"] if "green" in colors else []
     return ", ".join(said)
 
 

@@ -39,8 +39,8 @@ ROOF_SCREW_LENGTH = 8.0
 class LightRow:
     """One LED array: places along its side of the acrylic, x for a side and y for the base."""
 
-    colour: str
-    centres: tuple[float, ...]
+    color: str
+    centers: tuple[float, ...]
     board: tuple[float, float]
     """From the end of the flexible circuit to the end of its tail, where the wires are soldered."""
 
@@ -130,13 +130,13 @@ class Layout:
             self._row("blue", lights.blue_side_leds, middle, tail),
             self._row("green", lights.green_base_leds, 0.0, base_tail),
         ]
-        return [row for row in rows if row.centres]
+        return [row for row in rows if row.centers]
 
-    def _row(self, colour: str, count: int, middle: float, tail: float) -> LightRow:
+    def _row(self, color: str, count: int, middle: float, tail: float) -> LightRow:
         pitch, length = self.design.wiring.led_pitch_mm, self.design.lights.led_length_mm
-        centres = tuple(middle + (index - (count - 1) / 2) * pitch for index in range(count))
+        centers = tuple(middle + (index - (count - 1) / 2) * pitch for index in range(count))
         start = middle - (count - 1) / 2 * pitch - length / 2 - 0.2
-        return LightRow(colour, centres, (start, tail))
+        return LightRow(color, centers, (start, tail))
 
     @property
     def flex_z(self) -> tuple[float, float]:

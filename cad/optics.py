@@ -40,12 +40,12 @@ class Paths:
 def pad_grid(design: Wedge, count: int) -> Array:
     """(count², 2) points of the pad's rectangle, x outermost, in the body's frame in mm."""
     length, width = design.pad_size_mm
-    x = pad_centre_x_mm(design) + np.linspace(-length / 2, length / 2, count)
+    x = pad_center_x_mm(design) + np.linspace(-length / 2, length / 2, count)
     y = np.linspace(-width / 2, width / 2, count)
     return np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
 
 
-def pad_centre_x_mm(design: Wedge) -> float:
+def pad_center_x_mm(design: Wedge) -> float:
     """The pad sits in the middle of the acrylic."""
     return design.acrylic.tip_offset_mm + design.acrylic.length_mm / 2
 
@@ -55,7 +55,7 @@ def gel_thickness_mm(design: Wedge, points: Array) -> Array:
     gel = design.gel
     if not gel.curved:
         return np.full(len(points), float(gel.thickness_mm))
-    along = (points[:, 0] - pad_centre_x_mm(design)) / gel.semi_axis_along_mm
+    along = (points[:, 0] - pad_center_x_mm(design)) / gel.semi_axis_along_mm
     across = points[:, 1] / gel.semi_axis_across_mm
     root = np.sqrt(1 - along**2 - across**2)
     return np.asarray(gel.thickness_mm - gel.semi_axis_normal_mm * (1 - root))
@@ -118,9 +118,9 @@ def project(camera: Camera, directions: Array) -> Array:
     spread = angle if camera.projection == "equidistant" else np.tan(angle)
     radius = np.where(angle < np.pi / 2, camera.focal_length_px * spread, np.nan)
     azimuth = np.arctan2(v, u)
-    centre = np.array([camera.width_px, camera.height_px]) / 2
+    center = np.array([camera.width_px, camera.height_px]) / 2
     return np.asarray(
-        centre + np.column_stack([radius * np.cos(azimuth), radius * np.sin(azimuth)])
+        center + np.column_stack([radius * np.cos(azimuth), radius * np.sin(azimuth)])
     )
 
 

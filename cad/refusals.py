@@ -155,10 +155,10 @@ def _refuse_lights(place: Layout) -> None:
             most,
             f"at a pitch of {wiring.led_pitch_mm:g} mm no more fit",
         )
-    for colour in ("red", "green", "blue"):
+    for color in ("red", "green", "blue"):
         at_most(
-            f"wiring.{colour}_forward_v",
-            getattr(wiring, f"{colour}_forward_v"),
+            f"wiring.{color}_forward_v",
+            getattr(wiring, f"{color}_forward_v"),
             wiring.supply_v - 0.1,
             f"the supply of {wiring.supply_v:g} V leaves nothing for a resistor",
         )
@@ -168,7 +168,7 @@ def _refuse_lights(place: Layout) -> None:
                 "wiring.led_current_ma",
                 wiring.led_current_ma,
                 1000 * RATED_W / (wiring.supply_v - ballast.forward_v) / ballast.leds,
-                f"the {ballast.colour} array's resistor takes {RATED_W:g} W, and the supply has"
+                f"the {ballast.color} array's resistor takes {RATED_W:g} W, and the supply has"
                 f" {wiring.supply_v:g} V",
             )
 
@@ -296,7 +296,7 @@ def _refuse_compartment(place: Layout) -> None:
 
 def _refuse_wires(place: Layout) -> None:
     wiring = place.design.wiring
-    for count in by_side({row.colour: 2 for row in place.light_rows()}).values():
+    for count in by_side({row.color: 2 for row in place.light_rows()}).values():
         for name, room in rooms(place).items():
             at_most(
                 "wiring.wire_diameter_mm",

@@ -15,7 +15,7 @@ from sensor.extras import how_to_install
 if TYPE_CHECKING:
     from recon.fast import Touch
 
-PER_METRE = 1000.0
+PER_METER = 1000.0
 """Depths are in mm."""
 
 
@@ -76,6 +76,6 @@ class RerunFile:
             recording.log("latency_ms", rerun.Scalars(frame.latency_ms))
         if touch is not None:
             depth_mm = touch.depth_mm.copy()  # written later, when the next frame has come
-            recording.log("depth", rerun.DepthImage(depth_mm, meter=PER_METRE))
+            recording.log("depth", rerun.DepthImage(depth_mm, meter=PER_METER))
             recording.log("deepest_mm", rerun.Scalars(touch.deepest_mm))
             recording.log("contact_mm2", rerun.Scalars(touch.contact_mm2))

@@ -204,12 +204,12 @@ def presses_of(
         presses += ball_presses(design, calibration_ball(ball_radius_mm), count, seed)
     of_scene = {"shapes": showcase, "set": showcase, "tools": plain, "balls": ()}
     presses += [
-        Press(name=name, indenter=known[name], centre_mm=(0.0, 0.0), depth_mm=known[name].depth_mm)
+        Press(name=name, indenter=known[name], center_mm=(0.0, 0.0), depth_mm=known[name].depth_mm)
         for name in of_scene.get(scene, (scene,))
     ]
     if depth_mm is not None:
         presses = [
-            Press(name=item.name, indenter=item.indenter, centre_mm=item.centre_mm,
+            Press(name=item.name, indenter=item.indenter, center_mm=item.center_mm,
                   depth_mm=depth_mm)
             for item in presses
         ]  # fmt: skip

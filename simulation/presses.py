@@ -34,7 +34,7 @@ class Press:
 
     name: str
     indenter: Indenter
-    centre_mm: tuple[float, float]
+    center_mm: tuple[float, float]
     """On the skin, from the pad's centre."""
     depth_mm: float
 
@@ -68,7 +68,7 @@ def ball_presses(design: Wedge, ball: Indenter, count: int, seed: int) -> list[P
         deepest = min(deep, DEEPEST * design.gel.thickness_at_mm(x, y))
         depth = rng.uniform(min(shallow, deepest / 2), deepest)
         presses.append(
-            Press(name=f"ball_{index:02d}", indenter=ball, centre_mm=(float(x), float(y)),
+            Press(name=f"ball_{index:02d}", indenter=ball, center_mm=(float(x), float(y)),
                   depth_mm=float(depth))
         )  # fmt: skip
     return presses
@@ -106,7 +106,7 @@ def reach_under(design: Wedge, view: View, press: Press) -> Map:
     if lowest <= -design.gel.thickness_mm:
         raise WedgeError(
             f"{press.name}: a press of {press.depth_mm:g} mm goes through the gel, "
-            f"{design.gel.thickness_at_mm(*press.centre_mm):.3g} mm thick there: press less deep."
+            f"{design.gel.thickness_at_mm(*press.center_mm):.3g} mm thick there: press less deep."
         )
     reach: Map = rest - lowest - press.indenter.profile(x - object_x, y - object_y)
     with told_of(press):
@@ -129,16 +129,16 @@ def _placed(design: Wedge, press: Press) -> tuple[float, float, float]:
     An object with a round underside of radius R touches first where its normal is the skin's: its
     centre stands R - depth above the touched point, along the skin's normal.
     """
-    x, y = press.centre_mm
+    x, y = press.center_mm
     height = rest_height_mm(design.gel, np.array(x), np.array(y))
     slope = np.array(rest_slope(design.gel, x, y))
     normal = np.array([-slope[0], -slope[1], 1]) / np.sqrt(1 + slope @ slope)
     radius = press.indenter.round_mm
     if not radius:
         return x, y, float(height - press.depth_mm)
-    centre = np.array([x, y, height]) + normal * (radius - press.depth_mm)
-    lowest = centre[2] - radius
-    return float(centre[0]), float(centre[1]), float(lowest)
+    center = np.array([x, y, height]) + normal * (radius - press.depth_mm)
+    lowest = center[2] - radius
+    return float(center[0]), float(center[1]), float(lowest)
 
 
 def rest_slope(gel: Gel, x_mm: float, y_mm: float) -> tuple[float, float]:

@@ -61,14 +61,14 @@ def follow(design: Wedge, pixels: Points, view: View | None, depth_mm: Map | Non
     in_acrylic = _bent(ray, acrylic.refractive_index)
     in_gel = _bent(ray, gel.refractive_index)
     foot = entry[:, :2] + in_acrylic * acrylic.thickness_mm
-    centre_mm = acrylic.tip_offset_mm + acrylic.length_mm / 2
-    start = np.stack([centre_mm - foot[:, 0], foot[:, 1]], 1)  # gel x runs to the tip
+    center_mm = acrylic.tip_offset_mm + acrylic.length_mm / 2
+    start = np.stack([center_mm - foot[:, 0], foot[:, 1]], 1)  # gel x runs to the tip
     step = np.stack([-in_gel[:, 0], in_gel[:, 1]], 1)
     point = start + step * gel.thickness_mm
     for _ in range(MEETINGS):
         point = start + step * _thickness_mm(design, point, view, depth_mm)[:, None]
     half = np.array([gel.pad_length_mm, gel.pad_width_mm]) / 2
-    inside = np.abs(entry[:, :2] - [centre_mm, 0]) <= np.array([acrylic.length_mm,
+    inside = np.abs(entry[:, :2] - [center_mm, 0]) <= np.array([acrylic.length_mm,
                                                                acrylic.width_mm]) / 2  # fmt: skip
     met = downward & inside.all(1) & (np.abs(point) <= half).all(1)
     share = _through(sine, 1.0, acrylic.refractive_index)

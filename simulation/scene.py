@@ -52,12 +52,12 @@ HAIR_MM: Final = 1e-3
 class Side:
     """One side of the acrylic, with a row of LEDs or without."""
 
-    colour: Channel
-    centre_mm: tuple[float, float]
+    color: Channel
+    center_mm: tuple[float, float]
     """Middle of the side in x and y."""
     inward: tuple[float, float]
     length_mm: float
-    row_centre_mm: tuple[float, float]
+    row_center_mm: tuple[float, float]
     """Middle of the row of LEDs in x and y."""
     leds: int
 
@@ -79,14 +79,14 @@ def sides(design: Wedge) -> list[Side]:
     )
     return [
         Side(
-            colour=colour,
-            centre_mm=centre,
+            color=color,
+            center_mm=center,
             inward=inward,
             length_mm=length,
-            row_centre_mm=row,
+            row_center_mm=row,
             leds=count,
         )
-        for colour, centre, inward, length, row, count in rows
+        for color, center, inward, length, row, count in rows
     ]
 
 
@@ -211,8 +211,8 @@ def _body(mi: Any, design: Wedge) -> dict[str, Any]:
         ),
     }  # fmt: skip
     for side in sides(design):
-        scene[f"side_{side.colour}"] = _wall(
-            mi, (*side.centre_mm, (floor + foot) / 2), (*side.inward, 0),
+        scene[f"side_{side.color}"] = _wall(
+            mi, (*side.center_mm, (floor + foot) / 2), (*side.inward, 0),
             (side.length_mm / 2, acrylic.thickness_mm / 2), film,
         )  # fmt: skip
     pad_x, pad_y = gel.pad_length_mm / 2, gel.pad_width_mm / 2
@@ -245,15 +245,15 @@ def _lights(mi: Any, design: Wedge) -> dict[str, Any]:
     for side in sides(design):
         if not side.leds:
             continue
-        colour = np.array(PRIMARIES[side.colour])
+        color = np.array(PRIMARIES[side.color])
         inward = np.array([*side.inward, 0.0])
-        place = np.array([*side.row_centre_mm, middle])
+        place = np.array([*side.row_center_mm, middle])
         along = np.array([*side.along, 0.0])
         if lights.diffuser:  # a film on the LEDs: their row, blurred by its thickness, matt
             long = min(side.leds * design.wiring.led_pitch_mm, side.length_mm - 0.1)
             tall = min(lights.led_width_mm + 2 * lights.film_thickness_mm, acrylic.thickness_mm)
-            radiance = lights.gray_filter_transmission * DIFFUSER_TRANSMISSION * colour
-            scene[f"light_{side.colour}"] = _lamp(
+            radiance = lights.gray_filter_transmission * DIFFUSER_TRANSMISSION * color
+            scene[f"light_{side.color}"] = _lamp(
                 mi,
                 place + HAIR_MM * inward,
                 side,
@@ -265,9 +265,9 @@ def _lights(mi: Any, design: Wedge) -> dict[str, Any]:
         for index in range(side.leds):  # bare LEDs in the air behind the film
             step = (index - (side.leds - 1) / 2) * design.wiring.led_pitch_mm
             behind = lights.film_thickness_mm + HAIR_MM
-            scene[f"light_{side.colour}{index}"] = _lamp(
+            scene[f"light_{side.color}{index}"] = _lamp(
                 mi, place + step * along - behind * inward, side,
-                (lights.led_length_mm, lights.led_width_mm), colour, BACKING_REFLECTANCE,
+                (lights.led_length_mm, lights.led_width_mm), color, BACKING_REFLECTANCE,
             )  # fmt: skip
     return scene
 
@@ -296,7 +296,7 @@ def _lamp(
 
 def _wall(
     mi: Any,
-    centre: Any,
+    center: Any,
     normal: tuple[float, float, float],
     half: tuple[float, float],
     bsdf: dict[str, Any],
@@ -308,8 +308,8 @@ def _wall(
     transform = mi.ScalarTransform4f
     facing = np.asarray(normal, float)
     up = [0, 1, 0] if abs(facing[2]) > 0.5 else [0, 0, 1]
-    place = [float(value) for value in centre]
-    target = [float(value) for value in np.asarray(centre) + facing]
+    place = [float(value) for value in center]
+    target = [float(value) for value in np.asarray(center) + facing]
     return {
         "type": "rectangle",
         "to_world": transform().look_at(origin=place, target=target, up=up)

@@ -174,12 +174,12 @@ def _obstacle(floor: Map, collar_px: list[float]) -> Map:
     black = (rows + columns) % 2 == 0
     for sweep in range(SWEEPS):
         before = w[1:-1, 1:-1].copy()
-        for colour in (black, ~black):
+        for color in (black, ~black):
             w[0], w[-1], w[:, 0], w[:, -1] = w[1], w[-2], w[:, 1], w[:, -2]
             pull = along_x * (w[1:-1, :-2] + w[1:-1, 2:]) + along_y * (w[:-2, 1:-1] + w[2:, 1:-1])
             inner = w[1:-1, 1:-1]
             relaxed = np.maximum(floor, inner + relaxation * (pull / diagonal - inner))
-            np.copyto(inner, relaxed, where=colour)
+            np.copyto(inner, relaxed, where=color)
         if sweep % 10 == 9 and np.abs(w[1:-1, 1:-1] - before).max() < settled_mm:
             return w[1:-1, 1:-1]
     raise WedgeError(f"the skin does not settle in {SWEEPS} steps: take a smaller --width-px.")

@@ -42,7 +42,7 @@ def make_dataset(
     *,
     presses: int = 12,
     seed: int = 0,
-    noise_grey_levels: float = 0.5,
+    noise_gray_levels: float = 0.5,
     lights_deg: Mapping[str, float] = LIGHTS_DEG,
     corners_px: tuple | None = None,
     in_npz: bool = False,
@@ -57,7 +57,7 @@ def make_dataset(
         folder: where to write; made where it is missing.
         presses: how many, of one ball of ``BALL_RADIUS_MM``.
         seed: of the places, the sizes and the noise.
-        noise_grey_levels: standard deviation of white noise in every frame, of 255.
+        noise_gray_levels: standard deviation of white noise in every frame, of 255.
         lights_deg: azimuth that each colour comes from, in the gel frame.
         corners_px: top left, top right, bottom right, bottom left of the pad in raw frames of
             ``RAW_SIZE_PX``, such as ``KEYSTONE_PX``; by default frames show the gel plane.
@@ -68,7 +68,7 @@ def make_dataset(
 
     def frame(place: tuple[float, float, float] | None) -> np.ndarray:
         light = shaded(gradient_of(place, corners_px), lights_deg)
-        return digitized(light + noise_grey_levels / 255 * rng.standard_normal(light.shape))
+        return digitized(light + noise_gray_levels / 255 * rng.standard_normal(light.shape))
 
     names = [f"frames.npz#{i}" if in_npz else f"press{i:02d}.png" for i in range(presses)]
     frames = [frame(place) for place in places]

@@ -126,6 +126,25 @@ def test_no_file_names_a_machine() -> None:
     assert names(found) == []
 
 
+def test_names_are_spelled_as_in_libraries() -> None:
+    """A sentence for a test's name, and what another library calls so, may be British."""
+    allowed = re.compile("test_|colour_space$")
+    for path in files_of(ROOT):
+        if path.suffix == ".py":
+            defined = {
+                name
+                for node in ast.walk(ast.parse(path.read_text()))
+                for kind in ("id", "name", "arg", "attr")
+                if isinstance(name := getattr(node, kind, None), str)
+            }
+            british = {
+                name
+                for name in defined
+                if re.search("colour|centre|neighbour|grey", name, re.IGNORECASE)
+            }
+            assert not {name for name in british if not allowed.match(name)}, path
+
+
 def test_no_array_file_may_run_code() -> None:
     # ruff refuses pickle, eval, exec and shells; numpy's way around that is an argument.
     found = [path for path in PYTHON_FILES if "allow_pickle=" + "True" in path.read_text()]

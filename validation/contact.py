@@ -19,7 +19,7 @@ from sensor.dataset import Dataset
 from validation.folds import Fold
 
 READ_NOISE_LEVELS, SHOT_NOISE, FLICKER = (0.5, 2.0), 0.02, 0.002
-COLOUR_DRIFT, STAIN, STAINS_ACROSS = 0.012, 0.003, (16, 12)
+COLOR_DRIFT, STAIN, STAINS_ACROSS = 0.012, 0.003, (16, 12)
 """Since the background was taken: of each colour's brightness, and of full scale in patches.
 
 Frames of the MIT Wedge before a grip differ from the first, after the blur of a contact's search,
@@ -109,7 +109,7 @@ def blank_frames(
 def drifted(blank: Frame, rng: np.random.Generator) -> Frame:
     """A blank frame as it looks later: colours a little brighter or darker, stains on the gel."""
     height, width, _ = blank.shape
-    gain = 1 + COLOUR_DRIFT * rng.standard_normal(3)
+    gain = 1 + COLOR_DRIFT * rng.standard_normal(3)
     coarse = rng.standard_normal((*STAINS_ACROSS[::-1], 3)).astype(np.float32)
     stain = cv2.resize(coarse, (width, height), interpolation=cv2.INTER_CUBIC)
     return np.clip(np.rint(blank * gain + 255 * STAIN * stain), 0, 255).astype(np.uint8)

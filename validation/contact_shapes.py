@@ -78,7 +78,7 @@ def shape_contacts(
         height, width = frame.shape[:2]
         view = View(size_px=(width, height), mm_per_px=card.mm_per_px)
         press = Press(
-            name=name, indenter=indenter, centre_mm=(0.0, 0.0), depth_mm=indenter.depth_mm
+            name=name, indenter=indenter, center_mm=(0.0, 0.0), depth_mm=indenter.depth_mm
         )
         skin = skin_under(design, view, press)
         difference = frame - reader.blank

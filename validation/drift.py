@@ -14,7 +14,7 @@ from recon.pixels import BallPress, label_pixels
 from recon.presses import press_reader, read_presses
 from sensor.dataset import Dataset
 from validation.acceptance.gel import GRAIN_PX, smooth, untouched
-from validation.acceptance.lights import GREY_LEVELS
+from validation.acceptance.lights import GRAY_LEVELS
 from validation.depth import rmse_interval_mm
 from validation.error_table import ErrorTable
 from validation.evaluation import (
@@ -259,19 +259,19 @@ def _of_light(presses: Sequence[BallPress], channels: str) -> dict[str, Number]:
         answers.append(np.linalg.norm(slopes, axis=0))
     numbers = {}
     if noise:
-        numbers["noise"] = _number("noise", "grey levels", GREY_LEVELS * np.array(noise))
+        numbers["noise"] = _number("noise", "grey levels", GRAY_LEVELS * np.array(noise))
     for channel in channels:
         column = "RGB".index(channel)
         if brightness:
             numbers[f"brightness_{channel}"] = _number(
                 f"brightness, {channel}",
                 "grey levels",
-                GREY_LEVELS * np.array(brightness)[:, column],
+                GRAY_LEVELS * np.array(brightness)[:, column],
             )
         numbers[f"answer_{channel}"] = _number(
             f"answer to slope, {channel}",
             "grey levels",
-            GREY_LEVELS * np.array(answers)[:, column],
+            GRAY_LEVELS * np.array(answers)[:, column],
         )
     return numbers
 

@@ -22,7 +22,7 @@ from validation.lighting import contrast, linear, unevenness
 from validation.metrics import Errors, mean_errors, press_errors
 from validation.splits import splits
 
-GREY_LEVELS = 255
+GRAY_LEVELS = 255
 CLEAR_OF_COLLAR = 2.0
 """Contact radii beyond which the gel is untouched."""
 
@@ -109,7 +109,7 @@ def grain_of(press: BallPress) -> float:
     x_mm, y_mm = offsets_mm(press.size_px, press.center_px, press.mm_per_px)
     away = np.hypot(x_mm, y_mm) > CLEAR_OF_COLLAR * press.contact_radius_mm
     steps = np.diff(press.difference, axis=1)[away[:, 1:] & away[:, :-1]]
-    return float(GREY_LEVELS * steps.std() / np.sqrt(2))
+    return float(GRAY_LEVELS * steps.std() / np.sqrt(2))
 
 
 def keystone(corners_px: Sequence[Pair]) -> float:
@@ -127,10 +127,10 @@ def near_far(blank: Unwarped, lights_deg: Mapping[str, float]) -> dict[str, floa
     y = 2 * (rows + 0.5) / blank.shape[0] - 1
     light = linear(blank)
     ratios = {}
-    for colour, azimuth in lights_deg.items():
+    for color, azimuth in lights_deg.items():
         toward = x * np.cos(np.radians(azimuth)) + y * np.sin(np.radians(azimuth))
-        channel = light[..., "RGB".index(colour)]
-        ratios[colour] = float(channel[toward > 1 / 3].mean() / channel[toward < -1 / 3].mean())
+        channel = light[..., "RGB".index(color)]
+        ratios[color] = float(channel[toward > 1 / 3].mean() / channel[toward < -1 / 3].mean())
     return ratios
 
 
@@ -182,10 +182,10 @@ def _lobes(
     terms = np.column_stack([contact.gradient, np.ones(len(contact))])
     slopes = np.linalg.lstsq(terms, contact.color, rcond=None)[0][:2]
     along, across = {}, {}
-    for colour, azimuth in lights_deg.items():
-        change = -slopes[:, "RGB".index(colour)]
+    for color, azimuth in lights_deg.items():
+        change = -slopes[:, "RGB".index(color)]
         direction = np.array([np.cos(np.radians(azimuth)), np.sin(np.radians(azimuth))])
         toward = float(change @ direction)
-        along[colour] = GREY_LEVELS * toward
-        across[colour] = float(abs(change @ [-direction[1], direction[0]]) / abs(toward))
+        along[color] = GRAY_LEVELS * toward
+        across[color] = float(abs(change @ [-direction[1], direction[0]]) / abs(toward))
     return along, across

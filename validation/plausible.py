@@ -38,7 +38,7 @@ from validation.folds import fit_folds, fit_presses
 
 FOLDS = 3
 SEED = 0
-GREY = 100 / 255
+GRAY = 100 / 255
 BLANKS = 20
 """Of each fold."""
 FAINT = 0.2
@@ -88,8 +88,8 @@ def called_implausible(name: str, estimator: str) -> list[Row]:
         for press, (blank, _) in zip((presses[i] for i in fold.test), cycle(blanks), strict=False):
             faint = blank + FAINT * press.difference
             found["faint"].append(_judged(faint, fold.estimator, dataset, press.hidden))
-        grey = np.full_like(reader.blank, GREY)
-        found["grey"].append(_judged(grey - reader.blank, fold.estimator, dataset))
+        gray = np.full_like(reader.blank, GRAY)
+        found["grey"].append(_judged(gray - reader.blank, fold.estimator, dataset))
     shapes = list(_shapes(dataset))
     if shapes:
         fitted = fit_presses(presses, range(len(presses)), estimator, channels, SEED)

@@ -71,7 +71,7 @@ def repetition(recipe: Recipe, pitch_mm: float, threads: int | None = None) -> R
         size_mm=(SIZE_MM, SIZE_MM),
         depth_mm=DEPTH_MM,
     )
-    press = Press(name="threads", indenter=comb, centre_mm=(0.0, 0.0), depth_mm=DEPTH_MM)
+    press = Press(name="threads", indenter=comb, center_mm=(0.0, 0.0), depth_mm=DEPTH_MM)
     view = recipe.view
     depth = skin_under(recipe.design, view, press, cover_mm=recipe.cover_mm).depth_mm
     half = round(WINDOW_MM / 2 / view.mm_per_px[0])

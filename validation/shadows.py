@@ -64,7 +64,7 @@ def true_shadows(design: Wedge, view: View, depth_mm: Map) -> Mapping[str, TrueS
             continue
         facing, arriving = _light(design, view, depth_mm, side)
         rest, _ = _light(design, view, flat, side)
-        found[str(side.colour)] = TrueShadows(
+        found[str(side.color)] = TrueShadows(
             blocked=arriving < BLOCKED * rest,
             cast=(arriving < REACHED * facing) & (facing > FACING * rest),
         )
@@ -75,7 +75,7 @@ def score_shadows(
     name: str, found: Bool[np.ndarray, "h w 3"], truth: Mapping[str, TrueShadows]
 ) -> ShadowScore:
     """What was found of the shadows on one skin."""
-    pairs = [(found[..., "RGB".index(colour)], shadow) for colour, shadow in truth.items()]
+    pairs = [(found[..., "RGB".index(color)], shadow) for color, shadow in truth.items()]
     return ShadowScore(
         name=name,
         found_px=sum(int(mask.sum()) for mask, _ in pairs),
@@ -99,7 +99,7 @@ def _light(
     facing, arriving = np.zeros_like(z), np.zeros_like(z)
     for share in np.linspace(-1, 1, POINTS_ALONG):
         lamp = np.array(
-            [*(np.array(side.row_centre_mm) + share * half * np.array(side.along)), middle]
+            [*(np.array(side.row_center_mm) + share * half * np.array(side.along)), middle]
         )
         way = lamp - np.stack([x, y, z], -1)
         far = np.linalg.norm(way, axis=-1)

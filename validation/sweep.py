@@ -93,13 +93,13 @@ def varied(design: Wedge, field: str, value: str) -> Wedge:
     if field == LIT_SIDES:
         if not value or set(value) - set(SIDES) or len(set(value)) < len(value):
             raise WedgeError(f"{LIT_SIDES} = {value!r} must be some of the letters R, G and B.")
-        named = [SIDES[colour] for colour in value]
+        named = [SIDES[color] for color in value]
         if unlit := [name for name in named if not getattr(design.lights, name)]:
             raise WedgeError(
                 f"{LIT_SIDES} = {value!r} cannot stay lit: the design has lights.{unlit[0]} = 0; "
                 "leave that colour out."
             )
-        dark: dict[str, Any] = {name: 0 for colour, name in SIDES.items() if colour not in value}
+        dark: dict[str, Any] = {name: 0 for color, name in SIDES.items() if color not in value}
         return replace(design, lights=replace(design.lights, **dark))
     name, _, key = field.partition(".")
     part: Any = getattr(design, name, None)

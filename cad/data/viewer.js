@@ -45,9 +45,9 @@
       in vec3 place; uniform mat4 view; uniform vec3 shift; uniform vec3 low; uniform float step; out vec3 seen;
       void main() { vec4 p = view * vec4(low + step * place + shift, 1.0); seen = p.xyz; gl_Position = p * vec4(1.0, 1.0, -0.2, 1.0); }`));
     gl.attachShader(program, shader(gl, gl.FRAGMENT_SHADER, `#version 300 es
-      precision highp float; in vec3 seen; uniform vec3 colour; uniform vec2 aspect; out vec4 pixel;
+      precision highp float; in vec3 seen; uniform vec3 color; uniform vec2 aspect; out vec4 pixel;
       void main() { vec3 n = normalize(cross(dFdx(seen * vec3(aspect, 1.0)), dFdy(seen * vec3(aspect, 1.0))));
-        float light = 0.45 + 0.5 * abs(dot(n, normalize(vec3(0.3, 0.5, 0.8)))); pixel = vec4(colour * light + 0.05, 1.0); }`));
+        float light = 0.45 + 0.5 * abs(dot(n, normalize(vec3(0.3, 0.5, 0.8)))); pixel = vec4(color * light + 0.05, 1.0); }`));
     gl.linkProgram(program); gl.useProgram(program); gl.enable(gl.DEPTH_TEST); gl.clearColor(1, 1, 1, 1);
     const at = name => gl.getUniformLocation(program, name), place = gl.getAttribLocation(program, "place");
     gl.uniform3fv(at("low"), model.low); gl.uniform1f(at("step"), model.step);
@@ -60,7 +60,7 @@
       body.count = corners.length; body.shown = true;
       const label = document.createElement("label"), box = document.createElement("input"), swatch = document.createElement("i");
       box.type = "checkbox"; box.checked = true; box.name = body.name; box.onchange = () => { body.shown = box.checked; draw(); };
-      swatch.style.background = `rgb(${body.colour.map(v => Math.round(255 * v)).join()})`;
+      swatch.style.background = `rgb(${body.color.map(v => Math.round(255 * v)).join()})`;
       label.append(box, swatch, body.name.replaceAll("_", " ")); side.append(label);
     }
     const middle = model.low.map((v, i) => (v + model.high[i]) / 2), size = Math.hypot(...model.low.map((v, i) => model.high[i] - v));
@@ -76,7 +76,7 @@
       rows.forEach((row, r) => { row.forEach((v, col) => { m[4 * col + r] = v * grow[r]; m[12 + r] -= v * grow[r] * middle[col]; }); });
       gl.uniformMatrix4fv(at("view"), false, m); gl.uniform2f(at("aspect"), 1 / w, 1);
       for (const body of model.bodies) if (body.shown) {
-        gl.uniform3fv(at("colour"), body.colour); gl.uniform3fv(at("shift"), body.apart.map(v => v * far));
+        gl.uniform3fv(at("color"), body.color); gl.uniform3fv(at("shift"), body.apart.map(v => v * far));
         gl.bindVertexArray(body.array); gl.drawElements(gl.TRIANGLES, body.count, gl.UNSIGNED_SHORT, 0);
       }
     }

@@ -106,7 +106,7 @@ def _array(design: Wedge, row: LightRow, place: Layout) -> Board:
     start, end = row.board
     length, height = end - start, place.flex_z[1] - place.flex_z[0]
     pad_height = min(_PAD_SHARE * lights.led_width_mm, height - 2 * (EDGE + TRACK + GAP))
-    last = row.centres[-1] + lights.led_length_mm / 2 - start
+    last = row.centers[-1] + lights.led_length_mm / 2 - start
     middle, half_gap = height / 2, _HALF_GAP * lights.led_length_mm
     rails = ((height - EDGE - TRACK, height - EDGE), (EDGE, EDGE + TRACK))
     tail = (length - min(1.6, length - last - 0.3), length - EDGE)
@@ -118,8 +118,8 @@ def _array(design: Wedge, row: LightRow, place: Layout) -> Board:
     package = led_package(design)
     components = []
     nets: dict[str, list[tuple[str, str]]] = {"A": [("J1", "A")], "K": [("J1", "K")]}
-    for index, centre in enumerate(row.centres):
-        name, u = f"D{index + 1}", centre - start
+    for index, center in enumerate(row.centers):
+        name, u = f"D{index + 1}", center - start
         y = (middle - pad_height / 2, middle + pad_height / 2)
         anode = (u - lights.led_length_mm / 2, u - half_gap)
         cathode = (u + half_gap, u + lights.led_length_mm / 2)
@@ -128,13 +128,13 @@ def _array(design: Wedge, row: LightRow, place: Layout) -> Board:
             Rectangle(_narrow(anode), (middle, height - EDGE)),
             Rectangle(_narrow(cathode), (EDGE, middle)),
         ]
-        part = f"led_{row.colour}"
+        part = f"led_{row.color}"
         turn = 180.0  # pick and place knows the cathode on the left at 0
-        components.append(Component(name, part, row.colour, package, (u, middle), turn))
+        components.append(Component(name, part, row.color, package, (u, middle), turn))
         nets["A"].append((name, "A"))
         nets["K"].append((name, "K"))
     return Board(
-        f"led_array_{row.colour}", (length, height), FLEX, "flexible, polyimide", tuple(pads),
+        f"led_array_{row.color}", (length, height), FLEX, "flexible, polyimide", tuple(pads),
         tuple(tracks), tuple(components), {net: tuple(pins) for net, pins in nets.items()},
     )  # fmt: skip
 
@@ -184,7 +184,7 @@ def _resistor_board(found: list[Ballast]) -> Board:
         components.append(Component(name, part, ballast.label, "1206", (x, (low + high) / 2), 90.0))
         nets["supply"].append((name, "1"))
         nets["GND"].append(("J2", cathode))
-        nets[f"{ballast.colour}_A"] = [(name, "2"), ("J2", anode)]
+        nets[f"{ballast.color}_A"] = [(name, "2"), ("J2", anode)]
     return Board(
         "resistor_board", (x_supply + 3.0, 15.0), 1.6, "FR-4", tuple(pads), tuple(tracks),
         tuple(components), {net: tuple(pins) for net, pins in nets.items()},

@@ -75,9 +75,9 @@ def check_electronics(design: Wedge, boards: list[Board]) -> list[Result]:
     asked = design.wiring.led_current_ma
     for ballast in ballasts(design):
         results += [
-            Result("resistor", f"{ballast.colour} {ballast.label}", ballast.power_w, "W", RATED_W,
+            Result("resistor", f"{ballast.color} {ballast.label}", ballast.power_w, "W", RATED_W,
                    "at most", f"{ballast.total_current_ma:.1f} mA for {ballast.leds} LEDs"),
-            Result("resistor", f"{ballast.colour} LED current", ballast.led_current_ma(), "mA",
+            Result("resistor", f"{ballast.color} LED current", ballast.led_current_ma(), "mA",
                    asked + 1e-9, "at most", f"{asked:g} mA asked for"),
         ]  # fmt: skip
     return results

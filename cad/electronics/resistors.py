@@ -46,7 +46,7 @@ RATED_W = 0.25
 class Ballast:
     """The resistor of one array and the current that follows from it."""
 
-    colour: str
+    color: str
     leds: int
     forward_v: float
     ohm: float
@@ -81,11 +81,11 @@ def ballasts(design: Wedge) -> list[Ballast]:
     wiring = design.wiring
     found = []
     for row in Layout(design).light_rows():
-        forward = float(getattr(wiring, f"{row.colour}_forward_v"))
-        current = wiring.led_current_ma * len(row.centres) / 1000
+        forward = float(getattr(wiring, f"{row.color}_forward_v"))
+        current = wiring.led_current_ma * len(row.centers) / 1000
         exact = (wiring.supply_v - forward) / current
         found.append(
-            Ballast(row.colour, len(row.centres), forward, next_e24(exact), wiring.supply_v)
+            Ballast(row.color, len(row.centers), forward, next_e24(exact), wiring.supply_v)
         )
     return found
 

@@ -46,7 +46,7 @@ def _marks_of_wires(board: Board) -> Iterator[list[Line]]:
         hole = pads["J1", pin].copper
         yield strokes(sign, (hole.x[1] + _SPACE, hole.middle[1] - _LETTER / 2), _LETTER)
     above = pads["J1", "2"].copper
-    yield _centred(above.middle[0], above.y[1] + _SPACE, "J1")
+    yield _centered(above.middle[0], above.y[1] + _SPACE, "J1")
     first = pads["J2", "1"].copper
     yield _before(first.x[0], first.middle[1], "J2")
     for resistor in board.components:
@@ -61,9 +61,9 @@ def _marks_of_row(
     anode = next(pin for part, pin in board.nets[net] if part == "J2")
     holes = [pads["J2", pin].copper for pin in (anode, str(int(anode) + 1))]
     for hole, letter in zip(holes, "AK", strict=True):
-        yield _centred(hole.middle[0], hole.y[1] + _SPACE, letter)
+        yield _centered(hole.middle[0], hole.y[1] + _SPACE, letter)
     middle = (holes[0].middle[0] + holes[1].middle[0]) / 2
-    yield _centred(middle, holes[0].y[0] - _SPACE - _LETTER, net.removesuffix("_A"))
+    yield _centered(middle, holes[0].y[0] - _SPACE - _LETTER, net.removesuffix("_A"))
 
 
 def _before(x: float, middle: float, text: str) -> list[Line]:
@@ -71,7 +71,7 @@ def _before(x: float, middle: float, text: str) -> list[Line]:
     return strokes(text, (start, middle - _LETTER / 2), _LETTER)
 
 
-def _centred(middle: float, y: float, text: str) -> list[Line]:
+def _centered(middle: float, y: float, text: str) -> list[Line]:
     return strokes(text, (middle - width_of(text, _LETTER) / 2, y), _LETTER)
 
 

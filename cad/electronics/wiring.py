@@ -41,8 +41,8 @@ def wiring_svg(design: Wedge) -> bytes:
     ]
     for index, ballast in enumerate(found):
         y = 110 + 84 * index
-        ink = _INK[ballast.colour]
-        side = "base" if ballast.colour == "green" else f"{ballast.colour} side"
+        ink = _INK[ballast.color]
+        side = "base" if ballast.color == "green" else f"{ballast.color} side"
         drawn += [
             f'<rect x="290" y="{y - 9}" width="58" height="18" fill="#fff" stroke="#555"/>',
             f'<text x="319" y="{y + 5}" text-anchor="middle">R{index + 1} {ballast.label}</text>',

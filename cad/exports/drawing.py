@@ -12,7 +12,7 @@ import trimesh
 
 from cad.layout import FLANGE, Layout
 from cad.mesh import manifold_of
-from cad.optics import pad_centre_x_mm
+from cad.optics import pad_center_x_mm
 from sensor.design import Wedge
 
 _SHOWN = {
@@ -127,7 +127,7 @@ class _Page:
     def face(self) -> list[str]:
         """Dimensions of the face."""
         place, line = self.place, self.line
-        gel, middle = place.design.gel, pad_centre_x_mm(place.design)
+        gel, middle = place.design.gel, pad_center_x_mm(place.design)
         half, far = place.outer_half, place.rear
         ends = (middle - gel.pad_length_mm / 2, middle + gel.pad_length_mm / 2)
         screws = f"{place.screw.screw} screws {2 * place.screw_y:g}"

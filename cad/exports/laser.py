@@ -74,8 +74,8 @@ def sheets(design: Wedge) -> list[Sheet]:
         Sheet("acrylic", acrylic.thickness_mm, laser.acrylic_kerf_mm, (block,)),
         Sheet("mirror", mirror.thickness_mm, laser.mirror_kerf_mm, (glass,)),
     ]
-    colours = [row.colour for row in place.light_rows()]
-    sides = sum(colour != "green" for colour in colours)
+    colors = [row.color for row in place.light_rows()]
+    sides = sum(color != "green" for color in colors)
     for film, thickness in place.films.items():
         side, base = place.film_ranges["side"], place.film_ranges["base"]
         pieces = [Piece(f"{film}_side", side[1] - side[0], acrylic.thickness_mm, sides)]
@@ -84,7 +84,7 @@ def sheets(design: Wedge) -> list[Sheet]:
                 f"{film}_base",
                 base[1] - base[0],
                 acrylic.thickness_mm,
-                1 if "green" in colours else 0,
+                1 if "green" in colors else 0,
             )
         )
         made.append(
@@ -201,8 +201,8 @@ def comb_dxf(sheet: Sheet) -> bytes:
 def _new_document() -> tuple[Drawing, Modelspace]:
     options.write_fixed_meta_data_for_testing = True  # else each file holds its own date
     document = new("R2010", units=units.MM)
-    for layer, colour in {"CUT": 1, "ENGRAVE": 5, "NOTE": 8}.items():
-        document.layers.add(layer, color=colour)
+    for layer, color in {"CUT": 1, "ENGRAVE": 5, "NOTE": 8}.items():
+        document.layers.add(layer, color=color)
     return document, document.modelspace()
 
 

@@ -14,7 +14,7 @@ import trimesh
 from markdown_it import MarkdownIt
 
 from cad.assembly import Assembly
-from cad.exports.views import colour_of, pulled_apart
+from cad.exports.views import color_of, pulled_apart
 from sensor.design import Wedge
 
 _STEPS = 65_000
@@ -35,7 +35,7 @@ def view_files(
     bodies = [
         {
             "name": name,
-            "colour": colour_of(assembly.bodies[name].part),
+            "color": color_of(assembly.bodies[name].part),
             "apart": [round(float(value), 3) for value in shift[name]],
             "points": _base64(np.round((mesh.vertices - low) / step).astype("<u2")),
             "corners": _base64(_corners(mesh)),

@@ -38,7 +38,7 @@ class Item:
     """One mesh to draw: its colour (red, green, blue in 0 to 1) and opacity."""
 
     mesh: trimesh.Trimesh
-    colour: Vector
+    color: Vector
     opacity: float = 1.0
     edges: bool = True
 
@@ -109,7 +109,7 @@ def _add(renderer: vtkRenderer, item: Item) -> None:
     actor = vtkActor()
     actor.SetMapper(mapper)
     look = actor.GetProperty()
-    look.SetColor(*item.colour)
+    look.SetColor(*item.color)
     look.SetOpacity(item.opacity)
     look.SetInterpolationToFlat()
     look.SetAmbient(0.15)

@@ -17,7 +17,7 @@ import trimesh
 from OCP.Interface import Interface_Static
 from OCP.STEPControl import STEPControl_AsIs, STEPControl_Writer
 
-from cad.exports.step_colours import Colour, with_colours
+from cad.exports.step_colors import Color, with_colors
 
 _TIME = "2021-06-21T00:00:00"
 """In place of the moment of writing, which would make every file differ."""
@@ -32,7 +32,7 @@ def step_of(solid: cq.Solid, name: str) -> bytes:
 
 
 def step_of_assembly(
-    solids: Mapping[str, cq.Solid], name: str, colours: Mapping[str, Colour]
+    solids: Mapping[str, cq.Solid], name: str, colors: Mapping[str, Color]
 ) -> bytes:
     """Named solids in their places and colours."""
     name = _in_ascii(name)
@@ -40,7 +40,7 @@ def step_of_assembly(
     for key, solid in solids.items():
         assembly.add(solid, name=key)
     content = _written(lambda path: assembly.export(str(path), exportType="STEP"), name)
-    return with_colours(content.decode("ascii"), colours.__getitem__).encode("ascii")
+    return with_colors(content.decode("ascii"), colors.__getitem__).encode("ascii")
 
 
 def _written(write: object, name: str) -> bytes:
@@ -144,18 +144,18 @@ _IN_GLTF = np.array(
 """From mm with z up to what glTF 2.0 (section 3.4) is: metres with y up. A turn by -90° about x."""
 
 
-def glb_of(meshes: Mapping[str, tuple[trimesh.Trimesh, Colour]]) -> bytes:
+def glb_of(meshes: Mapping[str, tuple[trimesh.Trimesh, Color]]) -> bytes:
     """All bodies in their places with their colours, for viewers.
 
     The meshes keep their mm and their z; one node above them makes metres of them, y up.
     """
     scene = trimesh.Scene()
     scene.graph.update(frame_to="sensor", matrix=_IN_GLTF)
-    for name, (mesh, colour) in meshes.items():
+    for name, (mesh, color) in meshes.items():
         painted = mesh.copy()
         painted.visual = trimesh.visual.TextureVisuals(
             material=trimesh.visual.material.PBRMaterial(
-                name=name, baseColorFactor=[*colour, 1.0], metallicFactor=0.0, roughnessFactor=0.7
+                name=name, baseColorFactor=[*color, 1.0], metallicFactor=0.0, roughnessFactor=0.7
             )
         )
         scene.add_geometry(painted, node_name=name, geom_name=name, parent_node_name="sensor")

@@ -22,12 +22,12 @@ from cad.exports.pictures import (
 )
 from cad.mesh import manifold_of, mesh_of_manifold
 from cad.motions import straight, turned_out
-from cad.optics import pad_centre_x_mm, trace
+from cad.optics import pad_center_x_mm, trace
 from sensor.design import Wedge
 
 Meshes = Mapping[str, trimesh.Trimesh]
 
-_COLOURS: dict[str, Vector] = {
+_COLORS: dict[str, Vector] = {
     "case": (0.32, 0.33, 0.36),
     "camera_holder": (0.30, 0.48, 0.75),
     "adapter_wsg50": (0.80, 0.62, 0.38),
@@ -53,9 +53,9 @@ _FADED: Vector = (0.82, 0.83, 0.85)
 _LIGHT: Vector = (0.98, 0.62, 0.08)
 
 
-def colour_of(part: str) -> Vector:
+def color_of(part: str) -> Vector:
     """The colour a part has in every picture and in the three-dimensional view."""
-    return _COLOURS.get(part, _BRASS if part.startswith("pin_") else _STEEL)
+    return _COLORS.get(part, _BRASS if part.startswith("pin_") else _STEEL)
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ def _items(
     assembly: Assembly, bodies: Meshes, names: Sequence[str], faded: bool = False
 ) -> Iterator[Item]:
     for name in names:
-        yield Item(bodies[name], _FADED if faded else colour_of(assembly.bodies[name].part))
+        yield Item(bodies[name], _FADED if faded else color_of(assembly.bodies[name].part))
 
 
 def pulled_apart(assembly: Assembly) -> dict[str, np.ndarray]:
@@ -122,7 +122,7 @@ def _exploded(assembly: Assembly, bodies: Meshes) -> Iterator[Item]:
     for name, body in assembly.bodies.items():
         moved = bodies[name].copy()
         moved.apply_translation(shift[name])
-        yield Item(moved, colour_of(body.part))
+        yield Item(moved, color_of(body.part))
 
 
 def _apart(step: Step) -> float:
@@ -142,9 +142,9 @@ def _section(design: Wedge, assembly: Assembly, bodies: Meshes) -> Iterator[Item
     for name, body in assembly.bodies.items():
         half = manifold_of(bodies[name]).trim_by_plane((0.0, 1.0, 0.0), 0.0)
         if half.num_tri():
-            yield Item(mesh_of_manifold(half), colour_of(body.part))
+            yield Item(mesh_of_manifold(half), color_of(body.part))
     length = design.gel.pad_length_mm
-    x = pad_centre_x_mm(design) + np.linspace(-length / 2, length / 2, 5)
+    x = pad_center_x_mm(design) + np.linspace(-length / 2, length / 2, 5)
     paths = trace(design, np.column_stack([x, np.zeros(5)]))
     forward = np.array([0.0, -0.3, 0.0])
     refracted = -design.acrylic.thickness_mm
@@ -181,7 +181,7 @@ def _step(assembly: Assembly, bodies: Meshes, step: Step) -> tuple[list[Item], V
             mesh.apply_transform(turned_out(assembly.way(step, name)))
             mesh.apply_translation(way / length * min(12.0, length))
         whole_way += way
-        items.append(Item(mesh, colour_of(assembly.bodies[name].part)))
+        items.append(Item(mesh, color_of(assembly.bodies[name].part)))
     if not standing or whole_way[2] > np.abs(whole_way[:2]).max():
         return items, FROM_ABOVE
     return items, FROM_BEHIND if whole_way[0] > -whole_way[2] else FROM_BELOW

@@ -7,7 +7,7 @@ import cadquery as cq
 from cad.electronics.boards import boards
 from cad.features import Vector, box, cylinder, one_solid, turned, union_of
 from cad.layout import FLEX, Layout
-from cad.optics import pad_centre_x_mm
+from cad.optics import pad_center_x_mm
 from cad.parts.electronics_cover import POST_HEIGHT, POSTS, WALL, board_z, cover_middle_x
 from cad.parts.mold import gel_pad
 from cad.tables import fastener
@@ -50,7 +50,7 @@ def mirror(design: Wedge) -> cq.Solid:
 
 def gel(design: Wedge) -> cq.Solid:
     """The gel under the acrylic."""
-    place = (pad_centre_x_mm(design), 0, -design.acrylic.thickness_mm)
+    place = (pad_center_x_mm(design), 0, -design.acrylic.thickness_mm)
     return one_solid(cq.Workplane(gel_pad(design.gel)).translate(place), "the gel")
 
 
@@ -70,25 +70,25 @@ def film(design: Wedge, name: str, side: str) -> cq.Solid:
     return one_solid(strip, f"the {name}")
 
 
-def led_array(design: Wedge, colour: str) -> cq.Solid:
+def led_array(design: Wedge, color: str) -> cq.Solid:
     """LEDs on their flexible circuit, which lies on the pocket's outer wall."""
     place, lights = Layout(design), design.lights
-    row = next(row for row in place.light_rows() if row.colour == colour)
+    row = next(row for row in place.light_rows() if row.color == color)
     middle = (place.bottom) / 2
     z = (middle - lights.led_width_mm / 2, middle + lights.led_width_mm / 2)
-    back = (place.acrylic_x1 if colour == "green" else place.acrylic_half) + place.light_depth
+    back = (place.acrylic_x1 if color == "green" else place.acrylic_half) + place.light_depth
     depth = (back - FLEX - lights.led_height_mm, back - FLEX + 1e-3)
     bodies = [((back - FLEX, back), row.board, place.flex_z)]
     bodies += [
         (depth, (u - lights.led_length_mm / 2, u + lights.led_length_mm / 2), z)
-        for u in row.centres
+        for u in row.centers
     ]
-    if colour == "green":
+    if color == "green":
         array = union_of(box(out, along, z) for out, along, z in bodies)
     else:
         array = union_of(box(along, out, z) for out, along, z in bodies)
-        array = array if colour == "red" else array.mirror("XZ")
-    return one_solid(array, f"the {colour} LED array")
+        array = array if color == "red" else array.mirror("XZ")
+    return one_solid(array, f"the {color} LED array")
 
 
 def pin(design: Wedge, index: int) -> cq.Solid:

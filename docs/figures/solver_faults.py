@@ -65,9 +65,9 @@ SOLVERS = {
 
 def errors(depth: Grid, truth: Grid) -> tuple[float, float]:
     """RMSE in percent of the greatest depth, and the scale that fits best, offset removed."""
-    centred, true = depth - depth.mean(), truth - truth.mean()
-    rmse = np.sqrt(np.mean((centred - true) ** 2)) / truth.max()
-    return 100 * float(rmse), float((centred * true).sum() / (true**2).sum())
+    centered, true = depth - depth.mean(), truth - truth.mean()
+    rmse = np.sqrt(np.mean((centered - true) ** 2)) / truth.max()
+    return 100 * float(rmse), float((centered * true).sum() / (true**2).sum())
 
 
 def draw(axes: Axes, name: str, depth: Grid, truth: Grid) -> None:

@@ -87,7 +87,7 @@ def lit(engine, design: Wedge, pool) -> tuple[np.ndarray, dict[str, float]]:
     recipe = Recipe(engine=engine, design=design, width_px=240, samples=100)
     rest = np.zeros(recipe.view.size_px[::-1])
     presses = [
-        Press(name=f"{x}", indenter=BALL, centre_mm=(x, y), depth_mm=0.45) for x, y in PLACES_MM
+        Press(name=f"{x}", indenter=BALL, center_mm=(x, y), depth_mm=0.45) for x, y in PLACES_MM
     ]
     strips = [pool.submit(trace_part, recipe, rest, window, 1) for window in bands(recipe.view)]
     dents = [pool.submit(trace_press, recipe, press, 1) for press in presses]

@@ -23,7 +23,7 @@ class ContactPatch:
     deepest_mm: float
     deepest_at_mm: Pair
     """x and y of the deepest point."""
-    centre_mm: Pair
+    center_mm: Pair
     """x and y of the middle of its area."""
     at_border: bool
     """Whether the frame cuts it: it may go on beyond."""
@@ -63,7 +63,7 @@ def contact_patches(
                 area_mm2=area_px * mm_per_px[0] * mm_per_px[1],
                 deepest_mm=float(depth[row, column]),
                 deepest_at_mm=in_gel_mm(float(left + column), float(top + row)),
-                centre_mm=in_gel_mm(float(middles[number][0]), float(middles[number][1])),
+                center_mm=in_gel_mm(float(middles[number][0]), float(middles[number][1])),
                 at_border=min(left, top, width - left - wide, height - top - high) < BORDER_PX,
             )
         )

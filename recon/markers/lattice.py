@@ -15,7 +15,7 @@ Points = Float64[np.ndarray, "n 2"]
 Cells = Int32[np.ndarray, "n 2"]
 """Row and column of each dot; rows may begin below zero."""
 
-NEIGHBOURS = 8
+NEIGHBORS = 8
 LONGEST_STEP = 1.75
 """Of the nearest neighbours' distance: the diagonals of a grid still count, second ones do not."""
 SAME_STEP = 0.25
@@ -98,7 +98,7 @@ def grid_steps(points: Points) -> Float64[np.ndarray, "2 2"] | None:
     """The steps along a row and along a column that most points share, x first."""
     if len(points) < 4:
         return None
-    count = min(NEIGHBOURS, len(points) - 1)
+    count = min(NEIGHBORS, len(points) - 1)
     away, others = KDTree(points).query(points, k=count + 1)
     nearest = float(np.median(away[:, 1]))
     steps = (points[others[:, 1:]] - points[:, None]).reshape(-1, 2)

@@ -31,7 +31,7 @@ from sensor.toml import Pair
 
 Places = Float64[np.ndarray, "m 2"]
 
-NEIGHBOURS = 8
+NEIGHBORS = 8
 REACH = 0.45
 """Of the spacing: a spot nearer than this to a dot's expected place may be the dot."""
 DISAGREEMENT = 0.3
@@ -97,7 +97,7 @@ class MarkerTracker:
         self.markers = markers
         self._blank = blank
         away_px, near = KDTree(markers.position_px).query(
-            markers.position_px, k=min(NEIGHBOURS, len(markers) - 1) + 1
+            markers.position_px, k=min(NEIGHBORS, len(markers) - 1) + 1
         )
         self._near = near[:, 1:]
         self._away_px = np.maximum(away_px[:, 1:], markers.spacing_px)
@@ -158,10 +158,10 @@ class MarkerTracker:
         for _ in range(ROUNDS):
             spot, seen = _match(rest + expected, places, REACH * spacing)
             moved = np.where(seen[:, None], places[spot] - rest, np.nan)
-            like_neighbours = self._smooth(moved, expected)
-            odd = np.linalg.norm(moved - like_neighbours, axis=1) > DISAGREEMENT * spacing
+            like_neighbors = self._smooth(moved, expected)
+            odd = np.linalg.norm(moved - like_neighbors, axis=1) > DISAGREEMENT * spacing
             seen &= ~odd
-            expected = np.where(seen[:, None], moved, like_neighbours)
+            expected = np.where(seen[:, None], moved, like_neighbors)
         return expected, seen
 
     def _torn(self, moved: Points, seen: Bool[np.ndarray, " n"]) -> Bool[np.ndarray, "n k"]:

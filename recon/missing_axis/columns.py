@@ -25,7 +25,7 @@ Slopes = Float[np.ndarray, "h w"]
 SMOOTHING = 1 / 160
 """Of the frame's shorter side: standard deviation of a Gaussian across the lines, whose noise is
 alike along a line and differs between neighbours."""
-NEIGHBOURHOOD = 3 / 160
+NEIGHBORHOOD = 3 / 160
 """Likewise, of the Gaussian over which a difference is held against the noise."""
 
 
@@ -77,7 +77,7 @@ def weigh_columns(
     )
     apart = (by_columns - gradient[..., 0]) * support
     noise = np.square(unclosed[0, support.any(axis=0)]).mean() + np.square(above_gel).max(axis=0)
-    around = cv2.GaussianBlur(apart**2, (0, 0), NEIGHBOURHOOD * min(height, width))
+    around = cv2.GaussianBlur(apart**2, (0, 0), NEIGHBORHOOD * min(height, width))
     believed = around / (around + np.maximum(noise, np.float32(1e-12)))
     joined = gradient.copy()
     joined[..., 0] += believed * apart

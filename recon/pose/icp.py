@@ -19,7 +19,7 @@ MOST_POINTS = 5000
 GOLDEN = (np.sqrt(5) - 1) / 2
 """Points are left out in its rhythm: each n-th would stand in columns, in rows of some lengths, and
 a point's neighbours in one column do not span a plane."""
-NEIGHBOURS = 10
+NEIGHBORS = 10
 STEPS = 30
 STILL_RAD, STILL_MM = float(np.radians(0.1)), 1e-3
 """A shorter step is the last; small_gicp's own limits."""
@@ -46,7 +46,7 @@ class Icp:
         points = contact_points(touch)
         share = 1 / max(1, -(-len(points) // MOST_POINTS))
         points = points[np.arange(len(points)) * GOLDEN % 1 < share]
-        cloud, tree = small_gicp.preprocess_points(points, self.spacing_mm, NEIGHBOURS, 1)
+        cloud, tree = small_gicp.preprocess_points(points, self.spacing_mm, NEIGHBORS, 1)
         return PointCloud(
             cloud=cloud,
             tree=tree,

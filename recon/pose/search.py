@@ -82,12 +82,12 @@ def sifted(mesh: Mesh, touch: Touch, own: Sequence[Transform], most: int) -> lis
     yaw, number = np.unravel_index(best, unlike.shape)
     poses = _about_z(_yaws()[yaw]) @ np.stack([pose for pose, _ in drawn])[number]
     poses[:, :2, 3] += view.middles_mm[middle[yaw, number]]
-    centre = np.array([*contact_points(touch).mean(0)[:2], -view.deepest_mm / 2])
-    return _apart(poses, own, centre, most)
+    center = np.array([*contact_points(touch).mean(0)[:2], -view.deepest_mm / 2])
+    return _apart(poses, own, center, most)
 
 
 def _apart(
-    poses: Float[np.ndarray, "n 4 4"], own: Sequence[Transform], centre: Points, most: int
+    poses: Float[np.ndarray, "n 4 4"], own: Sequence[Transform], center: Points, most: int
 ) -> list[Transform]:
     """Those that no better one is near to, whichever of the object's own rotations is between."""
     found: list[Transform] = []
@@ -95,8 +95,8 @@ def _apart(
     for pose in poses:
         turns = (alike[:, :3, :3] * pose[:3, :3]).sum((1, 2))
         near = alike[turns > 1 + 2 * np.cos(np.radians(APART_DEG))]
-        there = np.append((centre - pose[:3, 3]) @ pose[:3, :3], 1.0)
-        if (np.linalg.norm((near @ there)[:, :3] - centre, axis=1) < APART_MM).any():
+        there = np.append((center - pose[:3, 3]) @ pose[:3, :3], 1.0)
+        if (np.linalg.norm((near @ there)[:, :3] - center, axis=1) < APART_MM).any():
             continue
         found.append(pose)
         alike = np.concatenate([alike, pose @ np.stack(own)])

@@ -101,7 +101,7 @@ def own_rotations(mesh: Mesh) -> list[Transform]:
     found = _facets(mesh)
     if found is None:
         return [np.eye(4)]
-    facets, centre_mm = found
+    facets, center_mm = found
     every = np.argsort(-facets.areas)
     some = every[:: -(-len(every) // PROBED)]
     turns = np.eye(3)[None]
@@ -113,7 +113,7 @@ def own_rotations(mesh: Mesh) -> list[Transform]:
             turns = np.concatenate([turns, turn[None]])
         if len(turns) > MOST_ROTATIONS:
             return [np.eye(4)]
-    return [rigid(turn, centre_mm - turn @ centre_mm) for turn in turns]
+    return [rigid(turn, center_mm - turn @ center_mm) for turn in turns]
 
 
 def nearest_turn(
@@ -134,7 +134,7 @@ def _facets(mesh: Mesh) -> tuple[_Facets, Float[np.ndarray, "3"]] | None:
     areas = np.linalg.norm(normals, axis=1) / 2
     there = areas > 1e-12
     corners, normals, areas = corners[there], normals[there], areas[there]
-    number, facet = connected_components(_neighbours(mesh.triangles[there], places, normals))
+    number, facet = connected_components(_neighbors(mesh.triangles[there], places, normals))
     if not 2 <= number <= MOST_FACETS:
         return None
     total = np.bincount(facet, areas)
@@ -144,16 +144,16 @@ def _facets(mesh: Mesh) -> tuple[_Facets, Float[np.ndarray, "3"]] | None:
     sums = about.sum(1)
     squares += sums[:, :, None] * sums[:, None, :]
     spreads = _summed(facet, (areas[:, None, None] * squares / 12).reshape(-1, 9))
-    centre = total @ middles / total.sum()
+    center = total @ middles / total.sum()
     facets = _Facets(
-        middles=middles - centre,
+        middles=middles - center,
         areas=total,
         spreads=spreads.reshape(-1, 3, 3) / total[:, None, None],
     )
-    return facets, rough + radius * centre
+    return facets, rough + radius * center
 
 
-def _neighbours(
+def _neighbors(
     triangles: Int[np.ndarray, "t 3"],
     places: Float[np.ndarray, "v 3"],
     normals: Float[np.ndarray, "t 3"],

@@ -40,9 +40,9 @@ def step_of(text: str, title: str) -> str:
     return said
 
 
-def side_of(built: Model, colour: str) -> np.ndarray:
+def side_of(built: Model, color: str) -> np.ndarray:
     """From the acrylic's middle to an array's, in the body's frame."""
-    low, high = built.body_meshes[f"{colour}_leds"].bounds
+    low, high = built.body_meshes[f"{color}_leds"].bounds
     start, end = built.body_meshes["acrylic"].bounds
     return np.asarray((low + high - start - end) / 2)
 
@@ -102,9 +102,9 @@ def test_the_guide_sends_red_and_blue_to_the_sides_where_they_are(finger: Model)
     """From the tip one looks along x; with the gel down z is up, and right is their product."""
     right = np.cross([1.0, 0.0, 0.0], [0.0, 0.0, 1.0])
     text = guide_of(finger)
-    for colour in ("red", "blue"):
-        said = re.search(rf"{colour}(?: goes)? to the (left|right)", text, re.IGNORECASE)
-        assert said and said[1] == ("right" if side_of(finger, colour) @ right > 0 else "left")
+    for color in ("red", "blue"):
+        said = re.search(rf"{color}(?: goes)? to the (left|right)", text, re.IGNORECASE)
+        assert said and said[1] == ("right" if side_of(finger, color) @ right > 0 else "left")
 
 
 @pytest.mark.parametrize("name", ["standard", "finger"])
@@ -114,9 +114,9 @@ def test_lights_sit_where_the_gel_frame_and_the_twin_have_them(
     """The gel frame's x runs to the tip and its z out of the gel: two signs of the body's turn."""
     built: Model = request.getfixturevalue(name)
     channels: dict[str, Channel] = {"red": "R", "green": "G", "blue": "B"}
-    in_the_twin = {side.colour: np.array(side.centre_mm) for side in sides(built.design)}
-    for colour, channel in channels.items():
-        offset = side_of(built, colour)[:2] * [-1.0, 1.0]
+    in_the_twin = {side.color: np.array(side.center_mm) for side in sides(built.design)}
+    for color, channel in channels.items():
+        offset = side_of(built, color)[:2] * [-1.0, 1.0]
         side = np.where(np.abs(offset) == np.abs(offset).max(), np.sign(offset), 0.0)
         azimuth = math.radians(built.design.lights.azimuths_deg[channel])
         assert side == pytest.approx([math.cos(azimuth), math.sin(azimuth)], abs=1e-9)

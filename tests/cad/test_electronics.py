@@ -299,7 +299,7 @@ def test_the_wiring_picture_names_every_resistor() -> None:
     assert all(f" {ballast.label}<" in text for ballast in ballasts(STANDARD))
     found = ballasts(STANDARD)
     for index, ballast in enumerate(found):
-        side = "base" if ballast.colour == "green" else f"{ballast.colour} side"
+        side = "base" if ballast.color == "green" else f"{ballast.color} side"
         assert f"{side}: {ballast.leds} LEDs" in text
         for pin, end in enumerate(("anode", "cathode"), start=2 * index + 1):
             assert f">J2.{pin}  {end}<" in text

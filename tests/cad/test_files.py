@@ -26,9 +26,9 @@ from cad.electronics.wiring import wiring_svg
 from cad.exports.drawing import drawing_of
 from cad.exports.laser import area_mm2, outline, sheet_dxf, sheets
 from cad.exports.solids import step_of_assembly
-from cad.exports.step_colours import with_colours
+from cad.exports.step_colors import with_colors
 from cad.exports.strokes import strokes, width_of
-from cad.exports.views import colour_of
+from cad.exports.views import color_of
 from cad.golden import differences, golden_of, read_golden
 from cad.manifest import with_hashes
 from cad.mesh import DEFLECTION_MM
@@ -54,8 +54,8 @@ def test_two_processes_write_the_same_bytes(fabricated: Folders) -> None:
 
 
 def test_a_second_file_of_a_process_is_the_first(finger: Model) -> None:
-    colours = {name: colour_of(body.part) for name, body in finger.assembly.bodies.items()}
-    first, second = (step_of_assembly(finger.bodies, "wedge", colours) for _ in range(2))
+    colors = {name: color_of(body.part) for name, body in finger.assembly.bodies.items()}
+    first, second = (step_of_assembly(finger.bodies, "wedge", colors) for _ in range(2))
     assert first == second
     numbers = re.findall(rb"OCCURRENCE\('(\d+)'", first)
     assert [int(number) for number in numbers] == list(range(1, len(finger.bodies) + 1))
@@ -114,15 +114,15 @@ def test_the_step_assembly_names_and_paints_its_bodies(finger: Model, fabricated
     painted = {
         child.name: child.color.toTuple()[:3] for child in whole.objects.values() if child.color
     }
-    wanted = {name: colour_of(body.part) for name, body in finger.assembly.bodies.items()}
+    wanted = {name: color_of(body.part) for name, body in finger.assembly.bodies.items()}
     assert set(painted) == set(wanted)
-    for name, colour in wanted.items():
-        assert painted[name] == pytest.approx(colour, abs=2e-3), name
+    for name, color in wanted.items():
+        assert painted[name] == pytest.approx(color, abs=2e-3), name
 
 
 def test_a_file_without_solids_takes_no_colours() -> None:
     with pytest.raises(ValueError, match="no solid"):
-        with_colours("DATA;\n#1=PRODUCT('a','a','',());\nENDSEC;\n", lambda name: (0, 0, 0))
+        with_colors("DATA;\n#1=PRODUCT('a','a','',());\nENDSEC;\n", lambda name: (0, 0, 0))
 
 
 def test_the_glb_holds_every_body(finger: Model, fabricated: Folders) -> None:

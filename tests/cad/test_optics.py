@@ -14,7 +14,7 @@ from cad.optics import (
     faulty_pictures,
     gel_thickness_mm,
     mirror_plane,
-    pad_centre_x_mm,
+    pad_center_x_mm,
     pad_grid,
     pixel_margin,
     project,
@@ -102,5 +102,5 @@ def test_a_ray_behind_the_lens_has_no_pixel() -> None:
 
 def test_the_pad_sits_in_the_middle_of_the_acrylic() -> None:
     x = pad_grid(STANDARD, 3)[:, 0]
-    assert (x.min() + x.max()) / 2 == pytest.approx(pad_centre_x_mm(STANDARD))
+    assert (x.min() + x.max()) / 2 == pytest.approx(pad_center_x_mm(STANDARD))
     assert np.ptp(x) == pytest.approx(STANDARD.gel.pad_length_mm)

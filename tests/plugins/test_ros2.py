@@ -80,10 +80,10 @@ def test_a_frame_is_published_as_it_came_and_as_depth(node: ModuleType, desk: Pa
     assert picture.header.frame_id == "left_finger"
     (depth,) = ros.PUBLISHED["~/depth"]
     assert (depth.encoding, depth.step) == ("32FC1", 4 * depth.width)
-    metres = np.frombuffer(depth.data.tobytes(), "<f4").reshape(depth.height, depth.width)
+    meters = np.frombuffer(depth.data.tobytes(), "<f4").reshape(depth.height, depth.width)
     depth_mm = FastReconstructor.load(desk / "unit")(frame).depth_mm
-    assert metres == pytest.approx(depth_mm / 1000, rel=1e-6)
-    assert metres.max() > 1e-4
+    assert meters == pytest.approx(depth_mm / 1000, rel=1e-6)
+    assert meters.max() > 1e-4
     stamp = depth.header.stamp
     assert stamp.sec * 10**9 + stamp.nanosec == frame.time_ns
 

@@ -34,8 +34,8 @@ def touch(depth=None, gradient=None, boundary="dirichlet", pitch=PITCH):
 def test_points_of_a_ball_lie_on_that_ball_and_normals_point_away_from_its_centre():
     cloud = point_cloud(touch())
     rim_mm = np.sqrt(2.0**2 - 1.2**2)
-    centre = np.array([(22 - 19.5) * 0.1, (14 - 14.5) * 0.12, rim_mm])
-    offset = (cloud.points_mm - centre)[cloud.contact]
+    center = np.array([(22 - 19.5) * 0.1, (14 - 14.5) * 0.12, rim_mm])
+    offset = (cloud.points_mm - center)[cloud.contact]
     np.testing.assert_allclose(np.linalg.norm(offset, axis=1), 2.0, atol=1e-5)
     np.testing.assert_allclose(cloud.normals[cloud.contact], -offset / 2.0, atol=1e-5)
     assert (cloud.points_mm[~cloud.contact, 2] == 0).all()

@@ -21,7 +21,7 @@ from tests.synthetic import (
     shaded,
 )
 
-GREY_LEVEL = 1 / 255
+GRAY_LEVEL = 1 / 255
 
 
 @pytest.fixture
@@ -52,19 +52,19 @@ def test_presses_are_differences_to_the_background_in_the_order_of_the_labels(da
     for press, label in zip(made.presses, dataset.labels, strict=True):
         assert press.difference.dtype == np.float32
         error = press.difference - true_difference(label)
-        assert np.abs(error).max() < 6 * GREY_LEVEL and abs(error.mean()) < 0.1 * GREY_LEVEL
+        assert np.abs(error).max() < 6 * GRAY_LEVEL and abs(error.mean()) < 0.1 * GRAY_LEVEL
         assert press.center_px == (label.center_x_px, label.center_y_px)
         assert press.contact_radius_px == label.contact_radius_px
         assert press.ball_radius_mm == BALL_RADIUS_MM and press.mm_per_px == (0.1, 0.1)
 
 
 def test_frames_seen_askew_come_back_straight(tmp_path):
-    dataset = make_dataset(tmp_path, presses=3, corners_px=KEYSTONE_PX, noise_grey_levels=0)
+    dataset = make_dataset(tmp_path, presses=3, corners_px=KEYSTONE_PX, noise_gray_levels=0)
     made = read_presses(dataset)
     assert made.unwarp.frame_size_px == RAW_SIZE_PX and made.unwarp.size_px == SIZE_PX
     for press, label in zip(made.presses, dataset.labels, strict=True):
         error = np.abs(press.difference - true_difference(label))
-        assert np.median(error) < GREY_LEVEL and error.mean() < 2 * GREY_LEVEL
+        assert np.median(error) < GRAY_LEVEL and error.mean() < 2 * GRAY_LEVEL
 
 
 def test_an_npz_holds_the_same_presses_as_single_pictures(tmp_path):

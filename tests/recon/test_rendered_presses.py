@@ -22,7 +22,7 @@ from tests.synthetic import (
 
 
 def test_presses_come_in_order_with_what_changed_and_their_own_depth(tmp_path):
-    made = make_rendered_set(tmp_path / "set", presses=3, noise_grey_levels=0)
+    made = make_rendered_set(tmp_path / "set", presses=3, noise_gray_levels=0)
     found = list(rendered_presses(made.folder))
     assert [press.name for press in found] == [path.stem for path in depth_files(made.folder)]
     for press, label in zip(found, made.labels, strict=True):

@@ -81,7 +81,7 @@ def test_a_raw_sets_truth_and_labels_are_of_the_unwarped_frame(mitsuba, tmp_path
     assert truth.shape[::-1] == dataset.card.unwarped_size_px
     middle = np.argwhere(truth > 0.9 * truth.max()).mean(0)[::-1]
     assert np.linalg.norm(middle - [label.center_x_px, label.center_y_px]) < 1
-    assert np.linalg.norm(middle - recipe.view.pixel(*press.centre_mm)) > 1  # nor straight on
+    assert np.linalg.norm(middle - recipe.view.pixel(*press.center_mm)) > 1  # nor straight on
 
 
 def test_another_executor_writes_the_same_set(folder: Path, tmp_path: Path) -> None:
@@ -176,8 +176,8 @@ def test_a_press_between_pixels_is_refused_by_the_pixels_that_it_is_rendered_wit
 def test_the_lights_are_seen_where_the_card_says() -> None:
     dataset = read_dataset(KEPT / "finger")
     measured = measure_lights_deg(read_presses(dataset).presses[::4])
-    for colour, azimuth in dataset.card.lights_deg.items():
-        assert abs((measured[colour] - azimuth + 180) % 360 - 180) < 20, colour
+    for color, azimuth in dataset.card.lights_deg.items():
+        assert abs((measured[color] - azimuth + 180) % 360 - 180) < 20, color
 
 
 @pytest.mark.parametrize("design", [STANDARD, FINGER])

@@ -70,7 +70,7 @@ def test_every_kind_is_pressed_as_often_and_dents_the_gel_as_deep_as_it_says(des
         assert skin.contact.any()
         # Pixels miss sharp tips, and gel falls away under parts whose lowest points lie far out.
         assert 0.7 * press.depth_mm < skin.depth_mm.max() <= press.depth_mm + 1e-9
-        thickest_mm = design.gel.thickness_at_mm(*press.centre_mm)
+        thickest_mm = design.gel.thickness_at_mm(*press.center_mm)
         assert press.depth_mm <= DEEPEST * thickest_mm
         np.testing.assert_array_equal(skin.depth_mm, skin_under(design, view, again).depth_mm)
 
@@ -81,7 +81,7 @@ def test_a_plate_touches_curved_gel_where_it_is_pressed_not_downhill() -> None:
     for press in presses:
         rows, columns = np.nonzero(skin_under(STANDARD, view, press).contact)
         middle = view.x_mm[columns].mean(), view.y_mm[rows].mean()
-        assert np.hypot(*(np.array(middle) - press.centre_mm)) < 0.5
+        assert np.hypot(*(np.array(middle) - press.center_mm)) < 0.5
 
 
 def test_the_slope_of_untouched_gel_is_that_of_its_ellipsoid() -> None:

@@ -30,7 +30,7 @@ DESIGNS = pytest.mark.parametrize("design", [STANDARD, FINGER])
 
 
 def in_gel_frame(design: Wedge, body: np.ndarray) -> np.ndarray:
-    return np.stack([optics.pad_centre_x_mm(design) - body[:, 0], body[:, 1]], 1)
+    return np.stack([optics.pad_center_x_mm(design) - body[:, 0], body[:, 1]], 1)
 
 
 def unwarped_px(design: Wedge, view: View, points_mm: Points) -> Points:
@@ -88,7 +88,7 @@ def test_the_skin_of_a_raw_frame_is_what_the_unwarped_frame_shows(design: Wedge)
     # Paint that shines as deep as it is pressed tells the depth through the camera and back.
     view = gel_view(design, 161)  # no whole number of pixels across
     for x, y in ((-4.5, -2.2), (4.5, 2.2)):
-        press = Press(name="b", indenter=calibration_ball(1.5), centre_mm=(x, y), depth_mm=0.6)
+        press = Press(name="b", indenter=calibration_ball(1.5), center_mm=(x, y), depth_mm=0.6)
         skin = skin_under(design, view, press)
         seen = unwarped_skin(design, view, skin)
         unwarp = prepare_unwarp(
@@ -142,7 +142,7 @@ def test_a_baffle_hides_what_is_seen_past_the_mirror() -> None:
 
 def test_a_dent_moves_what_is_seen_by_its_parallax() -> None:
     view = gel_view(STANDARD, 160)
-    press = Press(name="b", indenter=calibration_ball(), centre_mm=(6, 8), depth_mm=0.8)
+    press = Press(name="b", indenter=calibration_ball(), center_mm=(6, 8), depth_mm=0.8)
     dent = skin_under(STANDARD, view, press).depth_mm
     pixel = pixels_of(STANDARD, np.array([[6.0, 8.0]]))
     below = follow(STANDARD, pixel, view, dent).point_mm[0]

@@ -10,7 +10,7 @@ import pytest
 from scipy import ndimage
 
 from cad.layout import BASE_POST, TIP_POST, Layout
-from cad.optics import pad_centre_x_mm
+from cad.optics import pad_center_x_mm
 from sensor.design import FINGER, STANDARD, Wedge
 from sensor.errors import WedgeError
 from simulation.engine import SCALAR
@@ -39,18 +39,18 @@ def blank(design: Wedge, samples: int = SAMPLES, seed: int = 0) -> np.ndarray:
 def test_lights_sit_where_the_solids_have_them(design: Wedge) -> None:
     layout = Layout(design)
     assert (SIDE_START_MM, SIDE_END_MM) == (TIP_POST, BASE_POST)
-    rows = {row.colour[0].upper(): row for row in layout.light_rows()}
+    rows = {row.color[0].upper(): row for row in layout.light_rows()}
     for side in sides(design):
-        row = rows[side.colour]
-        middle = (row.centres[0] + row.centres[-1]) / 2
-        assert len(row.centres) == side.leds
-        if side.colour == "G":  # y across, and the base lies at gel x < 0
-            assert middle == pytest.approx(side.row_centre_mm[1])
-            assert layout.acrylic_x1 - pad_centre_x_mm(design) == pytest.approx(-side.centre_mm[0])
+        row = rows[side.color]
+        middle = (row.centers[0] + row.centers[-1]) / 2
+        assert len(row.centers) == side.leds
+        if side.color == "G":  # y across, and the base lies at gel x < 0
+            assert middle == pytest.approx(side.row_center_mm[1])
+            assert layout.acrylic_x1 - pad_center_x_mm(design) == pytest.approx(-side.center_mm[0])
         else:  # the body's x runs against the gel's
-            assert pad_centre_x_mm(design) - middle == pytest.approx(side.row_centre_mm[0])
-            assert abs(side.centre_mm[1]) == layout.acrylic_half
-        assert design.lights.azimuths_deg[side.colour] % 360 == pytest.approx(
+            assert pad_center_x_mm(design) - middle == pytest.approx(side.row_center_mm[0])
+            assert abs(side.center_mm[1]) == layout.acrylic_half
+        assert design.lights.azimuths_deg[side.color] % 360 == pytest.approx(
             np.degrees(np.arctan2(-side.inward[1], -side.inward[0])) % 360
         )
 
@@ -112,7 +112,7 @@ def test_one_seed_one_picture() -> None:
 
 def test_a_dent_brightens_toward_the_light_it_faces() -> None:
     design, view = STANDARD, gel_view(STANDARD, 64)
-    press = Press(name="b", indenter=calibration_ball(4.0), centre_mm=(0, 0), depth_mm=1.4)
+    press = Press(name="b", indenter=calibration_ball(4.0), center_mm=(0, 0), depth_mm=1.4)
     depth = skin_under(design, view, press).depth_mm
     window = (slice(24, 40), slice(16, 32))
     around = dict(samples=256, seed=0, window=window)
@@ -149,7 +149,7 @@ def test_markers_darken_their_dots_alone(paint: Paint) -> None:
 @pytest.mark.parametrize("name", ["ball_array", "threads", "m2_screw", "lego"])
 def test_smoothing_keeps_what_is_linear_in_the_slopes(name: str) -> None:
     view, shape = gel_view(STANDARD, 320), shapes(STANDARD.pad_size_mm)[name]
-    press = Press(name=name, indenter=shape, centre_mm=(0, 0), depth_mm=shape.depth_mm)
+    press = Press(name=name, indenter=shape, center_mm=(0, 0), depth_mm=shape.depth_mm)
     pitch, depth = view.mm_per_px[0], skin_under(STANDARD, view, press).depth_mm
     slope_y, slope_x = np.gradient(depth, pitch)
     truth = 1 + 0.5 * slope_x[..., None] * [1, 0, -1] + 0.3 * slope_y[..., None]

@@ -109,7 +109,7 @@ def test_balls_touch_where_they_were_sent_inside_the_pad(design) -> None:
     for press in presses:
         skin = skin_under(design, view, press)
         x, y, radius = contact_circle_px(skin)
-        assert np.hypot(*np.subtract((x, y), view.pixel(*press.centre_mm))) < 1.0
+        assert np.hypot(*np.subtract((x, y), view.pixel(*press.center_mm))) < 1.0
         width, height = view.size_px
         assert radius < x < width - radius and radius < y < height - radius
         assert skin.depth_mm.max() == pytest.approx(press.depth_mm, rel=0.1)
@@ -129,7 +129,7 @@ def test_every_shape_fits_the_pad_and_stands_on_its_lowest_point(design) -> None
         )
         low = height < shape.depth_mm
         assert inside[low].all(), name
-        press = Press(name=name, indenter=shape, centre_mm=(0, 0), depth_mm=shape.depth_mm)
+        press = Press(name=name, indenter=shape, center_mm=(0, 0), depth_mm=shape.depth_mm)
         assert skin_under(design, view, press).contact.any(), name
 
 
@@ -147,12 +147,12 @@ def test_a_press_that_cannot_be_is_refused(depth_mm, design, words) -> None:
     view = gel_view(design, 32)
     big = calibration_ball(5.0)
     with pytest.raises(WedgeError, match=words):
-        skin_under(design, view, Press(name="b", indenter=big, centre_mm=(0, 0), depth_mm=depth_mm))
+        skin_under(design, view, Press(name="b", indenter=big, center_mm=(0, 0), depth_mm=depth_mm))
 
 
 @pytest.mark.parametrize("depth_mm", [2.41, 4.0, np.inf])
 def test_a_ball_is_pressed_no_deeper_than_its_middle(depth_mm) -> None:
-    deep = Press(name="b", indenter=BALL, centre_mm=(0, 0), depth_mm=depth_mm)
+    deep = Press(name="b", indenter=BALL, center_mm=(0, 0), depth_mm=depth_mm)
     with pytest.raises(WedgeError, match=r"past its middle, 2\.4 mm|finite"):
         skin_under(STANDARD, VIEW, deep)
     skin = skin_under(STANDARD, VIEW, replace(deep, depth_mm=2.4))
@@ -164,18 +164,18 @@ def test_nor_are_small_round_things(name: str, radius_mm: float) -> None:
     thing = shapes(STANDARD.pad_size_mm)[name]
     low = thing.profile(*np.meshgrid(np.linspace(-1.6, 1.6, 801), np.linspace(-1.6, 1.6, 801)))
     assert low[np.isfinite(low)].max() == pytest.approx(radius_mm, abs=0.15)
-    press = Press(name=name, indenter=thing, centre_mm=(0, 0), depth_mm=radius_mm)
+    press = Press(name=name, indenter=thing, center_mm=(0, 0), depth_mm=radius_mm)
     skin_under(STANDARD, VIEW, press)
     with pytest.raises(WedgeError, match=f"{name}: .* past its middle, {radius_mm:g} mm"):
         skin_under(STANDARD, VIEW, replace(press, depth_mm=radius_mm + 0.01))
 
 
 @pytest.mark.parametrize("design", [STANDARD, FINGER])
-@pytest.mark.parametrize("centre_mm", [(0.0, 0.0), (3.0, -1.5)])
-def test_nothing_is_pressed_through_the_gel(design, centre_mm) -> None:
+@pytest.mark.parametrize("center_mm", [(0.0, 0.0), (3.0, -1.5)])
+def test_nothing_is_pressed_through_the_gel(design, center_mm) -> None:
     prism = shapes(design.pad_size_mm)["prism"]
-    thickness = design.gel.thickness_at_mm(*centre_mm)
-    deep = Press(name="edge", indenter=prism, centre_mm=centre_mm, depth_mm=thickness - 0.01)
+    thickness = design.gel.thickness_at_mm(*center_mm)
+    deep = Press(name="edge", indenter=prism, center_mm=center_mm, depth_mm=thickness - 0.01)
     view = gel_view(design, 160)
     x, y = view.grid_mm
     left = design.gel.thickness_mm + rest_height_mm(design.gel, x, y)
@@ -190,7 +190,7 @@ def test_a_ball_beside_the_middle_of_a_curved_gel_goes_lower_than_its_depth() ->
     # It is pressed along the skin's normal: its lowest point is below the place by more.
     at, ball = (14.0, 10.0), calibration_ball(6.0)
     thickness = STANDARD.gel.thickness_at_mm(*at)
-    deep = Press(name="b", indenter=ball, centre_mm=at, depth_mm=thickness - 0.05)
+    deep = Press(name="b", indenter=ball, center_mm=at, depth_mm=thickness - 0.05)
     with pytest.raises(WedgeError, match="through the gel"):
         skin_under(STANDARD, gel_view(STANDARD, 160), deep)
 

@@ -87,7 +87,7 @@ SLOPES = {
     ("limit", "change", "blank_too", "along"),
     [
         pytest.param(
-            "contrast_grey_levels",
+            "contrast_gray_levels",
             only_channel(0, lambda red: 0 * red + 60),
             True,
             {"brightness_change_share", "axes_ratio", "usable_share", "lights_turned_deg"},
@@ -100,7 +100,7 @@ SLOPES = {
             "color_balance_share",
             only_channel(2, lambda blue: 0.15 * blue),
             True,
-            {"brightness_change_share", "contrast_grey_levels", "usable_share", "axes_ratio"},
+            {"brightness_change_share", "contrast_gray_levels", "usable_share", "axes_ratio"},
             id="a wrong white balance",
         ),
         pytest.param(
@@ -114,7 +114,7 @@ SLOPES = {
             "saturated_share",
             lambda frame, _: 2.5 * frame,
             True,
-            {"brightness_change_share", "usable_share", "contrast_grey_levels", "moved_px"},
+            {"brightness_change_share", "usable_share", "contrast_gray_levels", "moved_px"},
             id="too much exposure",
         ),
         pytest.param(
@@ -153,10 +153,10 @@ SLOPES = {
             id="a moved camera",
         ),
         pytest.param(
-            "drift_grey_levels", lambda frame, _: frame + 16, False, set(), id="exposure not locked"
+            "drift_gray_levels", lambda frame, _: frame + 16, False, set(), id="exposure not locked"
         ),
         pytest.param(
-            "noise_grey_levels",
+            "noise_gray_levels",
             noisy,
             True,
             {"moved_px", "usable_share", "out_of_round_share"},
@@ -308,7 +308,7 @@ def test_a_sensor_of_two_lights_is_not_blamed_for_the_third(tmp_path):
     found = accepted_on(unit, dataset)
     assert not failed_of(found)
     assert found.values["inferred_axis_deg"] == {"": 5.0} and "theta_x_deg" not in found.values
-    assert set(found.values["contrast_grey_levels"]) == {"R", "B"}
+    assert set(found.values["contrast_gray_levels"]) == {"R", "B"}
     card = replace(unit.card, metrics=metrics | {"contact_theta_x_deg": 20.0})
     assert grades(error_values(found.errors, card, False))["inferred_axis_deg"] == "fail"
 

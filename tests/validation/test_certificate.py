@@ -54,7 +54,7 @@ def test_the_worst_grade_decides(accepted):
     values = dict(accepted.values)
     assert verdict(values | {"moved_px": {"": 2.0}}) == "B"
     assert verdict(values | {"moved_px": {"": float("inf")}}) == "fail"
-    assert verdict(values | {"contrast_grey_levels": {"R": 30.0, "G": 1.0, "B": 30.0}}) == "fail"
+    assert verdict(values | {"contrast_gray_levels": {"R": 30.0, "G": 1.0, "B": 30.0}}) == "fail"
 
 
 def test_no_two_grades_share_one_bound(accepted):
@@ -65,7 +65,7 @@ def test_no_two_grades_share_one_bound(accepted):
 
 
 def test_every_form_of_the_certificate_says_the_same(calibration, accepted):
-    spoilt = {"moved_px": {"": float("inf")}, "contrast_grey_levels": {"R": 30.0, "G": 1.0}}
+    spoilt = {"moved_px": {"": float("inf")}, "contrast_gray_levels": {"R": 30.0, "G": 1.0}}
     failed = replace(accepted, values={**accepted.values, **spoilt})
     card = calibration.card
     said = json.loads(json.dumps(document(card, SET, failed), allow_nan=False))
@@ -74,7 +74,7 @@ def test_every_form_of_the_certificate_says_the_same(calibration, accepted):
     broken = [case.get("name") for case in suite if case.find("failure") is not None]
     assert (
         broken
-        == ["contrast_grey_levels", "moved_px"]
+        == ["contrast_gray_levels", "moved_px"]
         == [entry["name"] for entry in said["measurements"] if entry["grade"] == "fail"]
     )
     assert int(suite.get("tests")) == len(suite) and int(suite.get("failures")) == len(broken)

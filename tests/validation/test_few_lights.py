@@ -69,7 +69,7 @@ class Reaching(LookupTable):
 
 
 def test_three_lights_are_compared_as_a_unit_has_them(tmp_path):
-    dataset = make_dataset(tmp_path / "set", presses=4, noise_grey_levels=2)
+    dataset = make_dataset(tmp_path / "set", presses=4, noise_gray_levels=2)
     presses = read_presses(dataset).presses
     few, whole = (
         fit_presses(presses, (1, 2, 3), "table", lights, seed=0) for lights in ("RB", "RGB")

@@ -28,7 +28,7 @@ def test_an_ideal_sensor_is_measured_as_it_was_made(ideal: Path, tmp_path: Path)
     levels = list(found.levels_per_slope.values())
     assert max(levels) < 1.15 * min(levels)
     assert 0.4 < found.grain < 1.2  # half a level in each of two frames, and rounding
-    noisy = make_dataset(tmp_path / "b", presses=4, noise_grey_levels=3.0).folder
+    noisy = make_dataset(tmp_path / "b", presses=4, noise_gray_levels=3.0).folder
     assert likeness(noisy).grain == pytest.approx(3 * np.sqrt(2), rel=0.15)
 
 

@@ -14,7 +14,7 @@ from recon.labels.capture import SATURATED_LEVEL
 from recon.markers.filling import fill_gradients
 from recon.markers.tracking import MarkerTracker
 from recon.pixels import BallPress, label_pixels
-from validation.acceptance.lights import GREY_LEVELS, Response
+from validation.acceptance.lights import GRAY_LEVELS, Response
 from validation.acceptance.limits import Parts
 
 FLAT_FROM = 3.0
@@ -23,7 +23,7 @@ GRAIN_PX = 1.5
 SMOOTHING_PX = 3.0
 LIT = 0.06
 """Of full scale: the brightest colour of a lit pixel."""
-SATURATED = (SATURATED_LEVEL - 0.5) / GREY_LEVELS
+SATURATED = (SATURATED_LEVEL - 0.5) / GRAY_LEVELS
 WORN = 0.1
 """Of full scale: a blank gel's pixel that differs from its surroundings by this is no gel."""
 SURROUNDINGS_PX = 36
@@ -33,7 +33,7 @@ MARGIN = 0.04
 """Of the frame: its edge is no gel on every sensor."""
 KNOWN_SLOPE = 0.05
 """mm/mm, 3°: to this noise alone must leave a pixel's slope."""
-LEAST_NOISE = 0.29 / GREY_LEVELS
+LEAST_NOISE = 0.29 / GRAY_LEVELS
 """Of rounding to whole grey levels."""
 
 
@@ -56,8 +56,8 @@ def stillness(presses: Sequence[BallPress], channels: str) -> dict[str, Parts]:
     if not noise:
         return {}
     return {
-        "noise_grey_levels": _by_color(GREY_LEVELS * np.mean(noise, axis=0), channels),
-        "drift_grey_levels": _by_color(GREY_LEVELS * np.quantile(drift, 0.9, axis=0), channels),
+        "noise_gray_levels": _by_color(GRAY_LEVELS * np.mean(noise, axis=0), channels),
+        "drift_gray_levels": _by_color(GRAY_LEVELS * np.quantile(drift, 0.9, axis=0), channels),
     }
 
 
@@ -127,7 +127,7 @@ def usable_area(
     xx, yy, xy = (np.zeros(gel.shape[:2]) for _ in range(3))
     for channel in channels:
         index = "RGB".index(channel)
-        per_noise = 1 / max(noise[channel] / GREY_LEVELS, LEAST_NOISE)
+        per_noise = 1 / max(noise[channel] / GRAY_LEVELS, LEAST_NOISE)
         weight = (per_noise * relative[..., index].astype(float)) ** 2
         along_x, along_y = response.slopes[index]
         xx, yy, xy = (

@@ -11,9 +11,9 @@ from jaxtyping import Float64
 
 from recon.lights import sits_like_wedge
 from recon.pixels import BallPress, label_pixels
-from validation.acceptance.limits import DEAD_GREY_LEVELS, Parts
+from validation.acceptance.limits import DEAD_GRAY_LEVELS, Parts
 
-GREY_LEVELS = 255
+GRAY_LEVELS = 255
 CLEARLY_DEG = 30.0
 """Colours count as swapped where another order fits better by this, summed over them."""
 
@@ -56,13 +56,13 @@ def light_values(
         lights_deg: where they should be; ``None`` where nobody said.
         sees_both: whether the lights see both axes by design.
     """
-    contrast = {c: GREY_LEVELS * float(response.contrast["RGB".index(c)]) for c in channels}
-    values: dict[str, Parts] = {"contrast_grey_levels": contrast}
+    contrast = {c: GRAY_LEVELS * float(response.contrast["RGB".index(c)]) for c in channels}
+    values: dict[str, Parts] = {"contrast_gray_levels": contrast}
     if sees_both:
         rows = response.slopes[["RGB".index(c) for c in channels]]
         strong, weak = np.linalg.svd(rows, compute_uv=False)[:2]
         values["axes_ratio"] = {"": float(strong / max(weak, 1e-9))}
-    alive = [c for c in channels if contrast[c] >= DEAD_GREY_LEVELS]
+    alive = [c for c in channels if contrast[c] >= DEAD_GRAY_LEVELS]
     if lights_deg is not None and alive:
         values |= _places({c: response.azimuth_deg(c) for c in alive}, lights_deg)
     return values

@@ -15,7 +15,7 @@ Measured = Mapping[str, Parts]
 GROUPS = ("Errors", "Lights", "Gel", "Picture")
 COUNTED = ("colours", "steps")
 """Units of what is counted, which has whole limits."""
-DEAD_GREY_LEVELS = 4.0
+DEAD_GRAY_LEVELS = 4.0
 """Contrast below which a colour says nothing about slopes."""
 
 
@@ -130,11 +130,11 @@ LIMITS = (
     ),
     Limit(
         group="Lights",
-        name="contrast_grey_levels",
+        name="contrast_gray_levels",
         title="contrast inside a contact",
         unit="grey levels",
         grade_a=8.0,
-        grade_b=DEAD_GREY_LEVELS,
+        grade_b=DEAD_GRAY_LEVELS,
         reason="a dead or masked LED leaves its colour without change inside a contact",
     ),
     Limit(
@@ -211,7 +211,7 @@ LIMITS = (
     ),
     Limit(
         group="Gel",
-        name="noise_grey_levels",
+        name="noise_gray_levels",
         title="noise of untouched gel",
         unit="grey levels",
         grade_a=2.0,
@@ -220,7 +220,7 @@ LIMITS = (
     ),
     Limit(
         group="Gel",
-        name="drift_grey_levels",
+        name="drift_gray_levels",
         title="drift from the blank frame",
         unit="grey levels",
         grade_a=6.0,

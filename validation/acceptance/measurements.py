@@ -128,7 +128,7 @@ def accept_unit(
     covered, inside = covered_area(presses.presses), inner(blank.shape)
     response = light_response(presses.presses)
     still = stillness(presses.presses, channels)
-    noise: Parts = still.get("noise_grey_levels", dict.fromkeys(channels, 0.0))
+    noise: Parts = still.get("noise_gray_levels", dict.fromkeys(channels, 0.0))
     axes = "xy" if unseen is None else "y" if unseen == "x" else "x"
     usable = usable_area(gel, response, noise, axes, channels)
     pictured, absent = picture_values(presses, calibrated, roundness(presses.presses, seed))
@@ -203,8 +203,8 @@ def _reasons(values: Measured, frames: int) -> dict[str, str]:
         "cross_talk_share": unsaid,
         "fewer_lights_x_deg": few,
         "fewer_lights_y_deg": few,
-        "noise_grey_levels": "every press reaches over the whole pad",
-        "drift_grey_levels": "every press reaches over the whole pad",
+        "noise_gray_levels": "every press reaches over the whole pad",
+        "drift_gray_levels": "every press reaches over the whole pad",
         "axes_ratio": "its lights see one axis alone, as they were built",
         "color_balance_share": "it has one light",
         "ball_radius_share": "its lights see one axis alone, as they were built",

@@ -17,7 +17,7 @@ PLACE = (0.09, 0.1, 3.1 / HALF_IN, 3.1 / HEIGHT_IN)
 SECTORS = 36
 SLOPES = (0.3, 1.0)
 """Only pixels of such slopes count: flatter ones have no clear direction, steeper ones shadows."""
-GREY_LEVELS = 255
+GRAY_LEVELS = 255
 AZIMUTHS = ("+x", "45°", "+y", "135°", "180°", "−135°", "−90°", "−45°")
 
 
@@ -42,7 +42,7 @@ def lobe_figure(
     assert isinstance(axes, PolarAxes)
     centers_deg, means = sector_means(color, gradient)
     closed = np.radians(np.append(centers_deg, centers_deg[:1]))
-    levels = GREY_LEVELS * means
+    levels = GRAY_LEVELS * means
     lit = [channel for channel in CHANNELS if not lights_deg or channel in lights_deg]
     for channel in lit:
         index, shade = "RGB".index(channel), CHANNELS[channel]

@@ -121,6 +121,6 @@ def draw_arrows(picture: Picture, tracked: Tracked, scale: float) -> None:
         for color, thickness in ((HALO, 3), (SHAFT, 1)):
             cv2.arrowedLine(picture, start, end, color, thickness, cv2.LINE_AA, tipLength=0.3)
     for place in (rest + moved)[~tracked.seen]:
-        centre = [round(float(along)) for along in place]
+        center = [round(float(along)) for along in place]
         radius_px = round(0.2 * scale * tracked.markers.spacing_px)
-        cv2.circle(picture, centre, radius_px, CARRIED, 2, cv2.LINE_AA)
+        cv2.circle(picture, center, radius_px, CARRIED, 2, cv2.LINE_AA)

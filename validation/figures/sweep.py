@@ -23,14 +23,14 @@ def sweep_figure(field: str, points: Sequence[SweepPoint]) -> Figure:
     errors, area = figure.subplots(1, 2)
     places, names = _places([point.value for point in points])
     aside = 0.0 if names is None else 0.06
-    for sign, (metric, (name, mark, colour)) in zip((-1, 1), AXES.items(), strict=True):
+    for sign, (metric, (name, mark, color)) in zip((-1, 1), AXES.items(), strict=True):
         means = [point.contact.errors.values[metric] for point in points]
         errors.errorbar(
             [place + sign * aside for place in places],
             means,
             yerr=whiskers(means, [point.contact.errors.ci95[metric] for point in points]),
             fmt=f"{mark}-" if names is None else mark,
-            color=colour,
+            color=color,
             markersize=5,
             elinewidth=1.2,
             label=name,

@@ -49,8 +49,8 @@ def read_taxim_pack(path: Path) -> TaximPack:
     refuse_count(path, len(frames))
     circles = np.column_stack([centers, radii]).astype(float).tolist()
     return TaximPack(
-        background=_grey_levels(path, "f0", background)[..., ::-1],
-        frames=_grey_levels(path, "imgs", frames)[..., ::-1],
+        background=_gray_levels(path, "f0", background)[..., ::-1],
+        frames=_gray_levels(path, "imgs", frames)[..., ::-1],
         labels=tuple(
             drawn_label(f"{FRAMES}#{index}", circle, path) for index, circle in enumerate(circles)
         ),
@@ -63,7 +63,7 @@ def write_taxim_frames(pack: TaximPack, folder: Path) -> None:
     np.savez(folder / FRAMES, frames=pack.frames)
 
 
-def _grey_levels(path: Path, name: str, array: np.ndarray) -> np.ndarray:
+def _gray_levels(path: Path, name: str, array: np.ndarray) -> np.ndarray:
     """As uint8; other values would wrap round and look like some other picture."""
     low, high = float(array.min()), float(array.max())
     if not 0 <= low <= high <= 255:  # nor NaN, which compares as false

@@ -67,12 +67,12 @@ def _number(name: str, form: str = "{:.2f}") -> Callable[[Likeness], str]:
     return cell
 
 
-def _colours(name: str, form: str) -> Callable[[Likeness], str]:
+def _colors(name: str, form: str) -> Callable[[Likeness], str]:
     def cell(sensor: Likeness) -> str:
         values: Mapping[str, float] | None = getattr(sensor, name)
         if values is None:
             return NOTHING
-        return " / ".join(form.format(values[colour]) for colour in "RGB" if colour in values)
+        return " / ".join(form.format(values[color]) for color in "RGB" if color in values)
 
     return cell
 
@@ -81,9 +81,9 @@ FIGURES: Mapping[str, Callable[[Likeness], str]] = {
     "labelled presses": _number("presses", "{}"),
     "keystone of the pad": _number("keystone"),
     "unevenness of the blank gel (SD / mean)": _number("unevenness"),
-    "near/far, R / G / B": _colours("near_far", "{:.1f}"),
-    "lobe, R / G / B [grey levels per slope]": _colours("levels_per_slope", "{:.0f}"),
-    "across the lobe, R / G / B [share]": _colours("off_axis", "{:.2f}"),
+    "near/far, R / G / B": _colors("near_far", "{:.1f}"),
+    "lobe, R / G / B [grey levels per slope]": _colors("levels_per_slope", "{:.0f}"),
+    "across the lobe, R / G / B [share]": _colors("off_axis", "{:.2f}"),
     "contrast of contacts [grey levels]": _number("contrast", "{:.0f}"),
     "mean |G| of the same contacts": _number("mean_abs_gradient"),
     "grain of the difference [grey levels]": _number("grain", "{:.1f}"),

@@ -19,7 +19,7 @@ def test_patches_come_with_their_place_area_and_deepest_point():
     large, small = contact_patches(contact, depth, (0.1, 0.2))
     assert large.area_mm2 == pytest.approx(np.pi * 15**2 * 0.02, rel=0.03)
     assert small.area_mm2 == pytest.approx(np.pi * 10**2 * 0.02, rel=0.03)
-    assert small.centre_mm == pytest.approx((-3.0, 0.1))
+    assert small.center_mm == pytest.approx((-3.0, 0.1))
     assert small.deepest_at_mm == pytest.approx((-2.8, 0.7))
     assert small.deepest_mm == pytest.approx(1.0)
     assert large.deepest_mm == pytest.approx(depth[disc(90, 40, 15)].max())

@@ -290,7 +290,7 @@ def test_random_objects_press_into_the_gel_and_come_again():
 def test_pixels_that_are_kept_have_the_slopes_and_the_colours_of_their_frames(tmp_path):
     balls = make_dataset(tmp_path / "balls", presses=10).folder
     deep = make_deeper_set(tmp_path / "deep", presses=10).folder
-    pressed = make_rendered_set(tmp_path / "pressed", presses=2, seed=5, noise_grey_levels=0)
+    pressed = make_rendered_set(tmp_path / "pressed", presses=2, seed=5, noise_gray_levels=0)
     kept = sensor_arrays(balls, deep, [pressed.folder])
     fewer = sensor_arrays(balls, deep, [pressed.folder], 600)
     assert len(fewer["slopes"]) == 600 and (fewer["shallow"] == kept["shallow"]).all()

@@ -107,8 +107,8 @@ def test_a_lens_folds_where_the_picture_ends_and_not_where_the_world_does() -> N
 
 def test_barrel_distortion_draws_points_toward_the_centre() -> None:
     corner = np.array([[0.0, 0.0]])
-    centre = np.array(TRUE.center_px)
-    assert np.linalg.norm(TRUE.distort(corner) - centre) < np.linalg.norm(corner - centre)
+    center = np.array(TRUE.center_px)
+    assert np.linalg.norm(TRUE.distort(corner) - center) < np.linalg.norm(corner - center)
 
 
 def test_exact_corners_give_back_the_lens() -> None:

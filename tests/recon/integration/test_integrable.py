@@ -14,13 +14,13 @@ pitches = st.tuples(st.floats(0.02, 0.2), st.floats(0.02, 0.2))
 seeds = st.integers(0, 2**16)
 
 
-def centres(count, pitch):
+def centers(count, pitch):
     return (np.arange(count) + 0.5) * pitch
 
 
 @given(h=sides, w=sides, mm_per_px=pitches, seed=seeds)
 def test_slopes_of_a_surface_stay_whatever_it_does_at_the_border(h, w, mm_per_px, seed):
-    x, y = centres(w, mm_per_px[0])[None], centres(h, mm_per_px[1])[:, None]
+    x, y = centers(w, mm_per_px[0])[None], centers(h, mm_per_px[1])[:, None]
     rng = np.random.default_rng(seed)
     along_x = np.pi * rng.integers(0, w) / (w * mm_per_px[0])
     along_y = np.pi * rng.integers(0, h) / (h * mm_per_px[1])
@@ -38,7 +38,7 @@ def test_slopes_of_a_surface_stay_whatever_it_does_at_the_border(h, w, mm_per_px
 
 @given(h=sides, w=sides, mm_per_px=pitches, seed=seeds)
 def test_a_swirl_within_the_frame_goes(h, w, mm_per_px, seed):
-    x, y = centres(w, mm_per_px[0])[None], centres(h, mm_per_px[1])[:, None]
+    x, y = centers(w, mm_per_px[0])[None], centers(h, mm_per_px[1])[:, None]
     rng = np.random.default_rng(seed)
     along_x = np.pi * rng.integers(1, w) / (w * mm_per_px[0])
     along_y = np.pi * rng.integers(1, h) / (h * mm_per_px[1])

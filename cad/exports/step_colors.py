@@ -9,17 +9,17 @@ that no two files are the same.
 import re
 from collections.abc import Callable, Mapping, Sequence
 
-Colour = tuple[float, float, float]
+Color = tuple[float, float, float]
 
 _ENTITY = re.compile(r"#(\d+)\s*=\s*(.*?);\s*?\n", re.DOTALL)
 
 
-def with_colours(text: str, colour_of: Callable[[str], Colour]) -> str:
+def with_colors(text: str, color_of: Callable[[str], Color]) -> str:
     """The file with each product's solids in its colour, as AP214 styles them.
 
     Args:
         text: a STEP file of an assembly.
-        colour_of: red, green and blue in 0 to 1 by the product's name.
+        color_of: red, green and blue in 0 to 1 by the product's name.
 
     Raises:
         ValueError: the file holds no solid that belongs to a named product.
@@ -30,7 +30,7 @@ def with_colours(text: str, colour_of: Callable[[str], Colour]) -> str:
     items: list[int] = []
     solids = _solids(entities)
     for name, solid, _ in solids:
-        lines += _style(following, solid, colour_of(name))
+        lines += _style(following, solid, color_of(name))
         items.append(following + 7)
         following += 8
     if not items:
@@ -42,9 +42,9 @@ def with_colours(text: str, colour_of: Callable[[str], Colour]) -> str:
     return f"{head}{''.join(line + chr(10) for line in lines)}ENDSEC;{tail}"
 
 
-def _style(first: int, solid: str, colour: Colour) -> list[str]:
+def _style(first: int, solid: str, color: Color) -> list[str]:
     """Eight entities, from the colour to the item that it paints."""
-    red, green, blue = (f"{value:.6f}" for value in colour)
+    red, green, blue = (f"{value:.6f}" for value in color)
     chain = [
         f"COLOUR_RGB('',{red},{green},{blue})",
         f"FILL_AREA_STYLE_COLOUR('',#{first})",
