@@ -26,6 +26,8 @@ from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_atomic
 
 if TYPE_CHECKING:
+    from recon.cloud import PointCloud
+    from recon.pipeline import Reconstruction
     from sensor.design import Wedge
     from sensor.unit import UnitCard
 
@@ -75,15 +77,12 @@ def main(
         frames: Stop after so many frames.
         json: Write the numbers of points, depths and uncertainties here as JSON.
     """
-    import numpy as np
-
     from app._frames import read_checked
     from app._pad import refuse_other_pad
     from recon.calibration import load_calibration
     from recon.cloud import point_cloud, skin_mesh
     from recon.cloud_files import cloud_bytes
     from recon.contact.first import touches
-    from recon.contact.patches import contact_word
     from recon.pipeline import Reconstructor
     from recon.plausible import doubt_word
     from sensor.design_file import load_design
@@ -114,33 +113,17 @@ def main(
             if frame.image is None:
                 continue
             touch = reconstruct(frame.image)
-            patches, touching = touch.patches, int(touch.contact.sum())
             cloud, triangles = point_cloud(touch, gel), None
             if mesh:
                 triangles = skin_mesh(touch, gel).triangles
             if part == "contact":
                 cloud = cloud[cloud.contact]
-            sigma_mm = float(np.median(cloud.sigma_mm)) if len(cloud) else np.nan
             path = out / f"{names[len(rows)] if names else _free_stem(frame, taken)}.{form}"
             if not names:
                 keep_inputs([unit, *where], [path])
             write_atomic(path, cloud_bytes(cloud, form, triangles))
-            rows.append(
-                {
-                    "frame": frame.number,
-                    "image": frame.file or None,
-                    "points": len(cloud),
-                    "touching": touching,
-                    "contact": contact_word(patches),
-                    "patches": [asdict(patch) for patch in patches],
-                    "in_shadow": float(touch.shadow[touch.contact].mean()) if touching else 0.0,
-                    "deepest_mm": float(touch.depth_mm.max()),
-                    "sigma_mm": None if np.isnan(sigma_mm) else sigma_mm,
-                    "markers": touch.markers,
-                    "remark": doubt_word(touch, calibration) or None,
-                    "file": str(path),
-                }
-            )
+            rows.append(_row(frame, touch, cloud) | {"file": str(path)})
+            rows[-1]["remark"] = doubt_word(touch, calibration) or None
             shown.append(frame.shown)
             touched.append((frame.number, frame.time_ns, touches(touch.contact, touch.disturbed)))
             show(len(rows) / max(len(where), len(rows) + 1), frame.name)
@@ -153,6 +136,28 @@ def main(
     for remark in remarks:
         print(remark, file=sys.stderr)
     came.tell()
+
+
+def _row(frame: UnitFrame, touch: "Reconstruction", cloud: "PointCloud") -> dict[str, Any]:
+    """What is said of a frame and of its points in JSON."""
+    import numpy as np
+
+    from recon.contact.patches import contact_word
+
+    patches, touching = touch.patches, int(touch.contact.sum())
+    sigma_mm = float(np.median(cloud.sigma_mm)) if len(cloud) else np.nan
+    return {
+        "frame": frame.number,
+        "image": frame.file or None,
+        "points": len(cloud),
+        "touching": touching,
+        "contact": contact_word(patches),
+        "patches": [asdict(patch) for patch in patches],
+        "in_shadow": float(touch.shadow[touch.contact].mean()) if touching else 0.0,
+        "deepest_mm": float(touch.depth_mm.max()),
+        "sigma_mm": None if np.isnan(sigma_mm) else sigma_mm,
+        "markers": touch.markers,
+    }
 
 
 def _print_rows(shown: Sequence[str], rows: Sequence[dict[str, Any]]) -> None:

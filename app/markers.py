@@ -3,6 +3,7 @@
 """`wedge markers`: the dots of a marker gel, found and followed."""
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -54,8 +55,6 @@ def main(
         frames: Stop after so many frames.
         json: Write what each frame says here as JSON.
     """
-    import numpy as np
-
     from recon.calibration import load_calibration
     from recon.markers.tracking import marker_tracker
     from validation.figures.markers import displacement_figure, marker_overlay
@@ -76,8 +75,8 @@ def main(
         f"{markers.card(pitch)['diameter_mm']:.2f} mm wide"
     )
     tracked: Tracked | None = None
-    farthest, picture = -1.0, None
-    rows: list[dict[str, object]] = []
+    farthest_mm, picture = 0.0, None
+    rows: list[dict[str, Any]] = []
     shown: list[str] = []
     with (
         unit_frames(where, unwarp, frames) as came,
@@ -89,29 +88,17 @@ def main(
                 continue
             name, time_ns, image = frame.name, frame.time_ns, unwarp(frame.image)
             tracked = tracker.track(image, None if came.apart else tracked)
-            moved_mm = np.hypot(*tracked.displacement_mm(pitch).T)
-            seen = moved_mm[tracked.seen]
             size_px = image.shape[1], image.shape[0]
             with files.writing():
                 files.recording.add_dots(time_ns, tracked, pitch, size_px)
-                files.table.add(*_rows(frame, tracked, pitch, size_px))
+                files.table.add(*_cells(frame, tracked, pitch, size_px))
             if files.failed:
                 break
             files.clip.add(marker_overlay(image, tracked, pitch))
-            most = float(seen.max(initial=0.0))
-            if most > farthest:
-                farthest, picture = most, (frame.file or name, image, tracked)
-            rows.append(
-                {
-                    "frame": name,
-                    "image": frame.file or None,
-                    "time_ns": time_ns,
-                    "seen": int(tracked.seen.sum()),
-                    "mean_mm": float(seen.mean()) if len(seen) else None,
-                    "most_mm": most if len(seen) else None,
-                    "word": tracked.word,
-                }
-            )
+            rows.append(_row(frame, tracked, pitch))
+            if picture is None or (rows[-1]["most_mm"] or 0.0) > farthest_mm:
+                farthest_mm = rows[-1]["most_mm"] or 0.0
+                picture = frame.file or name, image, tracked
             shown.append(frame.shown)
             show(len(rows) / max(len(where), len(rows) + 1), name)
         assert picture is not None
@@ -119,12 +106,39 @@ def main(
         title = f"{Path(name).name}, displacement × 3"
         figure = displacement_figure(image, tracked, pitch, title=title)
         said = files.finish(png_bytes(figure), f"Frames {rows[0]['frame']} to {rows[-1]['frame']}")
+    _print_rows(shown, rows, len(markers), out)
+    for sentence in said:
+        print(sentence, file=sys.stderr)
+    document = {"unit": str(unit), "markers": markers.card(pitch), "frames": rows}
+    write_json(json, {**document, "remarks": [*came.remarks, *said]})
+    came.tell()
+    return 2 if files.failed else 0
+
+
+def _row(frame: UnitFrame, tracked: "Tracked", mm_per_px: tuple[float, float]) -> dict[str, object]:
+    """What is said of a frame in JSON."""
+    import numpy as np
+
+    seen_mm = np.hypot(*tracked.displacement_mm(mm_per_px).T)[tracked.seen]
+    return {
+        "frame": frame.name,
+        "image": frame.file or None,
+        "time_ns": frame.time_ns,
+        "seen": len(seen_mm),
+        "mean_mm": float(seen_mm.mean()) if len(seen_mm) else None,
+        "most_mm": float(seen_mm.max()) if len(seen_mm) else None,
+        "word": tracked.word,
+    }
+
+
+def _print_rows(shown: Sequence[str], rows: Sequence[dict[str, Any]], dots: int, out: Path) -> None:
+    """The table of the first frames, by the names that are shown of them, and where the rest is."""
     print_table(
         ["frame", "seen", "mean moved [mm]", "most moved [mm]", ""],
         [
             [
                 name,
-                f"{row['seen']} of {len(markers)}",
+                f"{row['seen']} of {dots}",
                 "–" if row["mean_mm"] is None else f"{row['mean_mm']:.3f}",
                 "–" if row["most_mm"] is None else f"{row['most_mm']:.3f}",
                 str(row["word"]),
@@ -136,21 +150,15 @@ def main(
         print(f"and {len(rows) - SHOWN_ROWS} more frames, in {out / 'markers.csv'}")
     if (out / "overlay.webp").exists():
         print(f"Open {out / 'overlay.webp'}")
-    for sentence in said:
-        print(sentence, file=sys.stderr)
-    document = {"unit": str(unit), "markers": markers.card(pitch), "frames": rows}
-    write_json(json, {**document, "remarks": [*came.remarks, *said]})
-    came.tell()
-    return 2 if files.failed else 0
 
 
-def _rows(
+def _cells(
     frame: UnitFrame,
     tracked: "Tracked",
     mm_per_px: tuple[float, float],
     size_px: tuple[int, int],
 ) -> list[list[Any]]:
-    """The cells of each dot."""
+    """The cells of each dot in the table of all frames."""
     markers = tracked.markers
     rows = []
     for cell, rest_mm, moved_mm, seen in zip(
