@@ -8,6 +8,7 @@ from math import hypot
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from app._pad import refuse_other_pad
 from app._progress import progress
 from sensor.dataset import LENS_FILE
 from sensor.errors import WedgeError
@@ -16,6 +17,7 @@ from sensor.toml import Pair
 
 if TYPE_CHECKING:
     from sensor.dataset import BallLabel, DatasetCard
+    from sensor.design import Wedge
     from validation.importers.raw_frames import Prepared
 
 
@@ -26,8 +28,17 @@ def import_source(
     ball_radius_mm: float | None,
     mm_per_px: float | None,
     pad_size_mm: Pair,
+    design: "Wedge | None" = None,
 ) -> None:
     """Write a dataset folder from frames or from another tool's calibration, and say what is in it.
+
+    Args:
+        source: a folder of frames, or what another tool keeps.
+        out: the dataset folder; new or empty.
+        ball_radius_mm: of the ball, where the source does not say it.
+        mm_per_px: of frames that show the gel plane, where it is known.
+        pad_size_mm: of a pad that nothing measures.
+        design: whose pad a caliper's pictures must show, where one is named.
 
     Raises:
         WedgeError: the source is neither, something is missing in it, or ``out`` is kept.
@@ -91,6 +102,12 @@ def import_source(
                 ball_radius_mm=ball_radius_mm,
                 pad_size_mm=pad_size_mm,
                 mm_per_px=mm_per_px,
+                check=lambda card: refuse_other_pad(
+                    card.pad_size_mm,
+                    design,
+                    f"{source}, by the caliper's pictures,",
+                    "mend the caliper's gap",
+                ),
                 progress=show,
             )
         _say(prepared, _flat_scale(prepared.card, mm_per_px, pad_size_mm))

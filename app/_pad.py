@@ -8,6 +8,8 @@ from sensor.toml import Pair
 
 OTHER_PAD = 0.2
 """Share by which a pad that was measured may differ from its design's; real Wedges do by 0.09."""
+NOTED = 0.05
+"""From this share on it is said."""
 
 
 def assumed_pad_mm(design: Wedge | None, pad_size_mm: Pair | None = None) -> Pair:
@@ -23,18 +25,36 @@ def assumed_pad_mm(design: Wedge | None, pad_size_mm: Pair | None = None) -> Pai
     return pad_size_mm or (design or STANDARD).pad_size_mm
 
 
-def refuse_other_pad(pad_size_mm: Pair | None, design: Wedge | None, where: str) -> None:
+def refuse_other_pad(
+    pad_size_mm: Pair | None,
+    design: Wedge | None,
+    where: str,
+    remedy: str = "mend pad_size_mm",
+) -> None:
     """Refuse a design that has another pad than a card states, where both are known.
 
     Raises:
-        WedgeError: names ``where`` and both sizes.
+        WedgeError: names ``where``, both sizes, and what to do where the design is right.
     """
-    if design is None or pad_size_mm is None:
-        return
-    shares = [a / b for a, b in zip(pad_size_mm, design.pad_size_mm, strict=True)]
-    if not all(1 - OTHER_PAD < share < 1 + OTHER_PAD for share in shares):
-        (x, y), (length, width) = pad_size_mm, design.pad_size_mm
+    if design is not None and pad_size_mm is not None and _off(pad_size_mm, design) >= OTHER_PAD:
         raise WedgeError(
-            f"{where} has a pad of {x:g} x {y:g} mm, the design {design.name} one of {length:g} x "
-            f"{width:g} mm: name the sensor's own design, or mend pad_size_mm."
+            f"{where} has a pad of {_sizes(pad_size_mm, design)}: name the sensor's own design, or "
+            f"{remedy}."
         )
+
+
+def pad_remark(pad_size_mm: Pair | None, design: Wedge | None) -> str:
+    """What to say of a pad that is not quite its design's; empty where there is nothing to say."""
+    if design is None or pad_size_mm is None or _off(pad_size_mm, design) < NOTED:
+        return ""
+    return f"The sensor has a pad of {_sizes(pad_size_mm, design)}: see that the design is its own."
+
+
+def _off(pad_size_mm: Pair, design: Wedge) -> float:
+    """Share by which a side differs, of the one that differs more."""
+    return max(abs(a / b - 1) for a, b in zip(pad_size_mm, design.pad_size_mm, strict=True))
+
+
+def _sizes(pad_size_mm: Pair, design: Wedge) -> str:
+    (x, y), (length, width) = pad_size_mm, design.pad_size_mm
+    return f"{x:.4g} x {y:.4g} mm, the design {design.name} one of {length:g} x {width:g} mm"

@@ -51,7 +51,7 @@ def main(
         seed: Seed of the split, drawn pixels and training.
         json: Write the errors on the held-out presses here as JSON.
     """
-    from app._pad import refuse_other_pad
+    from app._pad import pad_remark, refuse_other_pad
     from recon.calibration import lit_channels, unit_of
     from recon.estimators import fit_estimator, lesson_of, refuse_unfittable
     from recon.labels.ball_size import doubtful_ball, refuse_small_ball
@@ -104,6 +104,7 @@ def main(
         unit.save(out)
     print_error_table(measured)
     doubts = (
+        pad_remark(source.card.pad_size_mm, built_from),
         few_presses(presses),
         left_out_places(presses),
         deep_presses(presses),
@@ -115,6 +116,7 @@ def main(
     print(f"Unit folder: {out}")
     if folder is not None:
         print(f"Next: {command_line('accept', out, folder, '--out', f'{out}-certificate')}")
+        print("Presses of another day, in place of these, show what has changed since.")
     write_json(json, table_document(measured))
 
 
@@ -148,5 +150,6 @@ def _dataset_of(
         ball_radius_mm=ball_radius_mm,
         mm_per_px=None,
         pad_size_mm=assumed_pad_mm(design),
+        design=design,
     )
     return presses

@@ -88,7 +88,7 @@ def test_every_form_of_the_certificate_says_the_same(calibration, accepted):
         assert "%" not in entry["unit"] and (limit.shown_times > 1 or entry["unit"] == limit.unit)
     page = page_html(card, SET, failed, "")
     assert "picture moved since calibration is unknown px" in page and "<set>" not in page
-    assert "contrast inside a contact (G) is 1 grey levels" in page
+    assert "contrast inside a contact (G) is 1.00 grey levels" in page
     assert all(html.escape(limit.title) in page for limit in LIMITS if limit.name in failed.values)
     pdf = pdf_bytes(card, SET, failed)
     assert pdf.startswith(b"%PDF") and pdf == pdf_bytes(card, SET, failed)
@@ -132,9 +132,11 @@ def test_a_set_of_which_some_was_learnt_says_so(calibration, accepted):
 
 def test_a_design_that_nobody_named_has_no_hash_on_the_certificate(calibration, accepted):
     unnamed = replace(calibration.card, design_sha256=None)
-    assert "not named (design)" in origin(unnamed, SET)
+    assert "no design was named" in origin(unnamed, SET)
     assert document(unnamed, SET, accepted)["design_sha256"] is None
-    assert "abababababab (design)" in origin(replace(unnamed, design_sha256="ab" * 32), SET)
+    assert "the design's with abababababab" in origin(
+        replace(unnamed, design_sha256="ab" * 32), SET
+    )
 
 
 def test_every_form_says_on_how_many_presses_errors_rest_and_when(calibration, accepted):
@@ -148,7 +150,7 @@ def test_every_form_says_on_how_many_presses_errors_rest_and_when(calibration, a
         page = page_html(card, SET, found, "")
         for form in (page, " ".join(shown)):
             assert said in form and "2026-02-03" in form and "4.5.6" in form
-            assert SET.dataset_sha256[:12] in form and "not named (design)" in form
+            assert SET.dataset_sha256[:12] in form and "no design was named" in form
         assert any("[" in text for text in shown) is there is ("% interval " in page)
         kept = document(card, SET, found)
         assert kept["held_out_presses"] == found.held_out and kept["judged"] == "2026-02-03"

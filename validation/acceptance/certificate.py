@@ -154,7 +154,7 @@ def sentence(limit: Limit, found: Acceptance) -> str:
     part, value = limit.worst(found.values[limit.name])
     of = f" ({part})" if part else ""
     return (
-        f"{limit.title}{of} is {number(limit, value)} {limit.unit}, "
+        f"{limit.title}{of} is {number(limit, value)}{_unit(limit)}, "
         f"the limit is {_bound(limit, limit.grade_b)}"
     )
 
@@ -173,7 +173,12 @@ def shown_value(limit: Limit, parts: Parts, interval: Interval | None = None) ->
     """Each part's number with its name, in brackets the interval, and the unit."""
     shown = "  ".join(f"{part} {number(limit, value)}".strip() for part, value in parts.items())
     ends = f" [{', '.join(number(limit, end) for end in interval)}]" if interval else ""
-    return f"{shown}{ends} {limit.unit}"
+    return f"{shown}{ends}{_unit(limit)}"
+
+
+def _unit(limit: Limit) -> str:
+    """As it stands behind a number: degrees without a space."""
+    return limit.unit if limit.unit == "°" else f" {limit.unit}"
 
 
 def number(limit: Limit, value: float) -> str:
@@ -181,7 +186,9 @@ def number(limit: Limit, value: float) -> str:
     if not math.isfinite(value):
         return "unknown"
     value *= limit.shown_times
-    return f"{round(value, 2 if abs(value) < 10 else 1):.3g}"
+    if limit.unit in COUNTED:
+        return f"{value:.3g}"
+    return f"{value:.{2 if abs(value) < 9.995 else 1 if abs(value) < 99.95 else 0}f}"
 
 
 def not_measured(found: Acceptance) -> list[str]:
@@ -209,7 +216,7 @@ def page_html(card: UnitCard, occasion: Occasion, found: Acceptance, pictures: s
             if line.group == group
         ]
         if rows:
-            headings = ("and why its limits", "value", "A", "B", "grade")
+            headings = ("measured, and why its limits", "value", "A", "B", "grade")
             parts.append(table_html(f"{group}.", headings, rows))
     return "".join(parts) + bullets(not_measured(found))
 
@@ -249,10 +256,12 @@ def _rests_on(found: Acceptance) -> str:
 def origin(card: UnitCard, occasion: Occasion) -> str:
     """When and by what a unit was judged, and the hashes that tell its design and presses."""
     design = card.design_sha256
+    of_design = (
+        "no design was named" if design is None else f"the design's with {design[:HASH_DIGITS]}"
+    )
     return (
-        f"Judged {occasion.judged} by wedge {occasion.software}; hashes (SHA-256) begin "
-        f"{occasion.dataset_sha256[:HASH_DIGITS]} (dataset) and "
-        f"{'none, as it was not named' if design is None else design[:HASH_DIGITS]} (design)."
+        f"Judged {occasion.judged} by wedge {occasion.software}. The dataset's hash (SHA-256) "
+        f"begins with {occasion.dataset_sha256[:HASH_DIGITS]}, {of_design}."
     )
 
 

@@ -117,6 +117,7 @@ def import_raw_frames(
     ball_radius_mm: float,
     pad_size_mm: Pair,
     mm_per_px: float | None = None,
+    check: Callable[[DatasetCard], None] = lambda card: None,
     progress: Callable[[float, str], None] = lambda share, step: None,
 ) -> Prepared:
     """Write the dataset: corners found, scale measured, circles found.
@@ -129,6 +130,7 @@ def import_raw_frames(
         pad_size_mm: of the pad along x and y, where no caliper's picture tells; else a first guess.
             A frame in which no pad shows is taken to be as long as it.
         mm_per_px: pitch of frames that show the gel plane; ``None`` where nobody said.
+        check: called with the card before circles are sought, to refuse it.
         progress: called with the share that is done and what is being done.
 
     Raises:
@@ -179,6 +181,7 @@ def import_raw_frames(
         scale = measured_scale(source, pictures.caliper, reader, some)
         card, assumed = rescaled(card, scale), ""
         reader = _reader(folder, card)
+    check(card)
     labels = []
     found = pool.map(partial(automatic_label, reader), pictures.presses, chunksize=2)
     for done, label in enumerate(found, start=1):

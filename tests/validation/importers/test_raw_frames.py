@@ -97,6 +97,28 @@ def test_raw_frames_become_a_labelled_dataset(frames: Path, tmp_path: Path) -> N
     assert set(made.card.lights_deg) == {"R", "G", "B"}
 
 
+def test_a_card_is_judged_by_what_the_caliper_says_before_circles_are_sought(
+    frames: Path, tmp_path: Path
+) -> None:
+    seen: list[DatasetCard] = []
+
+    def refuse(card: DatasetCard) -> None:
+        seen.append(card)
+        raise WedgeError("another design's")
+
+    with ThreadPoolExecutor(1) as pool, pytest.raises(WedgeError, match="another design's"):
+        import_raw_frames(
+            frames,
+            tmp_path,
+            pool,
+            ball_radius_mm=BALL_RADIUS_MM,
+            pad_size_mm=(9.9, 11.0),
+            check=refuse,
+            progress=lambda share, step: "circles" in step and pytest.fail("they were sought"),
+        )
+    assert seen[0].pad_size_mm == pytest.approx(pad_size_mm()[::-1], rel=0.03)
+
+
 def test_a_pitch_of_frames_whose_pad_sets_the_scale_is_refused(
     frames: Path, tmp_path: Path
 ) -> None:

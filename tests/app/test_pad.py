@@ -1,0 +1,39 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A pad that was measured beside that of the design which somebody names."""
+
+import pytest
+
+from app._pad import NOTED, OTHER_PAD, pad_remark, refuse_other_pad
+from sensor.design import FINGER, STANDARD
+from sensor.errors import WedgeError
+
+
+def pad(along_x, along_y):
+    length, width = STANDARD.pad_size_mm
+    return length * along_x, width * along_y
+
+
+@pytest.mark.parametrize("share", [1 - OTHER_PAD - 0.01, 1 + OTHER_PAD + 0.01])
+@pytest.mark.parametrize("along", [0, 1])
+def test_a_pad_of_another_size_along_either_side_is_refused(share, along):
+    shares = (share, 1.0) if along == 0 else (1.0, share)
+    with pytest.raises(WedgeError, match=r"^here has a pad of .*own design, or mend it\.$"):
+        refuse_other_pad(pad(*shares), STANDARD, "here", "mend it")
+
+
+@pytest.mark.parametrize("share", [1 - NOTED - 0.01, 1 + NOTED + 0.01])
+@pytest.mark.parametrize("along", [0, 1])
+def test_a_pad_that_is_not_quite_the_designs_is_said_with_both_sizes(share, along):
+    shares = (share, 1.0) if along == 0 else (1.0, share)
+    refuse_other_pad(pad(*shares), STANDARD, "here")
+    said = pad_remark(pad(*shares), STANDARD)
+    assert f"{pad(*shares)[along]:.4g}" in said and "34 x 25.5 mm" in said
+
+
+def test_nothing_is_said_of_a_pad_like_the_designs_or_where_one_is_unknown():
+    for shares in ((1.04, 0.96), (1.0, 1.0)):
+        assert not pad_remark(pad(*shares), STANDARD)
+    for measured, design in ((None, FINGER), (pad(1, 1), None), (None, None)):
+        refuse_other_pad(measured, design, "here")
+        assert not pad_remark(measured, design)
