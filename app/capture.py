@@ -5,24 +5,22 @@
 import sys
 from collections.abc import Callable, Iterator, Set
 from contextlib import contextmanager
-from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from app._captured import CALIPER_FOLDER, CARD_FILE, Captured
+from app._capture_session import CaptureSession, assumed
+from app._captured import CARD_FILE, Captured
 from app._output import command_line
 from sensor.errors import WedgeError
 
 if TYPE_CHECKING:
     from recon.labels.capture import PressWatcher
     from recon.stream import FrameSource, Newest, TimedFrame
-    from sensor.dataset import Dataset, DatasetCard
-    from sensor.toml import Pair
+    from sensor.dataset import Dataset
 
-CALIPERS = 2
-"""Pictures of the caliper: one along the finger, one across."""
 REMARK_S = 0.3
 """Without a frame for so long, a stream may have something to say."""
 Where = Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="WHERE")]
@@ -74,7 +72,6 @@ def main(
     """
     from app._pad import assumed_pad_mm
     from app._sources import open_live
-    from recon.images import read_image, write_image
     from recon.stream import Newest
     from sensor.design_file import load_design
     from sensor.files import check_outputs, refuse_kept_folder
@@ -88,66 +85,33 @@ def main(
     refuse_kept_folder(out)
     check_outputs(out / CARD_FILE)
     other = _dataset(like, ball_radius_mm)
-    alone = Path(where).is_dir()
+    session = CaptureSession(
+        out,
+        presses=presses,
+        other=other,
+        ball_radius_mm=ball_radius_mm,
+        pad_size_mm=pad_mm,
+        caliper_mm=caliper_mm,
+        background=background,
+    )
     source: FrameSource | Newest
+    look: Callable[[TimedFrame], None]
     # Of a sensor the newest frame, as judging one takes longer than the next needs to come.
-    if alone:
+    if Path(where).is_dir():
         source, of_caliper = _pictures(where, background is None, caliper_mm)
+        look = partial(session.look_at_picture, of_caliper=of_caliper)
     else:
-        source, of_caliper = Newest(open_live(where)), frozenset()
-    with source:
-        watcher: PressWatcher | None = None
-        captured: Captured | None = None
-        taken: list[str] = []
-        calipers: list[tuple[str, float]] = []
-        shown = _Shown(presses)
-
-        def remark(words: str) -> None:
-            shown(words, len(taken), watcher)
-
-        with _ending_early(taken):
-            for timed in _followed(source, remark) if isinstance(source, Newest) else source:
-                named = timed.file if alone else f"frame {timed.index}"
-                try:
-                    frame = timed.image()
-                    if watcher is not None:
-                        watcher.unwarp.check(frame)
-                except WedgeError as error:
-                    if watcher is None and background is None:  # the blank one
-                        raise
-                    remark(f"{named} is passed over: {error}")
-                    continue
-                if watcher is None:
-                    blank = frame if background is None else read_image(background)
-                    card = _card(other, out, blank, ball_radius_mm, pad_mm)
-                    if other is None:
-                        print(_assumed(card), file=sys.stderr, flush=True)
-                    first = 0 if caliper_mm is None else len(of_caliper) or CALIPERS
-                    watcher = _watcher(other, card, blank, first)
-                    if background is not None or alone:
-                        watcher.set_background(blank)
-                if captured is not None and (changed := captured.follow()):
-                    remark(changed)
-                if of_caliper and calipers and named not in of_caliper:
-                    watcher.calipers_left = 0  # theirs came first: what was refused is over
-                verdict = watcher.judge_alone(frame) if alone else watcher.look(frame)
-                words = f"{named}: {verdict.words}" if alone else verdict.words
-                if verdict.circle is not None:
-                    if captured is None:
-                        captured = Captured(out, other, card, watcher, taken)
-                    words += captured.keep(frame, verdict.circle)
-                elif verdict.taken and caliper_mm is not None:
-                    name = f"{caliper_mm:g}mm-{len(calipers) + 1}.png"
-                    write_image(out / CALIPER_FOLDER / name, frame)
-                    calipers.append((name, caliper_mm))
-                remark(words)
-                if len(taken) == presses:
-                    break
-    if captured is None or watcher is None:
-        raise WedgeError(f"no press was taken from {where}: {shown.last}.")
-    print(_map(watcher))
-    _finish(captured, other is None, calipers)
-    print(f"{counted(len(taken))} in {out}. Next: {command_line('label', out)}")
+        source, look = Newest(open_live(where)), session.look
+    with source, _ending_early(session.taken):
+        for timed in _followed(source, session.say) if isinstance(source, Newest) else source:
+            look(timed)
+            if len(session.taken) == presses:
+                break
+    if session.captured is None or session.watcher is None:
+        raise WedgeError(f"no press was taken from {where}: {session.said}.")
+    print(_map(session.watcher))
+    _finish(session.captured, other is None, session.calipers)
+    print(f"{counted(len(session.taken))} in {out}. Next: {command_line('label', out)}")
 
 
 def _refuse_options(
@@ -258,49 +222,6 @@ def _dataset(like: str | None, ball_radius_mm: float | None) -> "Dataset | None"
     return other
 
 
-def _card(
-    other: "Dataset | None", out: Path, blank: Any, ball_radius_mm: float | None, pad_mm: "Pair"
-) -> "DatasetCard":
-    """The other dataset's card under a new name, or one made from the blank frame."""
-    from validation.importers.raw_frames import first_card
-
-    name, background = out.resolve().name, ("background.png",)
-    if other is None:
-        assert ball_radius_mm is not None
-        return first_card(blank, name, background, ball_radius_mm, pad_mm)
-    return replace(
-        other.card,
-        name=name,
-        source="captured from a sensor",
-        licence="your own",
-        background=background,
-        ball_radius_mm=ball_radius_mm or other.ball_radii_mm[0],
-    )
-
-
-def _watcher(
-    other: "Dataset | None", card: "DatasetCard", blank: Any, calipers: int
-) -> "PressWatcher":
-    from recon.geometry.unwarp import prepare_unwarp
-    from recon.images import read_frame
-    from recon.labels.capture import PressWatcher
-    from recon.presses import dataset_unwarp, read_dataset_lens
-
-    if other is None:
-        height, width = blank.shape[:2]
-        unwarp = prepare_unwarp((width, height), card.corners_px, card.unwarped_size_px)
-    else:
-        first = read_frame(other.folder, other.card.background[0])
-        if first.shape != blank.shape:
-            (height, width), (other_height, other_width) = blank.shape[:2], first.shape[:2]
-            raise WedgeError(
-                f"the frames are {width}x{height} pixels, those of {other.card.name} are "
-                f"{other_width}x{other_height}: another camera, or another resolution."
-            )
-        unwarp = dataset_unwarp(other, blank, read_dataset_lens(other))
-    return PressWatcher(unwarp, card.ball_radius_mm, card.mm_per_px, calipers)
-
-
 def _finish(captured: "Captured", is_new: bool, calipers: list[tuple[str, float]]) -> None:
     """Find circles that wait, and of a sensor seen for the first time the lights and the scale."""
     try:
@@ -323,33 +244,7 @@ def _finish(captured: "Captured", is_new: bool, calipers: list[tuple[str, float]
             "along y."
         )
     elif is_new:
-        print(_assumed(card))
-
-
-def _assumed(card: "DatasetCard") -> str:
-    """What a sensor seen for the first time is taken to measure, as long as nothing tells."""
-    otherwise = "--design or --pad-size-mm says otherwise, --caliper-mm measures it."
-    if card.pad_size_mm is not None:
-        length, width = card.pad_size_mm
-        return f"The pad is taken to be {length:g} x {width:g} mm: {otherwise}"
-    return (
-        "No mirror's pad shows in the first frame: the frame is taken to be as long as the pad, "
-        f"so {card.mm_per_px[0]:.5f} mm/px: {otherwise}"
-    )
-
-
-class _Shown:
-    """One line on stderr for each thing that changes, with how far the capture is."""
-
-    def __init__(self, presses: int) -> None:
-        self.presses = presses
-        self.last = "it gave no frame"
-
-    def __call__(self, words: str, taken: int, watcher: "PressWatcher | None") -> None:
-        if words != self.last:
-            pad = "" if watcher is None else f"pad {watcher.coverage.share:4.0%} {watcher.coverage}"
-            print(f"{taken:3d}/{self.presses}  {pad}  {words}", file=sys.stderr, flush=True)
-        self.last = words
+        print(assumed(card))
 
 
 def _map(watcher: "PressWatcher") -> str:
