@@ -13,6 +13,10 @@ from recon.fast.kernels import compiled
 from recon.geometry.unwarp import Unwarp
 
 
+FULL_SCALE = np.arange(256, dtype=np.float32) / 255
+"""Each byte as the reference scales it: half of them times 1 / 255 are another float."""
+
+
 class FrameDifference:
     """Unwarps frames of one camera and takes the blank frame away."""
 
@@ -30,9 +34,9 @@ class FrameDifference:
     def __call__(self, frame: Frame, out: Float32[np.ndarray, "3 h w"]) -> None:
         """Write the difference image of a frame, as planes."""
         if self._maps is None:
-            _difference(frame, np.float32(1 / 255), self._blank, out)
+            _scaled_difference(frame, FULL_SCALE, self._blank, out)
             return
-        np.multiply(frame, np.float32(1 / 255), out=self._light)
+        np.divide(frame, np.float32(255), out=self._light)
         cv2.remap(
             self._light,
             *self._maps,
@@ -40,15 +44,23 @@ class FrameDifference:
             dst=self._flat,
             borderMode=cv2.BORDER_REPLICATE,
         )
-        _difference(self._flat, np.float32(1), self._blank, out)
+        _difference(self._flat, self._blank, out)
 
 
-def _take_difference(image: Any, scale: Any, blank: Any, out: Any) -> None:
+def _take_difference(image: Any, blank: Any, out: Any) -> None:
     _, height, width = out.shape
     for k in range(3):
         for row in range(height):
             for column in range(width):
-                out[k, row, column] = image[row, column, k] * scale - blank[k, row, column]
+                out[k, row, column] = image[row, column, k] - blank[k, row, column]
 
 
-_difference = compiled(_take_difference)
+def _take_scaled_difference(frame: Any, scaled: Any, blank: Any, out: Any) -> None:
+    _, height, width = out.shape
+    for k in range(3):
+        for row in range(height):
+            for column in range(width):
+                out[k, row, column] = scaled[frame[row, column, k]] - blank[k, row, column]
+
+
+_difference, _scaled_difference = compiled(_take_difference), compiled(_take_scaled_difference)
