@@ -20,7 +20,7 @@ from typing import ClassVar
 
 import cv2
 import numpy as np
-from jaxtyping import Float32
+from jaxtyping import Bool, Float32
 
 from recon.arrays import Difference
 from recon.estimators.lean import FLAT, Lean, lean_at
@@ -203,19 +203,26 @@ def drift_of(some: Float32[np.ndarray, "h w 3"]) -> Float32[np.ndarray, "3"]:
         some: every ``DRIFT_STEP_PX``-th row and column of a difference.
     """
     some = np.ascontiguousarray(some)
-    calm = np.ones(some.shape[:2], bool)
-    if min(calm.shape) > 1:
-        sigma = CALM_SMOOTHING * min(calm.shape)
+    every = np.ones(some.shape[:2], bool)
+    unrest, seen = np.zeros(every.shape, np.float32), ~every
+    if min(every.shape) > 1:
+        sigma = CALM_SMOOTHING * min(every.shape)
         along_y, along_x = np.gradient(cv2.GaussianBlur(some, (0, 0), sigma), axis=(0, 1))
         unrest = (along_y**2 + along_x**2).sum(-1)
         # What is black or burnt out does not change at all; the Gaussian reaches into it.
         around = np.ones((2 * math.ceil(4 * sigma) + 1,) * 2, np.uint8)
         seen = cv2.erode((unrest > 0).astype(np.uint8), around).astype(bool)
-        if seen.mean() < 0.5:
-            seen[...] = True
-        calm = seen & (unrest <= np.quantile(unrest[seen], CALM))
-    median = np.median(some[calm], axis=0)
-    return np.clip(median, -LARGEST_DRIFT, LARGEST_DRIFT).astype(np.float32)
+
+    def middle(of: Bool[np.ndarray, "h w"]) -> Float32[np.ndarray, "3"]:
+        """Of what changes least there."""
+        calm = of & (unrest <= np.quantile(unrest[of], CALM))
+        return np.asarray(np.median(some[calm], axis=0), np.float32)
+
+    drift = middle(seen if seen.mean() >= 0.5 else every)
+    if np.abs(drift).max() > LARGEST_DRIFT:
+        # A contact; what does not change at all beside it is gel that nothing touches.
+        drift = middle(every)
+    return np.clip(drift, -LARGEST_DRIFT, LARGEST_DRIFT)
 
 
 def raw_inputs(

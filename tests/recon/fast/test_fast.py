@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from recon import unet
 from recon.contact.mask import boundary_of, disturbed_mask
 from recon.estimators import GradientEstimator, gradient_field
-from recon.estimators.default import MEMBERS, MEMBERS_OF_FEW
+from recon.estimators.default import MEMBERS, MEMBERS_OF_FEW, settled
 from recon.estimators.mlp import Mlp
 from recon.fast import fixed_point, kernels, network
 from recon.fast.convolution import STEP, CompiledLayers, plane_px, taps
@@ -200,6 +200,17 @@ def test_the_difference_image_is_the_reference_s(corners_px: tuple | None) -> No
     out = np.zeros((3, 120, 160), np.float32)
     FrameDifference(unwarp, blank)(frame, out)
     np.testing.assert_array_equal(np.moveaxis(out, 0, -1), unwarp(frame) - blank)
+
+
+@pytest.mark.parametrize("share", [0.3, 0.5, 0.6, 0.7])
+def test_gel_that_does_not_change_beside_a_contact_did_not_drift(share: float) -> None:
+    unwarp, blank, frame = make_unit().unwarp, blank_frame((160, 120)), blank_frame((160, 120))
+    frame[:, : round(share * 160)] = 0
+    difference = np.zeros((3, 120, 160), np.float32)
+    FrameDifference(unwarp, unwarp(blank))(frame, difference)
+    quick = FrameEnsemble(random_default(), (160, 120)).prepared(difference)[0].settled
+    for found in (planes(settled(unwarp(frame) - unwarp(blank))), quick):
+        assert not found[..., 150:].any() and found[..., 0].max() < -0.2
 
 
 @pytest.mark.parametrize("boundary", ["dirichlet", "neumann"])
