@@ -7,7 +7,7 @@ from jaxtyping import Float32
 
 from recon.arrays import ContactMask, Unwarped
 from recon.markers.filling import fill_planes
-from recon.markers.tracking import MarkerTracker
+from recon.markers.tracking import MarkerTracker, Tracked
 from sensor.toml import Pair
 
 Planes = Float32[np.ndarray, "c h w"]
@@ -25,12 +25,12 @@ class FrameDots:
         """
         self._tracker, self._blank = tracker, blank
 
-    def hidden(self, difference: Planes) -> ContactMask:
-        """What the dots hide of a frame, whose difference to the blank frame is filled there."""
-        image = np.moveaxis(difference, 0, -1) + self._blank
-        hidden = self._tracker.hidden(self._tracker.track(image))
+    def followed(self, difference: Planes) -> tuple[Tracked, ContactMask]:
+        """The dots of a frame and what they hide, where its difference to the blank is filled."""
+        dots = self._tracker.track(np.moveaxis(difference, 0, -1) + self._blank)
+        hidden = self._tracker.hidden(dots)
         fill_planes(difference, hidden, "harmonic")
-        return hidden
+        return dots, hidden
 
     def fill_slopes(self, gradient: Planes, hidden: ContactMask, mm_per_px: Pair) -> None:
         """Fill gradients as the two slopes of one surface."""

@@ -8,15 +8,18 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from threading import Lock
 
 import cv2
 import numpy as np
 from jaxtyping import Float32
 
-from recon.arrays import ContactMask, DepthMap, Difference, Frame, GradientField
+from recon.arrays import ContactMask, DepthMap, Difference, Frame, GradientField, Unwarped
 from recon.calibration import Calibration, load_calibration
 from recon.contact.mask import boundary_of, contact_mask, disturbed_in
-from recon.depth import depth_of, fewer_px, untouched_depth
+from recon.contact.patches import ContactPatch, contact_patches
+from recon.contact.shadows import cast_shadows
+from recon.depth import Depth, depth_of, fewer_px, untouched_depth
 from recon.depth_error import slope_error
 from recon.estimators import gradient_field
 from recon.estimators.default import Default
@@ -41,7 +44,8 @@ from recon.fast.unwarping import FrameDifference
 from recon.fast.weighing import FrameWeighing
 from recon.integration.poisson import Boundary
 from recon.lights import Axis, unseen_axis
-from recon.markers.tracking import marker_tracker
+from recon.markers.detection import unexpected_dots
+from recon.markers.tracking import Tracked, marker_tracker, misfit
 from recon.missing_axis.moved import MARGIN_PX, widest_support
 from recon.still import without_still
 from recon.stream.frame import TimedFrame
@@ -69,6 +73,12 @@ class Touch:
     """Of as many pixels as the frame, or of its quarter."""
     calibration: Calibration
     """Of the unit."""
+    blank: Unwarped
+    """The unwarped blank frame."""
+    misfit: str
+    """What is wrong where it and the unit disagree about dots; else empty."""
+    dots: Tracked | None
+    """Of a marker gel: where each dot is now."""
     doubt: DepthMap | None = None
     """How far off an inferred slope is expected to be, mm/mm; ``None`` where none was."""
 
@@ -97,6 +107,27 @@ class Touch:
         """Area of the contact."""
         return float(self.contact.sum() * self.mm_per_px[0] * self.mm_per_px[1])
 
+    @property
+    def patches(self) -> tuple[ContactPatch, ...]:
+        """The separate places of contact, the largest first."""
+        return contact_patches(self.contact, self.depth_mm, self.mm_per_px)
+
+    @property
+    def shadow(self) -> ContactMask:
+        """Where dented skin keeps a light off: the slopes there are to be doubted."""
+        lights = self.calibration.card.lights_deg or {}
+        shadows = cast_shadows(self.difference, self.depth_mm, lights, self.mm_per_px)
+        return np.asarray(shadows.any(-1))
+
+    @property
+    def markers(self) -> str:
+        """A word on the dots, as ``Reconstruction.markers``; worked out when asked for."""
+        if self.misfit:
+            return self.misfit
+        if self.dots is not None:
+            return self.dots.word
+        return unexpected_dots(self.difference + self.blank, self.blank) or "none"
+
 
 class FastReconstructor:
     """Frames of one unit to depth at camera rate, as ``Reconstructor`` would.
@@ -107,6 +138,8 @@ class FastReconstructor:
     large frames slopes beside still gel are zero in one and not in the other. In 48 frames of four
     sets that were 0.5 to 1.6 % of the pixels (medians of the sets; 3.6 % at most), and depth was
     off by 0.03 mm at most. The lookup table is the reference's.
+
+    It serves one thread at a time, for its arrays are overwritten: make one for each stream.
 
     Arrays are small: where Python itself runs it, OMP_NUM_THREADS=1 in the environment keeps BLAS
     from waiting for threads.
@@ -138,6 +171,7 @@ class FastReconstructor:
         blank = unwarp(calibration.background if background is None else background)
         tracker = marker_tracker(blank)
         self._dots = None if tracker is None else FrameDots(tracker, blank)
+        self._blank, self._misfit = blank, misfit(card.markers, tracker)
         # Dots on slopes of which one is not seen are filled in another way: ``recon.depth`` knows.
         inferred = card.missing_axis != "none" or self._dots is not None
         self._unseen = unseen_axis(card.lights_deg, card.channels) if inferred else None
@@ -184,6 +218,7 @@ class FastReconstructor:
         self._parts = [
             slice(rows * i // threads, rows * (i + 1) // threads) for i in range(threads)
         ]
+        self._free = Lock()
         self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
         self(calibration.background)  # what must be compiled is, before the first frame comes
 
@@ -202,8 +237,19 @@ class FastReconstructor:
         """Reconstruct one frame: a JPEG, pixels (h, w, 3) uint8 RGB, or what a source gave.
 
         Raises:
-            WedgeError: the JPEG is damaged, or of another size than the unit's frames.
+            WedgeError: the JPEG is damaged, or of another size than the unit's frames, or another
+                thread's frame is in work.
         """
+        if not self._free.acquire(blocking=False):
+            raise WedgeError(
+                "a FastReconstructor serves one thread at a time: make one for each stream."
+            )
+        try:
+            return self._touch(frame)
+        finally:
+            self._free.release()
+
+    def _touch(self, frame: bytes | Frame | TimedFrame) -> Touch:
         if isinstance(frame, TimedFrame):
             undecoded = frame.jpeg if frame.pixels is None else None
             frame = frame.image() if undecoded is None else undecoded
@@ -211,9 +257,25 @@ class FastReconstructor:
         self._unwarp.check(pixels)
         difference, gradient = self._difference, self._gradient
         self._take_difference(pixels, difference)
-        hidden = None if self._dots is None else self._dots.hidden(difference)
+        dots, hidden = (None, None) if self._dots is None else self._dots.followed(difference)
+        touch = partial(
+            Touch,
+            difference=np.moveaxis(difference, 0, -1),
+            mm_per_px=self.calibration.card.mm_per_px,
+            calibration=self.calibration,
+            blank=self._blank,
+            misfit=self._misfit,
+            dots=dots,
+        )
         if self._unseen is not None:
-            return self._inferred(difference, hidden, self._unseen)
+            disturbed, found = self._inferred(difference, hidden, self._unseen)
+            return touch(
+                gradient=found.gradient,
+                depth_mm=found.depth_mm,
+                boundary=found.boundary,
+                disturbed=disturbed,
+                doubt=found.doubt,
+            )
         if self._small:
             disturbed = disturbed_in(difference * self._lit)
             quartered = in_quarters(disturbed).astype(bool)
@@ -234,14 +296,11 @@ class FastReconstructor:
             self._weigh[border](gradient, depth_mm)
         some = depth_mm if self._small else depth_mm[2::4, 2::4]
         depth_mm -= untouched_depth(some, _cut(disturbed, some), border)
-        return Touch(
-            difference=np.moveaxis(difference, 0, -1),
+        return touch(
             gradient=np.moveaxis(gradient, 0, -1),
             depth_mm=depth_mm,
             boundary=border,
-            mm_per_px=self.calibration.card.mm_per_px,
             disturbed=disturbed,
-            calibration=self.calibration,
         )
 
     def _near(self, disturbed: QuarterMask, small: Seen) -> QuarterMask | None:
@@ -285,15 +344,15 @@ class FastReconstructor:
         difference: Float32[np.ndarray, "3 h w"],
         hidden: ContactMask | None,
         unseen: Axis,
-    ) -> Touch:
-        """Where an axis is not seen."""
+    ) -> tuple[ContactMask, Depth]:
+        """What is disturbed, and depth, where an axis is not seen."""
         card = self.calibration.card
         disturbed = disturbed_in(difference * self._lit)
         near = None
         if card.missing_axis == "network":  # elsewhere it takes gel for flat
             near = in_quarters(widest_support(disturbed, unseen)).astype(bool)
         self._take_gradient(difference, lambda _: near, self._gradient)
-        found = depth_of(
+        return disturbed, depth_of(
             np.moveaxis(self._gradient, 0, -1).copy(),
             disturbed,
             self.calibration.estimator,
@@ -302,16 +361,6 @@ class FastReconstructor:
             mm_per_px=card.mm_per_px,
             hidden=hidden,
             infer=self._infer,
-        )
-        return Touch(
-            difference=np.moveaxis(difference, 0, -1),
-            gradient=found.gradient,
-            depth_mm=found.depth_mm,
-            boundary=found.boundary,
-            mm_per_px=card.mm_per_px,
-            disturbed=disturbed,
-            calibration=self.calibration,
-            doubt=found.doubt,
         )
 
 

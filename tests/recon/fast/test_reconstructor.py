@@ -3,6 +3,7 @@
 """The quick way says what the slow way says: from a JPEG to depth."""
 
 import tracemalloc
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -227,6 +228,64 @@ def test_dots_at_a_contact_s_rim_are_filled_before_still_gel_is_made_flat(scale:
     assert (moved == wanted).mean() > 0.94
     assert np.abs(touch.gradient - truth.gradient)[moved == wanted].max() < SLOPE
     assert np.abs(truth.gradient).max() > 5 * SLOPE
+
+
+MARKED, PLAIN = (in_bytes(image) for image in (dotted(grid_px()), pad()))
+
+
+@pytest.mark.parametrize(
+    ("recorded", "blank", "frame", "word"),
+    [
+        (None, PLAIN, PLAIN, "none"),
+        (None, PLAIN, MARKED, "but the blank frame has none"),
+        (None, MARKED, MARKED, "but the unit was calibrated without"),
+        ({"count": 60.0}, PLAIN, PLAIN, "but the unit has 60"),
+        ({"count": 60.0}, MARKED, in_bytes(dotted(grid_px() + 2, seed=1)), "tracked"),
+        ({"count": 60.0}, MARKED, PLAIN, "lost"),
+    ],
+)
+def test_the_word_on_dots_is_the_reference_s(recorded, blank, frame, word) -> None:
+    unit = make_unit((WIDTH, HEIGHT), markers=recorded)
+    touch = FastReconstructor(unit, blank)(frame)
+    truth = Reconstructor(unit, blank)(frame)
+    assert word in touch.markers
+    assert touch.markers == truth.markers
+    assert (touch.dots is None) == (truth.dots is None)
+    if touch.dots is not None and truth.dots is not None:
+        np.testing.assert_array_equal(touch.dots.seen, truth.dots.seen)
+        np.testing.assert_allclose(touch.dots.position_px, truth.dots.position_px, atol=1e-3)
+
+
+def test_patches_and_shadows_are_the_reference_s() -> None:
+    unit = make_unit(lights_deg={"R": 0.0, "G": 120.0, "B": 240.0})
+    frame = pressed(unit.background, (50, 60))
+    frame[40:80, 110:140] //= 2
+    touch, truth = FastReconstructor(unit)(frame), Reconstructor(unit)(frame)
+    assert truth.shadow.any() and len(truth.patches) > 0
+    assert (touch.shadow == truth.shadow).mean() > 0.99
+    assert len(touch.patches) == len(truth.patches)
+    for found, wanted in zip(touch.patches, truth.patches, strict=True):
+        assert found.deepest_mm == pytest.approx(wanted.deepest_mm, rel=0.01)
+        assert found.area_mm2 == pytest.approx(wanted.area_mm2, rel=0.01)
+
+
+def test_a_frame_is_refused_while_another_thread_s_is_in_work(monkeypatch) -> None:
+    unit, refused = make_unit((32, 24)), []
+    reconstruct = FastReconstructor(unit)
+    take_difference = reconstruct._take_difference
+    with ThreadPoolExecutor(1) as other:
+
+        def meanwhile(*arrays: np.ndarray) -> None:
+            monkeypatch.setattr(reconstruct, "_take_difference", take_difference)
+            refused.append(other.submit(reconstruct, unit.background).exception())
+            take_difference(*arrays)
+
+        monkeypatch.setattr(reconstruct, "_take_difference", meanwhile)
+        reconstruct(unit.background)
+        assert isinstance(refused[0], WedgeError) and "one thread at a time" in str(refused[0])
+        with pytest.raises(WedgeError, match="80x60"):
+            reconstruct(np.zeros((60, 80, 3), np.uint8))
+        assert other.submit(reconstruct, unit.background).result().boundary == "dirichlet"
 
 
 def test_blank_gel_is_flat_and_untouched() -> None:
