@@ -3,8 +3,13 @@
 """How far off depth is expected to be: what slopes that are wrong become when they are integrated.
 
 With independent errors of the slopes that is closed form (``depth_noise``). An estimator's errors
-are not independent: a flank is misread as a whole. They count as if they were the same over
-``CORRELATED_MM`` squared, one square independent of the next.
+are not independent: a flank is misread as a whole. They count as pixels' independent noise times
+the side, in pixels, of a square of ``CORRELATED_MM``: about what errors come to that are the same
+over such squares, one square independent of the next. But waves shorter than the square, which it
+would average out, count in full. So this is cautious, and grows as the logarithm of the pixels'
+number, by 7 % with each halving of the pitch: errors drawn by squares scattered depth by 0.66 to
+0.87 of it (medians of a frame of 16 x 12 mm at pitches of 0.2 to 0.05 mm), and by less where a
+border is held at zero.
 """
 
 from collections.abc import Mapping
@@ -22,8 +27,9 @@ from recon.lights import unseen_axis
 from sensor.toml import Pair
 
 CORRELATED_MM = 0.8
-"""Side of the square over which an estimator's errors go together: chosen so that depths of presses
-and shapes not learnt from are off by about what is expected (``docs/concepts/contact.md``)."""
+"""Side of the square over which an estimator's errors count as the same: chosen so that depths of
+presses and shapes not learnt from are off by about what is expected
+(``docs/concepts/contact.md``)."""
 NORMAL90 = 1.645
 """Standard deviations in half the width of a normal error's 90 % interval."""
 MOST_CELLS = 80
@@ -93,7 +99,8 @@ def depth_noise(
     Integration divides the divergence by the Laplacian's eigenvalues, so with orthonormal
     transforms ``var z = sum_kl phi_k^2 phi_l^2 (sin^2 a_k / h_x^2 + sin^2 a_l / h_y^2) /
     lambda_kl^2``: slopes at pixel centres are differenced over two pixels, hence sin a and not
-    2 sin(a / 2). With a free border depth is known up to a constant, which is not counted.
+    2 sin(a / 2). With a free border depth is known up to a constant, which is not counted. In the
+    outermost pixels beside a border held at zero it is cautious: depth scatters by 0.6 to 1 of it.
     """
     (powers_y, angles_y), (powers_x, angles_x) = (_modes(count, boundary) for count in shape)
 

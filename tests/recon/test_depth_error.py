@@ -46,13 +46,13 @@ def told(half_width, channels="RGB"):
 
 
 @pytest.mark.parametrize("boundary", ["dirichlet", "neumann"])
-def test_independent_noise_of_slopes_becomes_what_the_closed_form_says(boundary):
+def test_independent_noise_becomes_what_the_closed_form_says_and_no_more_at_a_zero_border(boundary):
     found = scattered(lambda rng: rng.normal(size=(HEIGHT, WIDTH, 2)), 400, boundary=boundary)
     expected = depth_noise((HEIGHT, WIDTH), PITCH, boundary)
     assert np.median(found / expected) == pytest.approx(1, abs=0.03)
-    inner = np.s_[3:-3, 3:-3]
-    ratio = (found / expected)[inner]
-    assert 0.85 < ratio.min() and ratio.max() < 1.15
+    ratio = found / expected
+    exact = ratio if boundary == "neumann" else ratio[3:-3, 3:-3]
+    assert 0.85 < exact.min() and 0.55 < ratio.min() and ratio.max() < 1.15
 
 
 @pytest.mark.parametrize("boundary", ["dirichlet", "neumann"])
@@ -63,7 +63,17 @@ def test_the_same_error_everywhere_is_a_multiple_of_independent_noise(boundary):
     np.testing.assert_allclose(found, expected, rtol=1e-5)
 
 
-def test_errors_that_go_together_over_squares_scatter_depth_as_expected():
+@pytest.mark.parametrize("boundary", ["dirichlet", "neumann"])
+def test_an_error_is_expected_to_grow_a_little_with_the_number_of_pixels(boundary):
+    told_mm = [
+        np.median(depth_error(np.full((120 * n, 160 * n, 2), 0.1), (0.1 / n,) * 2, boundary))
+        for n in (1, 2, 4)
+    ]
+    grown = np.divide(told_mm[1:], told_mm[:-1])
+    assert 1.04 < grown.min() and grown.max() < 1.1
+
+
+def test_errors_that_go_together_over_squares_scatter_depth_by_no_more_than_expected():
     side_px = 8
     pitch = (CORRELATED_MM / side_px,) * 2
     rows, columns = 12, 15
@@ -79,7 +89,8 @@ def test_errors_that_go_together_over_squares_scatter_depth_as_expected():
         np.full((*shape, 2), 0.1), pitch, "dirichlet"
     )
     inner = ratio[side_px:-side_px, side_px:-side_px]
-    assert 0.65 < np.median(inner) < 0.85 and inner.max() < 1  # white noise spreads farther
+    # Short waves count in full; beside a zero border this is more cautious still.
+    assert 0.65 < np.median(inner) < 0.85 and ratio.max() < 1
 
 
 def test_depth_is_less_certain_where_slopes_are_and_never_surer_than_it_scatters():
