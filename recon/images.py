@@ -121,7 +121,7 @@ def _other_bits(path: Path, bits: int) -> WedgeError:
 
 
 def read_frame(folder: Path, name: str) -> Frame:
-    """A frame as ``labels.csv`` names it: an image file, or ``frames.npz#17``.
+    """A frame as ``labels.csv`` names it: an image file, or ``frames.npz#17``. It is read-only.
 
     Raises:
         WedgeError: the file or the frame in it is missing or damaged.
@@ -177,6 +177,7 @@ def _npz_frames(path: Path, _modified_ns: int) -> np.ndarray:
         raise WedgeError(f"{path}: frames must be [n, height, width, 3] uint8 RGB.")
     if 0 in frames.shape[1:]:
         raise WedgeError(f"{path}: its frames have no pixels.")
+    frames.setflags(write=False)  # who changed one would change it for the next reader
     return frames
 
 

@@ -200,6 +200,14 @@ def test_an_image_by_name_is_a_frame(tmp_path):
     np.testing.assert_array_equal(read_frame(tmp_path, "frame.png"), PICTURE)
 
 
+def test_who_writes_into_a_frame_does_not_change_it_for_the_next_reader(tmp_path):
+    np.savez(tmp_path / "frames.npz", frames=FRAMES)
+    write_image(tmp_path / "frame.png", PICTURE)
+    for name in ("frames.npz#0", "frame.png"):
+        with pytest.raises(ValueError, match="read-only"):
+            read_frame(tmp_path, name)[:] = 0
+
+
 @pytest.mark.parametrize(
     "index", ["3", "-1", "", "1.0", "one", "99999999999999999999", "0#1", "1" * 5000]
 )
