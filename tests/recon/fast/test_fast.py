@@ -323,6 +323,28 @@ def test_code_is_compiled_anew_when_a_file_changes_whose_constants_are_in_it(
     assert kernels.code_folder() != before
 
 
+def test_a_new_folder_of_code_takes_the_place_of_those_long_unused(tmp_path: Path) -> None:
+    names = ("0" * 12, "1" * 12, "2" * 12, "notes")
+    long_unused, used, recent, notes = (tmp_path / name for name in names)
+    for folder in (long_unused, used, recent, notes):
+        (folder / "deep").mkdir(parents=True)
+        (folder / "deep" / "file.nbi").write_text("code")
+    file, link = tmp_path / ("3" * 12), tmp_path / ("4" * 12)
+    file.write_text("no folder")
+    link.symlink_to(notes, target_is_directory=True)
+    now_s = link.lstat().st_mtime
+    for path in (long_unused, used, recent, notes, file, link):
+        days = kernels.UNUSED_DAYS + (-1 if path == recent else 1)
+        then_s = now_s - days * kernels.SECONDS_A_DAY
+        os.utime(path, (then_s, then_s), follow_symlinks=False)
+    assert kernels.prepared(used)  # which was there: nothing is removed
+    assert long_unused.exists()
+    new = tmp_path / ("5" * 12)
+    assert kernels.prepared(new)
+    assert set(tmp_path.iterdir()) == {used, recent, notes, file, link, new}
+    assert (notes / "deep" / "file.nbi").exists()
+
+
 def test_a_cache_that_cannot_be_written_is_done_without(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("no folder")
     code = "from recon.fast.kernels import compiled; print(compiled(lambda x: x + 1)(1))"
