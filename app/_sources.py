@@ -93,7 +93,7 @@ def refuse_few(name: str, value: float | None) -> None:
 
 
 class Rate:
-    """Events a second over the last two seconds."""
+    """Events a second over the last two seconds, or since the last but one where they are rarer."""
 
     def __init__(self) -> None:
         self._times_s: deque[float] = deque(maxlen=1000)
@@ -105,9 +105,11 @@ class Rate:
     @property
     def hz(self) -> float:
         """How many a second lately."""
-        since_s = time.monotonic() - RATE_OVER_S
-        while self._times_s and self._times_s[0] < since_s:
-            self._times_s.popleft()
-        if len(self._times_s) < 2:
+        times_s, now_s = self._times_s, time.monotonic()
+        while len(times_s) > 2 and times_s[0] < now_s - RATE_OVER_S:
+            times_s.popleft()
+        if len(times_s) < 2:
             return 0.0
-        return (len(self._times_s) - 1) / max(self._times_s[-1] - self._times_s[0], 1e-9)
+        gap_s = max((times_s[-1] - times_s[0]) / (len(times_s) - 1), 1e-9)
+        silent_s = now_s - times_s[-1]
+        return 0.0 if silent_s > max(RATE_OVER_S, 2 * gap_s) else 1 / gap_s

@@ -150,10 +150,10 @@ def _times(where: str | None, unwarp: "Unwarp") -> tuple[list[int], list[int]]:
             )
         times_ns: list[int] = []
         indices: list[int] = []
-        with progress(f"times of {where}") as show:
+        with progress(f"times of {source.name}") as show:
             for frame in islice(source, TIMED_FRAMES):
                 if not times_ns:
-                    _refuse_other_size(where, frame.image(), unwarp)
+                    _refuse_other_size(source.name, frame.image(), unwarp)
                 times_ns.append(frame.time_ns)
                 indices.append(frame.index)
                 show(len(times_ns) / TIMED_FRAMES, "frames")

@@ -72,7 +72,7 @@ def main(
     """
     from app._pad import assumed_pad_mm
     from app._sources import open_live
-    from recon.stream import Newest
+    from recon.stream import Newest, shown_address
     from sensor.design_file import load_design
     from sensor.files import check_outputs, refuse_kept_folder
     from validation.intervals import counted
@@ -108,7 +108,8 @@ def main(
             if len(session.taken) == presses:
                 break
     if session.captured is None or session.watcher is None:
-        raise WedgeError(f"no press was taken from {where}: {session.said}.")
+        named = shown_address(where) if "://" in where else where
+        raise WedgeError(f"no press was taken from {named}: {session.said}.")
     print(_map(session.watcher))
     _finish(session.captured, other is None, session.calipers)
     print(f"{counted(len(session.taken))} in {out}. Next: {command_line('label', out)}")
@@ -186,7 +187,7 @@ def _followed(newest: "Newest", say: Callable[[str], None]) -> "Iterator[TimedFr
     said = ""
     while True:
         timed = newest.take(timeout_s=REMARK_S)
-        remark = newest.source.counts.remark
+        remark = newest.remark
         if remark and remark != said:
             say(remark)
         said = remark

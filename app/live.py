@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`wedge live`: sensors in the browser."""
 
+import errno
 import socket
 from contextlib import suppress
 from pathlib import Path
@@ -12,6 +13,7 @@ import tyro
 from app._sources import refuse_nowhere
 from sensor.errors import WedgeError
 from sensor.extras import how_to_install
+from sensor.files import check_outputs
 
 if TYPE_CHECKING:
     from recon.calibration import Calibration
@@ -54,10 +56,14 @@ def main(
     """
     from recon.calibration import load_calibration
 
+    if unit and not where:
+        raise WedgeError(f"--unit {unit[0]} names a unit of no sensor: name the sensor, too.")
     if unit and len(unit) != len(where):
-        raise WedgeError(f"{len(where)} sensors but {len(unit)} units: name one for each, or none.")
+        more = "more" if len(unit) > len(where) else "fewer"
+        raise WedgeError(f"there are {more} units than sensors: name one for each, or none.")
     for place in where:
         refuse_nowhere(place)
+    check_outputs(captures / "background.png")
     _refuse_taken(address, port)
     try:
         from app.pages.live import serve
@@ -131,6 +137,11 @@ def _refuse_taken(address: str, port: int) -> None:
     try:
         socket.create_server((address, port), family=family).close()
     except OSError as error:
+        if error.errno == errno.EADDRNOTAVAIL:
+            raise WedgeError(
+                f"--address {address} is none of this computer's: name one of them, such as "
+                "127.0.0.1, or 0.0.0.0 for all."
+            ) from error
         reason = str(error.strerror).partition(" (")[0]  # Python adds the address once more
         raise WedgeError(
             f"{address} port {port} cannot be listened at ({reason}): another program may have it; "

@@ -136,36 +136,34 @@ def _watch(
     rate, line_s = Rate(), time.monotonic()
     touch: Touch | None = None
     before: TimedFrame | None = None
-    since, numbers = _Since(), None
+    since, shown, looked, misfit = _Since(), _Since(), 0, ""
     doubts: Counter[str] = Counter()
     until = UntilInterrupted(_taken(newest, seconds))
     for frame in until:
         if frame is not None:
             begun = time.perf_counter()
             if reconstruct is not None:
-                found = _felt(reconstruct, frame, newest.source.counts, touch)
-                if found is None:
-                    continue
-                touch = found
+                touch, misfit = _felt(reconstruct, frame, newest.source.counts, touch)
+            if touch is not None and not misfit:
                 if felt is not None:
                     felt.add(frame, touch)
                     doubts[felt.doubt] += 1
-                else:
+                elif reconstruct is not None:
                     doubts[doubt_word(touch, reconstruct.calibration)] += 1
             since.add(frame, before, 1e3 * (time.perf_counter() - begun))
-            before = frame
-            if log is not None:
+            before, looked = frame, looked + 1
+            if log is not None and not misfit:
                 log.add(frame, touch)
             rate.tick()
         if newest.ended or time.monotonic() - line_s >= LINE_S:
-            numbers = _numbers(newest, rate, since, doubts, touch, felt)
-            print(_text(numbers), flush=True)
-            since, line_s = _Since(), time.monotonic()
-    if until.interrupted and newest.source.counts.received == 0:
-        raise KeyboardInterrupt  # there is nothing to keep
-    if newest.source.counts.received == 0:
+            print(_text(_numbers(newest, rate, since, doubts, touch, felt, misfit)), flush=True)
+            since, shown, line_s = _Since(), since, time.monotonic()
+    if looked == 0:
+        if until.interrupted:
+            raise KeyboardInterrupt  # there is nothing to keep
         raise WedgeError(newest.source.counts.no_frame(newest.source.name))
-    return numbers or _numbers(newest, rate, since, doubts, touch, felt)
+    since = since if since.busy_ms else shown
+    return _numbers(newest, rate, since, doubts, touch, felt, misfit)
 
 
 def _taken(newest: "Newest", seconds: float | None) -> "Iterator[TimedFrame | None]":
@@ -179,19 +177,19 @@ def _taken(newest: "Newest", seconds: float | None) -> "Iterator[TimedFrame | No
 
 def _felt(
     reconstruct: "FastReconstructor", frame: "TimedFrame", counts: "Counts", before: "Touch | None"
-) -> "Touch | None":
-    """The touch in a frame; none in one that cannot be used, which is counted.
+) -> tuple["Touch", str]:
+    """The touch in a frame; of one that cannot be used the touch before, and why, and it counts.
 
     Raises:
         WedgeError: the first one cannot be used.
     """
     try:
-        return reconstruct(frame)
+        return reconstruct(frame), ""
     except WedgeError as error:
         if before is None:
             raise
-        counts.corrupt, counts.remark = counts.corrupt + 1, str(error)
-        return None
+        counts.corrupt += 1
+        return before, str(error)
 
 
 @dataclass
@@ -221,7 +219,19 @@ def _numbers(
     doubts: Counter[str],
     touch: "Touch | None",
     felt: "FeltFile | None",
+    misfit: str,
 ) -> dict[str, Any]:
+    """What is said of the newest frame, and of all.
+
+    Args:
+        newest: where frames come from.
+        rate: of those that were looked at.
+        since: the line before.
+        doubts: frames by the word for their doubt.
+        touch: of the newest frame that could be used.
+        felt: what is followed, if anything is.
+        misfit: why the newest frame could not be used; empty where it could.
+    """
     counts = newest.source.counts
     of = sum(doubts.values())
     doubted = (f"In {count} of {of} frames {word}." for word, count in doubts.items() if word)
@@ -235,9 +245,9 @@ def _numbers(
         "corrupt": counts.corrupt,
         "connections": counts.connections,
         "stands_still": bool(since.moved) and not any(since.moved),
-        "remark": " ".join(filter(None, (counts.remark, *doubted))),
-        "deepest_mm": None if touch is None else touch.deepest_mm,
-        "contact_mm2": None if touch is None else touch.contact_mm2,
+        "remark": " ".join(filter(None, (newest.remark, misfit, *doubted))),
+        "deepest_mm": None if touch is None or misfit else touch.deepest_mm,
+        "contact_mm2": None if touch is None or misfit else touch.contact_mm2,
         "pose": None if felt is None else felt.pose,
         "markers": None if felt is None else felt.markers,
     }

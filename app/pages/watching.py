@@ -21,7 +21,7 @@ from recon.calibration import Calibration
 from recon.fast import FastReconstructor
 from recon.follower import Follower
 from recon.images import write_image
-from recon.stream import Counts, Newest, TimedFrame
+from recon.stream import Counts, Newest, TimedFrame, shown_address
 from sensor.errors import WedgeError
 from sensor.toml import Pair
 
@@ -104,7 +104,7 @@ class Watcher:
 
     def __init__(self, where: str, unit: Calibration | None, captures: Path) -> None:
         self.where, self.unit, self.captures = where, unit, captures
-        self.name = where.rpartition("@")[2] if "://" in where else Path(where).name
+        self.name = shown_address(where) if "://" in where else Path(where).name
         self.title = unit.card.serial if unit else self.name
         self.glimpse: Glimpse | None = None
         self.error = ""
@@ -147,7 +147,7 @@ class Watcher:
         newest = self.newest
         still = f"{self.name} stands still: does its camera hang? Restart its server."
         said = (
-            self.error or ("" if newest is None else newest.source.counts.remark),
+            self.error or ("" if newest is None else newest.remark),
             self.misfit if self.live else "",
             still if self.stands_still and self.live else "",
             self.trouble,

@@ -4,7 +4,7 @@
 
 from recon.stream.files import FolderSource, UsbSource, VideoSource
 from recon.stream.frame import Clock, Counts, FrameSource, TimedFrame
-from recon.stream.http import HttpSource
+from recon.stream.http import HttpSource, hidden_login, shown_address
 from recon.stream.newest import Newest
 from recon.stream.recording import McapSource, Recorder, is_recording, refuse_other_name
 from recon.stream.sources import Paced, open_source, refuse_no_source
@@ -22,8 +22,10 @@ __all__ = [
     "TimedFrame",
     "UsbSource",
     "VideoSource",
+    "hidden_login",
     "is_recording",
     "open_source",
     "refuse_no_source",
     "refuse_other_name",
+    "shown_address",
 ]

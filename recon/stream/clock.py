@@ -7,49 +7,71 @@ from collections import deque
 from recon.stream.frame import Clock
 from sensor.wire import Stamp
 
-MOST_APART_NS = 3600 * 10**9
-"""Clocks that differ by an hour are not set, whatever year they show."""
+MOST_AHEAD_NS = 50 * 10**6
+"""Of a frame's stamp before its arrival: clocks that time servers keep are nearer."""
+MOST_BEHIND_NS = 5 * 10**9
+"""Of the quickest frame: a network that holds back every frame for longer is none to steer by."""
 QUICKEST_OF_NS = 120 * 10**9
 """Long enough for a quick frame to be among them, short enough for the clocks not to part."""
-UNSET = (
-    "the clock of {name} is not set: frames bear the time of their arrival, and no latency "
-    "can be told; let the Pi reach a time server."
+REMARK = (
+    "the clock of {name} {fault}: frames bear the time {by}, and no latency can be told; "
+    "let {who} reach a time server."
 )
+UNSET, APART = ("is not set", "the Pi"), ("and this machine's differ", "both")
+
+
+class _Quickest:
+    """The least of some numbers, over ``QUICKEST_OF_NS``."""
+
+    def __init__(self) -> None:
+        self._kept: deque[tuple[int, int]] = deque()
+        """When, and the number: the least, and what will be it next."""
+
+    def of_ns(self, at_ns: int, number_ns: int) -> int:
+        """With one more; times that fall begin anew."""
+        kept = self._kept
+        if kept and at_ns < kept[-1][0]:
+            kept.clear()
+        while kept and kept[-1][1] >= number_ns:
+            kept.pop()
+        kept.append((at_ns, number_ns))
+        while kept[0][0] < at_ns - QUICKEST_OF_NS:
+            kept.popleft()
+        return kept[0][1]
 
 
 class SenderClock:
     """Gives each frame its time; where the sender has only its uptime, by the quickest frame.
+
+    So it is, too, where the sender's clock cannot be right: by it a frame was taken after it had
+    come, or the quickest was long on the way.
 
     That is the quickest of the last ``QUICKEST_OF_NS``, and of none before the sender's start: a
     sender whose crystal runs 50 ppm slow then dates frames at most 6 ms early, however long.
     """
 
     def __init__(self) -> None:
-        self._quickest: deque[tuple[int, int]] = deque()
-        """Uptime, and how far our clock was ahead of it: the least, and what will be it next."""
+        self._late, self._apart = _Quickest(), _Quickest()
+        """Arrival after the stamp, and our clock ahead of the sender's uptime."""
 
     def time_ns(self, stamp: Stamp, arrived_ns: int) -> tuple[int, Clock]:
         """When a frame was taken, since the Unix epoch, and whose clock says so."""
+        uptime_ns, apart_ns = stamp.sensor_timestamp_ns, 0
+        if uptime_ns is not None:
+            apart_ns = self._apart.of_ns(uptime_ns, arrived_ns - uptime_ns)
         if stamp.timestamp_ns is not None and stamp.clock_is_set:
-            if abs(arrived_ns - stamp.timestamp_ns) < MOST_APART_NS:
+            late_ns = self._late.of_ns(arrived_ns, arrived_ns - stamp.timestamp_ns)
+            if -MOST_AHEAD_NS < late_ns < MOST_BEHIND_NS:
                 return stamp.timestamp_ns, "sensor"
-        uptime_ns = stamp.sensor_timestamp_ns
         if uptime_ns is None:
             return arrived_ns, "arrival"
-        return uptime_ns + self._least_apart_ns(uptime_ns, arrived_ns - uptime_ns), "mapped"
-
-    def _least_apart_ns(self, uptime_ns: int, apart_ns: int) -> int:
-        quickest = self._quickest
-        if quickest and uptime_ns < quickest[-1][0]:  # it was started anew
-            quickest.clear()
-        while quickest and quickest[-1][1] >= apart_ns:
-            quickest.pop()
-        quickest.append((uptime_ns, apart_ns))
-        while quickest[0][0] < uptime_ns - QUICKEST_OF_NS:
-            quickest.popleft()
-        return quickest[0][1]
+        return uptime_ns + apart_ns, "mapped"
 
 
 def clock_remark(name: str, stamp: Stamp, clock: Clock) -> str:
     """A sentence where the sender tells a time that cannot be right; else nothing."""
-    return UNSET.format(name=name) if stamp.timestamp_ns and clock != "sensor" else ""
+    if not stamp.timestamp_ns or clock == "sensor":
+        return ""
+    fault, who = APART if stamp.clock_is_set else UNSET
+    by = "of the Pi's uptime" if clock == "mapped" else "of their arrival"
+    return REMARK.format(name=name, fault=fault, by=by, who=who)

@@ -65,11 +65,11 @@ class Counts:
     """What a source met so far."""
 
     received: int = 0
-    """Whole frames."""
+    """Whole frames; some may be damaged inside."""
     dropped: int = 0
     """Frames that the sender took but did not send, as its numbering tells."""
     corrupt: int = 0
-    """Damaged parts of the stream; none is handed over."""
+    """Damaged parts of the stream, and frames that nobody could use."""
     connections: int = 0
     remark: str = ""
     """What a person should know: that the connection is lost, that a clock is not set."""

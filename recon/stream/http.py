@@ -52,7 +52,7 @@ class HttpSource:
             WedgeError: no such host, nothing listens, a wrong password, or no stream of JPEGs.
         """
         self._url = _checked(url)
-        self.name = f"{self._url.scheme}://{self._url.netloc.rpartition('@')[2]}{self._url.path}"
+        self.name = f"{self._url.scheme}://{_without_login(self._url.netloc)}{self._url.path}"
         self.counts = Counts()
         self._stall_s = stall_s
         self._closed = threading.Event()
@@ -208,7 +208,7 @@ class HttpSource:
         if answer.status == http.HTTPStatus.UNAUTHORIZED:
             raise WedgeError(
                 f"{self.name} refuses the name and password: give them as "
-                f"{self._url.scheme}://NAME:PASSWORD@{self._url.netloc.rpartition('@')[2]}."
+                f"{self._url.scheme}://NAME:PASSWORD@{_without_login(self._url.netloc)}."
             )
         if answer.status != http.HTTPStatus.OK:
             raise WedgeError(f"{self.name} answers {answer.status} {answer.reason}, not a stream.")
@@ -231,14 +231,38 @@ class HttpSource:
             answer.close()
 
 
+def hidden_login(text: str) -> str:
+    """What somebody typed for an address, without the name and the password that it may hold.
+
+    With a slip in it nobody knows where they end: all before the last ``@`` goes.
+    """
+    scheme, mark, rest = text.rpartition("://")
+    before, at, place = rest.rpartition("@")
+    return f"{scheme}{mark}…@{place}" if at and (mark or ":" in before) else text
+
+
+def shown_address(url: str) -> str:
+    """An address without the name and the password that it may hold."""
+    parts = urllib.parse.urlsplit(url)
+    return parts._replace(netloc=_without_login(parts.netloc)).geturl()
+
+
+def _without_login(netloc: str) -> str:
+    return netloc.rpartition("@")[2]
+
+
 def _checked(url: str) -> urllib.parse.SplitResult:
     try:
         parts = urllib.parse.urlsplit(url)
         if parts.scheme not in ("http", "https") or not parts.hostname or parts.port == 0:
             raise ValueError
+        if "@" in parts.fragment:  # what seemed the host was the name
+            raise ValueError
     except ValueError as error:
+        spelt = " In a password #, / and @ are written %23, %2F and %40." if "@" in url else ""
         raise WedgeError(
-            f"{url!r} is no address of a stream, such as http://10.55.0.1:8080{STREAM_PATH}."
+            f"{hidden_login(url)!r} is no address of a stream, such as "
+            f"http://10.55.0.1:8080{STREAM_PATH}.{spelt}"
         ) from error
     return parts if parts.path not in ("", "/") or parts.query else parts._replace(path=STREAM_PATH)
 

@@ -9,6 +9,9 @@ from collections.abc import Iterator
 from recon.stream.frame import FrameSource, TimedFrame
 from sensor.errors import WedgeError
 
+DAMAGED_FRAMES = 5
+"""So many in a row are said."""
+
 
 class Newest:
     """Reads a source in a thread of its own and keeps the newest frame alone.
@@ -24,6 +27,8 @@ class Newest:
         self.source = source
         self.skipped = 0
         """Frames that a newer one replaced before anybody asked."""
+        self._damaged = 0
+        """Frames one after the other that could not be decoded."""
         self._changed = threading.Condition()
         self._frame: TimedFrame | None = None
         self._ended = False
@@ -61,10 +66,23 @@ class Newest:
                 frame, self._frame = self._frame, None
                 if frame is None and self._error is not None:
                     raise self._error
+            if frame is None:
+                return None
             try:
-                return None if frame is None else frame.decoded()
+                decoded = frame.decoded()
             except WedgeError:
                 self.source.counts.corrupt += 1
+                self._damaged += 1
+            else:
+                self._damaged = 0
+                return decoded
+
+    @property
+    def remark(self) -> str:
+        """What a person should know of the source or of its frames; nothing where all is well."""
+        if self._damaged < DAMAGED_FRAMES:
+            return self.source.counts.remark
+        return f"{self.source.name} sends frames that are damaged inside: none can be shown."
 
     @property
     def ended(self) -> bool:

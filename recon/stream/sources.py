@@ -10,7 +10,7 @@ from threading import Event
 
 from recon.stream.files import FOLDER_FPS, FolderSource, UsbSource, VideoSource, dataset_source
 from recon.stream.frame import FrameSource, TimedFrame
-from recon.stream.http import HttpSource
+from recon.stream.http import HttpSource, hidden_login
 from recon.stream.recording import ENDING, McapSource, is_recording
 from sensor.errors import WedgeError
 
@@ -41,16 +41,17 @@ def refuse_no_source(where: str | Path, also: Sequence[str] = ()) -> None:
         WedgeError: names what can be named.
     """
     text, path = str(where), Path(where)
-    if text.startswith(ADDRESSES) or CAMERA.fullmatch(text) or path.is_dir():
+    if text.lower().startswith(ADDRESSES) or CAMERA.fullmatch(text) or path.is_dir():
         return
     is_file = path.is_file()
     if is_file and (path.suffix.lower() in VIDEOS or is_recording(path)):
         return
     if not is_file and WITHOUT_SCHEME.fullmatch(text):
         raise WedgeError(f"{text} is not there: an address begins with http://, as http://{text}.")
+    said = text if path.exists() else hidden_login(text)
     *kinds, last = (*KINDS, *also)
     fault = "cannot be read as frames" if is_file else "is not there"
-    raise WedgeError(f"{text} {fault}: name {', '.join(kinds)} or {last}.")
+    raise WedgeError(f"{said} {fault}: name {', '.join(kinds)} or {last}.")
 
 
 def open_source(where: str | Path) -> FrameSource:
@@ -65,7 +66,7 @@ def open_source(where: str | Path) -> FrameSource:
     """
     refuse_no_source(where)
     text = str(where)
-    if text.startswith(ADDRESSES):
+    if text.lower().startswith(ADDRESSES):
         return HttpSource(text)
     if match := CAMERA.fullmatch(text):
         return UsbSource(int(match[1]))

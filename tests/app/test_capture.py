@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -22,7 +21,7 @@ from recon.images import read_image, write_image
 from recon.labels.capture import PressWatcher
 from recon.labels.label_book import CERTAIN, LabelBook
 from recon.presses import read_presses
-from recon.stream import Counts, TimedFrame
+from recon.stream import TimedFrame
 from sensor.dataset import LENS_FILE, read_dataset, write_labels
 from sensor.design import STANDARD
 from sensor.errors import WedgeError
@@ -246,7 +245,7 @@ class Breaking:
     """A stream that is lost after its first frame and comes back for one more."""
 
     def __init__(self) -> None:
-        self.source = SimpleNamespace(counts=Counts())
+        self.remark = ""
         self.left = ["", None, None, "", None]
 
     @property
@@ -255,7 +254,7 @@ class Breaking:
 
     def take(self, timeout_s: float) -> TimedFrame | None:
         words = self.left.pop(0)
-        self.source.counts.remark = "lost: nothing listens" if words is None and self.left else ""
+        self.remark = "lost: nothing listens" if words is None and self.left else ""
         return None if words is None else TimedFrame(index=0, time_ns=0, arrived_ns=0)
 
 

@@ -327,11 +327,17 @@ def test_bad_input_is_a_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[s
     import socket
 
     make_unit().save(tmp_path / "unit")
+    file = tmp_path / "file"
+    file.touch()
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         cases = {
             ("usb:0", "--port", str(port)): "listened at (Address already in use): another",
             ("usb:0", "usb:1", "--unit", str(tmp_path / "unit")): "name one for each",
+            ("--unit", str(tmp_path / "unit")): "names a unit of no sensor",
+            ("usb:0", "--unit", *2 * [str(tmp_path / "unit")]): "more units than sensors",
+            ("usb:0", "--captures", str(file)): "file/background.png cannot be written",
+            ("usb:0", "--address", "192.0.2.1"): "--address 192.0.2.1 is none of this computer's",
             ("usb:0", "--unit", str(tmp_path)): "not a unit folder",
             ("usb:0", "--port", "99999"): "must lie between",
             ("usb:0", "--address", "0.0.0.0.0"): "--address 0.0.0.0.0 is no address: name one of",

@@ -25,7 +25,6 @@ from recon.plausible import STRANGE
 from recon.stream import FrameSource, McapSource, TimedFrame, open_source
 from recon.stream.mcap_file import McapFile
 from sensor.errors import WedgeError
-from sensor.extras import how_to_install
 from sensor.wire import Stamp
 from tests.recon.fast.units import make_unit
 from tests.recon.stream.servers import FRAMES, HEAD, ScriptedServer, free_port, stream, write_clip
@@ -85,34 +84,6 @@ def test_what_a_stream_feels_is_kept_for_others(
     assert "--unit" in refused(capsys, "stream", clip, "--mcap", tmp_path / "none.mcap")
 
 
-def test_what_a_stream_showed_is_read_back_by_rerun(tmp_path: Path, unit: Path) -> None:
-    pytest.importorskip("rerun", reason="Rerun is not installed: pip install rerun-sdk")
-    clip, shown = write_clip(tmp_path / "clip.avi", 9), tmp_path / "shown.rrd"
-    numbers = tmp_path / "numbers.json"
-    assert run("stream", clip, "--unit", unit, "--rerun", shown, "--json", numbers) == 0
-    looked_at = 9 - json.loads(numbers.read_text())["skipped"]
-    rerun = [sys.executable, "-m", "rerun", "rrd"]
-    subprocess.run([*rerun, "verify", shown], check=True, capture_output=True)
-    told = subprocess.run([*rerun, "stats", shown], check=True, capture_output=True, text=True)
-    for entity in ("raw", "depth", "deepest_mm", "contact_mm2"):
-        assert f"/{entity}: " in told.stdout
-    assert f"num_rows = {4 * looked_at + 1}\n" in told.stdout  # and one says when it began
-    unreachable = f"http://127.0.0.1:{free_port()}"
-    assert run("stream", unreachable, "--seconds", 0.1, "--rerun", tmp_path / "none.rrd") == 2
-    assert list(tmp_path.glob("*none.rrd*")) == []  # nothing half-written stays
-
-
-def test_without_rerun_the_extra_is_named(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    monkeypatch.setitem(sys.modules, "rerun", None)
-    clip, shown = write_clip(tmp_path / "clip.avi", 2), tmp_path / "shown.rrd"
-    assert how_to_install("rerun") in refused(capsys, "stream", clip, "--rerun", shown)
-    assert not shown.exists()
-
-
 def test_a_damaged_stream_is_recorded_without_what_is_damaged(tmp_path: Path) -> None:
     sent = stream(*FRAMES, stamps=[Stamp(index=i + i // 4) for i in range(8)])
     sent = sent.replace(FRAMES[2], FRAMES[2][:-20])
@@ -141,7 +112,7 @@ def at_leisure(monkeypatch: pytest.MonkeyPatch) -> None:
         """`Newest` of a source that waits until its frame was taken."""
 
         def __init__(self, source: FrameSource) -> None:
-            self.source, self.skipped, self.ended = source.source, 0, False
+            self.source, self.skipped, self.ended, self.remark = source.source, 0, False, ""
             self._frames = iter(source.source)
 
         def __enter__(self) -> "Each":
@@ -172,6 +143,12 @@ def test_a_frame_of_another_size_is_counted_and_watched_on(
     with kept.open("rb") as stream:
         messages = make_reader(stream).iter_messages("/wedge/pose_state")
         assert sum(1 for _ in messages) == 4  # nothing is said of the frame that says nothing
+    assert "8x8 pixels" not in told["remark"]  # that one was not the last
+    write_image(folder / "5.png", np.zeros((8, 8, 3), np.uint8))
+    kept.unlink()
+    assert run(*words, "--mcap", kept) == 0
+    told = json.loads(numbers.read_text())
+    assert (told["received"], told["corrupt"], told["deepest_mm"]) == (6, 2, None)
     assert "8x8 pixels, not 160x120" in told["remark"]
     write_image(folder / "0.png", np.zeros((8, 8, 3), np.uint8))
     assert "8x8 pixels, not 160x120" in refused(capsys, *words)

@@ -9,7 +9,7 @@ import pytest
 
 from recon.stream.frame import Counts, TimedFrame
 from recon.stream.jpeg import scan_start
-from recon.stream.newest import Newest
+from recon.stream.newest import DAMAGED_FRAMES, Newest
 from sensor.errors import WedgeError
 from tests.recon.stream.servers import FRAMES
 
@@ -101,8 +101,10 @@ def test_who_waits_for_so_long_does_not_wait_longer_for_damaged_frames() -> None
             self.closed.set()
 
     with Newest(Spoilt()) as newest:
+        assert newest.remark == ""
         assert newest.take(timeout_s=0.05) is None
-        assert newest.source.counts.corrupt > 0
+        assert newest.source.counts.corrupt >= DAMAGED_FRAMES
+        assert "counter sends frames that are damaged inside" in newest.remark
 
 
 def test_a_jpeg_damaged_within_is_passed_over() -> None:
@@ -118,6 +120,7 @@ def test_a_jpeg_damaged_within_is_passed_over() -> None:
         newest.source.give(1)
         reader.join()
         assert (found, newest.source.counts.corrupt) == ([2], 1)
+        assert newest.remark == ""
 
 
 def test_a_source_has_not_ended_while_a_frame_waits() -> None:

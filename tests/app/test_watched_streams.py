@@ -1,0 +1,81 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What `wedge stream` counts, what it says of frames that nobody can use, and Rerun's files."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import app._sources
+from app._sources import RATE_OVER_S, Rate
+from recon.stream.jpeg import scan_start
+from sensor.extras import how_to_install
+from tests.app.test_streams import refused, run
+from tests.recon.fast.units import make_unit
+from tests.recon.stream.servers import FRAMES, ScriptedServer, free_port, stream, write_clip
+
+
+def test_a_stream_whose_frames_are_all_damaged_inside_fails(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scans = [frame[scan_start(frame) :] for frame in FRAMES]
+    spoilt = [
+        frame.replace(scan, scan[:9] + b"\xff\xd8" * 9)
+        for frame, scan in zip(FRAMES, scans, strict=True)
+    ]
+    numbers = tmp_path / "numbers.json"
+    with ScriptedServer(stream(*spoilt), b"") as server:
+        words = ("stream", server.url, "--seconds", 0.5, "--json", numbers)
+        assert "gave no whole frame: " in refused(capsys, *words)
+    assert not numbers.exists()
+
+
+@pytest.mark.parametrize("every_s", [0.016, 0.4, 1.5, 4.0])
+def test_a_rate_is_that_of_frames_however_rare_until_they_stay_away(
+    every_s: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    now_s = 100.0
+    monkeypatch.setattr(app._sources.time, "monotonic", lambda: now_s)
+    rate = Rate()
+    assert rate.hz == 0
+    for _ in range(50):
+        now_s += every_s
+        rate.tick()
+    assert rate.hz == pytest.approx(1 / every_s)
+    now_s += 1.5 * every_s
+    assert rate.hz == pytest.approx(1 / every_s)
+    now_s += RATE_OVER_S + every_s
+    assert rate.hz == 0
+
+
+def test_what_a_stream_showed_is_read_back_by_rerun(tmp_path: Path) -> None:
+    pytest.importorskip("rerun", reason="Rerun is not installed: pip install rerun-sdk")
+    unit = tmp_path / "unit"
+    make_unit((160, 120)).save(unit)
+    clip, shown = write_clip(tmp_path / "clip.avi", 9), tmp_path / "shown.rrd"
+    numbers = tmp_path / "numbers.json"
+    assert run("stream", clip, "--unit", unit, "--rerun", shown, "--json", numbers) == 0
+    looked_at = 9 - json.loads(numbers.read_text())["skipped"]
+    rerun = [sys.executable, "-m", "rerun", "rrd"]
+    subprocess.run([*rerun, "verify", shown], check=True, capture_output=True)
+    told = subprocess.run([*rerun, "stats", shown], check=True, capture_output=True, text=True)
+    for entity in ("raw", "depth", "deepest_mm", "contact_mm2"):
+        assert f"/{entity}: " in told.stdout
+    assert f"num_rows = {4 * looked_at + 1}\n" in told.stdout  # and one says when it began
+    unreachable = f"http://127.0.0.1:{free_port()}"
+    assert run("stream", unreachable, "--seconds", 0.1, "--rerun", tmp_path / "none.rrd") == 2
+    assert list(tmp_path.glob("*none.rrd*")) == []  # nothing half-written stays
+
+
+def test_without_rerun_the_extra_is_named(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setitem(sys.modules, "rerun", None)
+    clip, shown = write_clip(tmp_path / "clip.avi", 2), tmp_path / "shown.rrd"
+    assert how_to_install("rerun") in refused(capsys, "stream", clip, "--rerun", shown)
+    assert not shown.exists()
