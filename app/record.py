@@ -69,12 +69,13 @@ def main(
         sizes_px = {s: read_unit_card(u).frame_size_px for s, u in units.items() if u}
         named = dict(zip(sensors, sources, strict=True))
         untimed = [sensor for sensor, source in named.items() if not source.timed]
+        notes: dict[str, str] = {}
         with Recorder(out, units, untimed) as recorder:
-            errors = _record(named, sizes_px, recorder, seconds)
+            errors = _record(named, sizes_px, recorder, seconds, notes)
     finally:
         for source in sources:
             source.close()
-    if not recorder.frames:
+    if not any(map(recorder.kept, sensors)):
         out.unlink()
         raise (
             errors[0]
@@ -87,11 +88,18 @@ def main(
     counts = {sensor: s.counts for sensor, s in zip(sensors, sources, strict=True)}
     for sensor, count in counts.items():
         lost = f"dropped {count.dropped}, corrupt {count.corrupt}"
-        remark = f"  [{count.remark}]" if count.remark else ""
-        print(f"{sensor}: {count.received} frames, {lost}{remark}")
+        said = " ".join(filter(None, (count.remark, notes.get(sensor, ""))))
+        remark = f"  [{said}]" if said else ""
+        print(f"{recorder.kept(sensor)} frames of {sensor}, {lost}{remark}")
     print(f"Recording: {out}")
     document = {
-        sensor: {"received": c.received, "dropped": c.dropped, "corrupt": c.corrupt}
+        sensor: {
+            "received": c.received,
+            "recorded": recorder.kept(sensor),
+            "dropped": c.dropped,
+            "corrupt": c.corrupt,
+            "remark": " ".join(filter(None, (c.remark, notes.get(sensor, "")))),
+        }
         for sensor, c in counts.items()
     }
     write_json(json, {"file": str(out), "sensors": document})
@@ -104,8 +112,16 @@ def _record(
     sizes_px: Mapping[str, tuple[int, int]],
     recorder: "Recorder",
     seconds: float | None,
+    notes: dict[str, str],
 ) -> list[Exception]:
     """Pass frames on, a thread for each source, until all end or time is up, and finish the file.
+
+    Args:
+        sources: by the sensors' names.
+        sizes_px: what units are for.
+        recorder: takes the frames.
+        seconds: when to end.
+        notes: of each sensor whose frames change their size, that they do; filled.
 
     Returns:
         What failed.
@@ -115,7 +131,14 @@ def _record(
     def pass_on(sensor: str) -> None:
         counts = sources[sensor].counts
         try:
+            size_px: tuple[int, int] | None = None
             for frame in _of_size(sources[sensor], sizes_px.get(sensor)):
+                now_px = frame.size_px
+                if size_px and now_px and now_px != size_px and sensor not in notes:
+                    notes[sensor] = "from {}x{} to {}x{} pixels".format(*size_px, *now_px)
+                    notes[sensor] = f"Frames change their size, first {notes[sensor]}."
+                    _say(f"{sensor}: {notes[sensor]}")
+                size_px = now_px or size_px
                 if frame.flaw:
                     counts.corrupt, counts.remark = counts.corrupt + 1, counts.remark or frame.flaw
                     continue

@@ -57,6 +57,8 @@ def main(
             raise WedgeError(f"{where} is a camera, not a file: `wedge live` shows it.")
         paced = Paced(source, speed=speed, repeat=repeat)
         sent = _serve(paced, address, port)
+    if source.counts.remark:
+        print(source.counts.remark, file=sys.stderr)
     if not sent:
         raise WedgeError(f"{where} holds no frame.")
 

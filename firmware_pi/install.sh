@@ -4,6 +4,7 @@
 # Installs the camera server on a Raspberry Pi. Run again after an update or with other options:
 # what is there already stays, settings above all. uninstall.sh takes everything away again.
 set -eu
+umask 022 # the server runs as nobody in particular, and must read what is installed
 
 usage() {
   cat <<'END'
@@ -191,6 +192,7 @@ install_settings() {
   [ ! -e "$settings" ] ||
     say "$settings stays as it is; --address and --port hold only where there is none"
   python -m firmware_pi default "$settings" --address "$address" --camera "$camera" --port "$port"
+  chmod a+rX "$lib" "$lib"/* "$to/etc/gelsight-wedge" "$settings" # also what a stricter umask had made
   login=$to/etc/gelsight-wedge/login
   if [ ! -e "$login" ]; then # empty: no password is asked for
     : >"$login"

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Literal, Protocol, runtime_checkable
 
 from recon.arrays import Frame
-from recon.stream.jpeg import decode_jpeg
+from recon.stream.jpeg import decode_jpeg, jpeg_size_px
 from sensor.errors import WedgeError
 
 Clock = Literal["sensor", "mapped", "arrival"]
@@ -45,6 +45,13 @@ class TimedFrame:
             return self.pixels
         assert self.jpeg is not None
         return decode_jpeg(self.jpeg)
+
+    @property
+    def size_px(self) -> tuple[int, int] | None:
+        """Width and height, as far as its head tells; nothing is decoded."""
+        if self.pixels is not None:
+            return self.pixels.shape[1], self.pixels.shape[0]
+        return None if self.jpeg is None else jpeg_size_px(self.jpeg)
 
     def decoded(self) -> "TimedFrame":
         """The frame with its pixels.

@@ -71,7 +71,7 @@ def _segments(data: bytes | bytearray) -> Iterator[tuple[int, int, int]]:
     raise NotJpegError
 
 
-def _size_px(jpeg: bytes) -> tuple[int, int] | None:
+def jpeg_size_px(jpeg: bytes) -> tuple[int, int] | None:
     """Width and height by the head of a JPEG; ``None`` where it has none."""
     with suppress(NotJpegError):
         for kind, begin, _ in _segments(jpeg):
@@ -105,7 +105,7 @@ def decode_jpeg(jpeg: bytes, out: np.ndarray | None = None) -> Frame:
 
 
 def _decode_with_opencv(jpeg: bytes) -> Frame:
-    size_px = _size_px(jpeg)
+    size_px = jpeg_size_px(jpeg)
     if size_px is not None and max(size_px) > LARGEST_SIDE_PX:
         raise WedgeError(f"the frame is no whole JPEG: {size_px[0]}x{size_px[1]} pixels.")
     image = None

@@ -106,6 +106,8 @@ class McapFile:
         self._chunk = _Chunk()
         self._written = _Written()
         self._messages: dict[int, int] = {}
+        self.kept: dict[int, int] = {}
+        """Messages on the disk, by channel."""
         head = MAGIC + _bytes(records.Header(profile="ros2", library="gelsight-wedge"))
         self._attachment_indexes = bytearray()
         self._attachments = len(attachments)
@@ -235,7 +237,7 @@ class McapFile:
             times_ns = min(first_ns, chunk.first_ns), max(last_ns, chunk.last_ns)
         indexes = before.indexes + index
         self._write(written, _Written(chunks=before.chunks + 1, indexes=indexes, times_ns=times_ns))
-        self._chunk = _Chunk()
+        self._chunk, self.kept = _Chunk(), dict(self._messages)
 
     def close(self) -> None:
         """Bring everything to the disk and let go of the file.

@@ -13,6 +13,7 @@ import struct
 import zlib
 from bisect import bisect_right
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any, BinaryIO
 
@@ -28,7 +29,7 @@ _ENTRY_BYTES = 16
 _MESSAGE_HEAD_BYTES = 22
 # Opcodes, and what stands for records that cannot be told apart up to the next chunk or the end.
 _HOLE, _END = -1, -2
-_FOOTER_CODE, _CHANNEL_CODE, _MESSAGE_CODE, _CHUNK_CODE = 2, 4, 5, 6
+_FOOTER_CODE, _SCHEMA_CODE, _CHANNEL_CODE, _MESSAGE_CODE, _CHUNK_CODE = 2, 3, 4, 5, 6
 _MESSAGE_INDEX_CODE, _CHUNK_INDEX_CODE, _ATTACHMENT_CODE = 7, 8, 9
 
 
@@ -52,7 +53,7 @@ class Damage:
 
 
 def read_records(stream: BinaryIO) -> Iterator[Any]:
-    """Channels, messages and attachments in their order, and ``Damage`` where one is not whole.
+    """Schemas, channels, messages and attachments, and ``Damage`` where one is not whole.
 
     Args:
         stream: an MCAP file, behind its first bytes.
@@ -137,11 +138,15 @@ def _is_chunk(stream: BinaryIO, start: int, length: int, size: int) -> bool:
 def _parsed(code: int, content: bytes) -> list[Any]:
     """The records that are wanted of one record: of a chunk, all."""
     from mcap.data_stream import ReadDataStream
-    from mcap.records import Attachment, Channel, Chunk, Message
+    from mcap.records import Attachment, Channel, Chunk, Message, Schema
 
     if code in (_HOLE, _END):
         return [Damage(rest=code == _END)]
     stream = ReadDataStream(io.BytesIO(content))
+    if code == _SCHEMA_CODE:
+        with suppress(*_unreadable()):  # its channel's topic says nearly as much
+            return [Schema.read(stream)]
+        return []
     if code == _CHANNEL_CODE:
         return [Channel.read(stream)]
     if code == _MESSAGE_CODE and len(content) >= _MESSAGE_HEAD_BYTES:

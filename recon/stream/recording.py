@@ -11,7 +11,7 @@ from typing import Any
 
 from recon.stream.cdr import NS_PER_S
 from recon.stream.frame import Counts, TimedFrame
-from recon.stream.jpeg import encode_jpeg
+from recon.stream.jpeg import START, encode_jpeg
 from recon.stream.mcap_file import MAGIC, McapFile, mcap_records
 from recon.stream.mcap_reading import Damage, read_records
 from recon.stream.ros import COMPRESSED_IMAGE, FORMAT, CompressedImage
@@ -84,6 +84,7 @@ class Recorder:
             )
             for sensor in units
         }
+        self._untimed, self._begun_ns = frozenset(untimed), time.time_ns()
         self._lock = threading.Lock()
 
     def __enter__(self) -> "Recorder":
@@ -102,10 +103,19 @@ class Recorder:
         image = CompressedImage(
             time_ns=frame.time_ns, frame_id=f"{sensor}_optical_frame", format=FORMAT, data=jpeg
         )
+        # Players go by the log's times: a clip that is read in no time still plays at its pace.
+        log_ns = frame.arrived_ns
+        if sensor in self._untimed:
+            log_ns = self._begun_ns + frame.time_ns
         with self._lock:
             channel = self._channels[sensor]
-            self._file.add_message(channel, image.to_cdr(), frame.arrived_ns, frame.time_ns)
+            self._file.add_message(channel, image.to_cdr(), log_ns, frame.time_ns)
             self.frames += 1
+
+    def kept(self, sensor: str) -> int:
+        """Frames of a sensor that are on the disk."""
+        with self._lock:
+            return self._file.kept.get(self._channels[sensor], 0)
 
     def close(self) -> None:
         """Finish the file."""
@@ -123,7 +133,7 @@ class McapSource:
 
         Args:
             path: an MCAP file of ours, or any with compressed images of ROS 2.
-            sensor: whose frames; by default those of the first topic.
+            sensor: whose frames, or their topic; by default those of the first.
 
         Raises:
             WedgeError: it is no MCAP file, or has no such images, or mcap is not installed.
@@ -137,6 +147,7 @@ class McapSource:
         """The files of the sensor's unit folder, where they are inside."""
         attached: dict[str, bytes] = {}
         others: set[str] = set()
+        schemas: dict[int, str] = {}
         self._topic: str | None = None
         self._channels: set[int] = set()
         self.timed = True  # of others' recordings too
@@ -147,21 +158,28 @@ class McapSource:
                 self._unit_is_damaged |= record.attachment
             elif kind == "Attachment":
                 attached[record.name] = record.data
-            elif kind == "Channel" and _is_image(record):
-                if sensor is None or record.topic == topic(sensor):
+            elif kind == "Schema":
+                schemas[record.id] = record.name
+            elif kind == "Channel" and _is_image(record, schemas.get(record.schema_id)):
+                wanted = sensor is None or record.topic in (sensor, topic(sensor))
+                if wanted and self._topic is None:
                     self._topic = record.topic
                     self._channels = {record.id}  # it may first be told of in the index
                     self.timed = not record.metadata.items() >= UNTIMED.items()
-                others.add(str(record.topic).split("/")[1])
-            if self._topic:
+                others.add(str(record.topic))
+            elif kind == "Message" and self._topic:
                 break
         if self._topic is None:
             if others:
                 inside = ", ".join(sorted(others))
-                raise WedgeError(f"{path} has no {topic(str(sensor))}, but {inside}.")
+                raise WedgeError(f"{path} has no images of {sensor}, but {inside}.")
             if self.counts.remark:
                 raise WedgeError(f"{path} broke off or is damaged before its first frame.")
             raise WedgeError(f"{path} has no topic with compressed images.")
+        if sensor is None and (others := others - {self._topic}):
+            self.counts.remark = (
+                f"{path} also holds {', '.join(sorted(others))}: `wedge replay --sensor` plays it."
+            )
         owner = self._topic.split("/")[1]
         self.unit = {
             name: attached[f"{owner}/{name}"]
@@ -212,11 +230,18 @@ class McapSource:
                 if image is None or not 0 <= image.time_ns < END_OF_TIME_NS:
                     self.counts.corrupt += 1
                     continue
+                if not image.data.startswith(START):
+                    self.counts.corrupt += 1
+                    self.counts.remark = (
+                        f"{self._path} has images in {image.format or 'no known format'}; only "
+                        "JPEGs are read."
+                    )
+                    continue
                 index, self.counts.received = self.counts.received, self.counts.received + 1
                 yield TimedFrame(
                     index=index,
                     time_ns=image.time_ns,
-                    arrived_ns=time.time_ns(),
+                    arrived_ns=record.log_time,
                     jpeg=image.data,
                 )
 
@@ -242,8 +267,13 @@ class McapSource:
             raise WedgeError(f"{self._path} cannot be read: {error.strerror}.") from error
 
 
-def _is_image(channel: Any) -> bool:
-    compressed = str(channel.topic).endswith("/compressed")
+def _is_image(channel: Any, schema: str | None) -> bool:
+    """Whether a channel has compressed images; by its topic where its schema is damaged."""
+    compressed = (
+        str(channel.topic).endswith("/compressed")
+        if schema is None
+        else schema.replace("/msg/", "/") == "sensor_msgs/CompressedImage"
+    )
     return channel.message_encoding == "cdr" and compressed
 
 

@@ -92,7 +92,8 @@ def test_a_damaged_stream_is_recorded_without_what_is_damaged(tmp_path: Path) ->
         words = ["record", server.url, "--out", out, "--seconds", 0.5, "--json", numbers]
         assert run(*words) == 0
     counts = json.loads(numbers.read_text())["sensors"]["wedge"]
-    assert counts == {"received": 7, "dropped": 1, "corrupt": 1}
+    assert counts.pop("remark").startswith("lost: ")  # the server had gone by then
+    assert counts == {"received": 7, "recorded": 7, "dropped": 1, "corrupt": 1}
     assert [f.jpeg for f in McapSource(out)] == FRAMES[:2] + FRAMES[3:]
 
 
@@ -215,7 +216,7 @@ def test_a_damaged_image_is_neither_recorded_nor_sent(
     folder, out = images_of(tmp_path / "images", unit, 4), tmp_path / "touch.mcap"
     (folder / "1.png").write_bytes((folder / "1.png").read_bytes()[:80])
     assert run("record", folder, "--out", out) == 0
-    assert "3 frames, dropped 0, corrupt 1" in (said := capsys.readouterr().out)
+    assert "3 frames of wedge, dropped 0, corrupt 1" in (said := capsys.readouterr().out)
     assert "1.png" in said
     assert len(list(McapSource(out))) == 3
     again = tmp_path / "AGAIN.MCAP"
@@ -263,14 +264,21 @@ def test_a_stream_that_is_lost_and_back_is_said(
 def test_what_a_full_disk_leaves_is_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def full(_file: McapFile) -> None:
-        raise WedgeError("touch.mcap cannot be written: No space left on device.")
+    flush, flushed = McapFile.flush, []
 
-    clip, out = write_clip(tmp_path / "clip.avi", 9), tmp_path / "touch.mcap"
+    def full(file: McapFile) -> None:
+        if flushed:
+            raise WedgeError("touch.mcap cannot be written: No space left on device.")
+        flushed.append(flush(file))
+
+    clip, out = write_clip(tmp_path / "clip.avi", 90), tmp_path / "touch.mcap"
+    numbers = tmp_path / "numbers.json"
     monkeypatch.setattr(McapFile, "flush", full)
-    assert run("record", clip, "--out", out) == 2
-    told = capsys.readouterr()
-    assert f"Recording: {out}" in told.out
+    assert run("record", clip, "--out", out, "--json", numbers) == 2
+    told, kept = capsys.readouterr(), len(list(McapSource(out)))
+    assert 0 < kept < 90
+    assert f"{kept} frames of wedge, " in told.out and f"Recording: {out}" in told.out
+    assert json.loads(numbers.read_text())["sensors"]["wedge"]["recorded"] == kept
     assert told.err.splitlines()[-1] == (
         "wedge: touch.mcap cannot be written: No space left on device."
     )

@@ -7,10 +7,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import app._sources
 from app._sources import RATE_OVER_S, Rate
+from recon.images import write_image
 from recon.stream.jpeg import scan_start
 from sensor.extras import how_to_install
 from tests.app.test_streams import refused, run
@@ -31,6 +33,32 @@ def test_a_stream_whose_frames_are_all_damaged_inside_fails(
         words = ("stream", server.url, "--seconds", 0.5, "--json", numbers)
         assert "gave no whole frame: " in refused(capsys, *words)
     assert not numbers.exists()
+
+
+def test_frames_that_change_their_size_are_recorded_and_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder, numbers = tmp_path / "images", tmp_path / "numbers.json"
+    for index, size_px in enumerate([(48, 64), (48, 64), (24, 32), (48, 64)]):
+        write_image(folder / f"{index}.png", np.zeros((*size_px, 3), np.uint8))
+    words = ("record", folder, "--out", tmp_path / "touch.mcap", "--json", numbers)
+    assert run(*words) == 0
+    told = json.loads(numbers.read_text())["sensors"]["wedge"]
+    said = "Frames change their size, first from 64x48 to 32x24 pixels."
+    assert (told["recorded"], told["remark"]) == (4, said)
+    output = capsys.readouterr()
+    assert output.err.count(said) == output.out.count(said) == 1
+
+
+def test_what_a_replayed_file_lacks_is_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    clip, kept = write_clip(tmp_path / "clip.avi", 9), tmp_path / "touch.mcap"
+    assert run("record", clip, "--out", kept) == 0
+    kept.write_bytes(kept.read_bytes()[:-400])
+    capsys.readouterr()
+    assert run("replay", kept, "--port", 0, "--speed", 100) == 0
+    assert "broke off or is damaged" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("every_s", [0.016, 0.4, 1.5, 4.0])

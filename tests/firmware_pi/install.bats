@@ -52,6 +52,18 @@ moments() { (cd "$DESTDIR" && find . -type f -printf '%p %i %T@\n' | sort); }
   [[ $output != *Traceback* ]]
 }
 
+@test "what a strict umask would hide or has hidden is readable for the server" {
+  (umask 077; "$firmware/install.sh" --address 10.55.0.1)
+  hidden() { find "$DESTDIR/usr/local/lib/gelsight-wedge" "$DESTDIR/etc/gelsight-wedge" \
+    ! -name login \( -type d ! -perm -005 -o -type f ! -perm -004 \); }
+  [ -z "$(hidden)" ]
+  chmod 700 "$DESTDIR/usr/local/lib/gelsight-wedge/sensor" "$DESTDIR/etc/gelsight-wedge"
+  chmod 600 "$DESTDIR/etc/gelsight-wedge/0.toml"
+  "$firmware/install.sh" --address 10.55.0.1
+  [ -z "$(hidden)" ]
+  [ "$(stat -c %a "$DESTDIR/etc/gelsight-wedge/login")" = 600 ]
+}
+
 @test "a second run changes nothing and interrupts nothing" {
   "$firmware/install.sh" --address 10.55.0.1 --usb-gadget
   before=$(tree; moments)

@@ -95,11 +95,53 @@ def test_a_recording_comes_back_as_it_went_in(tmp_path: Path) -> None:
         frames = list(source)
         assert [f.jpeg for f in frames] == [frame(i).jpeg for i in range(70)]
         assert [f.time_ns for f in frames] == [frame(i).time_ns for i in range(70)]
-    with pytest.raises(WedgeError, match="has no /middle/image_raw/compressed, but left, right"):
+    with McapSource(path) as first, McapSource(path, "/right/image_raw/compressed") as named:
+        assert "also holds /right/image_raw/compressed: " in first.counts.remark
+        assert named.counts.remark == "" and len(list(named)) == 70
+    inside = "/left/image_raw/compressed, /right/image_raw/compressed"
+    with pytest.raises(WedgeError, match=f"has no images of middle, but {inside}"):
         McapSource(path, "middle")
     path.write_bytes(path.read_bytes()[: path.stat().st_size * 95 // 100])
-    with pytest.raises(WedgeError, match="but left, right"):
+    with pytest.raises(WedgeError, match=f"but {inside}"):
         McapSource(path, "middle")
+
+
+def test_others_messages_are_told_from_images_and_their_images_from_jpegs(tmp_path: Path) -> None:
+    cloud = MessageType(name="point_cloud_interfaces/msg/CompressedPointCloud2", definition="")
+    file = McapFile(tmp_path / "robot.mcap", {})
+    lidar = file.add_channel("/lidar/points/compressed", cloud)
+    camera = file.add_channel("/robot/left/image/compressed", COMPRESSED_IMAGE)
+    pictures = [b"\x89PNG\r\n\x1a\n", FRAMES[0]]
+    for index, data in enumerate(pictures):
+        file.add_message(lidar, b"\0\1\0\0", index, index)
+        image = CompressedImage(time_ns=index, frame_id="", format="png", data=data)
+        file.add_message(camera, image.to_cdr(), index, index)
+    file.close()
+    for sensor in (None, "/robot/left/image/compressed"):
+        source = McapSource(tmp_path / "robot.mcap", sensor)
+        assert [frame.jpeg for frame in source] == FRAMES[:1]
+        assert (source.counts.received, source.counts.corrupt) == (1, 1)
+        assert "images in png; only JPEGs are read" in source.counts.remark
+
+
+def test_a_clip_that_is_read_in_no_time_plays_at_its_pace(tmp_path: Path) -> None:
+    path = tmp_path / "clip.mcap"
+    with Recorder(path, {"wedge": None}, ["wedge"]) as recorder:
+        for index in range(5):
+            recorder.add("wedge", replace(frame(index), time_ns=index * STEP_NS, arrived_ns=7))
+    with path.open("rb") as stream:
+        logged_ns = [m.log_time for _, _, m in make_reader(stream).iter_messages()]
+    assert np.diff(logged_ns).tolist() == [STEP_NS] * 4
+    assert [f.arrived_ns for f in McapSource(path)] == logged_ns
+
+
+def test_only_what_is_on_the_disk_is_counted_as_kept(tmp_path: Path) -> None:
+    with Recorder(tmp_path / "touch.mcap", {"left": None, "right": None}) as recorder:
+        for index in range(3):
+            recorder.add("left", frame(index))
+        recorder.add("right", frame(3))
+        assert (recorder.frames, recorder.kept("left"), recorder.kept("right")) == (4, 0, 0)
+    assert (recorder.kept("left"), recorder.kept("right")) == (3, 1)
 
 
 def test_the_index_knows_the_ends_of_the_times_also_where_a_clock_is_set_back(tmp_path) -> None:
