@@ -59,7 +59,7 @@ _HOW = {
     " cover's bottom stays {cover_gap} mm behind the gel's highest point: a flat object that"
     " reaches under it and is pressed deeper meets the cover.",
     "board": "One board of the pair belongs here, the other one to the Raspberry Pi (section 8)."
-    " Solder the resistor board's supply wires to {supply} V and ground of the adapter first.",
+    " Solder the resistor board's supply wires to {supply} first.",
     "board_screws": "The screws cut their own thread in the posts.",
     "resistor_board": "Hold the cover under its place and lead the arrays' wires and the camera's"
     " ribbon in at its front notch. Solder the wires straight into the holes of the resistor board."

@@ -5,6 +5,7 @@
 from collections.abc import Sequence
 
 from cad.assembly import Assembly
+from cad.electronics.resistors import ADAPTER_V, supply_words, takes_adapters_supply
 from cad.layout import Layout
 from cad.optics import pad_grid, seen_mm, trace
 from cad.parts.gripper_adapter import (
@@ -34,7 +35,8 @@ def design_words(design: Wedge, assembly: Assembly) -> dict[str, str]:
     step = {step.id: f"{number}" for number, step in enumerate(assembly.steps, start=1)}
     return {
         "film_fault": _FILM_FAULT if films else "",
-        "supply": f"{design.wiring.supply_v:g}",
+        "supply": supply_words(design),
+        "cable": f" and the lights' {ADAPTER_V:g} V" if takes_adapters_supply(design) else "",
         "sides": _sides(colors),
         "lit": _lit(colors),
         "strips": "Stick it over the gray filter." if len(films) > 1 else _EACH_STRIP,

@@ -6,15 +6,25 @@ import math
 
 from cad.bounds import EPSILON, at_least, at_most
 from cad.electronics.boards import LEAST_LED_LENGTH, LEAST_LED_WIDTH
-from cad.electronics.resistors import RATED_W, ballasts
+from cad.electronics.resistors import (
+    ADAPTER_MA,
+    ADAPTER_V,
+    LEAST_DROP_V,
+    RATED_W,
+    ballasts,
+    takes_adapters_supply,
+)
 from cad.layout import FLEX, MIN_WALL, PIN_OUTWARD, Layout
 from cad.parts.bought import compartment_height_mm, compartment_length_mm
+from cad.parts.case import MARK_DEPTH
 from cad.sight_refusals import refuse_view
 from cad.wires import by_side, ribbon_bend_mm, rooms, thickest_wire_mm
 from sensor.design import Wedge
 
 BEND_THICKNESSES = 10.0
 """Least radius of the ribbon's bend: a common rule for a flexible circuit that is bent once."""
+LEAST_FILM = 0.02
+"""Thickness of all films together, in mm: no film is thinner."""
 NOTCH_MARGIN = 0.05
 """The kerf must be this much narrower, in mm, than where it closes a pin's notch."""
 
@@ -109,6 +119,14 @@ def _refuse_lights(place: Layout) -> None:
         FLEX + 0.05,
         "the LEDs' flexible circuit lies there",
     )
+    if lights.gray_filter_transmission < 1 or lights.diffuser:
+        at_least(
+            "lights.film_thickness_mm",
+            lights.film_thickness_mm,
+            LEAST_FILM,
+            "gray filter and diffuser are films; without them gray_filter_transmission is 1 and"
+            " diffuser false",
+        )
     other = lights.film_thickness_mm + lights.backing_thickness_mm
     at_least(
         "lights.led_height_mm",
@@ -159,10 +177,19 @@ def _refuse_lights(place: Layout) -> None:
         at_most(
             f"wiring.{color}_forward_v",
             getattr(wiring, f"{color}_forward_v"),
-            wiring.supply_v - 0.1,
-            f"the supply of {wiring.supply_v:g} V leaves nothing for a resistor",
+            wiring.supply_v - LEAST_DROP_V,
+            f"the supply of {wiring.supply_v:g} V leaves too little for a resistor",
         )
-    for ballast in ballasts(design):
+    found = ballasts(design)
+    arrays_ma = wiring.led_current_ma * sum(ballast.leds for ballast in found)
+    if takes_adapters_supply(design) and arrays_ma > ADAPTER_MA:
+        at_most(
+            "wiring.led_current_ma",
+            wiring.led_current_ma,
+            ADAPTER_MA * wiring.led_current_ma / arrays_ma,
+            f"the adapter's {ADAPTER_V:g} V give the arrays {ADAPTER_MA:g} mA together",
+        )
+    for ballast in found:
         if ballast.power_w > RATED_W:
             at_most(
                 "wiring.led_current_ma",
@@ -198,8 +225,8 @@ def _refuse_camera(place: Layout) -> None:
     at_least(
         "housing.roof_z_mm",
         housing.roof_z_mm,
-        max(high + MIN_WALL, place.plug_z[1] + 1.0),
-        "0.8 mm of roof must cover the camera holder",
+        max(high + MIN_WALL + MARK_DEPTH, place.plug_z[1] + 1.0),
+        "0.8 mm of roof must cover the camera holder under the mark that is sunk in it",
     )
     reach = (place.window_x1 - place.design.mirror.foot_x_mm) / (
         camera.pupil_x_mm - place.design.mirror.foot_x_mm

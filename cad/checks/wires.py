@@ -4,6 +4,7 @@
 
 from collections.abc import Sequence
 
+from cad.bounds import EPSILON
 from cad.checks.result import Result
 from cad.electronics.boards import Board
 from cad.layout import Layout
@@ -30,7 +31,7 @@ def check_wires(design: Wedge, boards: Sequence[Board]) -> list[Result]:
             )
     strain = 50 * wiring.ribbon_thickness_mm / (radius := ribbon_bend_mm(place))
     bend = f"radius {radius:.1f} mm" if radius < 1e3 else "straight"
-    room = 2 * place.socket_half
+    room = 2 * place.socket_half + EPSILON
     return [
         *results,
         Result("wires", "ribbon's bend", strain, "% strain", 50 / BEND_THICKNESSES, "at most",

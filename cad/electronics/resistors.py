@@ -40,6 +40,12 @@ E24 = (
 )
 RATED_W = 0.25
 """Of a resistor in a 1206 package."""
+LEAST_DROP_V = 0.3
+"""Over a resistor: LEDs of one reel differ by a tenth of a volt, which then is a third of it."""
+ADAPTER_V = 3.3
+"""What the camera's connector has, and so the adapter."""
+ADAPTER_MA = 250.0
+"""Taken from it by all arrays at most: as much as the camera itself takes there."""
 
 
 @dataclass(frozen=True)
@@ -88,6 +94,21 @@ def ballasts(design: Wedge) -> list[Ballast]:
             Ballast(row.color, len(row.centers), forward, next_e24(exact), wiring.supply_v)
         )
     return found
+
+
+def takes_adapters_supply(design: Wedge) -> bool:
+    """Whether the LEDs' voltage is that of the camera's connector."""
+    return design.wiring.supply_v == ADAPTER_V
+
+
+def supply_words(design: Wedge) -> str:
+    """Where the LEDs are fed from."""
+    if takes_adapters_supply(design):
+        return f"{ADAPTER_V:g} V and ground of the adapter"
+    return (
+        f"{design.wiring.supply_v:g} V of a supply of your own, whose ground is joined to the"
+        f" adapter's, as the adapter has {ADAPTER_V:g} V alone"
+    )
 
 
 def next_e24(ohm: float) -> float:

@@ -5,7 +5,7 @@
 from html import escape
 from textwrap import wrap
 
-from cad.electronics.resistors import ballasts
+from cad.electronics.resistors import ballasts, takes_adapters_supply
 from sensor.design import Wedge
 
 _INK = {"red": "#d33", "green": "#2a2", "blue": "#36d"}
@@ -22,6 +22,8 @@ ARRAY_WORDS = (
 def wiring_svg(design: Wedge) -> bytes:
     """A diagram of who is wired to whom, not to scale."""
     found = ballasts(design)
+    own = None if takes_adapters_supply(design) else "your own supply"
+    source = "the CSI-to-HDMI adapter" if own is None else "a supply of your own"
     words = [BOARD_WORDS, *wrap(ARRAY_WORDS, 115)]
     foot = 10 + 18 * len(words)
     height = 100 + foot + 84 * len(found)
@@ -33,8 +35,8 @@ def wiring_svg(design: Wedge) -> bytes:
         ' font-family="sans-serif" font-size="13">',
         f'<rect width="820" height="{height}" fill="#fff"/>',
         f'<text x="20" y="26" font-size="16">Wiring, {escape(design.name)}:'
-        f" {design.wiring.supply_v:g} V from the CSI-to-HDMI adapter</text>",
-        _box(20, 60, 130, height - foot - 60, "#eee", "adapter"),
+        f" {design.wiring.supply_v:g} V from {source}</text>",
+        _box(20, 60, 130, height - foot - 60, "#eee", "adapter" if own is None else own),
         _box(240, 60, 190, height - foot - 60, "#e3efe3", "resistor board"),
         *_wire(150, 90, 240, 90, "#c00", f"{design.wiring.supply_v:g} V to J1.1"),
         *_wire(150, ground, 240, ground, "#222", "GND to J1.2"),

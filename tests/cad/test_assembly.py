@@ -127,7 +127,9 @@ def test_lights_sit_where_the_gel_frame_and_the_twin_have_them(
 def test_the_guide_says_the_voltage_of_the_design(finger: Model) -> None:
     five = replace(FINGER, wiring=replace(FINGER.wiring, supply_v=5.0))
     assert "supply wires to 3.3 V and" in guide_of(finger)
-    assert "supply wires to 5 V and" in guide_of(finger, five)
+    assert "supply wires to 5 V of a supply of your own" in guide_of(finger, five)
+    assert "own lines and the lights' 3.3 V, no HDMI" in guide_of(finger)
+    assert "own lines, no HDMI picture" in guide_of(finger, five)
 
 
 def test_the_guide_of_fewer_lights_and_films_names_no_others() -> None:

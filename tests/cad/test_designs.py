@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from cad.build import model, run_checks
-from cad.electronics.resistors import RATED_W, ballasts
+from cad.electronics.resistors import ADAPTER_MA, ADAPTER_V, RATED_W, ballasts
 from cad.exports.laser import area_mm2, laser_files, outline
 from cad.refusals import refuse_unbuildable
 from sensor.design import FINGER, STANDARD, Wedge
@@ -83,6 +83,8 @@ def test_a_current_is_refused_just_where_a_resistor_takes_too_much_heat(
     for current in (0.5, 2.0, 3.4, 3.6, 8.0, 15.0, 22.0, 30.0):
         asked = changed(design, "wiring", supply_v=supply_v, led_current_ma=current)
         too_hot = any(ballast.power_w > RATED_W for ballast in ballasts(asked))
+        leds = sum(ballast.leds for ballast in ballasts(asked))
+        too_hot |= supply_v == ADAPTER_V and leds * current > ADAPTER_MA
         try:
             refuse_unbuildable(asked)
         except WedgeError as refusal:
@@ -91,6 +93,23 @@ def test_a_current_is_refused_just_where_a_resistor_takes_too_much_heat(
             refuse_unbuildable(changed(asked, "wiring", led_current_ma=float(bound)))
         else:
             assert not too_hot
+
+
+def test_leds_that_leave_a_resistor_too_little_are_refused() -> None:
+    with pytest.raises(WedgeError, match=r"blue_forward_v = 3.1 must be at most 3: "):
+        refuse_unbuildable(changed(STANDARD, "wiring", blue_forward_v=3.1))
+    refuse_unbuildable(changed(STANDARD, "wiring", blue_forward_v=3.0))
+
+
+def test_films_of_no_thickness_are_refused_unless_there_are_none() -> None:
+    for kept in ({"diffuser": False}, {"gray_filter_transmission": 1.0}):
+        with pytest.raises(WedgeError, match="film_thickness_mm = 0 must be at least"):
+            refuse_unbuildable(changed(FINGER, "lights", **{**BARE, **FILMED, **kept}))
+
+
+def test_the_mark_in_the_roof_leaves_a_wall_over_a_camera_that_looks_up() -> None:
+    with pytest.raises(WedgeError, match=r"roof_z_mm = 9.4 must be at least 9.5"):
+        refuse_unbuildable(changed(FINGER, "camera", pitch_deg=-7.0))
 
 
 def test_the_finger_s_cover_stays_behind_its_gel() -> None:
@@ -144,6 +163,7 @@ def test_the_designs_of_the_documentation_can_be_built(page: str, tmp_path: Path
         refuse_unbuildable(load_design(str(path)))
 
 
+FILMED = {"gray_filter_transmission": 0.25, "diffuser": True}
 BARE = {"film_thickness_mm": 0.0, "gray_filter_transmission": 1.0, "diffuser": False}
 VARIANTS = {
     "flat gel too thin to curve, red and green only, loosest fit": changed(
