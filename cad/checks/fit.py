@@ -44,7 +44,7 @@ def check_interference(assembly: Assembly, bodies: Bodies) -> list[Result]:
 
 
 def check_clearances(design: Wedge, bodies: Bodies) -> list[Result]:
-    """How far parts can be pushed sideways before they touch: the gap that was asked for."""
+    """How far parts can be pushed to either side before they touch: the gap that was asked for."""
     slide = design.printing.sliding_clearance_mm
     press = design.printing.press_clearance_mm
     asked = [
@@ -55,7 +55,7 @@ def check_clearances(design: Wedge, bodies: Bodies) -> list[Result]:
     ]
     results = []
     for moved, fixed, bound in asked:
-        gap = _sideways_gap(bodies[moved], bodies[fixed])
+        gap = min(_sideways_gap(bodies[moved], bodies[fixed], side) for side in (-1, 1))
         results.append(
             Result("clearance", f"{moved} in {fixed}", gap, "mm", bound - 0.01, "at least",
                    f"{bound:g} a side was asked for")
@@ -69,14 +69,14 @@ def check_clearances(design: Wedge, bodies: Bodies) -> list[Result]:
     return results
 
 
-def _sideways_gap(moved: manifold3d.Manifold, fixed: manifold3d.Manifold) -> float:
-    """Largest shift along y without contact, in mm, found by halving between 0 and 1."""
+def _sideways_gap(moved: manifold3d.Manifold, fixed: manifold3d.Manifold, side: int) -> float:
+    """Largest shift toward +y or -y without contact, in mm, found by halving between 0 and 1."""
     free, stuck = 0.0, 1.0
     if common_mm3(moved, fixed) > TOLERANCE_MM3:
         return 0.0
     while stuck - free > 0.002:
         middle = (free + stuck) / 2
-        if common_mm3(moved.translate((0.0, middle, 0.0)), fixed) > TOLERANCE_MM3:
+        if common_mm3(moved.translate((0.0, side * middle, 0.0)), fixed) > TOLERANCE_MM3:
             stuck = middle
         else:
             free = middle

@@ -54,7 +54,7 @@ def _places(mesh: trimesh.Trimesh) -> tuple[np.ndarray, np.ndarray]:
 def check_overhang(name: str, mesh: trimesh.Trimesh) -> Result:
     """Area that faces down by more than 45 degrees and does not lie on the bed, as printed."""
     down = np.asarray(mesh.face_normals)[:, 2] < -math.cos(math.radians(_OVERHANG_DEG)) - 1e-6
-    height = np.asarray(mesh.triangles)[:, :, 2].min(axis=1)
+    height = np.asarray(mesh.triangles)[:, :, 2].max(axis=1)
     area = float(np.asarray(mesh.area_faces)[down & (height > _BED_MM)].sum())
     share = 100 * area / float(mesh.area)
     return Result("overhang", name, share, "% of its surface", _OVERHANG_SHARE, "at most",

@@ -52,6 +52,25 @@ IMPOSSIBLE = {
     "current that burns a resistor": ("wiring.led_current_ma", "wiring", {"led_current_ma": 30.0}),
     "pad to the acrylic's edge": ("gel.pad_width_mm", "gel", {"pad_width_mm": 27.0}),
 }
+REASONS = {
+    "sides of the pad would be seen past the mirror": (STANDARD, "mirror", {"width_mm": 22.5}),
+    "seen below the mirror's foot": (STANDARD, "acrylic", {"length_mm": 34.5}),
+    "light from its ends must pass": (FINGER, "gel", {"pad_length_mm": 13.8}),
+    "leaves the pad a margin of": (STANDARD, "camera", {"diagonal_view_deg": 91.0}),
+    "shows the pad with a margin of": (STANDARD, "camera", {"diagonal_view_deg": 85.0}),
+    "arrays must fit beside the acrylic": (STANDARD, "acrylic", {"thickness_mm": 2.95}),
+    "a rim that stops the camera's head": (STANDARD, "camera", {"head_size_mm": 7.7}),
+    "channels beside the camera holder": (STANDARD, "lights", {"led_height_mm": 1.17}),
+    "wires must pass behind the ribs": (STANDARD, "lights", {"led_height_mm": 0.98}),
+    "flexible circuit lies there": (STANDARD, "lights", {"backing_thickness_mm": 0.24}),
+    "below the light that the camera sees": (FINGER, "camera", {"pupil_x_mm": 23.65}),
+    "of roof must cover the camera holder": (STANDARD, "camera", {"pupil_z_mm": 13.2}),
+    "meet those of the camera holder": (FINGER, "housing", {"roof_z_mm": 9.0}),
+    "two rows of screws in the roof": (STANDARD, "housing", {"case_length_mm": 48.8}),
+    "camera's head must lie inside": (STANDARD, "housing", {"case_length_mm": 46.8}),
+    "screws and the camera holder": (FINGER, "fastening", {"boss_pitch_mm": 13.7}),
+}
+"""Sentences of refusals, and the nearest single change that brings each about."""
 
 
 @pytest.mark.parametrize(("field", "group", "values"), IMPOSSIBLE.values(), ids=IMPOSSIBLE)
@@ -66,6 +85,15 @@ def test_an_impossible_design_is_refused_with_field_value_and_bound(
         assert text.startswith(f"{field} = {value:g} ")
     assert re.match(r"\w+\.\w+ = [\d.]+ ", text)
     assert re.search(r"must be at (least|most) [\d.]+", text)
+
+
+@pytest.mark.parametrize(("words", "case"), REASONS.items(), ids=REASONS)
+def test_an_impossible_design_is_refused_for_its_own_reason(
+    words: str, case: tuple[Wedge, str, dict[str, Any]]
+) -> None:
+    design, group, values = case
+    with pytest.raises(WedgeError, match=re.escape(words)):
+        refuse_unbuildable(changed(design, group, **values))
 
 
 def test_a_design_just_inside_a_named_bound_is_taken() -> None:
