@@ -10,14 +10,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cad.optics import (
+    FAULTS,
     camera_axes,
     faulty_pictures,
     gel_thickness_mm,
+    keystone,
     mirror_plane,
+    mm_per_px,
     pad_center_x_mm,
     pad_grid,
     pixel_margin,
     project,
+    seen_mm,
     trace,
 )
 from sensor.design import FINGER, STANDARD, Wedge
@@ -72,6 +76,51 @@ def test_the_picture_is_symmetric_across_the_finger(design: Wedge) -> None:
     assert np.abs(pixels[:, ::-1, 1] + pixels[..., 1] - height).max() < 1e-9
 
 
+@DESIGNS
+def test_the_way_in_air_is_that_from_the_pupil_s_image(design: Wedge) -> None:
+    paths = trace(design, pad_grid(design, 5))
+    normal, foot = mirror_plane(design)
+    image = paths.pupil - 2 * ((paths.pupil - foot) @ normal) * normal
+    assert paths.air_mm == pytest.approx(np.linalg.norm(paths.acrylic - image, axis=1))
+    # Straight down, what lies under a layer seems nearer by 1 - 1/n of its thickness.
+    nearer = paths.air_mm + design.acrylic.thickness_mm + design.gel.thickness_mm
+    nearer -= seen_mm(design, paths)
+    acrylic, gel = design.acrylic, design.gel
+    assert nearer == pytest.approx(
+        acrylic.thickness_mm * (1 - 1 / acrylic.refractive_index)
+        + gel.thickness_mm * (1 - 1 / gel.refractive_index)
+    )
+
+
+def test_the_keystone_is_the_tip_s_width_over_the_base_s() -> None:
+    across = np.array([[-1.0, 0.0, 1.0], [-2.0, 0.0, 2.0], [-4.0, 0.0, 4.0]])
+    pixels = np.stack([np.zeros((3, 3)), 50 + across], -1).reshape(-1, 2)
+    assert keystone(pixels, 3) == 0.25
+    assert pad_grid(STANDARD, 3)[0, 0] < pad_grid(STANDARD, 3)[-1, 0]  # x runs from the tip
+
+
+@DESIGNS
+def test_a_pixel_s_millimetres_are_the_slope_of_the_light_path(design: Wedge) -> None:
+    ranges = mm_per_px(design)
+    place = np.array([[pad_center_x_mm(design), 0.0]])
+    for axis, (low, high) in enumerate(ranges):
+        step = 0.01 * np.eye(2)[axis]
+        ends = trace(design, np.concatenate([place - step, place + step])).pixels
+        assert low < 0.02 / np.linalg.norm(ends[1] - ends[0]) < high
+
+
+def test_the_margin_is_to_the_nearest_edge_and_none_of_what_has_no_pixel() -> None:
+    camera = STANDARD.camera
+    middle = np.array([camera.width_px, camera.height_px]) / 2
+    for axis in (0, 1):
+        for side in (-1, 1):
+            point = middle + side * (middle - 7.0) * np.eye(2)[axis]
+            assert pixel_margin(camera, np.stack([middle, point])) == pytest.approx(7.0)
+            out = middle + side * (middle + 7.0) * np.eye(2)[axis]
+            assert pixel_margin(camera, np.stack([middle, out])) == pytest.approx(-7.0)
+    assert pixel_margin(camera, np.stack([middle, [np.nan, np.nan]])) == -np.inf
+
+
 @given(st.floats(0.01, 1.4), st.floats(-3, 3), st.sampled_from(["equidistant", "pinhole"]))
 def test_the_lens_maps_angles_as_its_name_says(angle: float, azimuth: float, lens: str) -> None:
     camera = replace(STANDARD.camera, projection=lens)
@@ -93,6 +142,29 @@ def test_faults_move_the_picture_as_the_model_says(design: Wedge) -> None:
     assert pitch.shift_px == pytest.approx(design.camera.focal_length_px * np.pi / 180, rel=0.15)
     for fault in found.values():
         assert margin - fault.shift_px <= fault.margin_px <= margin
+
+
+@DESIGNS
+def test_a_fault_counts_in_its_worse_direction_and_within_its_bounds(design: Wedge) -> None:
+    grid = pad_grid(design, 9)
+    nominal = trace(design, grid).pixels
+    found = {fault.name: fault for fault in faulty_pictures(design)}
+    assert found.keys() == {f"{part}.{field} ± {by:g}" for part, field, by in FAULTS}
+    for part, field, by in FAULTS:
+        shifts, margins = [], []
+        for amount in (-by, by):
+            group = getattr(design, part)
+            built = replace(group, **{field: getattr(group, field) + amount})
+            wrong = replace(design, **{part: built})
+            pixels = trace(wrong, grid).pixels
+            shifts.append(np.linalg.norm(pixels - nominal, axis=1).max())
+            margins.append(pixel_margin(wrong.camera, pixels))
+        fault = found[f"{part}.{field} ± {by:g}"]
+        assert fault.shift_px == pytest.approx(max(shifts))
+        assert fault.margin_px == pytest.approx(min(margins))
+    # A lens as wide as any cannot be built wider.
+    widest = replace(design, camera=replace(design.camera, diagonal_view_deg=170.0))
+    assert len(faulty_pictures(widest)) == len(FAULTS)
 
 
 def test_a_ray_behind_the_lens_has_no_pixel() -> None:
