@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Float32, Float64
 
 from recon.arrays import ContactMask, Difference, Unwarped
 from recon.ball import offsets_mm
@@ -61,12 +61,14 @@ def stillness(presses: Sequence[BallPress], channels: str) -> dict[str, Parts]:
     }
 
 
-def blank_values(gel: Unwarped, calibrated: Unwarped, channels: str) -> dict[str, Parts]:
+def blank_values(
+    gel: Unwarped, calibrated: Float32[np.ndarray, "_ _ 3"], channels: str
+) -> dict[str, Parts]:
     """What the blank gel shows: evenness and balance of the lights, lit area, change, wear.
 
     Args:
         gel: today's, without its dots.
-        calibrated: as it was calibrated.
+        calibrated: as it was calibrated; of another size, it is not compared.
         channels: the colours with a light.
     """
     inside = gel[inner(gel.shape)]

@@ -1,0 +1,274 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What acceptance measures, where a made picture or a made answer to slope gives it exactly."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from recon.pixels import BallPress
+from validation.acceptance.errors import fewer_lights, steepest_values
+from validation.acceptance.gel import (
+    KNOWN_SLOPE,
+    MARGIN,
+    REACH,
+    SATURATED,
+    blank_values,
+    covered_area,
+    inner,
+    saturation,
+    stillness,
+    usable_area,
+)
+from validation.acceptance.lights import GRAY_LEVELS, Response, light_values, turn_deg
+from validation.acceptance.limits import DEAD_GRAY_LEVELS
+from validation.acceptance.place import (
+    LEAST_DOTS,
+    LEAST_FRAMES,
+    bent_grid_share,
+    timing_values,
+)
+from validation.acceptance.roundness import Roundness, roundness
+
+WEDGE = {"R": 90.0, "G": 180.0, "B": -90.0}
+SHAPE = (90, 120, 3)
+
+
+def response(angles_deg, strengths=(1.0, 1.0, 1.0), gray_levels=(30.0, 30.0, 30.0)):
+    """Colours that brighten on what faces these azimuths."""
+    radians = np.radians(angles_deg)
+    slopes = -np.array(strengths)[:, None] * np.stack([np.cos(radians), np.sin(radians)], 1)
+    return Response(slopes=slopes, contrast=np.array(gray_levels) / GRAY_LEVELS)
+
+
+def places(angles_deg, lights_deg=None, **changes):
+    return light_values(response(angles_deg, **changes), "RGB", lights_deg or WEDGE, True)
+
+
+def press_of(radius_px=10.0, center_px=(60.0, 45.0), difference=None, **changes):
+    made = {
+        "file": "press.png",
+        "difference": np.zeros(SHAPE, np.float32) if difference is None else difference,
+        "center_px": center_px,
+        "contact_radius_px": radius_px,
+        "ball_radius_mm": 4.0,
+        "mm_per_px": (0.1, 0.1),
+    }
+    return BallPress(**made | changes)
+
+
+@pytest.mark.parametrize("turn", [-100.0, -30.0, 0.0, 30.0, 100.0])
+def test_lights_that_are_all_turned_are_turned_and_neither_swapped_nor_leaking(turn):
+    if abs(turn) > 45:  # a quarter turn could be colours in another's place: no light sits at 0
+        lights = {"R": 100.0, "G": 220.0, "B": -20.0}
+        found = places([angle + turn / 4 for angle in lights.values()], lights)
+        turn /= 4
+    else:
+        found = places([angle + turn for angle in WEDGE.values()])
+    assert found["lights_turned_deg"][""] == pytest.approx(abs(turn))
+    assert found["swapped_lights"] == {"": 0.0}
+    assert found["cross_talk_share"] == pytest.approx(dict.fromkeys("RGB", 0.0), abs=1e-9)
+
+
+def test_swapped_colours_count_and_are_no_turn():
+    found = places([-90.0, 180.0, 90.0])
+    assert found["swapped_lights"] == {"": 2.0}
+    assert found["lights_turned_deg"][""] == pytest.approx(0, abs=1e-9)
+
+
+def test_lights_a_little_off_are_in_their_own_places():
+    """Another order of lights that lie close together may fit better by a few degrees."""
+    lights = {"R": 0.0, "G": 20.0, "B": 180.0}
+    assert places([12.0, 9.0, 180.0], lights)["swapped_lights"] == {"": 0.0}
+    assert places([20.0, 0.0, 180.0], lights)["swapped_lights"] == {"": 2.0}
+
+
+def test_cross_talk_is_the_sine_from_where_a_light_belongs_and_never_less_behind_it():
+    common = np.degrees(np.arctan2(np.sin(np.radians(20)), 2 + np.cos(np.radians(20))))
+    shares = places([110.0, 180.0, -90.0])["cross_talk_share"]
+    assert shares["R"] == pytest.approx(np.sin(np.radians(20 - common)))
+    assert shares["G"] == shares["B"] == pytest.approx(np.sin(np.radians(common)))
+    assert places([-90.0, 180.0, -90.0])["cross_talk_share"]["R"] == 1.0  # red answers as blue
+
+
+def test_a_wedge_s_lights_belong_on_the_axes_wherever_calibration_found_them():
+    found = places([90.0, 180.0, -90.0], {"R": 75.0, "G": 180.0, "B": -90.0})
+    assert found["cross_talk_share"] == pytest.approx(dict.fromkeys("RGB", 0.0), abs=1e-9)
+    assert found["lights_turned_deg"][""] > 4
+    ring = {"R": 15.0, "G": 135.0, "B": 255.0}
+    assert places(list(ring.values()), ring)["cross_talk_share"] == pytest.approx(
+        dict.fromkeys("RGB", 0.0), abs=1e-9
+    )
+
+
+def test_a_dead_light_has_no_place_and_axes_compare_as_the_lights_do():
+    found = places([10.0, 180.0, -90.0], gray_levels=(0.9 * DEAD_GRAY_LEVELS, 30.0, 30.0))
+    assert set(found["cross_talk_share"]) == {"G", "B"}
+    assert found["contrast_gray_levels"]["R"] == pytest.approx(0.9 * DEAD_GRAY_LEVELS)
+    assert found["lights_turned_deg"][""] == pytest.approx(0, abs=1e-9)
+    # Red and blue along y, 1 and 1: the square root of 2; green along x: 3.
+    apart = places([90.0, 180.0, -90.0], strengths=(1.0, 3.0, 1.0))
+    assert apart["axes_ratio"][""] == pytest.approx(3 / np.sqrt(2))
+    assert "axes_ratio" not in light_values(response([90, 180, -90]), "RGB", WEDGE, False)
+
+
+@pytest.mark.parametrize(("angle", "turn"), [(190.0, -170.0), (-190.0, 170.0), (360.0, 0.0)])
+def test_a_turn_is_told_the_shorter_way(angle, turn):
+    assert turn_deg(angle) == turn
+
+
+def test_the_blank_gel_of_two_lights_is_judged_by_them():
+    gel = np.full(SHAPE, 0.4, np.float32)
+    gel[..., 0] = np.linspace(0.2, 0.8, 120)[None]
+    gel[..., 2] = 0.2
+    found = blank_values(gel, 2 * gel, "RB")
+    seen = gel[inner(SHAPE)][0, :, 0]
+    low, high = np.quantile(seen, [0.02, 0.98])
+    assert found["evenness_share"] == pytest.approx({"R": low / high, "B": 1.0}, abs=0.01)
+    assert found["color_balance_share"][""] == pytest.approx(0.2 / 0.5, rel=0.01)
+    assert found["brightness_change_share"] == pytest.approx({"R": 0.5, "B": 0.5}, rel=1e-3)
+    brighter = blank_values(gel, gel / 1.5, "RB")["brightness_change_share"]
+    assert brighter == pytest.approx({"R": 0.5, "B": 0.5}, rel=1e-3)
+    assert "brightness_change_share" not in blank_values(gel, gel[1:], "RB")
+    assert "color_balance_share" not in blank_values(gel, gel, "R")
+    gel[:, 60:] = 0.01
+    assert blank_values(gel, gel, "RB")["lit_share"][""] == pytest.approx(0.5, abs=0.03)
+
+
+def test_the_margin_is_left_out_on_all_sides():
+    left = np.ones((100, 200))[inner((100, 200))]
+    assert left.shape == (100 - 2 * round(100 * MARGIN), 200 - 2 * round(200 * MARGIN))
+
+
+@pytest.mark.parametrize("axes", ["xy", "x", "y"])
+def test_slopes_are_known_where_noise_leaves_them_the_variance_of_least_squares(axes):
+    gel = np.full(SHAPE, 0.4, np.float32)
+    answers = response([0.0, 90.0, 0.0], strengths=(0.2, 0.1, 0.0))
+    for share, known in ((0.99, True), (1.01, False)):
+        # What is needed is known of the weaker light that sees it.
+        strength = {"xy": 0.1, "x": 0.2, "y": 0.1}[axes]
+        noise = dict.fromkeys("RG", share * KNOWN_SLOPE * strength * GRAY_LEVELS)
+        assert usable_area(gel, answers, noise, axes, "RG").all() == known
+        assert usable_area(gel, answers, noise, axes, "RG").any() == known
+
+
+def test_lights_on_one_line_leave_the_other_axis_unknown_however_bright():
+    gel, noise = np.full(SHAPE, 0.4, np.float32), dict.fromkeys("RG", 0.5)
+    aslant = response([45.0, 225.0, 0.0])
+    assert not usable_area(gel, aslant, noise, "xy", "RG").any()
+    assert usable_area(gel, response([45.0, 135.0, 0.0]), noise, "xy", "RG").all()
+
+
+def test_what_is_saturated_dark_or_worn_is_not_usable():
+    gel, noise = np.full(SHAPE, 0.4, np.float32), dict.fromkeys("RG", 0.5)
+    answers = response([0.0, 90.0, 0.0])
+    gel[:, :30, 1] = SATURATED
+    gel[:, 90:] = 0.02
+    gel[40:46, 60:66] = 0.6  # worn
+    usable = usable_area(gel, answers, noise, "xy", "RG")
+    assert not usable[:, :30].any() and not usable[:, 96:].any()
+    assert not usable[42:44, 62:64].any() and usable[:, 45:55].all()
+    gel[:, :30, 1:] = (0.4, 1.0)  # blue has no light here
+    assert usable_area(gel, answers, noise, "xy", "RG")[:, :10].all()
+
+
+def test_noise_and_drift_are_those_of_the_gel_beyond_the_presses():
+    rng = np.random.default_rng(0)
+    drifts = np.arange(1, 12) / GRAY_LEVELS
+    presses = []
+    for drift in drifts:
+        difference = rng.normal(drift, 4 / GRAY_LEVELS, SHAPE).astype(np.float32)
+        difference[30:60, 45:75] += 1  # the press itself
+        hidden = np.zeros(SHAPE[:2], bool)
+        hidden[:, :20] = True
+        difference[:, :20] = drift  # filled in, under dots
+        presses.append(press_of(difference=difference, hidden=hidden))
+    found = stillness(presses, "RG")
+    assert set(found["noise_gray_levels"]) == set(found["drift_gray_levels"]) == {"R", "G"}
+    for colour in "RG":
+        # A Gaussian of 1.5 pixels takes a twentieth of white noise with it.
+        assert found["noise_gray_levels"][colour] == pytest.approx(0.945 * 4, rel=0.03)
+        assert found["drift_gray_levels"][colour] == pytest.approx(10, abs=0.2)
+    assert stillness([press_of(radius_px=60.0)], "RGB") == {}
+
+
+def test_saturation_is_counted_inside_contacts_alone():
+    blank = np.full(SHAPE, 0.5, np.float32)
+    lit = np.zeros(SHAPE, np.float32)
+    lit[:, 60:, 0] = 0.5  # half of the contact, and much beyond it
+    shares = saturation([press_of(difference=lit), press_of()], blank, "RGB")
+    assert shares == pytest.approx({"R": 0.25, "G": 0.0, "B": 0.0}, abs=0.02)
+
+
+def test_a_press_covers_its_reach_on_a_pad_of_any_pitch():
+    press = press_of(mm_per_px=(0.1, 0.1))
+    area = np.pi * (REACH * press.contact_radius_px) ** 2
+    assert covered_area([press]).sum() == pytest.approx(area, rel=0.02)
+    other = press_of(center_px=(60.0, 45.0))
+    assert (covered_area([press, other]) == covered_area([press])).all()
+
+
+@pytest.mark.parametrize("sine", [0.2, 0.5])
+def test_the_steepest_slope_is_at_the_rim_of_wide_contacts_not_of_the_one_widest(sine):
+    presses = [press_of(radius_px=40 * sine) for _ in range(99)] + [press_of(radius_px=40.0)]
+    angle = np.degrees(np.arcsin(sine))
+    assert steepest_values(presses)["steepest_deg"][""] == pytest.approx(angle)
+    assert steepest_values([press_of(radius_px=50.0)])["steepest_deg"] == {"": 90.0}
+
+
+@pytest.mark.parametrize(
+    ("channels", "lights", "fewer"),
+    [
+        ("RGB", WEDGE, ["RG", "RB", "R"]),
+        ("RB", WEDGE, ["R"]),
+        ("R", WEDGE, []),
+        ("RGB", {"R": 15.0, "G": 135.0, "B": 255.0}, []),
+        ("RGB", None, []),
+    ],
+)
+def test_fewer_lights_are_some_of_a_wedge_s_own(calibration, channels, lights, fewer):
+    card = replace(calibration.card, channels=channels, lights_deg=lights)
+    assert fewer_lights(card) == fewer
+
+
+def test_a_disc_is_out_of_round_by_stretch_and_shear_together():
+    assert Roundness(stretch=-0.03, shear=0.04).out_of_round == pytest.approx(0.05)
+    assert roundness([press_of(center_px=(10.0, 45.0)), press_of(radius_px=44.0)], 0) is None
+
+
+def test_few_frames_tell_no_times_and_numbers_that_repeat_make_up_for_no_loss():
+    times_ns = [33_000_000 * i for i in range(LEAST_FRAMES)]
+    few = times_ns[:-1]
+    assert timing_values(few, range(len(few))) == {}
+    numbers = [0, 0, 0, *range(4, LEAST_FRAMES + 1)]  # 1 to 3 are lost
+    assert timing_values(times_ns, numbers)["lost_share"][""] == pytest.approx(
+        3 / (LEAST_FRAMES + 3)
+    )
+    assert set(timing_values(times_ns, range(LEAST_FRAMES))) > {"jitter_ms", "frame_rate_hz"}
+
+
+def test_jitter_is_what_one_interval_in_twenty_exceeds_and_lost_frames_are_none():
+    intervals_ms = np.full(200, 33)
+    intervals_ms[:9] = 53  # 4.5 %
+    found = timing_values((np.cumsum(intervals_ms) * 1_000_000).tolist(), range(200))
+    assert found["jitter_ms"] == {"": 0.0}
+    intervals_ms[:13] = 53
+    found = timing_values((np.cumsum(intervals_ms) * 1_000_000).tolist(), range(200))
+    assert found["jitter_ms"] == {"": 20.0}
+    kept = [i for i in range(200) if i % 7]
+    found = timing_values([33_000_000 * i for i in kept], kept)
+    assert found["jitter_ms"] == {"": 0.0} and found["longest_gap_ms"] == {"": 66.0}
+
+
+def test_bends_are_shares_of_the_spacing_and_few_dots_are_no_grid():
+    rows, columns = np.mgrid[0:6, 0:8].reshape(2, -1)
+    shares = []
+    for spacing in (10.0, 20.0):
+        bow = 0.01 * (columns - 3.5) ** 2
+        points = spacing * np.stack([columns, rows + bow], 1).astype(float) + 20
+        shares.append(bent_grid_share(points))
+    assert shares[0] == pytest.approx(shares[1]) and shares[0] > 0
+    assert shares[0] == pytest.approx(bow.std(), rel=0.1)
+    few = points[(rows < 3) & (columns < 3)]
+    assert len(few) < LEAST_DOTS and bent_grid_share(few) is None
