@@ -75,6 +75,9 @@ def test_lights_follow_the_design(standard: Model) -> None:
         "led_array_blue": lights.blue_side_leds,
         "led_array_green": lights.green_base_leds,
     }
+    bill = manifest_of(standard, [])["bill"]
+    for color in ("red", "green", "blue"):
+        assert bill[f"led_{color}"] == counts[f"led_array_{color}"]
 
 
 def test_the_guide_tells_every_step_and_counts_every_body(finger: Model) -> None:

@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 from bom.bill import make_bill, read_parts
 from cad.electronics.boards import Board, Rectangle, boards
 from cad.electronics.files import board_files, board_note
-from cad.electronics.netlist import islands, net_faults, smallest_gap
-from cad.electronics.resistors import E24, ballasts, next_e24
+from cad.electronics.netlist import check_electronics, islands, net_faults, smallest_gap
+from cad.electronics.resistors import E24, RATED_W, ballasts, next_e24
 from cad.electronics.silkscreen import MASK_MARGIN, STROKE, printed_lines
 from cad.electronics.wiring import ARRAY_WORDS, wiring_svg
 from cad.exports.strokes import strokes, width_of
@@ -90,6 +90,46 @@ def test_a_cut_track_and_a_bridge_are_found() -> None:
     whole = Rectangle((1.0, board.size[0] - 1), (6.9, 7.1))
     assert "copper joins" in faults_with(board, (*board.tracks, whole))
     assert "J1.1 has no pad" in net_faults(replace(board, pads=board.pads[1:]))
+
+
+def refused(design: Wedge, made: list[Board]) -> list[str]:
+    return [f"{r.check} {r.subject}" for r in check_electronics(design, made) if not r.passed]
+
+
+def test_a_board_with_any_fault_fails_its_check() -> None:
+    made = boards(STANDARD)
+    assert refused(STANDARD, made) == []
+    board = made[0]
+    alone = Rectangle((0.3, 0.5), (14.2, 14.5))
+    assert faults_with(board, (*board.tracks, alone)) == "copper joins nothing"
+    for tracks in (board.tracks[1:], (*board.tracks, alone)):
+        broken = replace(board, tracks=tracks)
+        assert "netlist resistor_board" in refused(STANDARD, [broken, *made[1:]])
+    hole = next(pad.copper for pad in board.pads if (pad.component, pad.pin) == ("J1", "1"))
+    near = Rectangle((hole.x[1] + 0.1, hole.x[1] + 0.5), hole.y)
+    tight = replace(board, tracks=(*board.tracks, near))
+    assert smallest_gap(tight) == pytest.approx(0.1)
+    assert "copper resistor_board" in refused(STANDARD, [tight, *made[1:]])
+
+
+def test_a_resistor_that_lets_too_much_through_fails_its_check(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    hot = replace(STANDARD, wiring=replace(STANDARD.wiring, supply_v=12.0))
+    assert any(ballast.power_w > RATED_W for ballast in ballasts(hot))
+    assert {name.split()[0] for name in refused(hot, boards(hot))} == {"resistor"}
+    small = [replace(ballast, ohm=0.9 * ballast.ohm) for ballast in ballasts(STANDARD)]
+    monkeypatch.setattr("cad.electronics.netlist.ballasts", lambda _: small)
+    assert "resistor blue LED current" in refused(STANDARD, [])
+
+
+@BOTH
+def test_a_wire_goes_through_its_hole_and_solder_around_it(design: Wedge) -> None:
+    holes = [pad for board in boards(design) for pad in board.pads if pad.drill]
+    assert holes
+    for pad in holes:
+        assert pad.drill and pad.drill >= design.wiring.wire_diameter_mm
+        assert (min(pad.copper.size) - pad.drill) / 2 >= 0.3
 
 
 def test_corners_are_apart_by_their_diagonal() -> None:

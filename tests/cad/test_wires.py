@@ -59,6 +59,8 @@ def test_a_ribbon_too_thick_for_its_bend_is_found_and_refused() -> None:
     with pytest.raises(WedgeError, match=r"wiring\.ribbon_thickness_mm = 0\.4 must be at most"):
         refuse_unbuildable(stiff)
     wide = replace(STANDARD, wiring=replace(STANDARD.wiring, ribbon_width_mm=9.0))
+    found = [r.subject for r in check_wires(wide, boards(wide)) if not r.passed]
+    assert found == ["ribbon in the camera's socket"]
     with pytest.raises(WedgeError, match=r"wiring\.ribbon_width_mm = 9 must be at most 8\.8"):
         refuse_unbuildable(wide)
 
