@@ -5,6 +5,7 @@
 import csv
 import io
 import re
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -42,6 +43,7 @@ def test_every_price_says_where_and_when_it_comes_from() -> None:
 @pytest.mark.parametrize(
     ("column", "value", "said"),
     [("date", "", "must have date"), ("date", "2026", "a date as 2026-11"),
+     ("date", "2026-13", "a date as 2026-11"), ("date", "2026-00", "a date as 2026-11"),
      ("alternative", "", "must have alternative"), ("supplier", "", "must have supplier"),
      ("basis", "hearsay", "must be paper or estimate"),
      ("distributor_brand", "", "both distributor columns or neither"),
@@ -53,6 +55,24 @@ def test_a_row_without_its_sources_is_refused(column: str, value: str, said: str
     row = {key: str(getattr(led, key)) for key in COLUMNS}
     with pytest.raises(WedgeError, match=said):
         read_part({**row, column: value})
+
+
+def test_a_table_with_other_columns_or_an_id_twice_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    row = {key: str(getattr(PARTS[0], key)) for key in COLUMNS}
+    for other in ({**row, "colour": "red"}, {key: row[key] for key in COLUMNS[:-1]}):
+        with pytest.raises(WedgeError, match="must have the columns id, name"):
+            read_part(other)
+    monkeypatch.setattr("bom.bill.files", lambda _: tmp_path)
+    (tmp_path / "data").mkdir()
+    stream = io.StringIO()
+    writer = csv.DictWriter(stream, COLUMNS)
+    writer.writeheader()
+    writer.writerows([row, row])
+    (tmp_path / "data" / "parts.csv").write_text(stream.getvalue())
+    with pytest.raises(WedgeError, match=f"names {PARTS[0].id} twice"):
+        read_parts()
 
 
 def test_the_paper_s_products_are_named() -> None:
@@ -89,6 +109,8 @@ def test_three_times_a_tenth_is_no_more_than_three_tenths() -> None:
     part = BoughtPart("x", "", "", "", "", "", "", "", 0.3, 2.5, "estimate", "2026-11", "", "")
     assert Line(part, 0.1).packs(3) == 1
     assert Line(part, 0.11).packs(3) == 2
+    assert Line(part, 0.1).distributor_quantity(30) == 3
+    assert Line(part, 0.11).distributor_quantity(30) == 4
 
 
 def test_totals_are_the_sums_of_the_lines() -> None:
@@ -100,7 +122,7 @@ def test_totals_are_the_sums_of_the_lines() -> None:
         guess = total - sum(
             float(row[f"cost_for_{sensors}_usd"]) for row in rows if row["price_basis"] == "paper"
         )
-        assert f"{total:.2f} USD" in totals_text(lines, sensors)
+        assert f": {total:.2f} USD, {total / sensors:.2f} each" in totals_text(lines, sensors)
         assert f"{guess:.2f} of it estimated" in text
 
 

@@ -7,6 +7,7 @@ import math
 import warnings
 from dataclasses import replace
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -174,7 +175,12 @@ def test_another_reader_takes_each_board_s_folder_as_a_whole(design: Wedge, tmp_
 def test_print_stays_off_the_solder_and_on_the_board(led_length_mm: float) -> None:
     lights = replace(STANDARD.lights, led_length_mm=led_length_mm)
     found = boards(replace(STANDARD, lights=lights))
-    found += [shifted(board, share * board.size[0]) for board in found for share in (-0.5, 0.5)]
+    found += [
+        shifted(board, share * board.size[0] * along, share * board.size[1] * (1 - along))
+        for board in found
+        for share in (-0.5, 0.5)
+        for along in (0, 1)
+    ]
     for board in [*found, *boards(FINGER)]:
         opened = [pad.copper.grown(MASK_MARGIN) for pad in board.pads]
         for line in printed_lines(board):
@@ -183,16 +189,19 @@ def test_print_stays_off_the_solder_and_on_the_board(led_length_mm: float) -> No
                     x, y = x0 + part * (x1 - x0), y0 + part * (y1 - y0)
                     dot = Rectangle((x, x), (y, y))
                     assert min(dot.distance(pad) for pad in opened) > STROKE / 2 - 1e-9
-                    assert STROKE / 2 < x < board.size[0] and STROKE / 2 < y < board.size[1]
+                    for at, side in zip((x, y), board.size, strict=True):
+                        assert STROKE / 2 < at < side - STROKE / 2
 
 
-def shifted(board: Board, by: float) -> Board:
-    """The same board, its parts moved along it."""
-    pads = (
-        replace(pad, copper=Rectangle((pad.copper.x[0] + by, pad.copper.x[1] + by), pad.copper.y))
-        for pad in board.pads
-    )
-    parts = (replace(x, middle=(x.middle[0] + by, x.middle[1])) for x in board.components)
+def shifted(board: Board, dx: float, dy: float) -> Board:
+    """The same board, its parts moved on it."""
+
+    def moved(copper: Rectangle) -> Rectangle:
+        (x0, x1), (y0, y1) = copper.x, copper.y
+        return Rectangle((x0 + dx, x1 + dx), (y0 + dy, y1 + dy))
+
+    pads = (replace(pad, copper=moved(pad.copper)) for pad in board.pads)
+    parts = (replace(x, middle=(x.middle[0] + dx, x.middle[1] + dy)) for x in board.components)
     return replace(board, pads=tuple(pads), components=tuple(parts))
 
 
@@ -232,6 +241,18 @@ def test_letters_stand_beside_the_pads_of_their_nets(design: Wedge) -> None:
         for at in places:
             near = min(holes, key=lambda pad: math.dist(pad.copper.middle, at))
             assert net_of[near.component, near.pin] == net
+    middles = {(pad.component, pad.pin): pad.copper.middle for pad in resistors.pads}
+    for part in resistors.components:
+        (at,) = places_of(resistors, part.reference)
+        assert min(resistors.components, key=lambda x: math.dist(x.middle, at)) is part
+        # A 1206 is 1.6 mm wide: its name is not under it.
+        assert at[0] - width_of(part.reference, 1.0) / 2 > part.middle[0] + 0.8
+    for board in arrays:
+        color = board.components[0].value
+        ((x, _),) = places_of(resistors, color)
+        (anode,) = (pin for pin in resistors.nets[f"{color}_A"] if pin[0] == "J2")
+        cathode = ("J2", str(int(anode[1]) + 1))
+        assert x == pytest.approx((middles[anode][0] + middles[cathode][0]) / 2)
 
 
 @BOTH
@@ -315,8 +336,10 @@ def test_tables_and_layers_hold_every_part_once(design: Wedge) -> None:
         ):
             assert files[layer].count("D03*") == count
             assert ("Negative" in files[layer]) is ("Mask" in layer)
+            assert f",{'Top' if layer[0] == 'F' else 'Bot'}*" in files[layer]
         assert files["F_Silkscreen.gto"].count("D02*") == len(printed_lines(board))
         assert ("B_Cu.gbl" in files) is (" 2 copper layers" in board_note(board))
+        assert files.get("B_Cu.gbl", "").count("D03*") == holes
 
 
 @BOTH
@@ -341,6 +364,21 @@ def test_the_wiring_picture_names_every_resistor() -> None:
     for index, ballast in enumerate(found):
         side = "base" if ballast.color == "green" else f"{ballast.color} side"
         assert f"{side}: {ballast.leds} LEDs" in text
+        each, whole = ballast.led_current_ma(), ballast.total_current_ma
+        assert f"{each:.1f} mA each, {whole:.0f} mA in all" in text
         for pin, end in enumerate(("anode", "cathode"), start=2 * index + 1):
             assert f">J2.{pin}  {end}<" in text
     assert text.count('width="11" height="9"') == sum(ballast.leds for ballast in found)
+    board = boards(STANDARD)[0]
+    for net, said in (("supply", "3.3 V to"), ("GND", "GND to")):
+        (pin,) = (pin for part, pin in board.nets[net] if part == "J1")
+        assert f">{said} J1.{pin}<" in text
+
+
+def test_many_leds_stay_in_their_box_of_the_wiring_picture() -> None:
+    lights = replace(STANDARD.lights, led_length_mm=1.0, red_side_leds=30)
+    many = replace(STANDARD, lights=lights)
+    drawn = ElementTree.fromstring(wiring_svg(many)).iter("{http://www.w3.org/2000/svg}rect")
+    boxes = [(int(rect.get("x", 0)), int(rect.get("width", 0))) for rect in drawn]
+    (right,) = {x + wide for x, wide in boxes if x == 560}
+    assert max(x + wide for x, wide in boxes if wide == 11) < right
