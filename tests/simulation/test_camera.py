@@ -34,6 +34,13 @@ def test_noise_is_that_of_electrons(level: float) -> None:
     assert abs(grain.mean()) < expected / 100
 
 
+@pytest.mark.parametrize("level", [-0.1, 0.0, 1.0])
+def test_noise_stays_within_full_scale(level: float) -> None:
+    camera = CameraModel(gains=(1, 1, 1))
+    seen = noisy(np.full((50, 50, 3), level), camera, np.random.default_rng(0))
+    assert 0 <= seen.min() and seen.max() <= 1
+
+
 def test_too_much_light_clips() -> None:
     camera = CameraModel(gains=(1, 1, 1))
     assert (developed(np.full((2, 2, 3), 7.0), camera) == 255).all()

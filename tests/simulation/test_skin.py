@@ -12,8 +12,23 @@ from scipy.special import k0, k1
 from sensor.design import FINGER, STANDARD
 from sensor.errors import WedgeError
 from simulation.indenters import calibration_ball, shapes
-from simulation.presses import Press, ball_presses, contact_circle_px, marker_ink, skin_under
-from simulation.skin import View, collar_mm, gel_view, pressed, rest_height_mm, untouched
+from simulation.presses import (
+    DEEPEST,
+    Press,
+    ball_presses,
+    contact_circle_px,
+    marker_ink,
+    skin_under,
+)
+from simulation.skin import (
+    SMALLEST_MM,
+    View,
+    collar_mm,
+    gel_view,
+    pressed,
+    rest_height_mm,
+    untouched,
+)
 
 FLAT = replace(STANDARD.gel, curved=False)
 VIEW = View(size_px=(160, 120), mm_per_px=(0.05, 0.05))
@@ -52,6 +67,38 @@ def test_the_skin_lies_on_the_object_or_obeys_the_foundation(thickness_mm: float
     free = ~skin.contact[1:-1, 1:-1] & (inner > 0.01)
     assert np.abs(pull[free]).max() < 0.02 * w.max()
     assert pull[skin.contact[1:-1, 1:-1]].min() > -0.02 * w.max()  # an object only pushes
+
+
+@pytest.mark.parametrize("cover_mm", [0.0, 0.3])
+def test_pixels_that_are_not_square_show_the_same_round_dent(cover_mm: float) -> None:
+    dents = []
+    for pitch in ((0.05, 0.1), (0.1, 0.05)):
+        view = View(size_px=(round(8 / pitch[0]) + 1, round(8 / pitch[1]) + 1), mm_per_px=pitch)
+        floor = 0.7 - BALL.profile(*view.grid_mm)
+        dents.append(pressed(view, FLAT, floor, cover_mm).depth_mm)
+    one, other = dents
+    np.testing.assert_allclose(one, other.T, atol=1e-3)
+    # Every second column of the one lies where the rows of its middle do.
+    np.testing.assert_allclose(one[40, ::2], one[:, 80], atol=0.01)
+
+
+@pytest.mark.parametrize("cover_mm", [0.0, 0.3])
+def test_a_plate_over_all_of_the_view_leaves_no_rim_and_no_dent_is_too_faint(
+    cover_mm: float,
+) -> None:
+    plate = np.full(VIEW.size_px[::-1], 0.5)
+    np.testing.assert_allclose(pressed(VIEW, FLAT, plate, cover_mm).depth_mm, 0.5, atol=1e-6)
+    half = np.where(VIEW.grid_mm[0] < -2, 0.5, -np.inf)
+    dent = pressed(VIEW, FLAT, half, cover_mm).depth_mm
+    assert np.abs(dent - dent[:1]).max() < 2 * SMALLEST_MM  # straight to both borders
+    assert dent[dent > 0].min() >= SMALLEST_MM and (dent == 0).any()
+
+
+def test_balls_on_thin_gel_are_pressed_no_deeper_than_it_bears() -> None:
+    thin = replace(FINGER, gel=replace(FINGER.gel, curved=False, thickness_mm=1.5))
+    depths = [press.depth_mm for press in ball_presses(thin, BALL, 40, seed=3)]
+    assert max(depths) <= DEEPEST * 1.5 < 0.42 * BALL.round_mm
+    assert max(depths) > 0.9 * DEEPEST * 1.5
 
 
 def test_a_skin_that_has_not_settled_is_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
