@@ -1,15 +1,19 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""`wedge test` notices what it is there to notice, and the pages that it builds can be read."""
+"""`wedge test` and `wedge bench` fail where they ought to; the pages built can be read."""
 
 from collections.abc import Callable
 from pathlib import Path
+from subprocess import CompletedProcess
 
 import pytest
 from playwright.sync_api import expect
 
 import app.test
+from app import bench
+from app.__main__ import main
 from app.test import CHECKS, ROOT, _passes
+from benchmarks.measurement import Measurement
 from tests.app.served import needs_chromium, opened
 
 PAGES = {"index.md": "# Start\n\n[On](other.md#end)\n", "other.md": "# Other\n\n## End\n\nGlue.\n"}
@@ -59,3 +63,47 @@ def test_pages_opened_from_the_disk_are_searched(built: Built, tmp_path: Path) -
         page.locator(".md-search__input").press_sequentially("glue")
         found = page.locator(".md-search-result__link").first
         expect(found).to_have_attribute("href", (site / "other.html").as_uri())
+
+
+def status(*words: str) -> int:
+    with pytest.raises(SystemExit) as left:
+        main(list(words))
+    assert isinstance(left.value.code, int)
+    return left.value.code
+
+
+@pytest.mark.parametrize("broken", [None, "ruff", "mypy", "pytest", "mkdocs"])
+def test_any_check_that_fails_fails_the_command_and_the_others_run_all_the_same(
+    broken: str | None, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ran: list[str] = []
+
+    def run(tool: str, *arguments: str, output: int | None = None) -> CompletedProcess[str]:
+        ran.append(tool)
+        # Of pytest, any status but 0: 5 is that it found no test.
+        failed = {"pytest": 5}.get(tool, 1) if tool == broken else 0
+        return CompletedProcess(tool, failed, stdout=f"{tool} was here\n")
+
+    monkeypatch.setattr(app.test, "_run", run)
+    assert status("test") == (1 if broken else 0)
+    assert ran == [*(command.split()[0] for command in CHECKS.values()), "pytest"]
+    told = capsys.readouterr()
+    assert (f"{broken} was here" in told.out) is (broken not in (None, "pytest"))
+    assert ("wedge: failed: " in told.err) is bool(broken)
+    assert status("test", "-k", "poisson") == (5 if broken == "pytest" else 0)
+
+
+@pytest.mark.parametrize(("value", "missed"), [(0.9, False), (1.0, False), (1.1, True)])
+def test_a_figure_that_misses_its_bar_fails_the_bench(
+    value: float,
+    missed: bool,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    figures = [
+        Measurement(name="one", value=value, unit="s", bar=1.0),
+        Measurement(name="other", value=9.0, unit="s"),
+    ]
+    monkeypatch.setattr(bench, "_all", lambda: iter([(0.5, x) for x in figures]))
+    assert status("bench") == int(missed)
+    assert ("MISSED" in capsys.readouterr().out) is missed
