@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from benchmarks.rendered_presses import part_presses
 from sensor.design import FINGER, STANDARD
 from simulation.presses import DEEPEST, rest_slope, skin_under
-from simulation.random_parts import DEPTHS_MM, FLANKS, KINDS, random_part
+from simulation.random_parts import DEPTHS_MM, FACE_MM, FLANKS, KINDS, random_part
 from simulation.skin import gel_view
 
 WIDEST_MM = 8.0
@@ -36,7 +36,10 @@ def test_a_part_stands_on_its_lowest_point_and_is_as_wide_as_it_says(kind: str, 
     inside = np.isfinite(height)
     assert inside.any() and not np.isnan(height).any()
     assert 0 <= height[inside].min() < SAMPLED_MM
-    assert np.hypot(X_MM, Y_MM)[inside].max() <= np.sqrt(2) * WIDEST_MM / 2 + PITCH_MM
+    assert height[inside].max() <= FACE_MM
+    farthest, half = np.hypot(X_MM, Y_MM)[inside].max(), max(part.size_mm) / 2
+    assert farthest <= np.sqrt(2) * half + PITCH_MM
+    assert farthest >= 0.9 * half or kind not in ("comb", "plate", "grooved")
     assert max(part.size_mm) <= WIDEST_MM
     assert DEPTHS_MM[0] <= part.depth_mm <= DEPTHS_MM[1]
     np.testing.assert_array_equal(height, heights_mm(kind, seed))
@@ -53,6 +56,28 @@ def test_a_ridge_has_two_plane_flanks(seed: int) -> None:
     flanks = steepness[steepness > 1e-6]
     middle = np.quantile(flanks, (0.1, 0.9))
     assert FLANKS[0] - 1e-6 <= middle[0] and middle[1] <= FLANKS[1] + 1e-6
+
+
+def test_each_octave_of_depths_is_as_likely() -> None:
+    rng = np.random.default_rng(0)
+    depths = np.array([random_part(rng, "plate", WIDEST_MM).depth_mm for _ in range(400)])
+    middle = np.sqrt(DEPTHS_MM[0] * DEPTHS_MM[1])
+    assert np.mean(depths < middle) == pytest.approx(0.5, abs=0.06)
+    assert np.mean(depths < DEPTHS_MM[0] * (middle / DEPTHS_MM[0]) ** 0.5) == pytest.approx(
+        0.25, abs=0.06
+    )
+
+
+def test_about_half_of_the_lattices_stand_on_a_plate() -> None:
+    plates = []
+    for seed in range(60):
+        profile, _ = KINDS["lattice"](np.random.default_rng(seed), WIDEST_MM / 2)
+        height = profile(X_MM, Y_MM)
+        rows, columns = np.nonzero(np.isfinite(height))
+        whole = height[rows.min() : rows.max() + 1, columns.min() : columns.max() + 1]
+        if np.isfinite(whole).all():
+            plates.append(whole.max())
+    assert 15 < len(plates) < 45 and all(0.1 < plate <= 2 for plate in plates)
 
 
 def test_parts_differ_by_kind_and_seed() -> None:

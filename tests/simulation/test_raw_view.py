@@ -16,6 +16,7 @@ from simulation.presses import Press, contact_circle_px, skin_under
 from simulation.raw_view import (
     MIRROR_REFLECTANCE,
     Points,
+    _through,
     _unwarping_px,
     corners_px,
     follow,
@@ -50,6 +51,58 @@ def test_rays_run_back_along_the_path_of_the_solids(design: Wedge) -> None:
     np.testing.assert_allclose(seen.point_mm, in_gel_frame(design, body), atol=1e-9)
     assert not seen.direct.any()
     assert (0.8 < seen.share).all() and (seen.share < MIRROR_REFLECTANCE).all()
+
+
+@pytest.mark.parametrize(("before", "after"), [(1.0, 1.49), (1.49, 1.41), (1.41, 1.0)])
+def test_a_face_lets_through_what_fresnel_says(before: float, after: float) -> None:
+    ratio = after / before
+    brewster = before * np.sin(np.arctan(ratio))
+    lost = 1 - _through(np.array([0.0, brewster]), before, after)
+    # Straight on both polarizations are alike; at Brewster's angle one is not reflected at all.
+    assert lost[0] == pytest.approx(((1 - ratio) / (1 + ratio)) ** 2)
+    assert lost[1] == pytest.approx(((1 - ratio**2) / (1 + ratio**2)) ** 2 / 2)
+    sine = np.linspace(0, min(before, after), 50)
+    assert _through(sine, before, after) == pytest.approx(_through(sine, after, before))
+    assert _through(sine, before, after)[-1] == pytest.approx(0, abs=1e-6)  # grazing
+
+
+@DESIGNS
+def test_every_face_and_the_mirror_take_their_share(design: Wedge) -> None:
+    body = optics.pad_grid(design, 9).reshape(9, 9, 2)[1:-1, 1:-1].reshape(-1, 2)
+    paths = optics.trace(design, body)
+    way = paths.acrylic - paths.mirror
+    sine = np.hypot(way[:, 0], way[:, 1]) / np.linalg.norm(way, axis=1)
+    acrylic, gel = design.acrylic.refractive_index, design.gel.refractive_index
+    share = MIRROR_REFLECTANCE * _through(sine, 1.0, acrylic) * _through(sine, acrylic, gel)
+    np.testing.assert_allclose(follow(design, paths.pixels - 0.5, None, None).share, share)
+
+
+@DESIGNS
+@pytest.mark.parametrize("side", ["width_mm", "length_mm"])
+def test_a_smaller_mirror_shows_what_it_reflects_and_no_more(design: Wedge, side: str) -> None:
+    """Past the mirror the same pixels look straight ahead, past the pad."""
+    body = optics.pad_grid(design, 33).reshape(33, 33, 2)[1:-1, 1:-1].reshape(-1, 2)
+    paths = optics.trace(design, body)
+    mirror = replace(design.mirror, **{side: 0.5 * getattr(design.mirror, side)})
+    along = (paths.mirror[:, 0] - mirror.foot_x_mm) / np.cos(np.radians(mirror.angle_deg))
+    met = (np.abs(paths.mirror[:, 1]) <= mirror.width_mm / 2) & (along <= mirror.length_mm)
+    assert 0.1 < met.mean() < 0.9
+    seen = follow(replace(design, mirror=mirror), paths.pixels - 0.5, None, None)
+    np.testing.assert_array_equal(np.isfinite(seen.point_mm[:, 0]) & ~seen.direct, met)
+
+
+@DESIGNS
+def test_beside_the_pad_there_is_no_skin(design: Wedge) -> None:
+    half = np.array([design.gel.pad_length_mm, design.gel.pad_width_mm]) / 2
+    middle = [optics.pad_center_x_mm(design), 0]
+    for share, inside in ((0.99, True), (1.01, False)):
+        for side in (-1, 1):
+            for axis in (0, 1):
+                point = middle + side * share * half * np.eye(2)[axis]
+                pixels = optics.trace(design, point[None]).pixels - 0.5
+                seen = follow(design, pixels, None, None)
+                assert np.isfinite(seen.point_mm).all() == inside
+                assert (seen.share > 0).all() == inside
 
 
 @DESIGNS
