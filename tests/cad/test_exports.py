@@ -1,0 +1,205 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Drawing, sheets, meshes, pages and pictures, each held against what it shows."""
+
+import io
+import math
+import re
+from dataclasses import replace
+from xml.etree import ElementTree
+
+import ezdxf
+import numpy as np
+import pytest
+import trimesh
+
+from cad.assembly import assemble
+from cad.build import Model, manifest_of
+from cad.checks.result import Result
+from cad.exports.drawing import drawing_of
+from cad.exports.laser import Piece, Sheet, laser_files, outline, sheet_dxf, sheets
+from cad.exports.page import guide_html, page_html
+from cad.exports.solids import stl_of
+from cad.exports.views import _at_the_gel, _section, pulled_apart
+from cad.motions import straight
+from cad.optics import pad_grid, trace
+from sensor.design import FINGER, STANDARD, Wedge
+
+SVG = "{http://www.w3.org/2000/svg}"
+BOTH = pytest.mark.parametrize("name", ["standard", "finger"])
+
+
+def groups(built: Model) -> list[list[ElementTree.Element]]:
+    """What is drawn of the section, and of the face."""
+    page = ElementTree.fromstring(drawing_of(built.design, built.body_meshes))
+    return [list(group) for group in page.iter(f"{SVG}g")]
+
+
+def numbers(text: str) -> list[float]:
+    return [float(number) for number in re.findall(r"-?\d+(?:\.\d+)?", text)]
+
+
+def extent(path: ElementTree.Element) -> np.ndarray:
+    """Lowest and highest x and y of a closed outline."""
+    points = np.array(numbers(path.get("d", ""))).reshape(-1, 2)
+    return np.stack([points.min(axis=0), points.max(axis=0)])
+
+
+@BOTH
+def test_every_line_of_the_drawing_is_as_long_as_its_text_says(
+    name: str, request: pytest.FixtureRequest
+) -> None:
+    built: Model = request.getfixturevalue(name)
+    checked = 0
+    for group in groups(built):
+        lines = [item for item in group if item.get("stroke") == "#06c" or item.tag == f"{SVG}text"]
+        for line, text in zip(lines[::2], lines[1::2], strict=True):
+            drawn, words = line.get("d", ""), text.text or ""
+            said = numbers(re.sub(r"M\d", "", words))[0]
+            if "A" in drawn:
+                x, y, *_, end_x, end_y = numbers(drawn)
+                length = math.degrees(math.atan2(y - end_y, end_x - x))  # the page's y points down
+            else:
+                x, y, end = numbers(drawn)[:3]
+                length = abs(end - (x if "H" in drawn else y))
+            assert length == pytest.approx(said, abs=0.05), words
+            checked += 1
+    assert checked == 14
+
+
+@BOTH
+def test_the_drawing_s_bodies_stand_upright_and_the_gel_lies_on_top(
+    name: str, request: pytest.FixtureRequest
+) -> None:
+    built: Model = request.getfixturevalue(name)
+    design, (section, face) = built.design, groups(built)
+    shown = [[item for item in group if item.get("fill", "none")[0] == "#"] for group in (
+        section, face)]  # fmt: skip
+    bodies = [[item for item in group if item.tag == f"{SVG}path"] for group in shown]
+    parts = ("case", "camera_holder", "mirror", "acrylic", "gel", "camera")
+    for part, path in zip(parts, bodies[0], strict=True):
+        low, high = built.body_meshes[part].bounds
+        cut = extent(path)
+        assert cut[:, 0] == pytest.approx([low[0], high[0]], abs=0.5), part
+        assert cut[:, 1] == pytest.approx([-high[2], -low[2]], abs=0.5), part
+    for part, path in zip(("case", "acrylic", "gel"), bodies[1], strict=True):
+        low, high = built.body_meshes[part].bounds
+        assert extent(path) == pytest.approx(np.stack([low[:2], high[:2]]), abs=2e-3), part
+    assert design.name in drawing_of(design, built.body_meshes).decode()
+
+
+def cuts_of(content: bytes) -> list[np.ndarray]:
+    space = ezdxf.read(io.StringIO(content.decode())).modelspace()
+    return [np.array([(x, y) for x, y, *_ in cut]) for cut in space.query('*[layer=="CUT"]')]
+
+
+@pytest.mark.parametrize("kerf", [0.0, 0.4])
+def test_many_pieces_lie_side_by_side_on_a_sheet_and_none_on_another(kerf: float) -> None:
+    pieces = (Piece("a", 30.0, 5.0, 9), Piece("b", 70.0, 12.0, 3))
+    cuts = cuts_of(sheet_dxf(Sheet("diffuser", 0.5, kerf or None, pieces), kerf))
+    assert len(cuts) == 12
+    boxes = [(cut.min(axis=0), cut.max(axis=0)) for cut in cuts]
+    for index, (low, high) in enumerate(boxes):
+        assert (low > -1e-9).all() and high[0] <= 100
+        piece = pieces[index // 9]
+        assert high - low == pytest.approx([piece.length + kerf, piece.width + kerf])
+        for other_low, other_high in boxes[:index]:
+            assert ((other_low > high) | (other_high < low)).any()
+
+
+@pytest.mark.parametrize("lights", [(7, 0, 7), (7, 5, 0)], ids=str)
+def test_films_are_cut_for_every_row_of_lights_and_no_other(lights: tuple[int, int, int]) -> None:
+    red, green, blue = lights
+    changed = {"red_side_leds": red, "green_base_leds": green, "blue_side_leds": blue}
+    design = replace(STANDARD, lights=replace(STANDARD.lights, **changed))
+    assembly, _ = assemble(design)
+    counts = assembly.counts()
+    cut = {piece.id: piece.quantity for sheet in sheets(design) for piece in sheet.pieces}
+    assert cut == {name: counts.get(name, 0) for name in cut}
+    assert {name for name in counts if re.match("gray_filter|diffuser", name)} <= set(cut)
+    assert sum(cut.values()) == 2 + 2 * sum(count > 0 for count in lights)
+
+
+def test_a_laser_without_kerf_has_one_file_a_sheet_and_the_kerf_is_halved_on_each_side() -> None:
+    def named(acrylic: float) -> list[str]:
+        laser = replace(FINGER.laser, acrylic_kerf_mm=acrylic)
+        return [name for name, _ in laser_files(replace(FINGER, laser=laser)) if "acrylic" in name]
+
+    assert len(named(0.0)) == 2 and len(named(0.2)) == 3
+    piece = Piece("mirror", 20.0, 10.0, 1)
+    (cut,) = cuts_of(sheet_dxf(Sheet("mirror", 1.0, 0.2, (piece,)), 0.2))
+    assert np.ptp(cut, axis=0) == pytest.approx([20.2, 10.2])
+    assert np.ptp([vertex[:2] for vertex in outline(piece)], axis=0) == pytest.approx([20, 10])
+
+
+def test_an_stl_s_normals_point_out_of_its_body() -> None:
+    content = stl_of(trimesh.creation.box((2.0, 4.0, 6.0)))
+    rows = np.frombuffer(content[84:], [("n", "<f4", 3), ("p", "<f4", (3, 3)), ("a", "<u2")])
+    first, second = rows["p"][:, 1] - rows["p"][:, 0], rows["p"][:, 2] - rows["p"][:, 0]
+    across = np.cross(first, second)
+    assert rows["n"] == pytest.approx(across / np.linalg.norm(across, axis=1)[:, None])
+    assert (np.einsum("ij,ij->i", rows["n"], rows["p"].mean(axis=1)) > 0).all()
+
+
+@pytest.mark.parametrize(("failed", "said"), [(0, None), (1, "1 check failed"),
+                                              (2, "2 checks failed")])  # fmt: skip
+def test_the_page_marks_what_failed_and_nothing_else(
+    failed: int, said: str | None, finger: Model
+) -> None:
+    results = [
+        Result("walls", f"part {index}", 0.5 if index < failed else 1.0, "mm", 0.8, "at least")
+        for index in range(3)
+    ]
+    page = page_html(FINGER, manifest_of(finger, results), [])
+    assert page.count('class="bad"') == failed
+    told = re.sub("<[^>]*>", "", page)
+    assert (said in told) if said else "Do not build" not in told
+
+
+def test_words_from_outside_are_text_on_the_pages(finger: Model) -> None:
+    manifest = manifest_of(finger, [Result("<i>", "<i>", 1.0, "<i>", 0.8, "at least", "<i>")])
+    manifest["parts"][0] |= {"title": "<i>a", "material": "<i>"}
+    page = page_html(replace(FINGER, name="<i>"), manifest, ["<i>.png", "<i>.csv"])
+    assert "<i>" not in page and "&lt;i&gt;a" in page
+    guide = guide_html("# A <i>\n\nTake <script>care</script>.\n")
+    assert "<i>" not in guide and "&lt;script&gt;care" in guide
+
+
+@BOTH
+def test_bodies_are_pulled_apart_along_their_way_out(
+    name: str, request: pytest.FixtureRequest
+) -> None:
+    assembly = request.getfixturevalue(name).assembly
+    apart, checked = pulled_apart(assembly), 0
+    for step in assembly.steps:
+        for body in assembly.moving(step):
+            if (standing := assembly.standing(step)) and (way := assembly.way(step, body)):
+                assert (apart[body] - apart[standing[0]]) @ straight(way) > 0, body
+                checked += 1
+    assert checked > 20 and not apart["case"].any()
+
+
+def test_the_section_shows_the_far_half(finger: Model) -> None:
+    items = list(_section(FINGER, finger.assembly, finger.body_meshes))
+    bodies, light = [x for x in items if x.edges], [x for x in items if not x.edges]
+    assert len(light) == 5 and len(bodies) > 10
+    assert min(item.mesh.bounds[0, 1] for item in bodies) >= -1e-9
+    # In front of what is cut: the pictures are drawn from y < 0.
+    assert max(item.mesh.bounds[1, 1] for item in light) < 0
+
+
+@pytest.mark.parametrize("design", [STANDARD, FINGER], ids=lambda design: design.name)
+def test_the_light_in_the_pictures_is_bent_between_gel_and_acrylic(design: Wedge) -> None:
+    paths = trace(design, pad_grid(design, 5))
+    foot = -design.acrylic.thickness_mm
+    for skin, glass in zip(paths.skin, paths.acrylic, strict=True):
+        entry = _at_the_gel(design, skin, glass, foot)
+        assert entry[2] == foot
+        sines = [
+            index * np.linalg.norm(way[:2]) / np.linalg.norm(way)
+            for index, way in (
+                (design.gel.refractive_index, entry - skin),
+                (design.acrylic.refractive_index, glass - entry),
+            )
+        ]
+        assert sines[0] == pytest.approx(sines[1], abs=1e-6)
