@@ -19,6 +19,7 @@ from jaxtyping import Bool, Float, Float32
 from scipy import ndimage
 
 from sensor.design import Camera, Wedge
+from sensor.errors import WedgeError
 from sensor.toml import Pair
 from simulation.skin import Map, Skin, View, rest_height_mm
 
@@ -135,7 +136,7 @@ def pixels_of(design: Wedge, points_mm: Points) -> Points:
     """Raw pixels that see points of the untouched skin over the mirror (n, 2), by Newton's method.
 
     Raises:
-        ValueError: the camera sees a point nowhere.
+        WedgeError: the camera sees nothing of the pad over the mirror.
     """
     width, height = design.camera.width_px, design.camera.height_px
     coarse = np.stack(
@@ -145,7 +146,9 @@ def pixels_of(design: Wedge, points_mm: Points) -> Points:
     seen = follow(design, coarse, None, None)
     over_mirror = np.isfinite(seen.point_mm[:, 0]) & ~seen.direct
     if not over_mirror.any():
-        raise ValueError("the camera sees nothing of the pad")
+        raise WedgeError(
+            "the camera sees nothing of the pad over the mirror: move or turn one of the two."
+        )
     coarse, known = coarse[over_mirror], seen.point_mm[over_mirror]
     distance = np.linalg.norm(known[None] - points_mm[:, None], axis=-1)
     nearest = np.argsort(distance, axis=1)[:, :12]

@@ -43,6 +43,13 @@ def test_old_libraries_are_not_tried(tmp_path, monkeypatch) -> None:
     assert llvm_libraries() == [str(tmp_path / "libLLVM-21.so"), str(tmp_path / "libLLVM.so.18.1")]
 
 
+def test_a_library_that_the_user_names_is_the_only_one_tried(tmp_path, monkeypatch) -> None:
+    (tmp_path / "libLLVM-21.so").touch()
+    monkeypatch.setattr(engine, "SEARCHED", (str(tmp_path),))
+    monkeypatch.setenv(engine.LIBRARY_VARIABLE, "/opt/mine/libLLVM.so")
+    assert llvm_libraries() == ["/opt/mine/libLLVM.so"]
+
+
 def test_an_engine_that_crashes_costs_a_child_only(fresh, monkeypatch) -> None:
     crash = "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)"
     monkeypatch.setattr(engine, "_TRIAL", crash)

@@ -11,6 +11,7 @@ import pytest
 from cad import optics
 from recon.geometry.unwarp import prepare_unwarp
 from sensor.design import FINGER, STANDARD, Wedge
+from sensor.errors import WedgeError
 from simulation.indenters import calibration_ball
 from simulation.presses import Press, contact_circle_px, skin_under
 from simulation.raw_view import (
@@ -160,6 +161,12 @@ def test_the_skin_of_a_raw_frame_is_what_the_unwarped_frame_shows(design: Wedge)
         rows, columns = np.nonzero(contact > 0.5 * share)
         circle = (columns.mean(), rows.mean(), np.sqrt(len(rows) / np.pi))
         assert contact_circle_px(seen) == pytest.approx(circle, abs=0.3)
+
+
+def test_a_camera_that_looks_away_from_the_pad_is_told() -> None:
+    away = replace(STANDARD, camera=replace(STANDARD.camera, pitch_deg=-20.0, pupil_z_mm=40.0))
+    with pytest.raises(WedgeError, match="sees nothing of the pad"):
+        pixels_of(away, np.zeros((1, 2)))
 
 
 def test_a_pad_of_no_whole_pixels_is_unwarped_at_their_scale() -> None:
