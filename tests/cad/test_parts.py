@@ -6,20 +6,23 @@ import math
 from dataclasses import replace
 
 import cadquery as cq
+import manifold3d
 import numpy as np
 import pytest
 
 from cad.build import Model
-from cad.features import SEGMENTS, digits, one_solid
-from cad.layout import Layout
-from cad.mesh import DEFLECTION_MM, mesh_of
-from cad.parts import bought
+from cad.checks.fit import common_mm3
+from cad.features import SEGMENTS, box, cylinder, digits, one_solid
+from cad.layout import PLATE, Layout
+from cad.mesh import DEFLECTION_MM, manifold_of, mesh_of
+from cad.parts import bought, electronics_cover
 from cad.parts.case import case
-from cad.parts.coupons import camera_coupon
+from cad.parts.coupons import acrylic_coupon, camera_coupon
+from cad.parts.gripper_adapter import LAB, WSG_50
 from cad.parts.jigs import ball_jig, ball_jig_volume_mm3
 from cad.parts.mold import gel_pad, mold_curved, mold_flat
 from cad.tables import fastener
-from sensor.design import FINGER, STANDARD, Gel
+from sensor.design import FINGER, STANDARD, Gel, Wedge
 from sensor.errors import WedgeError
 
 GELS = {
@@ -85,11 +88,11 @@ def test_cut_parts_have_the_volume_of_their_boxes() -> None:
 
 def test_the_case_is_as_large_as_the_design_says(standard: Model, finger: Model) -> None:
     for built in (standard, finger):
-        design, box = built.design, built.printed["case"].BoundingBox(tolerance=1e-4)
-        assert box.xlen == pytest.approx(design.housing.case_length_mm, abs=1e-3)
-        assert box.ylen == pytest.approx(design.outer_width_mm, abs=1e-3)
+        design, bounds = built.design, built.printed["case"].BoundingBox(tolerance=1e-4)
+        assert bounds.xlen == pytest.approx(design.housing.case_length_mm, abs=1e-3)
+        assert bounds.ylen == pytest.approx(design.outer_width_mm, abs=1e-3)
         height = design.housing.roof_z_mm + design.acrylic.thickness_mm
-        assert box.zlen == pytest.approx(height, abs=1e-3)
+        assert bounds.zlen == pytest.approx(height, abs=1e-3)
 
 
 def test_the_mirror_lies_at_its_angle_on_its_foot() -> None:
@@ -142,3 +145,103 @@ def test_fasteners_are_consistent(size: str) -> None:
     # ISO 68-1: the core of a thread is its diameter less 1.2269 pitches.
     assert row.core_mm == pytest.approx(row.thread_mm - 1.2269 * row.pitch_mm, abs=2e-3)
     assert row.core_mm < row.tap_mm < row.thread_mm < row.clearance_mm < row.head_diameter_mm
+
+
+def holes_at(solid: cq.Solid, z: float) -> list[np.ndarray]:
+    """Lowest and highest corners of the holes in a level slice, from left to right."""
+    rings = manifold_of(mesh_of(solid)).slice(z).to_polygons()
+    boxes = [np.stack([ring.min(axis=0), ring.max(axis=0)]) for ring in map(np.asarray, rings)]
+    largest = max(boxes, key=lambda box: float(np.ptp(box, axis=0).prod()))
+    return sorted((box for box in boxes if box is not largest), key=lambda box: box[0, 0])
+
+
+def test_more_dots_on_a_coupon_mean_a_looser_fit() -> None:
+    size, press = STANDARD.camera.head_size_mm, STANDARD.printing.press_clearance_mm
+    coupon = camera_coupon(STANDARD)
+    sockets = [hole for hole in holes_at(coupon, 2.5) if np.ptp(hole[:, 0]) > 4]
+    dots = [hole for hole in holes_at(coupon, 4.8) if np.ptp(hole[:, 0]) < 1]
+    cell = sockets[1][0, 0] - sockets[0][0, 0]
+    for count, socket in enumerate(sockets, start=1):
+        middle = socket.mean(axis=0)
+        near = [dot for dot in dots if abs(dot.mean(axis=0)[0] - middle[0]) < cell / 2]
+        assert len(near) == count
+        fit = size + 2 * (press + 0.05 * (count - 2))
+        assert np.ptp(socket, axis=0) == pytest.approx([fit, fit], abs=1e-3)
+    gauges = holes_at(acrylic_coupon(STANDARD), 2.5)
+    width = STANDARD.acrylic.width_mm
+    seats = sorted(gauges, key=lambda hole: hole[0, 1])
+    dots = [hole for hole in holes_at(acrylic_coupon(STANDARD), 4.8) if np.ptp(hole[:, 0]) < 1]
+    for count, seat in enumerate(seats, start=1):
+        below = [dot for dot in dots if 0 < seat[0, 1] - dot.mean(axis=0)[1] < 2.5]
+        assert len(below) == count
+        step = 0.05 * (count - 2)  # the pins' notches reach farthest
+        notch = width / 2 + 0.1 + Layout(STANDARD).pin_hole_radius + step
+        assert np.ptp(seat[:, 0]) == pytest.approx(2 * notch, abs=0.01)
+
+
+@pytest.mark.parametrize("name", ["standard", "finger"])
+def test_the_caliper_s_jig_goes_over_the_sensor_and_shows_the_pad_s_ends(
+    name: str, request: pytest.FixtureRequest
+) -> None:
+    built: Model = request.getfixturevalue(name)
+    design, place = built.design, Layout(built.design)
+    jig = manifold_of(mesh_of(built.printed["caliper_jig"]))
+    for body in ("case", "acrylic", "gel"):
+        upside_down = manifold_of(built.body_meshes[body]).rotate((180.0, 0.0, 0.0))
+        assert common_mm3(jig, upside_down.translate((0.0, 0.0, place.bottom))) < 0.01, body
+    middle, gel = (place.acrylic_x0 + place.acrylic_x1) / 2, design.gel
+    for half, axis in ((gel.pad_length_mm / 2, 0), (gel.pad_width_mm / 2, 1)):
+        for side in (-1, 1):
+            for share, is_open in ((0.99, True), (1.01, False)):
+                at = np.array([middle, 0.0, gel.thickness_mm + 2.5])
+                at[axis] += side * share * half
+                probe = manifold3d.Manifold.cube((0.02, 0.02, 1.0), True).translate(tuple(at))
+                assert (common_mm3(jig, probe) < 1e-9) is is_open
+
+
+@pytest.mark.parametrize("name", ["standard", "finger"])
+def test_ribbon_plug_and_sunk_heads_have_their_openings(
+    name: str, request: pytest.FixtureRequest
+) -> None:
+    built: Model = request.getfixturevalue(name)
+    design, place = built.design, Layout(built.design)
+    roof, wiring = design.housing.roof_z_mm, design.wiring
+    sill = roof - design.compartment.height_mm + electronics_cover.WALL
+
+    parts = {
+        name: manifold_of(mesh_of(built.printed[name]))
+        for name in ("electronics_cover", "adapter_wsg50", "adapter_lab")
+    }
+
+    def free(part: str, probe: cq.Workplane) -> bool:
+        return common_mm3(parts[part], manifold_of(mesh_of(probe.val()))) < 1e-6
+
+    half = wiring.ribbon_width_mm / 2
+    ribbon = box((place.cover_x0 - 1, place.cover_x0 + 3), (-half, half), (sill, sill + 0.5))
+    assert free("electronics_cover", ribbon)
+    wide, high = bought.PLUG
+    z = electronics_cover.board_z(place) + bought.BOARD[2]
+    plug = box((place.plate_x1 - 3, place.plate_x1 + 3), (-wide / 2, wide / 2), (z, z + high))
+    assert free("electronics_cover", plug)
+    middle = (place.cover_x0 + place.plate_x1) / 2
+    for part, pattern in (("adapter_wsg50", WSG_50), ("adapter_lab", LAB)):
+        size = fastener(pattern.screw)
+        for along, across in pattern.places:
+            at = (middle + along, across, roof - 0.01)
+            head = cylinder(at, (0, 0, 1), size.head_diameter_mm / 2, size.head_height_mm)
+            assert free(part, head), part
+            remains = cylinder(
+                (middle + along, across, roof + PLATE), (0, 0, -1), size.head_diameter_mm / 2, 1.8
+            )
+            assert not free(part, remains)
+
+
+@pytest.mark.parametrize("design", [STANDARD, FINGER], ids=lambda design: design.name)
+def test_the_least_compartment_just_holds_its_boards_under_tape(design: Wedge) -> None:
+    least = bought.compartment_height_mm(Layout(design))
+    tight = replace(design, compartment=replace(design.compartment, height_mm=least))
+    tops = [
+        part(tight).BoundingBox(tolerance=1e-4).zmax
+        for part in (bought.resistor_board, bought.csi_hdmi_board)
+    ]
+    assert max(tops) + bought.TAPE == pytest.approx(design.housing.roof_z_mm, abs=1e-2)
