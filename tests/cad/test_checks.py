@@ -192,7 +192,7 @@ def test_a_screw_beside_its_hole_is_found(finger: Model) -> None:
 def test_a_hole_that_was_drilled_too_wide_for_its_thread_is_found(finger: Model) -> None:
     place = Layout(FINGER)
     hole = cylinder((place.rear, place.screw_y, place.rear_screw_z), (-1, 0, 0),
-                    FASTENER.clearance_mm / 2, place.rear_hole_depth)  # fmt: skip
+                    FASTENER.tap_mm / 2 + 0.05, place.rear_hole_depth)  # fmt: skip
     wide = cq.Workplane(finger.printed["case"]).cut(hole).val()
     found = checks.check_fasteners(FINGER, {**finger.printed, "case": wide})
     assert [(r.subject, r.value) for r in found if not r.passed] == [

@@ -287,15 +287,15 @@ def test_a_disc_s_roundness_is_told_beside_its_dots_and_as_most_presses_have_it(
     presses = read_presses(today).presses[:5]
     plain = roundness(presses, 0)
     assert plain is not None and plain.out_of_round < 0.03
-    hidden = np.zeros(SHAPE[:2], bool)
-    hidden[::8] = hidden[1::8] = True
     dotted = []
     for press in presses:
-        filled = press.difference.copy()
-        filled[hidden] = np.random.default_rng(0).normal(0, 0.3, (hidden.sum(), 3))
+        x, y = (round(at) for at in press.center_px)
+        hidden = np.zeros(SHAPE[:2], bool)
+        hidden[:y, x:] = True  # a quarter of the disc
+        filled = np.where(hidden[..., None], np.float32(0.5), press.difference)
         dotted.append(replace(press, difference=filled, hidden=hidden))
     found = roundness(dotted, 0)
-    assert (found.stretch, found.shear) == pytest.approx((plain.stretch, plain.shear), abs=0.02)
+    assert (found.stretch, found.shear) == pytest.approx((plain.stretch, plain.shear), abs=0.04)
     # Of three presses one may be anything.
     other = replace(presses[0], difference=np.ascontiguousarray(presses[0].difference[::-1]))
     three = [roundness([press], 0) for press in (other, *presses[1:3])]
