@@ -30,6 +30,7 @@ from validation.acceptance.gel import (
 )
 from validation.acceptance.lights import GRAY_LEVELS, Response, light_values, turn_deg
 from validation.acceptance.limits import DEAD_GRAY_LEVELS
+from validation.acceptance.measurements import _reasons
 from validation.acceptance.place import (
     LEAST_DOTS,
     LEAST_FRAMES,
@@ -327,6 +328,16 @@ def test_few_frames_tell_no_times_and_numbers_that_repeat_make_up_for_no_loss():
         3 / (LEAST_FRAMES + 3)
     )
     assert set(timing_values(times_ns, range(LEAST_FRAMES))) > {"jitter_ms", "frame_rate_hz"}
+
+
+@pytest.mark.parametrize(
+    ("frames", "said"),
+    [(0, "have no times"), (LEAST_FRAMES - 1, f"only {LEAST_FRAMES - 1} frames"),
+     (LEAST_FRAMES, "times do not grow")],
+)  # fmt: skip
+def test_why_there_is_no_jitter_is_told_by_how_many_frames_had_times(frames, said):
+    assert said in _reasons({}, frames)["jitter_ms"]
+    assert "jitter_ms" not in _reasons({"jitter_ms": {"": 1.0}}, frames)
 
 
 def test_jitter_is_what_one_interval_in_twenty_exceeds_and_lost_frames_are_none():
