@@ -9,12 +9,14 @@ from types import SimpleNamespace
 
 import cadquery as cq
 import cv2
+import manifold3d
 import numpy as np
 import pytest
 import trimesh
 
 from cad import checks
 from cad.build import Model, run_checks
+from cad.checks.fit import _sideways_gap
 from cad.features import box, cylinder
 from cad.layout import Layout
 from cad.mesh import manifold_of, mesh_of
@@ -281,6 +283,14 @@ def test_a_tight_fit_is_found_on_either_side(side: int, by: float, finger: Model
     assert "clearance camera_holder in case" in {text.split(":")[0] for text in found}
 
 
+def test_bodies_that_overlap_have_no_gap_however_free_they_are_farther_on() -> None:
+    plate = manifold3d.Manifold.cube((5.0, 0.2, 5.0))
+    for side in (-1, 1):
+        assert _sideways_gap(plate, plate, side) == 0
+        apart = plate.translate((0.0, 0.4 * side, 0.0))
+        assert _sideways_gap(plate, apart, side) == pytest.approx(0.2, abs=2e-3)
+
+
 def test_a_mirror_too_near_the_acrylic_is_found(finger: Model) -> None:
     bodies = {name: manifold_of(mesh) for name, mesh in finger.body_meshes.items()}
     bodies["mirror"] = bodies["mirror"].translate((0.0, 0.0, -0.05))
@@ -304,6 +314,23 @@ def test_a_mirror_cut_too_short_for_the_pad_is_found(finger: Model) -> None:
     meshes = {**finger.body_meshes, "mirror": mesh_of(mirror(short))}
     found = failed(checks.check_sight(FINGER, meshes))
     assert "sight rays that miss the mirror" in {text.split(":")[0] for text in found}
+
+
+@pytest.mark.parametrize(
+    ("figure", "subject", "good", "bad"),
+    [
+        ("keystone", "keystone", 0.3, 0.29),
+        ("pixel_margin", "margin in the picture", 10.0, 9.9),
+    ],
+)
+def test_a_pad_seen_too_narrow_or_too_near_the_edge_is_found(
+    figure: str, subject: str, good: float, bad: float, finger: Model,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    for value, found in ((good, []), (bad, [f"sight {subject}"])):
+        monkeypatch.setattr(f"cad.checks.sight.{figure}", lambda *_, value=value: value)
+        results = checks.check_sight(FINGER, finger.body_meshes)
+        assert [text.split(":")[0] for text in failed(results)] == found
 
 
 @pytest.mark.parametrize("lens", ["equidistant", "pinhole"])

@@ -96,6 +96,14 @@ def test_an_impossible_design_is_refused_for_its_own_reason(
         refuse_unbuildable(changed(design, group, **values))
 
 
+def test_a_pad_whose_tip_is_seen_too_narrow_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("cad.sight_refusals.keystone", lambda *_: 0.3)
+    refuse_unbuildable(STANDARD)
+    monkeypatch.setattr("cad.sight_refusals.keystone", lambda *_: 0.29)
+    with pytest.raises(WedgeError, match=r"0\.29 of its base, which must be at least 0\.3"):
+        refuse_unbuildable(STANDARD)
+
+
 def test_a_design_just_inside_a_named_bound_is_taken() -> None:
     with pytest.raises(WedgeError) as refusal:
         refuse_unbuildable(changed(STANDARD, "mirror", length_mm=25.0))

@@ -22,7 +22,7 @@ from tests.validation.sensors import (
     unit_of,
 )
 from validation.acceptance.certificate import lines
-from validation.acceptance.errors import error_values
+from validation.acceptance.errors import ball_radius_values, error_values, steepest_values
 from validation.acceptance.limits import LIMITS, grades, verdict
 from validation.acceptance.place import bent_grid_share, timing_values
 from validation.acceptance.roundness import roundness
@@ -271,6 +271,10 @@ def test_errors_are_of_the_presses_that_were_not_learnt_where_they_are_enough(
     seen = row.errors.values["theta_x_deg"]
     assert found.values["theta_x_deg"] == {"": seen if is_judged else 7.5}
     assert found.held_out == (fresh if is_judged else None)
+    chosen = presses[:fresh] if is_judged else presses
+    radius = ball_radius_values(calibration.estimator, chosen, None)
+    for name, value in (radius | steepest_values(chosen)).items():
+        assert found.values[name] == value
 
 
 def test_a_turned_light_board_fails_the_turn_alone(calibration, today):

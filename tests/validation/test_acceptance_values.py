@@ -10,6 +10,7 @@ import pytest
 
 from recon.pixels import BallPress
 from recon.presses import read_presses
+from tests.validation.sensors import accepted_on, dotted_set, unit_of
 from validation.acceptance.errors import (
     ball_radius_values,
     fewer_lights,
@@ -194,10 +195,10 @@ def test_noise_and_drift_are_those_of_the_gel_beyond_the_presses():
         presses.append(press_of(difference=difference, hidden=hidden))
     found = stillness(presses, "RG")
     assert set(found["noise_gray_levels"]) == set(found["drift_gray_levels"]) == {"R", "G"}
-    for colour in "RG":
+    for color in "RG":
         # A Gaussian of 1.5 pixels takes a twentieth of white noise with it.
-        assert found["noise_gray_levels"][colour] == pytest.approx(0.945 * 4, rel=0.03)
-        assert found["drift_gray_levels"][colour] == pytest.approx(10, abs=0.2)
+        assert found["noise_gray_levels"][color] == pytest.approx(0.945 * 4, rel=0.03)
+        assert found["drift_gray_levels"][color] == pytest.approx(10, abs=0.2)
     assert stillness([press_of(radius_px=60.0)], "RGB") == {}
 
 
@@ -303,6 +304,13 @@ def test_a_disc_s_roundness_is_told_beside_its_dots_and_as_most_presses_have_it(
     together = roundness([other, *presses[1:3]], 0)
     assert together.stretch == pytest.approx(np.median([one.stretch for one in three]))
     assert together.shear == pytest.approx(np.median([one.shear for one in three]))
+
+
+def test_dots_are_no_change_of_the_lights(tmp_path):
+    """They are taken off today's blank gel and off that of the calibration."""
+    unit = unit_of(dotted_set(tmp_path / "taught"))
+    found = accepted_on(unit, dotted_set(tmp_path / "set", 1))
+    assert max(found.values["brightness_change_share"].values()) < 0.01
 
 
 def test_one_press_cannot_judge_fewer_lights(calibration, today):
