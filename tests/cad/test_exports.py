@@ -68,6 +68,18 @@ def test_every_line_of_the_drawing_is_as_long_as_its_text_says(
 
 
 @BOTH
+def test_thicknesses_are_drawn_beside_what_they_measure(
+    name: str, request: pytest.FixtureRequest
+) -> None:
+    section, _ = groups(request.getfixturevalue(name))
+    upright = [numbers(item.get("d", "")) for item in section if "V" in item.get("d", "")]
+    farther, nearer = sorted(upright)[:2]
+    acrylic, gel = (extent(section[index])[:, 1] for index in (3, 4))
+    assert sorted(nearer[1:3]) == pytest.approx(acrylic.tolist(), abs=1e-2)
+    assert sorted(farther[1:3]) == pytest.approx(gel.tolist(), abs=1e-2)
+
+
+@BOTH
 def test_the_drawing_s_bodies_stand_upright_and_the_gel_lies_on_top(
     name: str, request: pytest.FixtureRequest
 ) -> None:

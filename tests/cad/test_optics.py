@@ -150,6 +150,7 @@ def test_a_fault_counts_in_its_worse_direction_and_within_its_bounds(design: Wed
     nominal = trace(design, grid).pixels
     found = {fault.name: fault for fault in faulty_pictures(design)}
     assert found.keys() == {f"{part}.{field} ± {by:g}" for part, field, by in FAULTS}
+    assert len(found) == len(FAULTS)  # none twice in another's place
     for part, field, by in FAULTS:
         shifts, margins = [], []
         for amount in (-by, by):
