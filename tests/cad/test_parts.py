@@ -168,13 +168,18 @@ def test_more_dots_on_a_coupon_mean_a_looser_fit() -> None:
         fit = size + 2 * (press + 0.05 * (count - 2))
         assert np.ptp(socket, axis=0) == pytest.approx([fit, fit], abs=1e-3)
     gauges = holes_at(acrylic_coupon(STANDARD), 2.5)
-    width = STANDARD.acrylic.width_mm
+    whole, width = manifold_of(mesh_of(acrylic_coupon(STANDARD))), STANDARD.acrylic.width_mm
     seats = sorted(gauges, key=lambda hole: hole[0, 1])
     dots = [hole for hole in holes_at(acrylic_coupon(STANDARD), 4.8) if np.ptp(hole[:, 0]) < 1]
     for count, seat in enumerate(seats, start=1):
         below = [dot for dot in dots if 0 < seat[0, 1] - dot.mean(axis=0)[1] < 2.5]
         assert len(below) == count
         step = 0.05 * (count - 2)  # the pins' notches reach farthest
+        edge = seat.mean(axis=0)[0] + width / 2 + press + step
+        for at, is_open in ((edge - 0.01, True), (edge + 0.01, False)):
+            cube = manifold3d.Manifold.cube((0.01, 0.01, 1.0), True)
+            probe = cube.translate((at, seat[1, 1] - 0.5, 2.5))
+            assert (common_mm3(whole, probe) < 1e-9) is is_open
         notch = width / 2 + 0.1 + Layout(STANDARD).pin_hole_radius + step
         assert np.ptp(seat[:, 0]) == pytest.approx(2 * notch, abs=0.01)
 
