@@ -71,8 +71,10 @@ class Line:
 
     @property
     def quantity_words(self) -> str:
-        """How much one sensor takes: ``7 piece``, ``0.96 m``."""
-        return f"{self.quantity:g} {self.part.unit}"
+        """How much one sensor takes: ``7 pieces``, ``0.96 m``."""
+        unit = self.part.unit
+        is_counted = unit not in ("m", "g") and self.quantity != 1
+        return f"{self.quantity:g} {unit}{'s' * is_counted}"
 
     def packs(self, sensors: int) -> int:
         """Packs to buy for a number of sensors."""

@@ -51,7 +51,7 @@ ALTERED: Mapping[str, Callable[[Unwarped], Unwarped]] = {
     "upside down": lambda frame: frame[::-1],
     "blue for red": lambda frame: frame[..., ::-1],
 }
-KINDS = (*ALTERED, "blank", "faint", "grey", "shapes")
+KINDS = (*ALTERED, "blank", "faint", "gray", "shapes")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,7 +89,7 @@ def called_implausible(name: str, estimator: str) -> list[Row]:
             faint = blank + FAINT * press.difference
             found["faint"].append(_judged(faint, fold.estimator, dataset, press.hidden))
         gray = np.full_like(reader.blank, GRAY)
-        found["grey"].append(_judged(gray - reader.blank, fold.estimator, dataset))
+        found["gray"].append(_judged(gray - reader.blank, fold.estimator, dataset))
     shapes = list(_shapes(dataset))
     if shapes:
         fitted = fit_presses(presses, range(len(presses)), estimator, channels, SEED)

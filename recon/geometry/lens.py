@@ -188,6 +188,8 @@ def find_boards(images: Mapping[str, Frame], pattern: tuple[int, int] | None = N
             f"{' and '.join(sizes.values())} differ in size: "
             "calibrate a lens on pictures of one camera at one resolution."
         )
+    if not images:
+        raise WedgeError("no picture of a chessboard was given: name a folder that holds some.")
     pattern = pattern or _commonest_pattern(gray)
     found: dict[str, Points] = {}
     for name, image in gray.items():

@@ -113,6 +113,15 @@ def test_three_times_a_tenth_is_no_more_than_three_tenths() -> None:
     assert Line(part, 0.11).distributor_quantity(30) == 4
 
 
+@pytest.mark.parametrize(
+    ("unit", "quantity", "words"),
+    [("piece", 7, "7 pieces"), ("piece", 1, "1 piece"), ("m", 0.96, "0.96 m"), ("g", 31, "31 g")],
+)
+def test_more_than_one_are_several(unit: str, quantity: float, words: str) -> None:
+    part = BoughtPart("x", "", "", "", "", "", "", unit, 1, 2.5, "estimate", "2026-11", "", "")
+    assert Line(part, quantity).quantity_words == words
+
+
 def test_totals_are_the_sums_of_the_lines() -> None:
     lines = make_bill(COUNTS, PARTS)
     rows = list(csv.DictReader(io.StringIO(bill_csv(lines))))

@@ -13,7 +13,7 @@ def test_presses_that_a_gel_felt_are_told_from_their_mirror_images(tmp_path):
     rows = {row["frames"]: row for row in plausible.called_implausible(str(dataset.folder), "mlp")}
     count = len(read_presses(dataset).presses)
     assert [rows[how]["n"] for how in plausible.ALTERED] == [count] * len(plausible.ALTERED)
-    assert rows["grey"]["n"] == plausible.FOLDS and "shapes" not in rows
+    assert rows["gray"]["n"] == plausible.FOLDS and "shapes" not in rows
     assert rows["blank"]["n"] == plausible.BLANKS * plausible.FOLDS
     assert rows["faint"]["n"] == count
     assert rows["blank"]["implausible"] == rows["faint"]["implausible"] == 0

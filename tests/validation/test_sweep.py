@@ -115,6 +115,21 @@ def test_one_press_is_drawn_without_an_interval(n_presses: tuple[int, int]) -> N
         assert 0 not in lengths
 
 
+@pytest.mark.parametrize("values", [("2.0", "3.0", "4.5"), ("red", "green", "blue")])
+def test_neither_axis_hides_the_other_s_interval(values: tuple[str, ...]) -> None:
+    errors, _ = sweep_figure("gel.thickness_mm", [point(value, 8) for value in values]).axes
+    figure = errors.figure
+    figure.canvas.draw()
+    spans_px = [
+        errors.transData.transform(span)[:, 0].mean()
+        for bars in errors.containers
+        for lines in bars.lines[2]
+        for span in lines.get_segments()
+    ]
+    apart_pt = np.diff(np.sort(spans_px)) * 72 / figure.dpi
+    assert len(spans_px) == 2 * len(values) and apart_pt.min() > 1.2  # a line's width
+
+
 def point(value: str, n_presses: int) -> SweepPoint:
     """What a value predicts, of the presses that were judged."""
     row = Row(

@@ -10,6 +10,8 @@ from validation.figures.style import BLUE, FULL_IN, INK, ORANGE, card, styled
 from validation.intervals import whiskers
 from validation.sweep import SweepPoint
 
+ASIDE = 0.008
+"""Of the range of values, that a mark stands beside its own."""
 AXES = {"gx_mae": ("Gx", "o", BLUE), "gy_mae": ("Gy", "s", ORANGE)}
 
 
@@ -22,7 +24,8 @@ def sweep_figure(field: str, points: Sequence[SweepPoint]) -> Figure:
     figure = card(FULL_IN, 3.2)
     errors, area = figure.subplots(1, 2)
     places, names = _places([point.value for point in points])
-    aside = 0.0 if names is None else 0.06
+    # Side by side, so that neither's interval hides the other's.
+    aside = 0.06 if names is not None else ASIDE * (max(places) - min(places))
     for sign, (metric, (name, mark, color)) in zip((-1, 1), AXES.items(), strict=True):
         means = [point.contact.errors.values[metric] for point in points]
         errors.errorbar(
@@ -33,6 +36,7 @@ def sweep_figure(field: str, points: Sequence[SweepPoint]) -> Figure:
             color=color,
             markersize=5,
             elinewidth=1.2,
+            capsize=3,
             label=name,
         )
     area.plot(places, [100 * point.lit_area for point in points],

@@ -139,6 +139,8 @@ def test_too_few_boards_or_mixed_sizes_are_refused() -> None:
         find_boards({str(i): blank for i in range(4)})
     with pytest.raises(WedgeError, match="differ in size"):
         find_boards({"a.png": blank, "b.png": blank[:200]})
+    with pytest.raises(WedgeError, match="no picture of a chessboard was given"):
+        find_boards({})
 
 
 def test_a_lens_survives_its_file(tmp_path: Path) -> None:
