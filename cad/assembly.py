@@ -19,7 +19,7 @@ from cad.features import Vector
 from cad.layout import FLANGE, PLATE_UNDER_HEAD, REAR_SCREW_LENGTH, ROOF_SCREW_LENGTH, Layout
 from cad.motions import Shift, Turn, Way
 from cad.parts import bought
-from cad.parts.electronics_cover import POSTS, UNDER_HEAD, board_z, cover_middle_x
+from cad.parts.electronics_cover import POSTS, UNDER_HEAD, board_x, board_z
 from cad.parts.gripper_adapter import cover_screw_places
 from sensor.design import Wedge
 
@@ -209,7 +209,7 @@ def screw_rows(design: Wedge) -> tuple[ScrewRow, ...]:
     """Every screw of the sensor: the holes of the parts that it joins lie on its axis."""
     place = Layout(design)
     y, roof = place.screw_y, design.housing.roof_z_mm
-    middle = cover_middle_x(place)
+    middle = board_x(place)
     top = board_z(place) + bought.BOARD[2]
     return (
         ScrewRow(

@@ -57,7 +57,7 @@ PRINTED = (
     Printed("mold_flat", "Gel mold, flat", mold_flat, "PLA", AS_MODELLED, "casting",
             "cavity up, finest layers; sand to 2000 grit and polish"),
     Printed("mold_lid", "Gel mold, lid", mold_lid, "PLA", AS_MODELLED, "casting",
-            "flat side on smooth glass, ridge up"),
+            "flat side on smooth glass, ridge up; sand and polish that face"),
     Printed("ball_jig", "Ball jig", ball_jig, "PLA", AS_MODELLED, "calibration",
             "socket up; fix the ball with a drop of glue"),
     Printed("caliper_jig", "Caliper jig", caliper_jig, "PLA", UPSIDE_DOWN, "calibration",

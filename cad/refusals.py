@@ -317,7 +317,7 @@ def _refuse_compartment(place: Layout) -> None:
         "compartment.length_mm",
         place.design.compartment.length_mm,
         compartment_length_mm(),
-        "the plug lies in it behind the resistor board",
+        "the boards lie in it behind the room in which the wires turn",
     )
 
 

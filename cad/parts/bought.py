@@ -8,7 +8,7 @@ from cad.electronics.boards import boards
 from cad.features import Vector, box, cylinder, one_solid, turned, union_of
 from cad.layout import FLEX, Layout
 from cad.optics import pad_center_x_mm
-from cad.parts.electronics_cover import POST_HEIGHT, POSTS, WALL, board_z, cover_middle_x
+from cad.parts.electronics_cover import BOARD_TO_BACK, POST_HEIGHT, POSTS, WALL, board_x, board_z
 from cad.parts.mold import gel_pad
 from cad.tables import fastener
 from sensor.design import Wedge
@@ -20,8 +20,10 @@ RESISTOR_BOARD_HEIGHT = 3.0
 TAPE = 0.3
 RESISTOR_BOARD_INSET = 2.5
 """From the adapter's back edge to that of the resistor board on it."""
-PLUG_LENGTH, PLUG_INSET = 10.0, 0.5
+PLUG_LENGTH, PLUG_INSET = 10.5, 0.5
 """Of its HDMI connector, and from its end to the back of the cover."""
+WIRES_LENGTH = 5.8
+"""In which they turn from the cover's opening into the boards."""
 PLUG = (15.0, 5.6)
 """Width and height of the connector."""
 
@@ -124,7 +126,7 @@ def resistor_board(design: Wedge) -> cq.Solid:
     """The resistor board over the screws of the CSI-to-HDMI board, in front of its plug."""
     place = Layout(design)
     length, width = boards(design)[0].size
-    x0 = cover_middle_x(place) + BOARD[0] / 2 - RESISTOR_BOARD_INSET - length
+    x0 = board_x(place) + BOARD[0] / 2 - RESISTOR_BOARD_INSET - length
     z = board_z(place) + BOARD[2] + place.screw.head_height_mm + TAPE
     return one_solid(
         box((x0, x0 + length), (-width / 2, width / 2), (z, z + RESISTOR_BOARD_HEIGHT)),
@@ -139,19 +141,19 @@ def compartment_height_mm(place: Layout) -> float:
 
 
 def compartment_length_mm() -> float:
-    """Least length of the compartment: its plug, at the back, starts behind the resistor board."""
-    return 2 * (BOARD[0] / 2 - RESISTOR_BOARD_INSET + PLUG_LENGTH + PLUG_INSET)
+    """Least length of the compartment, with room for the wires before the boards."""
+    return BOARD_TO_BACK + BOARD[0] / 2 + WIRES_LENGTH + WALL
 
 
 def csi_hdmi_board(design: Wedge) -> cq.Solid:
     """The CSI-to-HDMI adapter with its plug."""
     place = Layout(design)
-    x, z = cover_middle_x(place), board_z(place)
+    x, z = board_x(place), board_z(place)
     length, width, thickness = BOARD
     board = box((x - length / 2, x + length / 2), (-width / 2, width / 2), (z, z + thickness))
     end = place.plate_x1 - PLUG_INSET
     plug = box(
-        (min(end - PLUG_LENGTH, x + length / 2 - 2), end),
+        (end - PLUG_LENGTH, end),
         (-PLUG[0] / 2, PLUG[0] / 2),
         (z + thickness - 0.01, z + thickness + PLUG[1]),
     )

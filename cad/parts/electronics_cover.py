@@ -15,8 +15,10 @@ WALL = 1.2
 UNDER_HEAD = 3.0
 POST_HEIGHT, POST_DIAMETER = 4.0, 5.0
 POSTS = ((-10.0, -13.0), (-10.0, 13.0), (10.0, -10.5), (10.0, 10.5))
-"""(x, y) from the cover's middle: posts 26 and 21 mm apart in rows 20 mm apart, as in the lab's
+"""(x, y) from the board's middle: posts 26 and 21 mm apart in rows 20 mm apart, as in the lab's
 own compartment. Measure your adapter's holes."""
+BOARD_TO_BACK = 21.0
+"""From the board's middle to the back of the cover."""
 RIBBON_GAP = 2.0
 """On either side of the camera's ribbon, in the opening that its wires share."""
 PLUG = 17.0
@@ -37,9 +39,9 @@ def ribbon_rise_mm(place: Layout) -> float:
     return max(0.0, sill + wiring.ribbon_thickness_mm - leaves)
 
 
-def cover_middle_x(place: Layout) -> float:
-    """Place (x) of the cover's middle."""
-    return (place.cover_x0 + place.plate_x1) / 2
+def board_x(place: Layout) -> float:
+    """Place (x) of the adapter board's middle: its socket must reach the back of any cover."""
+    return place.plate_x1 - BOARD_TO_BACK
 
 
 def electronics_cover(design: Wedge) -> cq.Solid:
@@ -63,7 +65,7 @@ def electronics_cover(design: Wedge) -> cq.Solid:
 
 
 def _posts(place: Layout) -> cq.Workplane:
-    middle, z = cover_middle_x(place), board_z(place)
+    middle, z = board_x(place), board_z(place)
     posts = []
     for along, across in POSTS:
         foot = (middle + along, across, z - POST_HEIGHT - 0.5)

@@ -220,4 +220,4 @@ def test_a_folder_whose_checks_failed_says_so_at_its_top(finger: Model) -> None:
 def test_the_guide_of_a_flat_gel_names_no_curved_mold(finger: Model) -> None:
     flat = replace(FINGER, gel=replace(FINGER.gel, curved=False))
     assert "cavity of `mold_curved` (or `mold_flat`)" in guide_of(finger)
-    assert "cavity of `mold_flat` up" in guide_of(finger, flat)
+    assert "cavity of `mold_flat` and" in guide_of(finger, flat)

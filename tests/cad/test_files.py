@@ -309,7 +309,11 @@ def test_guide_and_bill_ask_for_the_same(fabricated: Folders) -> None:
         for line in table.splitlines()
         if line.startswith("| ") and not line.startswith("| part")
     ]
-    assert ordered == [(row["name"], f"{row['quantity']} {row['unit']}") for row in rows]
+    wanted = [(row["name"], row["quantity"], row["unit"]) for row in rows]
+    assert [(name, *words.split(" ", 1)) for name, words in ordered] == [
+        (name, count, unit if unit in ("m", "g") or count == "1" else f"{unit}s")
+        for name, count, unit in wanted
+    ]
     with (folder / "bill" / "distributor.csv").open(encoding="utf-8", newline="") as file:
         sold = {row["Customer Reference"]: row for row in csv.DictReader(file)}
     electronic = {"camera", "csi_hdmi_board", "hdmi_cable", "raspberry_pi", "wire"}

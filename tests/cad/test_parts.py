@@ -250,3 +250,13 @@ def test_the_least_compartment_just_holds_its_boards_under_tape(design: Wedge) -
         for part in (bought.resistor_board, bought.csi_hdmi_board)
     ]
     assert max(tops) + bought.TAPE == pytest.approx(design.housing.roof_z_mm, abs=1e-2)
+
+
+@pytest.mark.parametrize("length_mm", [40.0, 42.0, 60.0])
+def test_the_socket_is_as_long_and_as_near_the_back_in_every_cover(length_mm: float) -> None:
+    design = replace(STANDARD, compartment=replace(STANDARD.compartment, length_mm=length_mm))
+    shipped, place = bought.csi_hdmi_board(STANDARD).BoundingBox(), Layout(design)
+    box = bought.csi_hdmi_board(design).BoundingBox()
+    assert box.xlen == pytest.approx(shipped.xlen, abs=1e-6)
+    assert place.plate_x1 - box.xmax == pytest.approx(bought.PLUG_INSET, abs=1e-6)
+    assert box.xmin > place.cover_x0 + electronics_cover.WALL
