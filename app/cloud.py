@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from app._doubt import doubt_remarks
-from app._first import first_touched
+from app._first_contact import first_touched
 from app._frames import UnitFrame, is_image, unit_frames
 from app._output import (
     OutputFile,

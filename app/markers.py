@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from app._frames import UnitFrame, read_checked, unit_frames
-from app._growing import file_names, growing
+from app._growing_files import file_names, growing
 from app._output import OutputFile, keep_inputs, print_table, write_json
 from app._progress import progress
 from sensor.errors import WedgeError

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
-from app._first import first_touched
+from app._first_contact import first_touched
 from app._frames import UnitFrame, read_checked, unit_frames
-from app._growing import Growing, file_names, growing
+from app._growing_files import Growing, file_names, growing
 from app._output import OutputFile, keep_inputs, print_table, write_json
 from app._progress import progress
 from sensor.errors import WedgeError

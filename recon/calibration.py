@@ -20,7 +20,7 @@ from recon.geometry.unwarp import Unwarp, prepare_unwarp
 from recon.images import read_image, write_image
 from recon.lights import unseen_axis
 from recon.presses import PressSet
-from recon.tensors import read_tensors
+from recon.tensor_files import read_tensors
 from sensor.dataset import LENS_FILE, Dataset
 from sensor.design import Wedge
 from sensor.errors import WedgeError

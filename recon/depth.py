@@ -19,7 +19,7 @@ from recon.integration.pressed import Support, nearest_pressed
 from recon.integration.weighed import inferred_doubts, weighed_depth
 from recon.lights import Axis, unseen_axis
 from recon.markers.filling import fill_gradients
-from recon.middle import median
+from recon.medians import median
 from recon.missing_axis.columns import weigh_columns
 from recon.missing_axis.inference import (
     LONGEST_SIDE_PX,

@@ -12,7 +12,7 @@ from scipy import ndimage
 from recon.arrays import ContactMask, DepthMap, Difference, GradientField
 from recon.contact.network import held
 from recon.integration.poisson import Boundary
-from recon.middle import median
+from recon.medians import median
 from sensor.toml import Pair
 
 SMOOTHING_PX = 2.0

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from recon.tensors import MOST_LEARNT, learnt
+from recon.tensor_files import MOST_LEARNT, learnt
 
 LEAST_SPREAD = 1e-6
 """Of colours among the pixels learnt from: training leaves a thousand times this, and beneath it

@@ -33,7 +33,7 @@ from recon.estimators.shading import (
     fit_shading,
 )
 from recon.estimators.surroundings import ASPECTS
-from recon.tensors import read_tensors
+from recon.tensor_files import read_tensors
 from recon.unet.weights import sha256_of
 from sensor.errors import WedgeError
 

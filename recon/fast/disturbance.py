@@ -25,7 +25,7 @@ from recon.contact.mask import (
 )
 from recon.fast.kernels import compiled
 from recon.integration.poisson import Boundary
-from recon.middle import median
+from recon.medians import median
 
 SIDE_PX = 4
 LEAST_SIDE_PX = 200

@@ -17,7 +17,7 @@ from scipy.spatial import KDTree
 
 from recon.arrays import Unwarped
 from recon.markers.lattice import Cells, Points, grow_lattice
-from recon.middle import median
+from recon.medians import median
 from sensor.toml import Pair
 
 DARKEST = 0.02

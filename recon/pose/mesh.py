@@ -12,7 +12,7 @@ from jaxtyping import Float, Int
 from recon.arrays import ContactMask, DepthMap, GradientField
 from recon.contact.mask import boundary_of
 from recon.integration.poisson import integrate
-from recon.middle import median
+from recon.medians import median
 from recon.pose.registration import pixel_grid_mm
 from recon.pose.rigid import Points, Transform, applied
 from sensor.errors import WedgeError

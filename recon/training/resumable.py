@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from safetensors.numpy import save
 
-from recon.tensors import read_tensors
+from recon.tensor_files import read_tensors
 from recon.training.torch_layers import UNetLayers
 from sensor.errors import WedgeError
 from sensor.extras import how_to_install

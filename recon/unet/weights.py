@@ -13,7 +13,7 @@ import numpy as np
 from safetensors.numpy import save
 
 from recon import unet
-from recon.tensors import learnt, read_tensors
+from recon.tensor_files import learnt, read_tensors
 from sensor.errors import WedgeError
 from sensor.files import write_atomic
 

@@ -12,7 +12,7 @@ import pytest
 from mcap.reader import make_reader
 from PIL import Image
 
-import app._growing
+import app._growing_files
 import app.track
 from app.__main__ import main
 from recon.calibration import calibrate
@@ -248,7 +248,9 @@ def test_what_ends_a_run_takes_nothing_that_was_found(
 def test_a_run_takes_nothing_of_another_that_began_just_now(
     workplace, tmp_path, capsys, monkeypatch
 ):
-    monkeypatch.setattr(app._growing, "refuse_kept_folder", lambda _: None)  # empty a moment ago
+    monkeypatch.setattr(
+        app._growing_files, "refuse_kept_folder", lambda _: None
+    )  # empty a moment ago
     (tmp_path / "poses.mcap").write_bytes(b"another's")
     assert run("track", workplace / "unit", workplace / "clip", "--out", tmp_path) == 2
     assert "poses.mcap exists" in capsys.readouterr().err

@@ -16,10 +16,10 @@ from validation import datasets
 
 SET = "SET"
 COMMANDS = (
-    "validation.beyond intervals SET",
-    "validation.beyond shapes SET",
-    "validation.beyond fewer SET",
-    "validation.beyond other SET SET",
+    "validation.generalization intervals SET",
+    "validation.generalization shapes SET",
+    "validation.generalization fewer SET",
+    "validation.generalization other SET SET",
     "validation.circles SET",
     "validation.label_noise SET",
     "validation.markers SET",
@@ -90,7 +90,7 @@ def untrue(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "benchmarks.axis_question",
         "benchmarks.few_lights SET --estimator table",
         "benchmarks.rendered_pixels --sensor one SET DEEP SET --out unwritten",
-        "validation.beyond shapes SET --estimator table",
+        "validation.generalization shapes SET --estimator table",
     ],
 )
 def test_a_damaged_truth_is_one_sentence(
@@ -133,7 +133,7 @@ WRITING = (
     "benchmarks.doubt --json",
     "benchmarks.few_lights SET --json",
     "benchmarks.rendered_pixels --sensor one SET SET SET --out",
-    "validation.beyond shapes SET --json",
+    "validation.generalization shapes SET --json",
     "validation.circles SET --json",
     "validation.label_noise SET --json",
     "validation.untouched --json",

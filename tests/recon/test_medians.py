@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from recon.middle import SAMPLE, median
+from recon.medians import SAMPLE, median
 
 FLOATS = st.floats(-1e3, 1e3, width=32)
 

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What an estimator does beyond its lesson: other shapes, other balls, fewer presses.
 
-``python -m validation.beyond shapes DATASET`` teaches the presses of a set and reconstructs its
-shapes, or those of a second set of the same sensor, where one is named; ``other TAUGHT JUDGED``
+``python -m validation.generalization shapes DATASET`` teaches the presses of a set and reconstructs
+its shapes, or those of a second set of the same sensor, where one is named; ``other TAUGHT JUDGED``
 teaches one set and judges the presses of another; ``fewer DATASET`` teaches ten presses and all, by
 five folds; ``intervals DATASET`` counts the held-out truths inside the intervals. Few presses are
 chosen three times: over the pad, each as far as can be from those before; those nearest to where
@@ -260,7 +260,9 @@ def _with_ratio(rows: list[Row], key: str, value: str) -> list[Row]:
 
 def main() -> None:
     """Measure, print, and keep as JSON where asked."""
-    parser = argparse.ArgumentParser(prog="python -m validation.beyond", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m validation.generalization", description=__doc__
+    )
     parser.add_argument("what", choices=["shapes", "other", "fewer", "intervals"])
     parser.add_argument("dataset", nargs="+", help="one set, or the set taught and the one judged")
     parser.add_argument("--estimator", default=f"default,{REFERENCE}")

@@ -22,7 +22,7 @@ from recon.estimators.shading import LIGHT_POWERS
 from recon.estimators.surroundings import ASPECTS
 from recon.presses import read_presses
 from recon.still import FARTHEST, REACH
-from recon.tensors import read_tensors
+from recon.tensor_files import read_tensors
 from recon.unet.weights import MISSING_AXIS, load_weights, save_weights, shipped_weights
 from sensor.errors import WedgeError
 from tests.synthetic import make_dataset

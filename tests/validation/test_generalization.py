@@ -13,7 +13,7 @@ from recon.coverage import Coverage
 from recon.images import read_image, write_image
 from sensor.errors import WedgeError
 from tests.synthetic import make_dataset
-from validation import beyond
+from validation import generalization
 from validation.depth import cap_of
 
 
@@ -22,7 +22,7 @@ def folder(tmp_path_factory):
     """Twelve presses; one of them once more as a shape with its truth."""
     folder = tmp_path_factory.mktemp("beyond") / "set"
     dataset = make_dataset(folder, presses=12)
-    presses, _ = beyond._read(str(folder))
+    presses, _ = generalization._read(str(folder))
     write_image(folder / "cap.jpg", read_image(folder / dataset.labels[0].file))
     (folder / "truth").mkdir()
     np.save(folder / "truth" / "cap.npy", cap_of(presses[0]).depth_mm.astype(np.float32))
@@ -30,39 +30,39 @@ def folder(tmp_path_factory):
 
 
 def test_a_shapes_ratio_is_to_the_papers_error_of_that_shape(folder, monkeypatch):
-    monkeypatch.setattr(beyond, "REFERENCE", "table")
-    rows = beyond.shapes(str(folder), str(folder), ["table"])
+    monkeypatch.setattr(generalization, "REFERENCE", "table")
+    rows = generalization.shapes(str(folder), str(folder), ["table"])
     assert [row["shape"] for row in rows] == ["cap"] and rows[0]["ratio"] == 1.0
     assert rows[0]["rmse_mm"] >= abs(rows[0]["bias_mm"])
-    few = beyond.shapes(str(folder), str(folder), ["table"], count=6)
+    few = generalization.shapes(str(folder), str(folder), ["table"], count=6)
     assert [row["presses"] for row in few] == [6, 6, 6]
-    assert [row["chosen"] for row in few] == list(beyond.CHOICES)
+    assert [row["chosen"] for row in few] == list(generalization.CHOICES)
 
 
 def test_shapes_of_a_second_set_are_read_as_the_first_one_taught(folder, tmp_path):
     second = make_dataset(tmp_path / "set", presses=8, seed=3)
     with pytest.raises(WedgeError, match="truth"):
-        beyond.shapes(str(folder), str(second.folder), ["table"])
+        generalization.shapes(str(folder), str(second.folder), ["table"])
     for name in ("cap.png", "cap.jpg"):
         if (folder / name).exists():
             shutil.copy(folder / name, second.folder)
     shutil.copytree(folder / "truth", second.folder / "truth")
-    (own,) = beyond.shapes(str(folder), str(folder), ["table"])
-    (row,) = beyond.shapes(str(folder), str(second.folder), ["table"])
+    (own,) = generalization.shapes(str(folder), str(folder), ["table"])
+    (row,) = generalization.shapes(str(folder), str(second.folder), ["table"])
     assert row["shape"] == "cap" and row["presses"] == own["presses"] == 12
     assert row["rmse_mm"] == pytest.approx(own["rmse_mm"], rel=0.3)
 
 
 def test_another_set_is_judged_by_what_one_set_taught_and_by_its_own_folds(folder, tmp_path):
     second = make_dataset(tmp_path / "set", presses=10, seed=5)
-    across, own = beyond.other(str(folder), str(second.folder), ["table"])
+    across, own = generalization.other(str(folder), str(second.folder), ["table"])
     assert across["judged"] == own["judged"] == 10
     assert across["contact theta_deg"] < 3 * own["contact theta_deg"] < 20
     assert across["depth"]["truth"] == "ball cap"
 
 
 def test_fewer_presses_are_as_many_as_asked_for(folder):
-    *few, every = beyond.fewer(str(folder), ["table"], 4)
+    *few, every = generalization.fewer(str(folder), ["table"], 4)
     assert [row["presses"] for row in few] == [4, 4, 4]
     assert 4 < every["presses"] < 12
     for row in few:
@@ -71,11 +71,11 @@ def test_fewer_presses_are_as_many_as_asked_for(folder):
 
 
 def test_presses_chosen_over_the_pad_leave_no_press_far_from_them(folder):
-    presses, _ = beyond._read(str(folder))
+    presses, _ = generalization._read(str(folder))
     places = np.array([press.center_px for press in presses])
     farthest = {}
-    for how in beyond.CHOICES:
-        chosen = np.array([press.center_px for press in beyond._chosen(presses, 5, how)])
+    for how in generalization.CHOICES:
+        chosen = np.array([press.center_px for press in generalization._chosen(presses, 5, how)])
         assert len(np.unique(chosen, axis=0)) == 5
         away = np.linalg.norm(places[:, None] - chosen, axis=-1)
         farthest[how] = away.min(1).max()
@@ -83,12 +83,12 @@ def test_presses_chosen_over_the_pad_leave_no_press_far_from_them(folder):
 
 
 def test_presses_chosen_as_captured_lie_where_a_capture_points(folder):
-    presses, _ = beyond._read(str(folder))
-    (first,) = beyond._chosen(presses, 1, "as captured")
+    presses, _ = generalization._read(str(folder))
+    (first,) = generalization._chosen(presses, 1, "as captured")
     middle_px = Coverage(first.size_px).next_px
     away = [np.linalg.norm(np.subtract(press.center_px, middle_px)) for press in presses]
     assert first is presses[int(np.argmin(away))]
-    few, more = (beyond._chosen(presses, count, "as captured") for count in (3, 4))
+    few, more = (generalization._chosen(presses, count, "as captured") for count in (3, 4))
     (added,) = [press for press in more if all(press is not one for one in few)]
     coverage = Coverage(first.size_px)
     for press in few:
@@ -102,10 +102,10 @@ def test_depth_of_presses_held_out_is_off_by_about_what_is_expected(folder, monk
     pytest.importorskip("torch")
     from recon.estimators import default_training
 
-    monkeypatch.setattr(beyond, "FOLDS", 2)
+    monkeypatch.setattr(generalization, "FOLDS", 2)
     monkeypatch.setattr(default_training, "STEPS", 400)
     monkeypatch.setattr(default_training, "BATCH", 128)
-    (row,) = beyond.intervals(str(folder))
+    (row,) = generalization.intervals(str(folder))
     assert row["presses"] == 12 and row["covered"] > 0.8
     assert 0.1 < row["deviations, median press"] < 2
 
@@ -120,23 +120,25 @@ def test_another_seed_teaches_other_networks(folder, monkeypatch, capsys):
     for seed in ("1", "2", "1"):
         words = ["beyond", "shapes", str(folder), "--estimator", "default", "--seed", seed]
         monkeypatch.setattr(sys, "argv", words)
-        beyond.main()
+        generalization.main()
         printed.append(capsys.readouterr().out)
     assert printed[0] == printed[2] != printed[1]
-    one, other, again = (beyond.fewer(str(folder), ["table"], 4, seed) for seed in (1, 2, 1))
+    one, other, again = (
+        generalization.fewer(str(folder), ["table"], 4, seed) for seed in (1, 2, 1)
+    )
     assert one == again != other
     monkeypatch.setattr(sys, "argv", ["beyond", "intervals", str(folder), "--seed", "1"])
     with pytest.raises(SystemExit, match="2"):
-        beyond.main()
+        generalization.main()
 
 
 def test_the_command_prints_and_keeps_the_rows(folder, tmp_path, monkeypatch, capsys):
     kept = tmp_path / "rows.json"
     arguments = ["beyond", "shapes", str(folder), "--estimator", "table", "--json", str(kept)]
     monkeypatch.setattr(sys, "argv", arguments)
-    beyond.main()
+    generalization.main()
     assert "shape cap" in capsys.readouterr().out
     assert json.loads(kept.read_text())["rows"][0]["shape"] == "cap"
     monkeypatch.setattr(sys, "argv", ["beyond", "shapes", str(tmp_path / "none")])
     with pytest.raises(SystemExit, match="none"):
-        beyond.main()
+        generalization.main()
