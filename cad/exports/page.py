@@ -59,7 +59,9 @@ def page_html(design: Wedge, manifest: Mapping[str, Any], paths: Sequence[str]) 
     template = files("cad").joinpath("data", "page.html").read_text(encoding="utf-8")
     shown = [path for path in paths if path.endswith((".png", ".svg"))]
     linked = [
-        path for path in paths if path not in shown and not path.startswith(("print", "step"))
+        path
+        for path in paths
+        if path not in shown and not path.startswith(("print", "step", "view"))
     ]
     linked.insert(0, "step/assembly.step")
     failed = sum(not check["passed"] for check in manifest["checks"])
@@ -69,7 +71,7 @@ def page_html(design: Wedge, manifest: Mapping[str, Any], paths: Sequence[str]) 
         "HASH": design.sha256[:8],
         "WIDTH": f"{design.outer_width_mm:g}",
         "PICTURES": "".join(_figure(path) for path in shown),
-        "LINKS": " · ".join(_link(path) for path in linked),
+        "LINKS": _links(linked),
         "PARTS": _parts(manifest["parts"]),
         "CHECKS": _checks(manifest["checks"]),
     }
@@ -106,8 +108,19 @@ def _figure(path: str) -> str:
     )
 
 
-def _link(path: str) -> str:
-    return f'<a href="{escape(path)}">{escape(path)}</a>'
+def _links(paths: Sequence[str]) -> str:
+    """A line for each folder, those beside the page first."""
+    folders = sorted({path.rpartition("/")[0] for path in paths})
+    lines = []
+    for folder in folders:
+        inside = [path for path in paths if path.rpartition("/")[0] == folder]
+        links = " · ".join(_link(path, path.rpartition("/")[2]) for path in inside)
+        lines.append(f'<p class="files">{f"{escape(folder)}/ " if folder else ""}{links}</p>')
+    return "".join(lines)
+
+
+def _link(path: str, name: str | None = None) -> str:
+    return f'<a href="{escape(path)}">{escape(name or path)}</a>'
 
 
 def _parts(parts: Iterable[Mapping[str, Any]]) -> str:

@@ -153,6 +153,17 @@ def test_an_stl_s_normals_point_out_of_its_body() -> None:
     assert (np.einsum("ij,ij->i", rows["n"], rows["p"].mean(axis=1)) > 0).all()
 
 
+def test_the_page_links_the_files_of_a_folder_together_and_no_script(finger: Model) -> None:
+    paths = ["bill/bill.csv", "laser/mirror.dxf", "bill/bill.md", "guide.md", "view/viewer.js"]
+    page = page_html(FINGER, manifest_of(finger, []), paths)
+    lines = re.findall(r'<p class="files">(.*?)</p>', page)
+    linked = [re.findall(r'href="([^"]+)"', line) for line in lines]
+    assert linked == [
+        ["guide.md"], ["bill/bill.csv", "bill/bill.md"], ["laser/mirror.dxf"],
+        ["step/assembly.step"],
+    ]  # fmt: skip
+
+
 @pytest.mark.parametrize(("failed", "said"), [(0, None), (1, "1 check failed"),
                                               (2, "2 checks failed")])  # fmt: skip
 def test_the_page_marks_what_failed_and_nothing_else(
