@@ -8,7 +8,8 @@ import numpy as np
 
 from cad.bounds import at_least, at_most
 from cad.layout import Layout
-from cad.optics import Paths, faulty_pictures, keystone, pad_grid, pixel_margin, trace
+from cad.optics import Paths, camera_axes, faulty_pictures, keystone, pad_grid, pixel_margin, trace
+from cad.parts.camera_holder import BARREL_GAP
 from sensor.errors import WedgeError
 
 PIXEL_MARGIN = 10.0
@@ -27,6 +28,7 @@ def refuse_view(place: Layout) -> None:
     paths = trace(design, pad_grid(design, 21))
     _refuse_missed_mirror(place, paths)
     _refuse_blocked_window(place, paths)
+    _refuse_narrow_hole(place, paths)
     margin = pixel_margin(camera, paths.pixels)
     if not margin >= PIXEL_MARGIN:
         raise WedgeError(
@@ -69,6 +71,23 @@ def _refuse_missed_mirror(place: Layout, paths: Paths) -> None:
         mirror.width_mm,
         2 * (float(np.abs(paths.mirror[:, 1]).max()) + MIRROR_MARGIN),
         "the sides of the pad would be seen past the mirror",
+    )
+
+
+def _refuse_narrow_hole(place: Layout, paths: Paths) -> None:
+    """Light must come through the holder's hole before the lens, whose axis is the camera's."""
+    camera = place.design.camera
+    forward, up, across = camera_axes(camera)
+    ways = paths.mirror - paths.pupil
+    steepest = float((np.hypot(ways @ up, ways @ across) / (ways @ forward)).max())
+    deep = (camera.pupil_x_mm - place.tunnel_x0 - place.slide) / math.cos(place.pitch)
+    # The hole leans with the camera: on one side it is deeper by its radius times the pitch.
+    radius = (deep * steepest + _LIGHT_MARGIN) / (1 - steepest * math.tan(abs(place.pitch)))
+    at_least(
+        "camera.barrel_diameter_mm",
+        camera.barrel_diameter_mm,
+        2 * (radius - BARREL_GAP),
+        "the holder's hole before the lens would hide an edge of the pad",
     )
 
 

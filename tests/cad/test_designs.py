@@ -13,6 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from cad.build import model, run_checks
+from cad.checks.sight import check_sight
 from cad.electronics.resistors import ADAPTER_MA, ADAPTER_V, RATED_W, ballasts
 from cad.exports.laser import area_mm2, laser_files, outline
 from cad.refusals import refuse_unbuildable
@@ -141,6 +142,18 @@ def test_films_of_no_thickness_are_refused_unless_there_are_none() -> None:
     for kept in ({"diffuser": False}, {"gray_filter_transmission": 1.0}):
         with pytest.raises(WedgeError, match="film_thickness_mm = 0 must be at least"):
             refuse_unbuildable(changed(FINGER, "lights", **{**BARE, **FILMED, **kept}))
+
+
+@pytest.mark.parametrize("design", [STANDARD, FINGER], ids=lambda design: design.name)
+def test_the_hole_before_the_lens_shows_the_whole_pad(design: Wedge) -> None:
+    with pytest.raises(WedgeError, match="would hide an edge of the pad") as refusal:
+        refuse_unbuildable(changed(design, "camera", barrel_diameter_mm=2.0))
+    (bound,) = re.findall(r"at least ([\d.]+)", str(refusal.value))
+    fits = changed(design, "camera", barrel_diameter_mm=float(bound))
+    refuse_unbuildable(fits)
+    built = model(fits)
+    (blocked, *_) = check_sight(fits, built.body_meshes)
+    assert blocked.subject == "rays blocked by a body" and blocked.value == 0
 
 
 def test_the_mark_in_the_roof_leaves_a_wall_over_a_camera_that_looks_up() -> None:
