@@ -37,8 +37,16 @@ def progress(title: str) -> Iterator[Report]:
     with Progress(*columns, console=Console(stderr=True)) as bar:
         step = bar.add_task(escape(f"{title:{_TITLE_WIDTH}}"), total=1.0, what="")
 
+        begun = False
+
         def report(share: float, what: str = "") -> None:
+            nonlocal begun
+            begun = True
             bar.update(step, completed=share, what=escape(what))
 
-        yield report
+        try:
+            yield report
+        except BaseException:
+            bar.live.transient = not begun  # what is refused at once has come nowhere
+            raise
         bar.update(step, completed=1.0, what="")

@@ -230,7 +230,7 @@ class McapSource:
                 if image is None or not 0 <= image.time_ns < END_OF_TIME_NS:
                     self.counts.corrupt += 1
                     continue
-                if not image.data.startswith(START) and "jpeg" not in image.format:
+                if not image.data.startswith(START) and "jpeg" not in image.format.lower():
                     self.counts.corrupt += 1
                     self.counts.remark = (
                         f"{self._path} has images in {image.format or 'no known format'}; only "
