@@ -140,7 +140,18 @@ def test_a_depth_beyond_the_support_is_pressed_back_and_not_cut_off(boundary, pi
 def test_the_nearest_depth_of_any_size_is_pressed_in_only(height, width, boundary):
     free = np.random.default_rng(height).normal(0, 0.3, (height, width)).astype(np.float32)
     found = nearest_pressed(free, np.ones((height, width), bool), (0.1, 0.1), boundary)
-    assert found.shape == free.shape and np.isfinite(found).all() and found.min() >= 0
+    assert found.shape == free.shape and found.dtype == free.dtype
+    assert np.isfinite(found).all() and found.min() >= 0
+
+
+def test_gel_that_may_have_moved_is_pressed_where_it_is_narrower_than_the_solver_s_pixels():
+    line = np.zeros_like(EVERYWHERE)
+    line[:, 50] = True  # of each pixel of the solver the least part
+    for found in (
+        pressed_depth(GRADIENT, line, both=True, coarseness=4),
+        nearest_pressed(CAP.depth_mm.astype(np.float32), line, PITCH, "dirichlet"),
+    ):
+        assert found[line].max() > 0.1 * CAP.depth_mm.max()
 
 
 @pytest.mark.parametrize("answer", [by_columns, by_convex_fit])
