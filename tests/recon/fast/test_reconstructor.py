@@ -9,8 +9,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from recon.ball import ball_cap
 from recon.estimators.lookup_table import BINS, LookupTable
 from recon.fast import FastReconstructor, fixed_point
+from recon.fast.disturbance import in_pixels, in_quarters
 from recon.integration.poisson import integrate
 from recon.integration.weighed import weighed_depth
 from recon.pipeline import Reconstructor
@@ -75,7 +77,7 @@ def test_every_kind_of_frame_gives_the_same() -> None:
     pixels = TimedFrame(index=0, time_ns=0, arrived_ns=0, pixels=decode_jpeg(jpeg))
     depths = [
         FastReconstructor(unit, threads=threads)(frame).depth_mm.copy()
-        for threads in (1, 2)
+        for threads in (1, 7)  # of which the rows are no whole number
         for frame in (jpeg, decode_jpeg(jpeg), timed, pixels)
     ]
     for depth in depths[1:]:
@@ -254,6 +256,30 @@ def test_the_word_on_dots_is_the_reference_s(recorded, blank, frame, word) -> No
     if touch.dots is not None and truth.dots is not None:
         np.testing.assert_array_equal(touch.dots.seen, truth.dots.seen)
         np.testing.assert_allclose(touch.dots.position_px, truth.dots.position_px, atol=1e-3)
+
+
+def test_of_a_large_frame_s_dents_those_whose_color_changed_are_contacts() -> None:
+    size_px, pitch_mm = (322, 242), (0.05, 0.06)  # no whole number of quarters
+    unit = make_unit(size_px)
+    ball, other = (ball_cap(size_px, (x, 120.0), 2.0, 3.0, pitch_mm) for x in (80.0, 240.0))
+    touch = replace(
+        FastReconstructor(unit)(unit.background),
+        depth_mm=(ball.depth_mm + other.depth_mm).astype(np.float32),
+        gradient=(ball.gradient + other.gradient).astype(np.float32),
+        disturbed=in_quarters(ball.depth_mm > 0).astype(bool),
+    )
+    assert 0.9 < touch.contact[ball.depth_mm > 0].mean() <= 1
+    assert not touch.contact[ball.depth_mm == 0].any()
+
+
+@pytest.mark.parametrize("size_px", [(320, 240), (321, 241), (322, 242)])
+def test_beside_a_free_border_gel_that_is_not_disturbed_lies_at_zero(size_px) -> None:
+    unit = make_unit(size_px)
+    touch = FastReconstructor(unit)(pressed(unit.background, (20, 120)))
+    assert touch.boundary == "neumann"
+    untouched = ~in_pixels(touch.disturbed, size_px)[2::4, 2::4]
+    assert np.median(touch.depth_mm[2::4, 2::4][untouched]) == pytest.approx(0, abs=1e-6)
+    assert np.ptp(touch.depth_mm) > 0.1
 
 
 def test_patches_and_shadows_are_the_reference_s() -> None:
