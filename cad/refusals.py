@@ -10,6 +10,7 @@ from cad.electronics.resistors import (
     ADAPTER_MA,
     ADAPTER_V,
     LEAST_DROP_V,
+    LEAST_OHM,
     RATED_W,
     ballasts,
     takes_adapters_supply,
@@ -39,6 +40,7 @@ def refuse_unbuildable(design: Wedge) -> None:
     _refuse_mirror(place)
     _refuse_window(place)
     _refuse_lights(place)
+    _refuse_currents(place)
     _refuse_camera(place)
     _refuse_screws(place)
     _refuse_compartment(place)
@@ -173,6 +175,11 @@ def _refuse_lights(place: Layout) -> None:
             most,
             f"at a pitch of {wiring.led_pitch_mm:g} mm no more fit",
         )
+
+
+def _refuse_currents(place: Layout) -> None:
+    design = place.design
+    wiring = design.wiring
     for color in ("red", "green", "blue"):
         at_most(
             f"wiring.{color}_forward_v",
@@ -190,6 +197,13 @@ def _refuse_lights(place: Layout) -> None:
             f"the adapter's {ADAPTER_V:g} V give the arrays {ADAPTER_MA:g} mA together",
         )
     for ballast in found:
+        if ballast.ohm < LEAST_OHM:
+            at_most(
+                "wiring.led_current_ma",
+                wiring.led_current_ma,
+                1000 * (wiring.supply_v - ballast.forward_v) / LEAST_OHM / ballast.leds,
+                f"the {ballast.color} array's resistor would have less than {LEAST_OHM:g} ohm",
+            )
         if ballast.power_w > RATED_W:
             at_most(
                 "wiring.led_current_ma",

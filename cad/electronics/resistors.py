@@ -40,6 +40,8 @@ E24 = (
 )
 RATED_W = 0.25
 """Of a resistor in a 1206 package."""
+LEAST_OHM = 1.0
+"""Where the bill's series of resistors begins."""
 LEAST_DROP_V = 0.3
 """Over a resistor: LEDs of one reel differ by a tenth of a volt, which then is a third of it."""
 ADAPTER_V = 3.3
@@ -76,10 +78,10 @@ class Ballast:
 
     @property
     def label(self) -> str:
-        """The value as it is written on boards and bills: 12R, 4R7, 2K4."""
+        """The value as boards and part numbers have it, without a last zero: 12R, 2R, 4R7, 2K4."""
         kilo = self.ohm >= 1000
-        whole, dot, tenths = f"{self.ohm / 1000 if kilo else self.ohm:g}".partition(".")
-        return whole + ("K" if kilo else "R") + (tenths if dot else "0" if self.ohm < 10 else "")
+        whole, _, tenths = f"{self.ohm / 1000 if kilo else self.ohm:g}".partition(".")
+        return whole + ("K" if kilo else "R") + tenths
 
 
 def ballasts(design: Wedge) -> list[Ballast]:

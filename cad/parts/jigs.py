@@ -13,7 +13,9 @@ from sensor.design import Wedge
 BALL_RADIUS = 2.4
 """The paper's calibration ball, in mm."""
 BALL_SUNK = 2.9
-"""Depth of the ball in its socket, past its middle: wide enough to lay it in, so it is glued."""
+"""Depth of the ball in its socket, past its middle."""
+BALL_GAP = 0.1
+"""Around the ball, whatever the fit: its socket must stay wide enough to lay it in for glue."""
 STEM_RADIUS, STEM_LENGTH = 3.6, 20.0
 GRIP_RADIUS, GRIP_LENGTH = 7.0, 8.0
 JAW = 3.6
@@ -21,20 +23,20 @@ JAW = 3.6
 GUIDE = 3.0
 
 
-def ball_jig(design: Wedge) -> cq.Solid:
-    """A stem with a socket at its top, into which the ball is glued; modelled as it is printed."""
+def ball_jig(_: Wedge) -> cq.Solid:
+    """A stem with a socket at its top, into which the ball is glued; the same for every design."""
     grip = cylinder((0, 0, 0), (0, 0, 1), GRIP_RADIUS, GRIP_LENGTH)
     stem = cylinder((0, 0, GRIP_LENGTH), (0, 0, 1), STEM_RADIUS, STEM_LENGTH)
     top = GRIP_LENGTH + STEM_LENGTH
-    radius = BALL_RADIUS + design.printing.press_clearance_mm
+    radius = BALL_RADIUS + BALL_GAP
     socket = cq.Workplane().sphere(radius).translate((0, 0, top - BALL_SUNK + BALL_RADIUS))
     return one_solid(grip.union(stem).cut(socket), "the ball's jig")
 
 
-def ball_jig_volume_mm3(design: Wedge) -> float:
+def ball_jig_volume_mm3() -> float:
     """Closed form of the jig's volume: two cylinders less the sunk part of a sphere."""
-    radius = BALL_RADIUS + design.printing.press_clearance_mm
-    depth = BALL_SUNK + design.printing.press_clearance_mm
+    radius = BALL_RADIUS + BALL_GAP
+    depth = BALL_SUNK + BALL_GAP
     cap = math.pi * depth**2 * (3 * radius - depth) / 3
     solid = GRIP_RADIUS**2 * GRIP_LENGTH + STEM_RADIUS**2 * STEM_LENGTH
     return math.pi * solid - cap

@@ -138,6 +138,15 @@ def test_leds_that_leave_a_resistor_too_little_are_refused() -> None:
     refuse_unbuildable(changed(STANDARD, "wiring", blue_forward_v=3.0))
 
 
+def test_a_current_that_asks_for_less_than_the_series_least_resistor_is_refused() -> None:
+    tiny = changed(STANDARD, "lights", red_side_leds=20, led_length_mm=1.0, led_width_mm=0.8)
+    volts = {"supply_v": 3.4, "red_forward_v": 3.1, "led_pitch_mm": 1.5}
+    with pytest.raises(WedgeError, match=r"led_current_ma = 30 must be at most 15: the red") as no:
+        refuse_unbuildable(changed(tiny, "wiring", led_current_ma=30.0, **volts))
+    assert "less than 1 ohm" in str(no.value)
+    refuse_unbuildable(changed(tiny, "wiring", led_current_ma=15.0, **volts))
+
+
 def test_films_of_no_thickness_are_refused_unless_there_are_none() -> None:
     for kept in ({"diffuser": False}, {"gray_filter_transmission": 1.0}):
         with pytest.raises(WedgeError, match="film_thickness_mm = 0 must be at least"):

@@ -48,6 +48,15 @@ def test_a_resistors_label_is_its_value_and_is_on_the_bill(ohm: float) -> None:
     assert line.part.number == f"RC1206FR-07{ballast.label}L"
 
 
+@pytest.mark.parametrize(
+    ("ohm", "code"),
+    [(1, "1R"), (1.5, "1R5"), (2, "2R"), (9.1, "9R1"), (56, "56R"), (1000, "1K"), (1200, "1K2")],
+)
+def test_a_resistors_number_is_written_as_its_data_sheet_has_it(ohm: float, code: str) -> None:
+    # Yageo's RC1206: R or K stands for the point, and a last zero after it is left out.
+    assert replace(ballasts(STANDARD)[0], ohm=ohm).label == code
+
+
 @BOTH
 def test_currents_obey_ohm_and_stay_below_what_was_asked(design: Wedge) -> None:
     for ballast in ballasts(design):
