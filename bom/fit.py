@@ -10,6 +10,10 @@ from sensor.design import Wedge
 
 SHEET_MM = 100
 """Side of the square sheets of acrylic and mirror that the bill orders; what is cut fits on one."""
+CUT_GAP_MM = 4.0
+"""Between what is cut from one sheet."""
+SHEET_HEAD_MM = 34.0
+"""Of a sheet's depth, for what is engraved and for the kerf comb, with a gap beside each."""
 
 
 def parts_for(design: Wedge, parts: Sequence[BoughtPart]) -> list[BoughtPart]:
@@ -21,7 +25,20 @@ def parts_for(design: Wedge, parts: Sequence[BoughtPart]) -> list[BoughtPart]:
     """
     groups = {item.name: getattr(design, item.name) for item in fields(design)}
     groups |= {"sheet_mm": SHEET_MM, "pin_length_mm": design.pin_length_mm}
-    return [_without_misfit(_filled(part, groups), groups) for part in parts]
+    packs = _pieces_per_sheet(design)
+    rows = [replace(part, pack_size=packs.get(part.id, part.pack_size)) for part in parts]
+    return [_without_misfit(_filled(part, groups), groups) for part in rows]
+
+
+def _pieces_per_sheet(design: Wedge) -> dict[str, int]:
+    """How many blocks and mirrors lie in rows on a sheet, beside its kerf comb."""
+    packs = {}
+    for name in ("acrylic", "mirror"):
+        part, kerf_mm = getattr(design, name), getattr(design.laser, f"{name}_kerf_mm")
+        columns = (SHEET_MM + CUT_GAP_MM) // (part.length_mm + kerf_mm + CUT_GAP_MM)
+        deep = SHEET_MM - SHEET_HEAD_MM
+        packs[name] = int(columns * ((deep + CUT_GAP_MM) // (part.width_mm + kerf_mm + CUT_GAP_MM)))
+    return {name: max(1, pieces) for name, pieces in packs.items()}
 
 
 def _filled(part: BoughtPart, groups: dict[str, object]) -> BoughtPart:

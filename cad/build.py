@@ -161,6 +161,6 @@ def manifest_of(built: Model, results: list[checks.Result]) -> dict[str, Any]:
         "design": built.design.name,
         "design_sha256": built.design.sha256,
         "parts": parts,
-        "bill": bill_counts(counts, built.boards, parts),
+        "bill": bill_counts(built.design, counts, built.boards, parts),
         "checks": check_entries(results),
     }

@@ -7,24 +7,33 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from cad.electronics.boards import Board
+from cad.electronics.resistors import takes_adapters_supply
 from cad.parts.gripper_adapter import GRIPPER_SCREW_LENGTH, WSG_50
+from sensor.design import Wedge
 
 WIRE_M = 0.12
 """From an array to the resistor board, or from there to the adapter."""
 
 
 def bill_counts(
-    bodies: Mapping[str, int], boards: Sequence[Board], parts: Sequence[Mapping[str, Any]]
+    design: Wedge,
+    bodies: Mapping[str, int],
+    boards: Sequence[Board],
+    parts: Sequence[Mapping[str, Any]],
 ) -> dict[str, float]:
     """Quantities by id of all that is bought.
 
     Args:
+        design: The sensor.
         bodies: How many of each part the assembly holds.
         boards: The boards, whose components are soldered on.
         parts: The manifest's parts; printed ones become grams of filament.
     """
     printed = {part["id"] for part in parts if "print" in part}
-    counts: Counter[str] = Counter({k: n for k, n in bodies.items() if k not in printed})
+    counts: Counter[str] = Counter()
+    for part_id, count in bodies.items():
+        if part_id not in printed:  # the strips of a film are cut from one roll
+            counts[part_id.removesuffix("_side").removesuffix("_base")] += count
     for board in boards:
         counts.update(component.part for component in board.components)
         if board.name not in bodies:
@@ -42,4 +51,5 @@ def bill_counts(
     counts[gripper] += len(WSG_50.places) * bodies["adapter_wsg50"]
     glued = {"epoxy": counts["mirror"], "double_tape": arrays}
     implied = {"wire": round((2 * arrays + 2) * WIRE_M, 3), "pla": round(grams, 1), "ball": balls}
-    return {**counts, **per_gel, **wrapped, **glued, **links, **implied}
+    supply = {} if takes_adapters_supply(design) else {"light_supply": 1}
+    return {**counts, **per_gel, **wrapped, **glued, **links, **supply, **implied}

@@ -37,6 +37,7 @@ def design_words(design: Wedge, assembly: Assembly) -> dict[str, str]:
         "film_fault": _FILM_FAULT if films else "",
         "supply": supply_words(design),
         "cable": f" and the lights' {ADAPTER_V:g} V" if takes_adapters_supply(design) else "",
+        "lights_power": "" if takes_adapters_supply(design) else ", and the lights theirs",
         "sides": _sides(colors),
         "lit": _lit(colors),
         "strips": "Stick it over the gray filter." if len(films) > 1 else _EACH_STRIP,

@@ -108,8 +108,8 @@ def supply_words(design: Wedge) -> str:
     if takes_adapters_supply(design):
         return f"{ADAPTER_V:g} V and ground of the adapter"
     return (
-        f"{design.wiring.supply_v:g} V of a supply of your own, whose ground is joined to the"
-        f" adapter's, as the adapter has {ADAPTER_V:g} V alone"
+        f"{design.wiring.supply_v:g} V of a supply of your own, led in beside the HDMI socket and"
+        f" its ground joined to the adapter's (which has {ADAPTER_V:g} V alone)"
     )
 
 

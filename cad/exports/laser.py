@@ -19,7 +19,7 @@ from ezdxf.document import Drawing
 from ezdxf.filemanagement import new
 from ezdxf.layouts.layout import Modelspace
 
-from bom.fit import SHEET_MM
+from bom.fit import CUT_GAP_MM, SHEET_MM
 from cad.exports.strokes import strokes
 from cad.layout import Layout
 from sensor.design import Wedge
@@ -27,7 +27,6 @@ from sensor.design import Wedge
 Vertex = tuple[float, float, float]
 """x, y and the bulge of the edge that follows: tan(angle / 4) of its arc, 0 for a line."""
 
-_GAP = 4.0
 _LETTER = 2.0
 """Height of what is written."""
 _COMB_TOOTH, _COMB_TEETH, _COMB_ROW = 10.0, 10, 5
@@ -168,19 +167,19 @@ def sheet_dxf(sheet: Sheet, kerf_mm: float) -> bytes:
         # On the sheet, not on the piece: the camera looks through every face of the acrylic.
         label = f"{piece.id} {sheet.thickness_mm:g} mm x{piece.quantity}"
         _write(space, "ENGRAVE", label, (0, y))
-        x, y = 0.0, y + _LETTER + _GAP
+        x, y = 0.0, y + _LETTER + CUT_GAP_MM
         wide, deep = piece.length + kerf_mm, piece.width + kerf_mm
         for _ in range(piece.quantity):
             if x and x + wide > SHEET_MM:
-                x, y = 0.0, y + deep + _GAP
+                x, y = 0.0, y + deep + CUT_GAP_MM
             middle = (x + wide / 2, y + deep / 2)
             moved = [
                 (px + middle[0], py + middle[1], bulge)
                 for px, py, bulge in outline(piece, kerf_mm / 2)
             ]
             space.add_lwpolyline(moved, format="xyb", close=True, dxfattribs={"layer": "CUT"})
-            x += wide + _GAP
-        y += deep + _GAP
+            x += wide + CUT_GAP_MM
+        y += deep + CUT_GAP_MM
     return _bytes(document)
 
 
@@ -191,7 +190,7 @@ def comb_dxf(sheet: Sheet) -> bytes:
     _write(space, "NOTE", f"{sheet.material} {sheet.thickness_mm:g} mm, {note}", (0, -8))
     for tooth in range(_COMB_TEETH):
         row, place = divmod(tooth, _COMB_ROW)
-        x, y = place * (_COMB_TOOTH + _GAP), row * (_COMB_TOOTH + _GAP)
+        x, y = place * (_COMB_TOOTH + CUT_GAP_MM), row * (_COMB_TOOTH + CUT_GAP_MM)
         far, top = x + _COMB_TOOTH, y + _COMB_TOOTH
         square = [(x, y), (far, y), (far, top), (x, top)]
         space.add_lwpolyline(square, close=True, dxfattribs={"layer": "CUT"})

@@ -54,6 +54,9 @@ def test_a_row_has_the_design_s_size_in_its_name(
 
 MISFITS = {
     "a narrow lens": ("camera", {"diagonal_view_deg": 112.0}, ("camera",)),
+    "a wide head": ("camera", {"head_size_mm": 9.5}, ("camera",)),
+    "a thin barrel": ("camera", {"barrel_diameter_mm": 6.0}, ("camera",)),
+    "a pale filter": ("lights", {"gray_filter_transmission": 0.8}, ("gray_filter",)),
     "a thick wire": ("wiring", {"wire_diameter_mm": 0.7}, ("wire",)),
     "narrow LEDs": ("lights", {"led_width_mm": 2.0}, LEDS),
     "flat LEDs": ("lights", {"led_height_mm": 1.4}, LEDS),

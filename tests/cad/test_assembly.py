@@ -133,6 +133,17 @@ def test_the_guide_says_the_voltage_of_the_design(finger: Model) -> None:
     assert "supply wires to 5 V of a supply of your own" in guide_of(finger, five)
     assert "own lines and the lights' 3.3 V, no HDMI" in guide_of(finger)
     assert "own lines, no HDMI picture" in guide_of(finger, five)
+    assert "Give the Pi its power. All" in guide_of(finger)
+    assert "Give the Pi its power, and the lights theirs." in guide_of(finger, five)
+    bill = manifest_of(replace(finger, design=five), [])["bill"]
+    assert bill["light_supply"] == 1 and "light_supply" not in manifest_of(finger, [])["bill"]
+    (supply,) = [part for part in parts_for(five, read_parts()) if part.id == "light_supply"]
+    assert "supply of 5 V" in supply.name
+
+
+def test_the_guide_says_how_many_contacts_ribbon_and_socket_have(finger: Model) -> None:
+    said = step_of(guide_of(finger), "Lay the CSI-to-HDMI board")
+    assert "22 contacts half a millimetre apart" in said and "takes 15" in said
 
 
 def test_the_guide_of_fewer_lights_and_films_names_no_others() -> None:

@@ -5,6 +5,7 @@
 import io
 import math
 import re
+from collections import Counter
 from dataclasses import replace
 from xml.etree import ElementTree
 
@@ -13,11 +14,14 @@ import numpy as np
 import pytest
 import trimesh
 
+from bom.bill import make_bill, read_parts
+from bom.fit import parts_for
 from cad.assembly import assemble
 from cad.build import Model, manifest_of
 from cad.checks.result import Result
+from cad.counts import bill_counts
 from cad.exports.drawing import drawing_of
-from cad.exports.laser import Piece, Sheet, laser_files, outline, sheet_dxf, sheets
+from cad.exports.laser import Piece, Sheet, comb_dxf, laser_files, outline, sheet_dxf, sheets
 from cad.exports.page import guide_html, page_html
 from cad.exports.solids import stl_of
 from cad.exports.views import _at_the_gel, _section, pulled_apart
@@ -117,6 +121,44 @@ def test_many_pieces_lie_side_by_side_on_a_sheet_and_none_on_another(kerf: float
         assert high - low == pytest.approx([piece.length + kerf, piece.width + kerf])
         for other_low, other_high in boxes[:index]:
             assert ((other_low > high) | (other_high < low)).any()
+
+
+@pytest.mark.parametrize("design", [STANDARD, FINGER], ids=lambda design: design.name)
+@pytest.mark.parametrize("scale", [0.8, 1.0, 1.4, 2.2])
+def test_a_sheet_holds_as_many_pieces_as_the_bill_says_and_the_comb(
+    design: Wedge, scale: float
+) -> None:
+    acrylic, mirror = (
+        replace(part, length_mm=part.length_mm * scale, width_mm=part.width_mm * scale)
+        for part in (design.acrylic, design.mirror)
+    )
+    scaled = replace(design, acrylic=acrylic, mirror=mirror, gel=replace(
+        design.gel, pad_length_mm=5.0, pad_width_mm=4.0), lights=replace(
+        design.lights, red_side_leds=1, blue_side_leds=1, green_base_leds=1))  # fmt: skip
+    packs = {part.id: part.pack_size for part in parts_for(scaled, read_parts())}
+    for sheet in sheets(scaled)[:2]:
+        (piece,), kerf = sheet.pieces, sheet.kerf_mm or 0.0
+        comb = np.ptp(np.concatenate(cuts_of(comb_dxf(sheet))), axis=0)
+        for more, fits in ((0, True), (1, False)):
+            many = replace(piece, quantity=int(packs[piece.id]) + more)
+            cuts = cuts_of(sheet_dxf(replace(sheet, pieces=(many,)), kerf))
+            far = np.concatenate(cuts).max(axis=0)
+            room = far[0] <= 100 and far[1] + 4 + comb[1] <= 100
+            assert room == fits, piece.id
+
+
+@pytest.mark.parametrize("lights", [(7, 5, 7), (0, 5, 0), (7, 0, 0)], ids=str)
+def test_the_strips_of_a_film_are_bought_as_one_roll(lights: tuple[int, int, int]) -> None:
+    red, green, blue = lights
+    changed = {"red_side_leds": red, "green_base_leds": green, "blue_side_leds": blue}
+    design = replace(STANDARD, lights=replace(STANDARD.lights, **changed))
+    cut = Counter({sheet.material: sum(p.quantity for p in sheet.pieces)
+                   for sheet in sheets(design)})  # fmt: skip
+    counts = bill_counts(design, assemble(design)[0].counts(), [], [])
+    films = {key: counts[key] for key in ("gray_filter", "diffuser")}
+    lines = make_bill(films, parts_for(design, read_parts()))
+    assert {line.part.id: line.quantity for line in lines} == {key: cut[key] for key in films}
+    assert all(line.cost_usd(1) > 0 for line in lines)
 
 
 @pytest.mark.parametrize("lights", [(7, 0, 7), (7, 5, 0)], ids=str)
