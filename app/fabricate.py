@@ -137,7 +137,7 @@ def _changes(manifest: dict[str, Any]) -> list[str]:
     """How a known design differs from the figures in the repository."""
     from cad.golden import differences, golden_of, read_golden
 
-    kept = read_golden(manifest["design"])
+    kept = read_golden(manifest["design"], manifest["design_sha256"])
     return differences(golden_of(manifest), kept) if kept else []
 
 

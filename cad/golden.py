@@ -33,10 +33,13 @@ def golden_of(manifest: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def read_golden(name: str) -> dict[str, Any] | None:
-    """The kept figures of a design, or None for one that is not kept."""
+def read_golden(name: str, sha256: str) -> dict[str, Any] | None:
+    """The kept figures of a design by its name and hash, or None for one that is not kept.
+
+    A design of one's own may have the name of a known one.
+    """
     source = files("cad").joinpath("data", f"golden_{name}.json")
-    if name not in DESIGNS or not source.is_file():
+    if name not in DESIGNS or DESIGNS[name].sha256 != sha256 or not source.is_file():
         return None
     content: dict[str, Any] = json.loads(source.read_text(encoding="utf-8"))
     return content

@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import cadquery as cq
+from OCP.Bnd import Bnd_Box
+from OCP.BRepBndLib import BRepBndLib
 
 from cad.catalogue import BACK_DOWN, INFILL_PERCENT, UPSIDE_DOWN, printed_parts
 from cad.checks.result import Result
@@ -48,15 +50,22 @@ def part_entries(
 
 def _figures(part_id: str, solid: cq.Solid, material: str) -> dict[str, Any]:
     volume = solid.Volume()
-    box = cq.Shape.cast(solid.wrapped).BoundingBox(tolerance=1e-4)
     return {
         "id": part_id,
         "revision": REVISION,
         "material": material,
         "volume_mm3": round(volume, 3),
         "mass_g": round(volume * density_g_cm3(material) / 1000, 3),
-        "bounding_box_mm": [round(size, 2) for size in (box.xlen, box.ylen, box.zlen)],
+        "bounding_box_mm": [round(size, 3) for size in _sizes_mm(solid)],
     }
+
+
+def _sizes_mm(solid: cq.Solid) -> tuple[float, float, float]:
+    """Along x, y and z, without the tolerances that cadquery's own box adds around curved faces."""
+    box = Bnd_Box()
+    BRepBndLib.AddOptimal_s(solid.wrapped, box, useTriangulation=False, useShapeTolerance=False)
+    x0, y0, z0, x1, y1, z1 = box.Get()
+    return x1 - x0, y1 - y0, z1 - z0
 
 
 def check_entries(results: list[Result]) -> list[dict[str, Any]]:

@@ -20,7 +20,7 @@ import trimesh
 from ezdxf import path as dxf_path
 from ezdxf.document import Drawing
 
-from cad.build import Model
+from cad.build import Model, manifest_of
 from cad.catalogue import PRINTED
 from cad.electronics.wiring import wiring_svg
 from cad.exports.drawing import drawing_of
@@ -32,7 +32,7 @@ from cad.exports.views import color_of
 from cad.golden import differences, golden_of, read_golden
 from cad.manifest import with_hashes
 from cad.mesh import DEFLECTION_MM
-from sensor.design import FINGER
+from sensor.design import FINGER, STANDARD
 from tests.cad.conftest import pieces_by_id
 from validation.report.fabrication import fabrication_section
 
@@ -342,13 +342,13 @@ def test_the_guide_ends_at_pages_that_exist_with_the_colours_set_before_the_pres
 @pytest.mark.parametrize("name", ["finger"])
 def test_the_design_measures_what_was_kept(name: str, fabricated: Folders) -> None:
     manifest = json.loads((fabricated[0] / "manifest.json").read_text())
-    kept = read_golden(name)
+    kept = read_golden(name, manifest["design_sha256"])
     assert kept is not None
     assert differences(golden_of(manifest), kept) == []
 
 
 def test_a_change_is_told_in_words() -> None:
-    kept = read_golden("standard")
+    kept = read_golden("standard", STANDARD.sha256)
     assert kept is not None
     now = json.loads(json.dumps(kept))
     case = next(part for part in now["parts"] if part["id"] == "case")
@@ -362,6 +362,20 @@ def test_a_change_is_told_in_words() -> None:
     assert any(text.startswith("case now measures ") for text in said)
     assert any(text.startswith("bill: led_red ") for text in said)
     assert differences(kept, kept) == []
+
+
+def test_a_design_of_ones_own_is_not_held_against_the_known_one_of_its_name() -> None:
+    assert read_golden("standard", FINGER.sha256) is None
+
+
+@pytest.mark.parametrize("name", ["standard", "finger"])
+def test_the_manifest_has_the_gel_s_size_to_the_micrometre(
+    name: str, request: pytest.FixtureRequest
+) -> None:
+    built: Model = request.getfixturevalue(name)
+    gel = built.design.gel
+    (part,) = [part for part in manifest_of(built, [])["parts"] if part["id"] == "gel"]
+    assert part["bounding_box_mm"] == [gel.pad_length_mm, gel.pad_width_mm, gel.thickness_mm]
 
 
 def test_the_report_shows_a_whole_folder(fabricated: tuple[Path, Path]) -> None:
