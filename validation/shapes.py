@@ -26,6 +26,7 @@ TOUCHED = 0.05
 DEEPER_THAN_MM = 0.02
 """The same where lights are compared (``rmse_of_deeper_mm``): what they leave of a shape's faint
 outskirts is no share of how deep it is."""
+_CAPITALS = {"lego": "Lego", "m2": "M2"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,6 +80,11 @@ class Shape:
         """Reconstruction minus truth at the deepest true pixel."""
         deepest = np.unravel_index(self.truth_mm.argmax(), self.truth_mm.shape)
         return float((self.depth_mm - self.truth_mm)[deepest])
+
+
+def name_in_words(name: str) -> str:
+    """A shape's name as tables and pictures write it: ``m2_screw`` is an M2 screw."""
+    return " ".join(_CAPITALS.get(word, word) for word in name.split("_"))
 
 
 def known_shapes(dataset: Dataset, names: Collection[str] | None = None) -> Iterator[KnownShape]:

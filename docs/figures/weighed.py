@@ -13,7 +13,7 @@ from recon.pipeline import reconstruct
 from recon.presses import read_presses
 from sensor.dataset import read_dataset
 from validation.datasets import dataset_folder
-from validation.shapes import measure_shapes
+from validation.shapes import measure_shapes, name_in_words
 
 SHAPES = ("cube_corner", "m2_screw", "prism")
 MOST_MM = 0.08
@@ -43,7 +43,7 @@ for row, name in zip(rows, SHAPES, strict=True):
         rmse_mm = np.sqrt(np.mean((depth_mm[shape.touched] - touched) ** 2))
         axes.set_title(f"{title}: {rmse_mm:.3f} mm")
     depths = bare(row[0]).imshow(shape.truth_mm, cmap="viridis", vmin=0)
-    row[0].set_title(f"{name.replace('_', ' ')}, {touched.max():.2f} mm deep")
+    row[0].set_title(f"{name_in_words(name)}, {touched.max():.2f} mm deep")
     left, low = 12, 0.93 * len(shape.truth_mm)
     row[0].plot([left, left + SCALE_MM / pitch[0]], [low, low], color="white", lw=2)
     row[0].text(left, low - 8, f"{SCALE_MM:g} mm", color="white")

@@ -5,12 +5,14 @@
 import json
 import shutil
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.text import Text
 from scipy import stats
 
 from app.__main__ import main
@@ -264,6 +266,24 @@ def test_no_words_of_the_plot_lie_outside_it(evaluations):
             if text.get_text() and axes.get_visible() and text.get_visible():
                 box = text.get_window_extent(renderer)
                 assert box.x0 >= 0 and box.x1 <= canvas.get_width_height()[0]
+
+
+def test_a_quantity_s_lights_stand_in_one_row_and_no_titles_meet(evaluations):
+    figure = drift_figure(evaluations, [])
+    figure.canvas.draw()
+    titles = {
+        text.get_text(): text.get_window_extent()
+        for axes in figure.axes
+        for text in axes.findobj(Text)
+        if axes.get_visible() and text.get_text() and text.get_text() == axes.get_title("left")
+    }
+    assert len(titles) == len(evaluations[0].numbers)
+    rows = {title: round(box.y0) for title, box in titles.items()}
+    for quantity in ("error of", "brightness", "answer to slope"):
+        assert len({row for title, row in rows.items() if title.startswith(quantity)}) == 1
+    for one, other in combinations(titles, 2):
+        left, right = sorted((titles[one], titles[other]), key=lambda box: box.x0)
+        assert rows[one] != rows[other] or left.x1 + left.height < right.x0
 
 
 def run(*words):

@@ -93,6 +93,18 @@ def test_the_section_says_every_number_and_shows_every_touch(touches):
     assert len(maps) == len(touches) * (len(WAYS) + 2)
 
 
+def test_every_column_has_a_heading_and_every_row_the_name_that_tables_use(touches):
+    named = [replace(touches[0], name="m2_screw"), replace(touches[1], name="ball_array")]
+    maps = [axes for axes in few_lights_figure(named).axes if axes.images]
+    lefts = {axes.get_position().x0 for axes in maps}
+    headed = {
+        axes.get_position().x0: axes.get_title("left") for axes in maps if axes.get_title("left")
+    }
+    assert set(headed) == lefts and headed[min(lefts)] == "truth"
+    firsts = [axes for axes in maps if axes.get_position().x0 == min(lefts)]
+    assert [axes.get_ylabel() for axes in firsts] == ["M2 screw", "ball array"]
+
+
 @pytest.mark.parametrize("deepest_mm", [0.06, 0.58, 1.2, 12.0])
 def test_the_bars_words_run_into_no_map(touches, deepest_mm):
     scale = deepest_mm / max(depth.max() for depth in touches[0].depth_mm.values())

@@ -96,6 +96,6 @@ def test_the_section_names_every_shape_and_its_picture_is_whole() -> None:
 
     shapes = [one("lego", 5), one("m2_screw", 29)]
     section = shapes_section({"twin-standard": {"ours": shapes, "other": shapes}})
-    assert "m2 screw, twin-standard" in section.html
+    assert "M2 screw, twin-standard" in section.html and "Lego, twin-standard" in section.html
     assert "−0.050" in section.html
     assert png_bytes(shape_figure(shapes)) == png_bytes(shape_figure(shapes))

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from validation.contact_shapes import ShapeContact
 from validation.figures.style import BLUE, FAINT, FULL_IN, ORANGE, SOFT, card, styled
+from validation.shapes import name_in_words
 
 COLUMNS = 4
 AROUND_PX = 8
@@ -24,7 +25,7 @@ def contact_figure(shapes: Sequence[ShapeContact]) -> Figure:
     places = figure.subplots(rows, COLUMNS).ravel()
     for place, shape in zip(places, shapes, strict=False):
         place.imshow(_overlay(shape), interpolation="nearest")
-        place.set_title(f"{shape.name.replace('_', ' ')}: {shape.iou:.2f}")
+        place.set_title(f"{name_in_words(shape.name)}: {shape.iou:.2f}")
         place.set(xticks=[], yticks=[])
         place.spines[:].set_visible(True)
     for place in places[len(shapes) :]:

@@ -8,11 +8,16 @@ from textwrap import wrap
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from validation.drift import Evaluation, Move
+from validation.drift import ERRORS, Evaluation, Move
 from validation.figures.style import FULL_IN, SERIES, SOFT, card, styled
 from validation.intervals import whiskers
 
-COLUMNS = 4
+ROWS = (
+    ERRORS,
+    ("brightness_R", "brightness_G", "brightness_B", "noise"),
+    ("answer_R", "answer_G", "answer_B"),
+)
+"""Of panels, by the numbers' names."""
 PANEL_IN, NAMES_IN, LEGEND_IN = 1.45, 0.4, 0.3
 """Height of a panel, of the data sets' names below the last row, of the legend."""
 NAMES_LETTERS = 110
@@ -28,27 +33,30 @@ def drift_figure(evaluations: Sequence[Evaluation], moved: Sequence[Move]) -> Fi
         evaluations: in the order of their dates.
         moved: as found among them.
     """
-    names = list(dict.fromkeys(name for item in evaluations for name in item.numbers))
-    rows = -(-len(names) // COLUMNS)
-    figure = card(FULL_IN, PANEL_IN * rows + NAMES_IN + LEGEND_IN)
-    panels = figure.subplots(rows, COLUMNS, sharex=True, squeeze=False).ravel()
+    known = {name: number for item in evaluations for name, number in item.numbers.items()}
+    rows = [row for names in ROWS if (row := [name for name in names if name in known])]
+    columns = max(map(len, rows))
+    figure = card(FULL_IN, PANEL_IN * len(rows) + NAMES_IN + LEGEND_IN)
+    panels = figure.subplots(len(rows), columns, sharex=True, squeeze=False)
     units = list(dict.fromkeys(item.unit for item in evaluations))
     sets = list(dict.fromkeys(item.dataset for item in evaluations))
-    for axes, name in zip(panels, names, strict=False):
-        for number, unit in enumerate(units):
-            _series(axes, [x for x in evaluations if x.unit == unit], name, sets, number, moved)
-        shown = next(item.numbers[name] for item in evaluations if name in item.numbers)
-        axes.set_title(f"{shown.title} [{shown.unit}]")
-        axes.grid(axis="y")
-        axes.margins(x=0.12, y=0.15)
-    for axes in panels[len(names) :]:
-        axes.set_visible(False)
-    panels[0].set_xticks(range(len(sets)), [str(number + 1) for number in range(len(sets))])
-    for axes in panels[max(0, len(names) - COLUMNS) : len(names)]:
-        axes.tick_params(axis="x", labelbottom=True)
+    for line, row in zip(panels, rows, strict=True):
+        for axes, name in zip(line, row, strict=False):
+            for number, unit in enumerate(units):
+                _series(axes, [x for x in evaluations if x.unit == unit], name, sets, number, moved)
+            axes.set(title=known[name].title, ylabel=f"[{known[name].unit}]")
+            axes.grid(axis="y")
+            axes.margins(x=0.12, y=0.15)
+        for axes in line[len(row) :]:
+            axes.set_visible(False)
+    first = panels[0, 0]
+    first.set_xticks(range(len(sets)), [str(number + 1) for number in range(len(sets))])
+    for column in range(columns):
+        lowest = [axes for axes in panels[:, column] if axes.get_visible()][-1]
+        lowest.tick_params(axis="x", labelbottom=True)
     named = ",  ".join(f"{number}: {name}" for number, name in enumerate(sets, start=1))
     figure.supxlabel("\n".join(wrap(named, NAMES_LETTERS)), fontsize=8.5, color=SOFT)
-    handles, labels = panels[0].get_legend_handles_labels()
+    handles, labels = first.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper left", ncols=4, columnspacing=1.4)
     return figure
 

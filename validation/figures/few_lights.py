@@ -11,6 +11,7 @@ from recon.arrays import DepthMap
 from validation.few_lights import WAYS, Touch
 from validation.figures import maps
 from validation.figures.style import FULL_IN, INK, styled
+from validation.shapes import name_in_words
 
 TITLES = {
     "two lights, zero": "R+B, Gx zero",
@@ -23,29 +24,31 @@ MOST_DOUBT = 0.5
 """mm/mm; the colour bar's end."""
 AROUND = 1.25
 """The window, relative to the pressed part."""
-MARGIN, GAP, ROW_GAP = 0.08, 0.08, 0.3
+MARGIN, GAP, ROW_GAP = 0.08, 0.08, 0.14
+NAME_IN, TITLES_IN = 0.24, 0.26
+"""For a touch's name, left of its row, and for the ways above the first."""
 ROOM = 0.74
 """For the numbers beside a colour bar, in inches."""
 
 
 @styled
 def few_lights_figure(touches: Sequence[Touch]) -> Figure:
-    """One row a touch, cropped to what is pressed; orange is depth below zero."""
+    """One named row a touch, cropped to what is pressed; orange is depth below zero."""
     columns = len(WAYS) + 2
     bars = 2 * (maps.BAR_GAP_IN + maps.BAR_WIDTH_IN + ROOM)
-    side = (FULL_IN - 2 * MARGIN - (columns - 2) * GAP - bars) / columns
-    figure = maps.blank(FULL_IN, len(touches) * (side + ROW_GAP) + MARGIN)
+    side = (FULL_IN - 2 * MARGIN - NAME_IN - (columns - 2) * GAP - bars) / columns
+    figure = maps.blank(FULL_IN, TITLES_IN + len(touches) * (side + ROW_GAP))
     for index, touch in enumerate(touches):
-        _row(figure, touch, MARGIN + 0.8 * ROW_GAP + index * (side + ROW_GAP), side, index == 0)
+        _row(figure, touch, TITLES_IN + index * (side + ROW_GAP), side, index == 0)
     return figure
 
 
 def _row(figure: Figure, touch: Touch, top: float, side: float, titled: bool) -> None:
     window, pitch = _window(touch.truth_mm), touch.mm_per_px
     deepest = max(float(depth.max()) for depth in (touch.truth_mm, *touch.depth_mm.values()))
-    left = MARGIN
-    shown = [(touch.name.replace("_", " "), touch.truth_mm)]
-    shown += [(TITLES[way] if titled else "", touch.depth_mm[way]) for way, _, _ in WAYS]
+    left = MARGIN + NAME_IN
+    shown = [("truth", touch.truth_mm)]
+    shown += [(TITLES[way], touch.depth_mm[way]) for way, _, _ in WAYS]
     for place, (title, depth) in enumerate(shown):
         box = maps.Box(left=left, top=top, width=side, height=side)
         image = maps.show_map(
@@ -53,11 +56,12 @@ def _row(figure: Figure, touch: Touch, top: float, side: float, titled: bool) ->
             box,
             depth[window],
             pitch,
-            title,
+            title if titled else "",
             colors=maps.SIGNED_COLORS,
             limits=(-deepest, deepest),
         )
         if place == 0:
+            image.axes.set_ylabel(name_in_words(touch.name))
             maps.scale_bar(image, color=INK, halo_color="white")
         left += side + GAP
     maps.color_bar(figure, image, "[mm]")

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from validation.figures import maps
 from validation.figures.style import BLUE, FULL_IN, INK, ORANGE, styled
-from validation.shapes import Shape
+from validation.shapes import Shape, name_in_words
 
 AMPLIFIED = 3.0
 """The difference image, around mid grey."""
@@ -34,7 +34,7 @@ def _row(figure: Figure, shape: Shape, top: float, side: float, room: float, ind
     window, pitch = _window(shape), shape.mm_per_px
     deepest = float(shape.truth_mm.max())
     columns = (
-        (shape.frame[window], shape.name.replace("_", " "), None),
+        (shape.frame[window], name_in_words(shape.name), None),
         (
             np.clip(0.5 + AMPLIFIED * shape.difference[window], 0, 1),
             f"difference × {AMPLIFIED:g}",

@@ -10,6 +10,7 @@ from validation.contact_shapes import ShapeContact
 from validation.figures.contact import contact_figure
 from validation.figures.png import plot_bytes
 from validation.report.page import Picture, Section, code, figure_html, paragraph, table_html
+from validation.shapes import name_in_words
 
 
 def shape_contact_section(dataset: str, shapes: Sequence[ShapeContact]) -> Section:
@@ -17,7 +18,7 @@ def shape_contact_section(dataset: str, shapes: Sequence[ShapeContact]) -> Secti
     mean = float(np.mean([shape.iou for shape in shapes]))
     rows = [
         [
-            shape.name.replace("_", " "),
+            name_in_words(shape.name),
             str(int(shape.truth.sum())),
             f"{shape.iou:.3f}",
             f"{shape.exact_iou:.3f}",

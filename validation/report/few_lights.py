@@ -8,7 +8,7 @@ from validation.few_lights import WAYS, Touch
 from validation.figures.few_lights import few_lights_figure
 from validation.figures.png import frames_bytes
 from validation.report.page import Picture, Section, figure_html, paragraph, table_html
-from validation.shapes import DEEPER_THAN_MM
+from validation.shapes import DEEPER_THAN_MM, name_in_words
 
 
 def few_lights_section(measured: Mapping[str, Sequence[Touch]]) -> Section:
@@ -19,7 +19,7 @@ def few_lights_section(measured: Mapping[str, Sequence[Touch]]) -> Section:
     """
     rows = [
         [
-            f"{touch.name.replace('_', ' ')}, {dataset}",
+            f"{name_in_words(touch.name)}, {dataset}",
             f"{touch.truth_mm.max():.3f}",
             *(f"{touch.rmse_mm[way]:.3f}" for way, _, _ in WAYS),
             *(_least(touch, way) for way in ("two lights, zero", "two lights, network")),

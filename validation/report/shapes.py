@@ -8,7 +8,7 @@ from validation.figures.png import frames_bytes
 from validation.figures.shapes import shape_figure
 from validation.report.page import Picture, Section, figure_html, paragraph, table_html
 from validation.report.results import signed
-from validation.shapes import TOUCHED, Shape
+from validation.shapes import TOUCHED, Shape, name_in_words
 
 Measured = Mapping[str, Mapping[str, Sequence[Shape]]]
 """Shapes by the name of their dataset, then by the estimator that reconstructed them."""
@@ -68,7 +68,7 @@ def _row(
 ) -> list[str]:
     shape = found[estimators[0]][index]
     return [
-        f"{shape.name.replace('_', ' ')}, {dataset}",
+        f"{name_in_words(shape.name)}, {dataset}",
         f"{shape.truth_mm.max():.3f}",
         *(f"{found[name][index].rmse_mm:.3f}" if name in found else "–" for name in estimators),
         signed(shape.bias_mm),
