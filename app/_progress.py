@@ -21,7 +21,7 @@ def progress(title: str) -> Iterator[Report]:
     """Show a bar while the block runs: the time it will still take, at the end the time it took.
 
     The line stays, so that steps which follow each other read as a log; they do not nest. Where
-    stderr is no terminal, only the finished line is printed.
+    stderr is no terminal, only the finished line is printed. What is refused at once leaves none.
     """
     from rich.console import Console
     from rich.markup import escape
@@ -34,19 +34,18 @@ def progress(title: str) -> Iterator[Report]:
         TimeRemainingColumn(elapsed_when_finished=True),
         TextColumn("[dim]{task.fields[what]}"),
     )
-    with Progress(*columns, console=Console(stderr=True)) as bar:
+    console = Console(stderr=True)
+    with Progress(*columns, console=console) as bar:
         step = bar.add_task(escape(f"{title:{_TITLE_WIDTH}}"), total=1.0, what="")
 
-        begun = False
-
         def report(share: float, what: str = "") -> None:
-            nonlocal begun
-            begun = True
             bar.update(step, completed=share, what=escape(what))
 
         try:
             yield report
         except BaseException:
-            bar.live.transient = not begun  # what is refused at once has come nowhere
+            if not bar.tasks[step].completed:
+                bar.update(step, visible=False)
+                console.quiet = not console.is_terminal
             raise
         bar.update(step, completed=1.0, what="")

@@ -33,10 +33,10 @@ def main(
     needed, into a cache (WEDGE_CACHE, by default ~/.cache/gelsight-wedge); originals stay as they
     are.
 
-    `import` makes a dataset folder of a source, known by what it holds: gs_sdk's folder with its
-    catalog.csv, Taxim's dataPack.npz, frames with circles in text files, or a folder of your own
-    frames (the blank gel in background.png, a caliper's jaws 5 mm apart in 5mm-1.png and on, ball
-    presses in all others), for which corners, scale and circles are found.
+    To `import` is to make a dataset folder of a source, known by what it holds: gs_sdk's folder
+    with its catalog.csv, Taxim's dataPack.npz, frames with circles in text files, or a folder of
+    your own frames (the blank gel in background.png, a caliper's jaws 5 mm apart in 5mm-1.png and
+    on, ball presses in all others), for which corners, scale and circles are found.
 
     Example: wedge data path taxim-gelsight
 

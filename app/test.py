@@ -58,11 +58,14 @@ def _passes(name: str, command: str) -> bool:
 
 
 def _run(tool: str, *arguments: str, output: int | None = None) -> subprocess.CompletedProcess[str]:
-    """Run a tool from this Python's folder in the project's folder, numerics on one thread."""
+    """Run a tool from this Python's folder in the project's folder.
+
+    Numerics run on one thread, and MkDocs Material keeps its banner to itself.
+    """
     return subprocess.run(
         [Path(sys.executable).with_name(tool), *arguments],
         cwd=ROOT,
-        env={**os.environ, "OMP_NUM_THREADS": "1"},
+        env={**os.environ, "OMP_NUM_THREADS": "1", "NO_MKDOCS_2_WARNING": "1"},
         stdout=output,
         stderr=subprocess.STDOUT if output else None,
         text=True,

@@ -121,7 +121,7 @@ def _images(
                 f"something touches the gel: frame {number} of {source.name} differs from the "
                 "first in one place. Let go of it, and take frames of the blank gel alone."
             )
-        show(number / count, f"{number} frames")
+        show(number / count, _counted(number))
 
 
 def _is_touched(first: "NDArray[np.uint8]", image: "NDArray[np.uint8]", pad: "Mask | None") -> bool:
@@ -139,6 +139,10 @@ def _is_touched(first: "NDArray[np.uint8]", image: "NDArray[np.uint8]", pad: "Ma
         row -= np.median(row[lit], axis=0)
     change[~inside] = 0
     return bool(disturbed_mask(change).any())
+
+
+def _counted(frames: int) -> str:
+    return "1 frame" if frames == 1 else f"{frames} frames"
 
 
 def _settings_of_stream(source: str) -> "Settings | None":
@@ -187,7 +191,7 @@ def _print(blank: "Blank", before: "Settings", tuned: "Tuned") -> None:
             f"{blank.drift:.2%} of the light, over {blank.frames} frames."
         )
     else:
-        print(f"Flicker is measured from 3 frames on; here are {blank.frames}.")
+        print(f"Flicker is measured from 3 frames on; {_counted(blank.frames)} came.")
     changed = [
         [key.name, f"{getattr(before, key.name)}", f"{getattr(tuned.settings, key.name)}"]
         for key in fields(before)

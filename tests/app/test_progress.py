@@ -2,9 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The line that says how far a step is says what it was given, whatever that is."""
 
+import re
+
 import pytest
 
 from app._progress import progress
+from sensor.errors import WedgeError
 
 
 @pytest.mark.parametrize("words", ["set{1}", "x {y", "}", "{task.id}", "[bold]a[/bold]", "[/]"])
@@ -16,13 +19,21 @@ def test_a_title_is_shown_as_it_is(words: str, capsys: pytest.CaptureFixture[str
     assert "100 %" in told
 
 
-@pytest.mark.parametrize("begun", [True, False])
-def test_what_is_refused_at_once_shows_no_bar(
-    begun: bool, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("terminal", [False, True])
+@pytest.mark.parametrize(("share", "left"), [(None, ""), (0.0, ""), (0.3, "30 %")])
+def test_what_is_refused_before_anything_is_done_leaves_no_bar(
+    terminal: bool,
+    share: float | None,
+    left: str,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    with pytest.raises(ValueError, match="refused"), progress("a step") as show:
-        if begun:
-            show(0.3)
-        raise ValueError("refused")
-    told = capsys.readouterr().err
-    assert ("a step" in told and "30 %" in told) if begun else not told.strip()
+    if terminal:
+        monkeypatch.setenv("FORCE_COLOR", "1")
+    with pytest.raises(WedgeError), progress("reconstruction") as show:
+        if share is not None:
+            show(share, "reading")
+        raise WedgeError("it is not there.")
+    # What a terminal erases is gone.
+    told = re.sub(r"\x1b\[\??[\d;]*[a-zA-Z]", "", capsys.readouterr().err.split("\x1b[2K")[-1])
+    assert (left in told and told.startswith("reconstruction")) if left else told == ""

@@ -96,6 +96,14 @@ def test_flicker_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
     assert [path.name for path in tmp_path.iterdir()] == ["blank"]  # nothing was written
 
 
+@pytest.mark.parametrize(("levels", "counted"), [([0], "1 frame"), ([0, 0], "2 frames")])
+def test_too_few_frames_for_flicker_are_counted(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], levels: list[int], counted: str
+) -> None:
+    assert run(frames(tmp_path / "blank", *levels)) == 0
+    assert f"from 3 frames on; {counted} came." in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("touched", [0, 2])
 def test_a_touched_gel_is_refused_but_not_bands(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], touched: int

@@ -5,6 +5,7 @@
 import importlib
 import inspect
 import re
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -125,6 +126,7 @@ def test_no_help_breaks_a_line_amid_a_sentence(
     lines = [line.strip("│╭╮╰╯─ ") for line in capsys.readouterr().out.splitlines()]
     description = inspect.getdoc(importlib.import_module(f"app.{name}").main) or ""
     about, _, arguments = description.partition("\n\nArgs:\n")
+    assert all(line or after for line, after in pairwise(lines))
     for paragraph in about.split("\n\n"):
         assert " ".join(paragraph.split()) in lines
     assert name == "bench" or any(line.startswith(f"Example: wedge {name} ") for line in lines)
