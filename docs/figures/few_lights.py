@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Draws few_lights.jpg: touches of the twin with one light, two and three; takes a minute or two."""
+"""Draws few_lights.jpg: touches of the twin with one light, two and three; takes two minutes."""
 
 import io
 from pathlib import Path
