@@ -59,10 +59,6 @@ _HOW = {
     " cover's bottom stays {cover_gap} mm behind the gel's highest point: a flat object that"
     " reaches under it and is pressed deeper meets the cover.",
     "board": "One board of the pair belongs here, the other one to the Raspberry Pi (section 8)."
-    " Hold its socket against the camera's ribbon first: heads for a Pi Zero, such as Arducam's"
-    " B006604, have 22 contacts half a millimetre apart, and Arducam's B0091 takes 15, a millimetre"
-    " apart. Where they differ, a coupler of both goes between them: lengthen"
-    " `compartment.length_mm` by as much, as no room is left for it."
     " Solder the resistor board's supply wires to {supply} first.",
     "board_screws": "The screws cut their own thread in the posts.",
     "resistor_board": "Hold the cover under its place and lead the arrays' wires and the camera's"

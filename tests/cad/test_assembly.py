@@ -142,8 +142,8 @@ def test_the_guide_says_the_voltage_of_the_design(finger: Model) -> None:
 
 
 def test_the_guide_says_how_many_contacts_ribbon_and_socket_have(finger: Model) -> None:
-    said = step_of(guide_of(finger), "Lay the CSI-to-HDMI board")
-    assert "22 contacts half a millimetre apart" in said and "takes 15" in said
+    said = " ".join(guide_of(finger).partition("## 1.")[0].split())
+    assert "22 contacts half a millimetre apart" in said and "B0091 takes 15" in said
 
 
 def test_the_guide_of_fewer_lights_and_films_names_no_others() -> None:
