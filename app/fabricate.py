@@ -103,11 +103,12 @@ def _write_papers(built: "Model", manifest: dict[str, Any], folder: Path) -> Non
     from bom.bill import bill_csv, bill_markdown, distributor_csv, make_bill, read_parts
     from bom.fit import parts_for
     from cad.exports.page import guide_html, page_html
-    from cad.guide import guide_text
+    from cad.guide import guide_text, part_names
     from cad.manifest import as_text, with_hashes
 
     lines = make_bill(manifest["bill"], parts_for(built.design, read_parts()))
-    names = {line.part.id: line.part.name for line in lines}
+    billed = {line.part.id: line.part.name for line in lines}
+    names = part_names(manifest["parts"], billed)
     title = f"GelSight Wedge, {built.design.name}"
     order = [(line.part.name, line.quantity_words) for line in lines]
     failed = [f"{c['check']} {c['subject']}" for c in manifest["checks"] if not c["passed"]]
@@ -127,7 +128,7 @@ def _write_papers(built: "Model", manifest: dict[str, Any], folder: Path) -> Non
         target.parent.mkdir(exist_ok=True)
         target.write_text(text, encoding="utf-8", newline="\n")
     paths = sorted(p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file())
-    page = page_html(built.design, manifest, paths)
+    page = page_html(built.design, manifest, names, paths)
     (folder / "index.html").write_text(page, encoding="utf-8", newline="\n")
     text = as_text(with_hashes(manifest, folder))
     (folder / MANIFEST).write_text(text, encoding="utf-8", newline="\n")

@@ -87,6 +87,17 @@ _MADE = {
 """What the bill calls by what it is made of."""
 
 
+def part_names(parts: Sequence[Mapping[str, Any]], billed: Mapping[str, str]) -> dict[str, str]:
+    """What people call each part, by id.
+
+    Args:
+        parts: The manifest's, of which the printed ones have titles.
+        billed: What the bill calls each part, by id.
+    """
+    titles = {part["id"]: part["title"] for part in parts if "title" in part}
+    return {**billed, **_MADE, **titles}
+
+
 def guide_text(
     design: Wedge,
     assembly: Assembly,
@@ -103,13 +114,12 @@ def guide_text(
         assembly: Its steps.
         boards: Its boards.
         parts: The manifest's parts.
-        names: What the bill calls each part, by id.
+        names: What people call each part, by id (``part_names``).
         order: The bill's lines: name, and quantity with its unit.
         failed: The checks that failed, by name; the guide begins with them.
     """
     pixels = trace(design, pad_grid(design, 21)).pixels
     words = design_words(design, assembly)
-    titles = {part["id"]: part["title"] for part in parts if "title" in part}
     template = files("cad").joinpath("data", "guide.md").read_text(encoding="utf-8")
     gel = next(part for part in parts if part["id"] == "gel")
     return template.format(
@@ -129,7 +139,7 @@ def guide_text(
         gel_ml=f"{gel['volume_mm3'] / 1000:.1f}",
         molds="`mold_curved` (or `mold_flat`)" if design.gel.curved else "`mold_flat`",
         steps="\n".join(
-            _step_text(number, step, assembly, {**names, **_MADE, **titles}, words)
+            _step_text(number, step, assembly, names, words)
             for number, step in enumerate(assembly.steps, start=1)
         ),
         warning=_warning(failed),

@@ -54,14 +54,23 @@ def _corners(mesh: trimesh.Trimesh) -> np.ndarray:
     return np.asarray(mesh.faces, "<u2")
 
 
-def page_html(design: Wedge, manifest: Mapping[str, Any], paths: Sequence[str]) -> str:
-    """The page; ``paths`` are the files of the folder that it shows and links."""
+def page_html(
+    design: Wedge, manifest: Mapping[str, Any], names: Mapping[str, str], paths: Sequence[str]
+) -> str:
+    """The page.
+
+    Args:
+        design: The sensor.
+        manifest: Its parts and checks.
+        names: What people call each part, by id.
+        paths: The files of the folder that the page shows and links.
+    """
     template = files("cad").joinpath("data", "page.html").read_text(encoding="utf-8")
     shown = [path for path in paths if path.endswith((".png", ".svg"))]
     linked = [
         path
         for path in paths
-        if path not in shown and not path.startswith(("print", "step", "view"))
+        if path not in shown and not path.startswith(("print", "step")) and not path.endswith(".js")
     ]
     linked.insert(0, "step/assembly.step")
     failed = sum(not check["passed"] for check in manifest["checks"])
@@ -72,7 +81,7 @@ def page_html(design: Wedge, manifest: Mapping[str, Any], paths: Sequence[str]) 
         "WIDTH": f"{design.outer_width_mm:g}",
         "PICTURES": "".join(_figure(path) for path in shown),
         "LINKS": _links(linked),
-        "PARTS": _parts(manifest["parts"]),
+        "PARTS": _parts(manifest["parts"], names),
         "CHECKS": _checks(manifest["checks"]),
     }
     for key, value in values.items():
@@ -123,15 +132,15 @@ def _link(path: str, name: str | None = None) -> str:
     return f'<a href="{escape(path)}">{escape(name or path)}</a>'
 
 
-def _parts(parts: Iterable[Mapping[str, Any]]) -> str:
+def _parts(parts: Iterable[Mapping[str, Any]], names: Mapping[str, str]) -> str:
     rows = ["<tr><th>part<th>quantity<th>material<th>mm<th>g<th>files</tr>"]
     for part in parts:
         key = part["id"]
-        names = [f"print/{key}.stl", f"print/{key}.3mf", f"step/{key}.step"]
-        links = " ".join(_link(path) for path in names) if "print" in part else ""
+        paths = [f"print/{key}.stl", f"print/{key}.3mf", f"step/{key}.step"]
+        links = " ".join(_link(path) for path in paths) if "print" in part else ""
         size = " x ".join(f"{value:g}" for value in part["bounding_box_mm"])
         rows.append(
-            f"<tr><td>{escape(part.get('title', key))}<td>{part['quantity']}"
+            f"<tr><td>{escape(names[key])}<td>{part['quantity']}"
             f"<td>{escape(part['material'])}<td>{size}<td>{part['mass_g']:g}<td>{links}</tr>"
         )
     return "".join(rows)

@@ -10,8 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from cad.build import Model, model
+from bom.bill import make_bill, read_parts
+from bom.fit import parts_for
+from cad.build import Model, manifest_of, model
 from cad.exports.laser import Piece, sheets
+from cad.guide import part_names
 from sensor.design import FINGER, STANDARD, Wedge
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -20,6 +23,13 @@ ROOT = Path(__file__).resolve().parents[2]
 def pieces_by_id(design: Wedge) -> dict[str, Piece]:
     """Every piece of every sheet."""
     return {piece.id: piece for sheet in sheets(design) for piece in sheet.pieces}
+
+
+def names_of(built: Model) -> dict[str, str]:
+    """What people call each part, by id."""
+    manifest = manifest_of(built, [])
+    lines = make_bill(manifest["bill"], parts_for(built.design, read_parts()))
+    return part_names(manifest["parts"], {line.part.id: line.part.name for line in lines})
 
 
 @pytest.fixture(scope="session")

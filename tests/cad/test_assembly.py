@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bom.bill import make_bill, read_parts
+from bom.bill import read_parts
 from bom.fit import parts_for
 from cad.build import Model, manifest_of, model
 from cad.checks.result import Result
@@ -23,14 +23,14 @@ from cad.parts.jigs import BALL_RADIUS, ball_jig
 from cad.tables import fastener
 from sensor.design import FINGER, STANDARD, Channel, Wedge
 from simulation.scene import sides
+from tests.cad.conftest import names_of
 
 
 def guide_of(built: Model, design: Wedge | None = None, failed: Sequence[str] = ()) -> str:
     manifest = manifest_of(built, [])
-    lines = make_bill(manifest["bill"], parts_for(built.design, read_parts()))
-    names = {line.part.id: line.part.name for line in lines}
     order = [("a ball", "1 piece")]
     design, parts = design or built.design, manifest["parts"]
+    names = names_of(built)
     return guide_text(design, built.assembly, built.boards, parts, names, order, failed)
 
 
@@ -220,8 +220,8 @@ def test_a_ball_that_its_socket_does_not_hold_is_glued(finger: Model) -> None:
 def test_a_folder_whose_checks_failed_says_so_at_its_top(finger: Model) -> None:
     good = manifest_of(finger, [Result("walls", "case", 1.0, "mm", 0.8, "at least")])
     bad = manifest_of(finger, [Result("walls", "case", 0.5, "mm", 0.8, "at least")])
-    assert "Do not build" not in page_html(FINGER, good, []) + guide_of(finger)
-    warned = page_html(FINGER, bad, [])
+    assert "Do not build" not in page_html(FINGER, good, names_of(finger), []) + guide_of(finger)
+    warned = page_html(FINGER, bad, names_of(finger), [])
     assert warned.index("1 check failed") < warned.index("wedge-view")
     assert 'id="checks"' in warned
     guide = guide_of(finger, failed=["walls case"])

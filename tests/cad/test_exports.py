@@ -28,6 +28,7 @@ from cad.exports.views import _at_the_gel, _section, pulled_apart
 from cad.motions import straight
 from cad.optics import pad_grid, trace
 from sensor.design import FINGER, STANDARD, Wedge
+from tests.cad.conftest import names_of
 
 SVG = "{http://www.w3.org/2000/svg}"
 BOTH = pytest.mark.parametrize("name", ["standard", "finger"])
@@ -196,14 +197,34 @@ def test_an_stl_s_normals_point_out_of_its_body() -> None:
 
 
 def test_the_page_links_the_files_of_a_folder_together_and_no_script(finger: Model) -> None:
-    paths = ["bill/bill.csv", "laser/mirror.dxf", "bill/bill.md", "guide.md", "view/viewer.js"]
-    page = page_html(FINGER, manifest_of(finger, []), paths)
+    paths = [
+        "bill/bill.csv",
+        "laser/mirror.dxf",
+        "bill/bill.md",
+        "guide.md",
+        "view/assembly.glb",
+        "view/model.js",
+        "view/viewer.js",
+    ]
+    page = page_html(FINGER, manifest_of(finger, []), names_of(finger), paths)
     lines = re.findall(r'<p class="files">(.*?)</p>', page)
     linked = [re.findall(r'href="([^"]+)"', line) for line in lines]
     assert linked == [
         ["guide.md"], ["bill/bill.csv", "bill/bill.md"], ["laser/mirror.dxf"],
-        ["step/assembly.step"],
+        ["step/assembly.step"], ["view/assembly.glb"],
     ]  # fmt: skip
+
+
+@BOTH
+def test_the_page_calls_every_part_by_a_name_and_none_by_its_id(
+    name: str, request: pytest.FixtureRequest
+) -> None:
+    built: Model = request.getfixturevalue(name)
+    manifest = manifest_of(built, [])
+    page = page_html(built.design, manifest, names_of(built), [])
+    named = re.findall("<tr><td>([^<]*)<td>\\d", page)
+    assert len(named) == len(set(named)) == len(manifest["parts"])
+    assert not [part for part in named if "_" in part or part[0].islower()]
 
 
 @pytest.mark.parametrize(("failed", "said"), [(0, None), (1, "1 check failed"),
@@ -215,7 +236,7 @@ def test_the_page_marks_what_failed_and_nothing_else(
         Result("walls", f"part {index}", 0.5 if index < failed else 1.0, "mm", 0.8, "at least")
         for index in range(3)
     ]
-    page = page_html(FINGER, manifest_of(finger, results), [])
+    page = page_html(FINGER, manifest_of(finger, results), names_of(finger), [])
     assert page.count('class="bad"') == failed
     told = re.sub("<[^>]*>", "", page)
     assert (said in told) if said else "Do not build" not in told
@@ -223,8 +244,9 @@ def test_the_page_marks_what_failed_and_nothing_else(
 
 def test_words_from_outside_are_text_on_the_pages(finger: Model) -> None:
     manifest = manifest_of(finger, [Result("<i>", "<i>", 1.0, "<i>", 0.8, "at least", "<i>")])
-    manifest["parts"][0] |= {"title": "<i>a", "material": "<i>"}
-    page = page_html(replace(FINGER, name="<i>"), manifest, ["<i>.png", "<i>.csv"])
+    manifest["parts"][0] |= {"material": "<i>"}
+    names = names_of(finger) | {manifest["parts"][0]["id"]: "<i>a"}
+    page = page_html(replace(FINGER, name="<i>"), manifest, names, ["<i>.png", "<i>.csv"])
     assert "<i>" not in page and "&lt;i&gt;a" in page
     guide = guide_html("# A <i>\n\nTake <script>care</script>.\n")
     assert "<i>" not in guide and "&lt;script&gt;care" in guide
