@@ -12,6 +12,9 @@ import os
 import re
 import subprocess
 import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -26,6 +29,7 @@ LIBRARY_VARIABLE = "DRJIT_LIBLLVM_PATH"
 NVIDIA_DRIVER = "libcuda.so.1"
 SEARCHED = ("/usr/lib", "/usr/lib64", "/usr/local/lib", "/opt/homebrew/opt", "/usr/local/opt")
 TRIAL_S = 60
+_ONE_AT_A_TIME = threading.RLock()
 _TRIAL = (
     "import sys, mitsuba as mi; mi.set_variant(sys.argv[1]); scene = mi.cornell_box(); "
     "scene['sensor']['film']['width'] = scene['sensor']['film']['height'] = 8; "
@@ -40,8 +44,12 @@ class Engine:
     variant: Variant
     library: str | None = None
 
-    def load(self, threads: int | None = None) -> Any:
+    @contextmanager
+    def loaded(self, threads: int | None = None) -> Iterator[Any]:
         """Mitsuba, set to this variant.
+
+        One thread of a process has it at a time, as variant and threads are the whole process's:
+        a worker of a cluster may be given several renders at once.
 
         Args:
             threads: that a render may use; all cores by default.
@@ -49,20 +57,21 @@ class Engine:
         Raises:
             WedgeError: Mitsuba is not installed.
         """
-        if self.library:
-            os.environ[LIBRARY_VARIABLE] = self.library
-        try:
-            import mitsuba as mi
-        except ModuleNotFoundError as error:
-            raise WedgeError(
-                f"the twin renders with Mitsuba: {how_to_install('simulation')}."
-            ) from error
-        mi.set_variant(self.variant)
-        if threads:
-            import drjit
+        with _ONE_AT_A_TIME:
+            if self.library:
+                os.environ[LIBRARY_VARIABLE] = self.library
+            try:
+                import mitsuba as mi
+            except ModuleNotFoundError as error:
+                raise WedgeError(
+                    f"the twin renders with Mitsuba: {how_to_install('simulation')}."
+                ) from error
+            mi.set_variant(self.variant)
+            if threads:
+                import drjit
 
-            drjit.set_thread_count(threads)
-        return mi
+                drjit.set_thread_count(threads)
+            yield mi
 
 
 SCALAR = Engine(variant="scalar_rgb")
@@ -75,7 +84,8 @@ def best_engine() -> Engine:
     Raises:
         WedgeError: Mitsuba is not installed.
     """
-    SCALAR.load()
+    with SCALAR.loaded():
+        pass
     candidates = [Engine(variant="cuda_ad_rgb")] if has_nvidia_driver() else []
     candidates += [Engine(variant="llvm_ad_rgb", library=path) for path in llvm_libraries()]
     return next((engine for engine in candidates if renders(engine)), SCALAR)

@@ -51,14 +51,13 @@ def trace_folded(
             f"camera.projection = {design.camera.projection!r}: the folded path is traced to a "
             "pinhole only."
         )
-    mi = engine.load(threads)
-    scene = gel_scene(mi, design, view, depth_mm)
-    scene["integrator"] = {"type": "path", "max_depth": LONGEST, "rr_depth": 10}
-    scene["sensor"] = _pinhole(mi, design)
-    scene["mirror"] = _mirror(mi, design)
-    traced = np.array(
-        mi.render(mi.load_dict(scene, optimize=False), spp=samples, seed=seed % 2**32), np.float32
-    )
+    with engine.loaded(threads) as mi:
+        parts = gel_scene(mi, design, view, depth_mm)
+        parts["integrator"] = {"type": "path", "max_depth": LONGEST, "rr_depth": 10}
+        parts["sensor"] = _pinhole(mi, design)
+        parts["mirror"] = _mirror(mi, design)
+        scene = mi.load_dict(parts, optimize=False)
+        traced = np.array(mi.render(scene, spp=samples, seed=seed % 2**32), np.float32)
     # Radiance falls by the square of the index as light leaves the gel.
     return traced * np.float32(design.gel.refractive_index**2)
 

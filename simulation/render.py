@@ -61,17 +61,18 @@ def render(
     """
     if samples < 1:
         raise WedgeError(f"--samples {samples} must be at least 1.")
-    mi = engine.load(threads)
     columns, all_rows = window or tuple(slice(0, size) for size in view.size_px)
 
-    def traced(rows: slice) -> Radiance:
-        part = (columns, rows)
-        parts = gel_scene(mi, design, view, depth_mm, window=part, paint=paint, ink=ink)
-        scene = mi.load_dict(parts, optimize=False)  # merged parts would come in a random order
-        strip = rows.start - all_rows.start  # each has paths of its own
-        return np.array(mi.render(scene, spp=samples, seed=(seed + strip) % 2**32), np.float32)
+    with engine.loaded(threads) as mi:
 
-    return np.concatenate(list(_in_pieces(traced, all_rows)))
+        def traced(rows: slice) -> Radiance:
+            part = (columns, rows)
+            parts = gel_scene(mi, design, view, depth_mm, window=part, paint=paint, ink=ink)
+            scene = mi.load_dict(parts, optimize=False)  # merged parts come in a random order
+            strip = rows.start - all_rows.start  # each has paths of its own
+            return np.array(mi.render(scene, spp=samples, seed=(seed + strip) % 2**32), np.float32)
+
+        return np.concatenate(list(_in_pieces(traced, all_rows)))
 
 
 def _in_pieces(traced: Callable[[slice], Radiance], rows: slice) -> Iterator[Radiance]:

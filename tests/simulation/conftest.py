@@ -26,4 +26,5 @@ class InLine(Executor):
 @pytest.fixture(scope="session")
 def mitsuba() -> Any:
     pytest.importorskip("mitsuba", reason="the twin renders with mitsuba")
-    return SCALAR.load()
+    with SCALAR.loaded() as mi:
+        return mi

@@ -82,8 +82,8 @@ def test_a_library_that_is_no_driver_is_not_taken_for_one(monkeypatch) -> None:
 
 def test_without_mitsuba_the_extra_is_named(monkeypatch) -> None:
     monkeypatch.setitem(sys.modules, "mitsuba", None)
-    with pytest.raises(WedgeError, match=r"\[simulation\]"):
-        SCALAR.load()
+    with pytest.raises(WedgeError, match=r"\[simulation\]"), SCALAR.loaded():
+        pass
 
 
 def test_both_engines_see_the_same_gel(mitsuba) -> None:

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A picture that does not fit into a GPU's memory is traced in pieces."""
 
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,7 +11,7 @@ import pytest
 
 from sensor.design import FINGER
 from sensor.errors import WedgeError
-from simulation.engine import SCALAR
+from simulation.engine import SCALAR, best_engine
 from simulation.render import render
 from simulation.skin import gel_view
 
@@ -24,9 +26,8 @@ class Small:
     def __init__(self, rows=99, error=None):
         self.rows, self.error, self.seen = rows, error, []
 
-    def load(self, threads=None):
-        mi = SCALAR.load(threads)
-
+    @contextmanager
+    def loaded(self, threads=None):
         def traced(scene, **options):
             rows = scene.sensors()[0].film().crop_size()[1]
             self.seen.append(rows)
@@ -35,7 +36,8 @@ class Small:
             return mi.render(scene, **options)
 
         names = ("load_dict", "Properties", "Mesh", "traverse", "Bitmap", "ScalarTransform4f")
-        return SimpleNamespace(**{name: getattr(mi, name) for name in names}, render=traced)
+        with SCALAR.loaded(threads) as mi:
+            yield SimpleNamespace(**{name: getattr(mi, name) for name in names}, render=traced)
 
 
 def picture(engine, window=None, seed=3):
@@ -51,6 +53,14 @@ def test_pieces_are_those_of_the_windows_and_none_is_larger_than_need_be(mitsuba
     ]
     np.testing.assert_array_equal(picture(engine), np.concatenate(halves))
     assert engine.seen == [height, height // 2, height - height // 2]
+
+
+def test_threads_of_one_process_have_the_pictures_that_they_would_have_alone(mitsuba) -> None:
+    tasks = [(engine, None, seed) for seed in range(4) for engine in (SCALAR, best_engine())]
+    alone = [picture(*task) for task in tasks]
+    with ThreadPoolExecutor(4) as threads:
+        beside = list(threads.map(lambda task: picture(*task), tasks))
+    np.testing.assert_array_equal(beside, alone)
 
 
 def test_a_picture_that_fits_is_traced_at_once_and_as_ever(mitsuba) -> None:
