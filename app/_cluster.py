@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """A Dask cluster as an executor like any other."""
 
+import logging
 from collections.abc import Iterator
-from concurrent.futures import Executor
+from concurrent.futures import CancelledError, Executor
 from contextlib import contextmanager
 
 from sensor.errors import WedgeError
@@ -19,13 +20,15 @@ def cluster_pool(address: str) -> Iterator[Executor]:
     """The workers of a Dask cluster.
 
     Raises:
-        WedgeError: Dask is not installed, nothing answers, or no worker is there.
+        WedgeError: Dask is not installed, nothing answers, no worker is there, or they are lost.
     """
     try:
         from distributed import Client
         from distributed.comm.addressing import get_address_host_port
+        from distributed.scheduler import KilledWorker
     except ModuleNotFoundError as error:
         raise WedgeError(f"--cluster needs {error.name}: {how_to_install('cluster')}.") from error
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # it prints tracebacks
     try:
         # A client that is made for what is no address prints a traceback when it goes.
         get_address_host_port(address)
@@ -38,4 +41,11 @@ def cluster_pool(address: str) -> Iterator[Executor]:
     with client:
         if not client.scheduler_info()["workers"]:
             raise WedgeError(f"the Dask scheduler at {address} has no workers: start some.")
-        yield client.get_executor(retries=RETRIES)  # type: ignore[no-untyped-call]
+        try:
+            yield client.get_executor(retries=RETRIES)  # type: ignore[no-untyped-call]
+        except (CancelledError, KilledWorker) as error:
+            raise WedgeError(
+                f"the Dask scheduler at {address} was lost, or its workers end again and again, "
+                "for want of memory perhaps: mend that and run the same command again; what is "
+                "rendered is kept."
+            ) from error

@@ -4,9 +4,12 @@
 
 import json
 import os
-from collections.abc import Iterator
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import pytest
@@ -216,6 +219,52 @@ def test_what_a_lost_worker_was_doing_is_done_by_another(tmp_path: Path, cluster
 
     with cluster_pool(cluster) as executor:
         assert executor.submit(dies_once).result(timeout=60) == 7
+
+
+def test_a_task_that_ends_every_worker_is_a_sentence(cluster: str) -> None:
+    with pytest.raises(WedgeError, match="its workers end again"), cluster_pool(cluster) as pool:
+        pool.submit(os._exit, 1).result(timeout=60)
+
+
+def test_a_scheduler_that_is_lost_is_a_sentence(tmp_path: Path, capfd) -> None:
+    distributed = pytest.importorskip("distributed")
+    card, began = tmp_path / "scheduler.json", tmp_path / "began"
+
+    def never_ends() -> None:
+        began.touch()
+        threading.Event().wait()
+
+    with ExitStack() as ended:
+
+        def started(program: str, *words: str) -> "subprocess.Popen[bytes]":
+            command = [sys.executable, "-m", f"distributed.cli.{program}", "--no-dashboard", *words]
+            process = ended.enter_context(subprocess.Popen(command, stderr=subprocess.DEVNULL))
+            ended.callback(process.kill)
+            return process
+
+        place = ("--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(card))
+        scheduler = started("dask_scheduler", *place)
+        until(card.exists)
+        address = json.loads(card.read_text())["address"]
+        started("dask_worker", address, "--no-nanny")
+        with distributed.Client(address, set_as_default=False) as client:
+            client.wait_for_workers(1, timeout=60)
+        with pytest.raises(WedgeError, match=f"{address} was lost.*run the same command again"):
+            with cluster_pool(address) as pool:
+                task = pool.submit(never_ends)
+                until(began.exists)
+                scheduler.kill()
+                task.result(timeout=60)
+    assert "Traceback" not in capfd.readouterr().err
+
+
+def until(true: Callable[[], bool]) -> None:
+    pause = threading.Event()
+    for _ in range(10_000):
+        if true():
+            return
+        pause.wait(0.005)
+    raise AssertionError("never")
 
 
 def test_an_address_where_nothing_answers_is_a_sentence(here, monkeypatch, capsys) -> None:
