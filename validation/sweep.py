@@ -45,10 +45,13 @@ NOT_SEEN = {
         "barrel_length_mm",
     ),
     "gel": (),
-    "lights": ("led_length_mm", "led_height_mm", "backing_thickness_mm"),
+    "lights": ("led_height_mm", "backing_thickness_mm"),
     "mirror": ("thickness_mm",),
 }
-"""Of the parts that the twin looks at, the fields that it does not."""
+"""Of the parts that the twin looks at, the fields that it never does."""
+OF_A_DOME = ("gel.semi_axis_across_mm", "gel.semi_axis_normal_mm", "gel.semi_axis_along_mm")
+OF_BARE_LEDS = ("lights.led_length_mm",)
+"""Behind a diffuser their row is one lamp."""
 SEEN_BESIDES = ("wiring.led_pitch_mm",)
 LEAST_PRESSES = 2
 """That a split needs: one to learn from, one to judge."""
@@ -109,11 +112,23 @@ def varied(design: Wedge, field: str, value: str) -> Wedge:
             f"there is no field {field!r} to vary: name a part and its field, such as "
             f"mirror.angle_deg, or {LIT_SIDES}."
         )
-    if (name not in NOT_SEEN or key in NOT_SEEN[name]) and field not in SEEN_BESIDES:
-        raise WedgeError(f"the twin does not look at {field}: all values would predict the same.")
+    if unseen := _unseen(design, field):
+        raise WedgeError(f"the twin {unseen} {field}: all values would predict the same.")
     number = _parsed(field, value, getattr(part, key))
     changed: Wedge = replace(design, **{name: replace(part, **{key: number})})
     return changed
+
+
+def _unseen(design: Wedge, field: str) -> str:
+    """How the twin of this design passes over a field; nothing where it is seen."""
+    name, _, key = field.partition(".")
+    if (name not in NOT_SEEN or key in NOT_SEEN[name]) and field not in SEEN_BESIDES:
+        return "does not look at"
+    if field in OF_A_DOME and not design.gel.curved:
+        return "of a flat gel (gel.curved = false) does not look at"
+    if field in OF_BARE_LEDS and design.lights.diffuser:
+        return "of LEDs behind a diffuser (lights.diffuser = true) does not look at"
+    return ""
 
 
 def sweep(

@@ -2,14 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """A sweep varies what it says, renders nothing twice, and gives one answer wherever it runs."""
 
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from recon.presses import LEAST_RADIUS_PX
-from sensor.design import FINGER, STANDARD
+from sensor.design import FINGER, STANDARD, Wedge
 from sensor.errors import WedgeError
 from simulation.dataset import Recipe, dent_of, label_of, presses_of, write_set
 from simulation.engine import SCALAR
@@ -187,11 +187,16 @@ def test_what_cannot_be_varied_is_refused(field, value, words) -> None:
         varied(without_blue, field, value)
 
 
+FLAT = replace(FINGER, gel=replace(FINGER.gel, curved=False))
+BARE = replace(FINGER, lights=replace(FINGER.lights, diffuser=False))
+
+
+@pytest.mark.parametrize("design", [FINGER, FLAT, BARE], ids=["finger", "flat gel", "bare LEDs"])
 def test_the_fields_that_can_be_varied_are_those_that_the_twin_looks_at(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    design: Wedge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("mitsuba")
-    parts = {item.name: getattr(FINGER, item.name) for item in fields(FINGER)}
+    parts = {item.name: getattr(design, item.name) for item in fields(design)}
     parts = {name: part for name, part in parts.items() if is_dataclass(part)}
     known = {(name, item.name) for name, part in parts.items() for item in fields(part)}
     looked_at: set[tuple[str, str]] = set()
@@ -209,14 +214,14 @@ def test_the_fields_that_can_be_varied_are_those_that_the_twin_looks_at(
             watch(name)
         for raw in (False, True):
             looked_at.clear()
-            recipe = Recipe(engine=SCALAR, design=FINGER, width_px=16, samples=1, raw=raw)
-            presses = presses_of(FINGER, "balls", count=1, seed=0)
+            recipe = Recipe(engine=SCALAR, design=design, width_px=16, samples=1, raw=raw)
+            presses = presses_of(design, "balls", count=1, seed=0)
             write_set(tmp_path, recipe, presses, source="", executor=InLine())
             shown |= {each for each in looked_at if (each[0] in SEEN_OVER_THE_MIRROR) == raw}
 
     def can_be_varied(name: str, key: str) -> bool:
         try:
-            return bool(varied(FINGER, f"{name}.{key}", str(getattr(parts[name], key))))
+            return bool(varied(design, f"{name}.{key}", str(getattr(parts[name], key))))
         except WedgeError as error:
             assert f"does not look at {name}.{key}" in str(error)
             return False
