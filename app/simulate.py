@@ -11,6 +11,7 @@ from app._output import command_line
 from app._progress import progress
 from app._seed import Seed
 from app._workers import process_pool
+from sensor.dataset import read_dataset
 from sensor.design import Wedge
 from sensor.design_file import load_design
 from sensor.errors import WedgeError
@@ -104,13 +105,16 @@ def main(
             set_name=out.resolve().name,
             progress=show,
         )
-    balls = sum(press.indenter.round_mm > 0 for press in planned)
-    others = len(planned) - balls
+    from recon.presses import LEAST_RADIUS_PX
+
+    labels = read_dataset(out).labels
+    balls, others = len(labels), len(planned) - len(labels)
+    usable = sum(label.contact_radius_px >= LEAST_RADIUS_PX for label in labels)
     print(
         f"{balls} labelled press{'' if balls == 1 else 'es'}, "
         f"{others} {'shape with its' if others == 1 else 'shapes with their'} truth: {out}\n"
         f"{recipe.engine.variant}, {samples} samples a pixel, design {wanted.name}."
-        + (f" Next: {command_line('table', out)}" if balls > 1 else "")
+        + (f" Next: {command_line('table', out)}" if usable > 1 else "")
     )
 
 

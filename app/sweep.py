@@ -106,10 +106,13 @@ def main(
     learnt, judged = points[0].presses
     intervals = remark("in brackets 95 % intervals by press", judged)
     print(
-        f"Mean absolute gradient errors, {intervals}; {learnt} rendered presses to learn from, "
+        f"Mean absolute gradient errors, {intervals}; {learnt} rendered "
+        f"press{'es' * (learnt > 1)} to learn from, "
         f"{judged} other{'s' * (judged > 1)} judged, seed {seed}. Lit: share of the pad where "
         f"every colour has half of its own mean. Picture: {out / 'sweep.png'}"
     )
+    if inferred := [point.value for point in points if point.row.missing_axis == "network"]:
+        print(f"Gx of {', '.join(inferred)} is inferred: no light shows it.")
     left_out = [{"value": value, "reason": reason} for value, reason in refusals.items()]
     write_json(json, _document(design, field, size, points) | {"left_out": left_out})
 
@@ -164,6 +167,7 @@ def _document(design: str, field: str, size: Any, points: "list[SweepPoint]") ->
                 "lit_area": point.lit_area,
                 **{
                     name: {
+                        "missing_axis": row.missing_axis,
                         **row.errors.values,
                         "ci95": {
                             key: bounds and list(bounds) for key, bounds in row.errors.ci95.items()

@@ -15,7 +15,7 @@ import tyro
 
 from app._output import OutputFile, keep_inputs, print_table, write_json
 from app._progress import Report, progress
-from app._sources import open_where
+from app._sources import is_dataset, open_where
 from sensor.errors import WedgeError
 from sensor.files import check_outputs
 
@@ -42,10 +42,10 @@ def main(
 ) -> None:
     """Find white-balance gains and exposure from frames of the blank gel.
 
-    Nothing may touch the gel, and frames in which something begins or ceases to are refused. The
-    gains make its mean grey; the exposure puts its brightest
-    thousandth at 45 % of full scale in linear light, as a press makes it up to twice as bright.
-    Flicker, moving bands, drift and saturation are measured beside.
+    Nothing may touch the gel, and frames in which something begins or ceases to are refused; of a
+    dataset its blank frames alone are read. The gains make its mean grey; the exposure puts its
+    brightest thousandth at 45 % of full scale in linear light, as a press makes it up to twice as
+    bright. Flicker, moving bands, drift and saturation are measured beside.
 
     The new settings are written to FILE, whole or not at all; `gelsight-wedge apply` on the Pi
     takes them. Run again with the new settings until it says that they are settled: two or three
@@ -71,7 +71,7 @@ def main(
     check_outputs(settings, json)
     pad = _pad(unit)
     kept = read_settings(settings) if settings is not None and settings.exists() else None
-    with open_where(source) as opened, progress("frames of the blank gel") as show:
+    with _open_blank(source) as opened, progress("frames of the blank gel") as show:
         blank = measure_blank(_images(opened, frames, pad, show), pad)
     # What the stream says it has made the frames; the file may have been edited since.
     known = _settings_of_stream(source) or kept
@@ -101,6 +101,18 @@ def _pad(unit: Path | None) -> "Mask | None":
     card = read_unit_card(unit)
     width, height = card.frame_size_px
     return None if card.corners_px is None else pad_mask(card.corners_px, height, width)
+
+
+def _open_blank(where: str) -> "FrameSource":
+    """A source that may show the blank gel alone: of a dataset its blank frames."""
+    if not is_dataset(where):
+        return open_where(where)
+    from recon.stream import FolderSource
+    from sensor.dataset import read_dataset
+    from validation.datasets import dataset_folder
+
+    dataset = read_dataset(dataset_folder(where))
+    return FolderSource(dataset.folder, dataset.card.background)
 
 
 def _images(

@@ -3,8 +3,9 @@
 """Time of the digital twin: one frame with each engine, and forty presses."""
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from benchmarks.measurement import Measurement
 from sensor.design import STANDARD
 from simulation.dataset import Recipe, presses_of, trace_press
 from simulation.engine import SCALAR, Engine, best_engine
+from simulation.presses import Press
 from simulation.render import render
 from simulation.skin import gel_view
 
@@ -32,15 +34,20 @@ def measure(executor: Executor) -> Iterator[Measurement]:
         )
     recipe = Recipe(engine=best, design=STANDARD)
     presses = presses_of(STANDARD, "balls", count=TIMED, seed=0)
+    _trace(executor, replace(recipe, samples=1), presses)  # workers start
     start = time.perf_counter()
-    for future in [executor.submit(trace_press, recipe, press, 1) for press in presses]:
-        future.result()
+    _trace(executor, recipe, presses)
     yield Measurement(
         name=f"{PRESSES} ball presses at {recipe.samples} samples, {best.variant}, from {TIMED}",
         value=(time.perf_counter() - start) * PRESSES / TIMED,
         unit="s",
         bar=900,
     )
+
+
+def _trace(executor: Executor, recipe: Recipe, presses: Sequence[Press]) -> None:
+    for future in [executor.submit(trace_press, recipe, press, 1) for press in presses]:
+        future.result()
 
 
 def frame_s(engine: Engine) -> float:

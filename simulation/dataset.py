@@ -154,7 +154,7 @@ def bands(view: View) -> list[Window]:
     """The picture in horizontal bands, for rendering side by side."""
     width, height = view.size_px
     edges = np.linspace(0, height, BANDS + 1).round().astype(int).tolist()
-    return [(slice(0, width), slice(low, high)) for low, high in pairwise(edges)]
+    return [(slice(0, width), slice(low, high)) for low, high in pairwise(edges) if low < high]
 
 
 def around(view: View, depth_mm: Map) -> Window:

@@ -212,5 +212,6 @@ def refuse_size(indenter: Indenter, pad_size_mm: tuple[float, float]) -> None:
     if any(size > pad for size, pad in zip(indenter.size_mm, pad_size_mm, strict=True)):
         raise WedgeError(
             f"{indenter.name} of {indenter.size_mm[0]:g} x {indenter.size_mm[1]:g} mm is larger "
-            f"than the pad of {pad_size_mm[0]:g} x {pad_size_mm[1]:g} mm: take a smaller object."
+            f"than the pad of {pad_size_mm[0]:g} x {pad_size_mm[1]:g} mm: take a "
+            "smaller one, name an object that fits, or widen the pad."
         )

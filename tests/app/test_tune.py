@@ -21,6 +21,7 @@ from firmware_pi.newest import Newest
 from firmware_pi.server import StreamServer
 from firmware_pi.settings import Settings, read_settings, write_settings
 from sensor.unit import UnitCard, write_unit_card
+from tests.synthetic import make_dataset
 
 RGB = (90, 120, 100)
 
@@ -102,6 +103,15 @@ def test_too_few_frames_for_flicker_are_counted(
 ) -> None:
     assert run(frames(tmp_path / "blank", *levels)) == 0
     assert f"from 3 frames on; {counted} came." in capsys.readouterr().out
+
+
+def test_of_a_dataset_the_blank_frames_alone_are_read(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    made = make_dataset(tmp_path / "set", presses=2)
+    assert run(made.folder, "--json", tmp_path / "tune.json") == 0
+    document = json.loads((tmp_path / "tune.json").read_text())
+    assert document["blank"]["frames"] == len(made.card.background)
 
 
 @pytest.mark.parametrize("touched", [0, 2])

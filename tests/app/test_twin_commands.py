@@ -65,7 +65,9 @@ def test_simulate_writes_a_dataset_that_says_how_it_was_made(here, monkeypatch, 
         == "wedge simulate --design finger --samples 4 --width-px 24 --presses 2"
     )
     assert dataset.card.name == "d"  # and not that of the shipped set, whose frames are others
-    assert "2 labelled presses, 0 shapes with their truth" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert "2 labelled presses, 0 shapes with their truth" in told
+    assert "wedge table" not in told  # which would refuse contacts of so few pixels
     assert typed("simulate", *SMALL, "--scene", "prism", "--out", "sub/e") == 0
     assert read_dataset(here / "sub" / "e").card.name == "e"
     assert "0 labelled presses, 1 shape with its truth" in capsys.readouterr().out
@@ -119,9 +121,12 @@ def test_one_judged_press_has_no_interval(here, capsys) -> None:
     for point in document["points"]:
         for pixels in ("contact", "contact+5%"):
             assert point[pixels]["gx_mae"] > 0
+            inferred = point[pixels]["missing_axis"] == "network"
+            assert inferred == (point["value"] == "R")
             assert set(point[pixels]["ci95"].values()) == {None}
     told = " ".join(capsys.readouterr().out.split())
-    assert "1 other judged" in told
+    assert "4 rendered presses to learn from, 1 other judged" in told
+    assert "Gx of R is inferred" in told
     assert "[" not in told
     assert "1 press, too few for an interval" in told
 

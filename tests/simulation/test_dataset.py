@@ -5,6 +5,7 @@
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ from sensor.errors import WedgeError
 from simulation.camera import amplified, expose
 from simulation.dataset import (
     Recipe,
+    bands,
     dent_of,
     presses_of,
     trace_part,
@@ -27,6 +29,7 @@ from simulation.dataset import (
 from simulation.engine import SCALAR
 from simulation.presses import skin_under
 from simulation.raw_view import corners_px
+from simulation.skin import gel_view
 from tests.simulation.conftest import InLine
 from validation.importers.lights import measure_lights_deg
 
@@ -93,6 +96,15 @@ def test_another_executor_writes_the_same_set(folder: Path, tmp_path: Path) -> N
     for name in ("background_0.jpg", "ball_00.jpg"):
         assert (tmp_path / name).read_bytes() == (folder / name).read_bytes()
     assert not (tmp_path / "truth").exists()
+
+
+@pytest.mark.parametrize("width_px", [16, 32, 64])
+def test_every_row_is_in_one_band_and_no_band_is_empty(width_px: int) -> None:
+    gel = replace(STANDARD.gel, pad_length_mm=46.0, pad_width_mm=6.0)
+    slim = replace(STANDARD, gel=gel, acrylic=replace(STANDARD.acrylic, length_mm=48.0))
+    view = gel_view(slim, width_px)
+    rows = [range(rows.start, rows.stop) for _, rows in bands(view)]
+    assert all(rows) and list(chain(*rows)) == list(range(view.size_px[1]))
 
 
 def test_a_press_changes_the_picture_near_it_alone(mitsuba) -> None:
