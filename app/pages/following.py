@@ -26,10 +26,15 @@ class Followed:
     markers: str
 
 
+APART = "each picture is a touch of its own: no pose is followed"
+
+
 class PoseView:
     """Draws what is felt; keeps the object's axes where the object was first deepest."""
 
-    def __init__(self) -> None:
+    def __init__(self, apart: bool) -> None:
+        """Begin; the pose is told unless frames are ``apart``, each a touch of its own."""
+        self._apart = apart
         self._anchor: Points | None = None
         self._object_number = 0
 
@@ -46,10 +51,11 @@ class PoseView:
             draw_arrows(shown, felt.dots, shown.shape[1] / felt.image.shape[1])
             misfit = "" if felt.markers == felt.dots.word else f"; {felt.markers}"
             words = marker_words(felt.dots, touch.mm_per_px) + misfit
+        is_alone = self._apart and felt.pose.T_sensor_object is not None
         return Followed(
             picture=pictures.as_url(shown),
-            state=felt.pose.state,
-            pose=pose_words(felt.pose),
+            state="–" if is_alone else felt.pose.state,
+            pose=APART if is_alone else pose_words(felt.pose),
             markers=words,
         )
 

@@ -195,9 +195,8 @@ class SensorCard:
                 _heading("Object's pose", 3).classes("text-sm font-medium")
                 self.pose_state = ui.label("–").classes("chip off pose-state")
             self.pose = ui.label().classes("text-sm pose")
-            ui.label("since its first touch; lift it for a second and the next is new").classes(
-                "quiet text-xs"
-            )
+            since = ui.label("since its first touch; lift it for a second and the next is new")
+            since.classes("quiet text-xs").set_visibility(not self.watcher.apart)
             _heading("Markers", 3).classes("text-sm font-medium")
             self.markers = ui.label().classes("text-sm markers")
             with ui.column().classes("gap-0 w-full"):

@@ -126,8 +126,9 @@ class Watcher:
         self._unwarp = unit.unwarp if unit else None
         self._background: Frame | None = None
         self._follower: Follower | None = None
-        self._view = PoseView()
-        self._apart = is_dataset(where)  # no press of it can be followed to the next
+        self.apart = is_dataset(where)
+        """Whether no frame can be followed to the next."""
+        self._view = PoseView(self.apart)
         self._taker: BlankTaker | None = None
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True, name=where)
@@ -156,9 +157,9 @@ class Watcher:
 
     @property
     def live(self) -> bool:
-        """Whether frames come."""
+        """Whether frames come that can be shown."""
         newest = self.newest
-        comes = newest is not None and not newest.source.counts.lost
+        comes = newest is not None and not newest.source.counts.lost and not newest.all_damaged
         return comes and not self.error and self.glimpse is not None
 
     def take_background(self) -> None:
@@ -244,7 +245,7 @@ class Watcher:
         """For the blank frame that holds now; ``None`` without a unit."""
         if self.unit is None:
             return None
-        self._follower, self._view = Follower(self.unit, self._background), PoseView()
+        self._follower, self._view = Follower(self.unit, self._background), PoseView(self.apart)
         return FastReconstructor(self.unit, self._background)
 
     def _misfit_of(self, frame: Frame) -> str:
@@ -302,7 +303,7 @@ class Watcher:
         kept = self.history[1 - HISTORY_LENGTH :]
         self.history = (*kept, (taken_s, deepest_mm, contact_mm2))
         assert self._follower is not None
-        if self._apart:
+        if self.apart:
             self._follower.begin_anew()
         return Glimpse(
             followed=self._view(self._follower(frame, touch, time.monotonic())),

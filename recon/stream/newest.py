@@ -29,6 +29,8 @@ class Newest:
         """Frames that a newer one replaced before anybody asked."""
         self._damaged = 0
         """Frames one after the other that could not be decoded."""
+        self._flaw = ""
+        """Of the last of them."""
         self._changed = threading.Condition()
         self._frame: TimedFrame | None = None
         self._ended = False
@@ -70,9 +72,9 @@ class Newest:
                 return None
             try:
                 decoded = frame.decoded()
-            except WedgeError:
+            except WedgeError as error:
                 self.source.counts.corrupt += 1
-                self._damaged += 1
+                self._damaged, self._flaw = self._damaged + 1, str(error)
             else:
                 self._damaged = 0
                 return decoded
@@ -80,9 +82,14 @@ class Newest:
     @property
     def remark(self) -> str:
         """What a person should know of the source or of its frames; nothing where all is well."""
-        if self._damaged < DAMAGED_FRAMES:
+        if not self.all_damaged:
             return self.source.counts.remark
-        return f"{self.source.name} sends frames that are damaged inside: none can be shown."
+        return f"no frame of {self.source.name} can be shown, the last for this: {self._flaw}"
+
+    @property
+    def all_damaged(self) -> bool:
+        """Whether frames come, but none for a while that can be decoded."""
+        return self._damaged >= DAMAGED_FRAMES
 
     @property
     def ended(self) -> bool:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.pages.following import PoseView, pose_words
+from app.pages.following import APART, PoseView, pose_words
 from recon.follower import Follower
 from recon.pose.estimate import PoseEstimate
 from recon.pose.rigid import motion
@@ -24,7 +24,7 @@ def test_dots_that_moved_are_counted_measured_and_drawn() -> None:
     gel = np.full((*SIZE_PX[::-1], 3), 0.5)
     unit = make_unit(SIZE_PX)
     unit = replace(unit, background=digitized(dotted(places, 2.0, gel)))
-    follow, view = Follower(unit), PoseView()
+    follow, view = Follower(unit), PoseView(apart=False)
     moved = digitized(dotted(places + np.array([2.0, 0]), 2.0, gel))
     shown = [view(follow(frame, blank(), 0.0)) for frame in (moved, unit.background)]
     assert shown[0].markers.startswith(f"{len(places)} of {len(places)} dots seen")
@@ -39,7 +39,7 @@ def test_dots_that_moved_are_counted_measured_and_drawn() -> None:
 
 def test_a_new_object_has_its_axes_where_it_touches() -> None:
     first, second, _ = bead_pair(0)
-    unit, view = make_unit(SIZE_PX), PoseView()
+    unit, view = make_unit(SIZE_PX), PoseView(apart=False)
     follow = Follower(unit)
     felt = [follow(unit.background, touch, 0.0) for touch in (first, second)]
     shown = [view(item) for item in felt]
@@ -55,3 +55,12 @@ def test_a_pose_is_told_with_its_doubt() -> None:
     doubt = np.diag([0, 0, np.radians(2) ** 2, 0.3**2, 0, 0])
     found = PoseEstimate(state="weak", reason="why", T_sensor_object=pose, covariance=doubt)
     assert "+5.0° ± 2.0°" in pose_words(found) and "mm ± 0.30 mm; why" in pose_words(found)
+
+
+def test_touches_that_have_nothing_to_do_with_each_other_have_no_pose() -> None:
+    unit, view = make_unit(SIZE_PX), PoseView(apart=True)
+    follow = Follower(unit)
+    shown = [view(follow(unit.background, touch, 0.0)) for touch in bead_pair(0)[:2]]
+    assert {(item.state, item.pose) for item in shown} == {("–", APART)}
+    nothing = view(follow(unit.background, blank(), 0.0))
+    assert nothing.pose != APART and nothing.state != "tracking"

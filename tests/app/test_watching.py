@@ -3,6 +3,7 @@
 """What the watcher of a sensor says when something fails: every failure is a sentence."""
 
 import math
+import shutil
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -13,6 +14,7 @@ import pytest
 
 from app.pages.blank import BLANK_FRAMES, LEAST_FRAMES, LONGEST_S, BlankTaker
 from app.pages.watching import VIEW_S, Watcher, _Pace
+from recon.images import write_image
 from recon.stream import Counts, TimedFrame
 from sensor.errors import WedgeError
 from tests.recon.fast.units import blank_frame, make_unit, pressed
@@ -167,6 +169,27 @@ def test_a_file_whose_name_says_lost_is_live(
     watcher.start()
     try:
         until(lambda: watcher.live)
+    finally:
+        watcher.close()
+
+
+def test_a_folder_that_is_gone_is_not_live(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "frames"
+    folder.mkdir()
+    for number in range(2):
+        write_image(folder / f"{number}.png", np.full((8, 8, 3), 90 + number, np.uint8))
+    watcher = Watcher(str(folder), None, tmp_path / "captures")
+    watcher.watched_s = math.inf
+    watcher.start()
+    try:
+        until(lambda: watcher.live)
+        shutil.rmtree(folder)
+        until(lambda: not watcher.live)
+        assert "can be shown" in watcher.remark and "is missing" in watcher.remark
+        with pytest.raises(WedgeError, match="gives no frames now"):
+            watcher.save_frame()
     finally:
         watcher.close()
 
