@@ -34,7 +34,7 @@ def sits_like_wedge(lights_deg: Mapping[str, float] | None) -> bool:
     """Whether green shines along x and red and blue against each other along y."""
     if lights_deg is None or set(lights_deg) != {"R", "G", "B"}:
         return False
-    opposed = abs(_turn_deg(lights_deg["R"] - lights_deg["B"])) >= 180 - 2 * ALIGNED_DEG
+    opposed = abs(azimuth_deg(lights_deg["R"] - lights_deg["B"])) >= 180 - 2 * ALIGNED_DEG
     along_y = all(_from_axis_deg(lights_deg[channel], 90.0) <= ALIGNED_DEG for channel in "RB")
     return opposed and along_y and _from_axis_deg(lights_deg["G"], 0.0) <= ALIGNED_DEG
 
@@ -44,5 +44,6 @@ def _from_axis_deg(angle_deg: float, axis_deg: float) -> float:
     return abs((angle_deg - axis_deg + 90) % 180 - 90)
 
 
-def _turn_deg(angle_deg: float) -> float:
-    return (angle_deg + 180) % 360 - 180
+def azimuth_deg(angle_deg: float) -> float:
+    """The same direction, above -180 and up to 180."""
+    return 180 - (180 - angle_deg) % 360

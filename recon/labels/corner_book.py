@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The corners of a dataset's pad, mended by hand: every change is on disk at once."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from recon.arrays import Frame
@@ -9,6 +10,7 @@ from recon.geometry.lens import Lens
 from recon.geometry.pad import base_side, find_pad, gel_corners
 from recon.geometry.unwarp import Corners, Unwarp, prepare_unwarp
 from recon.labels.label_book import LABELS_FILE, LabelBook, is_by_hand, places
+from recon.lights import azimuth_deg
 from sensor.dataset import (
     BallLabel,
     Dataset,
@@ -40,8 +42,8 @@ class CornerBook:
     """Corners in the gel frame's order; each change is written, and can be taken back.
 
     Several may be open on one folder, in several processes and in every tab of a page, and
-    somebody may edit the card by hand: a change is of the corners alone, and what others wrote
-    meanwhile stays. Corners that others changed are changed no further by who has not seen that,
+    somebody may edit the card by hand: a change is of the corners alone, and of where the lights
+    sit once the picture is turned or mirrored; what others wrote meanwhile stays. Corners that others changed are changed no further by who has not seen that,
     and ``undo`` takes back only what was done in books of the same history and still stands.
 
     Labels lie in pixels of the unwarped frame, which the corners decide. Those found automatically
@@ -128,8 +130,14 @@ class CornerBook:
         a, b, c, d = (inside if i == index else corner for i, corner in enumerate(self.corners_px))
         return a, b, c, d
 
-    def put(self, changed: Corners) -> int:
+    def put(
+        self, changed: Corners, sits_deg: Callable[[float], float] = lambda angle: angle
+    ) -> int:
         """Write other corners; how many circles were dropped, as they lie in pixels of the old.
+
+        Args:
+            changed: the corners.
+            sits_deg: where a light sits then, by where it sat.
 
         Raises:
             WedgeError: they are not a convex pad's, labels made by hand depend on the old ones,
@@ -140,7 +148,9 @@ class CornerBook:
         known_px = self._on_disk.corners_px
         with alone_in(self.folder):
             dataset = self.catch_up()
-            before, after = dataset.card, replace(self.card, corners_px=changed)
+            before, lights = dataset.card, self.card.lights_deg
+            sit = lights and {color: azimuth_deg(sits_deg(at)) for color, at in lights.items()}
+            after = replace(self.card, corners_px=changed, lights_deg=sit)
             if before.corners_px != known_px:
                 raise WedgeError(
                     f"the corners in {self.folder / CARD_FILE} were changed in another tab or "
@@ -155,12 +165,12 @@ class CornerBook:
     def turn(self) -> int:
         """Let the next side of the picture be the base's."""
         a, b, c, d = self.corners_px
-        return self.put((b, c, d, a))
+        return self.put((b, c, d, a), lambda angle: angle - 90)
 
     def mirror(self) -> int:
         """Turn the unwarped picture over, its left side staying left."""
         a, b, c, d = self.corners_px
-        return self.put((d, c, b, a))
+        return self.put((d, c, b, a), lambda angle: -angle)
 
     def undo(self) -> bool:
         """Take the last change back; false where there is none.
@@ -184,7 +194,12 @@ class CornerBook:
                     f"the pad in {self.folder / CARD_FILE} was changed in another tab or program "
                     "after your change, which is not taken back: it stays as it is now."
                 )
-            back = replace(now, corners_px=last.before.corners_px, pad_size_mm=size_mm)
+            lights = now.lights_deg
+            if lights == last.after.lights_deg:
+                lights = last.before.lights_deg
+            back = replace(
+                now, corners_px=last.before.corners_px, pad_size_mm=size_mm, lights_deg=lights
+            )
             book = LabelBook(replace(dataset, labels=()))
             circles = [x for x in last.dropped if not book.has_no_ball(x.file)]
             self._write(dataset, back)

@@ -22,6 +22,7 @@ from tests.app.served import needs_chromium, opened, served, serving
 from tests.synthetic import KEYSTONE_PX, make_dataset
 
 ROOT = Path(__file__).resolve().parents[2]
+LIGHTS_DEG = {"R": -95.0, "G": 180.0, "B": 94.0}
 FILLS = """x => x.clientWidth >= x.parentElement.clientWidth - 1
     || (x.clientHeight > 0.7 * innerHeight && x.clientHeight < innerHeight)"""
 
@@ -61,8 +62,14 @@ def test_circles_come_back_with_their_corners_but_where_no_ball_touches(tmp_path
     assert read_dataset(dataset.folder).labels == (dataset.labels[0], dataset.labels[2])
 
 
+def lit(dataset: Dataset, lights_deg: dict[str, float]) -> Dataset:
+    """The set, once somebody has said where its lights sit."""
+    write_card(dataset.folder / "dataset.toml", replace(dataset.card, lights_deg=lights_deg))
+    return read_dataset(dataset.folder)
+
+
 def test_turning_four_times_and_mirroring_twice_change_nothing(tmp_path: Path) -> None:
-    dataset = raw_set(tmp_path / "set", quality=0.9)
+    dataset = lit(raw_set(tmp_path / "set", quality=0.9), LIGHTS_DEG)
     book = CornerBook(dataset, read_background(dataset))
     upright = book.unwarp(book.blank)
     book.mirror()
@@ -71,6 +78,42 @@ def test_turning_four_times_and_mirroring_twice_change_nothing(tmp_path: Path) -
     for _ in range(4):
         book.turn()
     assert book.corners_px == KEYSTONE_PX
+    assert read_dataset(dataset.folder).card.lights_deg == LIGHTS_DEG
+
+
+def test_lights_keep_their_sides_of_the_pad_when_its_picture_is_turned(tmp_path: Path) -> None:
+    dataset = lit(raw_set(tmp_path / "set", quality=0.9), LIGHTS_DEG)
+    book = CornerBook(dataset, read_background(dataset))
+
+    def in_raw_frame(book: CornerBook) -> dict[str, tuple[float, float]]:
+        """Which way each light is seen from the pad's middle, by the corners at its sides."""
+        a, b, _, d = np.array(book.corners_px)
+        along_x, along_y = b - a, d - a
+        sides = {}
+        for color, angle in read_dataset(book.folder).card.lights_deg.items():
+            x, y = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+            toward = x * along_x / np.hypot(*along_x) + y * along_y / np.hypot(*along_y)
+            sides[color] = tuple(toward / np.hypot(*toward))
+        return sides
+
+    before = in_raw_frame(book)
+    for change in (book.turn, book.mirror, book.turn):
+        change()
+        for color, toward in in_raw_frame(book).items():  # the keystone is no rectangle
+            assert np.dot(toward, before[color]) > 0.95
+    while book.undo():
+        pass
+    assert read_dataset(dataset.folder).card.lights_deg == LIGHTS_DEG
+
+
+def test_lights_measured_after_a_turn_outlive_its_undo(tmp_path: Path) -> None:
+    dataset = lit(raw_set(tmp_path / "set", quality=0.9), LIGHTS_DEG)
+    book = CornerBook(dataset, read_background(dataset))
+    book.turn()
+    measured = {"R": 10.0, "G": 20.0, "B": 30.0}
+    lit(read_dataset(dataset.folder), measured)
+    assert book.undo()
+    assert read_dataset(dataset.folder).card.lights_deg == measured
 
 
 @pytest.mark.parametrize(("quality", "ball_mm"), [(None, None), (1.0, None), (0.9, 3.5)])
