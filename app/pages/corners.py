@@ -10,13 +10,16 @@ from nicegui.events import MouseEventArguments
 
 from app.pages.editing import (
     ARROWS,
+    CLOSE,
     DRAG_ENDS,
+    DRAG_IS_NONE,
     DRAWN,
     FINE_STEP_PX,
     HALO,
     NOTHING_TO_UNDO,
     STEP_PX,
     UNDO,
+    Complaint,
     button,
     canvas,
     fitting,
@@ -24,7 +27,6 @@ from app.pages.editing import (
     keys_explained,
     listen,
     run_page,
-    say,
     when_turned_to,
 )
 from app.pages.pictures import FINE_QUALITY, as_url
@@ -81,6 +83,7 @@ class CornersPage:
         """As shown, ``None`` where it cannot be read: what nobody sees is not edited."""
         self.held: Corners | None = None
         self.dragging = False
+        self.complaint = Complaint()
         listen(self.on_key)
         when_turned_to(self.look_again)
         self.heading = heading()
@@ -164,6 +167,9 @@ class CornersPage:
         elif event.type == "pointermove" and self.dragging:
             self.held = self.book.moved(self.chosen, place)
             self.draw()
+        elif event.type == DRAG_IS_NONE:
+            self.held, self.dragging = None, False
+            self.draw()
         elif event.type in DRAG_ENDS and self.dragging:
             self.dragging = False
             if self.held is not None:
@@ -231,7 +237,7 @@ class CornersPage:
                     f"{dropped} circles were dropped, as they lay in pixels of the corners before: "
                     "undo brings them back, wedge label finds them anew.",
                     timeout=15_000,
-                    close_button=True,
+                    actions=[CLOSE],
                 )
 
         self.attempt(say_dropped)
@@ -246,9 +252,10 @@ class CornersPage:
         try:
             change()
         except (WedgeError, OSError) as error:
-            say(error)
+            self.complaint.say(error)
             self.show()  # others may have moved the corners anywhere
         else:
+            self.complaint.withdraw()
             self.held = None
             self.draw()
 

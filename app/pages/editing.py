@@ -22,9 +22,13 @@ ARROWS = {
     "ArrowUp": (0, -1),
     "ArrowDown": (0, 1),
 }
-DRAG_ENDS = ("pointerup", "pointercancel", "pointerleave")
-POINTER_EVENTS = ["pointerdown", "pointermove", *DRAG_ENDS]
+DRAG_ENDS = ("pointerup", "pointerleave")
+DRAG_IS_NONE = "pointercancel"
+"""The browser has taken the finger for one of its own gestures, such as a pinch."""
+POINTER_EVENTS = ["pointerdown", "pointermove", *DRAG_ENDS, DRAG_IS_NONE]
 """Of a mouse, a pen or a finger."""
+CLOSE = {"label": "Close", "color": "white"}
+"""Of a message: to be read on its ground."""
 BLUE = "#1565c0"
 """Of buttons: white on it, and it on white, can be read."""
 TALLEST = "100vh - 14rem"
@@ -147,6 +151,20 @@ def keys_explained(lines: Sequence[tuple[str, str]]) -> None:
             ui.label(meaning)
 
 
-def say(error: Exception) -> None:
-    """Show why a change could not be made, until somebody closes it."""
-    ui.notify(str(error), type="negative", timeout=0, close_button=True)
+class Complaint:
+    """Why a change could not be made, shown until somebody closes it or a change is made."""
+
+    def __init__(self) -> None:
+        self._shown: ui.notification | None = None
+
+    def say(self, error: Exception) -> None:
+        """Show it in place of what was shown."""
+        self.withdraw()
+        told = {"message": str(error), "type": "negative", "timeout": 0, "actions": [CLOSE]}
+        self._shown = ui.notification(options=told)
+
+    def withdraw(self) -> None:
+        """Show nothing any more."""
+        if self._shown is not None:
+            self._shown.dismiss()
+            self._shown = None

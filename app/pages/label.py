@@ -13,6 +13,7 @@ from nicegui.events import GenericEventArguments, MouseEventArguments
 from app.pages.editing import (
     ARROWS,
     DRAG_ENDS,
+    DRAG_IS_NONE,
     DRAWN,
     FINE_STEP_PX,
     HALO,
@@ -20,6 +21,7 @@ from app.pages.editing import (
     STEP_PX,
     TALLEST,
     UNDO,
+    Complaint,
     button,
     canvas,
     fitting,
@@ -27,7 +29,6 @@ from app.pages.editing import (
     keys_explained,
     listen,
     run_page,
-    say,
     when_turned_to,
 )
 from app.pages.frame_list import FrameList
@@ -53,9 +54,11 @@ GROW = 1.02
 WHEEL = """(e) => {
     if (e.ctrlKey || e.metaKey || Math.abs(e.deltaY) <= Math.abs(e.deltaX)) return;
     e.preventDefault();
-    emit(e.deltaY);
+    emit(e.deltaMode ? 100 * Math.sign(e.deltaY) : e.deltaY);
 }"""
 """With Ctrl the wheel is the browser's zoom, and a swipe to the side scrolls."""
+NOTCH = 100.0
+"""What browsers say of one; of a swipe on a trackpad they say less, many times."""
 SCROLL = """requestAnimationFrame(() => requestAnimationFrame(() => {
     const view = document.getElementById("view"), [x, y] = [%f, %f];
     view.scrollLeft = x * view.scrollWidth - view.clientWidth / 2;
@@ -124,6 +127,7 @@ class LabelPage:
         """Whether the frame is shown: what nobody sees is not edited."""
         self.grip: tuple[float, float] | None = None
         self.moved: BallLabel | None = None
+        self.complaint = Complaint()
         listen(self.on_key)
         when_turned_to(self.look_again)
         with ui.element("div").classes("flex flex-col sm:flex-row flex-nowrap gap-4 w-full"):
@@ -254,11 +258,14 @@ class LabelPage:
         x, y = event.image_x - 0.5, event.image_y - 0.5
         if event.type == "pointerdown" and event.button == 0 and self.seen:
             if label is None:
-                self.keep(self.new_label(x, y))
-            else:
-                self.grip = (x - label.center_x_px, y - label.center_y_px)
+                label = self.moved = self.new_label(x, y)
+                self.draw()
+            self.grip = (x - label.center_x_px, y - label.center_y_px)
         elif event.type == "pointermove" and self.grip is not None and label is not None:
             self.moved = self.placed(label, x - self.grip[0], y - self.grip[1])
+            self.draw()
+        elif event.type == DRAG_IS_NONE:
+            self.grip = self.moved = None
             self.draw()
         elif event.type in DRAG_ENDS and self.grip is not None:
             self.grip = None
@@ -266,8 +273,8 @@ class LabelPage:
                 self.keep(self.moved)
 
     def on_wheel(self, event: GenericEventArguments) -> None:
-        """Resize the circle."""
-        self.resize(GROW if event.args < 0 else 1 / GROW)
+        """Resize the circle by as much as the wheel turns, a notch at most."""
+        self.resize(GROW ** -(min(max(event.args, -NOTCH), NOTCH) / NOTCH))
 
     def on_key(self, key: str, step_px: float) -> None:
         """Every edit by a key."""
@@ -380,8 +387,10 @@ class LabelPage:
         try:
             change()
         except (WedgeError, OSError) as error:
-            say(error)
+            self.complaint.say(error)
             done = False
+        else:
+            self.complaint.withdraw()
         self.moved = None
         if self.seen:
             self.draw()

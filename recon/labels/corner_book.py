@@ -43,8 +43,9 @@ class CornerBook:
 
     Several may be open on one folder, in several processes and in every tab of a page, and
     somebody may edit the card by hand: a change is of the corners alone, and of where the lights
-    sit once the picture is turned or mirrored; what others wrote meanwhile stays. Corners that others changed are changed no further by who has not seen that,
-    and ``undo`` takes back only what was done in books of the same history and still stands.
+    sit once the picture is turned or mirrored; what others wrote meanwhile stays. Corners that
+    others changed are changed no further by who has not seen that, and ``undo`` takes back only
+    what was done in books of the same history and still stands.
 
     Labels lie in pixels of the unwarped frame, which the corners decide. Those found automatically
     are dropped at the first change, before it is written, to be found again, and come back with

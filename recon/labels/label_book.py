@@ -309,6 +309,8 @@ class LabelBook:
                     f"{file} was changed in another tab or program meanwhile: look at it as it is "
                     "now."
                 )
+            if after == before:
+                return
             self._replace(file, after)
         self._history.append(Change(frame_name(file), before, after))
 

@@ -3,6 +3,7 @@
 """The page of `wedge label` in a real browser: keys, buttons, odd frames, long lists, windows."""
 
 import os
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -34,6 +35,11 @@ CONTRAST = """button => {
     return (bright + 0.05) / (dark + 0.05);
 }"""
 """Of a button's words, as WCAG defines it."""
+CONTRAST_ON_MESSAGE = CONTRAST.replace(
+    "const {color, backgroundColor} = getComputedStyle(button);",
+    "const {color} = getComputedStyle(button);"
+    " const {backgroundColor} = getComputedStyle(button.closest('.q-notification'));",
+)
 SEEN = "x => x.getBoundingClientRect().bottom <= innerHeight"
 FITTING = """() => {
     const view = document.querySelector("#view"), shown = document.querySelector("#picture");
@@ -95,6 +101,35 @@ def test_tab_reaches_the_list_and_every_button_and_keys_stay_the_pages(tmp_path:
         page.keyboard.press("Enter")  # the button's alone
         expect(heading).to_contain_text("not scored")
         expect(heading).to_contain_text(rows.nth(0).locator(".name").inner_text())
+
+
+def test_a_pinch_moves_and_makes_no_circle(tmp_path: Path) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=2)
+    with served("label", dataset.folder) as address, opened(address) as page:
+        heading, picture = page.locator("#heading"), page.locator("#picture img").first
+        box = picture.bounding_box()
+
+        def finger(*kinds: str) -> None:
+            for step, kind in enumerate(kinds):
+                place = {"clientX": box["x"] + 60 + 20 * step, "clientY": box["y"] + 60}
+                picture.dispatch_event(kind, {"button": 0, **place})
+
+        before = heading.inner_text()
+        finger("pointerdown", "pointermove")
+        expect(heading).to_contain_text("let go to keep")
+        finger("pointercancel")
+        expect(heading).to_have_text(before)
+        page.get_by_text("No ball", exact=True).click()
+        expect(heading).to_contain_text("no ball")
+        none = heading.inner_text()
+        finger("pointerdown")
+        expect(heading).to_contain_text("let go to keep")
+        finger("pointercancel")
+        expect(heading).to_have_text(none)
+        assert len(labels(dataset)) == 1
+        finger("pointerdown", "pointerup")  # a tap places one
+        expect(heading).to_contain_text("quality 1.00")
+        assert len(labels(dataset)) == 2
 
 
 def test_a_finger_drags_the_circle(tmp_path: Path) -> None:
@@ -248,6 +283,21 @@ def test_enter_that_cannot_write_stays_at_the_frame(tmp_path: Path) -> None:
         page.get_by_text("another tab or program").wait_for()
         page.keyboard.press("d")
         expect(page.locator("#heading")).to_contain_text(first)
+        assert page.get_by_role("button", name="Close").evaluate(CONTRAST_ON_MESSAGE) >= 4.5
+        page.keyboard.press("Enter")  # it is seen as it is now
+        expect(page.get_by_text("another tab or program")).to_have_count(0)
+
+
+@pytest.mark.parametrize("turns", [[-100], [-10] * 10, [-1000]])
+def test_small_turns_of_the_wheel_add_up_to_a_notch(tmp_path: Path, turns: list[int]) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=1)
+    grown_px = 1.02 * dataset.labels[0].contact_radius_px
+    with served("label", dataset.folder) as address, opened(address) as page:
+        page.locator("#picture").hover()
+        for turn in turns:
+            page.mouse.wheel(0, turn)
+        near = "|".join(f"{grown_px + step / 100:.2f}" for step in range(-3, 4))
+        expect(page.locator("#heading")).to_contain_text(re.compile(f"radius ({near}) px"))
 
 
 def test_a_long_list_keeps_its_rows_and_follows_the_frame(tmp_path: Path) -> None:

@@ -102,9 +102,12 @@ def test_what_somebody_wrote_into_the_card_outlives_moved_corners(tmp_path: Path
     book.turn()
     a, b, c, d = KEYSTONE_PX
     after = read_dataset(dataset.folder).card
-    assert after == replace(edited, corners_px=(c, d, a, b)) and after.ball_radius_mm == 5.0
+    turned = {color: angle - 90 for color, angle in edited.lights_deg.items()}
+    assert after == replace(edited, corners_px=(c, d, a, b), lights_deg=turned)
+    assert after.ball_radius_mm == 5.0
     assert [book.undo(), book.undo(), book.undo()] == [True, True, False]
-    assert read_dataset(dataset.folder).card == replace(edited, corners_px=KEYSTONE_PX)
+    before = {"corners_px": KEYSTONE_PX, "lights_deg": dataset.card.lights_deg}
+    assert read_dataset(dataset.folder).card == replace(edited, **before)
 
 
 def test_corners_moved_by_somebody_else_are_seen_before_they_are_moved(tmp_path: Path) -> None:
