@@ -23,13 +23,18 @@ from validation.splits import splits
 Progress = Callable[[float], None]
 
 
+MOST_SCALE = 0.05
+"""Of a pixel's length: a caliper's scale, measured twice, may differ by a few hundredths."""
+
+
 def refuse_other_sensor(
     calibration: Calibration, dataset: Dataset, presses: PressSet | PressReader
 ) -> None:
     """Refuse presses that cannot be a unit's.
 
     Raises:
-        WedgeError: the frames have another size than the unit's.
+        WedgeError: the frames have another size than the unit's, or their pixels show another
+            length.
     """
     card = calibration.card
     seen, needed = presses.unwarp.frame_size_px, card.frame_size_px
@@ -37,6 +42,13 @@ def refuse_other_sensor(
         raise WedgeError(
             f"{dataset.folder}: its frames are {seen[0]}x{seen[1]} pixels, but the unit "
             f"{card.serial} has {needed[0]}x{needed[1]}: it is another sensor's set."
+        )
+    pairs = zip(dataset.card.mm_per_px, card.mm_per_px, strict=True)
+    if any(abs(its / ours - 1) > MOST_SCALE for its, ours in pairs):
+        its, ours = ("{:.4g} x {:.4g}".format(*c.mm_per_px) for c in (dataset.card, card))
+        raise WedgeError(
+            f"{dataset.folder}: its pixels are {its} mm, but those of the unit {card.serial} are "
+            f"{ours} mm: mend the scale of one of them, or calibrate anew."
         )
 
 

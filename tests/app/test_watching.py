@@ -173,9 +173,7 @@ def test_a_file_whose_name_says_lost_is_live(
         watcher.close()
 
 
-def test_a_folder_that_is_gone_is_not_live(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_folder_that_is_gone_is_not_live(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     folder = tmp_path / "frames"
     folder.mkdir()
     for number in range(2):

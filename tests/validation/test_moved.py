@@ -2,12 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """A camera that has moved in any way is seen by the gel's film, and one that has not is not."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
 from scipy import ndimage
 
-from sensor.dataset import read_dataset
+from sensor.dataset import read_dataset, write_card, write_labels
+from sensor.errors import WedgeError
 from tests.validation.sensors import accepted_on, change_frames, failed_of, good_set, unit_of
 from validation.acceptance.moved import moved_px
 
@@ -58,3 +61,47 @@ def test_a_sensor_whose_camera_turned_or_came_nearer_fails(tmp_path, turn_deg, z
 
     change_frames(dataset, moved)
     assert "moved_px" in failed_of(accepted_on(unit, read_dataset(dataset.folder)))
+
+
+def with_corners(dataset, left_px, top_px, pad_mm=(10.0, 7.0)):
+    """The set as if its frames showed more than the pad; presses that lie off it are left out."""
+    width, height = (
+        round(pad / pitch) for pad, pitch in zip(pad_mm, dataset.card.mm_per_px, strict=True)
+    )
+    right, bottom = left_px + 100, top_px + 70
+    corners = ((left_px, top_px), (right, top_px), (right, bottom), (left_px, bottom))
+    card = replace(dataset.card, corners_px=corners, pad_size_mm=pad_mm)
+    there = [
+        replace(x, center_x_px=x.center_x_px - left_px, center_y_px=x.center_y_px - top_px)
+        for x in dataset.labels
+    ]
+    labels = [x for x in there if 0 <= x.center_x_px < width and 0 <= x.center_y_px < height]
+    write_card(dataset.folder / "dataset.toml", card)
+    write_labels(dataset.folder / "labels.csv", labels)
+    return read_dataset(dataset.folder)
+
+
+def test_a_camera_that_moved_fails_though_the_set_has_corners_of_its_own(tmp_path):
+    unit = unit_of(with_corners(good_set(tmp_path / "taught"), 10, 9))
+    dataset = good_set(tmp_path / "set", 1)
+    shift = np.float32([[1, 0, 6], [0, 1, 4]])
+    change_frames(
+        dataset,
+        lambda x, _: cv2.warpAffine(x, shift, (120, 90), borderMode=cv2.BORDER_REFLECT),
+    )
+    moved = with_corners(dataset, 16, 13)
+    found = accepted_on(unit, moved)
+    assert found.values["moved_px"][""] == pytest.approx(np.hypot(6, 4), abs=0.3)
+    assert "moved_px" in failed_of(found)
+
+
+def test_a_scale_measured_again_is_no_move_of_the_camera(tmp_path):
+    unit = unit_of(with_corners(good_set(tmp_path / "taught"), 10, 9))
+    again = with_corners(good_set(tmp_path / "set", 1), 10, 9, pad_mm=(10.1, 7.1))
+    found = accepted_on(unit, again)
+    assert found.blank.shape != unit.unwarp(unit.background).shape
+    assert found.values["moved_px"][""] < 0.3 and "brightness_change_share" in found.values
+    other = with_corners(good_set(tmp_path / "other", 1), 10, 9, pad_mm=(11.0, 7.7))
+    other = replace(other, card=replace(other.card, mm_per_px=(0.11, 0.11)))
+    with pytest.raises(WedgeError, match=r"0\.11 x 0\.11 mm, but those of the unit"):
+        accepted_on(unit, other)

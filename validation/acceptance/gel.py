@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
-from jaxtyping import Float32, Float64
+from jaxtyping import Float64
 
 from recon.arrays import ContactMask, Difference, Unwarped
 from recon.ball import offsets_mm
@@ -61,14 +61,17 @@ def stillness(presses: Sequence[BallPress], channels: str) -> dict[str, Parts]:
     }
 
 
-def blank_values(
-    gel: Unwarped, calibrated: Float32[np.ndarray, "_ _ 3"], channels: str
-) -> dict[str, Parts]:
-    """What the blank gel shows: evenness and balance of the lights, lit area, change, wear.
+def brightness_change(before: Unwarped, now: Unwarped, channels: str) -> Parts:
+    """By what share each light's mean over the blank gel, without its dots, is another."""
+    was, is_now = (gel[inner(gel.shape)].mean((0, 1)) for gel in (before, now))
+    return _by_color(np.abs(is_now / np.maximum(was, 1e-6) - 1), channels)
+
+
+def blank_values(gel: Unwarped, channels: str) -> dict[str, Parts]:
+    """What the blank gel shows: evenness and balance of the lights, lit area, wear.
 
     Args:
         gel: today's, without its dots.
-        calibrated: as it was calibrated; of another size, it is not compared.
         channels: the colours with a light.
     """
     inside = gel[inner(gel.shape)]
@@ -84,10 +87,6 @@ def blank_values(
     if len(channels) > 1:
         weakest, strongest = means[lit].min(), means[lit].max()
         values["color_balance_share"] = {"": float(weakest / max(strongest, 1e-6))}
-    if gel.shape == calibrated.shape:
-        before = np.maximum(calibrated[inner(gel.shape)].mean((0, 1)), 1e-6)
-        change = np.abs(inside.mean((0, 1)) / before - 1)
-        values["brightness_change_share"] = _by_color(change, channels)
     return values
 
 

@@ -29,6 +29,7 @@ from validation.acceptance.errors import (
 )
 from validation.acceptance.gel import (
     blank_values,
+    brightness_change,
     covered_area,
     inner,
     saturation,
@@ -124,14 +125,14 @@ def accept_unit(
     unseen = unseen_axis(card.lights_deg, channels)
     blank = presses.unwarp(presses.background)
     gel = without_dots(blank, presses.dots)
-    calibrated = calibration.unwarp(calibration.background)
+    before, now = map(calibration.unwarp, (calibration.background, presses.background))
     covered, inside = covered_area(presses.presses), inner(blank.shape)
     response = light_response(presses.presses)
     still = stillness(presses.presses, channels)
     noise: Parts = still.get("noise_gray_levels", dict.fromkeys(channels, 0.0))
     axes = "xy" if unseen is None else "y" if unseen == "x" else "x"
     usable = usable_area(gel, response, noise, axes, channels)
-    pictured, absent = picture_values(presses, calibrated, roundness(presses.presses, seed))
+    pictured, absent = picture_values(presses, before, now, roundness(presses.presses, seed))
     progress(0.5)
     values: dict[str, Parts] = {
         **error_values(errors, card, is_fresh),
@@ -139,7 +140,10 @@ def accept_unit(
         **steepest_values(judged.presses),
         **light_values(response, channels, card.lights_deg, unseen is None),
         **still,
-        **blank_values(gel, without_dots(calibrated, marker_tracker(calibrated)), channels),
+        **blank_values(gel, channels),
+        "brightness_change_share": brightness_change(
+            *(without_dots(picture, marker_tracker(picture)) for picture in (before, now)), channels
+        ),
         "saturated_share": saturation(presses.presses, blank, channels),
         "covered_share": {"": float(covered[inside].mean())},
         "usable_share": {"": float(usable[inside].mean())},
@@ -150,7 +154,7 @@ def accept_unit(
     shown = min(presses.presses, key=lambda press: abs(press.contact_radius_px - typical))
     pictured_press = example(calibration.estimator, card.missing_axis, dataset, presses, shown)
     values |= fewer_lights_values(card, fewer, seed, lambda share: progress(0.5 + 0.5 * share))
-    if np.array_equal(blank, calibrated):  # a picture held against itself has changed in nothing
+    if np.array_equal(before, now):  # a picture held against itself has changed in nothing
         absent |= dict.fromkeys(SINCE_CALIBRATION, "the blank picture is the calibration's own")
     doubts = (
         few_presses(presses),
@@ -208,7 +212,6 @@ def _reasons(values: Measured, frames: int) -> dict[str, str]:
         "axes_ratio": "its lights see one axis alone, as they were built",
         "color_balance_share": "it has one light",
         "ball_radius_share": "its lights see one axis alone, as they were built",
-        "brightness_change_share": "the calibrated picture has another size",
         "frame_rate_hz": times,
         "jitter_ms": times,
         "longest_gap_ms": times,

@@ -18,12 +18,19 @@ LEAST_FRAMES = 10
 
 
 def picture_values(
-    presses: PressSet, calibrated: Unwarped, round_discs: Roundness | None
+    presses: PressSet, before: Unwarped, now: Unwarped, round_discs: Roundness | None
 ) -> tuple[dict[str, Parts], dict[str, str]]:
-    """Motion and unwarp; and why what is missing was not measured."""
+    """Motion and unwarp; and why what is missing was not measured.
+
+    Args:
+        presses: as they were read.
+        before: the blank gel at the calibration.
+        now: the set's, unwarped as the unit does: a set has corners of its own.
+        round_discs: how round the presses are.
+    """
     values: dict[str, Parts] = {}
     absent: dict[str, str] = {}
-    moved = moved_px(calibrated, presses.unwarp(presses.background))
+    moved = moved_px(before, now)
     if moved is None:
         absent["moved_px"] = "the blank gel is too smooth to be known again"
     else:
