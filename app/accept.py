@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from app._output import OutputFile, keep_inputs, print_table, write_json
+from app._output import OutputFile, keep_inputs, print_table, refuse_unit_folder, write_json
 from app._progress import progress
 from app._seed import Seed
 from app._workers import process_pool
@@ -40,8 +40,8 @@ def main(
     covered and worn area of the pad, whether the camera has moved since the calibration, and
     whether the unwarped picture is straight. The worst grade decides: A, B or fail. Press the ball
     over the whole pad first; presses of another day than the calibration's also show what has
-    changed since. Frame rate, jitter, the longest gap, times that do not grow and loss need frames
-    with times: name a recording or a stream.
+    changed since. Frame rate, jitter, the longest gap, and times that do not grow need frames with
+    times: name a recording or a stream. Loss needs numbers too: name the sensor's own stream.
 
     Example: wedge accept units/wedge-001 presses/today --out certificate
 
@@ -78,6 +78,8 @@ def main(
     from validation.intervals import counted
     from validation.report.page import Picture, Section, figure_html, write_report
 
+    if out is not None:
+        refuse_unit_folder(out)
     page, pdf = (None, None) if out is None else (out / "index.html", out / "certificate.pdf")
     check_outputs(page, pdf, json, junit)
     keep_inputs([unit, dataset, stream], [json, junit])
@@ -135,7 +137,7 @@ def main(
 
 
 def _times(where: str | None, unwarp: "Unwarp") -> tuple[list[int], list[int]]:
-    """Times in ns and numbers of a stream's frames."""
+    """Times in ns of a stream's frames, and their numbers where it bears some."""
     from itertools import islice
 
     from app._sources import open_where
@@ -157,7 +159,11 @@ def _times(where: str | None, unwarp: "Unwarp") -> tuple[list[int], list[int]]:
                 times_ns.append(frame.time_ns)
                 indices.append(frame.index)
                 show(len(times_ns) / TIMED_FRAMES, "frames")
-    return times_ns, indices
+        counts = source.counts
+    if counts.remark or counts.corrupt:
+        said = f" {counts.remark}" if counts.remark else ""
+        print(f"{where}: {counts.corrupt} damaged frames.{said}")
+    return times_ns, indices if counts.numbered else []
 
 
 def _refuse_other_size(where: str, image: "Frame", unwarp: "Unwarp") -> None:

@@ -100,7 +100,15 @@ def main(
                 f"The unit has learnt from {which} {counted(test)}: its errors there are too low.",
                 file=sys.stderr,
             )
-        write_json(json, table_document(found[0].errors))
+        write_json(
+            json,
+            table_document(found[0].errors)
+            | {
+                "unit": found[0].unit,
+                "held_out": found[0].held_out,
+                "learnt_presses": found[0].learnt,
+            },
+        )
     else:
         headings, rows = summary(found)
         print_table(headings, rows)

@@ -68,11 +68,17 @@ def main(
     estimators = list(dict.fromkeys(part.strip() for part in estimator.split(",")))
     for name in estimators:
         refuse_unfittable(name)
-    folders = {name: dataset_folder(name) for name in each_once(dataset)}
+    folders, refused = dict[str, Path](), dict[str, str]()
+    for name in (names := each_once(dataset)):
+        try:
+            folders[name] = dataset_folder(name)
+        except WedgeError as error:
+            if len(names) == 1:
+                raise
+            refused[name] = str(error)
     called = told_apart(folders)
     keep_inputs(folders.values(), [json, markdown, html])
     measured: list[ErrorTable] = []
-    refused: dict[str, str] = {}
     with process_pool() as executor:
         for name, folder in folders.items():
             try:
@@ -86,7 +92,7 @@ def main(
                         progress=show,
                     )
             except WedgeError as error:
-                if len(folders) == 1:
+                if len(names) == 1:
                     raise
                 refused[name] = str(error)
             else:
@@ -96,7 +102,7 @@ def main(
         raise WedgeError("; ".join(f"{name}: {reason}" for name, reason in refused.items()))
     documents = [table_document(table) for table in measured]
     several = {"tables": documents, "left_out": refused}
-    write_json(json, documents[0] if len(folders) == 1 else several)
+    write_json(json, documents[0] if len(names) == 1 else several)
     if markdown:
         write_atomic(markdown, "\n".join(map(table_markdown, measured)).encode())
     if html:

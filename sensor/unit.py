@@ -154,6 +154,8 @@ def _card(document: dict[str, Any]) -> UnitCard:
         markers=_markers(document["markers"]) if "markers" in document else None,
         learnt_frames=_frames(document["learnt_frames"]) if "learnt_frames" in document else None,
     )
+    if card.lights_deg is not None and (unsaid := set(channels) - set(card.lights_deg)):
+        raise WedgeError(f"lights_deg must say where the light of {min(unsaid)} sits, too.")
     if card.pad_size_mm is not None:
         for pad_mm, pitch_mm, size_px in zip(
             card.pad_size_mm, card.mm_per_px, card.size_px, strict=True
@@ -169,7 +171,11 @@ def _card(document: dict[str, Any]) -> UnitCard:
 def _metrics(value: object) -> dict[str, float]:
     if not isinstance(value, dict):
         raise WedgeError("metrics must be a table of numbers.")
-    return {key: finite(number, f"metrics.{key}") for key, number in value.items()}
+    numbers = {key: finite(number, f"metrics.{key}") for key, number in value.items()}
+    for key, number in numbers.items():
+        if number < 0 and "bias" not in key:
+            raise WedgeError(f"metrics.{key} = {number:g} must not be negative.")
+    return numbers
 
 
 def _markers(value: object) -> dict[str, float]:

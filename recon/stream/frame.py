@@ -75,6 +75,8 @@ class Counts:
     """Whole frames; some may be damaged inside."""
     dropped: int = 0
     """Frames that the sender took but did not send, as its numbering tells."""
+    numbered: bool = False
+    """Whether the sender numbers its frames; where not, nobody knows what was dropped."""
     corrupt: int = 0
     """Damaged parts of the stream, and frames that nobody could use."""
     connections: int = 0

@@ -151,7 +151,7 @@ class HttpSource:
                 if stamp == self._last:  # sent again on a new connection
                     continue
                 self._count_dropped(stamp.index)
-                self._last = stamp
+                self._last, self.counts.numbered = stamp, True
             time_ns, clock = self._clock.time_ns(stamp, arrived_ns)
             frame = TimedFrame(
                 index=self.counts.received + self.counts.dropped,

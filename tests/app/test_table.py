@@ -28,6 +28,19 @@ def test_a_dataset_that_cannot_be_tabulated_costs_the_others_nothing(tmp_path, c
     assert not (tmp_path / "no.json").exists()
 
 
+def test_a_dataset_that_is_not_on_this_machine_costs_the_others_nothing(
+    tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setenv("WEDGE_DATA", str(tmp_path / "none"))
+    good = make_dataset(tmp_path / "good", presses=5)
+    numbers = tmp_path / "t.json"
+    words = ["table", "marker-balls-a", good.folder, "--estimator", "table", "--json", numbers]
+    assert run(*words) == 2
+    document = json.loads(numbers.read_text())
+    assert len(document["tables"]) == 1 and list(document["left_out"]) == ["marker-balls-a"]
+    assert "left out marker-balls-a: the dataset marker-balls-a" in capsys.readouterr().err
+
+
 def test_datasets_of_one_name_are_told_apart_and_one_folder_is_taken_once(tmp_path, capsys):
     may, june = (make_dataset(tmp_path / name, presses=5, seed=i) for i, name in enumerate("ab"))
     numbers, page = tmp_path / "t.json", tmp_path / "page"

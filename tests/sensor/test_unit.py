@@ -48,9 +48,9 @@ pairs = st.tuples(st.floats(1e-6, 100), st.floats(1e-6, 100))
         mm_per_px=pairs,
         frame_size_px=st.tuples(sides, sides),
         size_px=st.tuples(sides, sides),
-        metrics=st.dictionaries(st.text(max_size=8), st.floats(-1e9, 1e9), max_size=4),
+        metrics=st.dictionaries(st.text(max_size=8), st.floats(0, 1e9), max_size=4),
         corners_px=st.just(KEYSTONE_PX),
-        lights_deg=st.none() | st.just({"G": 180.0}),
+        lights_deg=st.none() | st.just({"R": 90.0, "G": 180.0, "B": -90.0}),
     ),
     st.booleans(),
 )
@@ -81,6 +81,8 @@ def test_numbers_of_numpy_are_numbers(tmp_path):
         ({"metrics": {"rmse_mm": float("nan")}}, r"metrics\.rmse_mm must be a finite number"),
         ({"serial": "wedge-\udcff"}, "cannot be written as text"),
         ({"metrics": {"\udcff": 1.0}}, "cannot be written as text"),
+        ({"metrics": {"theta_x_deg": -1.0}}, r"metrics\.theta_x_deg = -1 must not be negative"),
+        ({"lights_deg": {"R": 90.0, "G": 180.0}}, "lights_deg must say where the light of B sits"),
         ({"size_px": (100, 400)}, "makes 120 pixels of .* size_px .* 100"),
     ],
 )

@@ -353,6 +353,7 @@ def test_stalls_and_regular_losses_do_not_pass_unseen():
     every_other = timing_values([33_000_000 * i for i in range(40)], range(0, 80, 2))
     assert every_other["lost_share"][""] == pytest.approx(0.5, abs=0.01)
     assert grades(every_other)["lost_share"] == "fail"
+    assert "lost_share" not in timing_values([33_000_000 * i for i in range(40)], [])
     stands = timing_values([5] * 40, range(40))
     assert set(stands) == {"lost_share", "backward_steps"}
     assert stands["backward_steps"] == {"": 39}

@@ -344,8 +344,9 @@ def test_few_frames_tell_no_times_and_numbers_that_repeat_make_up_for_no_loss():
      (LEAST_FRAMES, "times do not grow")],
 )  # fmt: skip
 def test_why_there_is_no_jitter_is_told_by_how_many_frames_had_times(frames, said):
-    assert said in _reasons({}, frames)["jitter_ms"]
-    assert "jitter_ms" not in _reasons({"jitter_ms": {"": 1.0}}, frames)
+    assert said in _reasons({}, frames, 9)["jitter_ms"]
+    assert "jitter_ms" not in _reasons({"jitter_ms": {"": 1.0}}, frames, 9)
+    assert "cannot be split" in _reasons({}, frames, 1)["fewer_lights_x_deg"]
 
 
 def test_jitter_is_what_one_interval_in_twenty_exceeds_and_lost_frames_are_none():

@@ -49,6 +49,7 @@ from validation.intervals import Interval
 LEAST_FRESH = 5
 """Presses that a unit has not learnt from, beside others that it has: so many judge it alone."""
 SINCE_CALIBRATION = ("brightness_change_share", "moved_px")
+NO_NUMBERS = "the frames bear no numbers; name the address of the sensor's own stream"
 NO_TIMES = "a dataset's frames have no times; name a recording or a stream by --stream"
 
 
@@ -106,7 +107,7 @@ def accept_unit(
         seed: of splits, drawn pixels and intervals.
         executor: fits fewer lights side by side, while the rest is measured here.
         times_ns: when frames of the unit were taken, where that is known.
-        indices: the numbers of those frames.
+        indices: the numbers of those frames, where they bear some.
         progress: called with the share that is done.
 
     Raises:
@@ -142,7 +143,9 @@ def accept_unit(
         **still,
         **blank_values(gel, channels),
         "brightness_change_share": brightness_change(
-            *(without_dots(picture, marker_tracker(picture)) for picture in (before, now)), channels
+            without_dots(before, marker_tracker(before)),
+            without_dots(now, marker_tracker(now)),
+            channels,
         ),
         "saturated_share": saturation(presses.presses, blank, channels),
         "covered_share": {"": float(covered[inside].mean())},
@@ -168,7 +171,7 @@ def accept_unit(
             for limit in LIMITS
             if limit.name in values and limit.name not in absent
         },
-        absent={**_reasons(values, len(times_ns)), **absent},
+        absent={**_reasons(values, len(times_ns), len(presses.presses)), **absent},
         presses=len(presses.presses),
         errors=errors,
         learnt=learnt,
@@ -193,14 +196,17 @@ def _judged(card: UnitCard, presses: PressSet, learnt: int) -> PressSet:
     return replace(presses, presses=fresh) if len(fresh) >= LEAST_FRESH else presses
 
 
-def _reasons(values: Measured, frames: int) -> dict[str, str]:
-    """Why limits without a value have none."""
+def _reasons(values: Measured, frames: int, presses: int) -> dict[str, str]:
+    """Why limits without a value have none, of so many frames with times and usable presses."""
     unsaid = "the unit does not say where its lights sit"
     few = "its lights do not sit as the Wedge's three, whose pairs the paper compares"
-    times = NO_TIMES
+    if presses < 2:
+        few = "one press cannot be split into some to learn from and others to judge"
+    times = lost = NO_TIMES
     if frames:
         few_frames = f"only {frames} frames have times, {LEAST_FRAMES} are needed"
         times = few_frames if frames < LEAST_FRAMES else "the frames' times do not grow"
+        lost = few_frames if frames < LEAST_FRAMES else NO_NUMBERS
     why = {
         "swapped_lights": unsaid,
         "lights_turned_deg": unsaid,
@@ -216,6 +222,6 @@ def _reasons(values: Measured, frames: int) -> dict[str, str]:
         "jitter_ms": times,
         "longest_gap_ms": times,
         "backward_steps": times,
-        "lost_share": times,
+        "lost_share": lost,
     }
     return {name: reason for name, reason in why.items() if name not in values}

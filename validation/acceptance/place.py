@@ -76,18 +76,17 @@ def timing_values(times_ns: Sequence[int], indices: Sequence[int]) -> dict[str, 
 
     Args:
         times_ns: when each frame was taken.
-        indices: their numbers; a step above 1 is lost frames.
+        indices: their numbers; a step above 1 is lost frames. Empty where they bear none.
     """
-    if len(indices) < LEAST_FRAMES:
+    if len(times_ns) < LEAST_FRAMES:
         return {}
-    steps = np.diff(indices)
+    steps = np.diff(indices if len(indices) else np.arange(len(times_ns)))
     lost = int((steps - 1).clip(0).sum())
     intervals_ms = np.diff(np.array(times_ns, np.int64)) / 1e6
     backward = int((intervals_ms <= 0).sum())
-    found: dict[str, Parts] = {
-        "lost_share": {"": lost / (len(indices) + lost)},
-        "backward_steps": {"": float(backward)},
-    }
+    found: dict[str, Parts] = {"backward_steps": {"": float(backward)}}
+    if len(indices):
+        found["lost_share"] = {"": lost / (len(indices) + lost)}
     if backward:
         return found
     between_ms = intervals_ms / steps.clip(1)

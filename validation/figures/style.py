@@ -39,6 +39,7 @@ styled = matplotlib.rc_context(
         "font.family": FONT,
         "font.size": 9,
         "text.color": INK,
+        "text.parse_math": False,  # a unit's name may have dollars
         "axes.labelcolor": INK,
         "axes.edgecolor": SOFT,
         "axes.linewidth": 0.8,

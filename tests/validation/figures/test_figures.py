@@ -267,3 +267,11 @@ def test_the_figure_and_the_table_call_a_configuration_alike() -> None:
     figure = error_figure(rows(), "contact")
     lines = [label.get_text() for label in figure.axes[0].get_yticklabels()]
     assert lines == list(dict.fromkeys(row_cells(row)[0] for row in rows()))
+
+
+@pytest.mark.parametrize("name", ["n$x_{$", "presses 5$ ball_2 and 7$ ball"])
+def test_a_name_with_dollars_is_no_formula(name: str) -> None:
+    figure = press_figure(replace(press(), title=name))
+    png_bytes(figure)
+    assert name in [text.get_text() for text in figure.findobj(Text)]
+    assert not any(text.get_parse_math() for text in figure.findobj(Text))

@@ -1,0 +1,41 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""`wedge accept`: what it learns of a stream's frames, and where it writes nothing."""
+
+from app import accept
+from recon.geometry.unwarp import prepare_unwarp
+from tests.app.test_commands import refused
+from tests.recon.stream.servers import ScriptedServer
+from tests.recon.stream.test_http import numbered
+from tests.recon.stream.test_recording import record
+from tests.synthetic import make_dataset
+
+UNWARP = prepare_unwarp((32, 24), None, None, None)
+
+
+def test_frames_are_known_to_be_lost_by_their_numbers_alone(tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr(accept, "TIMED_FRAMES", 4)
+    with ScriptedServer(numbered(0, 1, 5, 6)) as server:
+        assert accept._times(server.url, UNWARP)[1] == [0, 1, 5, 6]
+    times_ns, numbers = accept._times(str(record(tmp_path / "touch.mcap", 10)), UNWARP)
+    assert len(times_ns) == 4 and numbers == []  # a recording holds what came
+
+
+def test_damage_of_a_recording_is_told(tmp_path, capsys) -> None:
+    path = record(tmp_path / "touch.mcap", 90)
+    content = bytearray(path.read_bytes())
+    middle = len(content) // 2
+    content[middle : middle + 3000] = bytes(3000)
+    path.write_bytes(content)
+    times_ns, _ = accept._times(str(path), UNWARP)
+    assert 0 < len(times_ns) < 90
+    assert f"{path}: " in capsys.readouterr().out
+
+
+def test_a_certificate_is_not_put_among_a_unit_s_own_files(tmp_path, capsys) -> None:
+    unit, dataset = tmp_path / "unit", make_dataset(tmp_path / "set", presses=1)
+    unit.mkdir()
+    (unit / "unit.toml").touch()
+    sentence = refused(capsys, "accept", unit, dataset.folder, "--out", unit)
+    assert "holds its own files alone" in sentence
+    assert [path.name for path in unit.iterdir()] == ["unit.toml"]
