@@ -10,6 +10,7 @@ with the number of the open file; needs the standard library alone.
 import os
 import struct
 import sys
+from contextlib import suppress
 
 REQUEST = struct.Struct("<QQ")
 """Offset and length of the content that follows."""
@@ -19,14 +20,15 @@ ANSWER = struct.Struct("<i")
 
 def main(file: int) -> None:
     """Write what comes on stdin until it ends."""
-    source, sink = sys.stdin.buffer, sys.stdout.buffer
+    source, sink = sys.stdin.buffer, sys.stdout.fileno()
     while len(request := source.read(REQUEST.size)) == REQUEST.size:
         at, length = REQUEST.unpack(request)
         content = source.read(length)
         if len(content) < length:
             return
-        sink.write(ANSWER.pack(_written(file, at, content)))
-        sink.flush()
+        answer = ANSWER.pack(_written(file, at, content))
+        with suppress(BrokenPipeError):  # whoever asked was killed meanwhile
+            os.write(sink, answer)
 
 
 def _written(file: int, at: int, content: bytes) -> int:

@@ -10,11 +10,12 @@ See https://mcap.dev/spec.
 
 import errno
 import os
+import signal
 import subprocess
 import sys
 import zlib
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
@@ -94,13 +95,14 @@ class McapFile:
         except OSError as error:
             raise WedgeError(f"{path} cannot be written: {error.strerror}.") from error
         self._path = path
-        self._keeper = subprocess.Popen(
-            [sys.executable, "-I", "-S", keeper.__file__, str(self._file)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            pass_fds=(self._file,),
-            start_new_session=True,  # Ctrl-C is for the recorder, which then finishes
-        )
+        with _deaf():
+            self._keeper = subprocess.Popen(
+                [sys.executable, "-I", "-S", keeper.__file__, str(self._file)],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                pass_fds=(self._file,),
+                start_new_session=True,
+            )
         self._schemas: dict[MessageType, bytes] = {}
         self._channels: list[bytes] = []
         self._chunk = _Chunk()
@@ -314,6 +316,22 @@ class McapFile:
         )
         footer = _bytes(records.Footer(summary_start=start, summary_offset_start=0, summary_crc=0))
         return data_end + summary + footer + MAGIC
+
+
+@contextmanager
+def _deaf() -> Iterator[None]:
+    """Begin a process that signals do not end: they are for the recorder, which then finishes.
+
+    A service that is stopped sends them to all its processes. What is blocked here stays so there,
+    from its first instruction on; this process hears of it afterwards, or in another thread.
+    """
+    before = signal.pthread_sigmask(
+        signal.SIG_BLOCK, (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    )
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _bytes(record: Any) -> bytes:

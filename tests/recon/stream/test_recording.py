@@ -23,7 +23,7 @@ from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
-from recon.stream import McapSource, Recorder, TimedFrame
+from recon.stream import McapSource, Recorder, TimedFrame, keeper
 from recon.stream.mcap_file import McapFile, MessageType
 from recon.stream.ros import COMPRESSED_IMAGE, FORMAT, CompressedImage
 from sensor.errors import WedgeError
@@ -227,7 +227,8 @@ def test_a_kill_at_any_moment_leaves_a_file_that_opens(tmp_path: Path) -> None:
                 process.wait(wait)
             except subprocess.TimeoutExpired:
                 process.send_signal(signal.SIGKILL)
-            process.stderr.read()  # ends when the writer that outlives it has ended
+            # It ends when the writer that outlives it has ended, which has nothing to say.
+            assert process.stderr.read() == b""
         messages = read_with_mcap(path)
         assert [t for _, t, _ in messages] == [frame(i).time_ns for i in range(len(messages))]
         assert len(read_with_rosbags(path)) == len(messages)
@@ -252,6 +253,36 @@ def test_at_every_length_that_a_write_can_leave_what_is_whole_is_read(tmp_path: 
         counts.append(len(times))
     assert counts == sorted(counts)
     assert counts[-1] >= 120
+
+
+def test_what_asks_all_processes_to_end_costs_no_frame(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = tmp_path / "asked.py"  # at the writer's first moment
+    asked.write_text(
+        "import os, runpy, signal\n"
+        "for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGINT):\n"
+        "    os.kill(os.getpid(), number)\n"
+        f"runpy.run_path({keeper.__file__!r}, run_name='__main__')\n"
+    )
+    monkeypatch.setattr(keeper, "__file__", str(asked))
+    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, ())
+    assert len(read_with_mcap(record(tmp_path / "touch.mcap", 90))) == 90
+    assert signal.pthread_sigmask(signal.SIG_BLOCK, ()) == blocked
+
+
+def test_a_writer_whose_recorder_is_gone_finishes_and_says_nothing(tmp_path: Path) -> None:
+    with (tmp_path / "file").open("wb") as file:
+        command = [sys.executable, "-I", "-S", keeper.__file__, str(file.fileno())]
+        with subprocess.Popen(
+            command, stdin=PIPE, stdout=PIPE, stderr=PIPE, pass_fds=(file.fileno(),)
+        ) as process:
+            process.stdout.close()
+            process.stdin.write(keeper.REQUEST.pack(0, 5) + b"whole")
+            process.stdin.write(keeper.REQUEST.pack(5, 5) + b"half")
+            process.stdin.close()
+            assert process.stderr.read() == b""
+    assert process.returncode == 0 and (tmp_path / "file").read_bytes() == b"whole"
 
 
 @contextmanager
