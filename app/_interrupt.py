@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Ctrl-C as the way to end a loop over frames, with what was done so far kept."""
+"""Ctrl-C, and what else asks to end, as the way to end well: what was done so far is kept."""
 
 import signal
 from collections.abc import Iterable, Iterator
-from typing import Generic, TypeVar
+from types import FrameType
+from typing import Any, Generic, TypeVar
 
 Item = TypeVar("Item")
 
@@ -53,3 +54,32 @@ class UntilInterrupted(Generic[Item]):
         twice, self.interrupted = self.interrupted, True
         if self._awaited or twice:
             raise KeyboardInterrupt
+
+
+class Asked:
+    """Whether Ctrl-C, SIGTERM or SIGHUP has asked to end the block, which breaks off nowhere.
+
+    They do no more than that in it, however often they come: `timeout` sends its signal twice. What
+    was ignored stays so.
+    """
+
+    def __init__(self) -> None:
+        self.to_end = False
+        self.again = False
+        """Whether Ctrl-C has asked twice: nothing should be waited for any more."""
+        self._before: dict[int, Any] = {}
+
+    def __enter__(self) -> "Asked":
+        for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+            number = getattr(signal, name, None)  # Windows has no hangup
+            if number is not None and signal.getsignal(number) not in (signal.SIG_IGN, None):
+                self._before[number] = signal.signal(number, self._note)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for number, before in self._before.items():
+            signal.signal(number, before)
+
+    def _note(self, number: int, _: FrameType | None) -> None:
+        self.again |= self.to_end and number == signal.SIGINT
+        self.to_end = True

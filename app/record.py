@@ -5,12 +5,14 @@
 import sys
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from app._interrupt import Asked
 from app._output import OutputFile, keep_inputs, write_json
 from app._sources import open_live, open_where, refuse_few
 from sensor.errors import WedgeError
@@ -34,9 +36,10 @@ def main(
     tools and `wedge replay` open the file, even where the recorder was killed: a second of frames
     is lost at most. Every frame is kept, none is skipped.
 
-    Ends with the streams, after --seconds, or at Ctrl-C. A stream that is lost says so and is tried
-    again. One that is not there at the beginning is refused, and nothing recorded; one that fails
-    later says why, the others are recorded on, and the exit status is 2.
+    Ends with the streams, after --seconds, or at Ctrl-C, SIGTERM or SIGHUP, which are no failures:
+    all that came is in the file, and the exit status is 0. A stream that is lost says so and is
+    tried again. One that is not there at the beginning is refused, and nothing recorded; one that
+    fails later says why, the others are recorded on, and the exit status is 2.
 
     Example: wedge record http://10.55.0.1:8080 --unit units/wedge-001 --out touch.mcap
 
@@ -61,50 +64,56 @@ def main(
     keep_inputs([*where, *unit], [json])
     refuse_few("seconds", seconds)
     sensors = ["wedge"] if len(where) == 1 else [f"wedge{i}" for i in range(len(where))]
-    sources: list[FrameSource] = []
-    try:
-        for place in where:
-            sources.append(open_where(place) if len(where) == 1 else open_live(place))
+    with ExitStack() as stack:
+        open_one = open_where if len(where) == 1 else open_live
+        named = {s: stack.enter_context(open_one(w)) for s, w in zip(sensors, where, strict=True)}
         units = dict(zip(sensors, unit or [None] * len(where), strict=True))
         sizes_px = {s: read_unit_card(u).frame_size_px for s, u in units.items() if u}
-        named = dict(zip(sensors, sources, strict=True))
         untimed = [sensor for sensor, source in named.items() if not source.timed]
         notes: dict[str, str] = {}
+        asked = stack.enter_context(Asked())
         with Recorder(out, units, untimed) as recorder:
-            errors = _record(named, sizes_px, recorder, seconds, notes)
-    finally:
-        for source in sources:
-            source.close()
-    if not any(map(recorder.kept, sensors)):
-        out.unlink()
-        raise (
-            errors[0]
-            if errors
-            else WedgeError(
-                f"no frame came from {', '.join(s.name for s in sources)}."
-                + "".join(f" {s.counts.remark}" for s in sources if s.counts.remark)
-            )
-        )
-    counts = {sensor: s.counts for sensor, s in zip(sensors, sources, strict=True)}
-    for sensor, count in counts.items():
-        lost = f"dropped {count.dropped}, corrupt {count.corrupt}"
-        said = " ".join(filter(None, (count.remark, notes.get(sensor, ""))))
-        remark = f"  [{said}]" if said else ""
-        print(f"{recorder.kept(sensor)} frames of {sensor}, {lost}{remark}")
-    print(f"Recording: {out}")
-    document = {
-        sensor: {
-            "received": c.received,
-            "recorded": recorder.kept(sensor),
-            "dropped": c.dropped,
-            "corrupt": c.corrupt,
-            "remark": " ".join(filter(None, (c.remark, notes.get(sensor, "")))),
-        }
-        for sensor, c in counts.items()
-    }
-    write_json(json, {"file": str(out), "sensors": document})
+            errors = _record(named, sizes_px, recorder, seconds, notes, asked)
+        if any(map(recorder.kept, sensors)):
+            _tell(named, recorder, notes, out, json)
+        else:
+            out.unlink()
+            errors = errors or [_nothing_came(named.values())]
     if errors:
         raise errors[0]
+
+
+def _nothing_came(sources: "Collection[FrameSource]") -> WedgeError:
+    return WedgeError(
+        f"no frame came from {', '.join(s.name for s in sources)}."
+        + "".join(f" {s.counts.remark}" for s in sources if s.counts.remark)
+    )
+
+
+def _tell(
+    sources: "dict[str, FrameSource]",
+    recorder: "Recorder",
+    notes: Mapping[str, str],
+    out: Path,
+    json: Path | None,
+) -> None:
+    """Print and write how many frames of each sensor are in the file, and what to know of them."""
+    document = {
+        sensor: {
+            "received": source.counts.received,
+            "recorded": recorder.kept(sensor),
+            "dropped": source.counts.dropped,
+            "corrupt": source.counts.corrupt,
+            "remark": " ".join(filter(None, (source.counts.remark, notes.get(sensor, "")))),
+        }
+        for sensor, source in sources.items()
+    }
+    for sensor, told in document.items():
+        lost = f"dropped {told['dropped']}, corrupt {told['corrupt']}"
+        remark = f"  [{told['remark']}]" if told["remark"] else ""
+        print(f"{told['recorded']} frames of {sensor}, {lost}{remark}")
+    print(f"Recording: {out}")
+    write_json(json, {"file": str(out), "sensors": document})
 
 
 def _record(
@@ -113,8 +122,9 @@ def _record(
     recorder: "Recorder",
     seconds: float | None,
     notes: dict[str, str],
+    asked: Asked,
 ) -> list[Exception]:
-    """Pass frames on, a thread for each source, until all end or time is up, and finish the file.
+    """Pass frames on, a thread for each source, until all end or one is to end; finish the file.
 
     Args:
         sources: by the sensors' names.
@@ -122,6 +132,7 @@ def _record(
         recorder: takes the frames.
         seconds: when to end.
         notes: of each sensor whose frames change their size, that they do; filled.
+        asked: whether to end before.
 
     Returns:
         What failed.
@@ -154,7 +165,7 @@ def _record(
     begun = time.monotonic()
     said = dict.fromkeys(sources, "")
     try:
-        while any(thread.is_alive() for thread in threads):
+        while any(thread.is_alive() for thread in threads) and not asked.to_end:
             if seconds is not None and time.monotonic() - begun >= seconds:
                 break
             threads[0].join(0.2) if threads[0].is_alive() else time.sleep(0.2)
@@ -165,20 +176,20 @@ def _record(
             if sys.stderr.isatty():
                 took_s = time.monotonic() - begun
                 print(f"\r{took_s:6.1f} s  {recorder.frames} frames ", end="", file=sys.stderr)
-    except KeyboardInterrupt:
-        pass  # the way to end a recording
     finally:
         for source in sources.values():
             source.close()
         for thread in threads:
-            thread.join()
+            while thread.is_alive() and not asked.again:
+                thread.join(0.2)
         if sys.stderr.isatty():
             print(file=sys.stderr)
+    failed = list(errors)  # who is not waited for finds the file closed, which is no failure
     try:
         recorder.close()
     except WedgeError as error:
-        errors.append(error)
-    return errors
+        failed.append(error)
+    return failed
 
 
 def _say(sentence: str) -> None:

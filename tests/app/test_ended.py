@@ -2,20 +2,27 @@
 # SPDX-License-Identifier: Apache-2.0
 """A command that is asked to end takes its workers and its half-written folder with it."""
 
+import contextlib
+import json
 import os
 import select
 import signal
+import socket
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import pytest
 
 import app.__main__
 from app._workers import process_pool
+from recon.stream import McapSource
 from sensor.errors import WedgeError
 from sensor.files import new_folder
+from sensor.wire import DELIMITER, Stamp, part
 from tests.app.served import serving, until_it_answers
+from tests.recon.stream.servers import FRAMES, HEAD, ScriptedServer
 from tests.synthetic import make_dataset
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -36,12 +43,16 @@ def command(folder: Path) -> None:
             pool.submit(never_ends, folder / "pipe").result()
         return 0
 
-    # Whoever started the tests may have told them to ignore some of these.
+    app.__main__._dispatch = dispatch
+    wedge([])
+
+
+def wedge(words: list[str]) -> None:
+    """The command line; whoever started the tests may have told them to ignore some signals."""
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_DFL)
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    app.__main__._dispatch = dispatch
-    app.__main__.main([])
+    app.__main__.main(words)
 
 
 def started(folder: Path) -> tuple[subprocess.Popen, int]:
@@ -82,6 +93,48 @@ def test_a_command_that_is_killed_takes_its_worker_along_and_the_next_its_folder
     with new_folder(tmp_path / "unit"):
         pass
     assert {path.name for path in tmp_path.iterdir()} == {"pipe", "unit"}
+
+
+@pytest.mark.parametrize(
+    ("number", "to_all"),
+    [(signal.SIGTERM, False), (signal.SIGTERM, True), (signal.SIGHUP, True), (signal.SIGINT, True)],
+)
+def test_a_recording_that_is_asked_to_end_keeps_and_tells_all_that_came(
+    tmp_path: Path, number: signal.Signals, to_all: bool
+) -> None:
+    large = FRAMES[0][:2] + (b"\xff\xfe\xff\xff" + bytes(65533)) * 14 + FRAMES[0][2:]
+    pause, connections = threading.Event(), []
+
+    def send(connection: socket.socket) -> None:
+        connections.append(connection)
+        connection.sendall(HEAD + DELIMITER)
+        while not pause.wait(0.005) and not server.over.is_set():
+            connection.sendall(part(large, Stamp()))
+
+    out, numbers = tmp_path / "touch.mcap", tmp_path / "numbers.json"
+    words = ("record", "--out", str(out), "--json", str(numbers))
+    start = "import sys; from tests.app.test_ended import wedge; wedge(sys.argv[1:])"
+    with ScriptedServer(send) as server:
+        command = [sys.executable, "-c", start, *words, server.url]
+        with subprocess.Popen(
+            command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        ) as run:
+            # A chunk is written as the next one's first frame has come, which is then in memory.
+            while not (out.exists() and out.stat().st_size > len(large)) and run.poll() is None:
+                pause.wait(0.01)
+            children = Path(f"/proc/{run.pid}/task/{run.pid}/children").read_text().split()
+            assert len(children) == 1  # the writer
+            for process in [*map(int, children), run.pid] if to_all else [run.pid]:
+                os.kill(process, number)
+            if number != signal.SIGINT:  # a second Ctrl-C waits for nothing
+                os.kill(run.pid, number)  # as `timeout` does
+            said, complained = run.communicate()
+        with contextlib.suppress(OSError):  # what nobody takes any more would be sent forever
+            connections[0].shutdown(socket.SHUT_RDWR)
+    assert (run.returncode, complained) == (0, "")
+    counts = json.loads(numbers.read_text())["sensors"]["wedge"]
+    assert counts["recorded"] == counts["received"] == len(list(McapSource(out))) > 1
+    assert f"{counts['recorded']} frames of wedge, " in said
 
 
 @pytest.mark.parametrize("words", [(), ("--corners",)])

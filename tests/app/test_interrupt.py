@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Ctrl-C between two frames, amid one, while the next is awaited, and twice."""
+"""Ctrl-C between two frames, amid one, while the next is awaited, and twice; and all that asks."""
 
 import signal
 from collections.abc import Iterator
 
 import pytest
 
-from app._interrupt import UntilInterrupted
+from app._interrupt import Asked, UntilInterrupted
 
 
 @pytest.fixture(autouse=True)
@@ -76,3 +76,24 @@ def test_who_stops_early_gets_ctrl_c_back() -> None:
         if item == 1:
             break
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_who_is_asked_is_broken_off_nowhere_and_hears_what_was_not_ignored() -> None:
+    before = {n: signal.getsignal(n) for n in (signal.SIGHUP, signal.SIGTERM)}
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    try:
+        with Asked() as asked:
+            signal.raise_signal(signal.SIGHUP)
+            assert not asked.to_end
+            signal.raise_signal(signal.SIGTERM)
+            signal.raise_signal(signal.SIGTERM)
+            assert asked.to_end and not asked.again
+            signal.raise_signal(signal.SIGINT)
+            assert asked.again  # a person, who does not want to wait
+        assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+        assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
