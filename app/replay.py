@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from app._output import OutputFile, keep_inputs, write_json
 from app._sources import open_where, refuse_few
 from sensor.errors import WedgeError
+from sensor.files import check_outputs
 from sensor.wire import STREAM_PATH
 
 if TYPE_CHECKING:
@@ -26,11 +28,13 @@ def main(
     repeat: bool = False,
     address: str = "127.0.0.1",
     port: int = 8081,
+    json: OutputFile = None,
 ) -> None:
     """Send a recording, a clip or a dataset over HTTP, at its pace, as a sensor's Pi would.
 
     Whatever reads the sensor then reads the file: `wedge live`, the ROS 2 node, a robot's program.
-    Frames bear the time at which they are sent. Ends with the file, or at Ctrl-C.
+    Frames bear the time at which they are sent. Those that are damaged are counted and not sent.
+    Ends with the file, or at Ctrl-C.
 
     Example: wedge replay touch.mcap --repeat
 
@@ -41,11 +45,14 @@ def main(
         repeat: Begin again at the end.
         address: The one address to listen at.
         port: Where to listen; 0 takes a free one.
+        json: Write the numbers of frames here as JSON.
     """
     from pathlib import Path
 
     from recon.stream import McapSource, Paced
 
+    check_outputs(json)
+    keep_inputs([where], [json])
     refuse_few("speed", speed)
     if not hasattr(time, "CLOCK_BOOTTIME"):
         raise WedgeError("wedge replay needs Linux: it is the Pi's own server that sends.")
@@ -57,20 +64,26 @@ def main(
             raise WedgeError(f"{where} is a camera, not a file: `wedge live` shows it.")
         paced = Paced(source, speed=speed, repeat=repeat)
         sent = _serve(paced, address, port)
-    if source.counts.remark:
-        print(source.counts.remark, file=sys.stderr)
+    counts = source.counts
+    if counts.remark:
+        print(counts.remark, file=sys.stderr)
+    if not sent and counts.corrupt:
+        raise WedgeError(f"{where} holds no whole frame: {counts.corrupt} damaged.")
     if not sent:
         raise WedgeError(f"{where} holds no frame.")
+    print(f"{sent} frames sent, corrupt {counts.corrupt}")
+    write_json(json, {"sent": sent, "corrupt": counts.corrupt, "remark": counts.remark})
 
 
 def _serve(source: "FrameSource", address: str, port: int) -> int:
-    """Send the frames to whoever asks; how many there were."""
+    """Send the whole frames to whoever asks, and count the others; how many were sent."""
     from firmware_pi.newest import Newest
     from firmware_pi.server import StreamServer
-    from recon.stream.jpeg import encode_jpeg
+    from recon.stream.jpeg import encode_jpeg, is_whole
 
     newest, sent = Newest(), 0
     flaws: set[str] = set()
+    counts = source.counts
     try:
         server = StreamServer(address, port, newest, lambda: {"replay": source.name})
     except (ValueError, OverflowError) as error:
@@ -82,10 +95,14 @@ def _serve(source: "FrameSource", address: str, port: int) -> int:
         for frame in source:
             if frame.index == 0 and flaws and not sent:
                 break  # a whole round gave nothing
-            if frame.flaw:
-                if frame.flaw not in flaws:
-                    print(frame.flaw, file=sys.stderr)
-                flaws.add(frame.flaw)
+            flaw = frame.flaw
+            if frame.jpeg is not None and not is_whole(frame.jpeg):
+                flaw = f"{source.name} has frames that are no whole JPEGs."
+            if flaw:
+                counts.corrupt += 1
+                if flaw not in flaws:
+                    print(flaw, file=sys.stderr)
+                flaws.add(flaw)
                 continue
             jpeg = frame.jpeg or encode_jpeg(frame.image(), CLIP_QUALITY)
             newest.put(jpeg, time.clock_gettime_ns(time.CLOCK_BOOTTIME))

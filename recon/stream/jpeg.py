@@ -71,6 +71,14 @@ def _segments(data: bytes | bytearray) -> Iterator[tuple[int, int, int]]:
     raise NotJpegError
 
 
+def is_whole(jpeg: bytes) -> bool:
+    """Whether a JPEG has its head and its end; nothing is decoded."""
+    with suppress(NotJpegError):
+        coded = scan_start(jpeg)
+        return coded is not None and jpeg.find(END, coded) >= 0
+    return False
+
+
 def jpeg_size_px(jpeg: bytes) -> tuple[int, int] | None:
     """Width and height by the head of a JPEG; ``None`` where it has none."""
     with suppress(NotJpegError):

@@ -213,7 +213,7 @@ class McapSource:
 
     def __iter__(self) -> Iterator[TimedFrame]:
         """Give each frame in the order of the file."""
-        channels = set(self._channels)
+        channels, index = set(self._channels), 0
         for record in self._records():
             if self._closed.is_set():
                 return
@@ -237,13 +237,14 @@ class McapSource:
                         "JPEGs are read."
                     )
                     continue
-                index, self.counts.received = self.counts.received, self.counts.received + 1
+                self.counts.received += 1
                 yield TimedFrame(
                     index=index,
                     time_ns=image.time_ns,
                     arrived_ns=record.log_time,
                     jpeg=image.data,
                 )
+                index += 1
 
     def _records(self) -> Iterator[Any]:
         """Every record that is whole, and ``Damage`` in the place of others.

@@ -13,6 +13,7 @@ import pytest
 import app._sources
 from app._sources import RATE_OVER_S, Rate
 from recon.images import write_image
+from recon.stream import Recorder, TimedFrame
 from recon.stream.jpeg import scan_start
 from sensor.extras import how_to_install
 from tests.app.test_streams import refused, run
@@ -59,6 +60,32 @@ def test_what_a_replayed_file_lacks_is_said(
     capsys.readouterr()
     assert run("replay", kept, "--port", 0, "--speed", 100) == 0
     assert "broke off or is damaged" in capsys.readouterr().err
+
+
+def recorded(path: Path, *jpegs: bytes) -> Path:
+    """A recording with a chunk for each frame."""
+    with Recorder(path, {"wedge": None}) as recorder:
+        for index, jpeg in enumerate(jpegs):
+            frame = TimedFrame(index=index, time_ns=index, arrived_ns=2 * 10**9 * index, jpeg=jpeg)
+            recorder.add("wedge", frame)
+    return path
+
+
+def test_a_replay_tells_how_many_frames_are_damaged_and_sends_the_others(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    kept, numbers = tmp_path / "touch.mcap", tmp_path / "numbers.json"
+    recorded(kept, FRAMES[0], b"no picture", FRAMES[1], FRAMES[2][:-2], FRAMES[3])
+    flipped = FRAMES[0][:-9] + bytes([FRAMES[0][-9] ^ 1]) + FRAMES[0][-8:]
+    kept.write_bytes(kept.read_bytes().replace(FRAMES[0], flipped))  # its chunk's checksum tells
+    assert run("replay", kept, "--port", 0, "--json", numbers) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == "2 frames sent, corrupt 3"
+    told = json.loads(numbers.read_text())
+    assert (told["sent"], told["corrupt"]) == (2, 3)
+    assert "is damaged in places" in told["remark"]
+    nothing = recorded(tmp_path / "nothing.mcap", b"no picture", FRAMES[2][:-2])
+    said = refused(capsys, "replay", nothing, "--port", 0, "--repeat")
+    assert said.endswith("holds no whole frame: 2 damaged.")
 
 
 @pytest.mark.parametrize("every_s", [0.016, 0.4, 1.5, 4.0])
