@@ -10,7 +10,6 @@ import inspect
 import os
 import re
 import shutil
-import stat
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -63,9 +62,8 @@ def _remove_unused(folder: Path) -> None:
     for other in folder.parent.iterdir():
         if OF_CODE.fullmatch(other.name) is None:
             continue
-        with suppress(OSError):  # of another process that removes it, too
-            status = other.lstat()  # of a link itself, which is no folder
-            if stat.S_ISDIR(status.st_mode) and status.st_mtime < latest_s:
+        with suppress(OSError):  # it is no folder, or another process removes it, too
+            if other.stat().st_mtime < latest_s:
                 shutil.rmtree(other)
 
 

@@ -92,6 +92,25 @@ def test_a_rendered_corner_is_the_corner():
     assert np.abs(drawn.depth_mm - exact.depth_mm)[inside].max() < 0.1
 
 
+def test_a_plate_covers_as_many_pixels_wherever_its_edges_run_through_their_middles():
+    wide, high = 2 * round(SIDE_MM / 2 / 0.13), 40
+    plate = brick(np.array([wide * 0.13, 10 * 0.13, 5.0]))
+    counts = {
+        np.count_nonzero(
+            render(plate, rigid(np.eye(3), at), (2 * wide, high), (0.13, 0.13)).depth_mm
+        )
+        for number in range(wide // 2)
+        for at in [np.array([(number + 0.5) * 0.13, 0.5 * 0.13, 4.9])]
+    }
+    assert counts == {(wide + 1) * 11}
+
+
+def test_after_a_lift_the_under_side_is_what_is_still_below():
+    places = np.array([[3.0, 4, -1], [0, 0, -0.2], [9, 9, -0.2], [5, -5, 2]])
+    triangles = np.array([[0, 1, 2], [0, 2, 3]])
+    np.testing.assert_allclose(under_side(places, triangles, 0.5), [3, 4])
+
+
 def test_of_a_cliff_slopes_show_nothing_and_of_a_gentle_side_all():
     flat = rigid(np.eye(3), np.array([SIDE_MM / 2, SIDE_MM / 2, SIDE_MM - 0.5]))
     assert averaged(cube(), flat, SIZE_PX, MM_PER_PX).unseen_mm == pytest.approx(0.5, abs=0.02)
