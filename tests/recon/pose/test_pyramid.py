@@ -1,0 +1,73 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a touch is at several resolutions: a surface's slopes, heights above still gel, tiles."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.touches import SyntheticTouch, pressed
+from recon.pose.pyramid import FULL_RESOLUTION_PX, TILES, Pyramid, _mirrored, still_window
+from tests.recon.pose.touched import coarse_bead
+
+FEW, MANY = ((0.11, 0.15), (180, 100)), ((0.04, 0.08), (450, 200))
+"""Pitch and size of frames that are read at full resolution, and at half."""
+
+
+def exact(pitch_mm: tuple[float, float], size_px: tuple[int, int]) -> SyntheticTouch:
+    return pressed(coarse_bead(), np.eye(4), None, size_px=size_px, mm_per_px=pitch_mm)
+
+
+@pytest.mark.parametrize("frame", [FEW, MANY])
+def test_slopes_of_a_surface_lose_nothing(frame) -> None:
+    touch = exact(*frame)
+    contact_px = np.count_nonzero(touch.contact)
+    assert (contact_px < FULL_RESOLUTION_PX) == (frame is FEW)
+    level = Pyramid(touch).level(1)
+    inside = level.values[..., 3] > 0
+    inside[:, 1:-1] &= inside[:, 2:] & inside[:, :-2]
+    inside[1:-1] &= inside[2:] & inside[:-2]
+    truth = touch.gradient[::2, ::2]
+    off = (level.values[..., :2] - truth)[inside]
+    assert (np.mean(off**2, 0) < 0.07**2 * np.mean(truth[inside] ** 2, 0)).all()
+
+
+def test_heights_are_above_the_gel_around_and_not_above_a_collar() -> None:
+    touch = exact(*FEW)
+    collar = np.zeros_like(touch.contact)
+    rows, columns = still_window(touch.contact)
+    collar[rows, columns][1:-1, 1:-1] = True
+    collar &= ~touch.contact
+    raised = replace(touch, depth_mm=touch.depth_mm + np.float32(0.2) * collar)
+    heights = []
+    for item in (touch, raised, replace(touch, depth_mm=touch.depth_mm + np.float32(0.3))):
+        values = Pyramid(item).level(1).values
+        heights.append(values[values[..., 3] > 0, 2])
+    np.testing.assert_allclose(heights[1], heights[0], atol=1e-6)
+    np.testing.assert_allclose(heights[2], heights[0], atol=1e-5)
+
+
+def test_pixels_of_a_tile_lie_together() -> None:
+    pyramid = Pyramid(exact(*FEW))
+    template = pyramid.templates[pyramid.finest]
+    places = template.points[:, :2]
+    widest = np.ptp(places, axis=0) / TILES * 1.001
+    assert 0.75 * TILES**2 < len(np.unique(template.tiles)) <= TILES**2
+    for tile in np.unique(template.tiles):
+        assert (np.ptp(places[template.tiles == tile], axis=0) <= widest).all()
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize("side", [-1, 1])
+def test_a_border_s_points_are_their_own_mirror_images(axis: int, side: int) -> None:
+    (pitch_mm, size_px), border = FEW, np.zeros((1, 3))
+    border[0, axis] = side * size_px[axis] * pitch_mm[axis] / 2
+    points, shares, shape = _mirrored(
+        border, np.ones((3, 1, 2)), size_px[::-1], pitch_mm, axis, side
+    )
+    np.testing.assert_allclose(points, np.zeros((2, 3)), atol=1e-12)
+    assert shape[1 - axis] == 2 * size_px[axis] and shape[axis] == size_px[1 - axis]
+    # A sum of one depth counts it once, and a slope into the border is none.
+    np.testing.assert_allclose(shares.sum(1)[[1 - axis, 2]], np.sqrt(2))
+    np.testing.assert_allclose(shares.sum(1)[axis], 0)
