@@ -7,6 +7,7 @@ from dataclasses import replace
 from functools import cache
 from typing import Literal, get_args
 
+import cv2
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -16,14 +17,16 @@ from benchmarks.touches import (
     SyntheticTouch,
     cube_corner,
     motions,
+    pressed,
     shallow_texture,
 )
 from recon.integration.poisson import integrate
 from recon.pose.gaps import gaps_between
-from recon.pose.icp import Icp
+from recon.pose.icp import MOST_POINTS, Icp
+from recon.pose.noise import pixels
 from recon.pose.registration import PRIOR
 from recon.pose.rigid import Transform, inverse, motion
-from tests.recon.pose.touched import touch
+from tests.recon.pose.touched import coarse_bead, touch
 
 Kind = Literal["PLANE_ICP", "GICP"]
 FRAMES = 40
@@ -103,3 +106,15 @@ def test_a_surface_that_is_nowhere_near_leaves_a_motion_as_unknown_as_before(kin
     found = Icp(kind=kind).align(cloud, cloud, away)
     np.testing.assert_array_equal(found.covariance, PRIOR)
     np.testing.assert_array_equal(found.T_current_reference, away)
+
+
+def test_of_a_large_contact_as_many_points_are_taken_as_can_be_and_all_over():
+    touched = pressed(coarse_bead(), np.eye(4), None, size_px=(180, 75), mm_per_px=(0.1, 0.15))
+    large = replace(touched, contact=np.ones_like(touched.contact))  # each third is in a column
+    points = Icp(kind="GICP", spacing_mm=0.01).prepare(large).points
+    assert MOST_POINTS / 2 < len(points) <= MOST_POINTS
+    taken = np.zeros_like(large.contact)
+    taken[pixels(points, taken.shape, large.mm_per_px)] = True
+    assert taken.any(0).all() and taken.any(1).all()
+    around = cv2.blur(taken.astype(np.float32), (15, 15))
+    assert np.std(around) < 0.1 * len(points) / taken.size

@@ -9,6 +9,7 @@ import pytest
 
 from benchmarks.touches import SyntheticTouch, pressed
 from recon.pose.pyramid import FULL_RESOLUTION_PX, TILES, Pyramid, _mirrored, still_window
+from recon.pose.rigid import motion
 from tests.recon.pose.touched import coarse_bead
 
 FEW, MANY = ((0.11, 0.15), (180, 100)), ((0.04, 0.08), (450, 200))
@@ -46,6 +47,16 @@ def test_heights_are_above_the_gel_around_and_not_above_a_collar() -> None:
         heights.append(values[values[..., 3] > 0, 2])
     np.testing.assert_allclose(heights[1], heights[0], atol=1e-6)
     np.testing.assert_allclose(heights[2], heights[0], atol=1e-5)
+
+
+def test_a_contact_that_the_frame_cuts_off_is_not_the_gel_around() -> None:
+    (pitch_mm, size_px), aside = FEW, motion(np.array([0, 0, 0, 9.0, 0, 0]))
+    touch = pressed(coarse_bead(), aside, None, size_px=size_px, mm_per_px=pitch_mm)
+    assert touch.contact[:, -1].any()
+    deeper = replace(touch, depth_mm=touch.depth_mm + np.float32(0.2) * touch.contact)
+    before, after = (Pyramid(item).level(1).values for item in (touch, deeper))
+    inside = before[..., 3] > 0
+    np.testing.assert_allclose((after - before)[inside, 2], 0.2, atol=1e-5)
 
 
 def test_pixels_of_a_tile_lie_together() -> None:

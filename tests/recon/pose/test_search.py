@@ -14,7 +14,7 @@ from recon.pose.joint import Joint
 from recon.pose.mesh import Mesh
 from recon.pose.models import MeshModel
 from recon.pose.rigid import angle_deg, applied, inverse, rigid, shift_mm
-from recon.pose.search import sifted
+from recon.pose.search import APART_DEG, APART_MM, _apart, sifted
 from recon.pose.symmetry import nearest_turn, own_rotations
 from recon.pose.tracker import Tracker
 
@@ -121,6 +121,22 @@ def test_how_deep_a_mesh_is_pressed_follows_from_how_much_of_it_touches(share):
     guesses = sifted(mesh, shallow, [np.eye(4)], 16)
     near = [guess for guess in guesses if angle_deg(guess @ inverse(pose)) < 8]
     assert near and abs(applied(near[0], mesh.vertices_mm)[:, 2].min() + 1.4) < 0.2
+
+
+def test_poses_are_apart_by_turn_or_by_shift_or_by_a_turn_of_the_object_s_own() -> None:
+    center, best = np.array([3.0, -2, -0.5]), lying(block(np.full(3, 10.0)), np.eye(3), 1.0)
+    own = [np.eye(4), rigid(np.diag([-1.0, -1, 1]), np.zeros(3))]
+
+    def moved(angle: float, away: float) -> np.ndarray:
+        """About the middle of what is seen, and then aside."""
+        turn = Rotation.from_euler("y", angle, degrees=True).as_matrix()
+        return rigid(turn, center - turn @ center + [0.6 * away, 0, 0.8 * away]) @ best
+
+    far = [moved(1.1 * APART_DEG, 0.0), moved(0.0, 1.1 * APART_MM)]
+    near = [moved(0.9 * APART_DEG, 0.0), moved(0.0, 0.9 * APART_MM), best @ own[1]]
+    found = _apart(np.stack([best, *near, *far, *near]), own, center, 9)
+    np.testing.assert_allclose(found, [best, *far])
+    assert len(_apart(np.stack([best, *far]), own, center, 2)) == 2
 
 
 def standing_on_a_corner() -> np.ndarray:
