@@ -7,11 +7,11 @@
   const style = document.createElement("style");
   style.textContent = `
     .wedge-view { display: flex; gap: 14px; background: #fff; color: #1c1f24; border: 1px solid #dde; border-radius: 8px; margin: 1rem 0; min-height: 462px; }
-    .wedge-view canvas { flex: 1; min-width: 0; height: 460px; cursor: grab; touch-action: none; border-radius: 8px; }
+    .wedge-view canvas { flex: 1; min-width: 0; height: 460px; cursor: grab; touch-action: pan-y; border-radius: 8px; }
     .wedge-view > div { width: 230px; max-height: 440px; overflow: auto; padding: 10px; font: 13px/1.45 system-ui, sans-serif; }
     .wedge-view label { display: block; padding: 1px 0; } .wedge-view i { display: inline-block; width: 11px; height: 11px; margin: 0 5px; }
     .wedge-view p { margin: 2rem; }
-    @media print { .wedge-view:not([data-ready]) { display: none; } }
+    @media print { .wedge-view, .wedge-view-use { display: none; } }
     @media (max-width: 760px) { .wedge-view { flex-direction: column; } .wedge-view > div { width: auto; } .wedge-view canvas { flex: none; } }`;
   document.head.append(style);
   const models = window.wedgeModels = window.wedgeModels || {};
@@ -69,7 +69,7 @@
       const scale = Math.min(devicePixelRatio, 2);
       canvas.width = canvas.clientWidth * scale; canvas.height = canvas.clientHeight * scale;
       gl.viewport(0, 0, canvas.width, canvas.height); gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-      const far = apart.value / 100, k = 1.7 * zoom / size / (1 + 0.7 * far), w = canvas.height / canvas.width;
+      const far = apart.value / 100, w = canvas.height / canvas.width, k = 1.7 * zoom / size / (1 + 0.7 * far) / Math.max(1, w);
       const c = Math.cos(turn), s = Math.sin(turn), ct = Math.cos(tip), st = Math.sin(tip);
       const rows = [[c, s, 0], [-s * st, c * st, ct], [s * ct, -c * ct, st]];
       const grow = [k * w, k, k], m = new Float32Array(16); m[15] = 1;
@@ -82,13 +82,17 @@
     }
     function turnBy(x, y) { turn += x; tip = Math.max(-1.57, Math.min(1.57, tip + y)); draw(); }
     canvas.onpointerdown = e => { held = [e.clientX, e.clientY]; canvas.setPointerCapture(e.pointerId); };
-    canvas.onpointerup = () => { held = null; };
+    canvas.onpointerup = canvas.onpointercancel = () => { held = null; };
     canvas.onpointermove = e => { if (held) { turnBy((held[0] - e.clientX) / 150, (e.clientY - held[1]) / 150); held = [e.clientX, e.clientY]; } };
-    canvas.addEventListener("wheel", e => { e.preventDefault(); zoom *= Math.exp(-e.deltaY / 800); draw(); }, {passive: false});
+    const zoomed = by => { zoom = Math.min(20, Math.max(0.5, zoom * by)); draw(); };
+    canvas.addEventListener("wheel", e => {
+      if (document.activeElement !== canvas) return;  // the page scrolls until somebody clicks here
+      e.preventDefault(); zoomed(Math.exp(-e.deltaY / 800));
+    }, {passive: false});
     const keys = {ArrowLeft: [0.1, 0], ArrowRight: [-0.1, 0], ArrowUp: [0, -0.1], ArrowDown: [0, 0.1]};
     canvas.onkeydown = e => {
       if (keys[e.key]) { e.preventDefault(); turnBy(...keys[e.key]); }
-      if (e.key === "+" || e.key === "-") { zoom *= e.key === "+" ? 1.1 : 1 / 1.1; draw(); }
+      if (e.key === "+" || e.key === "-") zoomed(e.key === "+" ? 1.1 : 1 / 1.1);
     };
     apart.oninput = draw; addEventListener("resize", draw); draw();
     root.dataset.ready = "yes";

@@ -133,7 +133,7 @@ def _link(path: str, name: str | None = None) -> str:
 
 
 def _parts(parts: Iterable[Mapping[str, Any]], names: Mapping[str, str]) -> str:
-    rows = ["<tr><th>part<th>quantity<th>material<th>mm<th>g<th>files</tr>"]
+    rows = ["<tr><th>part<th>quantity<th>material<th>room in the sensor, mm<th>g<th>files</tr>"]
     for part in parts:
         key = part["id"]
         paths = [f"print/{key}.stl", f"print/{key}.3mf", f"step/{key}.step"]

@@ -124,3 +124,22 @@ def test_a_page_without_its_model_says_so(page: object, tmp_path: Path) -> None:
     words = page.locator(".wedge-view p")  # type: ignore[attr-defined]
     words.wait_for(timeout=30_000)
     assert "gone.js is not beside this page" in words.inner_text()
+
+
+def test_the_wheel_scrolls_past_a_view_until_somebody_clicks_into_it(
+    page: object, fabricated: tuple[Path, Path]
+) -> None:
+    page.goto((fabricated[0] / "index.html").as_uri())  # type: ignore[attr-defined]
+    page.wait_for_selector(".wedge-view[data-ready]", timeout=60_000)  # type: ignore[attr-defined]
+    canvas = page.locator(".wedge-view canvas")  # type: ignore[attr-defined]
+    before = picture(page)
+    canvas.hover()
+    page.mouse.wheel(0, 50)  # type: ignore[attr-defined]
+    page.wait_for_function("scrollY == 50")  # type: ignore[attr-defined]
+    assert changed(before, picture(page)) == 0
+    canvas.click()
+    page.mouse.wheel(0, -5000)  # type: ignore[attr-defined]
+    canvas.press("ArrowLeft")  # told after it
+    canvas.press("ArrowRight")
+    page.wait_for_function("scrollY == 50")  # type: ignore[attr-defined]
+    assert changed(before, picture(page)) > 0.01

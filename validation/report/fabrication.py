@@ -89,7 +89,8 @@ def _view(design: str, address: str) -> str:
         f'<div class="wedge-view" data-name="{html.escape(design)}"'
         f' data-model="{html.escape(address)}/view/model.js">'
         "<p>The view to turn needs JavaScript and the folder beside this page.</p></div>\n"
-        "<p>Drag to turn, wheel to zoom, untick to hide; the slider pulls the sensor apart.</p>\n"
+        '<p class="wedge-view-use">Drag to turn, click and wheel to zoom, untick to hide; the '
+        "slider pulls the sensor apart.</p>\n"
     )
 
 
