@@ -3,14 +3,16 @@
 """An MCAP file that is complete after every write, so that a kill costs a second of frames at most.
 
 The index of an MCAP file stands at its end, and a file without it does not open. Here each chunk
-is written together with the index of all chunks so far, over the previous index, by a process that
-outlives this one.
+is written together with what the index says of it, by a process that outlives this one: over the
+index, which is written again behind it, or, as the index grows, into room that is left before it,
+lest most of what is written were the index again and again.
 See https://mcap.dev/spec.
 """
 
 import errno
 import os
 import signal
+import struct
 import subprocess
 import sys
 import zlib
@@ -29,6 +31,13 @@ MAGIC = b"\x89MCAP0\r\n"
 CHUNK_BYTES = 4 << 20
 CHUNK_NS = 10**9
 """What a kill may cost: as much of a recording as one chunk holds."""
+ROOM = 10
+"""Of an index that is written again, in its lengths: so much is recorded before the next time."""
+MOST_ROOM_BYTES = 64 << 20
+"""Some readers load it, as any record."""
+_RECORD = struct.Struct("<BQ")
+_OTHERS_CODE = 0x80
+"""Of records that MCAP leaves to applications; readers pass over them."""
 
 
 def mcap_records() -> ModuleType:
@@ -71,6 +80,16 @@ class _Written:
     chunks: int = 0
     indexes: bytes = b""
     times_ns: tuple[int, int] = (0, 0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Index:
+    """All that stands behind the data and the room."""
+
+    start: int = 0
+    content: bytes = b""
+    lasting: int = 0
+    """So many of its bytes stay where chunks are added."""
 
 
 class McapFile:
@@ -135,7 +154,7 @@ class McapFile:
                 )
             )
             head += record
-        self._end, self._last_index = 0, b""
+        self._end, self._index = 0, _Index()
         try:
             self._write(head, self._written)
         except WedgeError:  # leave no file that is none, nor its writer
@@ -250,6 +269,9 @@ class McapFile:
         if self._file >= 0:
             try:
                 self.flush()
+                if self._index.start > self._end:
+                    with suppress(OSError):  # the file is as whole with room in it
+                        self._place(b"", self._index_at(self._end, self._written))
                 os.fsync(self._file)
             except OSError as error:
                 raise self._unwritable(error) from error
@@ -266,34 +288,58 @@ class McapFile:
         return WedgeError(f"{self._path} cannot be written: {error.strerror}.")
 
     def _write(self, content: bytes, written: _Written) -> None:
-        """Put data over the previous index, with the new index, of all of it, behind it."""
+        """Put data behind the data, and have the index, of all of it, behind them."""
         end = self._end + len(content)
-        index = self._index(end, written)
+        index = self._index_at(self._index.start, written)
+        if end + _RECORD.size > index.start or not self._there(index):
+            room = min(ROOM * len(index.content), MOST_ROOM_BYTES)
+            if room <= len(content) + _RECORD.size:  # it would not hold the next chunk
+                room = 0
+            index = self._index_at(end + room, written)
         try:
-            self._put(content + index)
+            self._place(content, index)
         except OSError as error:
-            with suppress(OSError):  # where the disk is full, there is room for what was there
-                self._put(self._last_index)
-                os.ftruncate(self._file, self._end + len(self._last_index))
             raise self._unwritable(error) from error
-        self._end, self._last_index, self._written = end, index, written
+        self._written = written
 
-    def _put(self, content: bytes) -> None:
-        """Have all of it written where the data end."""
+    def _place(self, content: bytes, index: _Index) -> None:
+        """Write data and index; what was there stays where that fails.
+
+        Raises:
+            OSError: the disk is full.
+        """
+        end, before = self._end + len(content), self._index
+        there = self._there(index)
+        rest = index.start + there, index.content[there:]
+        try:
+            self._put((self._end, content + _room(index.start - end)), rest)
+        except OSError:
+            with suppress(OSError):  # where the disk is full, there is room for what was there
+                room = _room(before.start - self._end)
+                self._put((self._end, room), (before.start, before.content))
+            raise
+        self._end, self._index = end, index
+
+    def _there(self, index: _Index) -> int:
+        """How many bytes that an index begins with are where they belong already."""
+        there = self._index.content[: self._index.lasting]
+        lasts = index.start == self._index.start and index.content.startswith(there)
+        return len(there) if lasts else 0
+
+    def _put(self, *pieces: keeper.Piece) -> None:
+        """Have all of them written, and the file end with the last."""
         assert self._keeper.stdin and self._keeper.stdout
-        self._keeper.stdin.write(keeper.REQUEST.pack(self._end, len(content)))
-        self._keeper.stdin.write(content)
+        self._keeper.stdin.write(keeper.request(*pieces))
         self._keeper.stdin.flush()
         answer = self._keeper.stdout.read(keeper.ANSWER.size)
         number = keeper.ANSWER.unpack(answer)[0] if answer else errno.EPIPE
         if number:
             raise OSError(number, os.strerror(number))
 
-    def _index(self, end: int, written: _Written) -> bytes:
-        """All that stands behind the data, which ends there."""
+    def _index_at(self, start: int, written: _Written) -> _Index:
+        """What is to stand behind the data and the room, which end there."""
         records = self._records
         data_end = _bytes(records.DataEnd(data_section_crc=0))
-        start = end + len(data_end)
         statistics = records.Statistics(
             attachment_count=self._attachments,
             channel_count=len(self._channels),
@@ -305,17 +351,25 @@ class McapFile:
             metadata_count=0,
             schema_count=len(self._schemas),
         )
-        summary = b"".join(
+        lasting = b"".join(
             (
+                data_end,
                 *self._schemas.values(),
                 *self._channels,
-                _bytes(statistics),
-                written.indexes,
                 self._attachment_indexes,
+                written.indexes,
             )
         )
-        footer = _bytes(records.Footer(summary_start=start, summary_offset_start=0, summary_crc=0))
-        return data_end + summary + footer + MAGIC
+        footer = records.Footer(
+            summary_start=start + len(data_end), summary_offset_start=0, summary_crc=0
+        )
+        content = lasting + _bytes(statistics) + _bytes(footer) + MAGIC
+        return _Index(start=start, content=content, lasting=len(lasting))
+
+
+def _room(length: int) -> bytes:
+    """The head of a record of that length, whose content is a hole; none where there is no room."""
+    return _RECORD.pack(_OTHERS_CODE, length - _RECORD.size) if length else b""
 
 
 @contextmanager

@@ -278,8 +278,8 @@ def test_a_writer_whose_recorder_is_gone_finishes_and_says_nothing(tmp_path: Pat
             command, stdin=PIPE, stdout=PIPE, stderr=PIPE, pass_fds=(file.fileno(),)
         ) as process:
             process.stdout.close()
-            process.stdin.write(keeper.REQUEST.pack(0, 5) + b"whole")
-            process.stdin.write(keeper.REQUEST.pack(5, 5) + b"half")
+            process.stdin.write(keeper.request((0, b"whole")))
+            process.stdin.write(keeper.request((5, b"more"), (9, b"half"))[:-1])
             process.stdin.close()
             assert process.stderr.read() == b""
     assert process.returncode == 0 and (tmp_path / "file").read_bytes() == b"whole"
@@ -314,7 +314,7 @@ def test_a_full_disk_is_a_sentence_and_costs_no_more_than_the_last_second(tmp_pa
 def test_what_a_full_disk_refused_is_written_where_there_is_room_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, chunks: int
 ) -> None:
-    def full(_file: McapFile, _content: bytes) -> None:
+    def full(_file: McapFile, *_pieces: keeper.Piece) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
     path, kept, refused = tmp_path / "touch.mcap", [], []
