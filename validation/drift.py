@@ -13,7 +13,7 @@ from recon.calibration import Calibration
 from recon.pixels import BallPress, label_pixels
 from recon.presses import press_reader, read_presses
 from sensor.dataset import Dataset
-from validation.acceptance.gel import GRAIN_PX, smooth, untouched
+from validation.acceptance.gel import GRAIN_PX, of_one_frame, smooth, untouched
 from validation.acceptance.lights import GRAY_LEVELS
 from validation.depth import rmse_interval_mm
 from validation.error_table import ErrorTable
@@ -179,7 +179,7 @@ def evaluate_on(
     numbers["depth_bias_mm"] = replace(
         _number("depth bias", "mm", [x.bias_mm for x in judged.depth]), signed=True
     )
-    numbers |= _of_light(presses.presses, card.channels)
+    numbers |= _of_light(presses.presses, card.channels, len(dataset.card.background))
     return Evaluation(
         unit=card.serial,
         dataset=table.dataset,
@@ -243,14 +243,14 @@ def compared(evaluations: Sequence[Evaluation]) -> list[Compared]:
     return found
 
 
-def _of_light(presses: Sequence[BallPress], channels: str) -> dict[str, Number]:
+def _of_light(presses: Sequence[BallPress], channels: str, blanks: int) -> dict[str, Number]:
     """Noise, brightness of untouched gel, and each colour's answer to slope, of every press."""
     noise, brightness, answers = [], [], []
     for index, press in enumerate(presses):
         flat = untouched(press)
         if flat.any() and press.blank is not None:
             grain = press.difference - smooth(press.difference, GRAIN_PX)
-            noise.append(1.4826 * np.median(np.abs(grain[flat])))
+            noise.append(of_one_frame(blanks) * 1.4826 * np.median(np.abs(grain[flat])))
             brightness.append(np.median((press.difference + press.blank)[flat], axis=0))
         pixels = label_pixels(press, index, 0)
         inside = pixels.contact & ~pixels.hidden

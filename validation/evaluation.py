@@ -158,6 +158,7 @@ def held_out_metrics(table: ErrorTable, fitted_presses: int) -> dict[str, int | 
     for errors in table.depth.values():
         metrics["depth_rmse_mm"] = fmean(error.rmse_mm for error in errors)
         metrics["depth_bias_mm"] = fmean(error.bias_mm for error in errors)
+        metrics["depth_peak_truth_mm"] = fmean(error.peak_truth_mm for error in errors)
         metrics |= _ends("depth_rmse_mm", rmse_interval_mm(errors, table.seed))
     return metrics
 

@@ -260,7 +260,8 @@ def test_errors_are_of_the_presses_that_were_not_learnt_where_they_are_enough(
 ):
     presses = read_presses(today).presses
     learnt = frozenset(press.fingerprint for press in presses[fresh:])
-    kept = {"contact_theta_x_deg": 7.5, "contact_theta_y_deg": 7.5, "depth_rmse_mm": 0.01}
+    kept = {"contact_theta_x_deg": 7.5, "contact_theta_y_deg": 7.5}
+    kept |= {"depth_rmse_mm": 0.01, "depth_peak_truth_mm": 0.5}
     card = replace(calibration.card, learnt_frames=learnt, metrics=kept)
     found = accepted_on(replace(calibration, card=card), today)
     assert (found.learnt, found.presses, found.is_fresh) == (PRESSES - fresh, PRESSES, is_judged)
@@ -270,6 +271,8 @@ def test_errors_are_of_the_presses_that_were_not_learnt_where_they_are_enough(
     (row,) = [row for row in found.errors.rows if row.pixels == "contact"]
     seen = row.errors.values["theta_x_deg"]
     assert found.values["theta_x_deg"] == {"": seen if is_judged else 7.5}
+    if not is_judged:  # of the depth of the presses that were held out, not of those here
+        assert found.values["depth_rmse_share"] == {"": 0.02}
     assert found.held_out == (fresh if is_judged else None)
     chosen = presses[:fresh] if is_judged else presses
     radius = ball_radius_values(calibration.estimator, chosen, None)

@@ -193,13 +193,13 @@ def test_noise_and_drift_are_those_of_the_gel_beyond_the_presses():
         hidden[:, :20] = True
         difference[:, :20] = drift  # filled in, under dots
         presses.append(press_of(difference=difference, hidden=hidden))
-    found = stillness(presses, "RG")
+    found = stillness(presses, "RG", 1)
     assert set(found["noise_gray_levels"]) == set(found["drift_gray_levels"]) == {"R", "G"}
     for color in "RG":
         # A Gaussian of 1.5 pixels takes a twentieth of white noise with it.
-        assert found["noise_gray_levels"][color] == pytest.approx(0.945 * 4, rel=0.03)
+        assert found["noise_gray_levels"][color] == pytest.approx(0.945 * 4 / np.sqrt(2), rel=0.03)
         assert found["drift_gray_levels"][color] == pytest.approx(10, abs=0.2)
-    assert stillness([press_of(radius_px=60.0)], "RGB") == {}
+    assert stillness([press_of(radius_px=60.0)], "RGB", 1) == {}
 
 
 def test_saturation_is_counted_inside_contacts_alone():

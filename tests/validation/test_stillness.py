@@ -24,13 +24,15 @@ def pressed(sigma: float, drift: np.ndarray, seed: int) -> BallPress:
     )
 
 
-def test_noise_is_its_standard_deviation() -> None:
-    found = stillness([pressed(3.0, np.zeros(3), seed) for seed in range(3)], "RGB")
+@pytest.mark.parametrize("blanks", [1, 8])
+def test_noise_is_a_frame_s_own_however_many_blank_ones_it_is_held_against(blanks: int) -> None:
+    rest = np.sqrt(1 + 1 / blanks)
+    found = stillness([pressed(3.0 * rest, np.zeros(3), seed) for seed in range(3)], "RGB", blanks)
     assert found["noise_gray_levels"] == pytest.approx(dict.fromkeys("RGB", 3.0), rel=0.1)
     assert max(found["drift_gray_levels"].values()) < 0.2
 
 
 def test_drift_is_that_of_the_worst_presses_in_each_colour() -> None:
     drifts = [level * np.array([1.0, -1.0, 0.0]) for level in range(11)]
-    found = stillness([pressed(0.1, drift, seed) for seed, drift in enumerate(drifts)], "RGB")
+    found = stillness([pressed(0.1, drift, seed) for seed, drift in enumerate(drifts)], "RGB", 1)
     assert found["drift_gray_levels"] == pytest.approx({"R": 9.0, "G": 9.0, "B": 0.0}, abs=0.1)

@@ -44,7 +44,8 @@ def error_values(errors: ErrorTable, card: UnitCard, held_out: bool) -> dict[str
         names = ("theta_x_deg", "theta_y_deg")
         found = {key: float(card.metrics.get(f"contact_{key}", np.nan)) for key in names}
         rmse_mm = float(card.metrics.get("depth_rmse_mm", np.nan))
-    values: dict[str, Parts] = {"depth_rmse_share": {"": rmse_mm / _deepest_mm(errors)}}
+    deepest_mm = _deepest_mm(errors, card, held_out)
+    values: dict[str, Parts] = {"depth_rmse_share": {"": rmse_mm / deepest_mm}}
     for axis in AXES:
         values[_angle_limit(card, axis)] = {"": found[f"theta_{axis}_deg"]}
     return values
@@ -64,7 +65,7 @@ def error_intervals(errors: ErrorTable, card: UnitCard, held_out: bool) -> dict[
         rmse_mm = kept_interval(card, "depth_rmse_mm")
     found = {_angle_limit(card, axis): angles[f"theta_{axis}_deg"] for axis in AXES}
     if rmse_mm is not None:
-        deepest_mm = _deepest_mm(errors)
+        deepest_mm = _deepest_mm(errors, card, held_out)
         found["depth_rmse_share"] = (rmse_mm[0] / deepest_mm, rmse_mm[1] / deepest_mm)
     return {name: interval for name, interval in found.items() if interval is not None}
 
@@ -98,9 +99,15 @@ def _angle_limit(card: UnitCard, axis: Axis) -> str:
     return "inferred_axis_deg" if axis == unseen else f"theta_{axis}_deg"
 
 
-def _deepest_mm(errors: ErrorTable) -> float:
+def _deepest_mm(errors: ErrorTable, card: UnitCard, held_out: bool) -> float:
+    """How deep the presses are on which depth was judged, on average.
+
+    Those of this set, in place of a calibration's whose unit does not say how deep they were.
+    """
     (depth,) = errors.depth.values()
-    return max(fmean(error.peak_truth_mm for error in depth), 1e-6)
+    here_mm = fmean(error.peak_truth_mm for error in depth)
+    kept_mm = here_mm if held_out else float(card.metrics.get("depth_peak_truth_mm", here_mm))
+    return max(kept_mm, 1e-6)
 
 
 def fewer_lights(card: UnitCard) -> list[str]:

@@ -44,8 +44,22 @@ def without_dots(blank: Unwarped, dots: MarkerTracker | None) -> Unwarped:
     return fill_gradients(blank, dots.hidden(dots.track(blank)), "harmonic")
 
 
-def stillness(presses: Sequence[BallPress], channels: str) -> dict[str, Parts]:
-    """Noise and drift of the gel that no press reaches, in grey levels of 255; each colour's."""
+def of_one_frame(blanks: int) -> float:
+    """What noise of one frame is of the noise of its difference to a mean of blank ones."""
+    return (1 + 1 / blanks) ** -0.5
+
+
+def stillness(presses: Sequence[BallPress], channels: str, blanks: int) -> dict[str, Parts]:
+    """Noise of a frame and drift of the gel that no press reaches, each colour's.
+
+    Args:
+        presses: whose differences are looked at.
+        channels: the colours with a light.
+        blanks: frames whose mean is the blank one.
+
+    Returns:
+        Grey levels of 255, by the names of the limits; nothing where presses reach everywhere.
+    """
     noise, drift = [], []
     for press in presses:
         flat = untouched(press)
@@ -56,7 +70,9 @@ def stillness(presses: Sequence[BallPress], channels: str) -> dict[str, Parts]:
     if not noise:
         return {}
     return {
-        "noise_gray_levels": _by_color(GRAY_LEVELS * np.mean(noise, axis=0), channels),
+        "noise_gray_levels": _by_color(
+            GRAY_LEVELS * of_one_frame(blanks) * np.mean(noise, axis=0), channels
+        ),
         "drift_gray_levels": _by_color(GRAY_LEVELS * np.quantile(drift, 0.9, axis=0), channels),
     }
 
@@ -119,7 +135,7 @@ def usable_area(
     Args:
         gel: blank, without its dots.
         response: of the colours to slope, on average over the pad.
-        noise: of each colour, grey levels.
+        noise: of each colour's differences, grey levels.
         axes: those that the lights see, "xy", "x" or "y".
         channels: the colours with a light.
     """

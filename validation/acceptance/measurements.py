@@ -32,6 +32,7 @@ from validation.acceptance.gel import (
     brightness_change,
     covered_area,
     inner,
+    of_one_frame,
     saturation,
     stillness,
     usable_area,
@@ -129,8 +130,10 @@ def accept_unit(
     before, now = map(calibration.unwarp, (calibration.background, presses.background))
     covered, inside = covered_area(presses.presses), inner(blank.shape)
     response = light_response(presses.presses)
-    still = stillness(presses.presses, channels)
-    noise: Parts = still.get("noise_gray_levels", dict.fromkeys(channels, 0.0))
+    blanks = len(dataset.card.background)
+    still = stillness(presses.presses, channels, blanks)
+    of_frames: Parts = still.get("noise_gray_levels", dict.fromkeys(channels, 0.0))
+    noise = {color: level / of_one_frame(blanks) for color, level in of_frames.items()}
     axes = "xy" if unseen is None else "y" if unseen == "x" else "x"
     usable = usable_area(gel, response, noise, axes, channels)
     pictured, absent = picture_values(presses, before, now, roundness(presses.presses, seed))
