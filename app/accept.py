@@ -160,9 +160,9 @@ def _times(where: str | None, unwarp: "Unwarp") -> tuple[list[int], list[int]]:
                 indices.append(frame.index)
                 show(len(times_ns) / TIMED_FRAMES, "frames")
         counts = source.counts
-    if counts.remark or counts.corrupt:
-        said = f" {counts.remark}" if counts.remark else ""
-        print(f"{where}: {counts.corrupt} damaged frames.{said}")
+    damage = f"{counts.corrupt} damaged frames." if counts.corrupt else ""
+    if said := " ".join(filter(None, (damage, counts.remark))):
+        print(f"{where}: {said}")
     return times_ns, indices if counts.numbered else []
 
 

@@ -100,7 +100,8 @@ def main(
             raise located(dataset / "dataset.toml", error) from error
     if again:  # only now, as a mistaken radius would have dropped them all
         drop_wide_circles(dataset)
-    _find(reader, book, wanted)
+    if wanted:
+        _find(reader, book, wanted)
     doubtful = [x.file for x in book.labels if x.quality is not None and x.quality < DOUBTFUL]
     missing = [x for x in files if book.label(x) is None and not book.has_no_ball(x)]
     found = sum(book.label(file) is not None for file in files)

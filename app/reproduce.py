@@ -69,7 +69,8 @@ def main(out: Path = Path("build"), folds: int = 5, seed: Seed = 0) -> int:
 
     Args:
         out: The folder to write; what an earlier run wrote there is replaced.
-        folds: 1 judges 8 of 40 presses (a fifth of smaller sets); 5 judges every press once.
+        folds: 1 judges 8 of 40 presses (a fifth of smaller sets); 5 judges every press once. Of the
+            rendered sets always 8 are judged.
         seed: Seed of splits, drawn pixels, training and intervals.
     """
     from validation.datasets import DATASETS

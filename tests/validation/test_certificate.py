@@ -181,7 +181,8 @@ def test_a_name_that_no_xml_may_hold_does_not_spoil_the_test_report(calibration,
     assert suite.get("name").endswith(f" {plain}")
 
 
-def test_everything_lies_on_the_sheet_and_nothing_on_another(calibration, accepted):
+@pytest.mark.parametrize("serial", ["wedge-001", 5 * "wedge-of-the-left-hand"])
+def test_everything_lies_on_the_sheet_and_nothing_on_another(calibration, accepted, serial):
     spoilt = {
         limit.name: dict.fromkeys(accepted.values.get(limit.name, [""]), 98.7 / limit.shown_times)
         for limit in LIMITS
@@ -192,7 +193,7 @@ def test_everything_lies_on_the_sheet_and_nothing_on_another(calibration, accept
         left_out=(("press-0000.png", "no contact is visible inside its circle"),) * 9,
     )
     found = replace(accepted, values=spoilt, doubts=doubts, errors=errors)
-    figure = sheet(calibration.card, SET, found)
+    figure = sheet(replace(calibration.card, serial=serial), SET, found)
     renderer = FigureCanvasAgg(figure).get_renderer()
     boxes = [text.get_window_extent(renderer) for text in figure.texts]
     width, height = figure.canvas.get_width_height()

@@ -42,6 +42,8 @@ COLORS: dict[Grade, str] = {"A": BLUE, "B": ORANGE, "fail": RED}
 PAGE_IN = (8.27, 11.69)
 """A4."""
 LEFT_IN, WIDTH_IN = 0.5, 7.27
+TITLE_PT, TITLE_LETTERS = 16.0, 44
+"""So many letters are as wide as the page; a longer title is smaller."""
 TALLEST_ROW_IN, LINE_IN, FOOT_IN = 0.2, 0.083, 0.35
 COLUMNS_IN = (0.5, 2.2, 4.55, 5.0, 5.45, 5.75)
 """Title, value, A, B, grade, reason."""
@@ -81,7 +83,8 @@ def sheet(card: UnitCard, occasion: Occasion, found: Acceptance) -> Figure:
     """Verdict, pictures, and every measurement with its limits and reason."""
     figure = blank(*PAGE_IN)
     grade = verdict(found.values)
-    _say(figure, LEFT_IN, 0.6, f"GelSight Wedge {card.serial}", size=16.0)
+    title = f"GelSight Wedge {card.serial}"
+    _say(figure, LEFT_IN, 0.6, title, size=TITLE_PT * min(1, TITLE_LETTERS / len(title)))
     _say(figure, LEFT_IN, 0.88, WORDS[grade], size=13.0, color=COLORS[grade])
     top = 1.05
     for text in (lead(card, occasion, found), origin(card, occasion)):
