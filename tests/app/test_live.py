@@ -25,8 +25,8 @@ from playwright.sync_api import Page, sync_playwright
 from app.__main__ import main
 from app.pages import pictures
 from app.pages.blank import BLANK_FRAMES
-from app.pages.live import HISTORY_S, sparkline
 from app.pages.following import APART
+from app.pages.live import HISTORY_S, sparkline
 from app.pages.watching import Watcher
 from recon.calibration import Calibration, calibrate
 from recon.images import read_image, write_image
@@ -304,7 +304,6 @@ def test_each_press_of_a_dataset_is_an_object_of_its_own(tmp_path: Path) -> None
         frame = read_image(dataset.folder / label.file)
         shown = watcher._look(reconstruct, frame, time.monotonic()).followed
         assert shown is not None and (shown.state, shown.pose) == ("–", APART)
-        assert shown.state != "lost"
 
 
 def test_ctrl_c_ends_the_page_well(tmp_path: Path) -> None:
