@@ -64,7 +64,8 @@ def jpeg(frame: Frame, camera: CameraModel) -> bytes:
     """The frame as a JPEG file.
 
     Colour is kept at full resolution: a frame of the gel plane has half the pixels across of the
-    camera's own, whose JPEG halves the colour's.
+    camera's own, whose JPEG halves the colour's. A raw frame has all of them and keeps colour
+    finer than the camera does.
     """
     stream = io.BytesIO()
     Image.fromarray(frame).save(stream, "JPEG", quality=camera.jpeg_quality, subsampling=0)
