@@ -231,7 +231,7 @@ def test_a_task_that_ends_every_worker_is_a_sentence(cluster: str) -> None:
         pool.submit(os._exit, 1).result(timeout=60)
 
 
-def test_a_scheduler_that_is_lost_is_a_sentence(tmp_path: Path, capfd) -> None:
+def test_a_scheduler_that_is_lost_is_a_sentence(tmp_path: Path, capfd, caplog) -> None:
     distributed = pytest.importorskip("distributed")
     card, began = tmp_path / "scheduler.json", tmp_path / "began"
 
@@ -260,7 +260,7 @@ def test_a_scheduler_that_is_lost_is_a_sentence(tmp_path: Path, capfd) -> None:
                 until(began.exists)
                 scheduler.kill()
                 task.result(timeout=60)
-    assert "Traceback" not in capfd.readouterr().err
+    assert "Traceback" not in capfd.readouterr().err + caplog.text
 
 
 def until(true: Callable[[], bool]) -> None:
