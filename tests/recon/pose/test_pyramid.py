@@ -8,8 +8,18 @@ import numpy as np
 import pytest
 
 from benchmarks.touches import SyntheticTouch, pressed
-from recon.pose.pyramid import FULL_RESOLUTION_PX, TILES, Pyramid, _mirrored, still_window
-from recon.pose.rigid import motion
+from recon.pose.level import Level
+from recon.pose.pyramid import (
+    FULL_RESOLUTION_PX,
+    TILES,
+    Pyramid,
+    Template,
+    _mirrored,
+    residuals,
+    still_window,
+)
+from recon.pose.registration import pixel_grid_mm
+from recon.pose.rigid import applied, motion
 from tests.recon.pose.touched import coarse_bead
 
 FEW, MANY = ((0.11, 0.15), (180, 100)), ((0.04, 0.08), (450, 200))
@@ -57,6 +67,37 @@ def test_a_contact_that_the_frame_cuts_off_is_not_the_gel_around() -> None:
     before, after = (Pyramid(item).level(1).values for item in (touch, deeper))
     inside = before[..., 3] > 0
     np.testing.assert_allclose((after - before)[inside, 2], 0.2, atol=1e-5)
+
+
+@pytest.mark.parametrize("turn", [(0, 0, 0), (0.3, -0.2, 0.5), (-0.6, 0.4, 2)])
+def test_what_a_plane_is_off_by_is_told_in_the_reference_s_frame(turn) -> None:
+    """The same plane, moved by the guess, and 0.1 mm deeper in the reference's frame."""
+    guess, slopes = motion(np.array([*turn, 0.3, -0.4, 0.2])), np.array([0.7, -0.4])
+    x_mm, y_mm = pixel_grid_mm((81, 61), (0.2, 0.3))
+    x, y = (part.reshape(-1) for part in np.meshgrid(x_mm, y_mm))
+    points = np.column_stack([x, y, -slopes[0] * x - slopes[1] * y])[(x**2 + y**2) < 9]
+    normal = guess[:3, :3] @ [*slopes, 1]
+    seen = normal[:2] / normal[2]
+    start = applied(guess, np.array([0, 0, -0.1]))
+    depth = (x - start[0]) * seen[0] + (y - start[1]) * seen[1] - start[2]
+    ones = np.ones_like(depth)
+    plane = np.column_stack([seen[0] * ones, seen[1] * ones, depth, ones])
+    values = plane.reshape(61, 81, 4).astype(np.float32)
+    change = np.ones((3, len(points), 6), np.float32)
+    template = Template(
+        points=points.astype(np.float32),
+        slopes=np.tile(slopes, (len(points), 1)).astype(np.float32),
+        change=change,
+        steepness=np.full(len(points), np.sqrt(1 + slopes @ slopes), np.float32),
+        noise_change=np.eye(6),
+        depth_weight=1.0,
+        depth_doubt_mm2=0.0,
+    )
+    level = Level(values=values, samples=values, x_mm=x_mm, y_mm=y_mm, halvings=1)
+    residual, both = residuals(template, level, guess)
+    assert both.all()
+    np.testing.assert_allclose(residual[:2], 0, atol=1e-5)
+    np.testing.assert_allclose(residual[2], 0.1, atol=1e-5)
 
 
 def test_pixels_of_a_tile_lie_together() -> None:

@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -101,6 +103,16 @@ def test_each_turn_of_a_ball_is_tried_on_some_of_its_facets_only(monkeypatch):
     assert len(turns) == 2 * around
     facets = around * (around // 2 - 1) + 2
     assert sum(asked) < 0.2 * len(turns) * facets
+
+
+def test_a_turn_that_takes_all_but_a_few_facets_to_their_likes_is_none():
+    """Of two corners pulled out of a ball, either could be the other one, turned."""
+    ball = globe(40)
+    assert len(own_rotations(ball)) == 80
+    for steps in range(1, 20):  # along a circle of latitude
+        places = ball.vertices_mm.copy()
+        places[[80, 80 + steps]] *= 1.03
+        assert len(own_rotations(replace(ball, vertices_mm=places))) == 1
 
 
 def test_small_unlikenesses_around_an_ellipse_do_not_add_up():

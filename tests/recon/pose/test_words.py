@@ -1,0 +1,47 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a tracker says of touches that are small, given, or little of what it knows."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.touches import bead
+from recon.pose.joint import Joint
+from recon.pose.models import touches
+from recon.pose.rigid import rigid
+from recon.pose.tracker import LEAST_CONTACT_PX, Tracker
+from tests.recon.pose.touched import bead_pair, touch
+
+
+@pytest.mark.parametrize(("fewer", "reason"), [(1, "nothing touches"), (0, "")])
+def test_a_contact_of_few_pixels_is_none(fewer, reason):
+    first = bead_pair(0)[0]
+    rows, columns = np.indices(first.contact.shape)
+    middle = [part[first.contact].mean() for part in (rows, columns)]
+    nearest = np.argsort(np.hypot(rows - middle[0], columns - middle[1]), axis=None)
+    few = np.zeros_like(first.contact)
+    few.flat[nearest[: LEAST_CONTACT_PX - fewer]] = True
+    assert Tracker()(replace(first, contact=few)).reason == reason
+
+
+def test_a_pose_that_was_given_is_followed_and_not_searched_for():
+    smooth = bead(press_mm=1.4, amplitude_mm=0.0)
+    start = rigid(np.eye(3), np.array([1.0, 2, 3]))
+    model = touches([(touch(smooth, np.eye(4), 1), start)], Joint())
+    given, searched = Tracker("joint", model, start), Tracker("joint", model)
+    found = given(touch(smooth, np.eye(4), 2))
+    assert found.words == "weak: its details do not match, or it has none"
+    assert searched(touch(smooth, np.eye(4), 2)).words == "weak: several poses fit this touch"
+
+
+def test_who_is_searched_by_a_part_of_what_is_known_stays_in_doubt():
+    first, second, _ = bead_pair(0)
+    column = np.indices(first.contact.shape)[1]
+    low, high = np.percentile(column[first.contact], [25, 75])
+    known = replace(first, contact=first.contact & (column < high))
+    seen = replace(second, contact=second.contact & (column > low))
+    found = Tracker("joint", touches([(known, np.eye(4))], Joint()))(seen)
+    assert found.explained > 0.99 and found.overlap < 0.75
+    assert found.words == "weak: no pose of the object fits this touch well"
