@@ -69,35 +69,45 @@ def test_a_contact_that_the_frame_cuts_off_is_not_the_gel_around() -> None:
     np.testing.assert_allclose((after - before)[inside, 2], 0.2, atol=1e-5)
 
 
-@pytest.mark.parametrize("turn", [(0, 0, 0), (0.3, -0.2, 0.5), (-0.6, 0.4, 2)])
-def test_what_a_plane_is_off_by_is_told_in_the_reference_s_frame(turn) -> None:
-    """The same plane, moved by the guess, and 0.1 mm deeper in the reference's frame."""
-    guess, slopes = motion(np.array([*turn, 0.3, -0.4, 0.2])), np.array([0.7, -0.4])
-    x_mm, y_mm = pixel_grid_mm((81, 61), (0.2, 0.3))
-    x, y = (part.reshape(-1) for part in np.meshgrid(x_mm, y_mm))
-    points = np.column_stack([x, y, -slopes[0] * x - slopes[1] * y])[(x**2 + y**2) < 9]
-    normal = guess[:3, :3] @ [*slopes, 1]
-    seen = normal[:2] / normal[2]
-    start = applied(guess, np.array([0, 0, -0.1]))
-    depth = (x - start[0]) * seen[0] + (y - start[1]) * seen[1] - start[2]
-    ones = np.ones_like(depth)
-    plane = np.column_stack([seen[0] * ones, seen[1] * ones, depth, ones])
-    values = plane.reshape(61, 81, 4).astype(np.float32)
-    change = np.ones((3, len(points), 6), np.float32)
-    template = Template(
-        points=points.astype(np.float32),
-        slopes=np.tile(slopes, (len(points), 1)).astype(np.float32),
-        change=change,
-        steepness=np.full(len(points), np.sqrt(1 + slopes @ slopes), np.float32),
+def plane(points_mm: tuple[np.ndarray, np.ndarray], normal: np.ndarray, at: np.ndarray) -> Level:
+    """All over a frame, through a point."""
+    x, y = np.meshgrid(*points_mm)
+    slopes, ones = normal[:2] / normal[2], np.ones_like(x)
+    depth = (x - at[0]) * slopes[0] + (y - at[1]) * slopes[1] - at[2]
+    values = np.dstack([slopes[0] * ones, slopes[1] * ones, depth, ones]).astype(np.float32)
+    return Level(values=values, samples=values, x_mm=points_mm[0], y_mm=points_mm[1], halvings=1)
+
+
+def sloped(slopes: np.ndarray) -> Template:
+    """Points of a plane through the origin."""
+    x, y = (part.reshape(-1) for part in np.meshgrid(*2 * [np.linspace(-3, 3, 20)]))
+    return Template(
+        points=np.column_stack([x, y, -slopes[0] * x - slopes[1] * y]).astype(np.float32),
+        slopes=np.tile(slopes, (len(x), 1)).astype(np.float32),
+        change=np.zeros((3, len(x), 6), np.float32),
+        steepness=np.full(len(x), np.sqrt(1 + slopes @ slopes), np.float32),
         noise_change=np.eye(6),
         depth_weight=1.0,
         depth_doubt_mm2=0.0,
     )
-    level = Level(values=values, samples=values, x_mm=x_mm, y_mm=y_mm, halvings=1)
-    residual, both = residuals(template, level, guess)
+
+
+@pytest.mark.parametrize("turn", [(0, 0, 0), (0.3, -0.2, 0.5), (-0.6, 0.4, 2)])
+def test_what_a_plane_is_off_by_is_told_in_the_reference_s_frame(turn) -> None:
+    guess, slopes = motion(np.array([*turn, 0.3, -0.4, 0.2])), np.array([0.7, -0.4])
+    deeper = applied(guess, np.array([0, 0, -0.1]))
+    level = plane(pixel_grid_mm((81, 61), (0.2, 0.3)), guess[:3, :3] @ [*slopes, 1], deeper)
+    residual, both = residuals(sloped(slopes), level, guess)
     assert both.all()
     np.testing.assert_allclose(residual[:2], 0, atol=1e-5)
     np.testing.assert_allclose(residual[2], 0.1, atol=1e-5)
+
+
+@pytest.mark.parametrize(("angle", "seen"), [(80, True), (100, False), (180, False)])
+def test_of_a_side_that_is_turned_away_nothing_is_seen(angle: float, seen: bool) -> None:
+    level = plane(pixel_grid_mm((81, 61), (0.2, 0.3)), np.array([0, 0, 1.0]), np.zeros(3))
+    guess = motion(np.array([np.radians(angle), 0, 0, 0, 0, 0]))
+    assert (residuals(sloped(np.zeros(2)), level, guess)[1] == seen).all()
 
 
 def test_pixels_of_a_tile_lie_together() -> None:
