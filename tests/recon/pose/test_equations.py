@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from recon.pose.joint import _Equations, _linearized
+from recon.pose.joint import _Equations, _linearized, _small_twist
 from recon.pose.pyramid import Pyramid
 from recon.pose.registration import PRIOR
+from recon.pose.rigid import motion
 from tests.recon.pose.touched import bead_pair
 
 AWAY = np.array([0.02, -0.03, 0.05, 0.2, -0.1, 0.3])
@@ -44,3 +45,9 @@ def test_no_direction_is_less_certain_than_before_the_touch(share: float) -> Non
     assert 0 < doubts[0] and doubts[-1] < 1 + 1e-9
     least = np.linalg.eigvalsh((found - seen.covariance()) / np.outer(scale, scale))[0]
     assert least > -1e-9  # errors that are alike make nothing surer
+
+
+def test_a_small_twist_is_that_of_the_motion_from_wherever_it_begins() -> None:
+    twist = 1e-4 * AWAY
+    for start in (np.eye(4), motion(20 * AWAY), motion(50 * AWAY[::-1])):
+        np.testing.assert_allclose(_small_twist(start, start @ motion(twist)), twist, atol=1e-8)

@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -92,17 +93,35 @@ def test_a_rendered_corner_is_the_corner():
     assert np.abs(drawn.depth_mm - exact.depth_mm)[inside].max() < 0.1
 
 
-def test_a_plate_covers_as_many_pixels_wherever_its_edges_run_through_their_middles():
-    wide, high = 2 * round(SIDE_MM / 2 / 0.13), 40
-    plate = brick(np.array([wide * 0.13, 10 * 0.13, 5.0]))
+@pytest.mark.parametrize("pitch_mm", [0.07, 0.1, 0.13])
+def test_a_plate_covers_as_many_pixels_wherever_its_edges_run_through_their_middles(pitch_mm):
+    wide, high = 76, 40
+    plate = brick(np.array([wide * pitch_mm, 10 * pitch_mm, 5.0]))
     counts = {
         np.count_nonzero(
-            render(plate, rigid(np.eye(3), at), (2 * wide, high), (0.13, 0.13)).depth_mm
+            render(plate, rigid(np.eye(3), at), (2 * wide, high), (pitch_mm,) * 2).depth_mm
         )
-        for number in range(wide // 2)
-        for at in [np.array([(number + 0.5) * 0.13, 0.5 * 0.13, 4.9])]
+        for column, row in itertools.product(range(0, wide // 2, 3), range(-3, 6))
+        for at in [np.array([(column + 0.5) * pitch_mm, (row + 0.5) * pitch_mm, 4.9])]
     }
     assert counts == {(wide + 1) * 11}
+
+
+@pytest.mark.parametrize("columns", [60, 61])
+def test_a_ridge_is_its_own_mirror_image_wherever_it_runs_in_a_pixel(columns):
+    ends = [[x, y, abs(x) - 1] for x in (-3.0, 0, 3) for y in (-8.0, 8)]
+    sides = np.array([[0, 1, 2], [1, 3, 2], [2, 3, 4], [3, 5, 4]])
+    ridge = Mesh(vertices_mm=np.array(ends), triangles=sides)
+    slopes = averaged(ridge, np.eye(4), (columns, 20), (0.1, 0.1)).gradient[..., 0]
+    assert np.abs(slopes).max() == pytest.approx(1, abs=1e-5)
+    np.testing.assert_allclose(slopes, -slopes[:, ::-1], atol=1e-5)
+
+
+def test_triangles_that_would_fill_the_memory_are_refused():
+    places = np.array([[-99.0, -99, -1], [99, -99, -1], [0, 99, -1]])
+    sheets = Mesh(vertices_mm=places, triangles=np.tile(np.arange(3), (100, 1)))
+    with pytest.raises(WedgeError, match="simplify"):
+        render(sheets, np.eye(4), (640, 480), (0.02, 0.02))
 
 
 def test_after_a_lift_the_under_side_is_what_is_still_below():
@@ -117,6 +136,10 @@ def test_of_a_cliff_slopes_show_nothing_and_of_a_gentle_side_all():
     cut = rigid(np.eye(3), flat[:3, 3] + [8, 0, 0])
     assert averaged(cube(), cut, SIZE_PX, MM_PER_PX).unseen_mm == pytest.approx(0.5, abs=0.02)
     drawn = averaged(cube(), standing(), SIZE_PX, MM_PER_PX)
+    assert abs(drawn.unseen_mm) < 0.02 * drawn.depth_mm[drawn.contact].mean()
+    aside = motion(np.array([0, 0, 0, 9.0, 0, 0])) @ standing()
+    drawn = averaged(cube(), aside, SIZE_PX, MM_PER_PX)
+    assert drawn.contact[:, -1].any()
     assert abs(drawn.unseen_mm) < 0.02 * drawn.depth_mm[drawn.contact].mean()
 
 

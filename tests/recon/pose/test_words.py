@@ -10,9 +10,9 @@ import pytest
 from benchmarks.touches import bead
 from recon.pose.joint import Joint
 from recon.pose.models import touches
-from recon.pose.rigid import rigid
-from recon.pose.tracker import LEAST_CONTACT_PX, Tracker
-from tests.recon.pose.touched import bead_pair, touch
+from recon.pose.rigid import motion, rigid, turned_covariance
+from recon.pose.tracker import LEAST_CONTACT_PX, LONGEST_STEP_DEG, Tracker
+from tests.recon.pose.touched import bead_pair, coarse_bead, touch
 
 
 @pytest.mark.parametrize(("fewer", "reason"), [(1, "nothing touches"), (0, "")])
@@ -45,3 +45,34 @@ def test_who_is_searched_by_a_part_of_what_is_known_stays_in_doubt():
     found = Tracker("joint", touches([(known, np.eye(4))], Joint()))(seen)
     assert found.explained > 0.99 and found.overlap < 0.75
     assert found.words == "weak: no pose of the object fits this touch well"
+
+
+def test_of_a_contact_that_shrinks_within_the_frame_nothing_lies_beyond_its_border():
+    first, second, _ = bead_pair(0)
+    rows, columns = np.indices(first.contact.shape)
+    away = np.hypot(rows - rows[first.contact].mean(), columns - columns[first.contact].mean())
+    less = second.contact & (away < np.percentile(away[first.contact], 45))
+    track = Tracker()
+    track(first)
+    assert track(replace(second, contact=less)).words == "tracking"
+
+
+@pytest.mark.parametrize(
+    ("angle", "words"),
+    [(LONGEST_STEP_DEG - 2, "tracking"), (LONGEST_STEP_DEG + 2, "lost: the object jumped")],
+)
+def test_a_turn_that_is_longer_than_a_step_is_a_jump(angle, words):
+    track = Tracker()
+    track(bead_pair(0)[0])
+    turned = motion(np.array([0, 0, np.radians(angle), 0, 0, 0]))
+    assert track(touch(coarse_bead(), turned, 3)).words == words
+
+
+def test_doubt_is_told_in_the_object_s_frame():
+    first, second, _ = bead_pair(0)
+    start = motion(np.array([0.4, -1.0, 0.3, 5, 6, 7]))
+    plain, placed = Tracker(), Tracker(T_sensor_object=start)
+    plain(first), placed(first)
+    wanted = turned_covariance(plain(second).covariance, start)
+    found = placed(second).covariance
+    np.testing.assert_allclose(found, wanted, rtol=1e-6, atol=1e-9 * np.abs(wanted).max())
