@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.touches import bead
+from benchmarks.touches import SyntheticTouch, bead
 from recon.pose.joint import Joint
 from recon.pose.models import touches
 from recon.pose.rigid import motion, rigid, turned_covariance
-from recon.pose.tracker import LEAST_CONTACT_PX, LONGEST_STEP_DEG, Tracker
+from recon.pose.tracker import LEAST_CONTACT_PX, LONGEST_STEP_DEG, LONGEST_STEP_MM, Tracker
 from tests.recon.pose.touched import bead_pair, coarse_bead, touch
 
 
@@ -36,36 +36,56 @@ def test_a_pose_that_was_given_is_followed_and_not_searched_for():
     assert searched(touch(smooth, np.eye(4), 2)).words == "weak: several poses fit this touch"
 
 
-def test_who_is_searched_by_a_part_of_what_is_known_stays_in_doubt():
+def parts(share: float) -> tuple[SyntheticTouch, SyntheticTouch]:
+    """So much of a contact's left, and of the same one's right a little later."""
     first, second, _ = bead_pair(0)
     column = np.indices(first.contact.shape)[1]
-    low, high = np.percentile(column[first.contact], [25, 75])
-    known = replace(first, contact=first.contact & (column < high))
-    seen = replace(second, contact=second.contact & (column > low))
+    low, high = np.quantile(column[first.contact], [1 - share, share])
+    left, right = first.contact & (column < high), second.contact & (column > low)
+    return replace(first, contact=left), replace(second, contact=right)
+
+
+def test_who_is_searched_by_a_part_of_what_is_known_stays_in_doubt():
+    known, seen = parts(0.75)
     found = Tracker("joint", touches([(known, np.eye(4))], Joint()))(seen)
     assert found.explained > 0.99 and found.overlap < 0.75
     assert found.words == "weak: no pose of the object fits this touch well"
+
+
+@pytest.mark.parametrize(
+    ("share", "words"),
+    [(0.75, "tracking"), (0.57, "lost: too little in common with what was seen before")],
+)
+def test_two_parts_that_have_little_in_common_tell_of_no_motion(share, words):
+    known, seen = parts(share)
+    track = Tracker()
+    track(known)
+    assert track(seen).words == words
 
 
 def test_of_a_contact_that_shrinks_within_the_frame_nothing_lies_beyond_its_border():
     first, second, _ = bead_pair(0)
     rows, columns = np.indices(first.contact.shape)
     away = np.hypot(rows - rows[first.contact].mean(), columns - columns[first.contact].mean())
-    less = second.contact & (away < np.percentile(away[first.contact], 45))
-    track = Tracker()
-    track(first)
-    assert track(replace(second, contact=less)).words == "tracking"
+    for share, words in (
+        (0.45, "tracking"),
+        (0.3, "weak: a rotation is not seen by this touch"),
+    ):
+        less = second.contact & (away < np.quantile(away[first.contact], share))
+        track = Tracker()
+        track(first)
+        assert track(replace(second, contact=less)).words == words
 
 
 @pytest.mark.parametrize(
-    ("angle", "words"),
-    [(LONGEST_STEP_DEG - 2, "tracking"), (LONGEST_STEP_DEG + 2, "lost: the object jumped")],
+    "longest", [(0, 0, np.radians(LONGEST_STEP_DEG), 0, 0, 0), (0, 0, 0, LONGEST_STEP_MM, 0, 0)]
 )
-def test_a_turn_that_is_longer_than_a_step_is_a_jump(angle, words):
+@pytest.mark.parametrize(("share", "words"), [(0.9, "tracking"), (1.1, "lost: the object jumped")])
+def test_a_motion_that_is_longer_than_a_step_is_a_jump(longest, share, words):
     track = Tracker()
-    track(bead_pair(0)[0])
-    turned = motion(np.array([0, 0, np.radians(angle), 0, 0, 0]))
-    assert track(touch(coarse_bead(), turned, 3)).words == words
+    track(touch(coarse_bead(), np.eye(4), 1))
+    moved = motion(share * np.array(longest))
+    assert track(touch(coarse_bead(), moved, 2)).words == words
 
 
 def test_doubt_is_told_in_the_object_s_frame():
