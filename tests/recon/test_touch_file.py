@@ -25,7 +25,8 @@ KINDS = {
     "/wedge/markers": "sensor_msgs/msg/PointCloud2",
     "/wedge/markers_state": "std_msgs/msg/String",
 }
-POSE = motion(np.array([0.3, -0.4, 0.5, 10.0, -20.0, 5.0]))
+AROUND = (0.3, -0.4, 0.5)
+POSE = motion(np.array([*AROUND, 10.0, -20.0, 5.0]))
 FOUND = PoseEstimate(state="weak", reason="why", T_sensor_object=POSE)
 LOST = PoseEstimate(state="lost", reason="nothing touches")
 PITCH_MM, SIZE_PX = (0.1, 0.1), (WIDTH, HEIGHT)
@@ -105,7 +106,9 @@ def test_a_pose_is_a_transform_in_metres_and_a_lost_one_a_word_alone(messages):
     assert (found.header.frame_id, found.child_frame_id) == ("gel", "object")
     shift, turn = found.transform.translation, found.transform.rotation
     np.testing.assert_allclose([shift.x, shift.y, shift.z], POSE[:3, 3] / 1000)
-    assert abs(turn.x**2 + turn.y**2 + turn.z**2 + turn.w**2 - 1) < 1e-12
+    angle = np.linalg.norm(AROUND)
+    wanted = [*(np.sin(angle / 2) * np.array(AROUND) / angle), np.cos(angle / 2)]
+    np.testing.assert_allclose([turn.x, turn.y, turn.z, turn.w], wanted, atol=1e-12)
     words = [message.data for _, message in messages["/wedge/pose_state"]]
     assert words == ["weak: why", "lost: nothing touches"]
 

@@ -138,6 +138,23 @@ def test_it_shows_within_a_contact_where_gel_beside_is_taken_for_flat(number):
     assert 1 / 3 < of_long_waves(found) / of_long_waves(true) < 3
 
 
+def test_the_noisier_of_a_contact_and_the_gel_beside_counts():
+    def found(within: float, beside: float) -> float:
+        rng, step = np.random.default_rng(1), steps("bead")[0]
+        pair = []
+        for exact in (step.first, step.second):
+            size = np.where(exact.contact, within, beside)[..., None].astype(np.float32)
+            errors = smooth_noise(rng, exact.contact.shape, length_px(1))
+            pair.append(with_errors(exact, size * errors))
+        known = noise_between(*map(coarse, pair), step.moved)
+        assert known is not None
+        return of_long_waves(known)
+
+    little = found(0.01, 0.01)
+    assert found(0.01, 0.05) > 10 * little
+    assert found(0.05, 0.01) > 2 * little
+
+
 def test_without_any_errors_nobody_knows():
     step = steps("bead")[0]
     cells = coarse(step.first)

@@ -28,6 +28,18 @@ def test_half_a_motion_twice_is_the_whole(twist):
     np.testing.assert_allclose(motion(twist / 2) @ motion(twist / 2), motion(twist), atol=1e-9)
 
 
+@given(twists, st.integers(-8, 0))
+def test_half_of_a_small_motion_twice_is_the_whole(twist, power):
+    turn = twist * 10.0 ** np.array([power] * 3 + [0] * 3)  # the shift is none
+    np.testing.assert_allclose(motion(turn / 2) @ motion(turn / 2), motion(turn), atol=1e-9)
+
+
+def test_a_mirror_image_is_no_rigid_transform():
+    mirror = np.diag([-1.0, 1, 1, 1])
+    assert is_rigid(np.eye(4)) and is_rigid(mirror @ mirror)
+    assert not is_rigid(mirror)
+
+
 def test_small_angles_keep_their_digits():
     assert abs(angle_deg(motion(np.array([1e-7, 0, 0, 0, 0, 0]))) - np.degrees(1e-7)) < 1e-12
     assert abs(angle_deg(motion(np.array([0, np.pi - 1e-7, 0, 0, 0, 0]))) - 180) < 1e-4

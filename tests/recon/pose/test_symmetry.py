@@ -64,6 +64,25 @@ def test_a_mark_on_one_side_is_no_symmetry():
     assert len(own_rotations(marked)) == 1
 
 
+def test_which_way_a_facet_is_longer_counts():
+    """Strips on a cube's sides as the seam of a ball runs: no quarter turn takes them along."""
+    strip = np.array([[-3, -1, 9], [3, -1, 9], [3, 1, 9], [-3, 1, 9]], float)
+    sides = [
+        np.roll(side * strip * [1, side, 1], by, axis=1) for side in (1, -1) for by in range(3)
+    ]
+    triangles = np.array([[0, 1, 2], [0, 2, 3]])
+    mesh = Mesh(
+        vertices_mm=np.concatenate(sides),
+        triangles=np.concatenate([triangles + 4 * number for number in range(6)]),
+    )
+    assert len(own_rotations(mesh)) == 12
+
+
+@pytest.mark.parametrize(("sides", "count"), [(240, 480), (260, 1)])
+def test_a_body_of_too_many_turns_is_round_and_has_the_identity_alone(sides, count):
+    assert len(own_rotations(prism(sides, 5, 0, 4))) == count
+
+
 def test_a_sheet_of_one_facet_has_the_identity_alone():
     corners = np.array([[0, 0, 0], [9, 0, 0], [9, 9, 0], [0, 9, 0.0]])
     sheet = Mesh(vertices_mm=corners, triangles=np.array([[0, 1, 2], [0, 2, 3]]))

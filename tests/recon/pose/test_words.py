@@ -12,7 +12,7 @@ from recon.pose.joint import Joint
 from recon.pose.models import touches
 from recon.pose.rigid import motion, rigid, turned_covariance
 from recon.pose.tracker import LEAST_CONTACT_PX, LONGEST_STEP_DEG, LONGEST_STEP_MM, Tracker
-from tests.recon.pose.touched import bead_pair, coarse_bead, touch
+from tests.recon.pose.touched import bead_pair, coarse_bead, corner, touch
 
 
 @pytest.mark.parametrize(("fewer", "reason"), [(1, "nothing touches"), (0, "")])
@@ -96,3 +96,11 @@ def test_doubt_is_told_in_the_object_s_frame():
     wanted = turned_covariance(plain(second).covariance, start)
     found = placed(second).covariance
     np.testing.assert_allclose(found, wanted, rtol=1e-6, atol=1e-9 * np.abs(wanted).max())
+
+
+def test_what_stands_still_and_is_lost_stays_lost():
+    track = Tracker()
+    track(bead_pair(0)[0])
+    assert track(corner()).state == "lost"
+    before = track(corner())
+    assert before.state == "lost" and track(corner()) == before
