@@ -27,6 +27,7 @@ def main(
     width_px: int = 320,
     ball_radius_mm: float = 2.4,
     depth_mm: float | None = None,
+    off_center: float = 0.0,
     paint: Literal["gray", "silver"] = "gray",
     markers: bool = False,
     view: Literal["gel", "raw"] = "gel",
@@ -56,6 +57,8 @@ def main(
         ball_radius_mm: Of the calibration ball.
         depth_mm: Press everything this deep, instead of each ball at random and each other thing
             at its own depth.
+        off_center: Press shapes and tools not in the pad's middle but four times each, toward its
+            corners, by this share of the room that there is (0 to 1).
         paint: gray is matt, silver semi-specular, and seen straight on alone.
         markers: Print a lattice of dots on the skin.
         view: gel shows the pad straight on; raw is the camera's own frame, over the mirror, which
@@ -77,6 +80,7 @@ def main(
         width_px=width_px,
         ball_radius_mm=ball_radius_mm,
         depth_mm=depth_mm,
+        off_center=off_center,
     )
     recipe = Recipe(
         engine=best_engine(),

@@ -4,7 +4,7 @@
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, as_completed
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -26,6 +26,7 @@ from simulation.presses import (
     ball_presses,
     contact_circle_px,
     marker_ink,
+    placed_presses,
     reach_under,
     skin_under,
     told_of,
@@ -177,6 +178,7 @@ def presses_of(
     width_px: int = Recipe.width_px,
     ball_radius_mm: float = CALIBRATION_BALL_MM,
     depth_mm: float | None = None,
+    off_center: float = 0.0,
 ) -> list[Press]:
     """The presses of a scene.
 
@@ -188,6 +190,7 @@ def presses_of(
         width_px: of the frames, whose pixels each press has to reach.
         ball_radius_mm: of the calibration ball.
         depth_mm: of every press, instead of the ball's random and the shapes' own depths.
+        off_center: of shapes and tools, as ``placed_presses`` has it.
 
     Raises:
         WedgeError: the scene is unknown, or a press cannot be.
@@ -199,20 +202,16 @@ def presses_of(
             f"there is no scene {scene!r}: take balls, shapes, set (both), tools, one of "
             f"{', '.join(showcase)}, or one of {', '.join(TOOLS)} with _{' or _'.join(DEPTHS_MM)}."
         )
+    if off_center and scene == "balls":
+        raise WedgeError("--off-center moves shapes and tools: balls lie all over the pad anyway.")
     presses: list[Press] = []
     if scene in ("balls", "set"):
         presses += ball_presses(design, calibration_ball(ball_radius_mm), count, seed)
     of_scene = {"shapes": showcase, "set": showcase, "tools": plain, "balls": ()}
-    presses += [
-        Press(name=name, indenter=known[name], center_mm=(0.0, 0.0), depth_mm=known[name].depth_mm)
-        for name in of_scene.get(scene, (scene,))
-    ]
+    for name in of_scene.get(scene, (scene,)):
+        presses += placed_presses(design, known[name], off_center)
     if depth_mm is not None:
-        presses = [
-            Press(name=item.name, indenter=item.indenter, center_mm=item.center_mm,
-                  depth_mm=depth_mm)
-            for item in presses
-        ]  # fmt: skip
+        presses = [replace(press, depth_mm=depth_mm) for press in presses]
     view = gel_view(design, width_px)
     for press in presses:
         reach_under(design, view, press)  # refuses now what could not be pressed in minutes

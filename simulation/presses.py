@@ -22,6 +22,13 @@ MARGIN_MM: Final = 0.5
 """Between a contact and the pad's edge."""
 PAINT_MM: Final = 0.03
 """Thickness of the paint, below which detail is lost."""
+CORNERS: Final = {
+    "top_left": (-1, -1),
+    "top_right": (1, -1),
+    "bottom_left": (-1, 1),
+    "bottom_right": (1, 1),
+}
+"""Of the pad as a frame shows it, along x and y."""
 HAIR_MM: Final = 1e-4
 """Over which the untouched skin's slope is told."""
 DOT_RADIUS, DOT_PITCH, DOT_INK = 0.2, 1.5, 0.1
@@ -71,6 +78,41 @@ def ball_presses(design: Wedge, ball: Indenter, count: int, seed: int) -> list[P
             Press(name=f"ball_{index:02d}", indenter=ball, center_mm=(float(x), float(y)),
                   depth_mm=float(depth))
         )  # fmt: skip
+    return presses
+
+
+def placed_presses(design: Wedge, thing: Indenter, off_center: float = 0.0) -> list[Press]:
+    """Presses of one thing: in the pad's middle, or one toward each of its corners.
+
+    Args:
+        design: the sensor.
+        thing: pressed in as deep as it says.
+        off_center: share of the room between the thing and the pad's border, along both axes, by
+            which it is moved.
+
+    Raises:
+        WedgeError: the share is not from 0 to 1.
+    """
+    if not 0 <= off_center <= 1:
+        raise WedgeError(f"--off-center {off_center:g} must be from 0 (middle) to 1 (border).")
+    at = {f"_{name}": toward for name, toward in CORNERS.items()} if off_center else {"": (0, 0)}
+    rooms_mm = [
+        max(0.0, pad - size) / 2
+        for pad, size in zip(design.pad_size_mm, thing.size_mm, strict=True)
+    ]
+    presses = []
+    for name, toward in at.items():
+        x_mm, y_mm = (
+            off_center * room_mm * side for room_mm, side in zip(rooms_mm, toward, strict=True)
+        )
+        presses.append(
+            Press(
+                name=thing.name + name,
+                indenter=thing,
+                center_mm=(x_mm, y_mm),
+                depth_mm=thing.depth_mm,
+            )
+        )
     return presses
 
 

@@ -164,12 +164,34 @@ def test_an_interrupted_set_goes_on_without_tracing_anything_twice(
         ("balls", {"depth_mm": 1.9, "ball_radius_mm": 1.8}, "past its middle, 1.8 mm"),
         ("shapes", {"depth_mm": -0.1}, "deeper than zero"),
         ("set", {"depth_mm": np.inf}, "finite"),
+        ("shapes", {"off_center": 1.2}, "--off-center 1.2 must be from 0"),
+        ("shapes", {"off_center": -0.1}, "--off-center -0.1 must be from 0"),
+        ("shapes", {"off_center": np.nan}, "--off-center nan must be from 0"),
+        ("balls", {"off_center": 0.5}, "balls lie all over the pad"),
         ("prism", {"depth_mm": 2.0}, "prism: a press of 2 mm goes through the gel, 2 mm thick"),
     ],
 )
 def test_scenes_that_cannot_be_are_refused(scene, options, words) -> None:
     with pytest.raises(WedgeError, match=words):
         presses_of(FINGER, scene, **{"count": 2, "seed": 0, **options})
+
+
+@pytest.mark.parametrize("off_center", [0.5, 1.0])
+def test_shapes_beside_the_middle_lie_toward_the_corners_within_the_pad(off_center) -> None:
+    middle = {press.name: press for press in presses_of(FINGER, "shapes", count=1, seed=0)}
+    beside = presses_of(FINGER, "shapes", count=1, seed=0, off_center=off_center)
+    assert len({press.name for press in beside}) == len(beside) == 4 * len(middle)
+    for press in beside:
+        shape, vertical, horizontal = press.name.rsplit("_", 2)
+        x_mm, y_mm = press.center_mm
+        assert x_mm * {"left": -1, "right": 1}[horizontal] >= 0
+        assert y_mm * {"top": -1, "bottom": 1}[vertical] >= 0
+        assert (press.indenter.name, press.depth_mm) == (shape, middle[shape].depth_mm)
+        for away, size, pad in zip(
+            press.center_mm, press.indenter.size_mm, FINGER.pad_size_mm, strict=True
+        ):
+            left_mm = pad / 2 - (abs(away) + size / 2)
+            assert left_mm == pytest.approx((1 - off_center) * (pad - size) / 2)
 
 
 def test_a_ball_that_fits_a_pad_once_only_is_refused() -> None:
