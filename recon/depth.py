@@ -16,7 +16,7 @@ from recon.contact.mask import boundary_of
 from recon.estimators import GradientEstimator
 from recon.integration.poisson import Boundary, integrate
 from recon.integration.pressed import Support, nearest_pressed
-from recon.integration.weighed import inferred_doubts, weighed_depth
+from recon.integration.weighed import inferred_doubts, resting, weighed_depth
 from recon.lights import Axis, unseen_axis
 from recon.markers.filling import fill_gradients
 from recon.medians import median
@@ -109,11 +109,13 @@ def depth_of(
         gradient = without_still(gradient, disturbed, estimator.reach)
     if missing == "zero" and unseen is not None:
         gradient = without(unseen, gradient)
-    boundary = boundary_of(disturbed)
+    boundary = boundary_of(disturbed if estimator.reach is None else gradient.any(-1))
     depth_mm = integrate(gradient, mm_per_px, boundary)
+    rests = np.zeros_like(disturbed)
     if estimator.reach is not None:
-        depth_mm = weighed_depth(depth_mm, gradient, mm_per_px, boundary)
-    level_mm = untouched_depth(depth_mm, disturbed, boundary)
+        rests = resting(gradient, depth_mm, boundary)
+        depth_mm = weighed_depth(depth_mm, gradient, mm_per_px, boundary, rests=rests)
+    level_mm = 0.0 if rests.any() else untouched_depth(depth_mm, disturbed, boundary)
     return Depth(gradient=gradient, depth_mm=depth_mm - level_mm, boundary=boundary)
 
 

@@ -43,6 +43,7 @@ from recon.fast.still import FrameStill
 from recon.fast.unwarping import FrameDifference
 from recon.fast.weighing import FrameWeighing
 from recon.integration.poisson import Boundary
+from recon.integration.weighed import rest_level
 from recon.lights import Axis, unseen_axis
 from recon.markers.detection import unexpected_dots
 from recon.markers.tracking import Tracked, marker_tracker, misfit
@@ -282,7 +283,6 @@ class FastReconstructor:
         else:
             disturbed = quartered = self._find_disturbance(difference)
         near = self._take_gradient(difference, partial(self._near, quartered), gradient)
-        border = (boundary_of if self._small else border_of)(disturbed)
         if self._dots is not None and hidden is not None:
             self._dots.fill_slopes(gradient, hidden, self.calibration.card.mm_per_px)
         reach = self.calibration.estimator.reach
@@ -291,11 +291,17 @@ class FastReconstructor:
             gradient[:] = np.moveaxis(still, -1, 0)
         elif near is not None and self._beside.size > 1:
             gradient *= in_pixels(near, self._unwarp.size_px)
+        moved = disturbed if reach is None else gradient.any(0)
+        border = (boundary_of if self._small or reach is not None else border_of)(moved)
         depth_mm = self._integrate[border](gradient)
+        few = np.s_[:, :] if self._small else np.s_[2::4, 2::4]
+        held = False
         if self._weigh:
-            self._weigh[border](gradient, depth_mm)
-        some = depth_mm if self._small else depth_mm[2::4, 2::4]
-        depth_mm -= untouched_depth(some, _cut(disturbed, some), border)
+            level = rest_level(np.moveaxis(gradient, 0, -1)[few], depth_mm[few], border)
+            held = self._weigh[border](gradient, depth_mm, level=level)
+        if not held:
+            some = depth_mm[few]
+            depth_mm -= untouched_depth(some, _cut(disturbed, some), border)
         return touch(
             gradient=np.moveaxis(gradient, 0, -1),
             depth_mm=depth_mm,

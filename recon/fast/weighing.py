@@ -16,8 +16,10 @@ from recon.integration.weighed import (
     STILL,
     BetweenCells,
     Map,
+    Rest,
     cell_sides_px,
     cells_change,
+    held_weight,
     spread,
     without_ring,
 )
@@ -36,6 +38,7 @@ class FrameWeighing:
         self._shape, self._boundary = size_px[::-1], boundary
         side_px, ring_px = cell_sides_px(self._shape, boundary)
         self._pitch_mm = side_px * mm_per_px[0], side_px * mm_per_px[1]
+        self._firmness = held_weight(self._shape, mm_per_px) / side_px**2
         self._per_mm = 1 / np.asarray(mm_per_px, np.float32)
         rows, columns = (-(-(size + 2 * ring_px) // side_px) for size in self._shape)
         self._inside = tuple(slice(ring_px, ring_px + size) for size in self._shape)
@@ -45,20 +48,25 @@ class FrameWeighing:
         self._lines = np.zeros((2, columns * side_px), np.float32)
         self._x = np.zeros((2, rows, columns - 1), np.float32)
         self._y = np.zeros((2, rows - 1, columns), np.float32)
+        self._rest = np.zeros((2, *(-(-size // side_px) for size in self._shape)), np.float32)
 
     def __call__(
         self,
         gradient: Float32[np.ndarray, "2 h w"],
         depth_mm: DepthMap,
         inferred: tuple[Axis, Map] | None = None,
-    ) -> None:
+        level: tuple[float, float] | None = None,
+    ) -> bool:
         """Change a depth, the plain integral of gradients as planes, in place.
+
+        Whether any gel rests is told: if none does, depth is as deep on average as it was.
 
         Args:
             gradient: mm/mm.
             depth_mm: that is changed.
             inferred: the axis whose slope was, if one was, and how far off that is expected to be:
                 (h, w), mm/mm.
+            level: of gel that rests, as ``rest_level`` tells it; none does unless it is given.
         """
         rows, columns = self._inside
         slopes, depth, variance = self._slopes, self._depth, self._variance
@@ -77,8 +85,19 @@ class FrameWeighing:
             weight_y=without_ring(self._y[0].T, self._boundary).T,
             pull_y=without_ring(self._y[1].T, self._boundary).T,
         )
-        change = cells_change(between, self._pitch_mm, self._boundary)
-        depth_mm += spread(change, self._shape, self._boundary)
+        rest = None
+        if level is not None:
+            _held(gradient, depth_mm, np.array((*level, self._firmness), np.float32), self._rest)
+            weight, pull = self._rest
+            if weight.any():
+                if self._boundary == "neumann":
+                    lies_mm = pull.sum() / weight.sum()
+                    depth_mm -= lies_mm
+                    pull -= lies_mm * weight
+                rest = Rest(weight=weight, pull=pull)
+        change = cells_change(between, self._pitch_mm, self._boundary, rest)
+        depth_mm += spread(change, self._shape, self._boundary, rest)
+        return rest is not None
 
 
 def _take_variances(gradient: Any, out: Any, top: int, left: int) -> None:
@@ -124,5 +143,18 @@ def _take_along_y(slope: Any, depth: Any, variance: Any, per_mm: Any, lines: Any
                 out[k, row, column] = lines[k, column * side : (column + 1) * side].mean() / side
 
 
-_variances = compiled(_take_variances)
+def _take_held(gradient: Any, depth: Any, level: Any, out: Any) -> None:
+    """``level``: the depth of gel that rests, how far from it at most, and a pixel's weight."""
+    middle, most, firmness = level
+    side = -(-depth.shape[0] // out.shape[1])
+    out[:] = 0
+    for r in range(depth.shape[0]):
+        for c in range(depth.shape[1]):
+            still = gradient[0, r, c] == 0 and gradient[1, r, c] == 0
+            if still and abs(depth[r, c] - middle) <= most:
+                out[0, r // side, c // side] += firmness
+                out[1, r // side, c // side] += firmness * depth[r, c]
+
+
+_variances, _held = compiled(_take_variances), compiled(_take_held)
 _along_x, _along_y = compiled(_take_along_x), compiled(_take_along_y)

@@ -9,22 +9,26 @@ that was measured. With a doubt d of every slope, depth z should minimize
 
     sum ((grad z - slope) / d)^2.
 
-Where d is the same everywhere, that is the plain integral. Where it is not, the two differ by what
-varies slowly. So only their difference is sought, bilinear between the middles of cells of a
-sixtieth of the frame's shorter side. Conjugate gradients find it, helped by the plain integral's
-own solver between square roots of the weights (Concus and Golub, SIAM J. Numer. Anal. 10(6), 1973).
+and besides, where gel lies as it did before anything touched it, the sum of (z / (d l))^2 with a
+length l: a contact that the frame cuts leaves the depth a free border, and what lies beside it
+says how deep all is (``resting``). Where d is the same everywhere and nothing rests, that is the
+plain integral. Where it is not, the two differ by what varies slowly. So only their difference is
+sought, bilinear between the middles of cells of a sixtieth of the frame's shorter side. Conjugate
+gradients find it, helped by the plain integral's own solver between square roots of the weights
+(Concus and Golub, SIAM J. Numer. Anal. 10(6), 1973).
 """
 
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from jaxtyping import Float32
+from jaxtyping import Bool, Float32
 
 from recon.arrays import DepthMap, GradientField
 from recon.integration.poisson import Boundary, eigenvalues, midpoint_slopes
 from recon.integration.waves import waves
 from recon.lights import Axis
+from recon.medians import median
 from sensor.toml import Pair
 
 STILL = 0.3
@@ -34,6 +38,11 @@ MORE_PER_SLOPE = 0.5
 """How much the doubt grows with the steepness."""
 MEASURED = 0.1
 """Slope, mm/mm: one of flat gel that was inferred, and may err by so much, weighs half as much."""
+HELD = 1 / 8
+"""Of the frame's shorter side: over this length what lifts or sinks gel that rests dies away."""
+AT_LEVEL = 0.25
+"""Of the deepest point: still gel that the plain integral puts farther than this from the level of
+still gel may be the flat top of something wide."""
 CELLS = 60
 """Along the frame's shorter side."""
 STEPS = 24
@@ -44,6 +53,7 @@ LEAST_WEIGHT = 1e-3
 """By which the steps are helped in cells that lie mostly beyond a free border."""
 
 Map = Float32[np.ndarray, "h w"]
+Mask = Bool[np.ndarray, "h w"]
 Doubts = Float32[np.ndarray, "h w 2"]
 Cells = Float32[np.ndarray, "rows columns"]
 
@@ -61,6 +71,16 @@ class BetweenCells:
     pull_x: Float32[np.ndarray, "rows between_x"]
     """Mean of what the plain integral's slope lacks, mm/mm, times 1 / d^2."""
     pull_y: Float32[np.ndarray, "between_y columns"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rest:
+    """How firmly each cell is held at zero, none but those inside the frame."""
+
+    weight: Cells
+    """Mean of 1 / (d l)^2, mm^-2, and zero where gel may have moved."""
+    pull: Cells
+    """Mean of what the plain integral puts too deep times that, mm^-1."""
 
 
 def slope_doubt(gradient: GradientField) -> Map:
@@ -92,6 +112,7 @@ def weighed_depth(
     mm_per_px: Pair,
     boundary: Boundary,
     doubts: Doubts | None = None,
+    rests: Mask | None = None,
 ) -> DepthMap:
     """The depth whose slopes differ least from the measured ones, each difference by its doubt.
 
@@ -101,9 +122,10 @@ def weighed_depth(
         mm_per_px: pixel pitch along x and y.
         boundary: that ``free_mm`` was integrated with.
         doubts: of the slopes along x and y; ``slope_doubt`` of both unless given.
+        rests: (h, w), gel that is known to lie at depth zero; none unless given.
 
     Returns:
-        (h, w), mm; with a free border as deep on average as ``free_mm``.
+        (h, w), mm; with a free border and nothing at rest as deep on average as ``free_mm``.
     """
     side_px, ring_px = cell_sides_px(free_mm.shape, boundary)
     around = [(ring_px, ring_px + (-size) % side_px) for size in free_mm.shape]
@@ -125,8 +147,50 @@ def weighed_depth(
         pull_x=_between(weight_x * lacks_x, side_px, boundary),
         pull_y=_between((weight_y * lacks_y).T, side_px, boundary).T,
     )
-    change = cells_change(between, (side_px * mm_per_px[0], side_px * mm_per_px[1]), boundary)
-    return np.asarray(free_mm + spread(change, free_mm.shape, boundary), free_mm.dtype)
+    rest, level_mm = None, 0.0
+    if rests is not None and rests.any():
+        level_mm = float(free_mm[rests].mean()) if boundary == "neumann" else 0.0
+        inside = np.pad(rests.astype(np.float32), around)
+        firmness = held_weight(free_mm.shape, mm_per_px)
+        rest = Rest(
+            weight=firmness * _in_cells(inside, side_px, boundary),
+            pull=firmness * _in_cells(inside * (depth - level_mm), side_px, boundary),
+        )
+    cells_mm = side_px * mm_per_px[0], side_px * mm_per_px[1]
+    change = spread(cells_change(between, cells_mm, boundary, rest), free_mm.shape, boundary, rest)
+    return np.asarray(free_mm - level_mm + change, free_mm.dtype)
+
+
+def resting(gradient: GradientField, plain_mm: DepthMap, boundary: Boundary) -> Mask:
+    """Where gel lies as it did before anything touched it.
+
+    Args:
+        gradient: (h, w, 2), mm/mm; exactly zero where the gel is known to be flat.
+        plain_mm: (h, w), mm, its plain integral with that boundary.
+        boundary: zero or free.
+    """
+    level_mm, away_mm = rest_level(gradient, plain_mm, boundary)
+    return np.asarray(~gradient.any(-1) & (np.abs(plain_mm - level_mm) <= away_mm))
+
+
+def rest_level(
+    gradient: GradientField, plain_mm: DepthMap, boundary: Boundary
+) -> tuple[float, float]:
+    """At which depth a plain integral puts gel that rests, and how far from it at most, mm.
+
+    The second is negative where no gel is still.
+    """
+    still = ~gradient.any(-1)
+    if not still.any():
+        return 0.0, -1.0
+    level_mm = 0.0 if boundary == "dirichlet" else float(median(plain_mm[still]))
+    return level_mm, AT_LEVEL * max(0.0, float(plain_mm.max()) - level_mm)
+
+
+def held_weight(shape: tuple[int, ...], mm_per_px: Pair) -> float:
+    """1 / (d l)^2 of gel that rests, mm^-2."""
+    length_mm = HELD * min(shape) * float(np.sqrt(mm_per_px[0] * mm_per_px[1]))
+    return float((STILL * length_mm) ** -2)
 
 
 def cell_sides_px(shape: tuple[int, ...], boundary: Boundary) -> tuple[int, int]:
@@ -135,33 +199,42 @@ def cell_sides_px(shape: tuple[int, ...], boundary: Boundary) -> tuple[int, int]
     return side_px, side_px if boundary == "dirichlet" else 0
 
 
-def spread(change: Cells, shape: tuple[int, ...], boundary: Boundary) -> Map:
-    """The cells' change at every pixel of the frame, of mean zero if the border is free."""
+def spread(
+    change: Cells, shape: tuple[int, ...], boundary: Boundary, rest: Rest | None = None
+) -> Map:
+    """The cells' change at every pixel of the frame, of mean zero if nothing holds them."""
     side_px, ring_px = cell_sides_px(shape, boundary)
     ringed = np.pad(change, 1) if ring_px else change
     every = cv2.resize(ringed, (ringed.shape[1] * side_px, ringed.shape[0] * side_px))
     inside = every[ring_px : ring_px + shape[0], ring_px : ring_px + shape[1]]
-    return inside if ring_px else inside - inside.mean()
+    return inside if ring_px or rest is not None else inside - inside.mean()
 
 
-def cells_change(between: BetweenCells, pitch_mm: Pair, boundary: Boundary) -> Cells:
+def cells_change(
+    between: BetweenCells, pitch_mm: Pair, boundary: Boundary, rest: Rest | None = None
+) -> Cells:
     """Of each cell's depth, mm, by preconditioned conjugate gradients.
 
     Args:
         between: weights, and what is lacking.
         pitch_mm: of the cells, along x and y.
         boundary: zero or free.
+        rest: which cells are held at zero; none unless given.
     """
     across, along = between.weight_x / pitch_mm[0] ** 2, between.weight_y / pitch_mm[1] ** 2
     residual = -np.diff(between.pull_x, axis=1) / pitch_mm[0]
     residual -= np.diff(between.pull_y, axis=0) / pitch_mm[1]
-    inverse = -1 / eigenvalues(*residual.shape, pitch_mm, boundary, "f")
-    if boundary == "neumann":
-        inverse[0, 0] = 0  # a constant costs nothing
+    stiffness = -eigenvalues(*residual.shape, pitch_mm, boundary, "f")
     waves_y, waves_x = (waves(count, boundary) for count in residual.shape)
     mean_x = (between.weight_x[:, 1:] + between.weight_x[:, :-1]) / 4
     mean_y = (between.weight_y[1:] + between.weight_y[:-1]) / 4
     root = 1 / np.sqrt(np.maximum(mean_x + mean_y, LEAST_WEIGHT))
+    if boundary == "neumann":
+        stiffness[0, 0] = 0 if rest is not None else np.inf  # a constant costs nothing
+    if rest is not None:
+        residual -= rest.pull
+        stiffness += (rest.weight * root**2).mean()
+    inverse = 1 / stiffness
 
     def helped(of: Cells) -> Cells:
         spectrum = waves_y @ (root * of) @ waves_x.T
@@ -178,6 +251,8 @@ def cells_change(between: BetweenCells, pitch_mm: Pair, boundary: Boundary) -> C
         stress_y *= along
         resisted = stress_x[:, :-1] - stress_x[:, 1:]
         resisted -= stress_y[1:] - stress_y[:-1]
+        if rest is not None:
+            resisted += rest.weight * depth
         return resisted
 
     change = np.zeros_like(residual)
@@ -201,6 +276,13 @@ def without_ring(
 ) -> Float32[np.ndarray, "rows between"]:
     """What lies between horizontal neighbours within the frame, and between it and its border."""
     return between[1:-1] if boundary == "dirichlet" else np.pad(between, ((0, 0), (1, 1)))
+
+
+def _in_cells(every: Map, side_px: int, boundary: Boundary) -> Cells:
+    """Means of the cells, less those of the ring around a zero border."""
+    rows, columns = (size // side_px for size in every.shape)
+    cells = every.reshape(rows, side_px, columns, side_px).mean((1, 3))
+    return cells[1:-1, 1:-1] if boundary == "dirichlet" else cells
 
 
 def _between(halves: Map, side_px: int, boundary: Boundary) -> Float32[np.ndarray, "rows between"]:

@@ -18,7 +18,7 @@ from recon.depth import HINT_SHARE, SEEN_SHARE, infer_gradient, without
 from recon.images import read_frame
 from recon.integration.poisson import integrate
 from recon.integration.pressed import nearest_pressed
-from recon.integration.weighed import inferred_doubts, weighed_depth
+from recon.integration.weighed import inferred_doubts, resting, weighed_depth
 from recon.missing_axis.columns import weigh_columns
 from recon.missing_axis.inference import infer_missing_axis
 from recon.missing_axis.moved import FLANK, MARGIN_PX
@@ -343,8 +343,9 @@ def test_slopes_count_by_their_doubt_where_still_gel_is_known(reach):
     found = reconstruct(difference, known, missing="none", lights_deg=None, mm_per_px=MM_PER_PX)
     assert found.boundary == "dirichlet"
     free = integrate(found.gradient, MM_PER_PX, "dirichlet")
-    wanted = weighed_depth(free, found.gradient, MM_PER_PX, "dirichlet") if reach else free
-    np.testing.assert_array_equal(found.depth_mm, wanted)
+    rests = resting(found.gradient, free, "dirichlet")
+    weighed = weighed_depth(free, found.gradient, MM_PER_PX, "dirichlet", rests=rests)
+    np.testing.assert_array_equal(found.depth_mm, weighed if reach else free)
     assert np.allclose(found.depth_mm, free, atol=1e-4) == (reach is None)
 
 

@@ -14,7 +14,7 @@ from recon.estimators.lookup_table import BINS, LookupTable
 from recon.fast import FastReconstructor, fixed_point
 from recon.fast.disturbance import in_pixels, in_quarters
 from recon.integration.poisson import integrate
-from recon.integration.weighed import weighed_depth
+from recon.integration.weighed import resting, weighed_depth
 from recon.pipeline import Reconstructor
 from recon.stream.frame import TimedFrame
 from recon.stream.jpeg import decode_jpeg, encode_jpeg
@@ -113,7 +113,8 @@ def test_gel_that_did_not_move_is_flat_where_the_reference_says_so(size_px) -> N
     assert np.abs(touch.gradient - truth.gradient)[alike].max() < SLOPE
     pitch_mm, border = unit.card.mm_per_px, touch.boundary
     plain_mm = integrate(touch.gradient, pitch_mm, border)
-    wanted_mm = weighed_depth(plain_mm, touch.gradient, pitch_mm, border)
+    rests = resting(touch.gradient, plain_mm, border)
+    wanted_mm = weighed_depth(plain_mm, touch.gradient, pitch_mm, border, rests=rests)
     most_mm = np.abs(wanted_mm - plain_mm).max()  # what still gel counts for
     assert most_mm > 0.2 * np.ptp(plain_mm)
     assert np.abs(touch.depth_mm - wanted_mm).max() < 0.01 * most_mm

@@ -15,7 +15,9 @@ from recon.integration.weighed import (
     CELLS,
     MEASURED,
     STILL,
+    held_weight,
     inferred_doubts,
+    resting,
     slope_doubt,
     weighed_depth,
 )
@@ -34,7 +36,7 @@ def both(gradient):
     return np.repeat(slope_doubt(gradient)[..., None], 2, -1)
 
 
-def exact(gradient, pitch, boundary, doubts=None):
+def exact(gradient, pitch, boundary, doubts=None, rests=None):
     """The minimum at full resolution, by a sparse solver."""
     height, width = gradient.shape[:2]
     ring = 1 if boundary == "dirichlet" else 0
@@ -59,14 +61,20 @@ def exact(gradient, pitch, boundary, doubts=None):
             rows += list(start + inside)
             columns += list(at[inside])
             values += list(sign * root[inside] / pitch[1 - axis])
+    if rests is not None:
+        at = np.flatnonzero(rests)
+        rows += list(len(wanted) + np.arange(len(at)))
+        columns += list(at)
+        values += [np.sqrt(held_weight((height, width), pitch))] * len(at)
+        wanted += [0.0] * len(at)
     matrix = sparse.csr_matrix((values, (rows, columns)), (len(wanted), height * width))
-    if boundary == "neumann":  # a constant is free: let the first pixel's be zero
+    if boundary == "neumann" and rests is None:  # a constant is free: let the first pixel's be zero
         matrix = sparse.vstack(
             [matrix, sparse.csr_matrix(([1.0], ([0], [0])), (1, height * width))]
         )
         wanted.append(0.0)
     depth = spsolve((matrix.T @ matrix).tocsc(), matrix.T @ np.array(wanted)).reshape(height, width)
-    return depth if ring else depth - depth.mean()
+    return depth if ring or rests is not None else depth - depth.mean()
 
 
 def lacking(depth, gradient, pitch, boundary):
@@ -114,6 +122,60 @@ def test_cells_as_small_as_pixels_give_the_minimum_itself(monkeypatch, center_px
         free = integrate(found, pitch, boundary)
         depth, wanted = weighed_depth(free, found, pitch, boundary), exact(found, pitch, boundary)
         np.testing.assert_allclose(depth, wanted, atol=2e-3 * wanted.max())
+
+
+@pytest.mark.parametrize("boundary", BORDERS)
+def test_gel_that_rests_is_held_at_zero_as_firmly_as_is_said(monkeypatch, boundary):
+    monkeypatch.setattr("recon.integration.weighed.CELLS", 1000)
+    monkeypatch.setattr("recon.integration.weighed.STEPS", 600)
+    monkeypatch.setattr("recon.integration.weighed.ENOUGH", 1e-10)  # what lies below is rounding
+    pitch = (0.05, 0.06)
+    truth, slopes = pressed_ball((60, 48), (3.0, 22.0), 14.0, pitch)
+    found = misread(slopes, np.random.default_rng(1))
+    free, rests = integrate(found, pitch, boundary), truth == 0
+    depth = weighed_depth(free, found, pitch, boundary, rests=rests)
+    wanted = exact(found, pitch, boundary, rests=rests)
+    np.testing.assert_allclose(depth, wanted, atol=2e-3 * wanted.max())
+    assert np.abs(wanted - exact(found, pitch, boundary)).max() > 2 * np.abs(depth - wanted).max()
+
+
+@pytest.mark.parametrize("from_px", [30, 150])
+def test_gel_on_both_sides_of_what_crosses_the_frame_rests_alike(from_px):
+    pitch = (0.05, 0.05)
+    columns = np.arange(320)
+    profile = np.interp(columns, from_px + np.array([0, 20, 120, 140]), [0, 0.5, 0.5, 0])
+    truth = np.repeat(profile[None].astype(np.float32), 240, 0)
+    slopes = np.stack([np.gradient(truth, 0.05, axis=1), np.zeros_like(truth)], -1)
+    slopes[..., 0] *= np.where(slopes[..., 0] > 0, 0.8, 1.0)  # one wall is read too flat
+    free = integrate(slopes, pitch, "neumann")
+    rests = resting(slopes, free, "neumann")
+    assert rests[:, [0, -1]].all() and not rests[truth > 0.3].any()
+    held = weighed_depth(free, slopes, pitch, "neumann", rests=rests)
+    loose = weighed_depth(free, slopes, pitch, "neumann")
+    loose -= np.median(loose[truth == 0])
+    assert np.abs(held[:, [0, -1]]).max() < 0.2 * np.abs(loose[:, [0, -1]]).max()
+    off, worse = (np.sqrt(np.mean((depth - truth) ** 2)) for depth in (held, loose))
+    assert off < 0.9 * worse
+
+
+@pytest.mark.parametrize("boundary", BORDERS)
+def test_the_flat_top_of_something_wide_does_not_rest(boundary):
+    rows, columns = np.indices((120, 160))
+    from_edge = np.minimum(columns - 40, 120 - columns)
+    depth = np.clip(from_edge, 0, 8) * 0.05 * (np.abs(rows - 60) < 40)
+    slopes = np.stack(np.gradient(depth.astype(np.float32), 0.1)[::-1], -1)
+    rests = resting(slopes, integrate(slopes, (0.1, 0.1), boundary), boundary)
+    assert rests[depth == 0].mean() > 0.9
+    assert not rests[depth > 0.2].any() and (slopes[60, 80] == 0).all()
+
+
+def test_nothing_rests_where_no_gel_is_still():
+    slopes = np.full((30, 40, 2), 0.1, np.float32)
+    assert not resting(slopes, slopes[..., 0], "neumann").any()
+    nothing = np.zeros((30, 40), bool)
+    loose = weighed_depth(slopes[..., 0], slopes, (0.1, 0.1), "neumann")
+    held = weighed_depth(slopes[..., 0], slopes, (0.1, 0.1), "neumann", rests=nothing)
+    np.testing.assert_array_equal(held, loose)
 
 
 @pytest.mark.parametrize("inferred", ["x", "y"])
