@@ -8,6 +8,7 @@ from math import hypot
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from app._output import print_left_out
 from app._pad import refuse_other_pad
 from app._progress import progress
 from sensor.dataset import LENS_FILE
@@ -78,10 +79,11 @@ def import_source(
             new_folder(out) as folder,
             _blamed_on(source, folder),
         ):
-            import_calibration(
+            left_out = import_calibration(
                 found, source, folder, mm_per_px=mm_per_px, ball_radius_mm=ball_radius_mm
             )
         _say_refitted(found.kind, found.labels, read_dataset(out).labels)
+        print_left_out(left_out)
         if found.left_aside:
             print(found.left_aside)
     else:
@@ -197,5 +199,3 @@ def _say_refitted(
         f"shading, on median {moved_px:.1f} px away and {times:.2f} times as wide; {doubtful} are "
         "doubtful."
     )
-    if len(pairs) < len(theirs):
-        print(f"{len(theirs) - len(pairs)} show no contact in their circles and are left out.")

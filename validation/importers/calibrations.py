@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from recon.images import read_image, write_image
+from recon.presses import LeftOut
 from sensor.dataset import BallLabel, DatasetCard
 from sensor.errors import WedgeError
 from validation.importers.circle_texts import read_circle_texts, read_text
@@ -50,7 +51,7 @@ class Found:
     pack: TaximPack | None = None
     """Where the frames came in one archive."""
     unmatched: tuple[str, ...] = ()
-    """Lines of texts that draw no circle on a picture there."""
+    """Lines of texts that draw no circle on a press's picture there."""
     without: tuple[str, ...] = ()
     """Names of pictures on which texts draw no circle."""
 
@@ -61,7 +62,7 @@ class Found:
             f"{len(of)} {what}{'s' * (len(of) > 1)} without a circle{where}: "
             f"{', '.join(of[:MOST_TOLD])}{' ...' * (len(of) > MOST_TOLD)}"
             for of, what, where in (
-                (self.unmatched, "line", " on a picture that lies there"),
+                (self.unmatched, "line", " on a press's picture that lies there"),
                 (self.without, "picture", ""),
             )
             if of
@@ -92,7 +93,7 @@ def import_calibration(
     mm_per_px: float,
     ball_radius_mm: float | None,
     mend_circles: bool = True,
-) -> None:
+) -> tuple[LeftOut, ...]:
     """Write a dataset folder from what was found.
 
     Args:
@@ -102,6 +103,9 @@ def import_calibration(
         mm_per_px: pitch of the frames, which must show the gel plane.
         ball_radius_mm: of the ball, where the source does not say; each press keeps its own.
         mend_circles: refit every circle to its ball's shading.
+
+    Returns:
+        Presses that could not be refitted, and why.
 
     Raises:
         WedgeError: no picture has a circle, the ball's radius is nowhere or contradicts the source,
@@ -132,7 +136,7 @@ def import_calibration(
         replace(label, ball_radius_mm=None) if label.ball_radius_mm == radius_mm else label
         for label in found.labels
     ]
-    write_dataset(folder, card, labels, mend_circles=mend_circles)
+    return write_dataset(folder, card, labels, mend_circles=mend_circles)
 
 
 def _card_radius_mm(found: Found, source: Path, given_mm: float | None) -> float:

@@ -46,7 +46,7 @@ class CircleTexts:
     """By picture."""
     backgrounds: tuple[Path, ...]
     unmatched: tuple[str, ...]
-    """Lines that draw no circle, or one on no picture that lies there."""
+    """Lines that draw no circle, or one on no press's picture that lies there."""
     without: tuple[str, ...]
     """Names of pictures on which no circle is drawn."""
 
@@ -78,7 +78,7 @@ def read_circle_texts(source: Path) -> CircleTexts:
             else:
                 continue
             told = f"{text.relative_to(source)}, line {number}"
-            if picture is None or circle is None:
+            if picture is None or circle is None or is_background(picture.name):
                 unmatched.append(f"{told} ({words[:LONGEST_TOLD]})")
             elif circles.setdefault(picture, circle) != circle:
                 raise WedgeError(

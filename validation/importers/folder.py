@@ -10,7 +10,7 @@ import numpy as np
 
 from recon.labels.circles import refit_circle
 from recon.pixels import BallPress
-from recon.presses import read_presses
+from recon.presses import LeftOut, read_presses
 from sensor.dataset import (
     BallLabel,
     Dataset,
@@ -29,26 +29,32 @@ PRESSES_FOR_LIGHTS = 12
 
 def write_dataset(
     folder: Path, card: DatasetCard, labels: Sequence[BallLabel], *, mend_circles: bool = False
-) -> None:
+) -> tuple[LeftOut, ...]:
     """Write card and labels beside the frames, which must be there already.
 
     Args:
         folder: of the dataset.
         card: lights are measured and added where there are labels.
         labels: as published.
-        mend_circles: refit every circle to its ball's shading.
+        mend_circles: refit every circle to its ball's shading; what cannot be is left out.
+
+    Returns:
+        What was left out, and why.
 
     Raises:
         WedgeError: a frame is missing or damaged, or a label does not fit it.
     """
     write_card(folder / "dataset.toml", card)
     write_labels(folder / "labels.csv", labels)
+    left_out: tuple[LeftOut, ...] = ()
     if labels and mend_circles:
         drawn = {label.file: label for label in labels}
-        presses = read_presses(read_dataset(folder)).presses
-        labels = [mended(press, drawn[press.file]) for press in presses]
+        read = read_presses(read_dataset(folder))
+        left_out = read.left_out
+        labels = [mended(press, drawn[press.file]) for press in read.presses]
         write_labels(folder / "labels.csv", labels)
     write_card(folder / "dataset.toml", lit(read_dataset(folder)))
+    return left_out
 
 
 def lit(dataset: Dataset) -> DatasetCard:

@@ -294,6 +294,37 @@ def test_what_fits_no_picture_is_said(
     assert "circles are found anew" in said and "press99.png" in said
 
 
+def test_presses_that_are_left_out_have_their_own_reasons(
+    truth: Dataset, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    source = write_texts(truth, tmp_path / "source")
+    first, again, blank, *others = (label.file for label in truth.labels)
+    write_image(source / again, read_image(source / first))
+    write_image(source / blank, read_image(source / "bg-0.png"))
+    words = ["--mm-per-px", f"{MM_PER_PX[0]}", "--ball-radius-mm", f"{BALL_RADIUS_MM}"]
+    with pytest.raises(SystemExit) as stop:
+        main(["data", "import", str(source), "--out", str(tmp_path / "out"), *words])
+    assert stop.value.code == 0
+    assert [x.file for x in read_dataset(tmp_path / "out").labels] == [first, *others]
+    said = capsys.readouterr().err.splitlines()
+    assert said[-3:] == [
+        "left out 2 presses:",
+        f"  {again}: it is the same picture as {first}",
+        f"  {blank}: no contact is visible inside the labelled circle",
+    ]
+
+
+@pytest.mark.parametrize("line", ["bg-0.txt", "all.txt"])
+def test_a_circle_on_the_blank_gel_is_no_press(line: str, truth: Dataset, tmp_path: Path) -> None:
+    source = write_texts(truth, tmp_path / "source")
+    (source / line).write_text("45 40 12" if line == "bg-0.txt" else "bg-0.png 45 40 12")
+    found = find_calibration(source)
+    assert found is not None and found.left_aside is not None
+    assert {x.file for x in found.labels} == {x.file for x in truth.labels}
+    assert [path.name for path in found.backgrounds] == ["bg-0.png"]
+    assert f"without a circle on a press's picture that lies there: {line}" in found.left_aside
+
+
 def test_another_circle_on_one_picture_is_refused(truth: Dataset, tmp_path: Path) -> None:
     source = write_texts(truth, tmp_path / "source")
     stem = Path(truth.labels[0].file).stem
