@@ -8,7 +8,9 @@ arrays, which ``recon`` reads and writes.
 
 import tomllib
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
+from datetime import date
 from pathlib import Path
 from typing import Any, Literal, NoReturn, cast, get_args
 
@@ -130,7 +132,7 @@ def write_unit_card(folder: Path, card: UnitCard) -> None:
 def _card(document: dict[str, Any]) -> UnitCard:
     refuse_unknown_keys(document, [*REQUIRED_KEYS, *OPTIONAL_KEYS], "")
     refuse_missing_keys(document, REQUIRED_KEYS)
-    texts = ("serial", "created", "dataset", "dataset_sha256", "estimator")
+    texts = ("serial", "dataset", "dataset_sha256", "estimator")
     channels = text_line(document["channels"], "channels")
     if channels not in ("R", "G", "B", "RG", "RB", "GB", "RGB"):
         raise WedgeError(f'channels = "{channels}" must be some of R, G and B in that order.')
@@ -141,6 +143,7 @@ def _card(document: dict[str, Any]) -> UnitCard:
     pad_size, design = document.get("pad_size_mm"), document.get("design_sha256")
     card = UnitCard(
         **{key: text_line(document[key], key) for key in texts},
+        created=_day(document["created"]),
         channels=channels,
         missing_axis=cast(MissingAxis, document["missing_axis"]),
         mm_per_px=positive_pair(document["mm_per_px"], "mm_per_px"),
@@ -166,6 +169,14 @@ def _card(document: dict[str, Any]) -> UnitCard:
                     f"says are {size_px}: it was edited by hand; calibrate again."
                 )
     return card
+
+
+def _day(value: object) -> str:
+    text = text_line(value, "created")
+    with suppress(ValueError):
+        if date.fromisoformat(text).isoformat() == text:  # it takes other forms as well
+            return text
+    raise WedgeError(f'created = "{text}" must be a day, such as "2026-03-01".')
 
 
 def _metrics(value: object) -> dict[str, float]:

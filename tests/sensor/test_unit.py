@@ -38,7 +38,7 @@ pairs = st.tuples(st.floats(1e-6, 100), st.floats(1e-6, 100))
     st.builds(
         UnitCard,
         serial=lines,
-        created=lines,
+        created=st.dates().map(str),
         design_sha256=st.none() | lines,
         dataset=lines,
         dataset_sha256=lines,
@@ -99,6 +99,9 @@ def test_a_card_that_could_not_be_read_back_is_not_written(tmp_path, wrong, sent
         ('serial = "wedge-001"', "serial = 1", "serial must be a line of text"),
         ("serial", "seriel", "unknown key seriel; did you mean serial"),
         ('created = "2026-03-01"', "created = 2026-03-01", "created must be a line of text"),
+        ('"2026-03-01"', '"soon"', 'created = "soon" must be a day, such as "2026-03-01"'),
+        ('"2026-03-01"', '"2026-02-30"', 'created = "2026-02-30" must be a day'),
+        ('"2026-03-01"', '"20260301"', 'created = "20260301" must be a day'),
         ('channels = "RGB"', 'channels = "BGR"', 'channels = "BGR" must be some of R, G and B'),
         ('channels = "RGB"', 'channels = ""', "channels must be a line of text"),
         ('missing_axis = "none"', 'missing_axis = "z"', "must be one of none, zero, network"),
