@@ -71,13 +71,13 @@ def keep_inputs(read: Iterable[str | Path | None], written: Iterable[Path | None
             raise WedgeError(f"{path} would be written over, and it is read: write elsewhere.")
 
 
-def refuse_unit_folder(out: Path) -> None:
-    """Refuse to write what is made of a unit's frames among the unit's own files.
+def refuse_unit_folder(out: Path | None) -> None:
+    """Refuse to write what is made of frames among a unit's own files.
 
     Raises:
         WedgeError: names the folder.
     """
-    if (out / "unit.toml").is_file():
+    if out is not None and (out / "unit.toml").is_file():
         raise WedgeError(f"{out} is a unit folder, which holds its own files alone: name another.")
 
 

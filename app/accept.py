@@ -78,8 +78,7 @@ def main(
     from validation.intervals import counted
     from validation.report.page import Picture, Section, figure_html, write_report
 
-    if out is not None:
-        refuse_unit_folder(out)
+    refuse_unit_folder(out)
     page, pdf = (None, None) if out is None else (out / "index.html", out / "certificate.pdf")
     check_outputs(page, pdf, json, junit)
     keep_inputs([unit, dataset, stream], [json, junit])

@@ -15,6 +15,7 @@ from app._output import (
     print_error_table,
     print_left_out,
     print_table,
+    refuse_unit_folder,
     write_json,
 )
 from app._progress import progress
@@ -73,6 +74,7 @@ def main(
             f"{' '.join(what)} names no {'dataset' if units else 'unit folder'}: "
             "wedge evaluate needs a unit folder, which wedge calibrate writes, and a dataset."
         )
+    refuse_unit_folder(out)
     page = None if out is None else out / "index.html"
     check_outputs(page, json)
     keep_inputs(what, [json])

@@ -9,7 +9,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from app._output import OutputFile, keep_inputs, print_error_table, write_json
+from app._output import (
+    OutputFile,
+    keep_inputs,
+    print_error_table,
+    refuse_unit_folder,
+    write_json,
+)
 from app._progress import progress
 from app._seed import Seed
 from app._workers import process_pool
@@ -62,6 +68,7 @@ def main(
 
     if not dataset:
         raise WedgeError("no dataset was named: `wedge data list` names those that are known.")
+    refuse_unit_folder(out)
     page = None if out is None else out / "index.html"
     check_outputs(page, json, markdown, html)
     refuse_folds(folds)

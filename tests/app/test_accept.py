@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """`wedge accept`: what it learns of a stream's frames, and where it writes nothing."""
 
+import pytest
+
 from app import accept
 from recon.geometry.unwarp import prepare_unwarp
 from tests.app.test_commands import refused
@@ -32,10 +34,12 @@ def test_damage_of_a_recording_is_told(tmp_path, capsys) -> None:
     assert f"{path}: " in capsys.readouterr().out
 
 
-def test_a_certificate_is_not_put_among_a_unit_s_own_files(tmp_path, capsys) -> None:
+@pytest.mark.parametrize("words", ["accept {unit} {set}", "evaluate {unit} {set}", "table {set}"])
+def test_a_page_is_not_put_among_a_unit_s_own_files(words, tmp_path, capsys) -> None:
     unit, dataset = tmp_path / "unit", make_dataset(tmp_path / "set", presses=1)
     unit.mkdir()
     (unit / "unit.toml").touch()
-    sentence = refused(capsys, "accept", unit, dataset.folder, "--out", unit)
+    named = [word.format(unit=unit, set=dataset.folder) for word in words.split()]
+    sentence = refused(capsys, *named, "--out", unit)
     assert "holds its own files alone" in sentence
     assert [path.name for path in unit.iterdir()] == ["unit.toml"]
