@@ -43,8 +43,9 @@ def main(
     their dates, and every unit is measured on every dataset of its frame size; a number that
     differs from a unit's first dataset by more than presses scatter is named: errors (from the
     first that it has not learnt from), noise, the brightness of untouched gel and each colour's
-    answer to slope. That is how a sensor that drifts is told from a bad day's presses. A dataset
-    that cannot be used is left out by its name, and the exit status is 2.
+    answer to slope. That is how a sensor that drifts is told from a bad day's presses. A unit and
+    a dataset that do not fit are left out by a line; where one fits no other, or cannot be used,
+    the exit status is 2.
 
     Example: wedge evaluate units/bench-001 taxim-gelsight
 
@@ -133,7 +134,13 @@ def main(
             sections=drift_sections(found, moved),
         )
         print(f"Page: {page}")
-    return 2 if refused else 0
+    return 2 if any(_fits_none(line, found) for line in refused) else 0
+
+
+def _fits_none(left_out: dict[str, str], found: "Sequence[Evaluation]") -> bool:
+    """Whether a unit or a dataset of a pair that was left out is measured in no other pair."""
+    units, datasets = {item.unit for item in found}, {item.dataset for item in found}
+    return left_out["unit"] not in units or left_out["dataset"] not in datasets
 
 
 def _refuse_namesakes(units: Sequence[Path], calibrations: "Sequence[Calibration]") -> None:

@@ -310,6 +310,25 @@ def test_the_command_takes_several_days_and_leaves_out_another_sensor(dates, tmp
     assert len(said["evaluations"]) == len(said["left_out"]) == 1
 
 
+def test_units_that_meet_each_other_s_sets_are_no_failure(dates, tmp_path, capsys):
+    other = make_dataset(tmp_path / "other", corners_px=KEYSTONE_PX)
+    taught = unit_of(other)
+    card = replace(taught.card, serial="wedge-008")
+    replace(taught, card=card).save(tmp_path / "unit")
+    numbers = tmp_path / "n.json"
+    pairs = [dates / "unit", tmp_path / "unit", dates / "may", other.folder]
+    assert run("evaluate", *pairs, "--json", numbers) == 0
+    said, printed = json.loads(numbers.read_text()), capsys.readouterr().err
+    assert [item["unit"] for item in said["evaluations"]] == ["wedge-007", "wedge-008"]
+    assert [line["unit"] for line in said["left_out"]] == ["wedge-007", "wedge-008"]
+    assert all(f"left out: {line['reason']}" in printed for line in said["left_out"])
+    # A set that fits neither, and a unit that no set fits, are missed.
+    poor = make_dataset(tmp_path / "poor", presses=1)
+    write_labels(poor.folder / "labels.csv", [])
+    assert run("evaluate", *pairs, poor.folder) == 2
+    assert run("evaluate", *pairs[:3]) == 2
+
+
 def test_sets_of_one_name_are_told_apart_and_one_folder_is_taken_once(dates, tmp_path, capsys):
     july, numbers = read_dataset(dates / "july"), tmp_path / "n.json"
     shutil.copytree(july.folder, tmp_path / "july")
