@@ -62,7 +62,13 @@ def main(
     from validation.datasets import each_once, told_apart
     from validation.drift import moves
     from validation.intervals import counted
-    from validation.report.drift import drift_document, drift_sections, summary, verdict
+    from validation.report.drift import (
+        drift_document,
+        drift_sections,
+        pictures_moved,
+        summary,
+        verdict,
+    )
     from validation.report.page import write_report
     from validation.table_text import table_document
 
@@ -103,6 +109,8 @@ def main(
                 f"The unit has learnt from {which} {counted(test)}: its errors there are too low.",
                 file=sys.stderr,
             )
+        for sentence in pictures_moved(found):
+            print(sentence, file=sys.stderr)
         write_json(
             json,
             table_document(found[0].errors)
@@ -110,6 +118,7 @@ def main(
                 "unit": found[0].unit,
                 "held_out": found[0].held_out,
                 "learnt_presses": found[0].learnt,
+                "moved_px": found[0].moved_px,
             },
         )
     else:

@@ -15,6 +15,7 @@ from recon.presses import press_reader, read_presses
 from sensor.dataset import Dataset
 from validation.acceptance.gel import GRAIN_PX, of_one_frame, smooth, untouched
 from validation.acceptance.lights import GRAY_LEVELS
+from validation.acceptance.moved import moved_px
 from validation.depth import rmse_interval_mm
 from validation.error_table import ErrorTable
 from validation.evaluation import (
@@ -106,6 +107,9 @@ class Evaluation:
     errors: ErrorTable
     numbers: Mapping[str, Number]
     """By name, such as ``theta_x_deg`` or ``brightness_R``."""
+    moved_px: float | None
+    """How far the blank gel's picture is from where it was at the calibration, as ``moved_px``
+    tells; the set has corners of its own, sought anew, so its errors do not tell."""
 
     @property
     def held_out(self) -> bool:
@@ -180,12 +184,14 @@ def evaluate_on(
         _number("depth bias", "mm", [x.bias_mm for x in judged.depth]), signed=True
     )
     numbers |= _of_light(presses.presses, card.channels, len(dataset.card.background))
+    before, now = map(calibration.unwarp, (calibration.background, presses.background))
     return Evaluation(
         unit=card.serial,
         dataset=table.dataset,
         learnt=learnt_presses(card, dataset, presses),
         errors=table,
         numbers=numbers,
+        moved_px=moved_px(before, now),
     )
 
 

@@ -13,6 +13,8 @@ from sensor.dataset import read_dataset, write_card, write_labels
 from sensor.errors import WedgeError
 from tests.validation.sensors import accepted_on, change_frames, failed_of, good_set, unit_of
 from validation.acceptance.moved import moved_px
+from validation.drift import difference, evaluate_on
+from validation.report.drift import pictures_moved, verdict
 
 
 def motion_of(turn_deg, zoom, shift_px, size_px):
@@ -81,18 +83,34 @@ def with_corners(dataset, left_px, top_px, pad_mm=(10.0, 7.0)):
     return read_dataset(dataset.folder)
 
 
-def test_a_camera_that_moved_fails_though_the_set_has_corners_of_its_own(tmp_path):
+def test_a_camera_that_moved_is_seen_though_the_set_has_corners_of_its_own(tmp_path):
     unit = unit_of(with_corners(good_set(tmp_path / "taught"), 10, 9))
     dataset = good_set(tmp_path / "set", 1)
+    still = evaluate_on(unit, with_corners(good_set(tmp_path / "still", 2), 10, 9), seed=0)
     shift = np.float32([[1, 0, 6], [0, 1, 4]])
     change_frames(
         dataset,
         lambda x, _: cv2.warpAffine(x, shift, (120, 90), borderMode=cv2.BORDER_REFLECT),
     )
-    moved = with_corners(dataset, 16, 13)
+    went = [
+        replace(x, center_x_px=x.center_x_px + 6, center_y_px=x.center_y_px + 4)
+        for x in dataset.labels
+    ]
+    moved = with_corners(replace(dataset, labels=tuple(went)), 16, 13)
     found = accepted_on(unit, moved)
     assert found.values["moved_px"][""] == pytest.approx(np.hypot(6, 4), abs=0.3)
     assert "moved_px" in failed_of(found)
+    judged = evaluate_on(unit, moved, seed=0, called="later")
+    assert judged.moved_px == found.values["moved_px"][""]
+    one, other = still.numbers["theta_x_deg"], judged.numbers["theta_x_deg"]
+    assert difference(other, one)[0] < 0  # its errors do not tell
+    assert pictures_moved([still]) == []
+    (said,) = pictures_moved([still, judged])
+    assert "on later: the blank gel's picture has moved by 7.2" in said
+    assert verdict([still, judged], []) == [said]
+    (lost,) = pictures_moved([replace(judged, moved_px=np.inf)])
+    assert "is not to be known again" in lost and "inf" not in lost
+    assert pictures_moved([replace(judged, moved_px=None)]) == []
 
 
 def test_a_scale_measured_again_is_no_move_of_the_camera(tmp_path):

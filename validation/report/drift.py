@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Units over data sets and dates: in tables, as a page, and for machines."""
 
+import math
 from collections.abc import Mapping, Sequence
 from decimal import Decimal
 from typing import Any
 
+from validation.acceptance.limits import LIMITS
 from validation.drift import ERRORS, Evaluation, Move, Number, compared
 from validation.figures.drift import drift_figure
 from validation.figures.png import plot_bytes
@@ -44,16 +46,34 @@ def sentences(moved: Sequence[Move]) -> list[str]:
     ]
 
 
+def pictures_moved(evaluations: Sequence[Evaluation]) -> list[str]:
+    """Where the camera has moved since the calibration, of which errors say nothing."""
+    (limit,) = [limit for limit in LIMITS if limit.name == "moved_px"]
+    said = []
+    for item in evaluations:
+        if item.moved_px is not None and item.moved_px > limit.grade_a:
+            how = (
+                f"has moved by {plain(item.moved_px)} px since the calibration"
+                if math.isfinite(item.moved_px)
+                else "is not to be known again from the calibration's"
+            )
+            said.append(
+                f"{item.unit} on {item.dataset}: the blank gel's picture {how}, of which errors "
+                "say nothing: they are by the set's own corners and circles."
+            )
+    return said
+
+
 def verdict(evaluations: Sequence[Evaluation], moved: Sequence[Move]) -> list[str]:
     """What moved, in words, or that nothing did, and where too few presses were judged to tell."""
-    pairs = compared(evaluations)
+    pairs, pictures = compared(evaluations), pictures_moved(evaluations)
     if not pairs:
-        return ["One data set of each unit: nothing to compare over time."]
+        return ["One data set of each unit: nothing to compare over time.", *pictures]
     few = [
         pair for pair in pairs if not enough(min(x.errors.test for x in (pair.since, pair.later)))
     ]
-    said = sentences(moved)
-    if not moved and len(few) < len(pairs):
+    said = [*sentences(moved), *pictures]
+    if not said and len(few) < len(pairs):
         said = ["Nothing moved."]
     if few:
         named = dict.fromkeys(f"{pair.later.unit} on {pair.later.dataset}" for pair in few)
@@ -80,6 +100,7 @@ def drift_document(
                 "unit": item.unit,
                 "held_out": item.held_out,
                 "learnt_presses": item.learnt,
+                "moved_px": item.moved_px,
                 **table_document(item.errors),
                 "numbers": {
                     name: {
