@@ -154,7 +154,8 @@ def test_every_form_says_on_how_many_presses_errors_rest_and_when(calibration, a
         assert any("[" in text for text in shown) is there is ("% interval " in page)
         kept = document(card, SET, found)
         assert kept["held_out_presses"] == found.held_out and kept["judged"] == "2026-02-03"
-        assert (kept["learnt_presses"], kept["held_out"]) == (found.learnt, found.is_fresh)
+        assert kept["learnt_presses"] == found.learnt and "held_out" not in kept
+        assert kept["errors_from"] == ("dataset" if found.is_fresh else "calibration")
         ends = {entry["name"]: entry["ci95"] for entry in kept["measurements"] if entry["ci95"]}
         assert ends == {name: list(pair) for name, pair in found.intervals.items()}
     unsaid = replace(few, held_out=8)
