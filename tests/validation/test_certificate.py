@@ -9,6 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
@@ -30,7 +31,7 @@ from validation.acceptance.certificate import (
 )
 from validation.acceptance.errors import error_intervals, error_values
 from validation.acceptance.limits import GROUPS, LIMITS, Limit, verdict
-from validation.acceptance.sheet import pdf_bytes, sheet
+from validation.acceptance.sheet import FLATTER_THAN, pdf_bytes, picture, sheet
 from validation.evaluation import held_out_metrics
 
 SET = Occasion(dataset="<set>", dataset_sha256="5e7" * 20, judged="2026-02-03", software="4.5.6")
@@ -171,6 +172,27 @@ def test_the_sheet_counts_the_failures_that_it_leaves_out(calibration, accepted,
     figure = sheet(calibration.card, SET, replace(accepted, values=accepted.values | spoilt))
     counted = [text.get_text() for text in figure.texts if "more failure" in text.get_text()]
     assert counted == ([said] if said else [])
+
+
+@pytest.mark.parametrize("rim_mm", [-1.0, 0.0, 10.0])
+@pytest.mark.parametrize("times", [1.0, 3.0])
+def test_a_press_and_its_error_fit_their_scales(calibration, accepted, rim_mm, times):
+    shown = accepted.press.picture
+    read = replace(
+        shown,
+        depth_mm=times * shown.depth_mm + np.float32(rim_mm),
+        depth_truth_mm=shown.depth_truth_mm + np.float32(rim_mm),
+    )
+    found = replace(accepted, press=replace(accepted.press, picture=read))
+    axes = picture(found, calibration.card.mm_per_px).axes
+    images = {x.get_title("left"): image for x in axes for image in x.images}
+    low, high = images["its depth"].get_clim()
+    assert low == 0 < high and read.depth_mm.max() <= high
+    # A dent that lies deep as a whole is no excuse for its error.
+    error_mm = np.nanmax(np.abs(read.depth_mm - read.depth_truth_mm))
+    least_mm = FLATTER_THAN * accepted.press.depth.peak_truth_mm
+    ends = images["depth error in the contact"].get_clim()
+    assert ends[1] == -ends[0] == pytest.approx(max(error_mm, least_mm), rel=1e-4)
 
 
 @pytest.mark.parametrize("name", ["a\x01b", "a\x00b", "a\ufffeb", "a\x1bb"])

@@ -24,7 +24,7 @@ from validation.acceptance.certificate import (
 from validation.acceptance.gel import SMOOTHING_PX, smooth
 from validation.acceptance.limits import GROUPS, Grade, verdict
 from validation.acceptance.measurements import Acceptance
-from validation.figures.ball_press import press_window
+from validation.figures.ball_press import deepest_mm, press_window
 from validation.figures.maps import (
     SIGNED_COLORS,
     TITLE_IN,
@@ -156,8 +156,8 @@ def _pictures(
     shown = found.press.picture
     window = press_window(shown)
     error_mm = (shown.depth_mm - shown.depth_truth_mm)[window]
-    deepest_mm = float(np.nanmax(shown.depth_truth_mm))
-    worst_mm = max(float(np.nanmax(np.abs(error_mm))), FLATTER_THAN * deepest_mm)
+    flat_mm = FLATTER_THAN * found.press.depth.peak_truth_mm
+    worst_mm = max(float(np.nanmax(np.abs(error_mm))), flat_mm)
     width = _picture_width_in()
     gray = found.blank.mean(-1)
     lit = [index for index in range(3) if "RGB"[index] in found.errors.rows[0].configuration]
@@ -173,7 +173,7 @@ def _pictures(
             (0.0, 1.0),
             "",
         ),
-        ("its depth", shown.depth_mm[window], "viridis", (0.0, deepest_mm), "mm"),
+        ("its depth", shown.depth_mm[window], "viridis", (0.0, deepest_mm(shown)), "mm"),
         ("depth error in the contact", error_mm, SIGNED_COLORS, (-worst_mm, worst_mm), "mm"),
     )
     for index, (title, values, colors, limits, unit) in enumerate(maps):

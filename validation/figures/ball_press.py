@@ -22,6 +22,8 @@ AROUND = 1.6
 MARGIN, GAP = 0.08, 0.22
 BAR_ROOM = maps.BAR_GAP_IN + maps.BAR_WIDTH_IN + maps.BAR_LABELS_IN
 HIGHEST_FRAME = 2.7
+SHALLOWEST_MM, FLATTEST = 1e-3, 1e-3
+"""Ends of scales of depths and of slopes."""
 AXIS_ROOM = 0.55
 """Of the numbers and the name beside or below a plot's axis."""
 
@@ -74,7 +76,7 @@ def press_figure(press: PressPicture) -> Figure:
     _fields(figure, fields, press, window)
 
     error = (press.depth_mm - press.depth_truth_mm)[window]
-    worst_mm = max(float(np.nanmax(np.abs(error))), 1e-3)
+    worst_mm = max(float(np.nanmax(np.abs(error))), SHALLOWEST_MM)
     image = maps.show_map(
         figure,
         error_box,
@@ -98,7 +100,7 @@ def press_figure(press: PressPicture) -> Figure:
         box = maps.Box(left=left + index * (width + GAP), top=last, width=width, height=quarter)
         axes = box.axes(figure)
         _cut(axes, press, depth_mm, truth_mm, index)
-        axes.set_ylim(-0.12 * _deepest_mm(press), 1.3 * _deepest_mm(press))
+        axes.set_ylim(-0.12 * deepest_mm(press), 1.3 * deepest_mm(press))
         if index == 0:
             axes.set_ylabel("depth [mm]")
             axes.legend(
@@ -133,8 +135,10 @@ def _frame_boxes(press: PressPicture, top: float) -> list[maps.Box]:
     return [maps.fit_box(left, top, third, HIGHEST_FRAME, size_mm) for left in lefts]
 
 
-def _deepest_mm(press: PressPicture) -> float:
-    return max(float(np.nanmax(press.depth_truth_mm)), float(press.depth_mm.max()))
+def deepest_mm(press: PressPicture) -> float:
+    """The end of a scale of its depths, from 0: no truth and no reconstruction goes beyond it."""
+    deepest = max(float(np.nanmax(press.depth_truth_mm)), float(press.depth_mm.max()))
+    return max(deepest, SHALLOWEST_MM)  # of a dent that is read as a hill
 
 
 def _frames(figure: Figure, boxes: list[maps.Box], press: PressPicture) -> None:
@@ -146,7 +150,7 @@ def _frames(figure: Figure, boxes: list[maps.Box], press: PressPicture) -> None:
             figure, boxes[1], amplified, pitch, f"difference × {AMPLIFIED:g}, grey is no change"
         ),
         maps.show_map(
-            figure, boxes[2], press.depth_mm, pitch, "depth", limits=(0.0, _deepest_mm(press))
+            figure, boxes[2], press.depth_mm, pitch, "depth", limits=(0.0, deepest_mm(press))
         ),
     ]
     for image in images:
@@ -158,7 +162,7 @@ def _fields(
     figure: Figure, boxes: list[maps.Box], press: PressPicture, window: tuple[slice, slice]
 ) -> None:
     found, truth = press.gradient[window], press.gradient_truth[window]
-    steepest = max(float(np.abs(truth).max()), 1e-3)
+    steepest = max(float(np.abs(truth).max()), FLATTEST)
     pictures = (
         ("Gx estimated", found[..., 0]),
         ("Gx truth", truth[..., 0]),
