@@ -28,7 +28,7 @@ WORN = 0.1
 """Of full scale: a blank gel's pixel that differs from its surroundings by this is no gel."""
 SURROUNDINGS_PX = 36
 REACH = 1.5
-"""Contact radii round a press for which it teaches."""
+"""Contact radii about a press, of which its errors speak."""
 MARGIN = 0.04
 """Of the frame: its edge is no gel on every sensor."""
 KNOWN_SLOPE = 0.05

@@ -252,7 +252,7 @@ LIMITS = (
         unit="% of the pad",
         grade_a=0.5,
         grade_b=0.3,
-        reason="light changes across the pad: where no ball was pressed, nothing was learnt",
+        reason="light changes over the pad: where no press of this set reaches, errors are unknown",
     ),
     Limit(
         group="Gel",
