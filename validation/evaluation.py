@@ -153,6 +153,8 @@ def held_out_metrics(table: ErrorTable, fitted_presses: int) -> dict[str, int | 
         metrics |= {f"{name}_{key}": value for key, value in row.errors.values.items()}
         metrics[f"{name}_mean_abs_gradient"] = row.errors.mean_abs_gradient
         if row.pixels == "contact":  # those that a certificate shows
+            # No metric but a bias may be negative, and a hollow is as far from a ball as a plane.
+            metrics["contact_curvature"] = max(row.errors.curvature, 0.0)
             for key in ("theta_x_deg", "theta_y_deg"):
                 metrics |= _ends(f"contact_{key}", row.errors.ci95[key])
     for errors in table.depth.values():

@@ -4,6 +4,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from statistics import median
 from typing import Literal
 
 import numpy as np
@@ -14,6 +15,8 @@ from validation.intervals import Interval, bootstrap_intervals
 PixelSet = Literal["contact+5%", "contact"]
 PIXEL_SETS: tuple[PixelSet, ...] = ("contact+5%", "contact")
 METRICS = ("gx_mae", "gy_mae", "theta_x_deg", "theta_y_deg")
+LEAST_BENT = 1e-12
+"""Sum of squares of normals' components, below which a truth has no curvature to compare with."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,6 +28,8 @@ class PressErrors:
     """Sums of the absolute errors, in the order of ``METRICS``."""
     absolute_gradient: float
     """Sum over pixels of (\\|Gx\\| + \\|Gy\\|) / 2 of the truth."""
+    curvature: float
+    """Of the ball that the estimated slopes fit, in shares of the pressed ball's."""
     n_pixels: int
 
 
@@ -37,6 +42,8 @@ class Errors:
     ci95: Mapping[str, Interval | None]
     """Press-level bootstrap 95 % intervals; ``None`` each where too few presses were judged."""
     mean_abs_gradient: float
+    curvature: float
+    """The median press's."""
     n_pixels: int
     n_presses: int
 
@@ -55,8 +62,22 @@ def press_errors(
         file=file,
         absolute=np.concatenate([slope, angle]),
         absolute_gradient=float(np.abs(truth).mean(1).sum()),
+        curvature=fitted_curvature(estimated, truth),
         n_pixels=int(chosen.sum()),
     )
+
+
+def fitted_curvature(estimated: Float[np.ndarray, "n 2"], truth: Float[np.ndarray, "n 2"]) -> float:
+    """The curvature of the ball that slopes fit, in shares of the one whose slopes are the truth.
+
+    Across a sphere the normal's component along an axis is ``-offset / R``, so that those of two
+    spheres lie on a straight line through each other; its slope is fitted. 0 where nothing bends.
+    """
+    found, true = (
+        slopes / np.sqrt(1 + (slopes**2).sum(1, keepdims=True)) for slopes in (estimated, truth)
+    )
+    found, true = found - found.mean(0), true - true.mean(0)
+    return float((found * true).sum() / max(float((true**2).sum()), LEAST_BENT))
 
 
 def mean_errors(presses: Sequence[PressErrors], seed: int) -> Errors:
@@ -68,6 +89,7 @@ def mean_errors(presses: Sequence[PressErrors], seed: int) -> Errors:
         values={name: float(mean) for name, mean in zip(METRICS, means, strict=True)},
         ci95=_bootstrapped(sums, counts, seed),
         mean_abs_gradient=float(sum(press.absolute_gradient for press in presses) / counts.sum()),
+        curvature=median(press.curvature for press in presses),
         n_pixels=int(counts.sum()),
         n_presses=len(presses),
     )

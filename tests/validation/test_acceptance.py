@@ -22,7 +22,7 @@ from tests.validation.sensors import (
     unit_of,
 )
 from validation.acceptance.certificate import lines
-from validation.acceptance.errors import ball_radius_values, error_values, steepest_values
+from validation.acceptance.errors import error_values, steepest_values
 from validation.acceptance.limits import LIMITS, grades, verdict
 from validation.acceptance.place import bent_grid_share, timing_values
 from validation.acceptance.roundness import roundness
@@ -261,7 +261,7 @@ def test_errors_are_of_the_presses_that_were_not_learnt_where_they_are_enough(
     presses = read_presses(today).presses
     learnt = frozenset(press.fingerprint for press in presses[fresh:])
     kept = {"contact_theta_x_deg": 7.5, "contact_theta_y_deg": 7.5}
-    kept |= {"depth_rmse_mm": 0.01, "depth_peak_truth_mm": 0.5}
+    kept |= {"depth_rmse_mm": 0.01, "depth_peak_truth_mm": 0.5, "contact_curvature": 0.8}
     card = replace(calibration.card, learnt_frames=learnt, metrics=kept)
     found = accepted_on(replace(calibration, card=card), today)
     assert (found.learnt, found.presses, found.is_fresh) == (PRESSES - fresh, PRESSES, is_judged)
@@ -275,8 +275,9 @@ def test_errors_are_of_the_presses_that_were_not_learnt_where_they_are_enough(
         assert found.values["depth_rmse_share"] == {"": 0.02}
     assert found.held_out == (fresh if is_judged else None)
     chosen = presses[:fresh] if is_judged else presses
-    radius = ball_radius_values(calibration.estimator, chosen, None)
-    for name, value in (radius | steepest_values(chosen)).items():
+    curvature = row.errors.curvature if is_judged else 0.8
+    assert found.values["ball_radius_share"] == {"": abs(1 / curvature - 1)}
+    for name, value in steepest_values(chosen).items():
         assert found.values[name] == value
 
 
@@ -316,6 +317,7 @@ def test_a_sensor_of_two_lights_is_not_blamed_for_the_third(tmp_path):
     assert not failed_of(found)
     assert found.values["inferred_axis_deg"] == {"": 5.0} and "theta_x_deg" not in found.values
     assert set(found.values["contrast_gray_levels"]) == {"R", "B"}
+    assert "ball_radius_share" in found.absent
     card = replace(unit.card, metrics=metrics | {"contact_theta_x_deg": 20.0})
     assert grades(error_values(found.errors, card, False))["inferred_axis_deg"] == "fail"
 

@@ -12,7 +12,6 @@ from recon.pixels import BallPress
 from recon.presses import read_presses
 from tests.validation.sensors import accepted_on, dotted_set, unit_of
 from validation.acceptance.errors import (
-    ball_radius_values,
     fewer_lights,
     fit_fewer_lights,
     steepest_values,
@@ -239,50 +238,6 @@ def test_the_steepest_slope_is_at_the_rim_of_wide_contacts_not_of_the_one_widest
 def test_fewer_lights_are_some_of_a_wedge_s_own(calibration, channels, lights, fewer):
     card = replace(calibration.card, channels=channels, lights_deg=lights)
     assert fewer_lights(card) == fewer
-
-
-class OfBalls:
-    """Tells the slopes of a ball of some radius from colours that are the true ones' slopes."""
-
-    name, looks_around, channels, reach = "balls", False, "RGB", None
-
-    def __init__(self, share):
-        self.share = share
-
-    def prepared(self, difference):
-        return difference
-
-    asked = prepared
-
-    def slopes(self, color, position):
-        sine = color[:, :2] / self.share
-        return (sine / np.sqrt(1 - (sine**2).sum(1, keepdims=True))).astype(np.float32)
-
-    def lean(self, position):
-        return np.zeros_like(position)
-
-    def half_width(self, slopes):
-        return None
-
-    def tensors(self):
-        return {}
-
-
-def ball_press(**changes):
-    """A press whose first two colours are the normal's components."""
-    y, x = np.mgrid[0:90, 0:120].astype(np.float32)
-    sine = np.stack([60 - x, 45 - y, np.zeros_like(x)], -1) * np.float32(0.1 / 4.0)
-    return press_of(difference=sine, **changes)
-
-
-@pytest.mark.parametrize("share", [0.8, 1.0, 1.25])
-def test_slopes_of_a_larger_and_of_a_smaller_ball_are_as_far_off(share):
-    found = ball_radius_values(OfBalls(share), [ball_press()] * 3, None)
-    assert found["ball_radius_share"][""] == pytest.approx(abs(share - 1), abs=1e-3)
-    assert ball_radius_values(OfBalls(-share), [ball_press()], None) == {
-        "ball_radius_share": {"": np.inf}
-    }
-    assert ball_radius_values(OfBalls(share), [ball_press()], "x") == {}
 
 
 def test_a_disc_s_roundness_is_told_beside_its_dots_and_as_most_presses_have_it(today):

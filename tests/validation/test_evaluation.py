@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Depth against the truth, and units on sets they have not seen."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -156,6 +158,9 @@ def test_metrics_are_those_of_the_presses_held_out(dataset):
     metrics = held_out_metrics(table, fitted_presses=12)
     assert metrics["held_out_presses"] == 2
     assert metrics["contact_gx_mae"] == table.rows[-1].errors.values["gx_mae"]
+    assert metrics["contact_curvature"] == table.rows[-1].errors.curvature > 0.8
+    hollow = [replace(row, errors=replace(row.errors, curvature=-1.0)) for row in table.rows]
+    assert held_out_metrics(replace(table, rows=tuple(hollow)), 12)["contact_curvature"] == 0
 
 
 def test_one_press_is_not_enough(tmp_path):

@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from validation.metrics import METRICS, mean_errors, press_errors
+from validation.metrics import METRICS, fitted_curvature, mean_errors, press_errors
 
 
 def errors_of(rng, scale, pixels=200):
@@ -36,6 +36,26 @@ def test_angles_are_those_of_the_slopes():
     errors = mean_errors([press_errors("press", estimated, truth, np.ones(1, bool))], seed=0)
     assert errors.values["theta_x_deg"] == pytest.approx(45, abs=1e-4)
     assert errors.values["theta_y_deg"] == pytest.approx(30, abs=1e-4)
+
+
+def ball_slopes(offset_mm, radius_mm):
+    return -offset_mm / np.sqrt(radius_mm**2 - (offset_mm**2).sum(1, keepdims=True))
+
+
+@pytest.mark.parametrize("share", [0.8, 1.0, 1.25, -1.25])
+@pytest.mark.parametrize("tilt", [0.0, 0.02])
+def test_slopes_of_another_ball_have_its_curvature_wherever_the_press_was_cut(share, tilt):
+    offset_mm = np.random.default_rng(0).uniform((-1, -1), (1, 0.2), (400, 2))
+    found = ball_slopes(offset_mm, share * 4.0) if share > 0 else -ball_slopes(offset_mm, 5.0)
+    truth = ball_slopes(offset_mm, 4.0)
+    assert fitted_curvature(found + tilt, truth) == pytest.approx(1 / share, abs=5e-3)
+    assert fitted_curvature(np.full_like(truth, tilt), truth) == pytest.approx(0, abs=1e-9)
+
+
+def test_the_median_press_s_curvature_counts():
+    truth = ball_slopes(np.random.default_rng(0).uniform(-1, 1, (50, 2)), 4.0).astype(np.float32)
+    presses = [press_errors("press", k * truth, truth, np.ones(50, bool)) for k in (0, 0.5, 1)]
+    assert mean_errors(presses, seed=0).curvature == pytest.approx(0.5, abs=0.02)
 
 
 def test_only_the_chosen_pixels_count():

@@ -141,6 +141,7 @@ def point(value: str, n_presses: int) -> SweepPoint:
             values=dict.fromkeys(METRICS, 0.2),
             ci95=dict.fromkeys(METRICS, (0.1, 0.4) if n_presses > 1 else None),
             mean_abs_gradient=0.4,
+            curvature=1.0,
             n_pixels=100,
             n_presses=n_presses,
         ),

@@ -4,15 +4,13 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, Future
-from statistics import fmean, median
+from statistics import fmean
 
 import numpy as np
 
-from recon.ball import offsets_mm
-from recon.estimators import GradientEstimator
 from recon.labels.ball_size import WIDEST
 from recon.lights import Axis, sits_like_wedge, unseen_axis
-from recon.pixels import BallPress, label_pixels
+from recon.pixels import BallPress
 from sensor.dataset import Dataset
 from sensor.unit import UnitCard
 from validation.acceptance.limits import Parts
@@ -21,11 +19,8 @@ from validation.error_table import ErrorTable, Task, TaskResult, run_task
 from validation.evaluation import kept_interval
 from validation.intervals import Interval
 from validation.metrics import mean_errors
-from validation.reconstructed import slopes_of
 from validation.splits import splits
 
-RADIUS_PRESSES = 16
-"""Whose slopes are compared with the ball's."""
 FLATTEST = 1e-3
 """Of the ball's curvature; slopes that are flatter, or a hollow's, fit no ball."""
 FEWER = ("RG", "RB", "R")
@@ -173,28 +168,16 @@ def fewer_lights_values(
     return dict(values)
 
 
-def ball_radius_values(
-    estimator: GradientEstimator, presses: Sequence[BallPress], unseen: Axis | None
-) -> dict[str, Parts]:
-    """How far the radius that estimated slopes fit is from the ball's.
+def ball_radius_values(errors: ErrorTable, card: UnitCard, held_out: bool) -> dict[str, Parts]:
+    """How far the radius of the ball that slopes fit is from the ball's, on the median press.
 
-    Across a sphere the normal's component along an axis is ``-offset / R``, a straight line; its
-    slope is fitted to the estimated normals of each press. The median over presses counts; it is
-    infinite where the slopes fit no ball.
+    Infinite where the slopes fit no ball; of presses of this set, which the unit has learnt from,
+    in place of a calibration's whose unit does not keep it.
     """
-    if unseen is not None:
+    if unseen_axis(card.lights_deg, card.channels) is not None:
         return {}
-    ratios = []
-    for index, press in enumerate(presses[:: max(1, len(presses) // RADIUS_PRESSES)]):
-        pixels = label_pixels(press, index, 0)
-        pixels = pixels[pixels.contact & ~pixels.hidden]
-        if not len(pixels):
-            continue
-        slopes = slopes_of(estimator, press, pixels, "none", None).astype(float)
-        normal = slopes / np.sqrt(1 + (slopes**2).sum(1, keepdims=True))
-        offset = np.stack(offsets_mm(press.size_px, press.center_px, press.mm_per_px), -1)
-        offset = offset.reshape(-1, 2)[pixels.place].astype(float)
-        normal, offset = normal - normal.mean(0), offset - offset.mean(0)
-        curvature = -float((normal * offset).sum() / (offset**2).sum()) * press.ball_radius_mm
-        ratios.append(1 / curvature if curvature > FLATTEST else np.inf)
-    return {"ball_radius_share": {"": abs(median(ratios) - 1)}} if ratios else {}
+    (row,) = [row for row in errors.rows if row.pixels == "contact"]
+    curvature = row.errors.curvature
+    if not held_out:
+        curvature = float(card.metrics.get("contact_curvature", curvature))
+    return {"ball_radius_share": {"": abs(1 / curvature - 1) if curvature > FLATTEST else np.inf}}

@@ -140,7 +140,7 @@ def accept_unit(
     progress(0.5)
     values: dict[str, Parts] = {
         **error_values(errors, card, is_fresh),
-        **ball_radius_values(calibration.estimator, judged.presses, unseen),
+        **ball_radius_values(errors, card, is_fresh),
         **steepest_values(judged.presses),
         **light_values(response, channels, card.lights_deg, unseen is None),
         **still,

@@ -64,6 +64,7 @@ def rows() -> list[Row]:
                 values=dict.fromkeys(METRICS, value),
                 ci95=dict.fromkeys(METRICS, (0.9 * value, 1.2 * value)),
                 mean_abs_gradient=0.5,
+                curvature=1.0,
                 n_pixels=1000,
                 n_presses=8,
             ),
