@@ -176,8 +176,8 @@ class CornersPage:
                 held = self.held
                 self.move(lambda: self.book.put(held))
 
-    def on_key(self, key: str, step_px: float) -> None:
-        """Every edit by a key."""
+    def on_key(self, key: str, step_px: float, held: bool) -> None:
+        """Every edit by a key; those of one that is held are taken back together."""
         plain: dict[str, Callable[[], object]] = {
             "n": lambda: self.step(1),
             "p": lambda: self.step(-1),
@@ -190,7 +190,7 @@ class CornersPage:
             x_px, y_px = self.book.corners_px[self.chosen]
             dx, dy = ARROWS[key]
             place = (x_px + step_px * dx, y_px + step_px * dy)
-            self.move(lambda: self.book.put(self.book.moved(self.chosen, place)))
+            self.move(lambda: self.book.put(self.book.moved(self.chosen, place), held=held))
         elif key in ("1", "2", "3", "4"):
             self.chosen = int(key) - 1
             self.draw()

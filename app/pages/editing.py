@@ -71,12 +71,16 @@ def run_page(build: Callable[[], object], title: str, port: int) -> None:
         run(title, "127.0.0.1", port, show=False)
 
 
-def listen(on_key: Callable[[str, float], None]) -> None:
-    """Call with every key that is the page's, and with the pixels that an arrow moves by."""
+def listen(on_key: Callable[[str, float, bool], None]) -> None:
+    """Call with every key that is the page's.
+
+    With it go the pixels that an arrow moves by, and whether the key is held and comes again.
+    """
 
     def pressed(event: KeyEventArguments) -> None:
         if (key := key_of(event)) is not None:
-            on_key(key, FINE_STEP_PX if event.modifiers.shift else STEP_PX)
+            step_px = FINE_STEP_PX if event.modifiers.shift else STEP_PX
+            on_key(key, step_px, event.action.repeat)
 
     # A button that Tab has reached keeps Enter and Space to itself: other keys stay the page's.
     keyboard = ui.keyboard(pressed, repeating=True, ignore=["input", "select", "textarea"])
@@ -136,11 +140,17 @@ def fitting(size_px: tuple[int, int], tallest: str = TALLEST) -> str:
 
 def button(
     text: str, icon: str | None, on_click: Callable[[], Any], *, first: bool = False
-) -> None:
+) -> ui.button:
     """A button that a click gives no focus: Enter stays the page's, where Tab has not gone."""
     made = ui.button(text, icon=icon, on_click=lambda: on_click())
     made.props("" if first else "outline")
-    made.on("mousedown", js_handler="(e) => e.preventDefault()")
+    return made.on("mousedown", js_handler="(e) => e.preventDefault()")
+
+
+def small_button(meaning: str, icon: str, on_click: Callable[[], Any]) -> None:
+    """One that shows its icon alone, and says its meaning to who rests on it or hears the page."""
+    with button("", icon, on_click).props(f'aria-label="{meaning}"'):
+        ui.tooltip(meaning)
 
 
 def keys_explained(lines: Sequence[tuple[str, str]]) -> None:

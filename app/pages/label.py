@@ -10,13 +10,12 @@ import numpy as np
 from nicegui import ui
 from nicegui.events import GenericEventArguments, MouseEventArguments
 
+from app.pages.circle import drawn, grown, moved, new_circle, words
 from app.pages.editing import (
     ARROWS,
     DRAG_ENDS,
     DRAG_IS_NONE,
-    DRAWN,
     FINE_STEP_PX,
-    HALO,
     NOTHING_TO_UNDO,
     STEP_PX,
     TALLEST,
@@ -29,6 +28,7 @@ from app.pages.editing import (
     keys_explained,
     listen,
     run_page,
+    small_button,
     when_turned_to,
 )
 from app.pages.frame_list import FrameList
@@ -87,6 +87,11 @@ CONTACT = (
     "The circle is the contact. It is smaller than the disc that shows, as the gel beside the ball "
     "slopes too."
 )
+QUALITY = (
+    "Quality says from 0 to 1 how well the picture is that of a ball pressed into that circle. "
+    f"Below {DOUBTFUL:g}, with a triangle in the list, the circle is doubtful: look whether it is "
+    f"right. It has {CERTAIN:.2f} once you move it or say that it is."
+)
 
 
 def serve(reader: PressReader, port: int) -> None:
@@ -144,6 +149,7 @@ class LabelPage:
                     self.looked_at = ui.label().props("id=looked-at")
                     keys_explained(HELP)
                     ui.label(CONTACT)
+                    ui.label(QUALITY)
         self.show(self.file)
 
     def _middle(self) -> None:
@@ -161,6 +167,11 @@ class LabelPage:
                 button("Undo", "undo", self.undo)
                 button("Difference / frame", None, self.switch)
                 button("Zoom", "zoom_in", self.magnify)
+                with ui.row().classes("no-wrap gap-2"):
+                    small_button("Smaller circle", "remove", lambda: self.resize(1 / GROW))
+                    small_button("Larger circle", "add", lambda: self.resize(GROW))
+                    small_button("Previous frame", "chevron_left", lambda: self.turn(-1))
+                    small_button("Next frame", "chevron_right", lambda: self.turn(1))
 
     def standing(self, file: str) -> tuple[str, str]:
         """An icon and a word on a frame's circle."""
@@ -234,23 +245,11 @@ class LabelPage:
             self.heading.set_text(f"{self.file}: {known}; click where the ball touches")
             self.circle.set_content("")
             return
-        x, y, radius = label.center_x_px, label.center_y_px, label.contact_radius_px
-        scale = float(np.sqrt(np.prod(self.reader.dataset.card.mm_per_px)))
         known = "not scored" if label.quality is None else f"quality {label.quality:.2f}"
         known = "let go to keep" if self.moved else known
-        self.heading.set_text(
-            f"{self.file}: centre ({x:.2f}, {y:.2f}) px, radius {radius:.2f} px"
-            f" = {radius * scale:.2f} mm, {known}"
-        )
-        ring = f'cx="{x + 0.5}" cy="{y + 0.5}" r="{radius}" fill="none"'
-        cross = f"M {x - 1.5} {y + 0.5} h 4 M {x + 0.5} {y - 1.5} v 4"
-        self.circle.set_content(
-            "".join(
-                f'<circle {ring} stroke="{color}" stroke-width="{width}"/>'
-                f'<path d="{cross}" stroke="{color}" stroke-width="{width}"/>'
-                for color, width in ((HALO, 1.2), (DRAWN, 0.5))
-            )
-        )
+        said = words(label, self.reader.dataset.card.mm_per_px)
+        self.heading.set_text(f"{self.file}: {said}, {known}")
+        self.circle.set_content(drawn(label))
 
     def on_mouse(self, event: MouseEventArguments) -> None:
         """Drag the circle; a click on a frame without one places it."""
@@ -258,11 +257,15 @@ class LabelPage:
         x, y = event.image_x - 0.5, event.image_y - 0.5
         if event.type == "pointerdown" and event.button == 0 and self.seen:
             if label is None:
-                label = self.moved = self.new_label(x, y)
+                first = self.reader.dataset.label(self.file)
+                ball_mm = None if first is None else first.ball_radius_mm
+                label = new_circle(self.file, x, y, self.largest_px / 2, ball_mm)
+                label = self.moved = moved(label, x, y, self.reader.unwarp.size_px)
                 self.draw()
             self.grip = (x - label.center_x_px, y - label.center_y_px)
         elif event.type == "pointermove" and self.grip is not None and label is not None:
-            self.moved = self.placed(label, x - self.grip[0], y - self.grip[1])
+            place_px = (x - self.grip[0], y - self.grip[1])
+            self.moved = moved(label, *place_px, self.reader.unwarp.size_px)
             self.draw()
         elif event.type == DRAG_IS_NONE:
             self.grip = self.moved = None
@@ -276,8 +279,8 @@ class LabelPage:
         """Resize the circle by as much as the wheel turns, a notch at most."""
         self.resize(GROW ** -(min(max(event.args, -NOTCH), NOTCH) / NOTCH))
 
-    def on_key(self, key: str, step_px: float) -> None:
-        """Every edit by a key."""
+    def on_key(self, key: str, step_px: float, held: bool) -> None:
+        """Every edit by a key; those of one that is held are taken back together."""
         plain: dict[str, Callable[[], object]] = {
             "Enter": self.accept,
             "Delete": self.remove,
@@ -286,16 +289,16 @@ class LabelPage:
             "p": lambda: self.turn(-1),
             "d": self.switch,
             "z": self.magnify,
-            "+": lambda: self.resize(GROW),
-            "=": lambda: self.resize(GROW),  # the same key without Shift
-            "-": lambda: self.resize(1 / GROW),
+            "+": lambda: self.resize(GROW, held),
+            "=": lambda: self.resize(GROW, held),  # the same key without Shift
+            "-": lambda: self.resize(1 / GROW, held),
             UNDO: self.undo,
         }
         label = self.book.label(self.file)
         if key in ARROWS and label is not None:
             x_px, y_px = label.center_x_px, label.center_y_px
-            dx, dy = ARROWS[key]
-            self.keep(self.placed(label, x_px + step_px * dx, y_px + step_px * dy))
+            dx, dy = (step_px * by for by in ARROWS[key])
+            self.keep(moved(label, x_px + dx, y_px + dy, self.reader.unwarp.size_px), held)
         elif key in plain:
             plain[key]()
 
@@ -335,44 +338,20 @@ class LabelPage:
         self.zoom = self.zoom % 3 + 1
         self.show(self.file)
 
-    def resize(self, factor: float) -> None:
+    def resize(self, factor: float, held: bool = False) -> None:
         """Grow or shrink the circle."""
         label = self.book.label(self.file)
         if label is not None:
-            radius = min(max(label.contact_radius_px * factor, 2.0), self.largest_px)
-            self.keep(replace(label, contact_radius_px=round(radius, 2), quality=CERTAIN))
+            self.keep(grown(label, factor, self.largest_px), held)
 
     @property
     def largest_px(self) -> float:
         """A contact circle is smaller than its ball."""
         return largest_radius_px(self.reader.dataset, self.file)
 
-    def new_label(self, x_px: float, y_px: float) -> BallLabel:
-        """A circle of half the ball's radius, where somebody clicked; its ball stays the same."""
-        first = self.reader.dataset.label(self.file)
-        new = BallLabel(
-            file=self.file,
-            center_x_px=x_px,
-            center_y_px=y_px,
-            contact_radius_px=round(self.largest_px / 2, 2),
-            ball_radius_mm=None if first is None else first.ball_radius_mm,
-            quality=CERTAIN,
-        )
-        return self.placed(new, x_px, y_px)
-
-    def placed(self, label: BallLabel, x_px: float, y_px: float) -> BallLabel:
-        """The label moved, its centre kept inside the frame."""
-        width, height = self.reader.unwarp.size_px
-        return replace(
-            label,
-            center_x_px=round(min(max(x_px, 0.0), width - 1.0), 2),
-            center_y_px=round(min(max(y_px, 0.0), height - 1.0), 2),
-            quality=CERTAIN,
-        )
-
-    def keep(self, label: BallLabel) -> bool:
+    def keep(self, label: BallLabel, held: bool = False) -> bool:
         """Write a label; whether it could be written."""
-        return self.edit(lambda: self.book.put(label))
+        return self.edit(lambda: self.book.put(label, held=held))
 
     def edit(self, change: Callable[[], object]) -> bool:
         """Change the frame that is seen; whether that was done."""

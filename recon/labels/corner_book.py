@@ -132,13 +132,18 @@ class CornerBook:
         return a, b, c, d
 
     def put(
-        self, changed: Corners, sits_deg: Callable[[float], float] = lambda angle: angle
+        self,
+        changed: Corners,
+        sits_deg: Callable[[float], float] = lambda angle: angle,
+        *,
+        held: bool = False,
     ) -> int:
         """Write other corners; how many circles were dropped, as they lie in pixels of the old.
 
         Args:
             changed: the corners.
             sits_deg: where a light sits then, by where it sat.
+            held: whether ``undo`` takes it back with the change before it, as of a key still held.
 
         Raises:
             WedgeError: they are not a convex pad's, labels made by hand depend on the old ones,
@@ -160,7 +165,11 @@ class CornerBook:
             if after == before:
                 return 0
             self._write(dataset, after)
-            self._history.append(Move(before, after, dataset.labels))
+            dropped = dataset.labels
+            if held and not dropped and self._history and self._history[-1].after == before:
+                last = self._history.pop()
+                before, dropped = last.before, last.dropped
+            self._history.append(Move(before, after, dropped))
         return len(dataset.labels)
 
     def turn(self) -> int:

@@ -247,14 +247,18 @@ class LabelBook:
         news, self._news = self._news, set()
         return news
 
-    def put(self, label: BallLabel) -> None:
+    def put(self, label: BallLabel, *, held: bool = False) -> None:
         """Add or replace the label of a frame.
+
+        Args:
+            label: the new one.
+            held: whether ``undo`` takes it back with the change before it, as of a key still held.
 
         Raises:
             WedgeError: somebody else has changed the frame's label or the card meanwhile, or a file
                 cannot be read or written; nothing changed then.
         """
-        self._edit(label.file, (label, False))
+        self._edit(label.file, (label, False), held)
 
     def put_found(self, labels: Sequence[BallLabel]) -> None:
         """Add or replace labels that were found, in one write, which ``undo`` does not take back.
@@ -301,7 +305,7 @@ class LabelBook:
         self._history.pop()
         return last.file
 
-    def _edit(self, file: str, after: Standing) -> None:
+    def _edit(self, file: str, after: Standing, held: bool = False) -> None:
         before = self.standing(file)
         with alone_in(self.folder):
             if frame_name(file) in self.catch_up():
@@ -312,6 +316,8 @@ class LabelBook:
             if after == before:
                 return
             self._replace(file, after)
+        if held and self._history and self._history[-1].after == before:
+            before = self._history.pop().before
         self._history.append(Change(frame_name(file), before, after))
 
     def _replace(self, file: str, after: Standing) -> None:

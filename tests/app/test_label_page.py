@@ -40,6 +40,10 @@ CONTRAST_ON_MESSAGE = CONTRAST.replace(
     "const {color} = getComputedStyle(button);"
     " const {backgroundColor} = getComputedStyle(button.closest('.q-notification'));",
 )
+BUTTONS = (
+    *("Right, next", "No ball", "Undo", "Difference / frame", "Zoom"),
+    *("Smaller circle", "Larger circle", "Previous frame", "Next frame"),
+)
 SEEN = "x => x.getBoundingClientRect().bottom <= innerHeight"
 FITTING = """() => {
     const view = document.querySelector("#view"), shown = document.querySelector("#picture");
@@ -89,71 +93,18 @@ def test_tab_reaches_the_list_and_every_button_and_keys_stay_the_pages(tmp_path:
         page.keyboard.press("ArrowUp")
         expect(rows.nth(0)).to_have_attribute("aria-selected", "true")
         assert labels(dataset) == {label.file: label for label in dataset.labels}
-        for name in ("Right, next", "No ball", "Undo", "Difference / frame", "Zoom"):
+        for name in BUTTONS:
             page.keyboard.press("Tab")
             button = page.get_by_role("button", name=name)
             expect(button).to_be_focused()
             assert button.evaluate(CONTRAST) >= 4.5
         page.keyboard.press("ArrowRight")  # the page's, wherever Tab is
         expect(heading).to_contain_text("quality 1.00")
-        page.keyboard.press("Shift+Tab")
-        page.keyboard.press("Shift+Tab")
+        for _ in BUTTONS[BUTTONS.index("Undo") + 1 :]:
+            page.keyboard.press("Shift+Tab")
         page.keyboard.press("Enter")  # the button's alone
         expect(heading).to_contain_text("not scored")
         expect(heading).to_contain_text(rows.nth(0).locator(".name").inner_text())
-
-
-def test_a_pinch_moves_and_makes_no_circle(tmp_path: Path) -> None:
-    dataset = make_dataset(tmp_path / "set", presses=2)
-    with served("label", dataset.folder) as address, opened(address) as page:
-        heading, picture = page.locator("#heading"), page.locator("#picture img").first
-        box = picture.bounding_box()
-
-        def finger(*kinds: str) -> None:
-            for step, kind in enumerate(kinds):
-                place = {"clientX": box["x"] + 60 + 20 * step, "clientY": box["y"] + 60}
-                picture.dispatch_event(kind, {"button": 0, **place})
-
-        before = heading.inner_text()
-        finger("pointerdown", "pointermove")
-        expect(heading).to_contain_text("let go to keep")
-        finger("pointercancel")
-        expect(heading).to_have_text(before)
-        page.get_by_text("No ball", exact=True).click()
-        expect(heading).to_contain_text("no ball")
-        none = heading.inner_text()
-        finger("pointerdown")
-        expect(heading).to_contain_text("let go to keep")
-        finger("pointercancel")
-        expect(heading).to_have_text(none)
-        assert len(labels(dataset)) == 1
-        finger("pointerdown", "pointerup")  # a tap places one
-        expect(heading).to_contain_text("quality 1.00")
-        assert len(labels(dataset)) == 2
-
-
-def test_a_finger_drags_the_circle(tmp_path: Path) -> None:
-    dataset = make_dataset(tmp_path / "set", presses=1)
-    with served("label", dataset.folder) as address, opened(address) as page:
-        picture, circle = page.locator("#picture img").first, page.locator("#picture circle").first
-        picture.wait_for()
-        box = circle.bounding_box()
-        assert box is not None
-        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-        finger = page.context.new_cdp_session(page)
-        for kind, places in (
-            ("touchStart", [(x, y)]),
-            ("touchMove", [(x + 20, y)]),
-            ("touchMove", [(x + 40, y + 20)]),
-            ("touchEnd", []),
-        ):
-            points = [{"x": at, "y": down} for at, down in places]
-            finger.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
-        expect(page.locator("#heading")).to_contain_text("quality 1.00")
-        after = circle.bounding_box()
-        assert after is not None
-        assert after["x"] - box["x"] == pytest.approx(40, abs=3)
-        assert after["y"] - box["y"] == pytest.approx(20, abs=3)
 
 
 def test_a_page_loaded_anew_shows_the_frame_that_it_showed(tmp_path: Path) -> None:

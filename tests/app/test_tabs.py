@@ -77,6 +77,31 @@ def test_corner_books_of_one_history_take_back_each_others_moves(tmp_path: Path)
     assert read_dataset(dataset.folder) == dataset
 
 
+def test_changes_of_a_held_key_are_taken_back_together_and_no_others(tmp_path: Path) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=2)
+    first, second = dataset.labels
+    book = LabelBook(dataset)
+    book.put(moved(second, 1))
+    book.put(moved(first, 1))
+    book.put(moved(first, 2))
+    for by_px in (3, 4):
+        book.put(moved(first, by_px), held=True)
+    book.put(moved(second, 2), held=True)  # nothing of it is held
+    assert [book.undo(), book.undo()] == [second.file, first.file]
+    assert labels(dataset) == (moved(first, 1), moved(second, 1))
+    assert [book.undo(), book.undo(), book.undo()] == [first.file, second.file, None]
+
+
+def test_circles_that_a_held_key_dropped_come_back_at_once(tmp_path: Path) -> None:
+    dataset = raw_set(tmp_path / "set")
+    book = CornerBook(dataset, read_background(dataset))
+    x, y = KEYSTONE_PX[0]
+    for step in range(3):
+        book.put(book.moved(0, (x + 1 + step, y)), held=step > 0)
+    assert labels(dataset) == () and book.undo() and not book.undo()
+    assert read_dataset(dataset.folder) == dataset
+
+
 def test_a_name_or_light_written_meanwhile_moves_no_circle(tmp_path: Path) -> None:
     dataset = make_dataset(tmp_path / "set", presses=1)
     book = LabelBook(dataset)
@@ -187,6 +212,23 @@ def test_undo_takes_back_what_was_done_in_tabs_that_are_gone(tmp_path: Path) -> 
         assert labels(dataset) == (first, second)
         two.keyboard.press("Control+z")
         two.get_by_text("nothing left to undo").wait_for()
+
+
+@needs_chromium
+@pytest.mark.parametrize("words", [(), ("--corners",)])
+def test_a_held_arrow_key_is_one_step_of_undo(tmp_path: Path, words: tuple[str, ...]) -> None:
+    dataset = raw_set(tmp_path / "set")
+    with served("label", dataset.folder, *words) as address, opened(address) as page:
+        heading = page.locator("#heading")
+        before = heading.inner_text()
+        for _ in range(4):
+            page.keyboard.down("ArrowRight")  # no key up between: it repeats
+        page.keyboard.up("ArrowRight")
+        page.keyboard.press("Control+z")
+        expect(heading).to_have_text(before)
+        page.keyboard.press("Control+z")
+        page.get_by_text("nothing left to undo").wait_for()
+        assert read_dataset(dataset.folder) == dataset
 
 
 @needs_chromium

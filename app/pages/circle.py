@@ -1,0 +1,65 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A contact circle as the page of `wedge label` draws, tells and edits it."""
+
+import math
+from dataclasses import replace
+
+from app.pages.editing import DRAWN, HALO
+from recon.labels.label_book import CERTAIN
+from sensor.dataset import BallLabel
+from sensor.toml import Pair
+
+SMALLEST_PX = 2.0
+
+
+def drawn(label: BallLabel) -> str:
+    """Its ring and the cross in its middle, as SVG over the frame's pixels."""
+    x, y = label.center_x_px + 0.5, label.center_y_px + 0.5
+    ring = f'cx="{x}" cy="{y}" r="{label.contact_radius_px}" fill="none"'
+    cross = f"M {x - 2} {y} h 4 M {x} {y - 2} v 4"
+    return "".join(
+        f'<circle {ring} stroke="{color}" stroke-width="{width}"/>'
+        f'<path d="{cross}" stroke="{color}" stroke-width="{width}"/>'
+        for color, width in ((HALO, 1.2), (DRAWN, 0.5))
+    )
+
+
+def words(label: BallLabel, mm_per_px: Pair) -> str:
+    """Where it lies and how large it is."""
+    radius_px = label.contact_radius_px
+    return (
+        f"centre ({label.center_x_px:.2f}, {label.center_y_px:.2f}) px, radius {radius_px:.2f} px"
+        f" = {radius_px * math.sqrt(math.prod(mm_per_px)):.2f} mm"
+    )
+
+
+def new_circle(
+    file: str, x_px: float, y_px: float, radius_px: float, ball_radius_mm: float | None
+) -> BallLabel:
+    """One that somebody draws in a frame without any."""
+    return BallLabel(
+        file=file,
+        center_x_px=x_px,
+        center_y_px=y_px,
+        contact_radius_px=round(radius_px, 2),
+        ball_radius_mm=ball_radius_mm,
+        quality=CERTAIN,
+    )
+
+
+def moved(label: BallLabel, x_px: float, y_px: float, size_px: tuple[int, int]) -> BallLabel:
+    """It elsewhere, its centre kept inside a frame of this width and height."""
+    width, height = size_px
+    return replace(
+        label,
+        center_x_px=round(min(max(x_px, 0.0), width - 1.0), 2),
+        center_y_px=round(min(max(y_px, 0.0), height - 1.0), 2),
+        quality=CERTAIN,
+    )
+
+
+def grown(label: BallLabel, factor: float, largest_px: float) -> BallLabel:
+    """It larger or smaller, within what its ball allows."""
+    radius_px = min(max(label.contact_radius_px * factor, SMALLEST_PX), largest_px)
+    return replace(label, contact_radius_px=round(radius_px, 2), quality=CERTAIN)
