@@ -128,7 +128,8 @@ def _write_papers(built: "Model", manifest: dict[str, Any], folder: Path) -> Non
         target.parent.mkdir(exist_ok=True)
         target.write_text(text, encoding="utf-8", newline="\n")
     paths = sorted(p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file())
-    page = page_html(built.design, manifest, names, paths)
+    steps = [step.title for step in built.assembly.steps]
+    page = page_html(built.design, manifest, names, steps, paths)
     (folder / "index.html").write_text(page, encoding="utf-8", newline="\n")
     text = as_text(with_hashes(manifest, folder))
     (folder / MANIFEST).write_text(text, encoding="utf-8", newline="\n")

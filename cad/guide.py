@@ -168,10 +168,11 @@ def _step_text(
     words: Mapping[str, str],
 ) -> str:
     taken = Counter(assembly.bodies[name].part for name in step.bodies)
+    shown = ", what goes in drawn a little before its place" if assembly.standing(step) else ""
     lines = [
         f"### Step {number}: {step.title}",
         "",
-        f"![step {number}](pictures/step_{number:02d}.png)",
+        f"![{step.title}{shown}](pictures/step_{number:02d}.png)",
         "",
     ]
     if taken:

@@ -8,11 +8,14 @@
   style.textContent = `
     .wedge-view { display: flex; gap: 14px; background: #fff; color: #1c1f24; border: 1px solid #dde; border-radius: 8px; margin: 1rem 0; min-height: 462px; }
     .wedge-view canvas { flex: 1; min-width: 0; height: 460px; cursor: grab; touch-action: pan-y; border-radius: 8px; }
-    .wedge-view > div { width: 230px; max-height: 440px; overflow: auto; padding: 10px; font: 13px/1.45 system-ui, sans-serif; }
+    .wedge-view > div { width: 230px; max-height: 440px; overflow: auto; padding: 10px; font: 13px/1.45 system-ui, sans-serif;
+      /* A shade at an edge where the list goes on: its own white, which scrolls along, covers it at the ends. */
+      background: linear-gradient(#fff 35%, #fff0) local top / 100% 60px no-repeat, linear-gradient(#fff0, #fff 65%) local bottom / 100% 60px no-repeat,
+        linear-gradient(#1c1f2459, #1c1f2400) scroll top / 100% 24px no-repeat, linear-gradient(#1c1f2400, #1c1f2459) scroll bottom / 100% 24px no-repeat; }
     .wedge-view label { display: block; padding: 1px 0; } .wedge-view i { display: inline-block; width: 11px; height: 11px; margin: 0 5px; }
     .wedge-view p { margin: 2rem; }
     @media print { .wedge-view, .wedge-view-use { display: none; } }
-    @media (max-width: 760px) { .wedge-view { flex-direction: column; } .wedge-view > div { width: auto; } .wedge-view canvas { flex: none; } }`;
+    @media (max-width: 760px) { .wedge-view { flex-direction: column; } .wedge-view > div { width: auto; max-height: none; columns: 2; column-gap: 0; } .wedge-view label:first-child { column-span: all; } .wedge-view canvas { flex: none; } }`;
   document.head.append(style);
   const models = window.wedgeModels = window.wedgeModels || {};
 

@@ -19,6 +19,15 @@ from sensor.design import Wedge
 
 _STEPS = 65_000
 """Steps that the sensor's longest side is divided into: some micrometres each."""
+_SHOWN = {
+    "assembled_above": "The sensor put together, seen from above",
+    "assembled_below": "The sensor put together, seen from below, the gel toward you",
+    "drawing": "The dimensions that matter, in millimetres",
+    "exploded": "Every part, pulled apart along its way out",
+    "section": "Section along the finger, with rays from the camera over the mirror to the gel",
+    "wiring": "The wiring: supply, resistor board and LED arrays",
+}
+"""What the pictures show, by their files' names; others are of a part or a step."""
 
 
 def view_files(
@@ -55,7 +64,11 @@ def _corners(mesh: trimesh.Trimesh) -> np.ndarray:
 
 
 def page_html(
-    design: Wedge, manifest: Mapping[str, Any], names: Mapping[str, str], paths: Sequence[str]
+    design: Wedge,
+    manifest: Mapping[str, Any],
+    names: Mapping[str, str],
+    steps: Sequence[str],
+    paths: Sequence[str],
 ) -> str:
     """The page.
 
@@ -63,6 +76,7 @@ def page_html(
         design: The sensor.
         manifest: Its parts and checks.
         names: What people call each part, by id.
+        steps: The titles of the guide's steps.
         paths: The files of the folder that the page shows and links.
     """
     template = files("cad").joinpath("data", "page.html").read_text(encoding="utf-8")
@@ -79,7 +93,7 @@ def page_html(
         "NAME": escape(design.name),
         "HASH": design.sha256[:8],
         "WIDTH": f"{design.outer_width_mm:g}",
-        "PICTURES": "".join(_figure(path) for path in shown),
+        "PICTURES": "".join(_figure(path, _shown(path, names, steps)) for path in shown),
         "LINKS": _links(linked),
         "PARTS": _parts(manifest["parts"], names),
         "CHECKS": _checks(manifest["checks"]),
@@ -109,11 +123,21 @@ def _base64(values: np.ndarray) -> str:
     return base64.b64encode(np.ascontiguousarray(values).tobytes()).decode("ascii")
 
 
-def _figure(path: str) -> str:
-    name = escape(path.rpartition("/")[2].rpartition(".")[0].replace("_", " "))
+def _shown(path: str, names: Mapping[str, str], steps: Sequence[str]) -> str:
+    """What a picture shows, in words."""
+    stem = path.rpartition("/")[2].rpartition(".")[0]
+    kind, _, which = stem.partition("_")
+    if kind == "part":
+        return names[which]
+    if kind == "step":
+        return f"Step {int(which)}: {steps[int(which) - 1]}"
+    return _SHOWN[stem]
+
+
+def _figure(path: str, words: str) -> str:
     return (
-        f'<figure><a href="{escape(path)}"><img loading="lazy" src="{escape(path)}" alt="{name}">'
-        f"</a><figcaption>{name}</figcaption></figure>"
+        f'<figure><a href="{escape(path)}"><img loading="lazy" src="{escape(path)}"'
+        f' alt="{escape(words)}"></a><figcaption>{escape(words)}</figcaption></figure>'
     )
 
 
@@ -139,8 +163,9 @@ def _parts(parts: Iterable[Mapping[str, Any]], names: Mapping[str, str]) -> str:
         paths = [f"print/{key}.stl", f"print/{key}.3mf", f"step/{key}.step"]
         links = " ".join(_link(path) for path in paths) if "print" in part else ""
         size = " x ".join(f"{value:g}" for value in part["bounding_box_mm"])
+        count = part["quantity"] or f"1, {part['print']['note']}"
         rows.append(
-            f"<tr><td>{escape(names[key])}<td>{part['quantity']}"
+            f"<tr><td>{escape(names[key])}<td>{escape(str(count))}"
             f"<td>{escape(part['material'])}<td>{size}<td>{part['mass_g']:g}<td>{links}</tr>"
         )
     return "".join(rows)

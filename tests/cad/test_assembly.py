@@ -220,8 +220,9 @@ def test_a_ball_that_its_socket_does_not_hold_is_glued(finger: Model) -> None:
 def test_a_folder_whose_checks_failed_says_so_at_its_top(finger: Model) -> None:
     good = manifest_of(finger, [Result("walls", "case", 1.0, "mm", 0.8, "at least")])
     bad = manifest_of(finger, [Result("walls", "case", 0.5, "mm", 0.8, "at least")])
-    assert "Do not build" not in page_html(FINGER, good, names_of(finger), []) + guide_of(finger)
-    warned = page_html(FINGER, bad, names_of(finger), [])
+    assert "Do not build" not in page_html(FINGER, good, names_of(finger), [], [])
+    assert "Do not build" not in guide_of(finger)
+    warned = page_html(FINGER, bad, names_of(finger), [], [])
     assert warned.index("1 check failed") < warned.index("wedge-view")
     assert 'id="checks"' in warned
     guide = guide_of(finger, failed=["walls case"])

@@ -7,6 +7,7 @@ import math
 import re
 from collections import Counter
 from dataclasses import replace
+from pathlib import Path
 from xml.etree import ElementTree
 
 import ezdxf
@@ -206,7 +207,7 @@ def test_the_page_links_the_files_of_a_folder_together_and_no_script(finger: Mod
         "view/model.js",
         "view/viewer.js",
     ]
-    page = page_html(FINGER, manifest_of(finger, []), names_of(finger), paths)
+    page = page_html(FINGER, manifest_of(finger, []), names_of(finger), [], paths)
     lines = re.findall(r'<p class="files">(.*?)</p>', page)
     linked = [re.findall(r'href="([^"]+)"', line) for line in lines]
     assert linked == [
@@ -221,10 +222,26 @@ def test_the_page_calls_every_part_by_a_name_and_none_by_its_id(
 ) -> None:
     built: Model = request.getfixturevalue(name)
     manifest = manifest_of(built, [])
-    page = page_html(built.design, manifest, names_of(built), [])
+    page = page_html(built.design, manifest, names_of(built), [], [])
     named = re.findall("<tr><td>([^<]*)<td>\\d", page)
     assert len(named) == len(set(named)) == len(manifest["parts"])
     assert not [part for part in named if "_" in part or part[0].islower()]
+
+
+def test_the_page_says_what_every_picture_shows_and_no_quantity_is_none(
+    finger: Model, fabricated: tuple[Path, Path]
+) -> None:
+    names, page = names_of(finger), (fabricated[0] / "index.html").read_text()
+    said = dict(re.findall(r'src="([^"]+)" alt="([^"]*)"', page))
+    assert said.keys() > {"drawing.svg", "electronics/wiring.svg", "pictures/exploded.png"}
+    assert len(set(said.values())) == len(said)
+    for number, step in enumerate(finger.assembly.steps, start=1):
+        assert said[f"pictures/step_{number:02d}.png"] == f"Step {number}: {step.title}"
+    for part in finger.printed:
+        assert said[f"pictures/part_{part}.png"] == names[part]
+    assert not [words for words in said.values() if "_" in words or words[0].islower()]
+    counted = re.findall("<tr><td>[^<]*<td>([^<]*)<td>", page)
+    assert len(counted) >= len(finger.printed) and "0" not in counted
 
 
 @pytest.mark.parametrize(("failed", "said"), [(0, None), (1, "1 check failed"),
@@ -236,7 +253,7 @@ def test_the_page_marks_what_failed_and_nothing_else(
         Result("walls", f"part {index}", 0.5 if index < failed else 1.0, "mm", 0.8, "at least")
         for index in range(3)
     ]
-    page = page_html(FINGER, manifest_of(finger, results), names_of(finger), [])
+    page = page_html(FINGER, manifest_of(finger, results), names_of(finger), [], [])
     assert page.count('class="bad"') == failed
     told = re.sub("<[^>]*>", "", page)
     assert (said in told) if said else "Do not build" not in told
@@ -245,9 +262,11 @@ def test_the_page_marks_what_failed_and_nothing_else(
 def test_words_from_outside_are_text_on_the_pages(finger: Model) -> None:
     manifest = manifest_of(finger, [Result("<i>", "<i>", 1.0, "<i>", 0.8, "at least", "<i>")])
     manifest["parts"][0] |= {"material": "<i>"}
-    names = names_of(finger) | {manifest["parts"][0]["id"]: "<i>a"}
-    page = page_html(replace(FINGER, name="<i>"), manifest, names, ["<i>.png", "<i>.csv"])
-    assert "<i>" not in page and "&lt;i&gt;a" in page
+    part = manifest["parts"][0]["id"]
+    names = names_of(finger) | {part: "<i>a"}
+    paths = [f"part_{part}.png", "step_01.png", "<i>.csv"]
+    page = page_html(replace(FINGER, name="<i>"), manifest, names, ["<i>b"], paths)
+    assert "<i>" not in page and page.count("&lt;i&gt;a") == 3 and "&lt;i&gt;b" in page
     guide = guide_html("# A <i>\n\nTake <script>care</script>.\n")
     assert "<i>" not in guide and "&lt;script&gt;care" in guide
 

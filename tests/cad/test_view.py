@@ -49,10 +49,11 @@ def page() -> Iterator[object]:
         browser.close()
 
 
-def picture(page: object) -> np.ndarray:
+def picture(page: object, part: object = None) -> np.ndarray:
     from PIL import Image
 
-    content = page.locator(".wedge-view canvas").screenshot()  # type: ignore[attr-defined]
+    shown = part or page.locator(".wedge-view canvas")  # type: ignore[attr-defined]
+    content = shown.screenshot()  # type: ignore[attr-defined]
     return np.asarray(Image.open(io.BytesIO(content)).convert("RGB"), np.int16)
 
 
@@ -85,6 +86,30 @@ def test_the_view_turns_and_hides_parts_from_the_disk(
     view.locator("input[name=gel]").check()
     gel = picture(page)
     assert 0 < (gel[20:-20, 20:-20] != 255).any(axis=-1).mean() < 0.1
+
+
+def test_a_list_of_parts_that_goes_on_is_shaded_at_that_edge_and_whole_on_a_phone(
+    page: object, fabricated: tuple[Path, Path]
+) -> None:
+    page.goto((fabricated[0] / "index.html").as_uri())  # type: ignore[attr-defined]
+    page.wait_for_selector(".wedge-view[data-ready]", timeout=60_000)  # type: ignore[attr-defined]
+    parts = page.locator(".wedge-view > div")  # type: ignore[attr-defined]
+
+    def edges() -> list[float]:
+        """The grey of a strip at the top and at the bottom, beside the names."""
+        shown = picture(page, parts)[:, -20:-15]
+        return [float(shown[2:6].mean()), float(shown[-6:-2].mean())]
+
+    assert parts.evaluate("x => x.scrollHeight > x.clientHeight")
+    top, bottom = edges()
+    assert top > 250 and bottom < 220
+    parts.evaluate("x => { x.scrollTop = x.scrollHeight; }")
+    top, bottom = edges()
+    assert top < 220 and bottom > 250
+    size = page.viewport_size  # type: ignore[attr-defined]
+    page.set_viewport_size({"width": 375, "height": 800})  # type: ignore[attr-defined]
+    assert parts.evaluate("x => x.scrollHeight <= x.clientHeight && x.clientHeight < 600")
+    page.set_viewport_size(size)  # type: ignore[attr-defined]
 
 
 def test_a_view_far_down_keeps_its_place_and_says_what_it_needs_in_a_page_alone(
