@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
+from playwright.sync_api import sync_playwright
 from scipy import ndimage
 
 from benchmarks.integrators import BOUNDARIES, bump_error, three_caps
@@ -24,12 +25,14 @@ from recon.pixels import Pixels
 from recon.presses import read_presses
 from sensor.design import FINGER, STANDARD
 from sensor.errors import WedgeError
+from tests.app.served import CHROMIUM, needs_chromium
 from tests.synthetic import make_dataset, make_fabrication
 from validation import folds
 from validation.error_table import Row, configurations, error_table
 from validation.examples import held_out, label_shift_deg
 from validation.figures.maps import blank
 from validation.figures.png import FRAME_DPI, frames_bytes, plot_bytes, png_bytes
+from validation.figures.style import FULL_IN, HALF_IN
 from validation.paper import PAPER_TABLE, paper_errors
 from validation.report.fabrication import LINKS, fabrication_section, no_fabrication_section
 from validation.report.integrators import integrator_section
@@ -37,6 +40,8 @@ from validation.report.page import Picture, Section, figure_html, table_html, wr
 from validation.report.remarks import reproduction_section, weakness_section
 from validation.report.results import DatasetResults, dataset_section, headline_section
 
+TICK_PT = 8.0
+"""The smallest type of figures."""
 VOID = {"meta", "img", "br", "link", "input", "hr"}
 
 
@@ -161,6 +166,23 @@ def test_contents_lead_to_every_section(text: str) -> None:
     targets = [link["href"].removeprefix("#") for link in page.all("a")]
     assert set(targets) <= set(ids)
     assert {section["id"] for section in page.all("section")} <= set(targets)
+
+
+@needs_chromium
+def test_words_in_pictures_stay_legible_on_a_phone(text: str, tmp_path: Path) -> None:
+    (tmp_path / "page.html").write_text(text)
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        page = browser.new_page(viewport={"width": 375, "height": 800})
+        page.goto((tmp_path / "page.html").as_uri())
+        assert page.evaluate("document.documentElement.scrollWidth") == 375
+        shown = page.locator("figure img").evaluate_all(
+            "all => all.map(x => [x.clientWidth, x.closest('figure').matches('.wide')])"
+        )
+        browser.close()
+    assert {is_wide for _, is_wide in shown} == {False, True}
+    for width_px, is_wide in shown:
+        assert TICK_PT / 72 * width_px / (FULL_IN if is_wide else HALF_IN) >= 9.5
 
 
 def test_tables_can_be_read_aloud(text: str) -> None:

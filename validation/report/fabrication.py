@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The files to build the sensor, as a section of the page."""
 
-import base64
 import html
 import json
 from collections.abc import Mapping
@@ -16,6 +15,7 @@ from validation.report.page import (
     Picture,
     Section,
     code,
+    figure_html,
     gallery_html,
     links_html,
     paragraph,
@@ -96,11 +96,14 @@ def _view(design: str, address: str) -> str:
 
 def _drawing(design: str, folder: Path) -> str:
     """The drawing, inside the page."""
-    content = base64.b64encode((folder / "drawing.svg").read_bytes()).decode()
-    return (
-        f'<figure><img alt="Drawing of the {html.escape(design)} sensor: section and face with the '
-        f'dimensions that matter, in millimetres" src="data:image/svg+xml;base64,{content}">'
-        "<figcaption>The dimensions that matter, in millimetres.</figcaption></figure>\n"
+    return figure_html(
+        Picture(
+            content=(folder / "drawing.svg").read_bytes(),
+            alt=f"Drawing of the {design} sensor: section and face with the dimensions that "
+            "matter, in millimetres",
+            caption="The dimensions that matter, in millimetres.",
+            wide=True,
+        )
     )
 
 
@@ -126,6 +129,7 @@ def _pictures(design: str, folder: Path) -> list[Picture]:
             content=(pictures / "assembled_below.png").read_bytes(),
             alt=f"The {design} sensor put together, seen from below: case, gel, adapter and cover",
             caption=f"The {design} sensor put together, the gel toward you.",
+            wordless=True,
         ),
         Picture(
             content=(pictures / "section.png").read_bytes(),
@@ -133,5 +137,6 @@ def _pictures(design: str, folder: Path) -> list[Picture]:
             "through the acrylic to the gel",
             caption="Section along the finger, with rays from the camera over the mirror and "
             "through the acrylic to the gel.",
+            wordless=True,
         ),
     ]

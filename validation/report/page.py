@@ -31,7 +31,7 @@ class Section:
 
 @dataclass(frozen=True, kw_only=True)
 class Picture:
-    """A PNG or WebP with the words that stand for it and below it."""
+    """A PNG, WebP or SVG with the words that stand for it and below it."""
 
     content: bytes
     alt: str
@@ -39,7 +39,9 @@ class Picture:
     caption: str
     """Plain text: data, number of presses, and how it was made."""
     wide: bool = False
-    """Takes the whole line; narrow screens scroll it sideways instead of shrinking its text."""
+    """Takes the whole line."""
+    wordless: bool = False
+    """Shrinks on narrow screens, which scroll others sideways lest their words shrink."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -136,12 +138,13 @@ def tiles_html(tiles: Iterable[Tile]) -> str:
 
 def figure_html(picture: Picture) -> str:
     """A picture with its caption."""
-    kind = "webp" if picture.content.startswith(b"RIFF") else "png"
+    kinds = {b"RIFF": "webp", b"\x89PNG": "png"}
+    kind = kinds.get(picture.content[:4], "svg+xml")
     image = (
         f'<img alt="{html.escape(picture.alt)}" '
         f'src="data:image/{kind};base64,{base64.b64encode(picture.content).decode()}">'
     )
-    if picture.wide:
+    if not picture.wordless:
         image = _scrollable(image, picture.alt)
     wide = ' class="wide"' if picture.wide else ""
     return (

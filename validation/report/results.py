@@ -304,6 +304,7 @@ def _strip(results: DatasetResults) -> str:
             caption=f"{example.picture.title}, {results.about}; {example.rank} of the "
             f"{counted(results.held_out.n_presses)} that the first fold holds out "
             f"(depth RMSE {example.depth.rmse_mm:.3f} mm).",
+            wide=True,
         )
     )
 
