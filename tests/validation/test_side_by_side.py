@@ -78,6 +78,13 @@ def test_where_no_estimator_tells_an_interval_the_panel_says_so(half_widths):
     assert said == [NO_INTERVAL] * (half_widths == (None, None))
 
 
+def test_curves_are_told_apart_without_their_colours():
+    items = [unseen(f"estimator {n}", half_width=0.1) for n in range(3)]
+    for plot in side_by_side_figure(items).axes[-2:]:
+        marks = [line.get_marker() for line in plot.lines if "estimator" in line.get_label()]
+        assert len(set(marks)) == len(marks) == 3 and "None" not in marks
+
+
 @pytest.mark.parametrize(("count", "pixels"), [(1, 20_000), (3, 20_000), (2, 30)])
 def test_the_figure_clips_no_words_and_the_section_names_all(count, pixels):
     items = [unseen(f"estimator {n}", 0.05 * (n + 1), 0.1, count=pixels) for n in range(count)]

@@ -6,10 +6,8 @@ from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 
-from validation.figures.style import FULL_IN, SERIES, card, styled
+from validation.figures.style import FULL_IN, MARKS, SERIES, card, styled
 from validation.force import ForceCurve
-
-MARKS = "os^Dv<"
 
 
 @styled

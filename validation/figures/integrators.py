@@ -10,7 +10,16 @@ from matplotlib.figure import Figure
 from recon.arrays import DepthMap
 from sensor.toml import Pair
 from validation.figures import maps
-from validation.figures.style import FULL_IN, HALF_IN, SERIES, SOFT, card, fitted, styled
+from validation.figures.style import (
+    FULL_IN,
+    HALF_IN,
+    SERIES,
+    SOFT,
+    card,
+    fitted,
+    name_decades,
+    styled,
+)
 
 MARGIN, GAP = 0.08, 0.22
 
@@ -67,6 +76,7 @@ def convergence_figure(samples: Sequence[int], errors: Mapping[str, Sequence[flo
         label="order 2",
     )
     axes.set_xticks(counts, [f"{count:g}" for count in counts])
+    name_decades(axes.yaxis)
     axes.minorticks_off()
     axes.set_xlabel("samples per side")
     axes.set_ylabel("largest error, of the height")

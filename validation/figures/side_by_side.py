@@ -3,12 +3,13 @@
 """Estimators side by side: where on the ball they err, how with the slope, and their intervals."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from validation.figures import maps
-from validation.figures.style import FULL_IN, INK, SERIES, SOFT, styled
+from validation.figures.style import FULL_IN, INK, MARKS, SERIES, SOFT, styled
 from validation.side_by_side import LEAST_PIXELS, Unseen, by_steepness, covered, error_map_deg
 
 FINEST, COARSEST, SLOPE_BINS = 45, 7, 16
@@ -65,14 +66,18 @@ def side_by_side_figure(unseen: Sequence[Unseen]) -> Figure:
     edges = np.linspace(0, steepest, SLOPE_BINS + 1)
     middles = (edges[:-1] + edges[1:]) / 2
     for index, item in enumerate(unseen):
-        color = SERIES[index % len(SERIES)]
+        look: dict[str, Any] = {
+            "color": SERIES[index % len(SERIES)],
+            "marker": MARKS[index % len(MARKS)],
+            "ms": 4,
+        }
         error_deg = by_steepness(item, item.error_deg, edges)
-        plots[0].plot(middles, error_deg, color=color, label=item.estimator)
+        plots[0].plot(middles, error_deg, **look, label=item.estimator)
         inside = covered(item)
         if inside is not None:
             label = f"{item.estimator}: {100 * inside.mean():.0f} % of all"
             coverage = 100 * by_steepness(item, inside, edges)
-            plots[1].plot(middles, coverage, color=color, label=label)
+            plots[1].plot(middles, coverage, **look, label=label)
     plots[0].set_ylim(bottom=0)
     if not plots[1].lines:
         middle = plots[1].transAxes

@@ -5,6 +5,7 @@
 from functools import cache
 
 import matplotlib
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.font_manager import findfont, get_font
 from matplotlib.text import Text
@@ -22,6 +23,9 @@ INK, SOFT, FAINT = "#1b1f24", "#5b6470", "#e3e6ea"
 CHANNELS = {"R": RED, "G": GREEN, "B": BLUE}
 SERIES = (BLUE, ORANGE, GREEN, PURPLE, SKY, RED)
 """For estimators, in the order in which they are given."""
+MARKS = "os^Dv<"
+DASHES = ("-", "--", ":", "-.")
+"""With colours: who sees none, or prints without, tells curves apart by these."""
 
 HALF_IN, FULL_IN = 4.8, 9.4
 """Widths of figures: two share a line of the page, or one takes it."""
@@ -61,6 +65,12 @@ styled = matplotlib.rc_context(
     }
 )
 """Decorates every function that makes a figure; the user's own settings come back after it."""
+
+
+def name_decades(axis: Axis) -> None:
+    """Plain numbers along a logarithmic axis, whose own names are the formulas that we forbid."""
+    axis.set_major_formatter(lambda value, _: f"{value:g}")
+    axis.set_minor_formatter(lambda value, _: f"{value:g}" if f"{value:e}"[0] in "25" else "")
 
 
 def card(width_in: float, height_in: float) -> Figure:

@@ -18,7 +18,19 @@ from recon.pose.registration import Touch, contact_points
 from recon.pose.rigid import Points, Transform, applied, inverse
 from sensor.toml import Pair
 from validation.figures.overlay import Picture, enlarged, with_words
-from validation.figures.style import BLUE, FAINT, FULL_IN, GREEN, ORANGE, RED, SOFT, card, styled
+from validation.figures.style import (
+    BLUE,
+    DASHES,
+    FAINT,
+    FULL_IN,
+    GREEN,
+    ORANGE,
+    RED,
+    SOFT,
+    card,
+    name_decades,
+    styled,
+)
 
 AXES = (("x", BLUE), ("y", ORANGE), ("z", GREEN))
 AXIS_MM = 3.0
@@ -42,11 +54,15 @@ def pose_figure(times_s: Sequence[float], found: Sequence[PoseEstimate], title: 
         (lower, shift, spread[:, 3:], "shift [mm]"),
     ):
         _shade(axes, times, found)
+        known = np.isfinite([np.nan, *values[:, 0], np.nan])
+        alone = known[1:-1] & ~known[:-2] & ~known[2:]  # what no line joins
         for index, (name, color) in enumerate(AXES):
+            course = values[:, index]
             low = values[:, index] - 2 * deviation[:, index]
             high = values[:, index] + 2 * deviation[:, index]
             axes.fill_between(times, low, high, color=color, alpha=0.2, lw=0)
-            axes.plot(times, values[:, index], color=color, label=name, marker=".", ms=3)
+            axes.plot(times, course, color=color, ls=DASHES[index], label=name)
+            axes.plot(times[alone], course[alone], ".", color=color, ms=3)
         finite = values[np.isfinite(values)]
         if len(finite):
             room = 0.15 * max(float(np.ptp(finite)), 0.1)
@@ -195,9 +211,11 @@ def roll_figure(
     """Error of each tracker against the angle that the object has rolled."""
     figure = card(FULL_IN / 2, 3.0)
     axes = figure.add_subplot()
-    for (name, values), color in zip(error_deg.items(), (BLUE, ORANGE, GREEN, RED), strict=False):
-        axes.plot(true_deg, values, color=color, label=name)
+    looks = zip((BLUE, ORANGE, GREEN, RED), DASHES, strict=True)
+    for (name, values), (color, dashes) in zip(error_deg.items(), looks, strict=False):
+        axes.plot(true_deg, values, color=color, ls=dashes, label=name)
     axes.set(xlabel="rolled [°]", ylabel="error [°]", title=title, yscale="log")
+    name_decades(axes.yaxis)
     axes.grid()
     axes.legend()
     return figure

@@ -23,6 +23,7 @@ from validation.figures.integrators import cap_error_figure, convergence_figure
 from validation.figures.light_lobes import lobe_azimuth_deg, lobe_figure, sector_means
 from validation.figures.maps import round_length_mm
 from validation.figures.png import png_bytes
+from validation.figures.tracking import roll_figure
 from validation.metrics import METRICS, PIXEL_SETS, Errors
 from validation.table_text import row_cells
 
@@ -121,6 +122,7 @@ FIGURES = {
     "ball caps": lambda: cap_error_figure(
         depth_map(64, 48), {"dirichlet": 1.01 * depth_map(64, 48)}, (0.1, 0.1)
     ),
+    "roll": lambda: roll_figure([0.0, 90.0], {"joint": [0.2, 0.7], "gicp": [1, 9]}, "roll"),
     "convergence": lambda: convergence_figure((15, 30, 60), {"dirichlet": (0.16, 0.04, 0.01)}),
 }
 
@@ -147,6 +149,13 @@ def test_no_label_is_cut_off(name: str) -> None:
         if box.x0 < 0 or box.y0 < 0 or box.x1 > width or box.y1 > height
     }
     assert not outside
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_no_words_are_an_unread_formula(name: str) -> None:
+    figure = FIGURES[name]()
+    png_bytes(figure, dpi=50)
+    assert not [x for x in figure.findobj(Text) if "$" in x.get_text()]
 
 
 def undrawn_tick_labels(figure: Figure) -> list[Text]:

@@ -50,6 +50,18 @@ def test_figures_are_drawn_even_of_nothing():
     assert png_bytes(roll_figure([0.0, 90.0], {"joint": [0.1, 0.2]}, "roll"), 40)[:4] == b"\x89PNG"
 
 
+def test_curves_are_told_apart_without_their_colours_and_a_lone_pose_is_seen():
+    found = [turned(1), turned(2), LOST, turned(3), LOST]
+    roll = roll_figure([0.0, 90.0], {name: [0.1, 0.2] for name in "abcd"}, "roll")
+    for axes in (*pose_figure([0.1 * i for i in range(5)], found, "clip").axes, *roll.axes):
+        named = [line for line in axes.lines if not line.get_label().startswith("_")]
+        assert len(named) in (3, 4)
+        assert len({line.get_linestyle() for line in named}) == len(named)
+    axes = pose_figure([0.1 * i for i in range(5)], found, "clip").axes[0]
+    dots = [line.get_xdata() for line in axes.lines if line.get_marker() == "."]
+    assert len(dots) == 3 and all(list(x) == [pytest.approx(0.3)] for x in dots)
+
+
 @pytest.mark.filterwarnings("error")
 def test_a_name_that_the_font_lacks_is_drawn_without_a_warning():
     figure = pose_figure([0.0, 0.1], [LOST, turned(3)], "Prüf ström 指")
