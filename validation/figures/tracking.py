@@ -34,6 +34,9 @@ from validation.figures.style import (
 
 AXES = (("x", BLUE), ("y", ORANGE), ("z", GREEN))
 AXIS_MM = 3.0
+LETTER_PX = 20
+"""Of an axis' name: to be read where the picture is half as wide as it is drawn."""
+LIGHT, DARK = (240, 240, 240), (20, 20, 20)
 WORDS = {"tracking": (90, 200, 120), "weak": (240, 190, 70), "frozen": (90, 170, 240)}
 """RGB of a state's name; red for the rest."""
 LOST = (255, 110, 90)
@@ -178,10 +181,18 @@ def _draw_axes(
     y_px = (seen[:, 1] / mm_per_px[1] + (rows - 1) / 2 + 0.5) * scale
     places = np.clip(np.round(np.stack([x_px, y_px], 1)), -4000, 4000).astype(int)
     start = tuple(map(int, places[0]))
-    for end, (_, color) in zip(places[1:], AXES, strict=True):
+    ways = (places[1:] - places[0]).astype(float)
+    for end, way, (name, color) in zip(places[1:], ways, AXES, strict=True):
         rgb = tuple(int(color[i : i + 2], 16) for i in (1, 3, 5))
-        cv2.line(picture, start, tuple(map(int, end)), (20, 20, 20), 5, cv2.LINE_AA)
-        cv2.line(picture, start, tuple(map(int, end)), rgb, 3, cv2.LINE_AA)
+        if np.hypot(*way) < LETTER_PX:  # seen from its tip: where the others leave room
+            way = -ways.sum(axis=0)
+        beyond = end + LETTER_PX * way / max(float(np.hypot(*way)), 1e-9)
+        inside = np.clip(beyond, LETTER_PX, np.array(picture.shape[1::-1]) - LETTER_PX)
+        letter = tuple(map(int, np.round(inside + LETTER_PX * np.array([-0.5, 0.5]))))
+        font, size = cv2.FONT_HERSHEY_SIMPLEX, LETTER_PX / 20
+        for line, ink, extra_px in ((DARK, DARK, 2), (rgb, LIGHT, 0)):
+            cv2.line(picture, start, tuple(map(int, end)), line, 3 + extra_px, cv2.LINE_AA)
+            cv2.putText(picture, name, letter, font, size, ink, 2 + 2 * extra_px, cv2.LINE_AA)
     cv2.circle(picture, start, 4, (255, 255, 255), -1, cv2.LINE_AA)
 
 

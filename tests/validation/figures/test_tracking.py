@@ -8,7 +8,14 @@ import pytest
 from recon.pose.estimate import PoseEstimate
 from recon.pose.rigid import motion
 from validation.figures.png import png_bytes
-from validation.figures.tracking import overlay, pose_figure, pose_picture, roll_figure, series
+from validation.figures.tracking import (
+    LIGHT,
+    overlay,
+    pose_figure,
+    pose_picture,
+    roll_figure,
+    series,
+)
 
 LOST = PoseEstimate(state="lost", reason="nothing touches")
 
@@ -79,6 +86,10 @@ def test_axes_stand_where_the_object_is():
     scale = 640 / 120
     assert abs(columns.mean() / scale - (59.5 + 20 + 0.5)) < 0.5
     assert abs(rows.mean() / scale - (44.5 + 10 + 0.5)) < 0.5
+    inked = np.argwhere((drawn == LIGHT).all(-1))[:, ::-1] - [427, 293]
+    x, y = inked.T
+    for past_its_end in (x > 165, y > 165, (x < -5) & (y < -5)):  # the letters of x, y and z
+        assert past_its_end.sum() > 20
     assert not pose_picture(*seen, LOST, None).any()
     with_words = overlay(*seen, LOST, None)
     assert with_words[480:].any() and not with_words[:480].any()
