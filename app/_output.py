@@ -103,6 +103,8 @@ class RowFile:
         self._path, self._end = path, 0
         try:
             self._file = path.open("xb", buffering=0)
+        except FileExistsError as error:
+            raise WedgeError(f"{path} exists: name a new file.") from error
         except OSError as error:
             raise self._unwritable(error) from error
         self.add(headings)

@@ -57,6 +57,10 @@ def new_file(path: Path) -> Iterator[Path]:
         with _called(path, temporary):
             yield temporary
         temporary.replace(path)
+    except FileExistsError as error:  # where the folder should be
+        raise WedgeError(
+            f"{path} cannot be written: {path.parent} is no folder that takes files."
+        ) from error
     except OSError as error:
         raise WedgeError(f"{path} cannot be written: {error.strerror}.") from error
     finally:

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which frames of a live sensor are good ball presses, and where on the pad some are missing."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import cv2
@@ -37,6 +37,8 @@ MOST_SATURATED = 0.3
 at most 0.12 of 22 of one sensor, none of 98 of two others.
 """
 
+NO_CALIPER = "this is a ball, not the caliper"
+
 State = Literal["blank", "waiting", "lift"]
 
 
@@ -46,7 +48,7 @@ class Verdict:
 
     taken: bool
     words: str
-    """For the person at the sensor: what happened, and what to do next."""
+    """What happened and, of a sensor's frames, what the person at it is to do next."""
     circle: Circle | None = None
     """Of a ball's frame that was taken; ``None`` for a caliper's."""
 
@@ -105,7 +107,10 @@ class PressWatcher:
         self._still = self._still + 1 if is_still else 0
         if self._still < STILL_FRAMES:
             return _no("still moving: hold it")
-        return self._judge(frame, seen, difference, contact)
+        verdict = self._judge(frame, seen, difference, contact)
+        next_one = f"lift it, then {self._wanted}" if verdict.taken else self._wanted
+        is_told = verdict.taken or verdict.words == NO_CALIPER
+        return replace(verdict, words=f"{verdict.words}: {next_one}") if is_told else verdict
 
     def judge_alone(self, frame: Frame) -> Verdict:
         """Judge a frame that has no neighbours in time, as a folder's; the blank gel is known."""
@@ -170,7 +175,7 @@ class PressWatcher:
     def _judge(
         self, frame: Frame, seen: Unwarped, difference: Difference, contact: np.ndarray
     ) -> Verdict:
-        """Keep a frame, or say what is wrong with it."""
+        """Keep a frame, or say what is wrong with it; not what to do next, as a file is done."""
         self._still = 0
         if _fine_detail(seen) < SHARPEST_LOSS * self._sharpness:
             return _no("blurred: hold the sensor still, or mend its focus")
@@ -180,17 +185,16 @@ class PressWatcher:
         circle = find_circle(difference, self.ball_radius_mm, self.mm_per_px)
         if self.calipers_left:
             if circle is not None and circle.quality >= DOUBTFUL:
-                return _no(f"this is a ball, not the caliper: {self._wanted}")
+                return _no(NO_CALIPER)
             self.calipers_left -= 1
             self.state = "lift"
-            return Verdict(taken=True, words=f"caliper taken: lift it, then {self._wanted}")
+            return Verdict(taken=True, words="caliper taken")
         if circle is None:
             return _no("no ball is recognised: press the ball alone, not its holder")
         self.coverage.add(circle.center_px)
         self.state = "lift"
         x, y = circle.center_px
-        words = f"taken at ({x:.0f}, {y:.0f}) px: lift it, then {self._wanted}"
-        return Verdict(taken=True, words=words, circle=circle)
+        return Verdict(taken=True, words=f"taken at ({x:.0f}, {y:.0f}) px", circle=circle)
 
 
 def _no(words: str) -> Verdict:

@@ -44,7 +44,7 @@ def test_a_table_ends_with_a_whole_row_where_the_disk_is_full(tmp_path: Path) ->
     row = '"a ""b"", c",,7\n'
     rows = (100 - len("first,second,third\n")) // len(row)
     assert path.read_text() == "first,second,third\n" + rows * row
-    with pytest.raises(WedgeError, match=r"rows\.csv cannot be written: File exists"):
+    with pytest.raises(WedgeError, match=r"rows\.csv exists: name a new file\.$"):
         RowFile(path, ["first"])
 
 

@@ -271,6 +271,16 @@ def test_sets_of_gentle_contacts_and_of_nothing_else_have_a_page(results: Datase
     assert "Untouched gel" not in filled and "nan" not in filled
 
 
+@pytest.mark.parametrize(("share", "is_weak"), [(1.0, False), (1.01, False), (0.9, True)])
+def test_steep_slopes_that_come_back_whole_are_no_weakness(
+    results: DatasetResults, share: float, is_weak: bool
+) -> None:
+    held = replace(results.held_out, estimated=share * results.held_out.pixels.gradient)
+    words = weakness_section([replace(results, held_out=held)]).html
+    assert (f"returns {100 * share:.0f} % of the true slope" in words) is is_weak
+    assert ("Steep slopes" in words) is is_weak
+
+
 def test_presses_left_out_are_named(results: DatasetResults) -> None:
     table = replace(results.table, left_out=(("press07.png", "no contact is visible"),))
     words = weakness_section([replace(results, table=table)]).html

@@ -11,6 +11,9 @@ from validation.intervals import counted
 from validation.report.page import Section, bullets, code, paragraph, table_html
 from validation.report.results import DatasetResults
 
+LEAST_LOSS_PERCENT = 2
+"""Of steep slopes, to be called a weakness."""
+
 
 def weakness_section(results: Sequence[DatasetResults]) -> Section:
     """What the numbers do not show well, with numbers."""
@@ -41,10 +44,14 @@ def _weaknesses(results: DatasetResults) -> list[str]:
     moved = label_shift_deg(truth, held.ball_radius_mm[contact], pitch_mm)
     found_mm, true_mm = results.peaks_mm()
     worst = max(results.table.depth[results.estimator], key=lambda error: error.rmse_mm)
-    items = [
-        f"Steep slopes: in the steepest tenth of the contact pixels (slope above "
-        f"{slope[steep].min():.2f}) the {results.estimator} returns {returned:.0f} % of the true "
-        f"slope (median; {counted(held.n_presses)} held out).",
+    items = []
+    if round(abs(returned - 100)) >= LEAST_LOSS_PERCENT:
+        items.append(
+            f"Steep slopes: in the steepest tenth of the contact pixels (slope above "
+            f"{slope[steep].min():.2f}) the {results.estimator} returns {returned:.0f} % of the "
+            f"true slope (median; {counted(held.n_presses)} held out)."
+        )
+    items += [
         f"Depth: contacts come out {found_mm:.2f} mm deep where the ball's cap is {true_mm:.2f} mm"
         f" (means of {counted(results.table.test)}). The worst press is {worst.file}: RMSE "
         f"{worst.rmse_mm:.3f} mm.",

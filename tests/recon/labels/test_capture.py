@@ -75,6 +75,16 @@ def test_each_still_press_is_taken_once_where_it_is() -> None:
     assert str(watch.coverage) == "[..... .1... ...1. .....]"
 
 
+@pytest.mark.parametrize("calipers", [0, 1])
+def test_who_has_but_files_is_told_of_nothing_to_do(calipers: int) -> None:
+    watch = PressWatcher(prepare_unwarp(SIZE_PX, None, None, None), 3.0, (0.1, 0.1), calipers)
+    watch.set_background(noisy(BLANK, 0))
+    frames = [press(), jaws(), press(40.0)] if calipers else [press(), press(40.0)]
+    told = [watch.judge_alone(noisy(frame, i)) for i, frame in enumerate(frames, 1)]
+    assert [verdict.taken for verdict in told] == ([False, True, True] if calipers else [True] * 2)
+    assert not any(word in x.words for x in told for word in ("lift", "next", "press "))
+
+
 def test_after_the_corners_are_turned_presses_count_where_they_lie_now() -> None:
     watch, (width, height) = ready(), SIZE_PX
     shown(watch, press(40.0, 40.0), 8, 1)
