@@ -24,6 +24,7 @@ from types import ModuleType
 from typing import Any
 
 from recon.stream import keeper
+from recon.stream.uninterrupted import uninterrupted
 from sensor.errors import WedgeError
 from sensor.extras import how_to_install
 
@@ -214,6 +215,7 @@ class McapFile:
         )
         self._messages[channel] += 1
 
+    @uninterrupted()
     def flush(self) -> None:
         """Bring what was added to the disk; what cannot be written is kept for the next time.
 
@@ -260,6 +262,7 @@ class McapFile:
         self._write(written, _Written(chunks=before.chunks + 1, indexes=indexes, times_ns=times_ns))
         self._chunk, self.kept = _Chunk(), dict(self._messages)
 
+    @uninterrupted()
     def close(self) -> None:
         """Bring everything to the disk and let go of the file.
 

@@ -9,6 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 from subprocess import PIPE
+from typing import BinaryIO
 
 import pytest
 from mcap.reader import NonSeekingReader, make_reader
@@ -52,6 +53,55 @@ def data_end(path: Path) -> int:
     with path.open("rb") as stream:
         chunks = make_reader(stream).get_summary().chunk_indexes
     return max(c.chunk_start_offset + c.chunk_length + c.message_index_length for c in chunks)
+
+
+class AskedToEnd(BaseException):
+    """What a signal's handler raises."""
+
+
+class AskedAmid:
+    """The way to the writer; the signal comes when half of a request is on it, and behind it."""
+
+    def __init__(self, way: BinaryIO, number: signal.Signals) -> None:
+        self.way, self.number, self.asks = way, number, True
+
+    def write(self, request: bytes) -> None:
+        asks, self.asks = self.asks, False
+        for part in (request[: len(request) // 2], request[len(request) // 2 :]):
+            self.way.write(part)
+            self.way.flush()
+            if asks:
+                signal.raise_signal(self.number)
+
+    def __getattr__(self, name: str) -> object:
+        return getattr(self.way, name)
+
+
+@pytest.mark.parametrize("closes", [False, True])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_who_is_asked_to_end_amid_a_write_hears_of_it_behind(
+    tmp_path: Path, number: signal.Signals, closes: bool
+) -> None:
+    def end(*_: object) -> None:
+        raise AskedToEnd
+
+    path = tmp_path / "a.mcap"
+    file = McapFile(path, {})
+    channel = file.add_channel("/wedge/image", COMPRESSED_IMAGE)
+    before = signal.signal(number, end)
+    try:
+        for index in range(3):
+            add(file, channel, index)
+        file._keeper.stdin = AskedAmid(file._keeper.stdin, number)
+        with pytest.raises(AskedToEnd):
+            file.close() if closes else file.flush()
+        assert file.kept == {channel: 3}
+        if not closes:
+            add(file, channel, 3)
+    finally:
+        file.close()
+        signal.signal(number, before)
+    assert times(path) == list(range(3 if closes else 4))
 
 
 def test_of_what_is_written_little_is_index_and_it_is_there_after_every_write(
