@@ -60,7 +60,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and exit: 0 well, 1 failed checks, 2 bad input, 130 interrupted.
 
     Ended by SIGTERM or SIGHUP it leaves as little behind as by Ctrl-C, and exits 143 or 129; a
-    recording that has begun ends well, and exits 0.
+    recording, a replay or a stream that is followed ends well, and exits 0, once it has begun.
 
     Args:
         arguments: The words after `wedge`; the process's own by default.

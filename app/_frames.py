@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 from app._interrupt import UntilInterrupted
 from app._sources import is_dataset, open_where, refuse_nowhere
@@ -73,7 +73,7 @@ class UnitFrame:
 
 
 class UnitFrames:
-    """Frames of one unit in their order, until they or Ctrl-C end; and what to say of them."""
+    """Frames of one unit in their order, until they, Ctrl-C or SIGTERM end; what to say of them."""
 
     def __init__(
         self,
@@ -121,12 +121,16 @@ class UnitFrames:
                 raise
             self._failed = error
         if self.interrupted and self._came == self._useless:
-            raise KeyboardInterrupt  # there is nothing to keep
+            self.give_up()
 
     @property
     def interrupted(self) -> bool:
-        """Whether Ctrl-C has ended them."""
+        """Whether Ctrl-C, SIGTERM or SIGHUP has ended them."""
         return self._until.interrupted
+
+    def give_up(self) -> NoReturn:
+        """End as what interrupted them does elsewhere: there is nothing to keep."""
+        self._until.give_up()
 
     @property
     def remarks(self) -> list[str]:
@@ -148,7 +152,7 @@ class UnitFrames:
         if self._failed is not None:
             said.append(str(self._failed))
         if self.interrupted:
-            said.append(f"Ended by Ctrl-C after {self._came} frames.")
+            said.append(f"Ended by {self._until.asked_by} after {self._came} frames.")
         return said
 
     def tell(self) -> None:

@@ -3,34 +3,38 @@
 """Ctrl-C, and what else asks to end, as the way to end well: what was done so far is kept."""
 
 import signal
+import threading
 from collections.abc import Iterable, Iterator
 from types import FrameType
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, NoReturn, TypeVar
 
 Item = TypeVar("Item")
 
 
-class UntilInterrupted(Generic[Item]):
-    """Gives what it is given until Ctrl-C, which ends it between two items and never amid one.
+def _asking() -> list[signal.Signals]:
+    """What asks to end; Windows has no hangup."""
+    return [x for x in signal.Signals if x.name in ("SIGINT", "SIGTERM", "SIGHUP")]
 
-    While the next item is awaited Ctrl-C ends at once. A second Ctrl-C is the usual one. Outside
-    the main thread, or where Ctrl-C was ignored or is somebody's already, nothing is changed.
+
+class UntilInterrupted(Generic[Item]):
+    """Gives what it is given until Ctrl-C, SIGTERM or SIGHUP ends it, between two items.
+
+    While the next item is awaited they end it at once, and amid one never, but for a second Ctrl-C,
+    which is the usual one. A second SIGTERM or SIGHUP is not heard, as `timeout` sends its signal
+    twice, nor is one afterwards, when what came is being kept. Outside the main thread, or where
+    one was ignored or Ctrl-C is somebody's already, nothing is changed.
     """
 
     def __init__(self, items: Iterable[Item]) -> None:
         self._items = items
         self._awaited = False
+        self._before: dict[int, Any] = {}
+        self._number = signal.SIGINT
         self.interrupted = False
-        """Whether Ctrl-C has ended it."""
+        """Whether one of them has ended it."""
 
     def __iter__(self) -> Iterator[Item]:
-        before = signal.getsignal(signal.SIGINT)
-        ours = before is signal.default_int_handler
-        if ours:
-            try:
-                signal.signal(signal.SIGINT, self._end)
-            except ValueError:  # not the main thread
-                ours = False
+        self._listen()
         items = iter(self._items)
         try:
             while not self.interrupted:
@@ -47,12 +51,37 @@ class UntilInterrupted(Generic[Item]):
                     self._awaited = False
                 yield item
         finally:
-            if ours:
-                signal.signal(signal.SIGINT, before)
+            self._restore(also_asked=not self.interrupted)
 
-    def _end(self, *_: object) -> None:
-        twice, self.interrupted = self.interrupted, True
-        if self._awaited or twice:
+    @property
+    def asked_by(self) -> str:
+        """What has ended it, in words."""
+        return "Ctrl-C" if self._number == signal.SIGINT else self._number.name
+
+    def give_up(self) -> NoReturn:
+        """End as if nobody had listened: there is nothing to keep."""
+        self._restore(also_asked=True)
+        signal.raise_signal(self._number)
+        raise KeyboardInterrupt
+
+    def _listen(self) -> None:
+        if threading.current_thread() is not threading.main_thread():
+            return
+        for number in _asking():
+            before = signal.getsignal(number)
+            is_ours = number != signal.SIGINT or before is signal.default_int_handler
+            if is_ours and before not in (signal.SIG_IGN, None):
+                self._before[number] = signal.signal(number, self._end)
+
+    def _restore(self, *, also_asked: bool) -> None:
+        for number in [x for x in self._before if also_asked or x == signal.SIGINT]:
+            signal.signal(number, self._before.pop(number))
+
+    def _end(self, number: int, _: FrameType | None) -> None:
+        is_first, self.interrupted = not self.interrupted, True
+        if is_first:
+            self._number = signal.Signals(number)
+        if (is_first and self._awaited) or (not is_first and number == signal.SIGINT):
             raise KeyboardInterrupt
 
 
@@ -70,9 +99,8 @@ class Asked:
         self._before: dict[int, Any] = {}
 
     def __enter__(self) -> "Asked":
-        for name in ("SIGINT", "SIGTERM", "SIGHUP"):
-            number = getattr(signal, name, None)  # Windows has no hangup
-            if number is not None and signal.getsignal(number) not in (signal.SIG_IGN, None):
+        for number in _asking():
+            if signal.getsignal(number) not in (signal.SIG_IGN, None):
                 self._before[number] = signal.signal(number, self._note)
         return self
 

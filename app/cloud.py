@@ -58,8 +58,8 @@ def main(
     contact lies in the shadow of its own dent, where slopes are to be doubted. Its sigma is the
     median over all points of the file; beside the deepest point, `wedge reconstruct` gives the
     sigma of that point alone. Of a clip or a stream the first contact is told. In a stream, damaged
-    frames are left out and counted; Ctrl-C ends it, and what was written stays. Images are all
-    checked before the first is written.
+    frames are left out and counted; Ctrl-C or SIGTERM ends it, and what was written stays. Images
+    are all checked before the first is written.
 
     Example: wedge cloud units/wedge-001 press.png --out clouds --mesh
 

@@ -40,8 +40,8 @@ def main(
     seen or carried along by its neighbours, and the frame's file where it is one; markers.png, the
     frame in which they moved most; overlay.webp, all frames with arrows; and markers.mcap, dots and
     shifts as ROS 2 point clouds for Foxglove and RViz. In a stream, damaged frames are left out and
-    counted; Ctrl-C ends it, and what was found is written. Where the disk fills up, the run ends,
-    what was found until then is kept and told, and the exit status is 2.
+    counted; Ctrl-C or SIGTERM ends it, and what was found is written. Where the disk fills up, the
+    run ends, what was found until then is kept and told, and the exit status is 2.
 
     Example: wedge markers units/wedge-001 press.mp4 --out moved
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from app._interrupt import UntilInterrupted
 from app._output import OutputFile, keep_inputs, write_json
 from app._sources import open_where, refuse_few
 from sensor.errors import WedgeError
@@ -34,7 +35,7 @@ def main(
 
     Whatever reads the sensor then reads the file: `wedge live`, the ROS 2 node, a robot's program.
     Frames bear the time at which they are sent. Those that are damaged are counted and not sent.
-    Ends with the file, or at Ctrl-C.
+    Ends with the file, or at Ctrl-C, SIGTERM or SIGHUP, which are no failures.
 
     Example: wedge replay touch.mcap --repeat
 
@@ -91,8 +92,9 @@ def _serve(source: "FrameSource", address: str, port: int) -> int:
     threading.Thread(target=server.serve_forever, daemon=True).start()
     shown = f"[{address}]" if ":" in address else address
     print(f"http://{shown}:{server.server_address[1]}{STREAM_PATH} (Ctrl-C ends)", flush=True)
+    until = UntilInterrupted(source)
     try:
-        for frame in source:
+        for frame in until:
             if frame.index == 0 and flaws and not sent:
                 break  # a whole round gave nothing
             flaw = frame.flaw
@@ -107,9 +109,11 @@ def _serve(source: "FrameSource", address: str, port: int) -> int:
             jpeg = frame.jpeg or encode_jpeg(frame.image(), CLIP_QUALITY)
             newest.put(jpeg, time.clock_gettime_ns(time.CLOCK_BOOTTIME))
             sent += 1
-    except KeyboardInterrupt:
-        print(file=sys.stderr)
     finally:
         source.close()
         server.stop()
+    if until.interrupted:
+        if not sent:
+            until.give_up()
+        print(file=sys.stderr)
     return sent

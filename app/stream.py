@@ -39,12 +39,12 @@ def main(
 ) -> None:
     """Watch a stream: frames a second, latency, what is lost or damaged, and with a unit the touch.
 
-    A line a second, until the stream ends or Ctrl-C. Only the newest frame is looked at: "skipped"
-    counts those that came while the one before was worked on, "dropped" those that the sensor took
-    but did not send, "corrupt" those that came damaged. "Stands still" is a stream whose frames are
-    the same to the last bit, as no camera's are. Latency is from the sensor's first row to
-    the whole frame here, where the Pi's clock and this machine's agree. Frames that no gel has felt
-    are told and counted.
+    A line a second, until the stream, Ctrl-C or SIGTERM ends it. Only the newest frame is looked
+    at: "skipped" counts those that came while the one before was worked on, "dropped" those that
+    the sensor took but did not send, "corrupt" those that came damaged. "Stands still" is a stream
+    whose frames are the same to the last bit, as no camera's are. Latency is from the sensor's
+    first row to the whole frame here, where the Pi's clock and this machine's agree. Frames that no
+    gel has felt are told and counted.
 
     Example: wedge stream http://10.55.0.1:8080 --unit units/wedge-001 --mcap felt.mcap
 
@@ -160,7 +160,7 @@ def _watch(
             since, shown, line_s = _Since(), since, time.monotonic()
     if looked == 0:
         if until.interrupted:
-            raise KeyboardInterrupt  # there is nothing to keep
+            until.give_up()
         raise WedgeError(newest.source.counts.no_frame(newest.source.name))
     since = since if since.busy_ms else shown
     return _numbers(newest, rate, since, doubts, touch, felt, misfit)

@@ -58,8 +58,8 @@ def main(
 
     Every frame gets a state: tracking; weak (a pose, but the touch does not show every motion, as
     a smooth ball does not show how it turns); frozen (the stream stands still); lost, with the
-    reason, and a damaged frame is lost as well. A lost frame has no pose. Ctrl-C ends a stream, and
-    what was found is written. OUT receives poses.csv, poses.png (with two standard
+    reason, and a damaged frame is lost as well. A lost frame has no pose. Ctrl-C or SIGTERM ends a
+    stream, and what was found is written. OUT receives poses.csv, poses.png (with two standard
     deviations), overlay.webp, and poses.mcap for Foxglove and RViz: poses as transforms, their
     states, the touched points and a marker gel's dots. Where the disk fills up, the run ends, what
     was found until then is kept and told, and the exit status is 2.
@@ -122,7 +122,7 @@ def main(
                 break
             show(len(run.found) / (frames or len(run.found) + 1), run.found[-1].state)
         if came.interrupted and files.clip.empty:
-            raise KeyboardInterrupt  # there is nothing to keep
+            came.give_up()
         if not run.found:
             raise WedgeError(f"{source} holds no frame" + (f" {begin}." if begin else "."))
         if files.clip.empty:

@@ -150,6 +150,9 @@ def test_a_stream_that_stands_still_is_said(command: str, unit: Path, tmp_path: 
 
 
 @pytest.mark.parametrize(
+    ("number", "word"), [(signal.SIGINT, "Ctrl-C"), (signal.SIGTERM, "SIGTERM")]
+)
+@pytest.mark.parametrize(
     ("command", "kind", "work"),
     [
         ("markers", MarkerTracker, "track"),
@@ -157,7 +160,9 @@ def test_a_stream_that_stands_still_is_said(command: str, unit: Path, tmp_path: 
         ("track", Reconstructor, "__call__"),
     ],
 )
-def test_ctrl_c_keeps_what_was_done(
+def test_who_is_asked_to_end_keeps_what_was_done(
+    number: signal.Signals,
+    word: str,
     command: str,
     kind: type,
     work: str,
@@ -172,7 +177,7 @@ def test_ctrl_c_keeps_what_was_done(
     def interrupted(*given: object, **named: object) -> object:
         worked_on.append(1)
         if len(worked_on) == 3:
-            signal.raise_signal(signal.SIGINT)
+            signal.raise_signal(number)
         return usual(*given, **named)
 
     monkeypatch.setattr(kind, work, interrupted)
@@ -182,23 +187,28 @@ def test_ctrl_c_keeps_what_was_done(
     finally:
         signal.signal(signal.SIGINT, before)
     assert len(written) == 3
-    assert document["remarks"] == ["Ended by Ctrl-C after 3 frames."]
+    assert document["remarks"] == [f"Ended by {word} after 3 frames."]
 
 
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("command", COMMANDS)
-def test_ctrl_c_before_anything_is_whole_leaves_nothing(
-    command: str, unit: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_who_is_asked_to_end_before_anything_is_whole_leaves_nothing(
+    number: signal.Signals,
+    command: str,
+    unit: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     clip = recorded(tmp_path / "clip.mcap", [b"no JPEG"] * 4)
 
     def interrupted(*_: object) -> object:
-        signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(number)
         raise WedgeError("it is damaged")
 
     monkeypatch.setattr(TimedFrame, "image", interrupted)
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
-        assert run(command, unit, clip, "--out", tmp_path / "out") == 130
+        assert run(command, unit, clip, "--out", tmp_path / "out") == 128 + number
     finally:
         signal.signal(signal.SIGINT, before)
     assert not list((tmp_path / "out").glob("*"))

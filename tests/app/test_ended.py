@@ -17,12 +17,12 @@ import pytest
 
 import app.__main__
 from app._workers import process_pool
-from recon.stream import McapSource
+from recon.stream import McapSource, open_source
 from sensor.errors import WedgeError
 from sensor.files import new_folder
 from sensor.wire import DELIMITER, Stamp, part
 from tests.app.served import serving, until_it_answers
-from tests.recon.stream.servers import FRAMES, HEAD, ScriptedServer
+from tests.recon.stream.servers import FRAMES, HEAD, ScriptedServer, write_clip
 from tests.synthetic import make_dataset
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -135,6 +135,26 @@ def test_a_recording_that_is_asked_to_end_keeps_and_tells_all_that_came(
     counts = json.loads(numbers.read_text())["sensors"]["wedge"]
     assert counts["recorded"] == counts["received"] == len(list(McapSource(out))) > 1
     assert f"{counts['recorded']} frames of wedge, " in said
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
+def test_a_replay_that_is_asked_to_end_tells_what_was_sent(
+    tmp_path: Path, number: signal.Signals
+) -> None:
+    clip, numbers = write_clip(tmp_path / "clip.avi", 6), tmp_path / "numbers.json"
+    words = ("replay", str(clip), "--repeat", "--port", "0", "--json", str(numbers))
+    start = "import sys; from tests.app.test_ended import wedge; wedge(sys.argv[1:])"
+    with subprocess.Popen(
+        [sys.executable, "-c", start, *words], cwd=ROOT, stdout=subprocess.PIPE, text=True
+    ) as run:
+        assert run.stdout is not None
+        with open_source(run.stdout.readline().split()[0]) as source:
+            assert len(list(zip(source, range(3), strict=False))) == 3
+            run.send_signal(number)
+            said, _ = run.communicate()
+    assert run.returncode == 0
+    sent = json.loads(numbers.read_text())["sent"]
+    assert sent >= 3 and f"{sent} frames sent, corrupt 0" in said
 
 
 @pytest.mark.parametrize("words", [(), ("--corners",)])

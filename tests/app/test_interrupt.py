@@ -52,6 +52,35 @@ def test_while_the_next_is_awaited_it_ends_at_once_and_the_source_lets_go() -> N
     assert until.interrupted and closed == [True]
 
 
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_sigterm_twice_ends_it_as_ctrl_c_once_and_is_not_heard_while_what_came_is_kept(
+    number: signal.Signals,
+) -> None:
+    def ended(*_: object) -> None:
+        raise SystemExit(128 + number)
+
+    before = signal.signal(number, ended)
+    try:
+        done = []
+        until = UntilInterrupted(range(5))
+        for item in until:
+            if item == 2:
+                signal.raise_signal(number)
+                signal.raise_signal(number)
+            done.append(item)
+        signal.raise_signal(number)
+        assert done == [0, 1, 2] and until.interrupted and until.asked_by == number.name
+        with pytest.raises(SystemExit, match=str(128 + number)):
+            until.give_up()
+        assert signal.getsignal(number) is ended
+        for item in UntilInterrupted(range(5)):
+            if item == 1:
+                break
+        assert signal.getsignal(number) is ended
+    finally:
+        signal.signal(number, before)
+
+
 def test_twice_is_the_usual_one() -> None:
     until = UntilInterrupted(range(5))
     with pytest.raises(KeyboardInterrupt):
