@@ -53,14 +53,14 @@ def new_file(path: Path) -> Iterator[Path]:
     """
     temporary = _hidden_sibling(path)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        except FileExistsError as error:
+            place = f"{path.parent} is no folder that takes files"
+            raise WedgeError(f"{path} cannot be written: {place}.") from error
         with _called(path, temporary):
             yield temporary
         temporary.replace(path)
-    except FileExistsError as error:  # where the folder should be
-        raise WedgeError(
-            f"{path} cannot be written: {path.parent} is no folder that takes files."
-        ) from error
     except OSError as error:
         raise WedgeError(f"{path} cannot be written: {error.strerror}.") from error
     finally:

@@ -111,7 +111,7 @@ def test_a_folder_without_permission_is_a_sentence(tmp_path):
 def test_a_file_where_a_folder_should_be_and_the_reverse_are_sentences(tmp_path):
     (tmp_path / "file").write_bytes(OLD)
     (tmp_path / "folder").mkdir()
-    with pytest.raises(WedgeError, match="cannot be written"):
+    with pytest.raises(WedgeError, match="file is no folder that takes files"):
         write_atomic(tmp_path / "file" / "below.bin", NEW)
     with pytest.raises(WedgeError, match="cannot be written"):
         write_atomic(tmp_path / "folder", NEW)
