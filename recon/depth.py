@@ -109,7 +109,7 @@ def depth_of(
         gradient = without_still(gradient, disturbed, estimator.reach)
     if missing == "zero" and unseen is not None:
         gradient = without(unseen, gradient)
-    boundary = boundary_of(disturbed if estimator.reach is None else gradient.any(-1))
+    boundary = boundary_of(disturbed if estimator.reach is None else np.asarray(gradient.any(-1)))
     depth_mm = integrate(gradient, mm_per_px, boundary)
     rests = np.zeros_like(disturbed)
     if estimator.reach is not None:

@@ -291,7 +291,7 @@ class FastReconstructor:
             gradient[:] = np.moveaxis(still, -1, 0)
         elif near is not None and self._beside.size > 1:
             gradient *= in_pixels(near, self._unwarp.size_px)
-        moved = disturbed if reach is None else gradient.any(0)
+        moved = disturbed if reach is None else np.asarray(gradient.any(0))
         border = (boundary_of if self._small or reach is not None else border_of)(moved)
         depth_mm = self._integrate[border](gradient)
         few = np.s_[:, :] if self._small else np.s_[2::4, 2::4]
