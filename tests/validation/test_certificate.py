@@ -12,6 +12,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.text import Text
 
 import app.accept
 from app.__main__ import main
@@ -216,13 +217,18 @@ def test_everything_lies_on_the_sheet_and_nothing_on_another(calibration, accept
         left_out=(("press-0000.png", "no contact is visible inside its circle"),) * 9,
     )
     found = replace(accepted, values=spoilt, doubts=doubts, errors=errors)
-    figure = sheet(replace(calibration.card, serial=serial), SET, found)
+    card = replace(calibration.card, serial=serial)
+    figure = sheet(card, SET, found)
     renderer = FigureCanvasAgg(figure).get_renderer()
     boxes = [text.get_window_extent(renderer) for text in figure.texts]
     width, height = figure.canvas.get_width_height()
     assert all(b.x0 > 0 and b.x1 < width and b.y0 > 0 and b.y1 < height for b in boxes)
     for index, box in enumerate(boxes):
         assert not any(box.overlaps(other.padded(-1)) for other in boxes[:index])
+    texts = [text for text in figure.findobj(Text) if text.get_text()]
+    assert min(text.get_fontsize() for text in texts if serial not in text.get_text()) >= 7.0
+    reasons = html.unescape(page_html(card, SET, found, ""))
+    assert all(limit.reason in reasons for limit in LIMITS)
 
 
 def test_a_recording_tells_the_rate_and_what_has_no_times_is_refused(

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The certificate's pictures, and all of it on one sheet of A4."""
+"""The certificate's pictures, and all of it on one sheet of A4 but for the limits' reasons."""
 
 import io
 from textwrap import wrap
@@ -44,17 +44,19 @@ PAGE_IN = (8.27, 11.69)
 LEFT_IN, WIDTH_IN = 0.5, 7.27
 TITLE_PT, TITLE_LETTERS = 16.0, 44
 """So many letters are as wide as the page; a longer title is smaller."""
-TALLEST_ROW_IN, LINE_IN, FOOT_IN = 0.2, 0.083, 0.35
-COLUMNS_IN = (0.5, 2.2, 4.55, 5.0, 5.45, 5.75)
-"""Title, value, A, B, grade, reason."""
-REASON_LETTERS = 50
-"""In a line of a reason."""
-FAILURE_LETTERS, NOTE_LETTERS = 130, 150
+SMALL_PT = 7.0
+"""The least that is read on paper."""
+TALLEST_ROW_IN, FOOT_IN = 0.2, 0.35
+COLUMNS_IN = (0.5, 2.9, 5.9, 6.6, 7.3)
+"""Title, value, A, B, grade."""
+ELSEWHERE = "Why each limit is what it is: the page beside this sheet."
+LETTERS = 130
+"""In a line as wide as the page."""
 MOST_FAILURES = 3
 """Sentences below the verdict; the table has all."""
 LOWEST_IN, TALLEST_IN, GAP_IN, BAR_IN = 0.85, 1.5, 0.12, 0.6
 """Of a picture, by the room there is; between pictures; beside one for a colour bar."""
-NOTE_IN = 0.11
+NOTE_IN = 0.12
 AMPLIFIED = 3.0
 FLATTER_THAN = 0.02
 """Of the depth: an error map's least range."""
@@ -80,16 +82,15 @@ def pdf_bytes(card: UnitCard, occasion: Occasion, found: Acceptance) -> bytes:
 
 @styled
 def sheet(card: UnitCard, occasion: Occasion, found: Acceptance) -> Figure:
-    """Verdict, pictures, and every measurement with its limits and reason."""
+    """Verdict, pictures, and every measurement with its limits."""
     figure = blank(*PAGE_IN)
     grade = verdict(found.values)
-    title = f"GelSight Wedge {card.serial}"
-    _say(figure, LEFT_IN, 0.6, title, size=TITLE_PT * min(1, TITLE_LETTERS / len(title)))
+    _title(figure, card)
     _say(figure, LEFT_IN, 0.88, WORDS[grade], size=13.0, color=COLORS[grade])
     top = 1.05
     for text in (lead(card, occasion, found), origin(card, occasion)):
-        for line in wrap(text, FAILURE_LETTERS):
-            _say(figure, LEFT_IN, top, line, size=7.0, color=SOFT)
+        for line in wrap(text, LETTERS):
+            _say(figure, LEFT_IN, top, line, color=SOFT)
             top += 0.13
     failed = failures(found)
     said = failed[:MOST_FAILURES]
@@ -98,13 +99,14 @@ def sheet(card: UnitCard, occasion: Occasion, found: Acceptance) -> Figure:
         words = "1 more failure is" if more == 1 else f"{more} more failures are"
         said = [*said, f"{words} in the table."]
     for text in said:
-        for line in wrap(text, FAILURE_LETTERS):
-            _say(figure, LEFT_IN, top, line, size=7.0)
+        for line in wrap(text, LETTERS):
+            _say(figure, LEFT_IN, top, line)
             top += 0.13
-    for line in wrap(" ".join(remarks(found)), NOTE_LETTERS):
-        _say(figure, LEFT_IN, top, line, size=6.0)
+    for line in wrap(" ".join(remarks(found)), LETTERS):
+        _say(figure, LEFT_IN, top, line)
         top += NOTE_IN
-    notes = [line for text in not_measured(found) for line in wrap(text, NOTE_LETTERS)]
+    last = [*not_measured(found), ELSEWHERE]
+    notes = [line for text in last for line in wrap(text, LETTERS)]
     bottom = PAGE_IN[1] - FOOT_IN - NOTE_IN * len(notes)
     rows = len(found.values) + len(GROUPS)
     room = bottom - TALLEST_ROW_IN * rows - top - 2 * (TITLE_IN + 0.04) - 0.28
@@ -113,7 +115,7 @@ def sheet(card: UnitCard, occasion: Occasion, found: Acceptance) -> Figure:
     top += 2 * _row_height_in(found, card.mm_per_px, tall) + 0.28
     top = _table(figure, found, top, bottom)
     for note in notes:
-        _say(figure, LEFT_IN, top, note, size=6.0, color=SOFT)
+        _say(figure, LEFT_IN, top, note, color=SOFT)
         top += NOTE_IN
     return figure
 
@@ -123,26 +125,32 @@ def _table(figure: Figure, found: Acceptance, top: float, bottom: float) -> floa
     groups = [[line for line in lines(found) if line.group == group] for group in GROUPS]
     groups = [group for group in groups if group]
     row_in = min(TALLEST_ROW_IN, (bottom - top) / sum(len(group) + 1 for group in groups))
-    for left, heading in zip(COLUMNS_IN[1:], ("value", "A", "B", "", "why"), strict=True):
-        _say(figure, left, top, heading, size=6.5, color=SOFT)
+    for left, heading in zip(COLUMNS_IN[1:4], ("value", "A", "B"), strict=True):
+        _say(figure, left, top, heading, color=SOFT)
     for group in groups:
         _say(figure, LEFT_IN, top, group[0].group, size=7.5, color=SOFT)
         top += row_in
         for line in group:
             for left, text in zip(COLUMNS_IN, line.cells[:4], strict=False):
-                _say(figure, left, top, text, size=7.0)
-            _say(figure, COLUMNS_IN[4], top, line.grade, size=7.0, color=COLORS[line.grade])
-            reason = wrap(line.reason, REASON_LETTERS)
-            first = top - LINE_IN * (len(reason) - 1) / 2
-            for index, text in enumerate(reason):
-                place = first + LINE_IN * index
-                _say(figure, COLUMNS_IN[5], place, text, size=5.2, color=SOFT)
+                _say(figure, left, top, text)
+            _say(figure, COLUMNS_IN[4], top, line.grade, color=COLORS[line.grade])
             top += row_in
     return top
 
 
+def _title(figure: Figure, card: UnitCard) -> None:
+    title = f"GelSight Wedge {card.serial}"
+    _say(figure, LEFT_IN, 0.6, title, size=TITLE_PT * min(1, TITLE_LETTERS / len(title)))
+
+
 def _say(
-    figure: Figure, left_in: float, top_in: float, text: str, *, size: float, color: str = INK
+    figure: Figure,
+    left_in: float,
+    top_in: float,
+    text: str,
+    *,
+    size: float = SMALL_PT,
+    color: str = INK,
 ) -> None:
     width_in, height_in = figure.get_size_inches()
     figure.text(left_in / width_in, 1 - top_in / height_in, text, fontsize=size, color=color)
