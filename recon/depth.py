@@ -16,7 +16,12 @@ from recon.contact.mask import boundary_of
 from recon.estimators import GradientEstimator
 from recon.integration.poisson import Boundary, integrate
 from recon.integration.pressed import Support, nearest_pressed
-from recon.integration.weighed import inferred_doubts, resting, weighed_depth
+from recon.integration.weighed import (
+    inferred_doubts,
+    resting,
+    shorter_side_mm,
+    weighed_depth,
+)
 from recon.lights import Axis, unseen_axis
 from recon.markers.filling import fill_gradients
 from recon.medians import median
@@ -113,7 +118,7 @@ def depth_of(
     depth_mm = integrate(gradient, mm_per_px, boundary)
     rests = np.zeros_like(disturbed)
     if estimator.reach is not None:
-        rests = resting(gradient, depth_mm, boundary)
+        rests = resting(gradient, depth_mm, shorter_side_mm(disturbed.shape, mm_per_px))
         depth_mm = weighed_depth(depth_mm, gradient, mm_per_px, boundary, rests=rests)
     level_mm = 0.0 if rests.any() else untouched_depth(depth_mm, disturbed, boundary)
     return Depth(gradient=gradient, depth_mm=depth_mm - level_mm, boundary=boundary)

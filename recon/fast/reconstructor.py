@@ -43,7 +43,7 @@ from recon.fast.still import FrameStill
 from recon.fast.unwarping import FrameDifference
 from recon.fast.weighing import FrameWeighing
 from recon.integration.poisson import Boundary
-from recon.integration.weighed import rest_level
+from recon.integration.weighed import resting, shorter_side_mm
 from recon.lights import Axis, unseen_axis
 from recon.markers.detection import unexpected_dots
 from recon.markers.tracking import Tracked, marker_tracker, misfit
@@ -184,6 +184,7 @@ class FastReconstructor:
         self._difference = np.zeros((3, height, width), np.float32)
         self._gradient = np.zeros((2, height, width), np.float32)
         self._take_difference = FrameDifference(unwarp, blank)
+        self._side_mm = shorter_side_mm((height, width), card.mm_per_px)
         self._small = min(size_px) < LEAST_SIDE_PX
         self._find_disturbance = FrameDisturbance(size_px, calibration.estimator.channels)
         # ``FrameInference`` has its own, for fewer pixels.
@@ -297,8 +298,8 @@ class FastReconstructor:
         few = np.s_[:, :] if self._small else np.s_[2::4, 2::4]
         held = False
         if self._weigh:
-            level = rest_level(np.moveaxis(gradient, 0, -1)[few], depth_mm[few], border)
-            held = self._weigh[border](gradient, depth_mm, level=level)
+            rests = resting(np.moveaxis(gradient, 0, -1)[few], depth_mm[few], self._side_mm)
+            held = self._weigh[border](gradient, depth_mm, rests=rests)
         if not held:
             some = depth_mm[few]
             depth_mm -= untouched_depth(some, _cut(disturbed, some), border)

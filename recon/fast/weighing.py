@@ -5,7 +5,7 @@
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float32
+from jaxtyping import Bool, Float32
 
 from recon.arrays import DepthMap
 from recon.fast.kernels import compiled
@@ -55,7 +55,7 @@ class FrameWeighing:
         gradient: Float32[np.ndarray, "2 h w"],
         depth_mm: DepthMap,
         inferred: tuple[Axis, Map] | None = None,
-        level: tuple[float, float] | None = None,
+        rests: Bool[np.ndarray, "rows columns"] | None = None,
     ) -> bool:
         """Change a depth, the plain integral of gradients as planes, in place.
 
@@ -66,7 +66,7 @@ class FrameWeighing:
             depth_mm: that is changed.
             inferred: the axis whose slope was, if one was, and how far off that is expected to be:
                 (h, w), mm/mm.
-            level: of gel that rests, as ``rest_level`` tells it; none does unless it is given.
+            rests: of still gel, which rests, in averages of any size; none unless given.
         """
         rows, columns = self._inside
         slopes, depth, variance = self._slopes, self._depth, self._variance
@@ -86,8 +86,8 @@ class FrameWeighing:
             pull_y=without_ring(self._y[1].T, self._boundary).T,
         )
         rest = None
-        if level is not None:
-            _held(gradient, depth_mm, np.array((*level, self._firmness), np.float32), self._rest)
+        if rests is not None:
+            _held(gradient, depth_mm, rests, np.float32(self._firmness), self._rest)
             weight, pull = self._rest
             if weight.any():
                 if self._boundary == "neumann":
@@ -143,17 +143,16 @@ def _take_along_y(slope: Any, depth: Any, variance: Any, per_mm: Any, lines: Any
                 out[k, row, column] = lines[k, column * side : (column + 1) * side].mean() / side
 
 
-def _take_held(gradient: Any, depth: Any, level: Any, out: Any) -> None:
-    """``level``: the depth of gel that rests, how far from it at most, and a pixel's weight."""
-    middle, most, firmness = level
-    side = -(-depth.shape[0] // out.shape[1])
+def _take_held(gradient: Any, depth: Any, rests: Any, firmness: Any, out: Any) -> None:
+    side, share = -(-depth.shape[0] // out.shape[1]), -(-depth.shape[0] // rests.shape[0])
     out[:] = 0
     for r in range(depth.shape[0]):
+        row = min(r // share, rests.shape[0] - 1)
         for c in range(depth.shape[1]):
-            still = gradient[0, r, c] == 0 and gradient[1, r, c] == 0
-            if still and abs(depth[r, c] - middle) <= most:
-                out[0, r // side, c // side] += firmness
-                out[1, r // side, c // side] += firmness * depth[r, c]
+            if rests[row, min(c // share, rests.shape[1] - 1)]:
+                if gradient[0, r, c] == 0 and gradient[1, r, c] == 0:
+                    out[0, r // side, c // side] += firmness
+                    out[1, r // side, c // side] += firmness * depth[r, c]
 
 
 _variances, _held = compiled(_take_variances), compiled(_take_held)

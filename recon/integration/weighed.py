@@ -28,7 +28,6 @@ from recon.arrays import DepthMap, GradientField
 from recon.integration.poisson import Boundary, eigenvalues, midpoint_slopes
 from recon.integration.waves import waves
 from recon.lights import Axis
-from recon.medians import median
 from sensor.toml import Pair
 
 STILL = 0.3
@@ -40,9 +39,11 @@ MEASURED = 0.1
 """Slope, mm/mm: one of flat gel that was inferred, and may err by so much, weighs half as much."""
 HELD = 1 / 8
 """Of the frame's shorter side: over this length what lifts or sinks gel that rests dies away."""
-AT_LEVEL = 0.25
-"""Of the deepest point: still gel that the plain integral puts farther than this from the level of
-still gel may be the flat top of something wide."""
+AT_LEVEL = 1 / 200
+"""Of the frame's shorter side: a part of the still gel that the plain integral puts deeper than
+this below another is the flat top of something wide, whose colour did not change."""
+LARGE = 0.05
+"""Of the still gel: a smaller part does not say where the rest lies."""
 CELLS = 60
 """Along the frame's shorter side."""
 STEPS = 24
@@ -161,36 +162,37 @@ def weighed_depth(
     return np.asarray(free_mm - level_mm + change, free_mm.dtype)
 
 
-def resting(gradient: GradientField, plain_mm: DepthMap, boundary: Boundary) -> Mask:
+def resting(gradient: GradientField, plain_mm: DepthMap, side_mm: float) -> Mask:
     """Where gel lies as it did before anything touched it.
+
+    Of the parts of the still gel that hang together the highest large one, as skin is only pressed
+    in, and all that lie as high.
 
     Args:
         gradient: (h, w, 2), mm/mm; exactly zero where the gel is known to be flat.
-        plain_mm: (h, w), mm, its plain integral with that boundary.
-        boundary: zero or free.
+        plain_mm: (h, w), mm, its plain integral.
+        side_mm: of the frame, the shorter one.
     """
-    level_mm, away_mm = rest_level(gradient, plain_mm, boundary)
-    return np.asarray(~gradient.any(-1) & (np.abs(plain_mm - level_mm) <= away_mm))
-
-
-def rest_level(
-    gradient: GradientField, plain_mm: DepthMap, boundary: Boundary
-) -> tuple[float, float]:
-    """At which depth a plain integral puts gel that rests, and how far from it at most, mm.
-
-    The second is negative where no gel is still.
-    """
-    still = ~gradient.any(-1)
-    if not still.any():
-        return 0.0, -1.0
-    level_mm = 0.0 if boundary == "dirichlet" else float(median(plain_mm[still]))
-    return level_mm, AT_LEVEL * max(0.0, float(plain_mm.max()) - level_mm)
+    still = np.asarray(~gradient.any(-1))
+    count, parts = cv2.connectedComponents(still.astype(np.uint8), connectivity=4)
+    if count == 1:
+        return still
+    sizes = np.bincount(parts.ravel(), minlength=count)[1:]
+    sums_mm = np.bincount(parts.ravel(), plain_mm.ravel(), minlength=count)[1:]
+    depths_mm = sums_mm / sizes
+    highest_mm = depths_mm[sizes >= LARGE * sizes.max()].min()
+    rests = np.abs(depths_mm - highest_mm) <= AT_LEVEL * side_mm
+    return np.asarray(still & np.append(False, rests)[parts])
 
 
 def held_weight(shape: tuple[int, ...], mm_per_px: Pair) -> float:
     """1 / (d l)^2 of gel that rests, mm^-2."""
-    length_mm = HELD * min(shape) * float(np.sqrt(mm_per_px[0] * mm_per_px[1]))
-    return float((STILL * length_mm) ** -2)
+    return (STILL * HELD * shorter_side_mm(shape, mm_per_px)) ** -2
+
+
+def shorter_side_mm(shape: tuple[int, ...], mm_per_px: Pair) -> float:
+    """Of a frame of (height, width)."""
+    return min(shape[1] * mm_per_px[0], shape[0] * mm_per_px[1])
 
 
 def cell_sides_px(shape: tuple[int, ...], boundary: Boundary) -> tuple[int, int]:

@@ -343,7 +343,7 @@ def test_slopes_count_by_their_doubt_where_still_gel_is_known(reach):
     found = reconstruct(difference, known, missing="none", lights_deg=None, mm_per_px=MM_PER_PX)
     assert found.boundary == "dirichlet"
     free = integrate(found.gradient, MM_PER_PX, "dirichlet")
-    rests = resting(found.gradient, free, "dirichlet")
+    rests = resting(found.gradient, free, 40 * MM_PER_PX[1])
     weighed = weighed_depth(free, found.gradient, MM_PER_PX, "dirichlet", rests=rests)
     np.testing.assert_array_equal(found.depth_mm, weighed if reach else free)
     assert np.allclose(found.depth_mm, free, atol=1e-4) == (reach is None)

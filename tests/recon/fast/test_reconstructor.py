@@ -113,7 +113,7 @@ def test_gel_that_did_not_move_is_flat_where_the_reference_says_so(size_px) -> N
     assert np.abs(touch.gradient - truth.gradient)[alike].max() < SLOPE
     pitch_mm, border = unit.card.mm_per_px, touch.boundary
     plain_mm = integrate(touch.gradient, pitch_mm, border)
-    rests = resting(touch.gradient, plain_mm, border)
+    rests = resting(touch.gradient, plain_mm, size_px[1] * pitch_mm[1])
     wanted_mm = weighed_depth(plain_mm, touch.gradient, pitch_mm, border, rests=rests)
     most_mm = np.abs(wanted_mm - plain_mm).max()  # what still gel counts for
     assert most_mm > 0.2 * np.ptp(plain_mm)
