@@ -48,8 +48,8 @@ def main(
     bright. Flicker, moving bands, drift and saturation are measured beside.
 
     The new settings are written to FILE, whole or not at all; `gelsight-wedge apply` on the Pi
-    takes them. Run again with the new settings until it says that they are settled: two or three
-    runs.
+    takes them, but for camera, address and port, which stay the Pi's. Run again with the new
+    settings until it says that they are settled: two or three runs.
 
     Example: wedge tune http://10.55.0.1:8080 --settings wedge.toml
 
@@ -57,7 +57,7 @@ def main(
         source: The Pi's stream (http://HOST:PORT), or frames that it gave: a folder, a dataset, a
             video or an MCAP file.
         settings: The Pi's settings file, to read and to write; without it, nothing is written. A
-            stream tells itself which settings it has.
+            stream of the Pi's server tells itself which settings it has, frames do not.
         unit: Look only at the pad, where this unit folder says it is.
         frames: How many frames to look at.
         json: Write measures and settings here as JSON.
@@ -76,7 +76,10 @@ def main(
     # What the stream says it has made the frames; the file may have been edited since.
     known = _settings_of_stream(source) or kept
     if known is None:
-        print("What settings the frames were taken with is not known: taken for the defaults.")
+        print(
+            "What settings the frames were taken with is not known: taken for the defaults. "
+            "Give the Pi's file as --settings where they are others."
+        )
     before = known or Settings()
     tuned = tune(before, blank)
     _print(blank, before, tuned)

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from firmware_pi.cable import lay_cable, remove_cable
-from firmware_pi.mjpg_streamer import mjpg_streamer_command
-from firmware_pi.settings import Settings, read_settings, write_settings
+from firmware_pi.mjpg_streamer import mjpg_streamer_command, only_the_pi_reaches
+from firmware_pi.settings import OF_THE_PI, Settings, applied, read_settings, write_settings
 from sensor.errors import WedgeError
 
 
@@ -22,7 +22,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     serve = commands.add_parser("serve", help="stream the camera until stopped")
     check = commands.add_parser("check", help="say whether a settings file is right")
-    apply = commands.add_parser("apply", help="put a settings file in the place of another")
+    apply = commands.add_parser(
+        "apply",
+        help="put a settings file in the place of another, whose camera, address and port stay",
+        description=f"Put a settings file in the place of another. Of that one stay "
+        f"{', '.join(OF_THE_PI)}: to change them, edit it.",
+    )
     default = commands.add_parser("default", help="write a settings file, or check the one there")
     paper = commands.add_parser("mjpg-streamer", help="print the command of the paper's server")
     cable = commands.add_parser("cable", help="make the USB socket a network cable, or undo that")
@@ -59,14 +64,33 @@ def _run(given: argparse.Namespace) -> int:
         case "check":
             read_settings(given.settings)
         case "apply":
-            write_settings(given.place, read_settings(given.settings))
+            _apply(given.settings, given.place)
         case "cable":
             (lay_cable if given.action == "lay" else remove_cable)(given.config)
         case "mjpg-streamer":
-            credentials = read_credentials(given.credentials)
-            words = mjpg_streamer_command(read_settings(given.settings), credentials)
+            settings = read_settings(given.settings)
+            if only_the_pi_reaches(settings):
+                print(
+                    f"gelsight-wedge: only the Pi itself reaches address = {settings.address!r}: "
+                    f"set it in {given.settings} to the Pi's address in your network.",
+                    file=sys.stderr,
+                )
+            words = mjpg_streamer_command(settings, read_credentials(given.credentials))
             print(shlex.join(words))
     return 0
+
+
+def _apply(file: Path, place: Path) -> None:
+    new = read_settings(file)
+    if not place.exists():
+        write_settings(place, new)
+        return
+    settings = applied(new, read_settings(place))
+    write_settings(place, settings)
+    kept = [key for key in OF_THE_PI if getattr(new, key) != getattr(settings, key)]
+    if kept:
+        said = ", ".join(f"{key} = {getattr(settings, key)!r}" for key in kept)
+        print(f"{place} keeps {said}, whatever {file} says: to change that, edit {place}.")
 
 
 def read_credentials(file: Path | None) -> str | None:

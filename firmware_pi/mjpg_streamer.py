@@ -8,6 +8,8 @@ does. With -awb off, a missing gain gives black pictures, and one mistyped is ig
 so both are always given.
 """
 
+import ipaddress
+
 from firmware_pi.settings import Settings
 
 
@@ -33,3 +35,8 @@ def mjpg_streamer_command(settings: Settings, credentials: str | None = None) ->
     if credentials is not None:
         output += f" -c {credentials}"
     return ["mjpg_streamer", "-i", camera, "-o", output]
+
+
+def only_the_pi_reaches(settings: Settings) -> bool:
+    """Whether the server would listen where no other computer can ask it."""
+    return ipaddress.ip_address(settings.address).is_loopback

@@ -7,7 +7,7 @@ Only the standard library and ``sensor`` are needed: the Pi has nothing else of 
 
 import ipaddress
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +25,8 @@ NOISE_REDUCTIONS = {
 SYNCS = {"off": "Off", "server": "Server", "client": "Client"}
 SIZES_PX = ((640, 480), (320, 240))
 US_PER_S = 1_000_000
+OF_THE_PI = ("camera", "camera_id", "sync", "address", "port", "max_clients")
+"""Which camera it is and where its stream is served, whatever the gel asks for."""
 
 
 def _key(default: Any, says: str, least: float | None = None, most: float | None = None) -> Any:
@@ -111,6 +113,11 @@ def settings_of(document: dict[str, Any]) -> Settings:
         if known[key] is float and type(value) is int:  # a file may well say rate_hz = 50
             values[key] = finite(value, key)
     return Settings(**values)
+
+
+def applied(new: Settings, old: Settings) -> Settings:
+    """New settings for a camera that has old ones: what is ``OF_THE_PI`` stays."""
+    return replace(new, **{key: getattr(old, key) for key in OF_THE_PI})
 
 
 def settings_text(settings: Settings) -> str:

@@ -54,6 +54,20 @@ def test_the_printed_command_is_what_a_shell_reads(
     assert printed == mjpg_streamer_command(Settings(), "wedge:s$(x)'")
 
 
+@pytest.mark.parametrize(
+    ("address", "warned"),
+    [("127.0.0.1", True), ("127.0.0.2", True), ("::1", True), ("192.168.1.42", False)],
+)
+def test_an_address_that_the_pi_alone_reaches_is_warned_of(
+    address: str, warned: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_settings(tmp_path / "0.toml", Settings(address=address))
+    assert main(["mjpg-streamer", str(tmp_path / "0.toml")]) == 0
+    printed, said = capsys.readouterr()
+    assert f"-l {address} " in printed and printed.count("\n") == 1
+    assert (address in said and "only the Pi itself" in said) == warned == bool(said)
+
+
 @pytest.mark.parametrize("text", ["wedge", "a b:c", "a:b c", "a:b\nc:d", ":x", "a:"])
 def test_a_password_file_that_holds_none_is_refused(tmp_path: Path, text: str) -> None:
     (tmp_path / "login").write_text(text)

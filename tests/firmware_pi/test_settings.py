@@ -129,6 +129,25 @@ def test_applying_wrong_settings_leaves_the_old_ones(
     assert place.stat().st_mode & 0o777 == 0o644  # the service's user must read what root wrote
 
 
+def test_applying_keeps_which_camera_it_is_and_where_it_is_served(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    place, new = tmp_path / "0.toml", tmp_path / "new.toml"
+    of_the_pi = {"camera": 1, "sync": "client", "address": "192.168.1.42", "port": 8081}
+    of_the_pi |= {"camera_id": "/base/ov5647@36", "max_clients": 2}
+    write_settings(place, Settings(red_gain=2.0, **of_the_pi))
+    tuned = Settings(red_gain=1.25, exposure_us=5000, width_px=320, height_px=240)
+    write_settings(new, tuned)
+    assert main(["apply", str(new), str(place)]) == 0
+    assert read_settings(place) == replace(tuned, **of_the_pi)
+    said = capsys.readouterr().out
+    assert all(f"{key} = {value!r}" in said for key, value in of_the_pi.items())
+    assert main(["apply", str(place), str(place)]) == 0
+    assert main(["apply", str(new), str(tmp_path / "1.toml")]) == 0
+    assert read_settings(tmp_path / "1.toml") == tuned
+    assert capsys.readouterr().out == ""
+
+
 def test_what_a_killed_apply_leaves_is_read_by_nobody_and_gone_after_the_next(
     tmp_path: Path,
 ) -> None:
