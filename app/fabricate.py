@@ -112,9 +112,7 @@ def _write_papers(built: "Model", manifest: dict[str, Any], folder: Path) -> Non
     title = f"GelSight Wedge, {built.design.name}"
     order = [(line.part.name, line.quantity_words) for line in lines]
     failed = [f"{c['check']} {c['subject']}" for c in manifest["checks"] if not c["passed"]]
-    guide = guide_text(
-        built.design, built.assembly, built.boards, manifest["parts"], names, order, failed
-    )
+    guide = guide_text(built.design, built.assembly, built.boards, manifest, names, order, failed)
     texts = {
         "bill/bill.csv": bill_csv(lines),
         "bill/bill.md": bill_markdown(lines, title),

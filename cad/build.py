@@ -24,7 +24,7 @@ from cad.exports import laser, solids
 from cad.exports.drawing import drawing_of
 from cad.exports.page import view_files
 from cad.exports.views import Subject, color_of, draw
-from cad.manifest import check_entries, part_entries
+from cad.manifest import bounding_box_mm, check_entries, part_entries
 from cad.mesh import manifold_of, mesh_of
 from cad.refusals import refuse_unbuildable
 from sensor.design import Wedge
@@ -160,6 +160,7 @@ def manifest_of(built: Model, results: list[checks.Result]) -> dict[str, Any]:
     return {
         "design": built.design.name,
         "design_sha256": built.design.sha256,
+        "bounding_box_mm": bounding_box_mm(built.bodies.values()),
         "parts": parts,
         "bill": bill_counts(built.design, counts, built.boards, parts),
         "checks": check_entries(results),

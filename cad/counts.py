@@ -42,10 +42,10 @@ def bill_counts(
     made = [part for part in parts if "print" in part]
     grams = sum(part["mass_g"] * part["quantity"] for part in made)
     balls = sum(part["quantity"] for part in made if part["id"] == "ball_jig")
-    per_gel = {name: counts["gel"] for name in ("gel_paint", "gel_glue", "cover_tape")}
+    used_up = ("gel_paint", "gel_thinner", "gel_glue", "cover_tape", "black_tape", "abrasive")
+    per_gel = {name: counts["gel"] for name in (*used_up, "degreaser")}
     behind = ("hdmi_cable", "raspberry_pi", "pi_power_supply", "microsd_card")
     links = {name: counts["csi_hdmi_board"] for name in behind}
-    per_gel |= {"black_tape": counts["gel"], "abrasive": counts["gel"]}
     wrapped = {"insulating_tape": counts["resistor_board"]}
     gripper = f"screw_{WSG_50.screw.lower()}x{GRIPPER_SCREW_LENGTH:g}"
     counts[gripper] += len(WSG_50.places) * bodies["adapter_wsg50"]

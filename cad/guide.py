@@ -15,6 +15,7 @@ from cad.electronics.resistors import ballasts
 from cad.electronics.wiring import ARRAY_WORDS, BOARD_WORDS
 from cad.exports.laser import sheets
 from cad.guide_words import design_words
+from cad.manifest import size_words
 from cad.optics import keystone, pad_grid, pixel_margin, trace
 from sensor.design import Wedge
 
@@ -34,9 +35,11 @@ _HOW = {
     "gray_filter": "Stick each strip to its edge from one end to the other. There must be no"
     " bubble: the filter works only where it is optically coupled to the acrylic.",
     "diffuser": "{strips}",
-    "gel": "Degrease the acrylic's outer face and the gel's flat back. Spread a thin, even film of"
-    " silicone adhesive, lower the gel from one end, centre it, press out the air, and let it"
-    " cure.",
+    "gel": "Degrease the acrylic's outer face and the gel's flat back: wipe them with a lint-free"
+    " cloth, damp with a little dish soap in water, then with clean water, and let them dry."
+    " Take no alcohol or other solvent, which crazes the acrylic's edges."
+    " Spread a thin, even film of silicone adhesive, lower the gel from one end, centre it,"
+    " press out the air, and let it cure.",
     "window": "Last look at the mirror: blow off dust. Press the window straight in until its"
     " corners rest on the ledges and its face is flush with the case.",
     "pins": "Cut two pins of {pin_length} mm and push one into each notch at the tip. Instead, or"
@@ -102,7 +105,7 @@ def guide_text(
     design: Wedge,
     assembly: Assembly,
     boards: Sequence[Board],
-    parts: Sequence[Mapping[str, Any]],
+    manifest: Mapping[str, Any],
     names: Mapping[str, str],
     order: Sequence[tuple[str, str]],
     failed: Sequence[str] = (),
@@ -113,7 +116,7 @@ def guide_text(
         design: The sensor.
         assembly: Its steps.
         boards: Its boards.
-        parts: The manifest's parts.
+        manifest: Its size and its parts.
         names: What people call each part, by id (``part_names``).
         order: The bill's lines: name, and quantity with its unit.
         failed: The checks that failed, by name; the guide begins with them.
@@ -121,11 +124,13 @@ def guide_text(
     pixels = trace(design, pad_grid(design, 21)).pixels
     words = design_words(design, assembly)
     template = files("cad").joinpath("data", "guide.md").read_text(encoding="utf-8")
+    parts = manifest["parts"]
     gel = next(part for part in parts if part["id"] == "gel")
     return template.format(
         name=design.name,
         hash=design.sha256[:8],
         width=f"{design.outer_width_mm:g}",
+        size=size_words(manifest["bounding_box_mm"]),
         infill=f"{INFILL_PERCENT:g}",
         order_table="\n".join(f"| {part} | {quantity} |" for part, quantity in order),
         board_words=BOARD_WORDS,

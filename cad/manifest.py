@@ -4,7 +4,7 @@
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -56,14 +56,25 @@ def _figures(part_id: str, solid: cq.Solid, material: str) -> dict[str, Any]:
         "material": material,
         "volume_mm3": round(volume, 3),
         "mass_g": round(volume * density_g_cm3(material) / 1000, 3),
-        "bounding_box_mm": [round(size, 3) for size in _sizes_mm(solid)],
+        "bounding_box_mm": bounding_box_mm([solid]),
     }
 
 
-def _sizes_mm(solid: cq.Solid) -> tuple[float, float, float]:
+def bounding_box_mm(solids: Iterable[cq.Solid]) -> list[float]:
+    """What solids measure together along x, y and z, in mm to three digits."""
+    return [round(size, 3) for size in _sizes_mm(*solids)]
+
+
+def size_words(sizes_mm: Iterable[float]) -> str:
+    """``78.5 x 34 x 21.9``."""
+    return " x ".join(f"{round(size, 1):g}" for size in sizes_mm)
+
+
+def _sizes_mm(*solids: cq.Solid) -> tuple[float, float, float]:
     """Along x, y and z, without the tolerances that cadquery's own box adds around curved faces."""
     box = Bnd_Box()
-    BRepBndLib.AddOptimal_s(solid.wrapped, box, useTriangulation=False, useShapeTolerance=False)
+    for solid in solids:
+        BRepBndLib.AddOptimal_s(solid.wrapped, box, useTriangulation=False, useShapeTolerance=False)
     x0, y0, z0, x1, y1, z1 = box.Get()
     return x1 - x0, y1 - y0, z1 - z0
 

@@ -330,7 +330,7 @@ STANDARD = Wedge(
     wiring=CSI_SUPPLY,
     compartment=LAB_COMPARTMENT,
 )
-"""The 34 mm wide sensor."""
+"""The sensor whose case is 34 mm wide."""
 
 FINGER = Wedge(
     name="finger",
@@ -392,4 +392,4 @@ FINGER = Wedge(
     wiring=CSI_SUPPLY,
     compartment=LAB_COMPARTMENT,
 )
-"""The sensor of the size of a human finger, 17.2 mm wide."""
+"""The sensor whose case is of the size of a human finger, 17.2 mm wide."""

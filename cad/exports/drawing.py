@@ -3,7 +3,7 @@
 """A dimensioned drawing of what must be right: section and view of the face, as SVG in mm."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from html import escape
 
 import manifold3d
@@ -11,6 +11,7 @@ import numpy as np
 import trimesh
 
 from cad.layout import FLANGE, Layout
+from cad.manifest import size_words
 from cad.mesh import manifold_of
 from cad.optics import pad_center_x_mm
 from sensor.design import Wedge
@@ -38,7 +39,8 @@ def drawing_of(design: Wedge, meshes: Mapping[str, trimesh.Trimesh]) -> bytes:
     ]
     face = [_polygons(bodies[name].project(), _SHOWN[name]) for name in ("case", "acrylic", "gel")]
     page = _Page(place)
-    notes = page.notes()
+    corners = np.array([mesh.bounds for mesh in meshes.values()])
+    notes = page.notes(corners[:, 1].max(axis=0) - corners[:, 0].min(axis=0))
     high, low = design.housing.roof_z_mm, place.bottom - design.gel.thickness_mm
     left = 8 * page.line
     top = (len(notes) + 5) * page.line + high
@@ -84,8 +86,8 @@ class _Page:
         self.place = place
         self.line = max(1.4, 0.045 * place.rear)
 
-    def notes(self) -> list[str]:
-        """What no line on the page can say."""
+    def notes(self, sizes_mm: Iterable[float]) -> list[str]:
+        """What no line on the page can say; ``sizes_mm`` are the whole sensor's."""
         design = self.place.design
         mirror, camera, gel = design.mirror, design.camera, design.gel
         shape = "flat" if not gel.curved else (
@@ -94,6 +96,7 @@ class _Page:
         )  # fmt: skip
         return [
             f"GelSight Wedge {design.name}, design {design.sha256[:8]}, mm and degrees",
+            f"case drawn; with electronics cover and gripper adapter {size_words(sizes_mm)}",
             f"mirror {mirror.length_mm:g} x {mirror.width_mm:g} x {mirror.thickness_mm:g} at"
             f" {mirror.angle_deg:g}°, its foot {mirror.foot_height_mm:g} above the acrylic",
             f"camera pitch {camera.pitch_deg:g}°, view {camera.diagonal_view_deg:g}°",

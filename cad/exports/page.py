@@ -15,6 +15,7 @@ from markdown_it import MarkdownIt
 
 from cad.assembly import Assembly
 from cad.exports.views import color_of, pulled_apart
+from cad.manifest import size_words
 from sensor.design import Wedge
 
 _STEPS = 65_000
@@ -74,7 +75,7 @@ def page_html(
 
     Args:
         design: The sensor.
-        manifest: Its parts and checks.
+        manifest: Its size, parts and checks.
         names: What people call each part, by id.
         steps: The titles of the guide's steps.
         paths: The files of the folder that the page shows and links.
@@ -93,6 +94,7 @@ def page_html(
         "NAME": escape(design.name),
         "HASH": design.sha256[:8],
         "WIDTH": f"{design.outer_width_mm:g}",
+        "SIZE": size_words(manifest["bounding_box_mm"]),
         "PICTURES": "".join(_figure(path, _shown(path, names, steps)) for path in shown),
         "LINKS": _links(linked),
         "PARTS": _parts(manifest["parts"], names),

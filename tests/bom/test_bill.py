@@ -135,14 +135,27 @@ def test_totals_are_the_sums_of_the_lines() -> None:
         assert f"{guess:.2f} of it estimated" in text
 
 
+def test_no_camera_is_ordered_whose_ribbon_the_ordered_adapter_does_not_take() -> None:
+    """Of both only the adapter is numbered, as the heads that are sold have another ribbon."""
+    rows = {part.id: part for part in PARTS}
+    camera, board = rows["camera"], rows["csi_hdmi_board"]
+    assert board.distributor_number in camera.alternative
+    (wanted, other) = re.findall(r"(\d+)(?: contacts)?, ([\d.]+ mm) apart", camera.alternative)
+    assert re.findall(r"(\d+) contacts, ([\d.]+ mm) apart", board.alternative) == [wanted]
+    assert wanted != other
+    lines = make_bill({"camera": 1, "csi_hdmi_board": 1}, PARTS)
+    asked = csv.DictReader(io.StringIO(distributor_csv(lines)))
+    assert {row["Customer Reference"] for row in asked} == {"csi_hdmi_board"}
+
+
 def test_a_distributor_gets_quantities_of_numbered_parts_only() -> None:
     lines = make_bill({**COUNTS, "wire": 4.0}, PARTS)
     rows = list(csv.DictReader(io.StringIO(distributor_csv(lines, 10))))
     asked = {row["Customer Reference"]: row for row in rows}
-    assert set(asked) == {"camera", "led_red", "resistor_4R7", "hdmi_cable", "wire"}
+    assert set(asked) == {"led_red", "resistor_4R7", "hdmi_cable", "wire"}
     assert asked["resistor_4R7"]["Manufacturer Part Number"] == "RC1206FR-074R7L"
     assert asked["hdmi_cable"]["Manufacturer Part Number"] == "P568-006"
     counts = {name: int(row["Quantity"]) for name, row in asked.items()}
     # 40 m of wire are two reels of 100 feet.
-    assert counts == {"camera": 10, "led_red": 70, "resistor_4R7": 20, "hdmi_cable": 10, "wire": 2}
+    assert counts == {"led_red": 70, "resistor_4R7": 20, "hdmi_cable": 10, "wire": 2}
     assert all(row["Manufacturer"] for row in rows)

@@ -15,23 +15,24 @@ from bom.bill import read_parts
 from bom.fit import parts_for
 from cad.build import Model, manifest_of, model
 from cad.checks.result import Result
+from cad.exports.drawing import drawing_of
 from cad.exports.page import guide_html, page_html
 from cad.guide import guide_text
 from cad.guide_words import design_words
+from cad.mesh import DEFLECTION_MM
 from cad.optics import pad_grid, trace
 from cad.parts.jigs import BALL_RADIUS, ball_jig
 from cad.tables import fastener
 from sensor.design import FINGER, STANDARD, Channel, Wedge
 from simulation.scene import sides
-from tests.cad.conftest import names_of
+from tests.cad.conftest import ROOT, names_of
 
 
 def guide_of(built: Model, design: Wedge | None = None, failed: Sequence[str] = ()) -> str:
     manifest = manifest_of(built, [])
     order = [("a ball", "1 piece")]
-    design, parts = design or built.design, manifest["parts"]
-    names = names_of(built)
-    return guide_text(design, built.assembly, built.boards, parts, names, order, failed)
+    design, names = design or built.design, names_of(built)
+    return guide_text(design, built.assembly, built.boards, manifest, names, order, failed)
 
 
 def step_of(text: str, title: str) -> str:
@@ -144,6 +145,35 @@ def test_the_guide_says_the_voltage_of_the_design(finger: Model) -> None:
 def test_the_guide_says_how_many_contacts_ribbon_and_socket_have(finger: Model) -> None:
     said = " ".join(guide_of(finger).partition("## 1.")[0].split())
     assert "22 contacts half a millimetre apart" in said and "B0091 takes 15" in said
+
+
+def test_whatever_says_how_wide_a_sensor_is_says_how_large_all_its_bodies_are(
+    finger: Model, standard: Model
+) -> None:
+    page = (ROOT / "docs" / "howto" / "build.md").read_text()
+    for built in (finger, standard):
+        manifest, width = manifest_of(built, []), built.design.outer_width_mm
+        corners = np.array([mesh.bounds for mesh in built.body_meshes.values()])
+        size = corners[:, 1].max(axis=0) - corners[:, 0].min(axis=0)
+        assert manifest["bounding_box_mm"] == pytest.approx(size, abs=DEFLECTION_MM)
+        words = " x ".join(f"{float(f'{side:.1f}'):g}" for side in size)
+        assert f"is {width:g} mm wide" in guide_of(built) and f"{words} mm" in guide_of(built)
+        shown = page_html(built.design, manifest, names_of(built), [], [])
+        assert f"is {width:g} mm wide" in shown and f"{words} mm" in shown
+        assert words in drawing_of(built.design, built.body_meshes).decode()
+        assert f"{width:g} mm wide, the whole {words} mm" in page
+
+
+def test_silicone_is_mixed_when_the_paint_it_is_poured_onto_has_set(finger: Model) -> None:
+    said = guide_of(finger).partition("## 5.")[2].partition("## 6.")[0]
+    acts = ("Sand the cavity", "let it set", "Mix the silicone", "evacuate", "Fill the cavity")
+    places = [said.index(act) for act in acts]
+    assert places == sorted(places)
+
+
+def test_no_solvent_comes_near_the_acrylic_s_edges(finger: Model) -> None:
+    said = step_of(guide_of(finger), "Glue the gel to the acrylic")
+    assert "dish soap" in said and "no alcohol or other solvent" in said
 
 
 def test_the_guide_of_fewer_lights_and_films_names_no_others() -> None:

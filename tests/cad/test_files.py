@@ -292,7 +292,9 @@ CONSUMABLES = {
     "epoxy": "epoxy", "double-sided tape": "double_tape", "black tape": "black_tape",
     "2000 grit": "abrasive", "in insulating tape": "insulating_tape",
     "tegaderm": "cover_tape", "silicone adhesive": "gel_glue",
-    "print-on silicone ink": "gel_paint", "xp-565": "gel", "second board": "csi_hdmi_board",
+    "print-on silicone ink": "gel_paint", "with the thinner": "gel_thinner",
+    "dish soap": "degreaser", "lint-free": "degreaser", "xp-565": "gel",
+    "second board": "csi_hdmi_board",
     "plug the hdmi cable into": "hdmi_cable", "the microsd card": "microsd_card",
     "give the pi its power": "pi_power_supply", "camera server": "raspberry_pi",
 }  # fmt: skip
@@ -316,7 +318,7 @@ def test_guide_and_bill_ask_for_the_same(fabricated: Folders) -> None:
     ]
     with (folder / "bill" / "distributor.csv").open(encoding="utf-8", newline="") as file:
         sold = {row["Customer Reference"]: row for row in csv.DictReader(file)}
-    electronic = {"camera", "csi_hdmi_board", "hdmi_cable", "raspberry_pi", "wire"}
+    electronic = {"csi_hdmi_board", "hdmi_cable", "raspberry_pi", "wire"}
     electronic |= {row["id"] for row in rows if re.match(r"led_[a-z]+$|resistor_\d", row["id"])}
     assert set(sold) == electronic
     bought = {row["id"] for row in rows}
