@@ -42,9 +42,13 @@ class Calibration:
     """Everything that turns a unit's frames into gradients."""
 
     card: UnitCard
+    """What ``unit.toml`` says."""
     background: Frame
+    """Its blank frame, (h, w, 3) uint8 RGB, as the camera gave it."""
     estimator: GradientEstimator
+    """From colour to gradient."""
     lens: Lens | None = None
+    """``None`` where the frames are taken for undistorted."""
 
     @property
     def unwarp(self) -> Unwarp:

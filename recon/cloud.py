@@ -43,6 +43,7 @@ class PointCloud:
     """Points of the skin in the gel frame, mm."""
 
     points_mm: Float32[np.ndarray, "n 3"]
+    """x, y and z in the gel frame."""
     normals: Float32[np.ndarray, "n 3"]
     """Unit length, out of the gel."""
     sigma_mm: Float32[np.ndarray, " n"]
@@ -64,6 +65,7 @@ class Mesh:
     """A cloud whose points are joined."""
 
     cloud: PointCloud
+    """Its points, in mm."""
     triangles: Int32[np.ndarray, "m 3"]
     """Corners counted so that they turn anticlockwise when seen from outside the gel."""
 

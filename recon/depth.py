@@ -53,8 +53,11 @@ class Depth:
     """What slopes come to."""
 
     gradient: GradientField
+    """(h, w, 2): slopes of the depth along x and y, mm/mm."""
     depth_mm: DepthMap
+    """(h, w), mm, positive where pushed in; noise may leave some below zero."""
     boundary: Boundary
+    """``"dirichlet"``: the border was held at zero; ``"neumann"``: left free as gel moved there."""
     doubt: Float32[np.ndarray, "h w"] | None = None
     """How far off an inferred slope is expected to be, mm/mm; ``None`` where none was."""
 

@@ -32,12 +32,19 @@ class KeptTouch:
     """A touch that the next frame does not overwrite."""
 
     gradient: GradientField
+    """(h, w, 2): slopes of the depth along x and y, mm/mm."""
     depth_mm: DepthMap
+    """(h, w) float32, mm, positive where pushed in; noise may leave some below zero."""
     contact: ContactMask
+    """(h, w): where something touches."""
     disturbed: Bool[np.ndarray, "_ _"]
+    """Where the colour changed; of as many pixels as the frame, or of its quarter."""
     boundary: Boundary
+    """``"dirichlet"``: the border was held at zero; ``"neumann"``: left free as gel moved there."""
     mm_per_px: Pair
+    """Pixel pitch along x and y."""
     slope_error: GradientField | None
+    """Standard deviation expected of each slope's error; ``None`` where it is not known."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,8 +52,11 @@ class Felt:
     """What one frame says."""
 
     image: Unwarped
+    """(h, w, 3) float32: the gel plane, RGB, 0 to 1."""
     touch: KeptTouch
+    """Its depth and contact."""
     pose: PoseEstimate
+    """Of the object in the gel frame."""
     object_number: int
     """Counts the objects: poses of two numbers have nothing to do with each other."""
     dots: Tracked | None

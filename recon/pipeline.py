@@ -31,12 +31,17 @@ class Reconstruction:
     """What one frame says."""
 
     difference: Difference
+    """(h, w, 3) float32: unwarped frame minus unwarped background, in shares of full scale."""
     gradient: GradientField
+    """(h, w, 2): slopes of the depth along x and y, mm/mm."""
     depth_mm: DepthMap
+    """(h, w) float32, mm, positive where pushed in; noise may leave some below zero."""
     disturbed: ContactMask
-    """Where the colour changed."""
+    """(h, w): where the colour changed."""
     boundary: Boundary
+    """``"dirichlet"``: the border was held at zero; ``"neumann"``: left free as gel moved there."""
     mm_per_px: Pair
+    """Pixel pitch along x and y."""
     lights_deg: Mapping[str, float] | None = None
     """Where the lights sit; ``None`` where nobody said."""
     doubt: Float32[np.ndarray, "h w"] | None = None

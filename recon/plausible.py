@@ -37,7 +37,9 @@ DEEPEST = 1 / 4
 HIGHEST = 1 / 10
 """The same, out of the gel: 0.066."""
 STRANGE = "nearly all of the frame differs from the blank gel"
+"""What ``doubt_word`` says of a frame of something else than this gel."""
 IMPLAUSIBLE = "no gel is so deep, or its slopes are not those of one surface"
+"""What it says of a mirrored picture, or of one whose red and blue were swapped."""
 
 
 def doubt_word(touch: Skin, unit: Calibration) -> str:

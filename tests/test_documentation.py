@@ -2,9 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """What README and docs say is true: code runs, commands exist, links lead somewhere."""
 
+import ast
 import importlib
 import importlib.util
 import inspect
+import itertools
 import json
 import re
 import runpy
@@ -12,6 +14,7 @@ import shlex
 import shutil
 import sys
 import tomllib
+from dataclasses import fields
 from pathlib import Path
 from types import ModuleType
 
@@ -283,6 +286,40 @@ def test_the_table_of_datasets_is_the_registry() -> None:
     )
     radii = ["–" if x.ball_radius_mm is None else f"{x.ball_radius_mm:g}" for x in DATASETS]
     assert rows == [(x.name, str(x.presses), r) for x, r in zip(DATASETS, radii, strict=True)]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "recon.pipeline.Reconstruction",
+        "recon.fast.reconstructor.Touch",
+        "recon.cloud.PointCloud",
+        "recon.cloud.Mesh",
+        "recon.follower.KeptTouch",
+        "recon.follower.Felt",
+        "recon.depth.Depth",
+        "recon.calibration.Calibration",
+        "recon.stream.frame.TimedFrame",
+        "recon.pose.estimate.PoseEstimate",
+        "recon.markers.tracking.Tracked",
+    ],
+)
+def test_the_reference_has_every_field_of_what_users_are_given(name: str) -> None:
+    """It leaves out what has no docstring."""
+    module, _, kind = name.rpartition(".")
+    assert re.search(rf"^::: {module}$", (DOCS / "api" / "recon.md").read_text(), re.M)
+    given = getattr(importlib.import_module(module), kind)
+    (made,) = ast.parse(inspect.getsource(given)).body
+    assert isinstance(made, ast.ClassDef)
+    said = {
+        field.target.id
+        for field, after in itertools.pairwise(made.body)
+        if isinstance(field, ast.AnnAssign)
+        and isinstance(field.target, ast.Name)
+        and isinstance(after, ast.Expr)
+        and isinstance(after.value, ast.Constant)
+    }
+    assert said == {field.name for field in fields(given)}
 
 
 @pytest.fixture

@@ -66,10 +66,15 @@ class Touch:
     """What one frame says. The arrays are overwritten by the next frame: copy what you keep."""
 
     difference: Difference
+    """(h, w, 3) float32: unwarped frame minus unwarped background, in shares of full scale."""
     gradient: GradientField
+    """(h, w, 2): slopes of the depth along x and y, mm/mm."""
     depth_mm: DepthMap
+    """(h, w) float32, mm, positive where pushed in; noise may leave some below zero."""
     boundary: Boundary
+    """``"dirichlet"``: the border was held at zero; ``"neumann"``: left free as gel moved there."""
     mm_per_px: Pair
+    """Pixel pitch along x and y."""
     disturbed: ContactMask | QuarterMask
     """Of as many pixels as the frame, or of its quarter."""
     calibration: Calibration

@@ -62,6 +62,7 @@ class Tracked:
     markers: Markers
     """The dots at rest."""
     position_px: Points
+    """(n, 2), column and row of the unwarped frame."""
     seen: Bool[np.ndarray, " n"]
     """False where a dot was carried along by its neighbours."""
     jumped: bool

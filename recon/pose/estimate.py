@@ -18,6 +18,7 @@ class PoseEstimate:
     """What one touch says of the object's pose."""
 
     state: State
+    """``"tracking"``, ``"weak"``, ``"frozen"`` or ``"lost"``."""
     reason: str = ""
     """Why the state is not ``tracking``, in plain words."""
     T_sensor_object: Transform | None = None

@@ -26,8 +26,11 @@ class TimedFrame:
     arrived_ns: int
     """When it was here, by this machine's clock, since the Unix epoch."""
     clock: Clock = "arrival"
+    """Whose clock ``time_ns`` is: ``"sensor"``, ``"mapped"`` or ``"arrival"``."""
     jpeg: bytes | None = None
+    """As it came; ``None`` where it never was one."""
     pixels: Frame | None = None
+    """(h, w, 3) uint8 RGB, where it came as these."""
     flaw: str = ""
     """Why there is neither."""
     file: str = ""
