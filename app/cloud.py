@@ -59,7 +59,8 @@ def main(
     median over all points of the file; beside the deepest point, `wedge reconstruct` gives the
     sigma of that point alone. Of a clip or a stream the first contact is told. In a stream, damaged
     frames are left out and counted; Ctrl-C or SIGTERM ends it, and what was written stays. Images
-    are all checked before the first is written.
+    are all checked before the first is written. A dataset gives its blank frames, then its labelled
+    presses or, without any, all its pictures.
 
     Example: wedge cloud units/wedge-001 press.png --out clouds --mesh
 

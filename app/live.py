@@ -39,8 +39,9 @@ def main(
     keeps a frame: PNG files that a dataset can be made of. A sensor that fails says why and is
     tried again; the others go on.
 
-    A video, a recording or a dataset plays again and again at its pace. Without WHERE, presses of
-    the rendered twin play, with a lookup table fitted to them.
+    A video, a recording or a dataset plays again and again at its pace: of a dataset its blank
+    frames, then its labelled presses or, without any, all its pictures, one a second. Without
+    WHERE, presses of the rendered twin play, with a lookup table fitted to them.
 
     Example: wedge live http://10.55.0.1:8080 --unit units/wedge-001
 

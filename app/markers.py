@@ -39,7 +39,8 @@ def main(
     column on the gel, its place at rest and its displacement in mm in the gel frame, whether it was
     seen or carried along by its neighbours, and the frame's file where it is one; markers.png, the
     frame in which they moved most; overlay.webp, all frames with arrows; and markers.mcap, dots and
-    shifts as ROS 2 point clouds for Foxglove and RViz. In a stream, damaged frames are left out and
+    shifts as ROS 2 point clouds for Foxglove and RViz. A dataset gives its blank frames, then its
+    labelled presses or, without any, all its pictures. In a stream, damaged frames are left out and
     counted; Ctrl-C or SIGTERM ends it, and what was found is written. Where the disk fills up, the
     run ends, what was found until then is kept and told, and the exit status is 2.
 

@@ -34,7 +34,8 @@ def main(
     Frames are kept as they came, as sensor_msgs/CompressedImage on /wedge/image_raw/compressed
     (/wedge0, /wedge1, ... for several), stamped with the time of their exposure. Foxglove, ROS 2's
     tools and `wedge replay` open the file, even where the recorder was killed: a second of frames
-    is lost at most. Every frame is kept, none is skipped.
+    is lost at most. Every frame is kept, none is skipped. A dataset gives its blank frames, then
+    its labelled presses or, without any, all its pictures.
 
     Ends with the streams, after --seconds, or at Ctrl-C, SIGTERM or SIGHUP, which are no failures:
     all that came is in the file, and the exit status is 0. A stream that is lost says so and is

@@ -34,7 +34,9 @@ def main(
     """Send a recording, a clip or a dataset over HTTP, at its pace, as a sensor's Pi would.
 
     Whatever reads the sensor then reads the file: `wedge live`, the ROS 2 node, a robot's program.
-    Frames bear the time at which they are sent. Those that are damaged are counted and not sent.
+    Frames bear the time at which they are sent. Those that are damaged are counted and not sent. A
+    dataset gives its blank frames, then its labelled presses or, without any, all its pictures, one
+    a second.
     Ends with the file, or at Ctrl-C, SIGTERM or SIGHUP, which are no failures.
 
     Example: wedge replay touch.mcap --repeat

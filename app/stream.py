@@ -44,7 +44,8 @@ def main(
     the sensor took but did not send, "corrupt" those that came damaged. "Stands still" is a stream
     whose frames are the same to the last bit, as no camera's are. Latency is from the sensor's
     first row to the whole frame here, where the Pi's clock and this machine's agree. Frames that no
-    gel has felt are told and counted.
+    gel has felt are told and counted. A dataset gives its blank frames, then its labelled presses
+    or, without any, all its pictures, one a second.
 
     Example: wedge stream http://10.55.0.1:8080 --unit units/wedge-001 --mcap felt.mcap
 

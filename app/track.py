@@ -56,6 +56,8 @@ def main(
     takes seconds. A pose maps object coordinates to the gel frame: x along the columns, y down, z
     out of the gel.
 
+    A dataset gives its blank frames, then its labelled presses or, without any, all its pictures.
+
     Every frame gets a state: tracking; weak (a pose, but the touch does not show every motion, as
     a smooth ball does not show how it turns); frozen (the stream stands still); lost, with the
     reason, and a damaged frame is lost as well. A lost frame has no pose. Ctrl-C or SIGTERM ends a

@@ -13,9 +13,9 @@ from pathlib import Path
 import cv2
 
 from recon.arrays import Frame
-from recon.images import read_frame
+from recon.images import frame_count, read_frame
 from recon.stream.frame import Counts, TimedFrame
-from sensor.dataset import IMAGES, read_dataset
+from sensor.dataset import IMAGES, frame_name, read_dataset
 from sensor.errors import WedgeError
 
 os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # a line for each damaged block, else
@@ -89,8 +89,7 @@ class FolderSource(_Pixels):
             WedgeError: the folder holds none.
         """
         super().__init__(str(folder))
-        found = [p.name for p in folder.iterdir() if p.suffix.lower() in IMAGES]
-        self.names = names or sorted(found, key=_natural)
+        self.names = names or _images_in(folder)
         """In their order."""
         self._folder, self._fps = folder, fps
         if not self.names:
@@ -179,14 +178,28 @@ class UsbSource(_Pixels):
 
 
 def dataset_source(folder: Path) -> FolderSource:
-    """The blank frames of a dataset, then its presses.
+    """The blank frames of a dataset, then its labelled presses: without any, all its other frames.
 
     Raises:
-        WedgeError: the folder is no dataset folder.
+        WedgeError: the folder is no dataset folder, or its ``frames.npz`` is damaged.
     """
-    dataset = read_dataset(folder)
-    names = [*dataset.card.background, *(label.file for label in dataset.labels)]
+    dataset = read_dataset(folder, labelled=False)
+    blank = {frame_name(name) for name in dataset.card.background}
+    frames = [label.file for label in dataset.labels] or _frames_in(folder)
+    names = [*dataset.card.background, *(x for x in frames if frame_name(x) not in blank)]
     return FolderSource(folder, names, PRESSES_FPS)
+
+
+def _frames_in(folder: Path) -> list[str]:
+    """Images by name, then those of an archive."""
+    archive = folder / "frames.npz"
+    inside = frame_count(archive) if archive.is_file() else 0
+    return [*_images_in(folder), *(f"{archive.name}#{i}" for i in range(inside))]
+
+
+def _images_in(folder: Path) -> list[str]:
+    names = [path.name for path in folder.iterdir() if path.suffix.lower() in IMAGES]
+    return sorted(names, key=_natural)
 
 
 def _natural(name: str) -> list[tuple[int, str]]:

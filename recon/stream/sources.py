@@ -58,8 +58,9 @@ def open_source(where: str | Path) -> FrameSource:
     """The source that an address or a path names.
 
     Args:
-        where: ``http://HOST:PORT/PATH``, ``usb:0``, a folder of images, a dataset folder, a video,
-            or an MCAP file.
+        where: ``http://HOST:PORT/PATH``, ``usb:0``, a folder of images, a dataset folder (its blank
+            frames, then its labelled presses or, without any, all its pictures), a video, or an
+            MCAP file.
 
     Raises:
         WedgeError: it is none of these, or cannot be opened.

@@ -63,6 +63,30 @@ def test_images_are_taken_in_the_order_of_their_numbers(tmp_path: Path) -> None:
         assert [int(frame.image()[0, 0, 0]) for frame in source] == [20 * i for i in range(12)]
 
 
+@pytest.mark.parametrize("labels", ["none", "no presses", "one press"])
+@pytest.mark.parametrize("in_npz", [False, True])
+def test_a_dataset_without_labels_gives_all_its_pictures(
+    tmp_path: Path, labels: str, in_npz: bool
+) -> None:
+    folder = make_dataset(tmp_path, presses=12, in_npz=in_npz).folder
+    table = folder / "labels.csv"
+    header, first, *_ = table.read_text().splitlines(keepends=True)
+    if labels == "none":
+        table.unlink()
+    else:
+        table.write_text(header if labels == "no presses" else header + first)
+    if not in_npz:
+        (folder / "press02.png").rename(folder / "a2.png")  # before the blank one by its name
+    with open_source(folder) as source:
+        files = [frame.file for frame in source]
+    if labels == "one press":
+        assert files == ["background.png", first.partition(",")[0]]
+    else:
+        assert files[0] == "background.png" and len(set(files)) == len(files) == 13
+        assert files[1] == ("frames.npz#0" if in_npz else "a2.png")
+        assert files[-1] == ("frames.npz#11" if in_npz else "press11.png")
+
+
 def test_an_image_that_cannot_be_read_says_why_and_ends_nothing(tmp_path: Path) -> None:
     folder = folder_of_images(tmp_path / "images", 4)
     (folder / "frame2.png").write_bytes((folder / "frame2.png").read_bytes()[:50])
