@@ -14,7 +14,7 @@ import tyro
 
 from app._interrupt import Asked
 from app._output import OutputFile, keep_inputs, write_json
-from app._sources import open_live, open_where, refuse_few
+from app._sources import open_live, open_where, refuse_few, unit_of
 from sensor.errors import WedgeError
 from sensor.files import check_outputs
 
@@ -45,9 +45,11 @@ def main(
     Example: wedge record http://10.55.0.1:8080 --unit units/wedge-001 --out touch.mcap
 
     Args:
-        where: http://HOST:PORT/PATH, usb:0, a video, a folder or a dataset; one or several.
+        where: http://HOST:PORT/PATH, usb:0, a video, a folder, a dataset or a recording (.mcap);
+            one or several.
         out: The file to write; must not exist.
-        unit: The unit folder of each stream, in their order; none for frames alone.
+        unit: The unit folder of each stream, in their order; without, frames alone. A recording
+            brings its own.
         seconds: Stop after so long.
         json: Write the numbers of frames here as JSON.
     """
@@ -68,7 +70,9 @@ def main(
     with ExitStack() as stack:
         open_one = open_where if len(where) == 1 else open_live
         named = {s: stack.enter_context(open_one(w)) for s, w in zip(sensors, where, strict=True)}
-        units = dict(zip(sensors, unit or [None] * len(where), strict=True))
+        folders = zip(where, unit or [None] * len(where), strict=True)
+        inside = [stack.enter_context(unit_of(w, folder)) for w, folder in folders]
+        units = dict(zip(sensors, inside, strict=True))
         sizes_px = {s: read_unit_card(u).frame_size_px for s, u in units.items() if u}
         untimed = [sensor for sensor, source in named.items() if not source.timed]
         notes: dict[str, str] = {}

@@ -68,6 +68,17 @@ def test_a_clip_is_recorded_with_its_unit_and_watched_again(
     assert "deepest" in capsys.readouterr().out
 
 
+def test_a_recording_of_a_recording_keeps_its_unit(tmp_path: Path, unit: Path) -> None:
+    clip, first = write_clip(tmp_path / "clip.avi", 3), tmp_path / "first.mcap"
+    again, two = tmp_path / "again.mcap", tmp_path / "two.mcap"
+    assert run("record", clip, "--out", first, "--unit", unit) == 0
+    assert run("record", first, "--out", again) == 0
+    assert McapSource(again).unit == McapSource(first).unit != {}
+    assert run("record", clip, again, "--out", two) == 0
+    assert McapSource(two, "wedge1").unit == McapSource(first).unit
+    assert not McapSource(two, "wedge0").unit
+
+
 def test_what_a_stream_feels_is_kept_for_others(
     tmp_path: Path, unit: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
