@@ -8,29 +8,33 @@ from typing import Any
 from app._frames import UnitFrames
 
 
-def first_touched(
-    came: UnitFrames, frames: Sequence[tuple[int, int, bool]]
-) -> dict[str, Any] | None:
-    """The frame of the first contact for a JSON file, told on the terminal.
+def first_touched(came: UnitFrames, frames: Sequence[tuple[int, int, bool]]) -> dict[str, Any]:
+    """What a JSON file says of the first contact, told on the terminal.
 
     Args:
         came: whence they are. Of frames that have nothing to do with each other nothing is told,
             and seconds only where they bear times.
-        frames: number, time in ns and whether something touches, in their order.
+        frames: number, time in ns and whether something touches, of each whole frame in its order.
 
     Returns:
-        Its number and time; ``None`` without one, and where nothing is told.
+        ``first_contact``, its number and time: ``None`` without one, and where nothing is told; and
+        ``touched_at_start``, whether something already touches in the first frame, so that when it
+        first did is not seen.
     """
     from recon.contact.first import IN_A_ROW, first_contact
 
+    unseen: dict[str, Any] = {"first_contact": None, "touched_at_start": False}
     if came.apart:
-        return None
+        return unseen
     index = first_contact(touches for _, _, touches in frames)
     if index is None:
         print(f"First contact: in no {IN_A_ROW} frames in a row.")
-        return None
+        return unseen
     number, time_ns, _ = frames[index]
+    if index == 0:
+        print(f"First contact: not seen; touched from the first frame on, frame {number}.")
+        return unseen | {"touched_at_start": True}
     after_s = (time_ns - frames[0][1]) / 1e9
-    after = f", {after_s:.3f} s after the first." if index and came.timed else "."
+    after = f", {after_s:.3f} s after the first." if came.timed else "."
     print(f"First contact: frame {number}{after}")
-    return {"frame": number, "time_ns": time_ns}
+    return unseen | {"first_contact": {"frame": number, "time_ns": time_ns}}

@@ -129,7 +129,7 @@ def main(
             touched.append((frame.number, frame.time_ns, touches(touch.contact, touch.disturbed)))
             show(len(rows) / max(len(where), len(rows) + 1), frame.name)
     _print_rows(shown, rows)
-    document = {"unit": str(unit), "form": form, "first_contact": first_touched(came, touched)}
+    document = {"unit": str(unit), "form": form} | first_touched(came, touched)
     remarks += doubt_remarks(
         [(name, row["remark"] or "") for name, row in zip(shown, rows, strict=True)]
     )

@@ -140,7 +140,7 @@ def main(
         print(f"Open {out / 'overlay.webp'}")
     for sentence in said:
         print(sentence, file=sys.stderr)
-    document = {"unit": str(unit), "source": source, "tracker": tracker, "first_contact": first}
+    document = {"unit": str(unit), "source": source, "tracker": tracker} | first
     write_json(json, {**document, "poses": poses, "remarks": [*came.remarks, *said]})
     came.tell()
     return 2 if files.failed else 0
@@ -154,7 +154,7 @@ class _Run:
         self.rows: list[list[Any]] = []
         """As in the table."""
         self.touched: list[tuple[int, int, bool]] = []
-        """Number, time in ns and whether something touches."""
+        """Number, time in ns and whether something touches, of each whole frame."""
         self._track, self._files = track, files
         self._anchor: np.ndarray | None = None
 
@@ -177,8 +177,9 @@ class _Run:
             self._draw(reconstruct.unwarp(frame.image), touch, pose)
         self.found.append(pose)
         self.rows.append(row)
-        shows = touch is not None and touches(touch.contact, touch.disturbed)
-        self.touched.append((index, frame.time_ns, shows))
+        if touch is not None:
+            shows = touches(touch.contact, touch.disturbed)
+            self.touched.append((index, frame.time_ns, shows))
 
     def _draw(self, image: "np.ndarray", touch: "Reconstruction", pose: "PoseEstimate") -> None:
         """The next picture of the clip."""

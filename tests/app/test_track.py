@@ -120,10 +120,28 @@ def test_when_something_first_touches_is_told_of_clips_and_in_seconds_where_ther
         told = tmp_path / "told.json"
         words = (workplace / "unit", source, "--out", tmp_path / source.stem, "--json", told)
         assert run(command, *words) == 0
-        first = json.loads(told.read_text())["first_contact"]
-        assert (first and first["frame"]) == frame
+        document = json.loads(told.read_text())
+        first = document["first_contact"]
+        assert (first and first["frame"]) == frame and document["touched_at_start"] is False
         out = capsys.readouterr().out
         assert said in out and ("First contact" in out) == bool(said)
+
+
+@pytest.mark.parametrize("command", ["track", "cloud"])
+def test_what_touches_from_the_first_frame_on_has_no_first_contact(
+    workplace, tmp_path, capsys, command
+):
+    clip, told = tmp_path / "clip", tmp_path / "told.json"
+    clip.mkdir()
+    for index in (1, 2, 3):
+        shutil.copy(workplace / "clip" / f"frame-{index}.png", clip)
+    for first in ("frame-1.png", "frame-0.png"):  # then damaged, which says nothing of the touch
+        (clip / first).touch()
+        words = (workplace / "unit", clip, "--out", tmp_path / first, "--json", told)
+        assert run(command, *words) == 0
+        assert "touched from the first frame on" in capsys.readouterr().out
+        document = json.loads(told.read_text())
+        assert document["first_contact"] is None and document["touched_at_start"] is True
 
 
 def test_the_covariance_of_a_pose_is_written_shifts_first(workplace, tmp_path):
