@@ -62,13 +62,13 @@ class ThereAndBack:
     forward: Sequence[PoseEstimate]
 
 
-def learnt_elsewhere() -> Calibration:
+def learnt_elsewhere(estimator: str = "mlp") -> Calibration:
     """The other lab's unit."""
     dataset = read_dataset(dataset_folder(LEARNT_FROM))
     return calibrate(
         dataset,
         read_presses(dataset),
-        estimator="mlp",
+        estimator=estimator,
         serial=LEARNT_FROM,
         created="2026-01-01",
         metrics={},
@@ -104,12 +104,21 @@ def clip(name: str) -> tuple[list[Frame], list[float]]:
     return list(wedge_mit._frames(folder / f"{known.path}.avi")), force
 
 
-def there_and_back(name: str, unit: Calibration, tracker: str = "joint") -> ThereAndBack:
-    """Follow a clip while the gripper presses firmly, go on until the end, and follow it back."""
-    frames, force = clip(name)
+def grip(force: Sequence[float]) -> tuple[int, int, int]:
+    """The first and the last firm frame, and the first after the object has left."""
     firm = [index for index, value in enumerate(force) if value >= FIRM_N]
-    first, last = firm[0], firm[-1]
-    left = next(i for i in range(last, len(force)) if force[i] < GONE_N) + GONE_FRAMES
+    left = next(i for i in range(firm[-1], len(force)) if force[i] < GONE_N) + GONE_FRAMES
+    return firm[0], firm[-1], left
+
+
+def there_and_back(name: str, unit: Calibration, tracker: str = "joint") -> ThereAndBack:
+    """Follow a clip while the gripper presses firmly, go on until the end, and follow it back.
+
+    By the tracker alone, which also gets frames that `wedge track` would doubt: for these see
+    ``benchmarks.followed_clips``.
+    """
+    frames, force = clip(name)
+    first, last, left = grip(force)
     reconstruct = Reconstructor(borrowed(unit, frames[0]))
     touches = [reconstruct(frame) for frame in frames[first : left + WATCHED_FRAMES]]
     held = last - first + 1
@@ -119,8 +128,8 @@ def there_and_back(name: str, unit: Calibration, tracker: str = "joint") -> Ther
     backward = [again(touch) for touch in touches[held - 1 :: -1]]
     both_ways = Tracker(tracker)
     there_again = [both_ways(touch) for touch in (*touches[:held], *touches[held - 2 :: -1])]
-    apart_deg, apart_mm = _apart(touches[0], forward[0], backward[-1])
-    returned_deg, returned_mm = _apart(touches[0], there_again[0], there_again[-1])
+    apart_deg, apart_mm = apart(touches[0], forward[0], backward[-1])
+    returned_deg, returned_mm = apart(touches[0], there_again[0], there_again[-1])
     gone = forward[left - first :]
     return ThereAndBack(
         name=name,
@@ -138,7 +147,7 @@ def there_and_back(name: str, unit: Calibration, tracker: str = "joint") -> Ther
     )
 
 
-def _apart(touch: Reconstruction, one: PoseEstimate, other: PoseEstimate) -> tuple[float, float]:
+def apart(touch: Reconstruction, one: PoseEstimate, other: PoseEstimate) -> tuple[float, float]:
     """Angle between two poses, and how far apart they put the middle of a touch."""
     if one.T_sensor_object is None or other.T_sensor_object is None:
         return np.inf, np.inf
