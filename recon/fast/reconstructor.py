@@ -141,9 +141,9 @@ class FastReconstructor:
     Slopes agree with it to 1e-3, where an axis is inferred to 3e-3. What is disturbed, which
     chooses the border and the gel that ``default`` takes for flat, is found at a quarter of the
     resolution, but for small frames, and for lights on one line, which need it in pixels: so in
-    large frames slopes beside still gel are zero in one and not in the other. In 200 presses of five
-    sets that were 0.5 to 1.8 % of the pixels (medians of the sets; 5.0 % at most), and depth was
-    off by 0.05 mm at most, by more than 0.03 mm in seven. The lookup table is the reference's.
+    large frames slopes beside still gel are zero in one and not in the other. In 200 presses of
+    five sets that were 0.5 to 1.8 % of the pixels (medians of the sets; 5.0 % at most), and depth
+    was off by 0.05 mm at most, by more than 0.03 mm in seven. The lookup table is the reference's.
 
     It serves one thread at a time, for its arrays are overwritten: make one for each stream.
 
