@@ -3,11 +3,12 @@
 """The dataset folder that `wedge capture` fills, and that others may mend meanwhile."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from app._lights import with_designed_lights
 from app._output import command_line
 from sensor.errors import WedgeError
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from recon.labels.capture import PressWatcher
     from recon.labels.circles import Circle
     from sensor.dataset import BallLabel, Dataset, DatasetCard
+    from sensor.design import Wedge
 
 CALIPER_FOLDER = "caliper"
 CARD_FILE, LABELS_FILE = "dataset.toml", "labels.csv"
@@ -47,6 +49,8 @@ class Captured:
         from sensor.dataset import LENS_FILE, read_dataset, write_card
 
         self.out, self.card, self.watcher, self.taken = out, card, watcher, taken
+        self.lights_deg: Mapping[str, float] | None = None
+        """As presses show them, once measured."""
         self._waiting: set[str] = set()
         """Presses whose circles are to be found at the end."""
         lens = None if other is None else read_dataset_lens(other)
@@ -136,11 +140,14 @@ class Captured:
             except WedgeError as error:
                 raise self._ended(error) from error
 
-    def measure(self, calipers: Sequence[tuple[str, float]]) -> "Scale | None":
+    def measure(
+        self, calipers: Sequence[tuple[str, float]], design: "Wedge | None"
+    ) -> "Scale | None":
         """Write the scale by pictures of a caliper, with circles found anew by it, and the lights.
 
         All of what is on disk by now. Others may go on mending it until all is computed; what they
-        wrote meanwhile stays.
+        wrote meanwhile stays. Lights that the design has and no press shows are written as it has
+        them.
 
         Raises:
             WedgeError: the pictures tell no scale, or no ball is found by it; all is kept then, at
@@ -158,9 +165,12 @@ class Captured:
                         after, scale = _by_caliper(before, calipers)
                     except WedgeError as error:
                         fault = error
-                is_written = self._merge(before, replace(after, card=lit(after)))
+                lights = lit(after)
+                card = with_designed_lights(lights, design)
+                is_written = self._merge(before, replace(after, card=card))
             except WedgeError as error:
                 raise self._ended(error) from error
+            self.lights_deg = lights.lights_deg
             if is_written and fault is not None:
                 raise self._ended(fault) from fault
             if is_written:

@@ -8,6 +8,7 @@ from math import hypot
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from app._lights import unlit_remark, with_designed_lights
 from app._output import print_left_out
 from app._pad import refuse_other_pad
 from app._progress import progress
@@ -39,13 +40,14 @@ def import_source(
         ball_radius_mm: of the ball, where the source does not say it.
         mm_per_px: of frames that show the gel plane, where it is known.
         pad_size_mm: of a pad that nothing measures.
-        design: whose pad a caliper's pictures must show, where one is named.
+        design: whose pad a caliper's pictures must show, and whose lights the presses, where one is
+            named.
 
     Raises:
         WedgeError: the source is neither, something is missing in it, or ``out`` is kept.
     """
     from app._workers import process_pool
-    from sensor.dataset import read_dataset
+    from sensor.dataset import read_dataset, write_card
     from validation.datasets import CARD
     from validation.importers.calibrations import TEXTS, find_calibration, import_calibration
     from validation.importers.raw_frames import import_raw_frames
@@ -113,6 +115,10 @@ def import_source(
                 progress=show,
             )
         _say(prepared, _flat_scale(prepared.card, mm_per_px, pad_size_mm))
+    card = read_dataset(out).card
+    if remark := unlit_remark(card.lights_deg, design):
+        print(remark)
+        write_card(out / CARD, with_designed_lights(card, design))
     print(f"Dataset: {out}")
 
 

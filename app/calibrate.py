@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`wedge calibrate`: ball presses to a unit folder."""
 
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated
@@ -46,11 +47,13 @@ def main(
         estimator: default (ours), mlp (the paper's network) or table (the lookup table that it
             replaced).
         design: The design the sensor was built from, which the unit then names: standard, finger
-            or a .toml file. Of raw frames it says how large the pad is, by default the standard's.
+            or a .toml file. It says which lights there should be and, of raw frames, how large the
+            pad is, by default the standard's.
         ball_radius_mm: Radius of the ball, for raw frames.
         seed: Seed of the split, drawn pixels and training.
         json: Write the errors on the held-out presses here as JSON.
     """
+    from app._lights import unlit_remark, with_designed_lights
     from app._pad import pad_remark, refuse_other_pad
     from recon.calibration import lit_channels, unit_of
     from recon.estimators import fit_estimator, lesson_of, refuse_unfittable
@@ -79,6 +82,8 @@ def main(
         raise WedgeError(
             f"{source.folder}: {error} Mend dataset.toml, then `{again}` finds the circles anew."
         ) from error
+    unlit = unlit_remark(source.card.lights_deg, built_from) if built_from else ""
+    source = replace(source, card=with_designed_lights(source.card, built_from))
     with process_pool() as pool, progress(f"calibration on {dataset}") as show:
         presses = read_presses(source, lambda share: show(0.2 * share, "reading presses"))
         everything = lesson_of(estimator, presses.presses, range(len(presses.presses)), seed)
@@ -105,6 +110,7 @@ def main(
     print_error_table(measured)
     doubts = (
         pad_remark(source.card.pad_size_mm, built_from),
+        unlit,
         few_presses(presses),
         left_out_places(presses),
         deep_presses(presses),

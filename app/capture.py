@@ -13,6 +13,7 @@ import tyro
 
 from app._capture_session import CaptureSession, assumed
 from app._captured import CARD_FILE, Captured
+from app._lights import unlit_remark
 from app._output import command_line
 from sensor.errors import WedgeError
 
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from recon.labels.capture import PressWatcher
     from recon.stream import FrameSource, Newest, TimedFrame
     from sensor.dataset import Dataset
+    from sensor.design import Wedge
 
 REMARK_S = 0.3
 """Without a frame for so long, a stream may have something to say."""
@@ -62,8 +64,8 @@ def main(
         out: The dataset folder to write; it must not exist, or be empty.
         like: A dataset of the same sensor: its corners, scale and ball are taken over, so that
             what sets the scale, as --caliper-mm does, is refused beside it.
-        design: The design the sensor was built from, which says how large its pad is: standard,
-            finger or a .toml file.
+        design: The design the sensor was built from, which says how large its pad is and which
+            lights it has: standard, finger or a .toml file.
         pad_size_mm: The pad along x and y, of a sensor of no such design.
         caliper_mm: Gap of the caliper's jaws; pictures of it are taken first, named by it.
         presses: How many to take.
@@ -81,7 +83,8 @@ def main(
         raise WedgeError(f"--presses {presses} must be at least 1.")
     of_pad = "--design" if design else "--pad-size-mm" if pad_size_mm else None
     _refuse_options(like, ball_radius_mm, caliper_mm, of_pad)
-    pad_mm = assumed_pad_mm(None if design is None else load_design(design), pad_size_mm)
+    built_from = None if design is None else load_design(design)
+    pad_mm = assumed_pad_mm(built_from, pad_size_mm)
     refuse_kept_folder(out)
     check_outputs(out / CARD_FILE)
     other = _dataset(like, ball_radius_mm)
@@ -111,7 +114,7 @@ def main(
         named = shown_address(where) if "://" in where else where
         raise WedgeError(f"no press was taken from {named}: {session.said}.")
     print(_map(session.watcher))
-    _finish(session.captured, other is None, session.calipers)
+    _finish(session.captured, other is None, session.calipers, built_from)
     print(f"{counted(len(session.taken))} in {out}. Next: {command_line('label', out)}")
 
 
@@ -223,11 +226,16 @@ def _dataset(like: str | None, ball_radius_mm: float | None) -> "Dataset | None"
     return other
 
 
-def _finish(captured: "Captured", is_new: bool, calipers: list[tuple[str, float]]) -> None:
+def _finish(
+    captured: "Captured",
+    is_new: bool,
+    calipers: list[tuple[str, float]],
+    design: "Wedge | None",
+) -> None:
     """Find circles that wait, and of a sensor seen for the first time the lights and the scale."""
     try:
         captured.settle()
-        scale = captured.measure(calipers) if is_new else None
+        scale = captured.measure(calipers, design) if is_new else None
         unknown = captured.without_circle()
     except KeyboardInterrupt:
         print(captured.kept, file=sys.stderr)
@@ -237,6 +245,8 @@ def _finish(captured: "Captured", is_new: bool, calipers: list[tuple[str, float]
             f"No ball was found in {', '.join(unknown)} by the corners, scale and ball as they are "
             "now."
         )
+    if remark := unlit_remark(captured.lights_deg, design):
+        print(remark)
     card = captured.card
     if scale is not None:
         x, y = (s / mm for s, mm in zip(scale.sigma_mm_per_px, scale.mm_per_px, strict=True))

@@ -1,0 +1,50 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Colours that no press shows a light of: of a sensor with fewer lights, or with a dead one."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from sensor.design import Wedge
+
+if TYPE_CHECKING:
+    from sensor.dataset import DatasetCard
+
+COLORS = {"R": "red", "G": "green", "B": "blue"}
+NUMBERS = ("no light", "one light", "two lights")
+
+
+def with_designed_lights(card: "DatasetCard", design: Wedge | None) -> "DatasetCard":
+    """The card with the lights that its design has and no press shows, where they should sit.
+
+    Whoever calibrates by it then learns from a dead light as from any, and `wedge accept` fails it.
+    """
+    if design is None or card.lights_deg is None:
+        return card
+    lights: dict[str, float] = {**design.lights.azimuths_deg, **card.lights_deg}
+    return replace(card, lights_deg={color: lights[color] for color in COLORS if color in lights})
+
+
+def unlit_remark(lights_deg: Mapping[str, float] | None, design: Wedge | None) -> str:
+    """What to say of colours without a light; empty where there is nothing to say.
+
+    Args:
+        lights_deg: where presses show lights; ``None`` where nobody said.
+        design: whose lights the sensor should have, where one is named.
+    """
+    if lights_deg is None:
+        return ""
+    wanted = COLORS if design is None else design.lights.azimuths_deg
+    dark = [COLORS[color] for color in COLORS if color in wanted and color not in lights_deg]
+    if not dark:
+        return ""
+    one = len(dark) == 1
+    shown = f"{' and '.join(dark).capitalize()} {'shows' if one else 'show'} no light"
+    dead = "its LED is dead" if one else "their LEDs are dead"
+    if design is not None:
+        return f"{shown}, but the design {design.name} has {'one' if one else 'them'}: {dead}."
+    return (
+        f"{shown}: taken as a sensor of {NUMBERS[len(lights_deg)]}; if it should have "
+        f"{'one' if one else 'them'}, {dead}."
+    )

@@ -1,0 +1,96 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A colour without a light is said, and is dead where a design has one."""
+
+import shutil
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import app._workers
+import app.calibrate
+from app._lights import unlit_remark
+from recon.labels.circles import Circle
+from sensor.dataset import read_dataset, write_card
+from sensor.design import FINGER
+from sensor.unit import read_unit_card
+from tests.app.test_commands import run
+from tests.synthetic import BALL_RADIUS_MM, SIZE_PX, make_dataset
+
+RED_AND_BLUE = {"R": 90.0, "B": -90.0}
+
+
+@pytest.fixture(autouse=True)
+def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    for module in (app._workers, app.calibrate):
+        monkeypatch.setattr(module, "process_pool", lambda: ThreadPoolExecutor(1))
+
+
+@pytest.fixture
+def frames(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Raw frames of a sensor without green, on the gel plane, whose circles need no search."""
+    made = make_dataset(tmp_path / "made", presses=3, lights_deg=RED_AND_BLUE)
+    (tmp_path / "frames").mkdir()
+    for name in ("background.png", *(label.file for label in made.labels)):
+        shutil.copy(made.folder / name, tmp_path / "frames" / name)
+    sought = iter(made.labels * 9)
+
+    def circle(*_: object) -> Circle:
+        label = next(sought)
+        center_px = (label.center_x_px, label.center_y_px)
+        return Circle(center_px=center_px, radius_px=label.contact_radius_px, quality=1.0)
+
+    monkeypatch.setattr("recon.labels.capture.find_circle", circle)
+    monkeypatch.setattr("recon.labels.label_book.find_circle", circle)
+    return tmp_path / "frames"
+
+
+def test_two_lights_are_taken_as_two_and_the_third_is_said_to_be_missing(
+    frames: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ball, out = ("--ball-radius-mm", BALL_RADIUS_MM), tmp_path / "out"
+    pad_mm = ("--pad-size-mm", 0.1 * SIZE_PX[0], 0.1 * SIZE_PX[1])
+    for words in (("data", "import"), ("capture",)):
+        assert run(*words, frames, "--out", out, *ball, *pad_mm) == 0
+        said = capsys.readouterr().out
+        assert "Green shows no light: taken as a sensor of two lights" in said
+        lights_deg = read_dataset(out).card.lights_deg
+        assert lights_deg is not None and set(lights_deg) == {"R", "B"}
+        shutil.rmtree(out)
+
+
+@pytest.mark.parametrize("greens", [1, 0])
+def test_a_light_that_the_design_has_and_no_press_shows_is_dead(
+    frames: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], greens: int
+) -> None:
+    """The unit then has it all the same, so that `wedge accept` asks for its contrast."""
+    design = tmp_path / "own.toml"
+    design.write_text(
+        'base = "finger"\n'
+        f"[gel]\npad_length_mm = {0.1 * SIZE_PX[0]}\n"
+        f"[lights]\ngreen_base_leds = {greens}\n"
+    )
+    ball, said = ("--ball-radius-mm", BALL_RADIUS_MM), "design own has one: its LED is dead"
+    fitted = ("--design", design, "--estimator", "table")
+    assert run("capture", frames, "--out", tmp_path / "set", *ball, "--design", design) == 0
+    assert (said in capsys.readouterr().out) == bool(greens)
+    shutil.copytree(tmp_path / "set", tmp_path / "two")
+    card = read_dataset(tmp_path / "two").card
+    write_card(tmp_path / "two" / "dataset.toml", replace(card, lights_deg=RED_AND_BLUE))
+    assert run("calibrate", tmp_path / "set", "--out", tmp_path / "unit0", *fitted[2:]) == 0
+    capsys.readouterr()
+    assert run("calibrate", tmp_path / "two", "--out", tmp_path / "unit1", *fitted) == 0
+    assert (said in capsys.readouterr().out) == bool(greens)
+    assert run("calibrate", frames, "--out", tmp_path / "unit2", *ball, *fitted) == 0
+    assert capsys.readouterr().out.count(said) == greens
+    for unit in ("unit0", "unit1", "unit2"):
+        assert read_unit_card(tmp_path / unit).channels == ("RGB" if greens else "RB")
+
+
+def test_several_dark_colours_are_one_sentence() -> None:
+    assert unlit_remark({"R": 90.0}, FINGER).startswith("Green and blue show no light, but the")
+    assert "taken as a sensor of one light" in unlit_remark({"B": -90.0}, None)
+    assert not unlit_remark(dict.fromkeys("RGB", 0.0), FINGER)
+    assert not unlit_remark(None, None)
