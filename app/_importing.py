@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from app._lights import unlit_remark, with_designed_lights
-from app._output import print_left_out
+from app._output import command_line, print_left_out
 from app._pad import refuse_other_pad
 from app._progress import progress
 from sensor.dataset import LENS_FILE
@@ -114,7 +114,7 @@ def import_source(
                 ),
                 progress=show,
             )
-        _say(prepared, _flat_scale(prepared.card, mm_per_px, pad_size_mm))
+        _say(prepared, out, _flat_scale(prepared.card, mm_per_px, pad_size_mm))
     card = read_dataset(out).card
     if remark := unlit_remark(card.lights_deg, design):
         print(remark)
@@ -142,15 +142,21 @@ def _flat_scale(card: "DatasetCard", given_mm_per_px: float | None, pad_size_mm:
     )
 
 
-def _say(prepared: "Prepared", flat_scale: str) -> None:
+def _say(prepared: "Prepared", out: Path, flat_scale: str) -> None:
     """What was found out, in sentences that say what to doubt."""
     from recon.labels.label_book import DOUBTFUL
 
     card, scale = prepared.card, prepared.scale
-    if card.corners_px is None:
+    seen = card.corners_px or prepared.left_aside
+    places = ", ".join(f"({x:.1f}, {y:.1f})" for x, y in seen or ())
+    if seen is None:
         print("No mirror's pad shows in the blank frame: the frames are taken as the gel plane.")
+    elif card.corners_px is None:
+        print(
+            f"A mirror's pad seems to show in the blank frame, with its corners at {places} px: it "
+            "is left aside, as --mm-per-px is the scale of frames that show the gel plane."
+        )
     else:
-        places = ", ".join(f"({x:.1f}, {y:.1f})" for x, y in card.corners_px)
         print(f"Corners of the pad, found in the blank frame: {places} px.")
     if prepared.lens:
         print(f"The lens is taken over from the {LENS_FILE} beside the frames.")
@@ -183,6 +189,12 @@ def _say(prepared: "Prepared", flat_scale: str) -> None:
     )
     if without:
         print(f"None in {', '.join(without[:5])}{' ...' if len(without) > 5 else ''}.")
+    if card.corners_px is not None and len(without) > len(found):
+        print(
+            "Most pictures show no ball by these corners: see whether they are the pad's, "
+            f"`{command_line('label', out, '--corners')}`; frames of the gel plane itself are "
+            "imported by `wedge data import` with --mm-per-px."
+        )
 
 
 def _say_refitted(

@@ -22,8 +22,8 @@ def with_designed_lights(card: "DatasetCard", design: Wedge | None) -> "DatasetC
     """
     if design is None or card.lights_deg is None:
         return card
-    lights: dict[str, float] = {**design.lights.azimuths_deg, **card.lights_deg}
-    return replace(card, lights_deg={color: lights[color] for color in COLORS if color in lights})
+    lights_deg = dict[str, float](design.lights.azimuths_deg) | dict(card.lights_deg)
+    return replace(card, lights_deg=lights_deg)
 
 
 def unlit_remark(lights_deg: Mapping[str, float] | None, design: Wedge | None) -> str:

@@ -49,7 +49,7 @@ def main(
         out: The dataset folder to write; it must not exist, or be empty.
         ball_radius_mm: Radius of the ball, where the source does not say; never against it.
         mm_per_px: Pitch of imported frames that show the gel plane, where no caliper's picture
-            tells.
+            tells; no pad is then sought in them.
         pad_size_mm: The pad along x and y, for own frames without a caliper's pictures; the
             standard design's by default.
         json: Write the list here as JSON.

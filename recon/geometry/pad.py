@@ -25,6 +25,11 @@ LEAST_FILLED = 0.85
 """Of its four-sided hull: a pad is convex."""
 MOST_ON_BORDER = 0.1
 """Of its outline; the direct view of the gel is cut by the frame's edge."""
+MOST_OUTSIDE = 0.7
+"""Of the brightness inside its sides, on average over the four, close by: two sensors' pads have
+0.03 to 0.6, areas that shading alone cuts out of lit gel 0.9 and more."""
+AWAY, LEAST_AWAY_PX = 0.02, 4
+"""From a side, of the frame's shorter side."""
 MIDDLE = (0.12, 0.88)
 """Of a side: the corners are round."""
 LEAST_KEYSTONE = 1.05
@@ -55,7 +60,7 @@ def find_pad(blank: Frame) -> Corners | None:
     corners = _refined(brightness, max(found, key=_area))
     height, width = brightness.shape
     inside = (corners >= -0.5).all() and (corners <= [width - 0.5, height - 0.5]).all()
-    if not inside:
+    if not inside or not _stands_out(brightness, corners):
         return None
     a, b, c, d = ((float(x), float(y)) for x, y in corners)
     return a, b, c, d
@@ -109,6 +114,22 @@ def _four_sided(area: Bool[np.ndarray, "h w"]) -> Points | None:
     if filled.sum() < LEAST_FILLED * _area(corners):
         return None
     return _clockwise(corners)
+
+
+def _stands_out(brightness: Brightness, corners: Points) -> bool:
+    """Whether it is much darker outside the sides than inside: across shading there is no step."""
+    away_px = max(LEAST_AWAY_PX, AWAY * min(brightness.shape))
+    shares = []
+    for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        along = (end - start) / np.linalg.norm(end - start)
+        outward = away_px * np.array([along[1], -along[0]])
+        places = start + np.linspace(*MIDDLE, POINTS)[:, None] * (end - start)
+        x, y = np.stack([places - outward, places + outward]).astype(np.float32).transpose(2, 0, 1)
+        inside, outside = cv2.remap(
+            brightness, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+        )
+        shares.append(np.median(outside / np.maximum(inside, 1)))
+    return bool(np.mean(shares) < MOST_OUTSIDE)
 
 
 def _area(corners: Points) -> float:

@@ -9,10 +9,19 @@ from pathlib import Path
 import pytest
 
 import app._workers
+from app._importing import _say
 from recon.geometry.lens import Lens, read_lens, write_lens
-from sensor.dataset import LENS_FILE, read_dataset
+from sensor.dataset import LENS_FILE, DatasetCard, read_dataset
 from tests.app.test_commands import refused, run
-from tests.synthetic import BALL_RADIUS_MM, MM_PER_PX, SIZE_PX, make_dataset
+from tests.synthetic import (
+    BALL_RADIUS_MM,
+    KEYSTONE_PX,
+    MM_PER_PX,
+    SIZE_PX,
+    make_dataset,
+    pad_size_mm,
+)
+from validation.importers.raw_frames import Prepared
 
 
 @pytest.fixture
@@ -120,3 +129,36 @@ def test_what_is_a_dataset_already_is_not_imported(
 def test_two_scales_are_refused(flat: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = imported(flat, "--mm-per-px", 0.1, "--pad-size-mm", 12, 9)
     assert "give one of them" in refused(capsys, *words)
+
+
+@pytest.mark.parametrize("without_ball", [2, 3])
+@pytest.mark.parametrize("pad", ["in use", "left aside", "none"])
+def test_a_pad_that_may_be_none_is_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], pad: str, without_ball: int
+) -> None:
+    labels = make_dataset(tmp_path / "set", presses=2).labels
+    card = DatasetCard(
+        name="mine",
+        source="test",
+        licence="CC0-1.0",
+        mm_per_px=MM_PER_PX,
+        ball_radius_mm=BALL_RADIUS_MM,
+        background=("background.png",),
+        corners_px=KEYSTONE_PX if pad == "in use" else None,
+        pad_size_mm=pad_size_mm() if pad == "in use" else None,
+    )
+    prepared = Prepared(
+        card=card,
+        presses=(*(x.file for x in labels), *(f"other{i}.png" for i in range(without_ball))),
+        labels=labels,
+        scale=None,
+        caliper=0,
+        lens=False,
+        left_aside=KEYSTONE_PX if pad == "left aside" else None,
+    )
+    _say(prepared, tmp_path / "out", "Scale as given: 0.1 mm/px.")
+    said = capsys.readouterr().out
+    assert ("is left aside, as --mm-per-px" in said) == (pad == "left aside")
+    assert ("No mirror's pad shows" in said) == (pad == "none")
+    corners = f"wedge label {tmp_path / 'out'} --corners"
+    assert (corners in said) == (pad == "in use" and without_ball > len(labels))

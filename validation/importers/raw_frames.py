@@ -21,7 +21,7 @@ from recon.arrays import Frame
 from recon.geometry.caliper import Scale, find_gap, scale_of, shading_response, slopes_of
 from recon.geometry.lens import read_lens, write_lens
 from recon.geometry.pad import base_side, find_pad, gel_corners
-from recon.geometry.unwarp import prepare_unwarp
+from recon.geometry.unwarp import Corners, prepare_unwarp
 from recon.images import read_image
 from recon.labels.ball_size import refuse_small_ball
 from recon.labels.label_book import automatic_label, refuse_name
@@ -74,6 +74,8 @@ class Prepared:
     """Pictures of it."""
     lens: bool
     """Whether one lay beside the frames, and was taken over."""
+    left_aside: Corners | None
+    """Of a pad that seems to show in frames that are said to show the gel plane."""
 
 
 def is_background(name: str) -> bool:
@@ -129,14 +131,15 @@ def import_raw_frames(
         ball_radius_mm: of the ball.
         pad_size_mm: of the pad along x and y, where no caliper's picture tells; else a first guess.
             A frame in which no pad shows is taken to be as long as it.
-        mm_per_px: pitch of frames that show the gel plane; ``None`` where nobody said.
+        mm_per_px: pitch of frames that show the gel plane; ``None`` where nobody said. A pad that
+            seems to show in them is left aside.
         check: called with the card before circles are sought, to refuse it.
         progress: called with the share that is done and what is being done.
 
     Raises:
         WedgeError: a picture is missing or damaged, the caliper's do not determine a scale, no
             ball is found, the ball's radius cannot be right, the lens is another camera's, or
-            ``mm_per_px`` is given for frames that tell their scale by a pad or a caliper.
+            ``mm_per_px`` is given for frames that tell their scale by a caliper.
     """
     try:
         pictures = sort_pictures([path.name for path in source.iterdir() if path.is_file()])
@@ -155,13 +158,10 @@ def import_raw_frames(
     blank = read_image(source / pictures.background[0])
     name = re.sub(r"\W+", "-", source.resolve().name).strip("-") or "frames"
     card = first_card(blank, name, pictures.background, ball_radius_mm, pad_size_mm)
+    left_aside = None
     if mm_per_px is not None:
-        if card.corners_px is not None:
-            raise WedgeError(
-                f"{source / pictures.background[0]} shows a pad in its mirror, whose size sets the "
-                "scale: give --pad-size-mm instead of --mm-per-px."
-            )
-        card = replace(card, mm_per_px=(mm_per_px, mm_per_px))
+        left_aside, pitch = card.corners_px, (mm_per_px, mm_per_px)
+        card = replace(card, corners_px=None, pad_size_mm=None, mm_per_px=pitch)
     lens = (source / LENS_FILE).is_file()
     if lens:
         _copy_lens(source, folder, blank)
@@ -205,6 +205,7 @@ def import_raw_frames(
         scale=scale,
         caliper=len(pictures.caliper),
         lens=lens,
+        left_aside=left_aside,
     )
 
 

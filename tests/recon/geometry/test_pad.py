@@ -68,6 +68,23 @@ def test_an_even_frame_has_no_pad(level: int) -> None:
     assert find_pad(np.full((120, 160, 3), level, np.uint8)) is None
 
 
+@pytest.mark.parametrize("azimuth_deg", [0, 60, 150])
+@pytest.mark.parametrize("dark", [(), (0,), (1, 2), (0, 2)])
+def test_the_shading_of_frames_that_show_the_gel_plane_has_no_pad(
+    azimuth_deg: float, dark: tuple[int, ...]
+) -> None:
+    """A light brightens its side of the gel, and a level cuts a four-sided area out of that."""
+    y, x = np.mgrid[-1:1:240j, -1:1:320j]
+    frame = np.zeros((240, 320, 3))
+    for color in range(3):
+        angle = np.radians(azimuth_deg + 120 * color)
+        at = np.clip(1.6 - np.hypot(x - 0.4 * np.cos(angle), y - 0.4 * np.sin(angle)), 0, None)
+        frame[..., color] = 40 + 100 * at * np.clip(1.5 - 0.8 * np.abs(x), 0, 1)
+    frame[..., list(dark)] = 0
+    frame += np.random.default_rng(0).normal(0, 1, frame.shape)
+    assert find_pad(np.clip(frame, 0, 255).astype(np.uint8)) is None
+
+
 def test_a_mirror_turns_the_order_round() -> None:
     clockwise = ((0.0, 0.0), (9.0, 0.0), (9.0, 6.0), (0.0, 6.0))
     seen, mirrored = (gel_corners(clockwise, "left", mirrored=m) for m in (False, True))

@@ -119,14 +119,14 @@ def test_a_card_is_judged_by_what_the_caliper_says_before_circles_are_sought(
     assert seen[0].pad_size_mm == pytest.approx(pad_size_mm()[::-1], rel=0.03)
 
 
-def test_a_pitch_of_frames_whose_pad_sets_the_scale_is_refused(
+def test_a_pitch_that_somebody_gives_stands_above_a_pad_that_seems_to_show(
     frames: Path, tmp_path: Path
 ) -> None:
     for path in frames.glob("*.png"):
         if "mm-" not in path.name:
             write_image(tmp_path / "mine" / path.name, read_image(path))
-    with ThreadPoolExecutor(1) as pool, pytest.raises(WedgeError, match="shows a pad"):
-        import_raw_frames(
+    with ThreadPoolExecutor(1) as pool:
+        prepared = import_raw_frames(
             tmp_path / "mine",
             tmp_path / "out",
             pool,
@@ -134,6 +134,9 @@ def test_a_pitch_of_frames_whose_pad_sets_the_scale_is_refused(
             pad_size_mm=(9.9, 11.0),
             mm_per_px=0.1,
         )
+    card = read_dataset(tmp_path / "out").card
+    assert card.corners_px is None and card.pad_size_mm is None and card.mm_per_px == (0.1, 0.1)
+    assert prepared.left_aside is not None
 
 
 def test_pictures_are_told_by_their_names() -> None:
