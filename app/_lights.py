@@ -22,8 +22,8 @@ def with_designed_lights(card: "DatasetCard", design: Wedge | None) -> "DatasetC
     """
     if design is None or card.lights_deg is None:
         return card
-    lights_deg = dict[str, float](design.lights.azimuths_deg) | dict(card.lights_deg)
-    return replace(card, lights_deg=lights_deg)
+    designed: dict[str, float] = {c: at for c, at in design.lights.azimuths_deg.items()}
+    return replace(card, lights_deg=designed | dict(card.lights_deg))
 
 
 def unlit_remark(lights_deg: Mapping[str, float] | None, design: Wedge | None) -> str:
