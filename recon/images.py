@@ -4,16 +4,18 @@
 
 import io
 import lzma
+import struct
 import tokenize
 import warnings
 import zipfile
 import zlib
 from collections.abc import Collection, Sequence
+from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
-from PIL import Image, UnidentifiedImageError
+from PIL import ExifTags, Image, UnidentifiedImageError
 from PIL.TiffImagePlugin import BITSPERSAMPLE, TiffImageFile
 
 from recon.arrays import Frame
@@ -32,6 +34,8 @@ UNREADABLE_IMAGE = (
     Warning,
     Image.DecompressionBombError,
 )
+TURNED = range(2, 9)
+"""EXIF orientations of pictures that do not lie as they are to be shown."""
 PNG_BITS_AT = 24
 """Where a PNG's header says how many bits a colour has."""
 MOST_DIGITS = 20
@@ -62,7 +66,8 @@ def read_image(path: str | Path) -> Frame:
 
     Raises:
         WedgeError: the file is missing, truncated, damaged, without three colours, or of other
-            than 8 bits each; or it holds several pictures, as an animated PNG may, or an MPO.
+            than 8 bits each; or it holds several pictures, as an animated PNG may, or an MPO; or
+            is marked to be shown turned.
     """
     path = Path(path)
     _refuse_no_file(path)
@@ -85,6 +90,7 @@ def read_image(path: str | Path) -> Frame:
                     )
                 if image.format == "PNG" and content.getbuffer()[PNG_BITS_AT] > 8:
                     raise _other_bits(path, 16)  # Pillow would hand over the upper eight
+                _refuse_turned(path, image)
                 return np.asarray(image.convert("RGB"))
     except UnidentifiedImageError as error:  # its own words name a buffer's address
         raise WedgeError(f"{path} is no PNG, JPEG, BMP or TIFF image.") from error
@@ -113,6 +119,22 @@ def _refuse_several(path: Path, image: Image.Image) -> None:
     except EOFError:
         return
     raise WedgeError(f"{path} holds several pictures: write each into a file of its own.")
+
+
+def _refuse_turned(path: Path, image: Image.Image) -> None:
+    """Refuse what one program turns and another leaves, so that circles lie elsewhere."""
+    if isinstance(image, TiffImageFile):  # once loaded, it is turned and no longer says so
+        mark = image.tag_v2.get(ExifTags.Base.Orientation)
+    else:
+        image.load()
+        mark = None
+        with suppress(*UNREADABLE_IMAGE, struct.error):  # damaged words, which nobody asked for
+            mark = image.getexif().get(ExifTags.Base.Orientation)
+    if mark in TURNED:
+        raise WedgeError(
+            f"{path} is marked to be shown turned or mirrored (EXIF orientation {mark}), which not "
+            "every program does: write it the way round it is meant, without the mark."
+        )
 
 
 def _other_bits(path: Path, bits: int) -> WedgeError:

@@ -7,7 +7,7 @@ import struct
 import cv2
 import numpy as np
 import pytest
-from PIL import Image
+from PIL import ExifTags, Image
 
 from recon.images import read_image
 from sensor.dataset import IMAGES
@@ -100,4 +100,18 @@ def test_a_bitmap_that_claims_to_be_vast_is_refused_unread(tmp_path, side):
     content[18:26] = struct.pack("<ii", side, side)
     path.write_bytes(content)
     with pytest.raises(WedgeError, match=r"vast\.bmp cannot be decoded.*decompression bomb"):
+        read_image(path)
+
+
+@pytest.mark.parametrize("ending", [".jpg", ".png", ".tif"])
+@pytest.mark.parametrize("mark", [1, 3, 6, 0])
+def test_a_picture_that_is_marked_to_be_shown_turned_is_refused(tmp_path, ending, mark):
+    """As OpenCV and browsers turn it and others do not: circles would lie elsewhere."""
+    path, exif = tmp_path / f"frame{ending}", Image.Exif()
+    exif[ExifTags.Base.Orientation] = mark
+    Image.fromarray(PICTURE).save(path, exif=exif)
+    if mark in (0, 1):
+        assert read_image(path).shape == PICTURE.shape
+        return
+    with pytest.raises(WedgeError, match=rf"frame\{ending} .*\(EXIF orientation {mark}\)"):
         read_image(path)
