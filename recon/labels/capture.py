@@ -16,6 +16,7 @@ from recon.geometry.unwarp import PixelMap, Unwarp
 from recon.labels.circles import Circle
 from recon.labels.find_circle import find_circle, refuse_ball
 from recon.labels.label_book import DOUBTFUL
+from recon.presses import fingerprint
 from sensor.toml import Pair
 
 BLANK_FRAMES = 8
@@ -76,6 +77,8 @@ class PressWatcher:
         self.calipers_left = calipers
         self.coverage = Coverage(unwarp.size_px)
         self.background: Frame | None = None
+        self._taken: set[str] = set()
+        """Fingerprints of presses: a picture that comes twice is no second one."""
         self._blanks: list[Frame] = []
         self._steps: list[float] = []
         self._blank: Unwarped | None = None
@@ -177,6 +180,9 @@ class PressWatcher:
     ) -> Verdict:
         """Keep a frame, or say what is wrong with it; not what to do next, as a file is done."""
         self._still = 0
+        known_by = fingerprint(frame)
+        if known_by in self._taken:
+            return _no("the same picture, pixel by pixel, as one that was taken")
         if _fine_detail(seen) < SHARPEST_LOSS * self._sharpness:
             return _no("blurred: hold the sensor still, or mend its focus")
         saturated = (seen[contact] >= SATURATED_LEVEL / 255).any(-1).mean()
@@ -191,6 +197,7 @@ class PressWatcher:
             return Verdict(taken=True, words="caliper taken")
         if circle is None:
             return _no("no ball is recognised: press the ball alone, not its holder")
+        self._taken.add(known_by)
         self.coverage.add(circle.center_px)
         self.state = "lift"
         x, y = circle.center_px

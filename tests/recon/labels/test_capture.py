@@ -160,6 +160,18 @@ def test_blank_frames_are_never_taken() -> None:
     assert not any(verdict.taken for verdict in shown(ready(), BLANK, 30, 7))
 
 
+def test_a_picture_that_comes_twice_is_no_second_press() -> None:
+    watch = watcher()
+    watch.set_background(noisy(BLANK, 0))
+    once, other = noisy(press(), 1), noisy(press(60.0), 2)
+    assert watch.judge_alone(once).taken
+    again = watch.judge_alone(once.copy())
+    assert not again.taken and "same picture" in again.words
+    assert len(watch.coverage.centers_px) == 1
+    assert watch.judge_alone(other).taken
+    assert len(watch.coverage.centers_px) == 2
+
+
 def test_blurred_and_saturated_presses_are_refused_with_a_reason() -> None:
     watch = ready()
     blurred = [cv2.GaussianBlur(noisy(press(), i), (0, 0), 2) for i in range(STILL_FRAMES + 2)]
