@@ -155,14 +155,14 @@ def _pictures(
     """
     from app._sources import is_dataset, open_where
     from recon.stream import FolderSource
-    from validation.importers.raw_frames import told_by_name
+    from validation.importers.raw_frames import only_caliper, told_by_name
 
     source = open_where(folder)
     if is_dataset(folder) or not isinstance(source, FolderSource):
         return source, frozenset()
     told = told_by_name(source.names)
     if not told.presses:
-        raise WedgeError(f"{folder} holds no picture of a ball press.")
+        raise WedgeError(f"{folder} holds no picture of a ball press{only_caliper(told)}.")
     presses = [name for name in source.names if name in told.presses]
     blank = list(told.background[:1] or presses[:1]) if first_blank else []
     if blank and not told.background:

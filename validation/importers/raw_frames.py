@@ -95,8 +95,19 @@ def sort_pictures(names: Sequence[str]) -> Pictures:
             "no picture is named as the blank gel: call it background.png or bg-0.jpg."
         )
     if not pictures.presses:
-        raise WedgeError("there is no picture of a ball press beside the blank gel's.")
+        raise WedgeError(
+            f"there is no picture of a ball press beside the blank gel's{only_caliper(pictures)}."
+        )
     return pictures
+
+
+def only_caliper(pictures: Pictures) -> str:
+    """Where all pictures but the blank gel's are a caliper's by their names: that they are."""
+    if pictures.presses or not pictures.caliper:
+        return ""
+    count, (name, _) = len(pictures.caliper), pictures.caliper[0]
+    named = f"all {count} are named" if count > 1 else "the only one is named"
+    return f": {named} as a caliper's ({name}), by the length that the name begins with"
 
 
 def told_by_name(names: Sequence[str]) -> Pictures:
@@ -144,7 +155,7 @@ def import_raw_frames(
     try:
         pictures = sort_pictures([path.name for path in source.iterdir() if path.is_file()])
     except WedgeError as error:
-        raise WedgeError(f"{source}: {error}") from error
+        raise WedgeError(f"{source}: {error}{_in_subfolder(source)}") from error
     except OSError as error:
         raise WedgeError(f"{source} cannot be read: {error.strerror}.") from error
     if mm_per_px is not None and pictures.caliper:
@@ -207,6 +218,14 @@ def import_raw_frames(
         lens=lens,
         left_aside=left_aside,
     )
+
+
+def _in_subfolder(source: Path) -> str:
+    """That pictures lie below a folder in which some are missing, where they do."""
+    for path in sorted(source.glob("[!.]*/[!.]*")):
+        if path.suffix.lower() in IMAGES:
+            return f" Pictures in {path.parent} are not looked at: put them beside the others."
+    return ""
 
 
 def _assumed(pad_size_mm: Pair) -> str:

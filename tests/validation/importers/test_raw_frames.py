@@ -188,6 +188,25 @@ def test_pictures_are_told_by_their_names() -> None:
         sort_pictures(["background.png", "5mm-1.png"])
 
 
+def test_presses_that_are_named_as_a_caliper_s_or_lie_elsewhere_are_said_to_be_so(
+    tmp_path: Path,
+) -> None:
+    balls = [f"5.84mm ball {i}.png" for i in range(3)]
+    with pytest.raises(WedgeError, match=r"all 3 are named as a caliper's \(5\.84mm ball 0\.png\)"):
+        sort_pictures(["background.png", *balls])
+    with pytest.raises(WedgeError, match=r"press beside the blank gel's\.$"):
+        sort_pictures(["background.png"])
+    for name in ("background.png", "balls/1.png", ".thumbnails/1.png"):
+        write_image(tmp_path / name, np.zeros((8, 8, 3), np.uint8))
+    for is_there in (True, False):
+        with ThreadPoolExecutor(1) as pool, pytest.raises(WedgeError) as refused:
+            import_raw_frames(
+                tmp_path, tmp_path / "out", pool, ball_radius_mm=4.0, pad_size_mm=(9.9, 11.0)
+            )
+        assert (f"Pictures in {tmp_path / 'balls'} are not" in str(refused.value)) == is_there
+        (tmp_path / "balls" / "1.png").unlink(missing_ok=True)
+
+
 def test_a_ball_that_is_not_recognised_beside_a_caliper_is_asked_for_by_its_radius(
     frames: Path, tmp_path: Path
 ) -> None:
