@@ -33,8 +33,10 @@ AWAY, LEAST_AWAY_PX = 0.02, 4
 MIDDLE = (0.12, 0.88)
 """Of a side: the corners are round."""
 LEAST_KEYSTONE = 1.05
-POINTS, REACH_PX = 80, 6
-STEP_PX = 0.25
+POINTS = 80
+REFERENCE_PX = 240
+"""Shorter side of the frames that the lengths below are for; with larger frames these grow."""
+REACH_PX, BLUR_PX, STEP_PX = 6, 1, 0.25
 
 Brightness = Float32[np.ndarray, "h w"]
 Points = Float64[np.ndarray, "n 2"]
@@ -145,8 +147,16 @@ def _clockwise(corners: Points) -> Points:
 
 
 def _refined(brightness: Brightness, corners: Points) -> Points:
-    """Corners where lines through the steepest fall of brightness cross."""
-    lines = [_side(brightness, corners[i], corners[(i + 1) % 4]) for i in range(4)]
+    """Corners where lines through the steepest fall of brightness cross.
+
+    A camera of more pixels must not see another pad, the gel without its bright wall for one: the
+    search reaches as far, and over as much blur, in shares of the frame.
+    """
+    times = max(1.0, min(brightness.shape) / REFERENCE_PX)
+    if times > 1:  # it comes blurred by a pixel already
+        more_px = BLUR_PX * np.sqrt(times**2 - 1)
+        brightness = cv2.GaussianBlur(brightness, (0, 0), more_px).astype(np.float32)
+    lines = [_side(brightness, corners[i], corners[(i + 1) % 4], times) for i in range(4)]
     crossings = []
     for before, after in zip([lines[-1], *lines[:-1]], lines, strict=True):
         normals = np.stack([before[0], after[0]])
@@ -154,12 +164,12 @@ def _refined(brightness: Brightness, corners: Points) -> Points:
     return np.array(crossings)
 
 
-def _side(brightness: Brightness, start: Point, end: Point) -> tuple[Point, float]:
+def _side(brightness: Brightness, start: Point, end: Point, times: float) -> tuple[Point, float]:
     """Normal and offset of a side's line: normal @ point = offset."""
     along = (end - start) / np.linalg.norm(end - start)
     outward = np.array([along[1], -along[0]])  # clockwise on a screen, whose y points down
     places = start + np.linspace(*MIDDLE, POINTS)[:, None] * (end - start)
-    reach = np.arange(-REACH_PX, REACH_PX + STEP_PX / 2, STEP_PX)
+    reach = np.arange(-REACH_PX, REACH_PX + STEP_PX / 2, STEP_PX) * times
     x, y = np.moveaxis(places[:, None] + outward * reach[:, None], -1, 0).astype(np.float32)
     profiles = cv2.remap(brightness, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     fall = -np.gradient(profiles.astype(np.float64), axis=1)

@@ -50,6 +50,15 @@ def test_corners_are_found_beneath_their_rounding(turns: int) -> None:
     assert left > np.linalg.norm(np.subtract(second, third))
 
 
+@pytest.mark.parametrize("times", [4, 8])
+def test_a_camera_of_more_pixels_gives_the_same_corners(times: int) -> None:
+    size = (240 * times, 320 * times)
+    found = find_pad(cv2.resize(drawn(TRAPEZOID), size, interpolation=cv2.INTER_LINEAR))
+    assert found is not None
+    corners = (np.array(found) + 0.5) / times - 0.5
+    assert np.linalg.norm(corners - TRAPEZOID, axis=1).max() < 0.6
+
+
 @pytest.mark.parametrize("design", [STANDARD, FINGER])
 def test_the_twins_raw_view_gives_the_corners_that_it_was_rendered_with(design: Wedge) -> None:
     view = gel_view(design, 160)
