@@ -144,7 +144,7 @@ def _flat_scale(card: "DatasetCard", given_mm_per_px: float | None, pad_size_mm:
 
 def _say(prepared: "Prepared", out: Path, flat_scale: str) -> None:
     """What was found out, in sentences that say what to doubt."""
-    from recon.labels.label_book import DOUBTFUL
+    from recon.labels.find_circle import DOUBTFUL
 
     card, scale = prepared.card, prepared.scale
     seen = card.corners_px or prepared.left_aside
@@ -203,7 +203,7 @@ def _say_refitted(
     """How far refitting to the shading took the circles from where somebody drew them."""
     from statistics import median
 
-    from recon.labels.label_book import DOUBTFUL
+    from recon.labels.find_circle import DOUBTFUL
 
     drawn = {label.file: label for label in theirs}
     pairs = [(drawn[label.file], label) for label in refitted]

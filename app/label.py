@@ -53,10 +53,9 @@ def main(
         corners: Open the page for the pad's corners instead.
         port: Port of the page.
     """
-    from recon.labels.find_circle import refuse_ball
+    from recon.labels.find_circle import DOUBTFUL, refuse_ball
     from recon.labels.label_book import (
         CERTAIN,
-        DOUBTFUL,
         LABELS_FILE,
         LabelBook,
         drop_wide_circles,

@@ -34,9 +34,9 @@ from app.pages.editing import (
 from app.pages.frame_list import FrameList
 from app.pages.pictures import FINE_QUALITY, as_url
 from recon.images import read_frame
+from recon.labels.find_circle import DOUBTFUL
 from recon.labels.label_book import (
     CERTAIN,
-    DOUBTFUL,
     Change,
     LabelBook,
     doubtful_first,

@@ -14,8 +14,7 @@ from recon.contact.mask import disturbed_mask
 from recon.coverage import Coverage
 from recon.geometry.unwarp import PixelMap, Unwarp
 from recon.labels.circles import Circle
-from recon.labels.find_circle import find_circle, refuse_ball
-from recon.labels.label_book import DOUBTFUL
+from recon.labels.find_circle import DOUBTFUL, find_circle, refuse_ball
 from recon.presses import fingerprint
 from sensor.toml import Pair
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import cv2
 import numpy as np
-from jaxtyping import Float32
+from jaxtyping import Bool, Float32, Float64
 from scipy import ndimage
 
 from recon.arrays import Difference
@@ -30,6 +30,16 @@ LEAST_QUALITY = 0.4
 Half of the wrong fits to 61 real presses score below 0.25, 95 % of the right ones above 0.79; the
 best fits to 212 presses of seven sensors, real and rendered, all score above 0.51.
 """
+DOUBTFUL = 0.7
+"""Below this quality somebody should look."""
+RIM_POINTS = 360
+LEAST_RIM = 0.5
+"""Of the circle, within the frame: of less, a wrong radius explains what shows as well."""
+VISIBLE_DISC = 1.3
+"""Of the radius: of 102 presses of three sensors, whole in the frame, the strongest change lies
+within 1.23 in all."""
+FARTHEST_SHIFT = 0.4
+"""Of the radius, from the fit that was chosen to the last: 0.32 at most on those presses."""
 LEAST_CHANGE = 0.03
 """Of full scale, root mean square over the disc and its ring."""
 SMOOTH_PX, OUTLINE_SMOOTH_PX = 2.0, 1.5
@@ -37,6 +47,7 @@ ROUNDS, CENTER_REACH = 2, 1.3
 """Of the last fits to the shading: nearer the disc, where no cast shadow leans on it."""
 
 Change = Float32[np.ndarray, "h w"]
+Points = Float64[np.ndarray, "n 2"]
 Small = Float32[np.ndarray, "rows columns 3"]
 """A difference image in square pixels, its longest side at most 320."""
 
@@ -48,7 +59,8 @@ def find_circle(difference: Difference, ball_radius_mm: float, mm_per_px: Pair) 
     radii) and where the largest changed patch lies. Each is fitted to the shading of a ball of the
     known radius (``recon.labels.circles``); the best explained one gives radius and quality. The
     centre is that of the outline (``recon.labels.outline``), or, where too little of it lies in the
-    frame, of the shading, fitted again closer to the disc.
+    frame, of the shading, fitted again closer to the disc. Where that lies outside the frame, so
+    does the ball, and the next best circle is only gel beside it.
 
     Args:
         difference: (h, w, 3), frame minus background in the gel plane.
@@ -57,7 +69,8 @@ def find_circle(difference: Difference, ball_radius_mm: float, mm_per_px: Pair) 
 
     Returns:
         Centre in pixels of ``difference``, radius in pixels (the geometric mean of both axes where
-        pixels are not square), quality 0 to 1.
+        pixels are not square), quality 0 to 1; below ``DOUBTFUL`` where more than half of the
+        circle is cut off, the strongest change is not the disc's, or the last fits moved far.
 
     Raises:
         WedgeError: as ``refuse_ball``.
@@ -65,18 +78,18 @@ def find_circle(difference: Difference, ball_radius_mm: float, mm_per_px: Pair) 
     height, width = difference.shape[:2]
     refuse_ball((width, height), ball_radius_mm, mm_per_px)
     small, ball_px = search_image(difference, ball_radius_mm, mm_per_px)
-    inside = [one for one in candidates(small, ball_px) if _is_inside(small, one.center_px)]
-    circle = max(inside, key=lambda one: one.quality, default=None)
+    circle = max(candidates(small, ball_px), key=lambda one: one.quality, default=None)
     if circle is None or circle.quality < LEAST_QUALITY or _strength(small, circle) < LEAST_CHANGE:
         return None
     x_px, y_px = _center(small, circle, ball_px)
-    if not _is_inside(small, (x_px, y_px)):
+    if not _is_inside(small, np.array([[x_px, y_px]])).all():
         return None
+    is_sure = _is_sure(small, circle, (x_px, y_px))
     scale_x, scale_y = width / small.shape[1], height / small.shape[0]
     return Circle(
         center_px=((x_px + 0.5) * scale_x - 0.5, (y_px + 0.5) * scale_y - 0.5),
         radius_px=circle.radius_px * float(np.sqrt(scale_x * scale_y)),
-        quality=circle.quality,
+        quality=circle.quality if is_sure else DOUBTFUL * circle.quality,
     )
 
 
@@ -135,11 +148,26 @@ def candidates(small: Small, ball_px: float) -> list[Circle]:
     return [refit_circle(small, (x, y), radius, ball_px) for x, y, radius in proposed]
 
 
-def _is_inside(small: Small, center_px: Pair) -> bool:
-    """Whether a centre lies in the frame: of less than half a disc, shadows make as much."""
+def _is_inside(small: Small, points_px: Points) -> Bool[np.ndarray, " n"]:
+    """Which points lie in the frame."""
     height, width = small.shape[:2]
-    x_px, y_px = center_px
-    return -0.5 <= x_px <= width - 0.5 and -0.5 <= y_px <= height - 0.5
+    x, y = points_px.T
+    return (x >= -0.5) & (x <= width - 0.5) & (y >= -0.5) & (y <= height - 0.5)
+
+
+def _is_sure(small: Small, circle: Circle, center_px: Pair) -> bool:
+    """Whether a circle, last centred here, shows its radius, and is what changed most.
+
+    At the frame's edge a ball's shading may explain what is none, or another radius as much.
+    """
+    angle = np.linspace(0, 2 * np.pi, RIM_POINTS, endpoint=False)
+    outward = np.stack([np.cos(angle), np.sin(angle)], -1)
+    rim = _is_inside(small, center_px + circle.radius_px * outward).mean()
+    change = _change(small)
+    y, x = np.unravel_index(change.argmax(), change.shape)
+    strongest = np.hypot(x - center_px[0], y - center_px[1]) / circle.radius_px
+    shift = np.hypot(*np.subtract(center_px, circle.center_px)) / circle.radius_px
+    return bool(rim >= LEAST_RIM and strongest <= VISIBLE_DISC and shift <= FARTHEST_SHIFT)
 
 
 def _center(small: Small, circle: Circle, ball_px: float) -> Pair:

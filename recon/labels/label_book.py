@@ -28,8 +28,6 @@ NO_BALL_FILE = "no_ball.txt"
 """The frames in which somebody saw that no ball touches, one a line."""
 CERTAIN = 1.0
 """Quality of a label that somebody looked at."""
-DOUBTFUL = 0.7
-"""Below this quality somebody should look."""
 LARGEST = 0.98
 """Of the ball's radius: a contact circle is smaller than its ball."""
 Standing = tuple[BallLabel | None, bool]

@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from recon.labels.find_circle import LEAST_BALL_PX, MOST_BALL, find_circle
+from recon.labels.find_circle import DOUBTFUL, LEAST_BALL_PX, MOST_BALL, find_circle
 from sensor.errors import WedgeError
 from tests.shading import pressed
 
@@ -26,6 +26,45 @@ def test_a_ball_is_found_wherever_it_touches(
     assert np.hypot(*np.subtract(circle.center_px, center)) < 0.6
     assert circle.radius_px == pytest.approx(contact_px, rel=0.05)
     assert circle.quality > 0.6
+
+
+@pytest.mark.parametrize("center", [(-11.3, 60.0), (80.0, -11.3), (170.3, 60.0), (80.0, 130.3)])
+def test_a_ball_beyond_the_edge_is_not_found_beside_it(center: tuple[float, float]) -> None:
+    difference = pressed(SIZE_PX, center, 18.0, BALL_PX)
+    assert find_circle(difference, BALL_MM, MM_PER_PX) is None
+
+
+@pytest.mark.parametrize(
+    ("center", "is_certain"),
+    [((0.0, 60.0), True), ((9.0, 60.0), True), ((2.0, 2.0), False), ((157.0, 5.0), False)],
+)
+def test_a_circle_of_which_less_than_half_shows_is_doubtful(
+    center: tuple[float, float], is_certain: bool
+) -> None:
+    circle = find_circle(pressed(SIZE_PX, center, 18.0, BALL_PX), BALL_MM, MM_PER_PX)
+    assert circle is not None
+    assert (circle.quality >= DOUBTFUL) == is_certain
+
+
+@pytest.mark.parametrize(("strength", "is_certain"), [(0.0, True), (0.05, True), (0.6, False)])
+def test_a_circle_beside_a_stronger_change_is_doubtful(strength: float, is_certain: bool) -> None:
+    difference = pressed(SIZE_PX, (60.0, 60.0), 18.0, BALL_PX)
+    difference[28:33, 128:133] += strength
+    circle = find_circle(difference, BALL_MM, MM_PER_PX)
+    assert circle is not None
+    assert (circle.quality >= DOUBTFUL) == is_certain
+
+
+@pytest.mark.parametrize(("shift", "is_certain"), [(0.0, True), (0.2, True), (0.5, False)])
+def test_a_circle_whose_outline_lies_elsewhere_is_doubtful(
+    shift: float, is_certain: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    difference = pressed(SIZE_PX, (83.3, 55.8), 18.0, BALL_PX)
+    outline = (83.3 + shift * 18.0, 55.8)
+    monkeypatch.setattr("recon.labels.find_circle.outline_center", lambda *_: outline)
+    circle = find_circle(difference, BALL_MM, MM_PER_PX)
+    assert circle is not None
+    assert (circle.quality >= DOUBTFUL) == is_certain
 
 
 def test_oblong_pixels_and_large_frames_are_the_same_press() -> None:
