@@ -292,21 +292,20 @@ class FastReconstructor:
         if self._dots is not None and hidden is not None:
             self._dots.fill_slopes(gradient, hidden, self.calibration.card.mm_per_px)
         reach = self.calibration.estimator.reach
+        moved = disturbed if near is None else near
         if self._small and reach is not None:
             still = without_still(np.moveaxis(gradient, 0, -1).copy(), disturbed, reach)
             gradient[:] = np.moveaxis(still, -1, 0)
+            moved = np.asarray(gradient.any(0))
         elif near is not None and self._beside.size > 1:
             gradient *= in_pixels(near, self._unwarp.size_px)
-        moved = disturbed if reach is None else np.asarray(gradient.any(0))
-        border = (boundary_of if self._small or reach is not None else border_of)(moved)
+        border = (boundary_of if self._small else border_of)(moved)
         depth_mm = self._integrate[border](gradient)
-        few = np.s_[:, :] if self._small else np.s_[2::4, 2::4]
         held = False
         if self._weigh:
-            rests = resting(np.moveaxis(gradient, 0, -1)[few], depth_mm[few], self._side_mm)
-            held = self._weigh[border](gradient, depth_mm, rests=rests)
+            held = self._weigh[border](gradient, depth_mm, rests=self._resting(gradient, depth_mm))
         if not held:
-            some = depth_mm[few]
+            some = depth_mm if self._small else depth_mm[2::4, 2::4]
             depth_mm -= untouched_depth(some, _cut(disturbed, some), border)
         return touch(
             gradient=np.moveaxis(gradient, 0, -1),
@@ -314,6 +313,12 @@ class FastReconstructor:
             boundary=border,
             disturbed=disturbed,
         )
+
+    def _resting(self, gradient: Float32[np.ndarray, "2 h w"], depth_mm: DepthMap) -> ContactMask:
+        """``resting`` of planes; but for small frames, told by a pixel in every quarter."""
+        few = np.s_[:, :] if self._small else np.s_[::SIDE_PX, ::SIDE_PX]
+        rests = resting(np.moveaxis(gradient, 0, -1)[few], depth_mm[few], self._side_mm)
+        return rests if self._small else in_pixels(rests, self._unwarp.size_px)
 
     def _near(self, disturbed: QuarterMask, small: Seen) -> QuarterMask | None:
         """What our estimator does not take for flat; ``None`` is everywhere."""

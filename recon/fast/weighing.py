@@ -5,7 +5,7 @@
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Float32
+from jaxtyping import Float32
 
 from recon.arrays import DepthMap
 from recon.fast.kernels import compiled
@@ -16,6 +16,7 @@ from recon.integration.weighed import (
     STILL,
     BetweenCells,
     Map,
+    Mask,
     Rest,
     cell_sides_px,
     cells_change,
@@ -48,6 +49,7 @@ class FrameWeighing:
         self._lines = np.zeros((2, columns * side_px), np.float32)
         self._x = np.zeros((2, rows, columns - 1), np.float32)
         self._y = np.zeros((2, rows - 1, columns), np.float32)
+        self._held_lines = np.zeros((2, size_px[0]), np.float32)
         self._rest = np.zeros((2, *(-(-size // side_px) for size in self._shape)), np.float32)
 
     def __call__(
@@ -55,7 +57,7 @@ class FrameWeighing:
         gradient: Float32[np.ndarray, "2 h w"],
         depth_mm: DepthMap,
         inferred: tuple[Axis, Map] | None = None,
-        rests: Bool[np.ndarray, "rows columns"] | None = None,
+        rests: Mask | None = None,
     ) -> bool:
         """Change a depth, the plain integral of gradients as planes, in place.
 
@@ -66,7 +68,7 @@ class FrameWeighing:
             depth_mm: that is changed.
             inferred: the axis whose slope was, if one was, and how far off that is expected to be:
                 (h, w), mm/mm.
-            rests: of still gel, which rests, in averages of any size; none unless given.
+            rests: which gel does; none unless given.
         """
         rows, columns = self._inside
         slopes, depth, variance = self._slopes, self._depth, self._variance
@@ -87,7 +89,7 @@ class FrameWeighing:
         )
         rest = None
         if rests is not None:
-            _held(gradient, depth_mm, rests, np.float32(self._firmness), self._rest)
+            _held(depth_mm, rests, np.float32(self._firmness), self._held_lines, self._rest)
             weight, pull = self._rest
             if weight.any():
                 if self._boundary == "neumann":
@@ -143,16 +145,18 @@ def _take_along_y(slope: Any, depth: Any, variance: Any, per_mm: Any, lines: Any
                 out[k, row, column] = lines[k, column * side : (column + 1) * side].mean() / side
 
 
-def _take_held(gradient: Any, depth: Any, rests: Any, firmness: Any, out: Any) -> None:
-    side, share = -(-depth.shape[0] // out.shape[1]), -(-depth.shape[0] // rests.shape[0])
-    out[:] = 0
-    for r in range(depth.shape[0]):
-        row = min(r // share, rests.shape[0] - 1)
-        for c in range(depth.shape[1]):
-            if rests[row, min(c // share, rests.shape[1] - 1)]:
-                if gradient[0, r, c] == 0 and gradient[1, r, c] == 0:
-                    out[0, r // side, c // side] += firmness
-                    out[1, r // side, c // side] += firmness * depth[r, c]
+def _take_held(depth: Any, rests: Any, firmness: Any, lines: Any, out: Any) -> None:
+    side = -(-depth.shape[0] // out.shape[1])
+    for row in range(out.shape[1]):
+        lines[:] = 0
+        for r in range(row * side, min((row + 1) * side, depth.shape[0])):
+            for c in range(depth.shape[1]):
+                held = np.float32(rests[r, c])
+                lines[0, c] += held
+                lines[1, c] += held * depth[r, c]
+        for k in range(2):
+            for column in range(out.shape[2]):
+                out[k, row, column] = firmness * lines[k, column * side : (column + 1) * side].sum()
 
 
 _variances, _held = compiled(_take_variances), compiled(_take_held)

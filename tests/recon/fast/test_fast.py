@@ -250,14 +250,12 @@ def test_doubted_slopes_count_as_little_as_in_the_reference(
             found = free.copy()
             weigh(planes(gradient), found, None if unseen is None else (unseen, doubt))
             assert np.abs(found - truth).max() < 2e-5 * np.ptp(truth)
-        for step in (1, 4):
-            blocks = random.uniform(size=(-(-height // step), -(-width // step))) < 0.5
-            every = blocks.repeat(step, 0).repeat(step, 1)[:height, :width]
-            rests = every & ~gradient.any(-1)
+        for often in (0.5, 0.01, 0.0):
+            rests = random.uniform(size=(height, width)) < often
             truth = weighed_depth(free, gradient, pitch_mm, boundary, rests=rests)
             found = free.copy()
-            assert weigh(planes(gradient), found, rests=blocks) == rests.any()
-            assert np.abs(found - truth).max() < 2e-4 * np.ptp(truth)
+            assert weigh(planes(gradient), found, rests=rests) == rests.any()
+            assert np.abs(found - truth).max() < 2e-4 * np.ptp(truth) + 1e-6
 
 
 def test_disturbed_gel_is_found_where_the_reference_finds_it() -> None:
