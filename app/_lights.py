@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from sensor.design import Wedge
 
 if TYPE_CHECKING:
-    from sensor.dataset import DatasetCard
+    from sensor.dataset import Dataset, DatasetCard
 
 COLORS = {"R": "red", "G": "green", "B": "blue"}
 NUMBERS = ("no light", "one light", "two lights")
@@ -24,6 +24,26 @@ def with_designed_lights(card: "DatasetCard", design: Wedge | None) -> "DatasetC
         return card
     designed: dict[str, float] = {c: at for c, at in design.lights.azimuths_deg.items()}
     return replace(card, lights_deg=designed | dict(card.lights_deg))
+
+
+def with_dead_lights(dataset: "Dataset", design: Wedge | None) -> tuple["DatasetCard", str]:
+    """The card with the lights that its design has and no press shows, and what to say of them.
+
+    A colour that a card leaves out though presses show it is left out on purpose, and stays so.
+    """
+    from validation.importers.folder import lit
+
+    card = dataset.card
+    if design is None or card.lights_deg is None:
+        return card, ""
+    if set(card.lights_deg) >= set(design.lights.azimuths_deg):
+        return card, ""
+    alive = {**(lit(dataset).lights_deg or {}), **card.lights_deg}
+    every = with_designed_lights(replace(card, lights_deg=alive), design).lights_deg or {}
+    kept = {
+        color: at for color, at in every.items() if color in card.lights_deg or color not in alive
+    }
+    return replace(card, lights_deg=kept), unlit_remark(alive, design)
 
 
 def unlit_remark(lights_deg: Mapping[str, float] | None, design: Wedge | None) -> str:

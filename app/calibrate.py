@@ -53,7 +53,7 @@ def main(
         seed: Seed of the split, drawn pixels and training.
         json: Write the errors on the held-out presses here as JSON.
     """
-    from app._lights import unlit_remark, with_designed_lights
+    from app._lights import with_dead_lights
     from app._pad import pad_remark, refuse_other_pad
     from recon.calibration import lit_channels, unit_of
     from recon.estimators import fit_estimator, lesson_of, refuse_unfittable
@@ -82,8 +82,8 @@ def main(
         raise WedgeError(
             f"{source.folder}: {error} Mend dataset.toml, then `{again}` finds the circles anew."
         ) from error
-    unlit = unlit_remark(source.card.lights_deg, built_from) if built_from else ""
-    source = replace(source, card=with_designed_lights(source.card, built_from))
+    card, unlit = with_dead_lights(source, built_from)
+    source = replace(source, card=card)
     with process_pool() as pool, progress(f"calibration on {dataset}") as show:
         presses = read_presses(source, lambda share: show(0.2 * share, "reading presses"))
         everything = lesson_of(estimator, presses.presses, range(len(presses.presses)), seed)

@@ -89,6 +89,19 @@ def test_a_light_that_the_design_has_and_no_press_shows_is_dead(
         assert read_unit_card(tmp_path / unit).channels == ("RGB" if greens else "RB")
 
 
+def test_a_light_that_a_card_leaves_out_on_purpose_is_not_dead(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    made = make_dataset(tmp_path / "set", presses=3)
+    assert set(made.card.lights_deg or ()) == set("RGB")
+    card = replace(made.card, lights_deg=RED_AND_BLUE)
+    write_card(made.folder / "dataset.toml", card)
+    words = ("--design", "finger", "--estimator", "table", "--out", tmp_path / "unit")
+    assert run("calibrate", made.folder, *words) == 0
+    assert "LED" not in capsys.readouterr().out
+    assert read_unit_card(tmp_path / "unit").channels == "RB"
+
+
 def test_several_dark_colours_are_one_sentence() -> None:
     assert unlit_remark({"R": 90.0}, FINGER).startswith("Green and blue show no light, but the")
     assert "taken as a sensor of one light" in unlit_remark({"B": -90.0}, None)
