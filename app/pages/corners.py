@@ -99,6 +99,7 @@ class CornersPage:
                     button("Turn", "rotate_right", self.turn)
                     button("Mirror", "flip", self.mirror)
                     button("Undo", "undo", self.undo)
+                    button("Previous frame", None, lambda: self.step(-1))
                     button("Next frame", None, lambda: self.step(1))
             with ui.column().classes("min-w-0"):
                 ui.label("Unwarped: base and green light on the left")

@@ -54,9 +54,12 @@ GROW = 1.02
 WHEEL = """(e) => {
     if (e.ctrlKey || e.metaKey || Math.abs(e.deltaY) <= Math.abs(e.deltaX)) return;
     e.preventDefault();
-    emit(e.deltaMode ? 100 * Math.sign(e.deltaY) : e.deltaY);
+    const goesOn = e.timeStamp - (window.turnedAt ?? -Infinity) < 500;
+    window.turnedAt = e.timeStamp;
+    emit(e.deltaMode ? 100 * Math.sign(e.deltaY) : e.deltaY, goesOn);
 }"""
-"""With Ctrl the wheel is the browser's zoom, and a swipe to the side scrolls."""
+"""With Ctrl the wheel is the browser's zoom, and a swipe to the side scrolls. Turns that follow one
+another within half a second are one."""
 NOTCH = 100.0
 """What browsers say of one; of a swipe on a trackpad they say less, many times."""
 SCROLL = """requestAnimationFrame(() => requestAnimationFrame(() => {
@@ -277,7 +280,8 @@ class LabelPage:
 
     def on_wheel(self, event: GenericEventArguments) -> None:
         """Resize the circle by as much as the wheel turns, a notch at most."""
-        self.resize(GROW ** -(min(max(event.args, -NOTCH), NOTCH) / NOTCH))
+        turned, goes_on = event.args
+        self.resize(GROW ** -(min(max(turned, -NOTCH), NOTCH) / NOTCH), goes_on)
 
     def on_key(self, key: str, step_px: float, held: bool) -> None:
         """Every edit by a key; those of one that is held are taken back together."""

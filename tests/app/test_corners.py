@@ -244,6 +244,10 @@ def test_the_browsers_keys_and_an_unseen_frame_change_no_corner(tmp_path: Path) 
             page.keyboard.press(key)
         expect(heading).to_contain_text("press01.png: corner 1")
         expect(page.locator("#raw")).to_be_visible()
+        page.get_by_role("button", name="Previous frame").click()
+        expect(heading).to_contain_text("press00.png")
+        page.get_by_role("button", name="Next frame").click()
+        expect(heading).to_contain_text("press01.png")
         files = [(folder / name).read_bytes() for name in ("dataset.toml", "labels.csv")]
         assert files == before
 

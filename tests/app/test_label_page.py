@@ -249,6 +249,9 @@ def test_small_turns_of_the_wheel_add_up_to_a_notch(tmp_path: Path, turns: list[
             page.mouse.wheel(0, turn)
         near = "|".join(f"{grown_px + step / 100:.2f}" for step in range(-3, 4))
         expect(page.locator("#heading")).to_contain_text(re.compile(f"radius ({near}) px"))
+        page.keyboard.press("Control+z")  # one spin of the wheel is one change
+        labelled_px = dataset.labels[0].contact_radius_px
+        expect(page.locator("#heading")).to_contain_text(f"radius {labelled_px:.2f} px")
 
 
 def test_a_long_list_keeps_its_rows_and_follows_the_frame(tmp_path: Path) -> None:
