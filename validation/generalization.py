@@ -245,6 +245,7 @@ def _depths(fitted: GradientEstimator, presses: Presses, dataset: Dataset) -> Ro
     return {
         "rmse_mm": fmean(error.rmse_mm for error in errors),
         "bias_mm": fmean(error.bias_mm for error in errors),
+        "peaks_off_mm": [error.peak_mm - error.peak_truth_mm for error in errors],
         "truth": errors[0].truth,
     }
 
@@ -297,6 +298,8 @@ def main() -> None:
 def _text(value: object) -> str:
     if isinstance(value, dict):
         return ", ".join(f"{key} {_text(inner)}" for key, inner in value.items())
+    if isinstance(value, list):
+        return " ".join(_text(inner) for inner in value)
     return f"{value:.4f}" if isinstance(value, float) else str(value)
 
 

@@ -59,6 +59,7 @@ def test_another_set_is_judged_by_what_one_set_taught_and_by_its_own_folds(folde
     assert across["judged"] == own["judged"] == 10
     assert across["contact theta_deg"] < 3 * own["contact theta_deg"] < 20
     assert across["depth"]["truth"] == "ball cap"
+    assert len(across["depth"]["peaks_off_mm"]) == 10
 
 
 def test_fewer_presses_are_as_many_as_asked_for(folder):
