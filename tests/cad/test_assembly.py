@@ -161,7 +161,7 @@ def test_whatever_says_how_wide_a_sensor_is_says_how_large_all_its_bodies_are(
         shown = page_html(built.design, manifest, names_of(built), [], [])
         assert f"is {width:g} mm wide" in shown and f"{words} mm" in shown
         assert words in drawing_of(built.design, built.body_meshes).decode()
-        assert f"{width:g} mm wide, the whole {words} mm" in page
+        assert f"{width:g} mm wide, overall {words} mm" in page
 
 
 def test_silicone_is_mixed_when_the_paint_it_is_poured_onto_has_set(finger: Model) -> None:
