@@ -350,4 +350,4 @@ def test_a_measured_table_of_one_press_has_no_intervals(
     monkeypatch.setattr(tables, "HERE", tmp_path)
     page = tables.filled(f"<!-- table: {name} -->\n<!-- end of table -->")
     assert f"{alone[0]['gx_mae']:.3f} |" in page and "<br>" not in page
-    assert "(4 presses learnt from, 1 press judged), 1 press, too few for an interval." in page
+    assert "(trained on 4 presses, tested on 1 press), 1 press, too few for an interval." in page

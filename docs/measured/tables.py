@@ -95,11 +95,12 @@ def _network(dataset: str) -> str:
         for metric in ("gx_mae", "gy_mae")
     )
     return (
-        f"On contact+5% the network leaves {unseen['mlp', 'RB']:.2f} of the unseen axis's error "
-        f"for RB and {unseen['mlp', 'R']:.2f} for R\nwith `mlp`, and with a hint by `default` "
-        f"{unseen['default', 'RB']:.2f} and {unseen['default', 'R']:.2f}. Of the seen axis's, "
-        f"{min(seen.values()):.2f} to {max(seen.values()):.2f} is left: both\ncome out as the "
-        "slopes of one surface. Where no colour changed, the inferred slope is set to zero.\n"
+        "On contact+5%, the error of the unseen axis with the network, as a share of that without "
+        f"it, is\n{unseen['mlp', 'RB']:.2f} for RB and {unseen['mlp', 'R']:.2f} for R with `mlp`, "
+        f"and {unseen['default', 'RB']:.2f} and {unseen['default', 'R']:.2f} with `default`, which "
+        f"also gives it a hint.\nThe share is {min(seen.values()):.2f} to "
+        f"{max(seen.values()):.2f} for the seen axis, as both slopes become those of one surface.\n"
+        "If no colour changed, the inferred slope is set to zero.\n"
     )
 
 
@@ -114,18 +115,16 @@ def _cells(row: dict[str, Any]) -> list[str]:
 
 def _caption(document: dict[str, Any]) -> str:
     presses, folds = document["presses"], document["folds"]
-    split = (
-        f"{folds}-fold by press, " if folds > 1 else f"{counted(presses['train'])} learnt from, "
-    )
+    split = f"{folds}-fold by press, " if folds > 1 else f"trained on {counted(presses['train'])}, "
     options = f" --folds {folds}" * (folds > 1) + f" --seed {document['seed']}"
     slopes = ", ".join(
         f"{value:.2f} on {pixels}" for pixels, value in document["mean_abs_gradient"].items()
     )
-    intervals = remark("below each the 95 % interval over presses", presses["test"])
+    intervals = remark("with the 95 % interval over presses below each", presses["test"])
     return (
-        f"Mean absolute errors ({split}{counted(presses['test'])} judged), {intervals}. "
+        f"Mean absolute errors ({split}tested on {counted(presses['test'])}), {intervals}. "
         f"Mean \\|G\\| {slopes}. "
-        f"By `wedge table {document['dataset']}{options}`."
+        f"Made with `wedge table {document['dataset']}{options}`."
     )
 
 
