@@ -5,7 +5,7 @@
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
@@ -25,7 +25,7 @@ from sensor.files import check_outputs
 
 if TYPE_CHECKING:
     from recon.calibration import Calibration
-    from validation.drift import Evaluation
+    from validation.drift import Evaluation, Move
 
 
 def main(
@@ -58,19 +58,39 @@ def main(
         seed: Seed of the drawn pixels and the intervals.
         json: Write the numbers here as JSON.
     """
-    from recon.calibration import load_calibration
-    from validation.datasets import each_once, told_apart
     from validation.drift import moves
-    from validation.intervals import counted
-    from validation.report.drift import (
-        drift_document,
-        drift_sections,
-        pictures_moved,
-        summary,
-        verdict,
-    )
-    from validation.report.page import write_report
-    from validation.table_text import table_document
+    from validation.report.drift import drift_document
+
+    units, datasets = _units_and_datasets(what)
+    refuse_unit_folder(out)
+    page = None if out is None else out / "index.html"
+    check_outputs(page, json)
+    keep_inputs(what, [json])
+    found, refused = _measured(units, datasets, seed)
+    if not found:
+        raise WedgeError(refused[0]["reason"])
+    moved = moves(found)
+    if len(units) * len(datasets) == 1:
+        _tell_one(found[0])
+        write_json(json, _document_of_one(found[0]))
+    else:
+        _tell_several(found, moved)
+        write_json(json, drift_document(found, moved, refused))
+    for line in refused:
+        print(f"left out: {line['reason']}", file=sys.stderr)
+    if out is not None:
+        _write_page(out, found, moved)
+        print(f"Page: {page}")
+    return 2 if any(_fits_none(line, found) for line in refused) else 0
+
+
+def _units_and_datasets(what: Sequence[str]) -> tuple[list[Path], list[str]]:
+    """Tell unit folders from datasets, of which each is taken once.
+
+    Raises:
+        WedgeError: there is no unit, or no dataset.
+    """
+    from validation.datasets import each_once
 
     units = [Path(name) for name in what if (Path(name) / "unit.toml").is_file()]
     datasets = each_once(name for name in what if not (Path(name) / "unit.toml").is_file())
@@ -81,13 +101,23 @@ def main(
             f"{' '.join(what)} names no {'dataset' if units else 'unit folder'}: "
             "wedge evaluate needs a unit folder, which wedge calibrate writes, and a dataset."
         )
-    refuse_unit_folder(out)
-    page = None if out is None else out / "index.html"
-    check_outputs(page, json)
-    keep_inputs(what, [json])
+    return units, datasets
+
+
+def _measured(
+    units: Sequence[Path], datasets: Sequence[str], seed: int
+) -> "tuple[list[Evaluation], list[dict[str, str]]]":
+    """Each unit on each dataset, and the pairs that do not fit, each with its reason.
+
+    Raises:
+        WedgeError: a unit cannot be read, or two have one serial.
+    """
+    from recon.calibration import load_calibration
+    from validation.datasets import told_apart
+
     calibrations = [load_calibration(folder) for folder in units]
     _refuse_namesakes(units, calibrations)
-    called, alone = told_apart(datasets), len(units) * len(datasets) == 1
+    called = told_apart(datasets)
     found: list[Evaluation] = []
     refused: list[dict[str, str]] = []
     for calibration in calibrations:
@@ -97,53 +127,62 @@ def main(
             except WedgeError as error:
                 words = {"unit": calibration.card.serial, "dataset": called[name]}
                 refused.append({**words, "reason": str(error)})
-    if not found:
-        raise WedgeError(refused[0]["reason"])
-    moved = moves(found)
-    if alone:
-        print_error_table(found[0].errors)
-        if learnt := found[0].learnt:
-            test = found[0].errors.test
-            which = f"{learnt} of the" if learnt < test else "all" if test > 1 else "the"
-            print(
-                f"The unit has learnt from {which} {counted(test)}: its errors there are too low.",
-                file=sys.stderr,
-            )
-        for sentence in pictures_moved(found):
-            print(sentence, file=sys.stderr)
-        write_json(
-            json,
-            table_document(found[0].errors)
-            | {
-                "unit": found[0].unit,
-                "held_out": found[0].held_out,
-                "learnt_presses": found[0].learnt,
-                "moved_px": found[0].moved_px,
-            },
+    return found, refused
+
+
+def _tell_one(item: "Evaluation") -> None:
+    """Print the errors of one unit on one dataset, and what is to be known of them."""
+    from validation.intervals import counted
+    from validation.report.drift import pictures_moved
+
+    print_error_table(item.errors)
+    if learnt := item.learnt:
+        test = item.errors.test
+        which = f"{learnt} of the" if learnt < test else "all" if test > 1 else "the"
+        print(
+            f"The unit has learnt from {which} {counted(test)}: its errors there are too low.",
+            file=sys.stderr,
         )
-    else:
-        headings, rows = summary(found)
-        print_table(headings, rows)
-        if not all(item.held_out for item in found):
-            print("* has learnt from some or all of these presses: its errors are too low there.")
-        for sentence in verdict(found, moved):
-            print(sentence)
-        for name, left_out in {item.dataset: item.errors.left_out for item in found}.items():
-            if left_out:
-                print(f"{name}: ", end="", file=sys.stderr)
-                print_left_out(left_out)
-        write_json(json, drift_document(found, moved, refused))
-    for line in refused:
-        print(f"left out: {line['reason']}", file=sys.stderr)
-    if out is not None:
-        write_report(
-            out,
-            title="Units over data sets",
-            lead="Written by wedge evaluate; data sets in the order in which they were named.",
-            sections=drift_sections(found, moved),
-        )
-        print(f"Page: {page}")
-    return 2 if any(_fits_none(line, found) for line in refused) else 0
+    for sentence in pictures_moved([item]):
+        print(sentence, file=sys.stderr)
+
+
+def _document_of_one(item: "Evaluation") -> dict[str, Any]:
+    from validation.table_text import table_document
+
+    return table_document(item.errors) | {
+        "unit": item.unit,
+        "held_out": item.held_out,
+        "learnt_presses": item.learnt,
+        "moved_px": item.moved_px,
+    }
+
+
+def _tell_several(found: "Sequence[Evaluation]", moved: "Sequence[Move]") -> None:
+    """Print a line for each unit on each dataset, and what has moved."""
+    from validation.report.drift import summary, verdict
+
+    print_table(*summary(found))
+    if not all(item.held_out for item in found):
+        print("* has learnt from some or all of these presses: its errors are too low there.")
+    for sentence in verdict(found, moved):
+        print(sentence)
+    for name, left_out in {item.dataset: item.errors.left_out for item in found}.items():
+        if left_out:
+            print(f"{name}: ", end="", file=sys.stderr)
+            print_left_out(left_out)
+
+
+def _write_page(out: Path, found: "Sequence[Evaluation]", moved: "Sequence[Move]") -> None:
+    from validation.report.drift import drift_sections
+    from validation.report.page import write_report
+
+    write_report(
+        out,
+        title="Units over data sets",
+        lead="Written by wedge evaluate; data sets in the order in which they were named.",
+        sections=drift_sections(found, moved),
+    )
 
 
 def _fits_none(left_out: dict[str, str], found: "Sequence[Evaluation]") -> bool:
