@@ -18,7 +18,12 @@ from sensor.files import check_outputs
 
 if TYPE_CHECKING:
     from recon.arrays import Frame
+    from recon.calibration import Calibration
     from recon.geometry.unwarp import Unwarp
+    from sensor.dataset import Dataset
+    from sensor.unit import UnitCard
+    from validation.acceptance.certificate import Occasion
+    from validation.acceptance.measurements import Acceptance
 
 TIMED_FRAMES = 300
 """Read from a stream for its rate: ten seconds of the slowest that passes with grade A."""
@@ -57,30 +62,14 @@ def main(
     from recon.calibration import load_calibration
     from sensor.dataset import read_dataset
     from sensor.files import write_atomic
-    from validation.acceptance.certificate import (
-        WORDS,
-        Occasion,
-        document,
-        failures,
-        junit_xml,
-        lead,
-        lines,
-        not_measured,
-        origin,
-        page_html,
-        remarks,
-    )
+    from validation.acceptance.certificate import Occasion, document, junit_xml
+    from validation.acceptance.certificate_files import certificate_files, write_certificate
     from validation.acceptance.limits import verdict
-    from validation.acceptance.measurements import accept_unit
-    from validation.acceptance.sheet import pdf_bytes, picture
     from validation.datasets import dataset_folder
-    from validation.figures.png import frames_bytes
-    from validation.intervals import counted
-    from validation.report.page import Picture, Section, figure_html, write_report
 
     refuse_unit_folder(out)
-    page, pdf = (None, None) if out is None else (out / "index.html", out / "certificate.pdf")
-    check_outputs(page, pdf, json, junit)
+    files = () if out is None else certificate_files(out)
+    check_outputs(*files, json, junit)
     keep_inputs([unit, dataset, stream], [json, junit])
     calibration = load_calibration(unit)
     source = read_dataset(dataset_folder(dataset))
@@ -91,9 +80,25 @@ def main(
         judged=datetime.now(UTC).date().isoformat(),
         software=version("gelsight-wedge"),
     )
+    found = _measured(calibration, source, stream, seed)
+    _say(card, occasion, found)
+    write_json(json, document(card, occasion, found))
+    if junit:
+        write_atomic(junit, junit_xml(card, name, found))
+    if out is not None:
+        write_certificate(out, card, occasion, found)
+        print(f"Certificate: {', '.join(map(str, files))}")
+    return 1 if verdict(found.values) == "fail" else 0
+
+
+def _measured(
+    calibration: "Calibration", source: "Dataset", stream: str | None, seed: int
+) -> "Acceptance":
+    from validation.acceptance.measurements import accept_unit
+
     times_ns, indices = _times(stream, calibration.unwarp)
-    with process_pool() as executor, progress(f"acceptance of {card.serial}") as show:
-        found = accept_unit(
+    with process_pool() as executor, progress(f"acceptance of {calibration.card.serial}") as show:
+        return accept_unit(
             calibration,
             source,
             seed=seed,
@@ -102,37 +107,26 @@ def main(
             indices=indices,
             progress=lambda share: show(share, "measuring"),
         )
-    grade = verdict(found.values)
+
+
+def _say(card: "UnitCard", occasion: "Occasion", found: "Acceptance") -> None:
+    """Print every measurement, what is to be known of them, and the verdict."""
+    from validation.acceptance.certificate import (
+        WORDS,
+        failures,
+        lead,
+        lines,
+        not_measured,
+        origin,
+        remarks,
+    )
+    from validation.acceptance.limits import verdict
+
     print_table(("measured", "value", "A", "B", "grade"), [line.cells for line in lines(found)])
     said = [*failures(found), *remarks(found), *not_measured(found), lead(card, occasion, found)]
     for sentence in (*said, origin(card, occasion)):
         print(sentence)
-    print(f"{card.serial}: {WORDS[grade]}.")
-    write_json(json, document(card, occasion, found))
-    if junit:
-        write_atomic(junit, junit_xml(card, name, found))
-    if out is not None and pdf is not None:
-        shown = Picture(
-            content=frames_bytes(picture(found, card.mm_per_px)),
-            alt="The blank gel, its weakest light, the area that presses cover and that is usable; "
-            "a press, its depth and its depth error",
-            caption=f"Unit {card.serial}, {name}, {counted(found.presses)}; below "
-            f"{found.press.depth.file}.",
-            wide=True,
-        )
-        write_report(
-            out,
-            title=f"GelSight Wedge {card.serial}",
-            lead="Certificate of one sensor, written by wedge accept.",
-            sections=[
-                Section(
-                    title=WORDS[grade], html=page_html(card, occasion, found, figure_html(shown))
-                )
-            ],
-        )
-        write_atomic(pdf, pdf_bytes(card, occasion, found))
-        print(f"Certificate: {page}, {pdf}")
-    return 1 if grade == "fail" else 0
+    print(f"{card.serial}: {WORDS[verdict(found.values)]}.")
 
 
 def _times(where: str | None, unwarp: "Unwarp") -> tuple[list[int], list[int]]:
