@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What `wedge reproduce` sets side by side: units, estimators, presses of known depth."""
+"""What `wedge reproduce` sets side by side: estimators, the twin and sensors, known depth."""
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from app._progress import progress
+from sensor.design_file import load_design
 
 if TYPE_CHECKING:
     from recon.calibration import Calibration
@@ -16,6 +17,10 @@ if TYPE_CHECKING:
     from validation.report.results import DatasetResults
     from validation.shapes import Shape
     from validation.side_by_side import Unseen
+
+
+REAL = ("wedge-lab", "wedge-mit-sphere", "taxim-gelsight")
+"""Sets whose light is compared with that of rendered ones."""
 
 
 def fit_unit(folder: Path, serial: str, seed: int, estimator: str) -> "Calibration":
@@ -73,6 +78,38 @@ def beside_each_other(
             found.append(future.result())
             show(len(found) / (1 + len(others)), found[-1].estimator)
     return found
+
+
+def twins_beside_sensors(twins: Sequence[str], executor: Executor) -> "Section":
+    """The rendered sets beside what real ones are here, and networks that cross over."""
+    from simulation.raw_view import pad_corners_px
+    from validation.datasets import DATASETS, dataset_folder
+    from validation.fidelity import likeness, transfer
+    from validation.report.fidelity import fidelity_section
+
+    with progress("twin beside sensors") as show:
+        known = {dataset.name: dataset for dataset in DATASETS}
+        folders = {
+            name: dataset_folder(name)
+            for name in (*twins, *REAL)
+            if name in known and known[name].find() is not None
+        }
+        corners = {name: pad_corners_px(load_design(name.removeprefix("twin-"))) for name in twins}
+        sensors = [
+            executor.submit(likeness, folder, corners.get(name)) for name, folder in folders.items()
+        ]
+        wanted = ("twin-standard", "wedge-lab", "twin-finger")
+        crossing = [name for name in wanted if name in folders][:2]
+        transfers = [
+            executor.submit(transfer, folders[learnt], folders[judged])
+            for learnt in crossing
+            for judged in crossing
+        ]
+        found = []
+        for done, future in enumerate(transfers, start=1):
+            found.append(future.result())
+            show(done / len(transfers), f"{found[-1].learnt} on {found[-1].judged}")
+        return fidelity_section([future.result() for future in sensors], found)
 
 
 def known_depth(name: str, unit: "Calibration") -> "Section":

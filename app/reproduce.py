@@ -5,14 +5,20 @@
 import os
 import platform
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from app._compared import beside_each_other, fit_unit, known_depth, shapes_by_estimator
+from app._compared import (
+    beside_each_other,
+    fit_unit,
+    known_depth,
+    shapes_by_estimator,
+    twins_beside_sensors,
+)
 from app._output import print_table, write_json
 from app._progress import progress
 from app._seed import Seed
@@ -32,8 +38,6 @@ if TYPE_CHECKING:
     from validation.side_by_side import Unseen
 
 TWINS = ("twin-standard", "twin-finger")
-COMPARED = (*TWINS, "wedge-lab", "wedge-mit-sphere", "taxim-gelsight")
-"""Sets whose light is compared, rendered and real."""
 NAMES = ("taxim-gelsight", *TWINS, "wedge-lab", "known-depth")
 DESIGNS = ("standard", "finger")
 TWIN_FOLDS = 1
@@ -49,6 +53,8 @@ SIDE_BY_SIDE = ("taxim-gelsight", "wedge-lab")
 """Real sets on which every estimator is looked at closely."""
 FEW_LIGHTS = ("ball_array", "lego", "m2_screw", "screw_cap")
 """Shapes that are shown with one light, two and three."""
+THINGS = ("cube corner", "shallow texture", "textured bead")
+"""Objects of known pose that are followed step by step."""
 SAMPLES = (15, 30, 60, 120, 240)
 PACKAGES = ("gelsight-wedge", "numpy", "scipy", "torch", "opencv-contrib-python-headless")
 
@@ -73,20 +79,31 @@ def main(out: Path = Path("build"), folds: int = 5, seed: Seed = 0) -> int:
             rendered sets always 8 are judged.
         seed: Seed of splits, drawn pixels, training and intervals.
     """
+    from validation.report.results import summary_caption, summary_cells
+
+    present, absent = _present(folds, seed)
+    _check_output(out, [dataset.name for dataset in present])
+    files, sound = _fabrication(out)
+    measured = _measure_all(out, present, folds, seed)
+    command = f"wedge reproduce --folds {folds} --seed {seed}"
+    with progress("figures and page") as show:
+        page = _write(out, command, measured, _sections(command, files, measured, absent, show))
+    print_table(*summary_cells(measured.results))
+    print(summary_caption(measured.results))
+    for name, sought in absent.items():
+        print(f"left out {name}: {sought}", file=sys.stderr)
+    print(f"Open {page}")
+    return 0 if sound else 1
+
+
+def _present(folds: int, seed: int) -> "tuple[list[KnownDataset], dict[str, str]]":
+    """The sets of ``NAMES`` that this machine has, and where the others were sought.
+
+    Raises:
+        WedgeError: it has none, or one of them cannot be split into so many folds.
+    """
     from validation.datasets import DATASETS
-    from validation.report.few_lights import few_lights_section
-    from validation.report.page import write_report
-    from validation.report.remarks import reproduction_section, weakness_section
-    from validation.report.results import (
-        dataset_section,
-        headline_section,
-        summary_caption,
-        summary_cells,
-    )
-    from validation.report.shapes import shapes_section
-    from validation.report.side_by_side import side_by_side_section
     from validation.splits import splits
-    from validation.table_text import table_document
 
     known = {dataset.name: dataset for dataset in DATASETS}
     present = [known[name] for name in NAMES if known[name].find() is not None]
@@ -96,10 +113,30 @@ def main(out: Path = Path("build"), folds: int = 5, seed: Seed = 0) -> int:
     for dataset in present:
         if dataset.name not in TWINS:
             splits(dataset.presses, folds, seed)  # refused now, and not when files were replaced
-    _check_output(out, [dataset.name for dataset in present])
-    files, sound = _fabrication(out)
+    return present, absent
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Measured:
+    """All that the page shows but the files to build the designs."""
+
+    results: "list[DatasetResults]"
+    shapes: "dict[str, dict[str, list[Shape]]]"
+    """By rendered set and estimator."""
+    few_lights: "dict[str, list[Touch]]"
+    """By rendered set."""
+    beside: "dict[str, list[Unseen]]"
+    """By the set of ``SIDE_BY_SIDE``."""
+    likeness: "list[Section]"
+    known_depth: "list[Section]"
+    touch: "list[Section]"
+    tracked: "Section"
+
+
+def _measure_all(out: Path, present: "Sequence[KnownDataset]", folds: int, seed: int) -> _Measured:
+    """Measure each set, keep a unit of each in the folder, then measure what needs them all."""
     results: list[DatasetResults] = []
-    extra: list[Section] = []
+    of_known_depth: list[Section] = []
     shapes: dict[str, dict[str, list[Shape]]] = {}
     beside: dict[str, list[Unseen]] = {}
     with process_pool() as executor:
@@ -115,49 +152,76 @@ def main(out: Path = Path("build"), folds: int = 5, seed: Seed = 0) -> int:
                 beside[dataset.name] = beside_each_other(measured, ESTIMATORS[1:], seed, executor)
             unit.save(out / "units" / dataset.name, again=True)
             if dataset.name in KNOWN_DEPTH:
-                extra.append(known_depth(KNOWN_DEPTH[dataset.name], unit))
+                of_known_depth.append(known_depth(KNOWN_DEPTH[dataset.name], unit))
         few_lights = [executor.submit(_few_lights, name) for name in shapes]
-        likeness = _fidelity(known, executor) if shapes else []
+        likeness = [twins_beside_sensors(TWINS, executor)] if shapes else []
         touches = dict(zip(shapes, (future.result() for future in few_lights), strict=True))
         tracking = executor.submit(_tracking)
         touch = touch_sections(results, TOUCHED, executor)
         tracked = tracking.result()
-    with progress("figures and page") as show:
-        sections = [headline_section(results), files]
-        for done, item in enumerate(results, start=1):
-            sections.append(dataset_section(item))
-            show(0.9 * done / len(results), item.dataset.card.name)
-        command = f"wedge reproduce --folds {folds} --seed {seed}"
-        sections += [
-            *([shapes_section(shapes)] if shapes else []),
-            *([few_lights_section(touches)] if touches else []),
-            *([side_by_side_section(beside)] if beside else []),
-            *likeness,
-            *extra,
-            *touch,
-            _integrators(),
-            tracked,
-            weakness_section(results),
-            reproduction_section(command, results, absent, _versions()),
-        ]
-        documents = [
-            {**table_document(item.table), "dataset_sha256": item.dataset.sha256}
-            for item in results
-        ]
-        write_json(out / "error_table.json", {"tables": documents})
-        page = write_report(
-            out,
-            title="GelSight Wedge: from a ball press to depth",
-            lead="Colour to slope, slope to depth: measured on presses that the estimator has "
-            f"not learnt from, by {command}.",
-            sections=sections,
-        )
-    print_table(*summary_cells(results))
-    print(summary_caption(results))
-    for name, sought in absent.items():
-        print(f"left out {name}: {sought}", file=sys.stderr)
-    print(f"Open {page}")
-    return 0 if sound else 1
+    return _Measured(
+        results=results,
+        shapes=shapes,
+        few_lights=touches,
+        beside=beside,
+        likeness=likeness,
+        known_depth=of_known_depth,
+        touch=touch,
+        tracked=tracked,
+    )
+
+
+def _sections(
+    command: str,
+    files: "Section",
+    measured: _Measured,
+    absent: Mapping[str, str],
+    show: Callable[[float, str], None],
+) -> "list[Section]":
+    """The page, in its order."""
+    from validation.report.few_lights import few_lights_section
+    from validation.report.remarks import reproduction_section, weakness_section
+    from validation.report.results import dataset_section, headline_section
+    from validation.report.shapes import shapes_section
+    from validation.report.side_by_side import side_by_side_section
+
+    results = measured.results
+    sections = [headline_section(results), files]
+    for done, item in enumerate(results, start=1):
+        sections.append(dataset_section(item))
+        show(0.9 * done / len(results), item.dataset.card.name)
+    return [
+        *sections,
+        *([shapes_section(measured.shapes)] if measured.shapes else []),
+        *([few_lights_section(measured.few_lights)] if measured.few_lights else []),
+        *([side_by_side_section(measured.beside)] if measured.beside else []),
+        *measured.likeness,
+        *measured.known_depth,
+        *measured.touch,
+        _integrators(),
+        measured.tracked,
+        weakness_section(results),
+        reproduction_section(command, results, absent, _versions()),
+    ]
+
+
+def _write(out: Path, command: str, measured: _Measured, sections: "Sequence[Section]") -> Path:
+    """Write the error tables as JSON and then the page, whose path is given back."""
+    from validation.report.page import write_report
+    from validation.table_text import table_document
+
+    documents = [
+        {**table_document(item.table), "dataset_sha256": item.dataset.sha256}
+        for item in measured.results
+    ]
+    write_json(out / "error_table.json", {"tables": documents})
+    return write_report(
+        out,
+        title="GelSight Wedge: from a ball press to depth",
+        lead="Colour to slope, slope to depth: measured on presses that the estimator has "
+        f"not learnt from, by {command}.",
+        sections=sections,
+    )
 
 
 def _check_output(out: Path, units: list[str]) -> None:
@@ -243,37 +307,6 @@ def _measure(
     return results, replace(unit, card=replace(unit.card, metrics=metrics))
 
 
-def _fidelity(known: "Mapping[str, KnownDataset]", executor: Executor) -> "list[Section]":
-    """The rendered sets beside what real ones are here, and networks that cross over."""
-    from simulation.raw_view import pad_corners_px
-    from validation.datasets import dataset_folder
-    from validation.fidelity import likeness, transfer
-    from validation.report.fidelity import fidelity_section
-
-    with progress("twin beside sensors") as show:
-        folders = {
-            name: dataset_folder(name)
-            for name in COMPARED
-            if name in known and known[name].find() is not None
-        }
-        corners = {name: pad_corners_px(load_design(name.removeprefix("twin-"))) for name in TWINS}
-        sensors = [
-            executor.submit(likeness, folder, corners.get(name)) for name, folder in folders.items()
-        ]
-        wanted = ("twin-standard", "wedge-lab", "twin-finger")
-        crossing = [name for name in wanted if name in folders][:2]
-        transfers = [
-            executor.submit(transfer, folders[learnt], folders[judged])
-            for learnt in crossing
-            for judged in crossing
-        ]
-        found = []
-        for done, future in enumerate(transfers, start=1):
-            found.append(future.result())
-            show(done / len(transfers), f"{found[-1].learnt} on {found[-1].judged}")
-        return [fidelity_section([future.result() for future in sensors], found)]
-
-
 def _all_lights_only(name: str, lights_deg: Mapping[str, float] | None) -> tuple[str, ...]:
     """Estimators that are judged with all lights alone; some of them take minutes more."""
     from recon.lights import sits_like_wedge
@@ -292,91 +325,26 @@ def _few_lights(name: str) -> "list[Touch]":
 
 
 def _integrators() -> "Section":
-    import numpy as np
-
-    from benchmarks.integrators import BOUNDARIES, bump_error, three_caps
-    from recon.integration.poisson import integrate
+    from benchmarks.integrators import BOUNDARIES, CAPS_MM_PER_PX, bump_error, integrated_caps
     from validation.report.integrators import integrator_section
 
-    depth, gradient = three_caps()
-    pitch = (0.1, 0.1)
-    found = {boundary: integrate(gradient, pitch, boundary) for boundary in BOUNDARIES}
-    found["neumann"] = found["neumann"] - np.median(found["neumann"][depth == 0])
+    depth, found = integrated_caps()
     errors = {name: [bump_error(count, name) for count in SAMPLES] for name in BOUNDARIES}
-    return integrator_section(depth, found, pitch, SAMPLES, errors)
+    return integrator_section(depth, found, CAPS_MM_PER_PX, SAMPLES, errors)
 
 
 def _tracking() -> "Section":
-    """Steps on objects of known pose, and a bead that rolls."""
-    import numpy as np
-
-    from benchmarks.tracking import STEPS, roll, step_errors
-    from sensor.errors import WedgeError
-    from validation.figures.overlay import clip_bytes
-    from validation.figures.png import plot_bytes
-    from validation.figures.tracking import anchor_on, overlay, pose_figure, roll_figure, shaded
-    from validation.report.page import Picture
+    """Steps on objects of known pose, and a bead that rolls; by ICP too where it is installed."""
+    from benchmarks.tracking import roll, step_errors
     from validation.report.tracking import tracking_section
 
     trackers = ["joint", "gicp"]
-    things = ("cube corner", "shallow texture", "textured bead")
     try:
-        measured, rolled = step_errors(things, trackers), roll(trackers)
+        measured, rolled = step_errors(THINGS, trackers), roll(trackers)
     except WedgeError as error:  # small_gicp is an extra
-        trackers = ["joint"]
         print(f"left out ICP: {error}", file=sys.stderr)
-        measured, rolled = step_errors(things, trackers), roll(trackers)
-    errors = dict(rolled.error_deg)
-    ends = ", ".join(f"{name} {values[-1]:.2f}°" for name, values in errors.items())
-    anchor = anchor_on(rolled.touches[0], np.eye(4))
-    clip = clip_bytes(
-        [
-            overlay(shaded(touch.gradient), touch.contact, touch.mm_per_px, found, anchor)
-            for touch, found in list(zip(rolled.touches, rolled.found, strict=True))[::3]
-        ]
-    )
-    times_s = [angle / rolled.true_deg[-1] for angle in rolled.true_deg]
-    plot = pose_figure(times_s, rolled.found, "one turn a second")
-    picture = Picture(
-        content=plot_bytes(
-            roll_figure(rolled.true_deg, errors, "a textured bead rolls once round")
-        ),
-        alt=f"Error against the angle rolled; at the end {ends}",
-        caption="A bead of 5 mm radius with a texture of 0.02 mm rolls in steps of 2.5° at "
-        f"160 × 120 pixels. After 360°, where the first keyframe is met again: {ends}.",
-    )
-    rows = [
-        [
-            f"{item.thing}, {item.tracker}",
-            f"{item.angle_deg:.3f}",
-            f"{1e3 * item.shift_mm:.1f}",
-            f"{item.milliseconds:.1f}",
-            f"{item.squares:.0f}",
-        ]
-        for item in measured
-    ]
-    return tracking_section(
-        ["object, tracker", "angle [°]", "shift [µm]", "time [ms]", "squared error"],
-        rows,
-        [
-            picture,
-            Picture(
-                content=clip,
-                alt="The bead's slopes as light, its contact outlined, its axes turning once round",
-                caption="The same roll, every third step: contact, the object's axes, and the "
-                "tracker's words.",
-            ),
-            Picture(
-                content=plot_bytes(plot),
-                alt="Rotation vector and shift over one turn, in bands of two deviations",
-                caption="What joint says of it: rotation and shift with two standard deviations; "
-                "hatched where it warns.",
-                wide=True,
-            ),
-        ],
-        f"n = {STEPS} steps for each object. joint fits slopes and depth together, gicp aligns "
-        "point clouds by small_gicp.",
-    )
+        measured, rolled = step_errors(THINGS, trackers[:1]), roll(trackers[:1])
+    return tracking_section(measured, rolled)
 
 
 def _versions() -> dict[str, str]:

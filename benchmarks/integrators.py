@@ -15,6 +15,7 @@ from recon.integration.poisson import Boundary, integrate, solve_dirichlet, solv
 
 SIZES_PX = ((320, 240), (640, 480))
 BOUNDARIES: tuple[Boundary, ...] = ("dirichlet", "neumann")
+CAPS_MM_PER_PX = (0.1, 0.1)
 
 
 def measure() -> Iterator[Measurement]:
@@ -70,21 +71,29 @@ def _slope(along: np.ndarray) -> np.ndarray:
 
 
 def three_caps() -> tuple[DepthMap, GradientField]:
-    """Depth and centre-sampled gradients of three ball caps at 320x240, 0.1 mm/px."""
+    """Depth and centre-sampled gradients of three ball caps at 320x240, ``CAPS_MM_PER_PX``."""
     depth, gradient = np.zeros((240, 320)), np.zeros((240, 320, 2))
     for center_px, radius_mm in (((70.3, 72.6), 2.5), ((221.8, 80.4), 2.0), ((148.1, 179.2), 3.0)):
-        cap = ball_cap((320, 240), center_px, radius_mm, 4.0, (0.1, 0.1))
+        cap = ball_cap((320, 240), center_px, radius_mm, 4.0, CAPS_MM_PER_PX)
         depth += cap.depth_mm
         gradient += cap.gradient
     return depth, gradient
 
 
-def _caps() -> Iterator[Measurement]:
+def integrated_caps() -> tuple[DepthMap, dict[Boundary, DepthMap]]:
+    """Depth of ``three_caps``, and by boundary what their gradients integrate to.
+
+    A free border leaves the level open: it is taken from the flat around the caps.
+    """
     depth, gradient = three_caps()
-    for boundary in BOUNDARIES:
-        found = integrate(gradient, (0.1, 0.1), boundary)
-        if boundary == "neumann":
-            found = found - np.median(found[depth == 0])
+    found = {boundary: integrate(gradient, CAPS_MM_PER_PX, boundary) for boundary in BOUNDARIES}
+    found["neumann"] = found["neumann"] - np.median(found["neumann"][depth == 0])
+    return depth, found
+
+
+def _caps() -> Iterator[Measurement]:
+    depth, integrated = integrated_caps()
+    for boundary, found in integrated.items():
         shifts = np.gradient(depth)
         terms = np.stack([depth.ravel(), shifts[1].ravel(), shifts[0].ravel()], 1)
         scale, shift_x, shift_y = np.linalg.lstsq(terms, found.ravel(), rcond=None)[0]

@@ -3,8 +3,7 @@
 """Tracking: steps of known size on five objects, a bead's whole roll, real clips there and back."""
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from functools import partial
 from statistics import median
 
@@ -19,6 +18,7 @@ from recon.pose.pyramid import Pyramid
 from recon.pose.rigid import Transform, angle_deg, inverse, rigid, shift_mm
 from recon.pose.tracker import REGISTRATIONS, Tracker
 from validation.datasets import shared_folder
+from validation.tracking import Roll, StepErrors
 
 STEPS = 12
 SEED = 1
@@ -29,23 +29,6 @@ BARS = {
     "shallow texture": (0.04, 0.0055, 24),
 }
 """Degrees, mm, and the number of steps whose medians are held against them."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class StepErrors:
-    """Errors of single steps of 2.5 degrees and 0.2 mm from one noisy touch to another."""
-
-    thing: str
-    tracker: str
-    angle_deg: float
-    """Median."""
-    shift_mm: float
-    expected_deg: float
-    """Median length of an error drawn from the covariance that the tracker reports."""
-    squares: float
-    """Mean of the squared error in units of that covariance; 6 where it is right."""
-    milliseconds: float
-    """Processor time to prepare the touch and to align it."""
 
 
 def step_errors(
@@ -92,6 +75,7 @@ def _errors(
     return StepErrors(
         thing=thing,
         tracker=tracker,
+        steps=len(rows),
         angle_deg=angle,
         shift_mm=shift,
         expected_deg=spread,
@@ -102,18 +86,6 @@ def _errors(
 
 def _off_mm(found: Transform, true: Transform) -> float:
     return shift_mm(inverse(found) @ true)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Roll:
-    """A textured bead rolled once round beneath the gel, at a quarter of a frame's pixels."""
-
-    true_deg: Sequence[float]
-    error_deg: Mapping[str, Sequence[float]]
-    """By tracker; NaN where lost."""
-    found: Sequence[PoseEstimate]
-    """By the first tracker."""
-    touches: Sequence[SyntheticTouch]
 
 
 def roll(trackers: Sequence[str] = ("joint", "gicp"), to_deg: float = 360.0) -> Roll:

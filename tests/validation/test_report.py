@@ -16,11 +16,10 @@ from PIL import Image
 from playwright.sync_api import sync_playwright
 from scipy import ndimage
 
-from benchmarks.integrators import BOUNDARIES, bump_error, three_caps
+from benchmarks.integrators import BOUNDARIES, CAPS_MM_PER_PX, bump_error, integrated_caps
 from bom.bill import make_bill, read_parts, totals_text
 from bom.fit import parts_for
 from recon.estimators import GradientEstimator, fit_estimator
-from recon.integration.poisson import integrate
 from recon.pixels import Pixels
 from recon.presses import read_presses
 from sensor.design import FINGER, STANDARD
@@ -94,8 +93,7 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> DatasetResults:
 
 @pytest.fixture(scope="module")
 def text(results: DatasetResults, tmp_path_factory: pytest.TempPathFactory) -> str:
-    depth, gradient = three_caps()
-    found = {name: integrate(gradient, (0.1, 0.1), name) for name in BOUNDARIES}
+    depth, found = integrated_caps()
     errors = {name: [bump_error(count, name) for count in (10, 20)] for name in BOUNDARIES}
     path = write_report(
         tmp_path_factory.mktemp("out"),
@@ -104,7 +102,7 @@ def text(results: DatasetResults, tmp_path_factory: pytest.TempPathFactory) -> s
         sections=[
             headline_section([results]),
             dataset_section(results),
-            integrator_section(depth, found, (0.1, 0.1), (10, 20), errors),
+            integrator_section(depth, found, CAPS_MM_PER_PX, (10, 20), errors),
             weakness_section([results]),
             reproduction_section("wedge reproduce", [results], {"other": "not here"}, {"a": "1"}),
         ],

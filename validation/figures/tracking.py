@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tracked poses: over time with their uncertainty, and drawn over the frames."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import cv2
@@ -217,7 +217,7 @@ def _shade(axes: Axes, times: np.ndarray, found: Sequence[PoseEstimate]) -> None
 
 @styled
 def roll_figure(
-    true_deg: Sequence[float], error_deg: dict[str, Sequence[float]], title: str
+    true_deg: Sequence[float], error_deg: Mapping[str, Sequence[float]], title: str
 ) -> Figure:
     """Error of each tracker against the angle that the object has rolled."""
     figure = card(FULL_IN / 2, 3.0)

@@ -4,22 +4,25 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
+from validation.figures.overlay import clip_bytes
+from validation.figures.png import plot_bytes
+from validation.figures.tracking import anchor_on, overlay, pose_figure, roll_figure, shaded
 from validation.report.page import Picture, Section, code, gallery_html, paragraph, table_html
+from validation.tracking import Roll, StepErrors
+
+HEADINGS = ("object, tracker", "angle [°]", "shift [µm]", "time [ms]", "squared error")
+CLIP_STEP = 3
+"""Every such frame of a roll is in its clip."""
 
 
-def tracking_section(
-    headings: Sequence[str],
-    rows: Sequence[Sequence[str]],
-    pictures: Sequence[Picture],
-    remark: str,
-) -> Section:
+def tracking_section(measured: Sequence[StepErrors], rolled: Roll) -> Section:
     """How exact poses are, on touches whose pose is known.
 
     Args:
-        headings: of the table of steps.
-        rows: one for each object and tracker.
-        pictures: of a roll, and of real clips where there are any.
-        remark: what the clips say, or why there are none.
+        measured: by object and tracker, of as many steps each.
+        rolled: what was followed beyond single steps.
     """
     return Section(
         title="Pose tracking",
@@ -31,11 +34,63 @@ def tracking_section(
         + table_html(
             "Median errors of one step. The last column is the mean squared error in units of the "
             "reported covariance: 6 where a tracker knows how wrong it is.",
-            headings,
-            rows,
+            HEADINGS,
+            map(_cells, measured),
         )
-        + gallery_html(pictures)
-        + paragraph(remark)
+        + gallery_html(_pictures(rolled))
+        + paragraph(
+            f"n = {measured[0].steps} steps for each object. joint fits slopes and depth together, "
+            "gicp aligns point clouds by small_gicp."
+        )
         + paragraph("To follow an object with a sensor of your own:")
         + code("wedge track units/wedge-001 press.mp4 --background first --out tracked"),
+    )
+
+
+def _cells(item: StepErrors) -> list[str]:
+    return [
+        f"{item.thing}, {item.tracker}",
+        f"{item.angle_deg:.3f}",
+        f"{1e3 * item.shift_mm:.1f}",
+        f"{item.milliseconds:.1f}",
+        f"{item.squares:.0f}",
+    ]
+
+
+def _pictures(rolled: Roll) -> list[Picture]:
+    """The roll's errors, the roll itself, and what the first tracker says of it."""
+    ends = ", ".join(f"{name} {off[-1]:.2f}°" for name, off in rolled.error_deg.items())
+    errors = roll_figure(rolled.true_deg, rolled.error_deg, "a textured bead rolls once round")
+    times_s = [angle / rolled.true_deg[-1] for angle in rolled.true_deg]
+    return [
+        Picture(
+            content=plot_bytes(errors),
+            alt=f"Error against the angle rolled; at the end {ends}",
+            caption="A bead of 5 mm radius with a texture of 0.02 mm rolls in steps of 2.5° at "
+            f"160 × 120 pixels. After 360°, where the first keyframe is met again: {ends}.",
+        ),
+        Picture(
+            content=_clip(rolled),
+            alt="The bead's slopes as light, its contact outlined, its axes turning once round",
+            caption="The same roll, every third step: contact, the object's axes, and the "
+            "tracker's words.",
+        ),
+        Picture(
+            content=plot_bytes(pose_figure(times_s, rolled.found, "one turn a second")),
+            alt="Rotation vector and shift over one turn, in bands of two deviations",
+            caption="What joint says of it: rotation and shift with two standard deviations; "
+            "hatched where it warns.",
+            wide=True,
+        ),
+    ]
+
+
+def _clip(rolled: Roll) -> bytes:
+    anchor = anchor_on(rolled.touches[0], np.eye(4))
+    steps = list(zip(rolled.touches, rolled.found, strict=True))[::CLIP_STEP]
+    return clip_bytes(
+        [
+            overlay(shaded(touch.gradient), touch.contact, touch.mm_per_px, found, anchor)
+            for touch, found in steps
+        ]
     )
