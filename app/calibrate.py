@@ -5,7 +5,7 @@
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
@@ -16,6 +16,12 @@ from app._workers import process_pool
 from sensor.design import Wedge
 from sensor.errors import WedgeError
 from sensor.files import check_new_folder, check_outputs
+
+if TYPE_CHECKING:
+    from recon.calibration import Calibration
+    from recon.presses import PressSet
+    from sensor.dataset import Dataset
+    from validation.error_table import ErrorTable
 
 
 def main(
@@ -55,14 +61,12 @@ def main(
     """
     from app._lights import with_dead_lights
     from app._pad import pad_remark, refuse_other_pad
-    from recon.calibration import lit_channels, unit_of
-    from recon.estimators import fit_estimator, lesson_of, refuse_unfittable
-    from recon.labels.ball_size import doubtful_ball, refuse_small_ball
-    from recon.presses import deep_presses, few_presses, left_out_places, read_presses
+    from recon.estimators import refuse_unfittable
+    from recon.labels.ball_size import refuse_small_ball
+    from recon.labels.press_doubts import press_doubts
     from sensor.dataset import read_dataset
     from sensor.design_file import load_design
     from validation.datasets import dataset_folder
-    from validation.evaluation import held_out_metrics, hold_out
     from validation.table_text import table_document
 
     if out.name in ("", ".."):
@@ -84,7 +88,37 @@ def main(
         ) from error
     card, unlit = with_dead_lights(source, built_from)
     source = replace(source, card=card)
-    with process_pool() as pool, progress(f"calibration on {dataset}") as show:
+    unit, presses, measured = _fit(
+        source, estimator, built_from, seed, serial=out.resolve().name, called=dataset
+    )
+    unit.save(out)
+    print_error_table(measured)
+    remarks = (pad_remark(source.card.pad_size_mm, built_from), unlit)
+    for sentence in (*filter(None, remarks), *press_doubts(presses)):
+        print(sentence)
+    print(f"Unit folder: {out}")
+    if folder is not None:
+        print(f"Next: {command_line('accept', out, folder, '--out', f'{out}-certificate')}")
+        print("Presses of another day, in place of these, show what has changed since.")
+    write_json(json, table_document(measured))
+
+
+def _fit(
+    source: "Dataset",
+    estimator: str,
+    design: Wedge | None,
+    seed: int,
+    *,
+    serial: str,
+    called: str,
+) -> "tuple[Calibration, PressSet, ErrorTable]":
+    """A unit that has learnt from every press, the presses, and its errors on some held out."""
+    from recon.calibration import lit_channels, unit_of
+    from recon.estimators import fit_estimator, lesson_of
+    from recon.presses import read_presses
+    from validation.evaluation import held_out_metrics, hold_out
+
+    with process_pool() as pool, progress(f"calibration on {called}") as show:
         presses = read_presses(source, lambda share: show(0.2 * share, "reading presses"))
         everything = lesson_of(estimator, presses.presses, range(len(presses.presses)), seed)
         lit, _ = lit_channels(source)
@@ -101,29 +135,12 @@ def main(
             source,
             presses,
             kept.result(),
-            serial=out.resolve().name,
+            serial=serial,
             created=datetime.now(UTC).date().isoformat(),
             metrics=held_out_metrics(measured, fitted_presses=len(presses.presses)),
-            design=built_from,
+            design=design,
         )
-        unit.save(out)
-    print_error_table(measured)
-    doubts = (
-        pad_remark(source.card.pad_size_mm, built_from),
-        unlit,
-        few_presses(presses),
-        left_out_places(presses),
-        deep_presses(presses),
-        doubtful_ball(presses.presses),
-    )
-    for sentence in doubts:
-        if sentence:
-            print(sentence)
-    print(f"Unit folder: {out}")
-    if folder is not None:
-        print(f"Next: {command_line('accept', out, folder, '--out', f'{out}-certificate')}")
-        print("Presses of another day, in place of these, show what has changed since.")
-    write_json(json, table_document(measured))
+    return unit, presses, measured
 
 
 def _dataset_of(

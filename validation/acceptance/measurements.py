@@ -11,10 +11,10 @@ import numpy as np
 
 from recon.arrays import ContactMask, Unwarped
 from recon.calibration import Calibration
-from recon.labels.ball_size import doubtful_ball
+from recon.labels.press_doubts import press_doubts
 from recon.lights import unseen_axis
 from recon.markers.tracking import marker_tracker
-from recon.presses import PressSet, deep_presses, few_presses, left_out_places, read_presses
+from recon.presses import PressSet, read_presses
 from sensor.dataset import Dataset
 from sensor.unit import UnitCard
 from validation.acceptance.errors import (
@@ -162,12 +162,6 @@ def accept_unit(
     values |= fewer_lights_values(card, fewer, seed, lambda share: progress(0.5 + 0.5 * share))
     if np.array_equal(before, now):  # a picture held against itself has changed in nothing
         absent |= dict.fromkeys(SINCE_CALIBRATION, "the blank picture is the calibration's own")
-    doubts = (
-        few_presses(presses),
-        left_out_places(presses),
-        deep_presses(presses),
-        doubtful_ball(presses.presses),
-    )
     return Acceptance(
         values={
             limit.name: values[limit.name]
@@ -180,7 +174,7 @@ def accept_unit(
         learnt=learnt,
         is_fresh=is_fresh,
         mean_abs_gradient=mean_abs_gradient(errors, card, is_fresh),
-        doubts=tuple(doubt for doubt in doubts if doubt),
+        doubts=press_doubts(presses),
         held_out=held_out_presses(errors, card, is_fresh),
         intervals=error_intervals(errors, card, is_fresh),
         blank=blank,
