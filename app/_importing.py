@@ -20,6 +20,7 @@ from sensor.toml import Pair
 if TYPE_CHECKING:
     from sensor.dataset import BallLabel, DatasetCard
     from sensor.design import Wedge
+    from validation.importers.calibrations import Found
     from validation.importers.raw_frames import Prepared
 
 
@@ -46,11 +47,8 @@ def import_source(
     Raises:
         WedgeError: the source is neither, something is missing in it, or ``out`` is kept.
     """
-    from app._workers import process_pool
     from sensor.dataset import read_dataset, write_card
     from validation.datasets import CARD
-    from validation.importers.calibrations import TEXTS, find_calibration, import_calibration
-    from validation.importers.raw_frames import import_raw_frames
 
     for name, value in (("ball-radius-mm", ball_radius_mm), ("mm-per-px", mm_per_px)):
         if value is not None and not 0 < value < 1e3:
@@ -60,66 +58,101 @@ def import_source(
     if (source / CARD).is_file():
         raise WedgeError(f"{source} is a dataset already: it is used as it is, or copied.")
     check_new_folder(out)
-    found = find_calibration(source)
-    if found is not None and not found.labels:
-        print(f"No circle in the text files fits: circles are found anew. {found.left_aside}")
-        found = None
-    if found is not None and found.kind == TEXTS and mm_per_px is None:
-        print(
-            "The circles in text files are left aside, as nothing says in which pixels they lie: "
-            "circles are found anew. `wedge data import` takes them, with --mm-per-px."
-        )
-        found = None
+    found = _usable_calibration(source, mm_per_px)
     if found is not None:
-        if mm_per_px is None:
-            raise WedgeError(
-                f"{source} does not say its scale: `wedge data import` takes it, --mm-per-px"
-                " (gs_sdk's own settings call it ppmm)."
-            )
-        with (
-            progress(f"importing {source.name}"),
-            new_folder(out) as folder,
-            _blamed_on(source, folder),
-        ):
-            left_out = import_calibration(
-                found, source, folder, mm_per_px=mm_per_px, ball_radius_mm=ball_radius_mm
-            )
-        _say_refitted(found.kind, found.labels, read_dataset(out).labels)
-        print_left_out(left_out)
-        if found.left_aside:
-            print(found.left_aside)
+        _import_calibration(found, source, out, mm_per_px, ball_radius_mm)
     else:
-        if not source.is_dir():
-            raise WedgeError(f"{source} is no calibration data that is known here.")
-        if ball_radius_mm is None:
-            raise WedgeError("say how large the ball is: --ball-radius-mm, half its diameter.")
-        with (
-            progress(f"importing {source.name}") as show,
-            process_pool() as pool,
-            new_folder(out) as folder,
-            _blamed_on(source, folder),
-        ):
-            prepared = import_raw_frames(
-                source,
-                folder,
-                pool,
-                ball_radius_mm=ball_radius_mm,
-                pad_size_mm=pad_size_mm,
-                mm_per_px=mm_per_px,
-                check=lambda card: refuse_other_pad(
-                    card.pad_size_mm,
-                    design,
-                    f"{source}, by the caliper's pictures,",
-                    "mend the caliper's gap",
-                ),
-                progress=show,
-            )
-        _say(prepared, out, _flat_scale(prepared.card, mm_per_px, pad_size_mm))
+        _import_frames(source, out, mm_per_px, ball_radius_mm, pad_size_mm, design)
     card = read_dataset(out).card
     if remark := unlit_remark(card.lights_deg, design):
         print(remark)
         write_card(out / CARD, with_designed_lights(card, design))
     print(f"Dataset: {out}")
+
+
+def _usable_calibration(source: Path, mm_per_px: float | None) -> "Found | None":
+    """Another tool's circles; ``None``, and a line on stdout, where they tell nothing."""
+    from validation.importers.calibrations import TEXTS, find_calibration
+
+    found = find_calibration(source)
+    if found is not None and not found.labels:
+        print(f"No circle in the text files fits: circles are found anew. {found.left_aside}")
+        return None
+    if found is not None and found.kind == TEXTS and mm_per_px is None:
+        print(
+            "The circles in text files are left aside, as nothing says in which pixels they lie: "
+            "circles are found anew. `wedge data import` takes them, with --mm-per-px."
+        )
+        return None
+    return found
+
+
+def _import_calibration(
+    found: "Found",
+    source: Path,
+    out: Path,
+    mm_per_px: float | None,
+    ball_radius_mm: float | None,
+) -> None:
+    from sensor.dataset import read_dataset
+    from validation.importers.calibrations import import_calibration
+
+    if mm_per_px is None:
+        raise WedgeError(
+            f"{source} does not say its scale: `wedge data import` takes it, --mm-per-px"
+            " (gs_sdk's own settings call it ppmm)."
+        )
+    with (
+        progress(f"importing {source.name}"),
+        new_folder(out) as folder,
+        _blamed_on(source, folder),
+    ):
+        left_out = import_calibration(
+            found, source, folder, mm_per_px=mm_per_px, ball_radius_mm=ball_radius_mm
+        )
+    _say_refitted(found.kind, found.labels, read_dataset(out).labels)
+    print_left_out(left_out)
+    if found.left_aside:
+        print(found.left_aside)
+
+
+def _import_frames(
+    source: Path,
+    out: Path,
+    mm_per_px: float | None,
+    ball_radius_mm: float | None,
+    pad_size_mm: Pair,
+    design: "Wedge | None",
+) -> None:
+    from app._workers import process_pool
+    from validation.importers.raw_frames import import_raw_frames
+
+    if not source.is_dir():
+        raise WedgeError(f"{source} is no calibration data that is known here.")
+    if ball_radius_mm is None:
+        raise WedgeError("say how large the ball is: --ball-radius-mm, half its diameter.")
+    with (
+        progress(f"importing {source.name}") as show,
+        process_pool() as pool,
+        new_folder(out) as folder,
+        _blamed_on(source, folder),
+    ):
+        prepared = import_raw_frames(
+            source,
+            folder,
+            pool,
+            ball_radius_mm=ball_radius_mm,
+            pad_size_mm=pad_size_mm,
+            mm_per_px=mm_per_px,
+            check=lambda card: refuse_other_pad(
+                card.pad_size_mm,
+                design,
+                f"{source}, by the caliper's pictures,",
+                "mend the caliper's gap",
+            ),
+            progress=show,
+        )
+    _say(prepared, out, _flat_scale(prepared.card, mm_per_px, pad_size_mm))
 
 
 @contextmanager

@@ -180,34 +180,11 @@ def import_raw_frames(
     scale, assumed = None, "" if mm_per_px is not None else _assumed(pad_size_mm)
     if pictures.caliper:
         progress(0.05, "measuring the caliper")
-        few = pictures.presses[:: max(1, len(pictures.presses) // RESPONSE_PRESSES)]
-        some = [x for x in pool.map(partial(automatic_label, reader), few) if x is not None]
-        if not some:
-            length, width = pad_size_mm
-            raise WedgeError(
-                f"{source}: no ball was recognised in {', '.join(few[:3])}: is the ball's radius, "
-                f"{ball_radius_mm:g} mm, right, and the pad about {length:g} x {width:g} mm, as it "
-                "is taken to be until the caliper is measured?"
-            )
-        scale = measured_scale(source, pictures.caliper, reader, some)
+        scale = _scale(source, pictures, pool, reader, pad_size_mm)
         card, assumed = rescaled(card, scale), ""
         reader = _reader(folder, card)
     check(card)
-    labels = []
-    found = pool.map(partial(automatic_label, reader), pictures.presses, chunksize=2)
-    for done, label in enumerate(found, start=1):
-        labels += [label] if label is not None else []
-        progress(0.2 + 0.8 * done / len(pictures.presses), "finding circles")
-    if not labels:
-        pitches = " x ".join(f"{pitch:.4g}" for pitch in card.mm_per_px)
-        raise WedgeError(
-            f"{source}: no ball of radius {ball_radius_mm:g} mm was recognised in any of its "
-            f"pictures, at {pitches} mm/px.{assumed}"
-        )
-    try:
-        refuse_small_ball(labels, card)
-    except WedgeError as error:
-        raise WedgeError(f"{error}{assumed}") from error
+    labels = _circles(source, pictures.presses, pool, reader, assumed, progress)
     write_dataset(folder, card, labels)
     return Prepared(
         card=read_dataset(folder).card,
@@ -218,6 +195,65 @@ def import_raw_frames(
         lens=lens,
         left_aside=left_aside,
     )
+
+
+def _scale(
+    source: Path, pictures: Pictures, pool: Executor, reader: PressReader, pad_size_mm: Pair
+) -> Scale:
+    """The scale from the caliper's pictures, by the shading of a few presses.
+
+    Raises:
+        WedgeError: no ball is found in them, or the caliper's do not determine a scale.
+    """
+    few = pictures.presses[:: max(1, len(pictures.presses) // RESPONSE_PRESSES)]
+    some = [x for x in pool.map(partial(automatic_label, reader), few) if x is not None]
+    if not some:
+        length, width = pad_size_mm
+        raise WedgeError(
+            f"{source}: no ball was recognised in {', '.join(few[:3])}: is the ball's radius, "
+            f"{reader.dataset.card.ball_radius_mm:g} mm, right, and the pad about {length:g} x "
+            f"{width:g} mm, as it is taken to be until the caliper is measured?"
+        )
+    return measured_scale(source, pictures.caliper, reader, some)
+
+
+def _circles(
+    source: Path,
+    presses: Sequence[str],
+    pool: Executor,
+    reader: PressReader,
+    assumed: str,
+    progress: Callable[[float, str], None],
+) -> list[BallLabel]:
+    """The circles in the pictures that show one.
+
+    Args:
+        source: the folder that errors name.
+        presses: names of the pictures.
+        pool: finds them.
+        reader: of the dataset in which the pictures are.
+        assumed: behind an error that a wrong scale may cause: where the scale is from.
+        progress: called with the share that is done and what is being done.
+
+    Raises:
+        WedgeError: no ball is found, or its radius cannot be right.
+    """
+    card, labels = reader.dataset.card, list[BallLabel]()
+    found = pool.map(partial(automatic_label, reader), presses, chunksize=2)
+    for done, label in enumerate(found, start=1):
+        labels += [label] if label is not None else []
+        progress(0.2 + 0.8 * done / len(presses), "finding circles")
+    if not labels:
+        pitches = " x ".join(f"{pitch:.4g}" for pitch in card.mm_per_px)
+        raise WedgeError(
+            f"{source}: no ball of radius {card.ball_radius_mm:g} mm was recognised in any of its "
+            f"pictures, at {pitches} mm/px.{assumed}"
+        )
+    try:
+        refuse_small_ball(labels, card)
+    except WedgeError as error:
+        raise WedgeError(f"{error}{assumed}") from error
+    return labels
 
 
 def _in_subfolder(source: Path) -> str:
