@@ -23,6 +23,8 @@ OutputFile = Annotated[Path | None, tyro.conf.arg(metavar="FILE")]
 """An option that names a file to write."""
 READ_IN_FOLDERS = (*IMAGES, ".npz", ".npy", ".toml", ".csv", ".safetensors")
 """Endings of what is read with a folder that is named; reports beside it may be written anew."""
+SHOWN_ROWS = 20
+"""Of a table with a row for each frame."""
 BESIDE_CELL, BESIDE_TABLE = 3, 1
 """Characters of a table that are no cell's: spaces beside each, and the last line at its edge."""
 
@@ -199,6 +201,19 @@ def print_table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
     for row in lines[1:]:
         table.add_row(*row)
     console.print(table, markup=False)
+
+
+def print_rows(headings: Sequence[str], rows: Sequence[Sequence[str]], more: str = "") -> None:
+    """Print a table of the first frames, a row for each, and how many more there are.
+
+    Args:
+        headings: of the columns.
+        rows: of all frames.
+        more: behind that count: where to find them.
+    """
+    print_table(headings, rows[:SHOWN_ROWS])
+    if len(rows) > SHOWN_ROWS:
+        print(f"and {len(rows) - SHOWN_ROWS} more frames{more}")
 
 
 def _widths(words: Sequence[int], longest: Sequence[int], width: int) -> list[int] | None:

@@ -3,7 +3,6 @@
 """`wedge cloud`: frames to point clouds and meshes in millimetres."""
 
 import sys
-from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -17,7 +16,7 @@ from app._output import (
     OutputFile,
     keep_inputs,
     output_names,
-    print_table,
+    print_rows,
     refuse_unit_folder,
     write_json,
 )
@@ -27,11 +26,14 @@ from sensor.files import check_outputs, write_atomic
 
 if TYPE_CHECKING:
     from recon.cloud import PointCloud
-    from recon.pipeline import Reconstruction
-    from sensor.design import Wedge
+    from recon.pipeline import Reconstruction, Reconstructor
+    from sensor.design import Gel, Wedge
     from sensor.unit import UnitCard
 
-SHOWN_ROWS = 20
+HEADINGS = (
+    *("frame", "points", "touching", "contact", "in shadow", "deepest [mm]"),
+    *("median sigma z [mm]", "markers", "file"),
+)
 
 
 def main(
@@ -81,11 +83,7 @@ def main(
     from app._frames import read_checked
     from app._pad import refuse_other_pad
     from recon.calibration import load_calibration
-    from recon.cloud import point_cloud, skin_mesh
-    from recon.cloud_files import cloud_bytes
-    from recon.contact.first import touches
     from recon.pipeline import Reconstructor
-    from recon.plausible import doubt_word
     from sensor.design_file import load_design
 
     if mesh and (form == "pcd" or part == "contact"):
@@ -100,43 +98,81 @@ def main(
         raise WedgeError(f"{json} may be a cloud's own file in {out}: write the numbers elsewhere.")
     calibration = load_calibration(unit)
     laid_on = None if design is None else load_design(design)
-    gel = None if laid_on is None else laid_on.gel
     refuse_other_pad(calibration.card.pad_size_mm, laid_on, str(unit / "unit.toml"))
     remarks = _remarks(calibration.card, laid_on)
     blank = None if background is None else read_checked(background, calibration.unwarp)
-    reconstruct = Reconstructor(calibration, blank)
-    rows: list[dict[str, Any]] = []
-    shown: list[str] = []
-    touched: list[tuple[int, int, bool]] = []
+    run = _Run(
+        Reconstructor(calibration, blank),
+        None if laid_on is None else laid_on.gel,
+        form=form,
+        only_contact=part == "contact",
+        mesh=mesh,
+    )
     taken: set[str] = set()
     with unit_frames(where, calibration.unwarp, frames) as came, progress("point clouds") as show:
         for frame in came:
             if frame.image is None:
                 continue
-            touch = reconstruct(frame.image)
-            cloud, triangles = point_cloud(touch, gel), None
-            if mesh:
-                triangles = skin_mesh(touch, gel).triangles
-            if part == "contact":
-                cloud = cloud[cloud.contact]
-            path = out / f"{names[len(rows)] if names else _free_stem(frame, taken)}.{form}"
+            stem = names[len(run.rows)] if names else _free_stem(frame, taken)
+            path = out / f"{stem}.{form}"
             if not names:
                 keep_inputs([unit, *where], [path])
-            write_atomic(path, cloud_bytes(cloud, form, triangles))
-            rows.append(_row(frame, touch, cloud) | {"file": str(path)})
-            rows[-1]["remark"] = doubt_word(touch, calibration) or None
-            shown.append(frame.shown)
-            touched.append((frame.number, frame.time_ns, touches(touch.contact, touch.disturbed)))
-            show(len(rows) / max(len(where), len(rows) + 1), frame.name)
-    _print_rows(shown, rows)
-    document = {"unit": str(unit), "form": form} | first_touched(came, touched)
-    remarks += doubt_remarks(
-        [(name, row["remark"] or "") for name, row in zip(shown, rows, strict=True)]
-    )
-    write_json(json, document | {"clouds": rows, "remarks": [*remarks, *came.remarks]})
+            run.add(frame, path)
+            show(len(run.rows) / max(len(where), len(run.rows) + 1), frame.name)
+    print_rows(HEADINGS, [_cells(*told) for told in zip(run.shown, run.rows, strict=True)])
+    document = {"unit": str(unit), "form": form} | first_touched(came, run.touched)
+    remarks += run.doubts()
+    write_json(json, document | {"clouds": run.rows, "remarks": [*remarks, *came.remarks]})
     for remark in remarks:
         print(remark, file=sys.stderr)
     came.tell()
+
+
+class _Run:
+    """Clouds, written frame after frame, and what is said of them."""
+
+    def __init__(
+        self,
+        reconstruct: "Reconstructor",
+        gel: "Gel | None",
+        *,
+        form: str,
+        only_contact: bool,
+        mesh: bool,
+    ) -> None:
+        self.rows: list[dict[str, Any]] = []
+        """As in the JSON file."""
+        self.shown: list[str] = []
+        """The frames' names, for a table."""
+        self.touched: list[tuple[int, int, bool]] = []
+        """Number, time in ns and whether something touches, of each frame."""
+        self._reconstruct, self._gel = reconstruct, gel
+        self._form, self._only_contact, self._mesh = form, only_contact, mesh
+
+    def add(self, frame: UnitFrame, path: Path) -> None:
+        """Write the cloud of the next whole frame."""
+        from recon.cloud import point_cloud, skin_mesh
+        from recon.cloud_files import cloud_bytes
+        from recon.contact.first import touches
+        from recon.plausible import doubt_word
+
+        assert frame.image is not None
+        touch = self._reconstruct(frame.image)
+        cloud = point_cloud(touch, self._gel)
+        triangles = skin_mesh(touch, self._gel).triangles if self._mesh else None
+        if self._only_contact:
+            cloud = cloud[cloud.contact]
+        write_atomic(path, cloud_bytes(cloud, self._form, triangles))
+        remark = doubt_word(touch, self._reconstruct.calibration) or None
+        self.rows.append(_row(frame, touch, cloud) | {"file": str(path), "remark": remark})
+        self.shown.append(frame.shown)
+        shows = touches(touch.contact, touch.disturbed)
+        self.touched.append((frame.number, frame.time_ns, shows))
+
+    def doubts(self) -> list[str]:
+        """Sentences on frames whose depth means little."""
+        words = [row["remark"] or "" for row in self.rows]
+        return doubt_remarks(list(zip(self.shown, words, strict=True)))
 
 
 def _row(frame: UnitFrame, touch: "Reconstruction", cloud: "PointCloud") -> dict[str, Any]:
@@ -161,30 +197,19 @@ def _row(frame: UnitFrame, touch: "Reconstruction", cloud: "PointCloud") -> dict
     }
 
 
-def _print_rows(shown: Sequence[str], rows: Sequence[dict[str, Any]]) -> None:
-    """The table of the first frames, by the names that are shown of them."""
-    print_table(
-        [
-            *("frame", "points", "touching", "contact", "in shadow", "deepest [mm]"),
-            *("median sigma z [mm]", "markers", "file"),
-        ],
-        [
-            [
-                name,
-                str(row["points"]),
-                str(row["touching"]),
-                str(row["contact"]),
-                f"{row['in_shadow']:.0%}",
-                f"{row['deepest_mm']:z.3f}",
-                "–" if row["sigma_mm"] is None else f"{row['sigma_mm']:.4f}",
-                str(row["markers"]),
-                str(row["file"]),
-            ]
-            for name, row in zip(shown[:SHOWN_ROWS], rows, strict=False)
-        ],
-    )
-    if len(rows) > SHOWN_ROWS:
-        print(f"and {len(rows) - SHOWN_ROWS} more frames")
+def _cells(shown: str, row: dict[str, Any]) -> list[str]:
+    """A row of the table, by the name that is shown of its frame."""
+    return [
+        shown,
+        str(row["points"]),
+        str(row["touching"]),
+        str(row["contact"]),
+        f"{row['in_shadow']:.0%}",
+        f"{row['deepest_mm']:z.3f}",
+        "–" if row["sigma_mm"] is None else f"{row['sigma_mm']:.4f}",
+        str(row["markers"]),
+        str(row["file"]),
+    ]
 
 
 def _is_cloud(path: Path, out: Path, form: str) -> bool:

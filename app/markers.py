@@ -3,23 +3,25 @@
 """`wedge markers`: the dots of a marker gel, found and followed."""
 
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
 from app._frames import UnitFrame, read_checked, unit_frames
-from app._growing_files import file_names, growing
-from app._output import OutputFile, keep_inputs, print_table, write_json
+from app._growing_files import Growing, file_names, growing
+from app._output import OutputFile, keep_inputs, print_rows, write_json
 from app._progress import progress
 from sensor.errors import WedgeError
 from sensor.files import check_outputs
 
 if TYPE_CHECKING:
-    from recon.markers.tracking import Tracked
+    from recon.arrays import Unwarped
+    from recon.geometry.unwarp import Unwarp
+    from recon.markers.tracking import MarkerTracker, Tracked
+    from sensor.toml import Pair
 
-SHOWN_ROWS = 20
+HEADINGS = ("frame", "seen", "mean moved [mm]", "most moved [mm]", "")
 COLUMNS = "frame,time_ns,row,column,x_mm,y_mm,dx_mm,dy_mm,seen,image"
 
 
@@ -58,8 +60,6 @@ def main(
     """
     from recon.calibration import load_calibration
     from recon.markers.tracking import marker_tracker
-    from validation.figures.markers import displacement_figure, marker_overlay
-    from validation.figures.png import png_bytes
 
     check_outputs(*(out / name for name in file_names("markers")), json)
     keep_inputs([unit, *where, background], [json])
@@ -75,48 +75,86 @@ def main(
         f"{len(markers)} dots, {markers.card(pitch)['spacing_mm']:.2f} mm apart, "
         f"{markers.card(pitch)['diameter_mm']:.2f} mm wide"
     )
-    tracked: Tracked | None = None
-    farthest_mm, picture = 0.0, None
-    rows: list[dict[str, Any]] = []
-    shown: list[str] = []
     with (
         unit_frames(where, unwarp, frames) as came,
         growing(out, "markers", COLUMNS) as files,
         progress("markers") as show,
     ):
+        run = _Run(tracker, unwarp, pitch, files)
         for frame in came:
             if frame.image is None:
                 continue
-            name, time_ns, image = frame.name, frame.time_ns, unwarp(frame.image)
-            tracked = tracker.track(image, None if came.apart else tracked)
-            size_px = image.shape[1], image.shape[0]
-            with files.writing():
-                files.recording.add_dots(time_ns, tracked, pitch, size_px)
-                files.table.add(*_cells(frame, tracked, pitch, size_px))
+            run.add(frame, from_rest=came.apart)
             if files.failed:
                 break
-            files.clip.add(marker_overlay(image, tracked, pitch))
-            rows.append(_row(frame, tracked, pitch))
-            if picture is None or (rows[-1]["most_mm"] or 0.0) > farthest_mm:
-                farthest_mm = rows[-1]["most_mm"] or 0.0
-                picture = frame.file or name, image, tracked
-            shown.append(frame.shown)
-            show(len(rows) / max(len(where), len(rows) + 1), name)
-        assert picture is not None
-        name, image, tracked = picture
-        title = f"{Path(name).name}, displacement × 3"
-        figure = displacement_figure(image, tracked, pitch, title=title)
-        said = files.finish(png_bytes(figure), f"Frames {rows[0]['frame']} to {rows[-1]['frame']}")
-    _print_rows(shown, rows, len(markers), out)
+            show(len(run.rows) / max(len(where), len(run.rows) + 1), frame.name)
+        span = f"Frames {run.rows[0]['frame']} to {run.rows[-1]['frame']}"
+        said = files.finish(run.figure(), span)
+    cells = [_cells(*told, len(markers)) for told in zip(run.shown, run.rows, strict=True)]
+    print_rows(HEADINGS, cells, f", in {out / 'markers.csv'}")
+    if (out / "overlay.webp").exists():
+        print(f"Open {out / 'overlay.webp'}")
     for sentence in said:
         print(sentence, file=sys.stderr)
-    document = {"unit": str(unit), "markers": markers.card(pitch), "frames": rows}
+    document = {"unit": str(unit), "markers": markers.card(pitch), "frames": run.rows}
     write_json(json, {**document, "remarks": [*came.remarks, *said]})
     came.tell()
     return 2 if files.failed else 0
 
 
-def _row(frame: UnitFrame, tracked: "Tracked", mm_per_px: tuple[float, float]) -> dict[str, object]:
+class _Run:
+    """How dots moved frame after frame, written as they come."""
+
+    def __init__(
+        self, tracker: "MarkerTracker", unwarp: "Unwarp", mm_per_px: "Pair", files: Growing
+    ) -> None:
+        self.rows: list[dict[str, Any]] = []
+        """As in the JSON file."""
+        self.shown: list[str] = []
+        """The frames' names, for a table."""
+        self._tracker, self._unwarp = tracker, unwarp
+        self._mm_per_px, self._files = mm_per_px, files
+        self._tracked: Tracked | None = None
+        self._farthest: tuple[float, str, Unwarped, Tracked] | None = None
+        """How far, in mm, dots moved in the frame in which they did most; its name, and all."""
+
+    def add(self, frame: UnitFrame, *, from_rest: bool) -> None:
+        """Take in the next whole frame, unless it cannot be written.
+
+        Args:
+            frame: to be searched.
+            from_rest: whether it has nothing to do with the one before.
+        """
+        from validation.figures.markers import marker_overlay
+
+        assert frame.image is not None
+        image = self._unwarp(frame.image)
+        self._tracked = tracked = self._tracker.track(image, None if from_rest else self._tracked)
+        size_px = image.shape[1], image.shape[0]
+        with self._files.writing():
+            self._files.recording.add_dots(frame.time_ns, tracked, self._mm_per_px, size_px)
+            self._files.table.add(*_lines(frame, tracked, self._mm_per_px, size_px))
+        if self._files.failed:
+            return
+        self._files.clip.add(marker_overlay(image, tracked, self._mm_per_px))
+        self.rows.append(_row(frame, tracked, self._mm_per_px))
+        self.shown.append(frame.shown)
+        most_mm = self.rows[-1]["most_mm"] or 0.0
+        if self._farthest is None or most_mm > self._farthest[0]:
+            self._farthest = most_mm, frame.file or frame.name, image, tracked
+
+    def figure(self) -> bytes:
+        """A PNG of the frame in which dots moved most."""
+        from validation.figures.markers import displacement_figure
+        from validation.figures.png import png_bytes
+
+        assert self._farthest is not None
+        _, name, image, tracked = self._farthest
+        title = f"{Path(name).name}, displacement × 3"
+        return png_bytes(displacement_figure(image, tracked, self._mm_per_px, title=title))
+
+
+def _row(frame: UnitFrame, tracked: "Tracked", mm_per_px: "Pair") -> dict[str, object]:
     """What is said of a frame in JSON."""
     import numpy as np
 
@@ -132,34 +170,24 @@ def _row(frame: UnitFrame, tracked: "Tracked", mm_per_px: tuple[float, float]) -
     }
 
 
-def _print_rows(shown: Sequence[str], rows: Sequence[dict[str, Any]], dots: int, out: Path) -> None:
-    """The table of the first frames, by the names that are shown of them, and where the rest is."""
-    print_table(
-        ["frame", "seen", "mean moved [mm]", "most moved [mm]", ""],
-        [
-            [
-                name,
-                f"{row['seen']} of {dots}",
-                "–" if row["mean_mm"] is None else f"{row['mean_mm']:.3f}",
-                "–" if row["most_mm"] is None else f"{row['most_mm']:.3f}",
-                str(row["word"]),
-            ]
-            for name, row in zip(shown[:SHOWN_ROWS], rows, strict=False)
-        ],
-    )
-    if len(rows) > SHOWN_ROWS:
-        print(f"and {len(rows) - SHOWN_ROWS} more frames, in {out / 'markers.csv'}")
-    if (out / "overlay.webp").exists():
-        print(f"Open {out / 'overlay.webp'}")
+def _cells(shown: str, row: dict[str, Any], dots: int) -> list[str]:
+    """A row of the table, by the name that is shown of its frame."""
+    return [
+        shown,
+        f"{row['seen']} of {dots}",
+        "–" if row["mean_mm"] is None else f"{row['mean_mm']:.3f}",
+        "–" if row["most_mm"] is None else f"{row['most_mm']:.3f}",
+        str(row["word"]),
+    ]
 
 
-def _cells(
+def _lines(
     frame: UnitFrame,
     tracked: "Tracked",
-    mm_per_px: tuple[float, float],
+    mm_per_px: "Pair",
     size_px: tuple[int, int],
 ) -> list[list[Any]]:
-    """The cells of each dot in the table of all frames."""
+    """Each dot of a frame, as in the file of all frames."""
     markers = tracked.markers
     rows = []
     for cell, rest_mm, moved_mm, seen in zip(

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
     from recon.pipeline import Reconstruction
 
+HEADINGS = ("image", "deepest [mm]", "contact [mm²]", "border", "markers", "depth map")
 BORDERS = {"dirichlet": "held", "neumann": "free"}
 
 
@@ -59,13 +60,9 @@ def main(
         json: Write the deepest points, their standard deviations, contact areas and borders here as
             JSON, with a remark where depth means little.
     """
-    import numpy as np
-
     from recon.calibration import load_calibration
     from recon.pipeline import Reconstructor
     from recon.plausible import doubt_word
-    from validation.figures.depth_map import depth_figure, doubt_figure
-    from validation.figures.png import png_bytes
 
     if not image:
         raise WedgeError("no image was named: wedge reconstruct UNIT IMAGE... --out DIR.")
@@ -87,49 +84,61 @@ def main(
         rows: list[dict[str, Any]] = []
         for done, (name, stem) in enumerate(zip(image, names, strict=True), start=1):
             result = reconstruct(read_checked(name, unwarp))
+            _write(out, stem, result)
             remark = doubt_word(result, calibration)
-            stream = io.BytesIO()
-            np.save(stream, result.depth_mm)
-            write_atomic(out / f"{stem}.npy", stream.getvalue())
-            figure = depth_figure(result.depth_mm, result.mm_per_px, title=stem)
-            write_atomic(out / f"{stem}.png", png_bytes(figure))
-            if result.doubt is not None:
-                figure = doubt_figure(result.doubt, result.mm_per_px, title=f"{stem}: doubt")
-                write_atomic(out / f"{stem}-doubt.png", png_bytes(figure))
-            rows.append(
-                {
-                    "image": name,
-                    "deepest_mm": float(result.depth_mm.max()),
-                    "deepest_sigma_mm": None if remark else _sigma_of_deepest_mm(result),
-                    "contact_mm2": float(result.contact.sum() * np.prod(result.mm_per_px)),
-                    "boundary": result.boundary,
-                    "markers": result.markers,
-                    "depth": str(out / f"{stem}.npy"),
-                    "doubt": None
-                    if result.doubt is None
-                    else _within(result.doubt, result.contact),
-                    "remark": remark or None,
-                }
-            )
+            rows.append(_row(name, result, remark, out / f"{stem}.npy"))
             show(0.3 + 0.7 * done / len(image), "reconstructing")
-    print_table(
-        ["image", "deepest [mm]", "contact [mm²]", "border", "markers", "depth map"],
-        [
-            [
-                str(row["image"]),
-                _deepest_cell(row["deepest_mm"], row["deepest_sigma_mm"]),
-                f"{row['contact_mm2']:.2f}",
-                BORDERS[row["boundary"]],
-                str(row["markers"]),
-                str(row["depth"]),
-            ]
-            for row in rows
-        ],
-    )
+    print_table(HEADINGS, map(_cells, rows))
     said = doubt_remarks([(row["image"], row["remark"] or "") for row in rows])
     for sentence in said:
         print(sentence, file=sys.stderr)
     write_json(json, {"unit": str(unit), "images": rows, "remarks": said})
+
+
+def _write(out: Path, stem: str, result: "Reconstruction") -> None:
+    """The depth map as numbers and as a picture, and the picture of its doubt where it has one."""
+    import numpy as np
+
+    from validation.figures.depth_map import depth_figure, doubt_figure
+    from validation.figures.png import png_bytes
+
+    stream = io.BytesIO()
+    np.save(stream, result.depth_mm)
+    write_atomic(out / f"{stem}.npy", stream.getvalue())
+    figure = depth_figure(result.depth_mm, result.mm_per_px, title=stem)
+    write_atomic(out / f"{stem}.png", png_bytes(figure))
+    if result.doubt is not None:
+        figure = doubt_figure(result.doubt, result.mm_per_px, title=f"{stem}: doubt")
+        write_atomic(out / f"{stem}-doubt.png", png_bytes(figure))
+
+
+def _row(name: str, result: "Reconstruction", remark: str, depth: Path) -> dict[str, Any]:
+    """What is said of an image in JSON."""
+    import numpy as np
+
+    return {
+        "image": name,
+        "deepest_mm": float(result.depth_mm.max()),
+        "deepest_sigma_mm": None if remark else _sigma_of_deepest_mm(result),
+        "contact_mm2": float(result.contact.sum() * np.prod(result.mm_per_px)),
+        "boundary": result.boundary,
+        "markers": result.markers,
+        "depth": str(depth),
+        "doubt": None if result.doubt is None else _within(result.doubt, result.contact),
+        "remark": remark or None,
+    }
+
+
+def _cells(row: dict[str, Any]) -> list[str]:
+    """A row of the table."""
+    return [
+        str(row["image"]),
+        _deepest_cell(row["deepest_mm"], row["deepest_sigma_mm"]),
+        f"{row['contact_mm2']:.2f}",
+        BORDERS[row["boundary"]],
+        str(row["markers"]),
+        str(row["depth"]),
+    ]
 
 
 def _deepest_cell(deepest_mm: float, sigma_mm: float | None) -> str:
