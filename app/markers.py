@@ -160,7 +160,7 @@ def _row(frame: UnitFrame, tracked: "Tracked", mm_per_px: "Pair") -> dict[str, o
 
     seen_mm = np.hypot(*tracked.displacement_mm(mm_per_px).T)[tracked.seen]
     return {
-        "frame": frame.name,
+        "frame": frame.number,
         "image": frame.file or None,
         "time_ns": frame.time_ns,
         "seen": len(seen_mm),
@@ -198,5 +198,5 @@ def _lines(
         strict=True,
     ):
         lengths_mm = [f"{length_mm:.4f}" for length_mm in (*rest_mm, *moved_mm)]
-        rows.append([frame.name, frame.time_ns, *cell, *lengths_mm, int(seen), frame.file])
+        rows.append([frame.number, frame.time_ns, *cell, *lengths_mm, int(seen), frame.file])
     return rows

@@ -119,7 +119,7 @@ def main(
                 break
             if reconstruct is None:
                 reconstruct = Reconstructor(calibration, blank)
-            run.add(index, frame, reconstruct)
+            run.add(frame, reconstruct)
             if files.failed:
                 break
             show(len(run.found) / (frames or len(run.found) + 1), run.found[-1].state)
@@ -158,13 +158,13 @@ class _Run:
         self._track, self._files = track, files
         self._anchor: np.ndarray | None = None
 
-    def add(self, index: int, frame: UnitFrame, reconstruct: "Reconstructor") -> None:
+    def add(self, frame: UnitFrame, reconstruct: "Reconstructor") -> None:
         """Take in the next frame, unless it cannot be written."""
         from recon.contact.first import touches
 
         touch = None if frame.image is None else reconstruct(frame.image)
         pose = _pose_in(frame, touch, self._track, reconstruct.calibration)
-        row = _row(index, frame, pose, "" if touch is None else touch.markers)
+        row = _row(frame, pose, "" if touch is None else touch.markers)
         with self._files.writing():
             if touch is None:
                 self._files.recording.add_pose(frame.time_ns, pose)
@@ -179,7 +179,7 @@ class _Run:
         self.rows.append(row)
         if touch is not None:
             shows = touches(touch.contact, touch.disturbed)
-            self.touched.append((index, frame.time_ns, shows))
+            self.touched.append((frame.number, frame.time_ns, shows))
 
     def _draw(self, image: "np.ndarray", touch: "Reconstruction", pose: "PoseEstimate") -> None:
         """The next picture of the clip."""
@@ -272,7 +272,7 @@ def _pose(path: Path) -> "np.ndarray":
     return numbers.reshape(4, 4)
 
 
-def _row(index: int, frame: UnitFrame, item: "PoseEstimate", markers: str) -> list[Any]:
+def _row(frame: UnitFrame, item: "PoseEstimate", markers: str) -> list[Any]:
     """The cells of one frame; ``None`` for what is not known."""
     from scipy.spatial.transform import Rotation
 
@@ -284,7 +284,7 @@ def _row(index: int, frame: UnitFrame, item: "PoseEstimate", markers: str) -> li
         pose = [round(float(value), 7) for value in (*numbers, *spread)]
     shares = [round(item.overlap, 3), round(item.explained, 3)]
     told = [item.state, item.reason, *pose, *shares, markers]
-    return [index, frame.time_ns, *told, frame.file or None]
+    return [frame.number, frame.time_ns, *told, frame.file or None]
 
 
 def _covariance(item: "PoseEstimate") -> list[float] | None:

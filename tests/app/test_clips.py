@@ -19,9 +19,10 @@ from recon.pipeline import Reconstructor
 from recon.stream import FolderSource, McapSource, Recorder, TimedFrame
 from recon.stream.jpeg import encode_jpeg
 from sensor.errors import WedgeError
+from sensor.wire import Stamp
 from tests.app.test_streams import refused, run
 from tests.app.test_touch_commands import PLACES, make_unit, with_dots
-from tests.recon.stream.servers import write_clip
+from tests.recon.stream.servers import ScriptedServer, stream, write_clip
 
 FRAMES = 6
 COMMANDS = ("markers", "cloud", "track")
@@ -103,6 +104,28 @@ def test_a_damaged_image_of_a_folder_is_left_out_and_named(
     (remark,) = document["remarks"]
     assert "Left out 1 of 6 frames" in remark and str(damaged) in remark
     assert len(written) == (6 if command == "track" else 5)
+
+
+@pytest.mark.parametrize(
+    ("command", "key"), [("markers", "frames"), ("cloud", "clouds"), ("track", "poses")]
+)
+def test_a_frame_has_its_number_in_a_stream_that_lost_one_before_it(
+    command: str, key: str, unit: Path, tmp_path: Path
+) -> None:
+    numbers, out, told = [0, 1, 3, 4], tmp_path / "out", tmp_path / "told.json"
+    jpegs = [encode_jpeg(image, 95) for image in pictures(unit, 4)]
+    sent = stream(*jpegs, stamps=[Stamp(index=number) for number in numbers])
+    with ScriptedServer(sent, b"") as server:
+        words = (command, unit, server.url, "--frames", 4, "--out", out, "--json", told)
+        assert run(*words) == 0
+    document = json.loads(told.read_text())
+    assert [row["frame"] for row in document[key]] == numbers
+    assert {row["image"] for row in document[key]} == {None}
+    assert "Lost on the way: 1 frames." in document["remarks"]
+    for table in out.glob("*.csv"):
+        with table.open(newline="") as lines:
+            of_lines = [int(row["frame"]) for row in csv.DictReader(lines)]
+        assert list(dict.fromkeys(of_lines)) == numbers
 
 
 def test_the_blank_frame_must_be_whole(

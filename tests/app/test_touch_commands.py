@@ -106,11 +106,16 @@ def test_a_frame_is_named_in_the_table_as_it_is_called(units, tmp_path):
     for name in names:
         write_image(Path(name), blank)
     out = tmp_path / "out"
-    assert run("markers", folder / "dotted" / "unit", *names, "--out", out) == 0
+    words = ("--out", out, "--json", tmp_path / "told.json")
+    assert run("markers", folder / "dotted" / "unit", *names, *words) == 0
     with (out / "markers.csv").open(newline="") as stream:
         headings, *rows = csv.reader(stream)
     assert {len(row) for row in rows} == {len(headings)}
-    assert list(dict.fromkeys(row[0] for row in rows)) == names
+    assert list(dict.fromkeys((row[0], row[-1]) for row in rows)) == [
+        (str(number), name) for number, name in enumerate(names)
+    ]
+    told = json.loads((tmp_path / "told.json").read_text())["frames"]
+    assert [(row["frame"], row["image"]) for row in told] == list(enumerate(names))
 
 
 def test_a_frame_of_a_folder_keeps_the_name_of_its_file(units, tmp_path, capsys):
@@ -126,8 +131,7 @@ def test_a_frame_of_a_folder_keeps_the_name_of_its_file(units, tmp_path, capsys)
         assert run(*words) == 0
         rows = json.loads(told.read_text())[key]
         assert [row["image"] for row in rows] == names
-        numbers = [0, 1, 2] if command != "markers" else ["00000", "00001", "00002"]
-        assert [row["frame"] for row in rows] == numbers
+        assert [row["frame"] for row in rows] == [0, 1, 2]
         said = capsys.readouterr().out
         assert command == "track" or all(f"0000{i} {name}" in said for i, name in enumerate(names))
         tables = list((out / command).glob("*.csv"))

@@ -22,6 +22,8 @@ from recon.plausible import STRANGE
 from recon.presses import read_presses
 from recon.stream import Recorder, TimedFrame
 from recon.stream.jpeg import encode_jpeg
+from sensor.wire import Stamp
+from tests.recon.stream.servers import ScriptedServer, stream
 from tests.sensor.test_files import failing, full_disk
 from tests.synthetic import digitized, gradient_of, make_dataset, shaded
 
@@ -125,6 +127,19 @@ def test_when_something_first_touches_is_told_of_clips_and_in_seconds_where_ther
         assert (first and first["frame"]) == frame and document["touched_at_start"] is False
         out = capsys.readouterr().out
         assert said in out and ("First contact" in out) == bool(said)
+
+
+@pytest.mark.parametrize("command", ["track", "cloud"])
+def test_the_first_contact_has_its_number_in_a_stream_that_lost_a_frame(
+    workplace, tmp_path, command
+):
+    jpegs = [encode_jpeg(read_image(path)) for path in sorted((workplace / "clip").iterdir())]
+    sent = stream(*jpegs, stamps=[Stamp(index=index) for index in (0, 2, 3, 4, 5)])
+    told = tmp_path / "told.json"
+    with ScriptedServer(sent, b"") as server:
+        words = (workplace / "unit", server.url, "--frames", 5, "--json", told)
+        assert run(command, *words, "--out", tmp_path / "out") == 0
+    assert json.loads(told.read_text())["first_contact"]["frame"] == 2
 
 
 @pytest.mark.parametrize("command", ["track", "cloud"])
