@@ -19,12 +19,12 @@ from app._compared import (
     shapes_by_estimator,
     twins_beside_sensors,
 )
+from app._fabricate import MANIFEST, MissingExtraError, fabricate
 from app._output import print_table, write_json
 from app._progress import progress
 from app._seed import Seed
 from app._touch import touch_sections
 from app._workers import process_pool
-from app.fabricate import MANIFEST, MissingExtraError, fabricate
 from sensor.design_file import load_design
 from sensor.errors import WedgeError
 

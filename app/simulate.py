@@ -9,12 +9,11 @@ from typing import Literal
 
 from app._output import command_line
 from app._progress import progress
+from app._render import refuse_numbers, refuse_unbuildable
 from app._seed import Seed
 from app._workers import process_pool
 from sensor.dataset import read_dataset
-from sensor.design import Wedge
 from sensor.design_file import load_design
-from sensor.errors import WedgeError
 from sensor.files import new_folder
 
 
@@ -120,32 +119,6 @@ def main(
         f"{recipe.engine.variant}, {samples} samples a pixel, design {wanted.name}."
         + (f" Next: {command_line('table', out)}" if usable > 1 else "")
     )
-
-
-def refuse_numbers(width_px: int, samples: int) -> None:
-    """Refuse sizes of a render that cannot be meant.
-
-    Raises:
-        WedgeError: names the option, its value and its bounds.
-    """
-    if not 16 <= width_px <= 4096:
-        raise WedgeError(f"--width-px {width_px} must be from 16 to 4096.")
-    if not 1 <= samples <= 65536:
-        raise WedgeError(f"--samples {samples} must be from 1 to 65536.")
-
-
-def refuse_unbuildable(design: Wedge) -> None:
-    """Refuse a design that could not be cut, where the solid modeller is there to tell.
-
-    Raises:
-        WedgeError: names the field, its value and the bound it breaks.
-    """
-    try:
-        from cad.refusals import refuse_unbuildable as refuse
-    except ImportError as error:
-        print(f"whether the design can be built is not checked: {error}", file=sys.stderr)
-        return
-    refuse(design)
 
 
 def _source(design: str) -> str:

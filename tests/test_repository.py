@@ -156,6 +156,14 @@ def test_every_subcommand_is_a_module_and_every_module_a_subcommand() -> None:
     assert modules == set(app.__main__.SUBCOMMANDS)
 
 
+def test_what_subcommands_share_is_in_modules_of_its_own() -> None:
+    for name in app.__main__.SUBCOMMANDS:
+        tree = ast.parse((ROOT / "app" / f"{name}.py").read_text(encoding="utf-8"))
+        modules = [node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+        of_app = [module for module in modules if module.partition(".")[0] == "app"]
+        assert all(module.startswith(("app._", "app.pages")) for module in of_app), name
+
+
 def test_shell_scripts_are_clean() -> None:
     shellcheck = shutil.which("shellcheck", path=sysconfig.get_path("scripts"))
     if shellcheck is None:

@@ -12,7 +12,8 @@ pytest.importorskip("cadquery", reason="needs the extra cad")
 
 import app.fabricate
 import cad.build
-from app.fabricate import MissingExtraError, main
+from app._fabricate import MissingExtraError
+from app.fabricate import main
 from cad.checks import Result
 from sensor.errors import WedgeError
 

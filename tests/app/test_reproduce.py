@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from app import reproduce
-from app.fabricate import MissingExtraError
+from app._fabricate import MissingExtraError
 from recon.pipeline import Reconstructor
 from sensor.design import Wedge
 from sensor.errors import WedgeError
