@@ -154,7 +154,7 @@ def _card(
     other: "Dataset | None", out: Path, blank: Any, ball_radius_mm: float | None, pad_mm: "Pair"
 ) -> "DatasetCard":
     """The other dataset's card under a new name, or one made from the blank frame."""
-    from validation.importers.raw_frames import first_card
+    from validation.importers.raw_frames import CAPTURED, OWN, first_card
 
     name, background = out.resolve().name, ("background.png",)
     if other is None:
@@ -163,8 +163,8 @@ def _card(
     return replace(
         other.card,
         name=name,
-        source="captured from a sensor",
-        licence="your own",
+        source=CAPTURED,
+        licence=OWN,
         background=background,
         ball_radius_mm=ball_radius_mm or other.ball_radii_mm[0],
     )

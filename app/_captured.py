@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The dataset folder that `wedge capture` fills, and that others may mend meanwhile."""
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -74,16 +73,9 @@ class Captured:
         """Write one press: the frame first, then its circle; why that must wait, where it must."""
         from recon.images import write_image
         from recon.labels.label_book import CardMovedError
-        from sensor.dataset import BallLabel
 
-        width, height = self.watcher.unwarp.size_px
-        label = BallLabel(
-            file=f"press-{len(self.taken) + 1:03d}.png",
-            center_x_px=round(min(max(circle.center_px[0], 0.0), width - 1.0), 2),
-            center_y_px=round(min(max(circle.center_px[1], 0.0), height - 1.0), 2),
-            contact_radius_px=round(circle.radius_px, 2),
-            quality=round(circle.quality, 3),
-        )
+        name = f"press-{len(self.taken) + 1:03d}.png"
+        label = circle.label(name, self.watcher.unwarp.size_px)
         write_image(self.out / label.file, frame)
         self.taken.append(label.file)
         self._waiting.add(label.file)
@@ -243,6 +235,7 @@ class Captured:
 
     def _merge(self, before: "Dataset", after: "Dataset") -> bool:
         """Write what was measured beside what others wrote meanwhile; not if they moved corners."""
+        from recon.labels.carried import merged
         from recon.labels.label_book import places
         from sensor.dataset import read_dataset, write_card, write_labels
         from sensor.files import alone_in
@@ -256,7 +249,7 @@ class Captured:
             write_card(self.out / CARD_FILE, card)
             if places(after.card) != places(before.card):
                 try:
-                    write_labels(self.out / LABELS_FILE, _merged(before, after, now))
+                    write_labels(self.out / LABELS_FILE, merged(before, after, now))
                 except BaseException:
                     write_card(self.out / CARD_FILE, now.card)
                     raise
@@ -285,10 +278,11 @@ def _found_anew(before: "Dataset", card: "DatasetCard") -> "Dataset":
     Raises:
         WedgeError: no ball is recognised by it.
     """
+    from recon.labels.carried import carried
     from recon.labels.label_book import CERTAIN
 
     after = replace(before, card=card)
-    labels = [_carried(x, before, after) for x in before.labels if x.quality in (None, CERTAIN)]
+    labels = [carried(x, before, after) for x in before.labels if x.quality in (None, CERTAIN)]
     files = [x.file for x in before.labels if x.quality not in (None, CERTAIN)]
     labels += _found(after, files, "circles at the measured scale")
     if not labels:
@@ -313,37 +307,6 @@ def _found(dataset: "Dataset", files: list[str], title: str) -> "list[BallLabel]
             found += [] if label is None else [label]
             show(done / len(files))
     return found
-
-
-def _merged(before: "Dataset", after: "Dataset", now: "Dataset") -> "list[BallLabel]":
-    """Circles found anew; those that somebody wrote after ``before`` was read, carried over."""
-    from sensor.dataset import frame_name
-
-    known = {frame_name(label.file): label for label in before.labels}
-    found = {frame_name(label.file): label for label in after.labels}
-    labels: list[BallLabel | None] = []
-    for label in now.labels:
-        name = frame_name(label.file)
-        is_theirs = label != known.get(name)
-        labels.append(_carried(label, before, after) if is_theirs else found.get(name))
-    return [label for label in labels if label is not None]
-
-
-def _carried(label: "BallLabel", before: "Dataset", after: "Dataset") -> "BallLabel":
-    """A circle in the pixels of another card, whose unwarped pictures have another size."""
-    from recon.labels.label_book import LARGEST
-
-    sizes = before.card.unwarped_size_px, after.card.unwarped_size_px
-    old, new = ((1, 1) if size is None else size for size in sizes)
-    x, y = (n / m for m, n in zip(old, new, strict=True))
-    radius_px = label.contact_radius_px * math.sqrt(x * y)
-    largest_px = LARGEST * after.ball_radius_mm(label) / math.sqrt(math.prod(after.card.mm_per_px))
-    return replace(
-        label,  # the middle of the first pixel is 0
-        center_x_px=round((label.center_x_px + 0.5) * x - 0.5, 2),
-        center_y_px=round((label.center_y_px + 0.5) * y - 0.5, 2),
-        contact_radius_px=round(min(radius_px, largest_px), 2),
-    )
 
 
 def _pixels(card: "DatasetCard") -> tuple[object, ...]:

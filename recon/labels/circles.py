@@ -10,6 +10,7 @@ from jaxtyping import Float64
 from scipy.optimize import least_squares
 
 from recon.arrays import Difference
+from sensor.dataset import BallLabel
 from sensor.toml import Pair
 
 Column = Float64[np.ndarray, " n"]
@@ -34,6 +35,26 @@ class Circle:
     quality: float
     """0 to 1: the share of the shading near the circle that a ball explains, times the share of
     the frame's shading that lies near the circle, so that a ball's holder lowers it."""
+
+    def label(
+        self, file: str, size_px: tuple[int, int], ball_radius_mm: float | None = None
+    ) -> BallLabel:
+        """As ``labels.csv`` keeps it: rounded, its centre inside the frame.
+
+        Args:
+            file: of the frame.
+            size_px: width and height of the unwarped frame.
+            ball_radius_mm: where the frame's ball is not the dataset's.
+        """
+        (x_px, y_px), (width, height) = self.center_px, size_px
+        return BallLabel(
+            file=file,
+            center_x_px=round(min(max(x_px, 0.0), width - 1.0), 2),
+            center_y_px=round(min(max(y_px, 0.0), height - 1.0), 2),
+            contact_radius_px=round(self.radius_px, 2),
+            ball_radius_mm=ball_radius_mm,
+            quality=round(self.quality, 3),
+        )
 
 
 def refit_circle(

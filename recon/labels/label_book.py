@@ -105,16 +105,8 @@ def automatic_label(reader: PressReader, file: str) -> BallLabel | None:
     if circle is None:
         return None
     height, width = difference.shape[:2]
-    x_px = min(max(circle.center_px[0], 0.0), width - 1.0)
-    y_px = min(max(circle.center_px[1], 0.0), height - 1.0)
-    return BallLabel(
-        file=file,
-        center_x_px=round(x_px, 2),
-        center_y_px=round(y_px, 2),
-        contact_radius_px=round(circle.radius_px, 2),
-        ball_radius_mm=None if before is None else before.ball_radius_mm,
-        quality=round(circle.quality, 3),
-    )
+    stated_mm = None if before is None else before.ball_radius_mm
+    return circle.label(file, (width, height), stated_mm)
 
 
 def within_balls(dataset: Dataset) -> Dataset:

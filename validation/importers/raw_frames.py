@@ -44,6 +44,8 @@ BACKGROUND = re.compile(
 )
 CALIPER = re.compile(r"(?:caliper[-_ ]?)?(\d+(?:\.\d+)?)mm(?=$|[-_ ])", re.IGNORECASE)
 """From the name's beginning: further on, a length is that of the ball."""
+CAPTURED, OWN = "captured from a sensor", "your own"
+"""Source and licence of what somebody took."""
 WIDTH_PX = 320
 """Of the unwarped frames: as many as a small camera frame has."""
 RESPONSE_PRESSES = 8
@@ -285,8 +287,8 @@ def first_card(
     pitch = pad_size_mm[0] / (WIDTH_PX if clockwise else blank.shape[1])
     return DatasetCard(
         name=name,
-        source="captured from a sensor",
-        licence="your own",
+        source=CAPTURED,
+        licence=OWN,
         mm_per_px=(pitch, pitch),
         ball_radius_mm=ball_radius_mm,
         background=background,
