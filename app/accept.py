@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from recon.geometry.unwarp import Unwarp
     from sensor.dataset import Dataset
     from sensor.unit import UnitCard
-    from validation.acceptance.certificate import Occasion
     from validation.acceptance.measurements import Acceptance
+    from validation.report.certificate import Occasion
 
 TIMED_FRAMES = 300
 """Read from a stream for its rate: ten seconds of the slowest that passes with grade A."""
@@ -62,10 +62,10 @@ def main(
     from recon.calibration import load_calibration
     from sensor.dataset import read_dataset
     from sensor.files import write_atomic
-    from validation.acceptance.certificate import Occasion, document, junit_xml
-    from validation.acceptance.certificate_files import certificate_files, write_certificate
     from validation.acceptance.limits import verdict
     from validation.datasets import dataset_folder
+    from validation.report.certificate import Occasion, document, junit_xml
+    from validation.report.certificate_files import certificate_files, write_certificate
 
     refuse_unit_folder(out)
     files = () if out is None else certificate_files(out)
@@ -111,7 +111,8 @@ def _measured(
 
 def _say(card: "UnitCard", occasion: "Occasion", found: "Acceptance") -> None:
     """Print every measurement, what is to be known of them, and the verdict."""
-    from validation.acceptance.certificate import (
+    from validation.acceptance.limits import verdict
+    from validation.report.certificate import (
         WORDS,
         failures,
         lead,
@@ -120,7 +121,6 @@ def _say(card: "UnitCard", occasion: "Occasion", found: "Acceptance") -> None:
         origin,
         remarks,
     )
-    from validation.acceptance.limits import verdict
 
     print_table(("measured", "value", "A", "B", "grade"), [line.cells for line in lines(found)])
     said = [*failures(found), *remarks(found), *not_measured(found), lead(card, occasion, found)]

@@ -13,7 +13,7 @@ from OCP.Bnd import Bnd_Box
 from OCP.BRepBndLib import BRepBndLib
 
 from cad.catalogue import BACK_DOWN, INFILL_PERCENT, UPSIDE_DOWN, printed_parts
-from cad.checks.result import Result
+from cad.result import Result
 from cad.tables import density_g_cm3
 from sensor.design import Wedge
 

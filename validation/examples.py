@@ -8,15 +8,16 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float32
 
+from recon.arrays import DepthMap, Difference, GradientField, Unwarped
 from recon.calibration import lit_channels
 from recon.estimators import GradientEstimator
 from recon.images import read_frame
 from recon.pixels import BallPress, Pixels, join, label_pixels
 from recon.presses import PressSet, read_presses
 from sensor.dataset import Dataset, read_dataset
+from sensor.toml import Pair
 from sensor.unit import MissingAxis
 from validation.depth import DepthErrors, cap_of, depth_errors, true_depth
-from validation.figures.ball_press import PressPicture
 from validation.folds import Fold
 from validation.reconstructed import reconstruct_press, slopes_in
 from validation.side_by_side import Unseen
@@ -24,6 +25,25 @@ from validation.side_by_side import Unseen
 RANKS = {"median": 0.5, "worst": 1.0}
 """Places in the order of depth RMSE, 0 the best."""
 TRUTH_NAMES = {"ball cap": "ideal ball", "truth file": "known depth"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class PressPicture:
+    """What ``figures.ball_press`` shows; all arrays cover the same pixels."""
+
+    title: str
+    frame: Unwarped
+    difference: Difference
+    gradient: GradientField
+    gradient_truth: GradientField
+    depth_mm: DepthMap
+    depth_truth_mm: DepthMap
+    """NaN where nothing is known, outside the contact."""
+    truth: str
+    """What the true depth is, for the legend."""
+    center_px: Pair
+    contact_radius_mm: float
+    mm_per_px: Pair
 
 
 @dataclass(frozen=True, kw_only=True)

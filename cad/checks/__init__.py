@@ -6,11 +6,11 @@ from cad.checks.cavity import check_mold, check_relief
 from cad.checks.fasteners import check_fasteners
 from cad.checks.fit import check_clearances, check_interference
 from cad.checks.insertion import check_insertion
-from cad.checks.result import Result
 from cad.checks.sight import check_sight, check_tolerance
 from cad.checks.solids import check_closed_forms, check_solids
 from cad.checks.walls import check_overhang, check_walls
 from cad.checks.wires import check_wires
+from cad.result import Result
 
 __all__ = [
     "Result",

@@ -10,8 +10,8 @@ import manifold3d
 import numpy as np
 import trimesh
 
-from cad.checks.result import Result
 from cad.mesh import manifold_of
+from cad.result import Result
 from sensor.design import Gel, Wedge
 
 _SLIT = 0.25

@@ -10,8 +10,8 @@ from OCP.BRepAdaptor import BRepAdaptor_Surface
 from OCP.GeomAbs import GeomAbs_Cylinder
 
 from cad.assembly import screw_rows
-from cad.checks.result import Result
 from cad.features import Vector
+from cad.result import Result
 from cad.tables import fastener
 from sensor.design import Wedge
 

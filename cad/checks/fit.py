@@ -12,7 +12,7 @@ import manifold3d
 import numpy as np
 
 from cad.assembly import Assembly
-from cad.checks.result import Result
+from cad.result import Result
 from sensor.design import Wedge
 
 TOLERANCE_MM3 = 0.005

@@ -13,8 +13,8 @@ import numpy as np
 
 from cad.assembly import Assembly, Step
 from cad.checks.fit import TOLERANCE_MM3, boxes_meet
-from cad.checks.result import Result
 from cad.motions import Pose, Way, moved, poses
+from cad.result import Result
 
 STEP_MM = 0.2
 

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 import numpy as np
 import trimesh
 
-from cad.checks.result import Result
 from cad.layout import Layout
 from cad.optics import (
     camera_axes,
@@ -19,6 +18,7 @@ from cad.optics import (
     trace,
 )
 from cad.rays import Array, first_hits
+from cad.result import Result
 from cad.sight_refusals import KEYSTONE, PIXEL_MARGIN
 from sensor.design import Wedge
 

@@ -8,10 +8,10 @@ from collections.abc import Mapping
 import cadquery as cq
 import trimesh
 
-from cad.checks.result import Result
 from cad.layout import Layout
 from cad.parts import mold
 from cad.parts.jigs import ball_jig_volume_mm3
+from cad.result import Result
 from sensor.design import Gel, Wedge
 
 

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import trimesh
 
-from cad.checks.result import Result
 from cad.layout import MIN_WALL
 from cad.rays import first_hits
+from cad.result import Result
 
 WALL_RAYS = 20_000
 _ROUNDING = 1e-6

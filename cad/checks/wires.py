@@ -5,10 +5,10 @@
 from collections.abc import Sequence
 
 from cad.bounds import EPSILON
-from cad.checks.result import Result
 from cad.electronics.boards import Board
 from cad.layout import Layout
 from cad.refusals import BEND_THICKNESSES
+from cad.result import Result
 from cad.wires import by_side, ribbon_bend_mm, rooms, wires_that_fit
 from sensor.design import Wedge
 

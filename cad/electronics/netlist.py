@@ -4,9 +4,9 @@
 
 from itertools import combinations
 
-from cad.checks.result import Result
 from cad.electronics.boards import Board
 from cad.electronics.resistors import RATED_W, ballasts
+from cad.result import Result
 from sensor.design import Wedge
 
 SMALLEST_GAP = 0.15

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from cad.electronics.boards import Board, Component, Pad
-from cad.exports.strokes import Point, strokes, width_of
+from cad.strokes import Point, strokes, width_of
 
 Line = list[Point]
 

@@ -20,8 +20,8 @@ from ezdxf.filemanagement import new
 from ezdxf.layouts.layout import Modelspace
 
 from bom.fit import CUT_GAP_MM, SHEET_MM
-from cad.exports.strokes import strokes
 from cad.layout import Layout
+from cad.strokes import strokes
 from sensor.design import Wedge
 
 Vertex = tuple[float, float, float]

@@ -17,7 +17,8 @@ from recon.estimators.default_fit import fit_default
 from recon.estimators.learnt import refuse_absurd
 from recon.estimators.lesson import lesson_pixels
 from recon.estimators.lookup_table import LookupTable, fit_lookup_table
-from recon.estimators.mlp import Mlp, fit_mlp
+from recon.estimators.mlp import Mlp
+from recon.estimators.mlp_fit import fit_mlp
 from recon.pixels import BallPress, Pixels, join, label_pixels, positions
 from sensor.errors import WedgeError
 from sensor.extras import how_to_install

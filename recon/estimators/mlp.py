@@ -3,10 +3,10 @@
 """The paper's estimator: a perceptron 5-32-32-32-2 with tanh on (R, G, B, X, Y).
 
 Wang et al., GelSight Wedge, 2021, section IV-A. With fewer lights it has fewer inputs. Applied
-with numpy alone; only fitting needs torch.
+with numpy alone; only fitting (``mlp_fit``) needs torch.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import ClassVar
@@ -15,7 +15,6 @@ import numpy as np
 from jaxtyping import Float32
 
 from recon.arrays import Difference
-from recon.pixels import Pixels
 
 HIDDEN = (32, 32, 32)
 CHUNK_ROWS = 8192
@@ -104,14 +103,3 @@ class Mlp:
 def channel_indices(channels: str) -> list[int]:
     """Columns of "RGB" that the channels name."""
     return ["RGB".index(channel) for channel in channels]
-
-
-def fit_mlp(pixels: Pixels, channels: str, seed: int, progress: Callable[[float], None]) -> Mlp:
-    """Fit the network to labelled pixels."""
-    from recon.estimators.mlp_training import train
-
-    spread = pixels.color[:, channel_indices(channels)].std(0)
-    color_scale = np.maximum(spread, 1 / 255).astype(np.float32)
-    blank = Mlp(channels=channels, color_scale=color_scale, layers=())
-    layers = train(blank.inputs(pixels.color, pixels.position), pixels.gradient, seed, progress)
-    return Mlp(channels=channels, color_scale=color_scale, layers=layers)

@@ -14,7 +14,6 @@ import pytest
 from bom.bill import read_parts
 from bom.fit import parts_for
 from cad.build import Model, manifest_of, model
-from cad.checks.result import Result
 from cad.exports.drawing import drawing_of
 from cad.exports.page import guide_html, page_html
 from cad.guide import guide_text
@@ -22,6 +21,7 @@ from cad.guide_words import design_words
 from cad.mesh import DEFLECTION_MM
 from cad.optics import pad_grid, trace
 from cad.parts.jigs import BALL_RADIUS, ball_jig
+from cad.result import Result
 from cad.tables import fastener
 from sensor.design import FINGER, STANDARD, Channel, Wedge
 from simulation.scene import sides

@@ -21,7 +21,7 @@ from cad.electronics.netlist import check_electronics, islands, net_faults, smal
 from cad.electronics.resistors import E24, RATED_W, ballasts, next_e24
 from cad.electronics.silkscreen import MASK_MARGIN, STROKE, printed_lines
 from cad.electronics.wiring import ARRAY_WORDS, wiring_svg
-from cad.exports.strokes import strokes, width_of
+from cad.strokes import strokes, width_of
 from sensor.design import FINGER, STANDARD, Wedge
 
 BOTH = pytest.mark.parametrize("design", [STANDARD, FINGER], ids=lambda design: design.name)

@@ -19,7 +19,6 @@ from bom.bill import make_bill, read_parts
 from bom.fit import parts_for
 from cad.assembly import assemble
 from cad.build import Model, manifest_of
-from cad.checks.result import Result
 from cad.counts import bill_counts
 from cad.exports.drawing import drawing_of
 from cad.exports.laser import Piece, Sheet, comb_dxf, laser_files, outline, sheet_dxf, sheets
@@ -28,6 +27,7 @@ from cad.exports.solids import stl_of
 from cad.exports.views import _at_the_gel, _section, pulled_apart
 from cad.motions import straight
 from cad.optics import pad_grid, trace
+from cad.result import Result
 from sensor.design import FINGER, STANDARD, Wedge
 from tests.cad.conftest import names_of
 

@@ -27,11 +27,11 @@ from cad.exports.drawing import drawing_of
 from cad.exports.laser import area_mm2, outline, sheet_dxf, sheets
 from cad.exports.solids import step_of_assembly
 from cad.exports.step_colors import with_colors
-from cad.exports.strokes import strokes, width_of
 from cad.exports.views import color_of
 from cad.golden import differences, golden_of, read_golden
 from cad.manifest import with_hashes
 from cad.mesh import DEFLECTION_MM
+from cad.strokes import strokes, width_of
 from sensor.design import FINGER, STANDARD
 from tests.cad.conftest import pieces_by_id
 from validation.report.fabrication import fabrication_section

@@ -21,11 +21,11 @@ from tests.validation.sensors import (
     good_set,
     unit_of,
 )
-from validation.acceptance.certificate import lines
 from validation.acceptance.errors import error_values, steepest_values
 from validation.acceptance.limits import LIMITS, grades, verdict
 from validation.acceptance.place import bent_grid_share, timing_values
 from validation.acceptance.roundness import roundness
+from validation.report.certificate import lines
 
 LENS = Lens(
     frame_size_px=(120, 90),

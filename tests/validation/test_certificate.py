@@ -20,7 +20,10 @@ from recon.images import read_image
 from recon.stream import Recorder, TimedFrame
 from sensor.dataset import write_labels
 from tests.validation.sensors import change_frames
-from validation.acceptance.certificate import (
+from validation.acceptance.errors import error_intervals, error_values
+from validation.acceptance.limits import GROUPS, LIMITS, Limit, verdict
+from validation.evaluation import held_out_metrics
+from validation.report.certificate import (
     Occasion,
     document,
     junit_xml,
@@ -30,10 +33,7 @@ from validation.acceptance.certificate import (
     origin,
     page_html,
 )
-from validation.acceptance.errors import error_intervals, error_values
-from validation.acceptance.limits import GROUPS, LIMITS, Limit, verdict
-from validation.acceptance.sheet import FLATTER_THAN, pdf_bytes, picture, sheet
-from validation.evaluation import held_out_metrics
+from validation.report.certificate_sheet import FLATTER_THAN, pdf_bytes, picture, sheet
 
 SET = Occasion(dataset="<set>", dataset_sha256="5e7" * 20, judged="2026-02-03", software="4.5.6")
 

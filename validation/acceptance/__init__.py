@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Is this sensor good? Measurements of one unit, limits as data, and a certificate."""
+"""Is this sensor good? Measurements of one unit, and limits as data."""

@@ -2,15 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """One ball press from frame to depth, beside the truth."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from recon.arrays import DepthMap, Difference, GradientField, Unwarped
-from sensor.toml import Pair
+from validation.examples import PressPicture
 from validation.figures import maps
 from validation.figures.style import BLUE, FULL_IN, INK, ORANGE, SOFT, fitted, styled
 
@@ -26,25 +23,6 @@ SHALLOWEST_MM, FLATTEST = 1e-3, 1e-3
 """Ends of scales of depths and of slopes."""
 AXIS_ROOM = 0.55
 """Of the numbers and the name beside or below a plot's axis."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class PressPicture:
-    """What the figure shows; all arrays cover the same pixels."""
-
-    title: str
-    frame: Unwarped
-    difference: Difference
-    gradient: GradientField
-    gradient_truth: GradientField
-    depth_mm: DepthMap
-    depth_truth_mm: DepthMap
-    """NaN where nothing is known, outside the contact."""
-    truth: str
-    """What the true depth is, for the legend."""
-    center_px: Pair
-    contact_radius_mm: float
-    mm_per_px: Pair
 
 
 @styled

@@ -14,7 +14,8 @@ from matplotlib.text import Text
 from recon.ball import ball_cap
 from validation.depth import DepthErrors
 from validation.error_table import WEDGE_CONFIGURATIONS, Row
-from validation.figures.ball_press import PressPicture, press_figure, strip_figure
+from validation.examples import PressPicture
+from validation.figures.ball_press import press_figure, strip_figure
 from validation.figures.depth_map import depth_figure, doubt_figure
 from validation.figures.depth_scatter import peak_figure, rmse_figure
 from validation.figures.error_bars import PAPER, error_figure

@@ -6,12 +6,12 @@ from pathlib import Path
 
 from sensor.files import write_atomic
 from sensor.unit import UnitCard
-from validation.acceptance.certificate import WORDS, Occasion, page_html
 from validation.acceptance.limits import verdict
 from validation.acceptance.measurements import Acceptance
-from validation.acceptance.sheet import pdf_bytes, picture
 from validation.figures.png import frames_bytes
 from validation.intervals import counted
+from validation.report.certificate import WORDS, Occasion, page_html
+from validation.report.certificate_sheet import pdf_bytes, picture
 from validation.report.page import PAGE, Picture, Section, figure_html, write_report
 
 SHEET = "certificate.pdf"

@@ -11,16 +11,6 @@ from matplotlib.figure import Figure
 
 from sensor.toml import Pair
 from sensor.unit import UnitCard
-from validation.acceptance.certificate import (
-    WORDS,
-    Occasion,
-    failures,
-    lead,
-    lines,
-    not_measured,
-    origin,
-    remarks,
-)
 from validation.acceptance.gel import SMOOTHING_PX, smooth
 from validation.acceptance.limits import GROUPS, Grade, verdict
 from validation.acceptance.measurements import Acceptance
@@ -37,6 +27,16 @@ from validation.figures.maps import (
     size_mm,
 )
 from validation.figures.style import BLUE, INK, ORANGE, RED, SOFT, spell_out, styled
+from validation.report.certificate import (
+    WORDS,
+    Occasion,
+    failures,
+    lead,
+    lines,
+    not_measured,
+    origin,
+    remarks,
+)
 
 COLORS: dict[Grade, str] = {"A": BLUE, "B": ORANGE, "fail": RED}
 PAGE_IN = (8.27, 11.69)
