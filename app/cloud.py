@@ -191,7 +191,7 @@ def _row(frame: UnitFrame, touch: "Reconstruction", cloud: "PointCloud") -> dict
         "contact": contact_word(patches),
         "patches": [asdict(patch) for patch in patches],
         "in_shadow": float(touch.shadow[touch.contact].mean()) if touching else 0.0,
-        "deepest_mm": float(touch.depth_mm.max()),
+        "deepest_mm": touch.deepest_mm,
         "sigma_mm": None if np.isnan(sigma_mm) else sigma_mm,
         "markers": touch.markers,
     }

@@ -114,13 +114,11 @@ def _write(out: Path, stem: str, result: "Reconstruction") -> None:
 
 def _row(name: str, result: "Reconstruction", remark: str, depth: Path) -> dict[str, Any]:
     """What is said of an image in JSON."""
-    import numpy as np
-
     return {
         "image": name,
-        "deepest_mm": float(result.depth_mm.max()),
+        "deepest_mm": result.deepest_mm,
         "deepest_sigma_mm": None if remark else _sigma_of_deepest_mm(result),
-        "contact_mm2": float(result.contact.sum() * np.prod(result.mm_per_px)),
+        "contact_mm2": result.contact_mm2,
         "boundary": result.boundary,
         "markers": result.markers,
         "depth": str(depth),
@@ -147,11 +145,14 @@ def _deepest_cell(deepest_mm: float, sigma_mm: float | None) -> str:
 
 
 def _sigma_of_deepest_mm(result: "Reconstruction") -> float | None:
+    import numpy as np
+
     from recon.cloud import expected_error_mm
 
-    if result.slope_error is None:
+    if result.slope_error is None or not result.contact.any():
         return None
-    return float(expected_error_mm(result).flat[result.depth_mm.argmax()])
+    deepest = np.where(result.contact, result.depth_mm, -np.inf).argmax()
+    return float(expected_error_mm(result).flat[deepest])
 
 
 def _within(doubt: "np.ndarray", contact: "np.ndarray") -> float:

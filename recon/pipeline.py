@@ -4,76 +4,29 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float32
 
-from recon.arrays import ContactMask, DepthMap, Difference, Frame, GradientField
+from recon.arrays import ContactMask, Difference, Frame
 from recon.calibration import Calibration, load_calibration
-from recon.contact.mask import contact_mask, disturbed_mask
-from recon.contact.patches import ContactPatch, contact_patches
-from recon.contact.shadows import cast_shadows
+from recon.contact.mask import disturbed_mask
 from recon.depth import depth_of
-from recon.depth_error import slope_error
 from recon.estimators import GradientEstimator, gradient_field
-from recon.integration.poisson import Boundary
 from recon.markers.detection import unexpected_dots
 from recon.markers.filling import fill_gradients
-from recon.markers.tracking import Tracked, marker_tracker, misfit
+from recon.markers.tracking import marker_tracker, misfit
+from recon.touched import Touched
 from sensor.toml import Pair
 from sensor.unit import MissingAxis
 
 
 @dataclass(frozen=True, kw_only=True)
-class Reconstruction:
+class Reconstruction(Touched):
     """What one frame says."""
 
-    difference: Difference
-    """(h, w, 3) float32: unwarped frame minus unwarped background, in shares of full scale."""
-    gradient: GradientField
-    """(h, w, 2): slopes of the depth along x and y, mm/mm."""
-    depth_mm: DepthMap
-    """(h, w) float32, mm, positive where pushed in; noise may leave some below zero."""
-    disturbed: ContactMask
-    """(h, w): where the colour changed."""
-    boundary: Boundary
-    """``"dirichlet"``: the border was held at zero; ``"neumann"``: left free as gel moved there."""
-    mm_per_px: Pair
-    """Pixel pitch along x and y."""
-    lights_deg: Mapping[str, float] | None = None
-    """Where the lights sit; ``None`` where nobody said."""
-    doubt: Float32[np.ndarray, "h w"] | None = None
-    """How far off an inferred slope is expected to be, mm/mm; ``None`` where both were measured."""
-    estimator: GradientEstimator | None = None
-    """That read the slopes; ``None`` where nobody said."""
-    dots: Tracked | None = None
-    """Of a marker gel: where each dot is now."""
     markers: str = "none"
     """A word on the dots: "none", "tracked", "jumped", "lost", or what does not fit the unit."""
-
-    @cached_property
-    def contact(self) -> ContactMask:
-        """Where something touches; worked out when first asked for."""
-        return contact_mask(self.disturbed, self.depth_mm, self.gradient, self.mm_per_px)
-
-    @property
-    def patches(self) -> tuple[ContactPatch, ...]:
-        """The separate places of contact, the largest first."""
-        return contact_patches(self.contact, self.depth_mm, self.mm_per_px)
-
-    @property
-    def slope_error(self) -> GradientField | None:
-        """Standard deviation expected of each slope's error; ``None`` where it is not known."""
-        return slope_error(self.estimator, self.gradient, self.lights_deg, self.doubt)
-
-    @property
-    def shadow(self) -> ContactMask:
-        """Where dented skin keeps a light off: the slopes there are to be doubted."""
-        lights = self.lights_deg or {}
-        shadows = cast_shadows(self.difference, self.depth_mm, lights, self.mm_per_px)
-        return np.asarray(shadows.any(-1))
 
 
 class Reconstructor:

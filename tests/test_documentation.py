@@ -14,7 +14,7 @@ import shlex
 import shutil
 import sys
 import tomllib
-from dataclasses import fields
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 from types import ModuleType
 
@@ -308,10 +308,17 @@ def test_the_reference_has_every_field_of_what_users_are_given(name: str) -> Non
     """It leaves out what has no docstring."""
     module, _, kind = name.rpartition(".")
     assert re.search(rf"^::: {module}$", (DOCS / "api" / "recon.md").read_text(), re.M)
+    assert "inherited_members: true" in (ROOT / "mkdocs.yml").read_text()
     given = getattr(importlib.import_module(module), kind)
-    (made,) = ast.parse(inspect.getsource(given)).body
+    said = set().union(*(_fields_said(base) for base in given.__mro__ if is_dataclass(base)))
+    assert said == {field.name for field in fields(given)}
+
+
+def _fields_said(kind: type) -> set[str]:
+    """The fields of a class's own that have a docstring."""
+    (made,) = ast.parse(inspect.getsource(kind)).body
     assert isinstance(made, ast.ClassDef)
-    said = {
+    return {
         field.target.id
         for field, after in itertools.pairwise(made.body)
         if isinstance(field, ast.AnnAssign)
@@ -319,7 +326,6 @@ def test_the_reference_has_every_field_of_what_users_are_given(name: str) -> Non
         and isinstance(after, ast.Expr)
         and isinstance(after.value, ast.Constant)
     }
-    assert said == {field.name for field in fields(given)}
 
 
 @pytest.fixture

@@ -88,7 +88,7 @@ def force_curve(clip: Dataset, lent: Lent) -> ForceCurve:
             mm_per_px=clip.card.mm_per_px,
         )
         area = float(disturbed_mask(touch.difference).sum() * np.prod(touch.mm_per_px))
-        rows.append((forces[index], area, float(touch.depth_mm[touch.contact].max(initial=0))))
+        rows.append((forces[index], area, touch.deepest_mm))
     force, area_mm2, deepest = np.array(rows).T
     return ForceCurve(name=clip.card.name, force_n=force, area_mm2=area_mm2, deepest_mm=deepest)
 

@@ -299,7 +299,7 @@ class Watcher:
         contact, deepest_mm = touch.contact, touch.deepest_mm
         before_mm = self.glimpse.scale_mm if self.glimpse else LEAST_SCALE_MM
         scale_mm = max(LEAST_SCALE_MM, 1.1 * deepest_mm, 0.985 * before_mm)
-        contact_mm2 = float(contact.sum() * pitch_mm[0] * pitch_mm[1])
+        contact_mm2 = touch.contact_mm2
         kept = self.history[1 - HISTORY_LENGTH :]
         self.history = (*kept, (taken_s, deepest_mm, contact_mm2))
         assert self._follower is not None

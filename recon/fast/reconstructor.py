@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from threading import Lock
 
@@ -14,13 +14,10 @@ import cv2
 import numpy as np
 from jaxtyping import Float32
 
-from recon.arrays import ContactMask, DepthMap, Difference, Frame, GradientField, Unwarped
+from recon.arrays import ContactMask, DepthMap, Frame, Unwarped
 from recon.calibration import Calibration, load_calibration
 from recon.contact.mask import boundary_of, contact_mask, disturbed_in
-from recon.contact.patches import ContactPatch, contact_patches
-from recon.contact.shadows import cast_shadows
 from recon.depth import Depth, depth_of, fewer_px, untouched_depth
-from recon.depth_error import slope_error
 from recon.estimators import gradient_field
 from recon.estimators.default import Default
 from recon.estimators.mlp import Mlp
@@ -46,11 +43,12 @@ from recon.integration.poisson import Boundary
 from recon.integration.weighed import resting, shorter_side_mm
 from recon.lights import Axis, unseen_axis
 from recon.markers.detection import unexpected_dots
-from recon.markers.tracking import Tracked, marker_tracker, misfit
+from recon.markers.tracking import marker_tracker, misfit
 from recon.missing_axis.moved import MARGIN_PX, widest_support
 from recon.still import without_still
 from recon.stream.frame import TimedFrame
 from recon.stream.jpeg import decode_jpeg
+from recon.touched import Touched
 from sensor.errors import WedgeError
 from sensor.toml import Pair
 
@@ -62,68 +60,24 @@ BESIDE_RESIZED = 1
 
 
 @dataclass(frozen=True, kw_only=True)
-class Touch:
+class Touch(Touched):
     """What one frame says. The arrays are overwritten by the next frame: copy what you keep."""
 
-    difference: Difference
-    """(h, w, 3) float32: unwarped frame minus unwarped background, in shares of full scale."""
-    gradient: GradientField
-    """(h, w, 2): slopes of the depth along x and y, mm/mm."""
-    depth_mm: DepthMap
-    """(h, w) float32, mm, positive where pushed in; noise may leave some below zero."""
-    boundary: Boundary
-    """``"dirichlet"``: the border was held at zero; ``"neumann"``: left free as gel moved there."""
-    mm_per_px: Pair
-    """Pixel pitch along x and y."""
     disturbed: ContactMask | QuarterMask
-    """Of as many pixels as the frame, or of its quarter."""
-    calibration: Calibration
-    """Of the unit."""
+    """Where the colour changed; of as many pixels as the frame, or of its quarter."""
     blank: Unwarped
     """The unwarped blank frame."""
     misfit: str
     """What is wrong where it and the unit disagree about dots; else empty."""
-    dots: Tracked | None
-    """Of a marker gel: where each dot is now."""
-    doubt: DepthMap | None = None
-    """How far off an inferred slope is expected to be, mm/mm; ``None`` where none was."""
 
-    @property
-    def slope_error(self) -> GradientField | None:
-        """Standard deviation expected of each slope's error; ``None`` where it is not known."""
-        unit = self.calibration
-        return slope_error(unit.estimator, self.gradient, unit.card.lights_deg, self.doubt)
-
-    @property
-    def deepest_mm(self) -> float:
-        """The largest depth where something touches; 0 where nothing does."""
-        return float(self.depth_mm[self.contact].max(initial=0))
-
-    @property
+    @cached_property
     def contact(self) -> ContactMask:
-        """Where something touches; worked out when asked for."""
+        """Where something touches; worked out when first asked for."""
         height, width = self.depth_mm.shape
         disturbed = self.disturbed
         if disturbed.shape != self.depth_mm.shape:
             disturbed = in_pixels(disturbed, (width, height))
         return contact_mask(disturbed, self.depth_mm, self.gradient, self.mm_per_px)
-
-    @property
-    def contact_mm2(self) -> float:
-        """Area of the contact."""
-        return float(self.contact.sum() * self.mm_per_px[0] * self.mm_per_px[1])
-
-    @property
-    def patches(self) -> tuple[ContactPatch, ...]:
-        """The separate places of contact, the largest first."""
-        return contact_patches(self.contact, self.depth_mm, self.mm_per_px)
-
-    @property
-    def shadow(self) -> ContactMask:
-        """Where dented skin keeps a light off: the slopes there are to be doubted."""
-        lights = self.calibration.card.lights_deg or {}
-        shadows = cast_shadows(self.difference, self.depth_mm, lights, self.mm_per_px)
-        return np.asarray(shadows.any(-1))
 
     @property
     def markers(self) -> str:
@@ -269,7 +223,8 @@ class FastReconstructor:
             Touch,
             difference=np.moveaxis(difference, 0, -1),
             mm_per_px=self.calibration.card.mm_per_px,
-            calibration=self.calibration,
+            lights_deg=self.calibration.card.lights_deg,
+            estimator=self.calibration.estimator,
             blank=self._blank,
             misfit=self._misfit,
             dots=dots,

@@ -391,7 +391,7 @@ def test_where_it_touches_is_worked_out_once_and_only_when_asked(loop, monkeypat
         asked.append(maps)
         return contact_mask(*maps)
 
-    monkeypatch.setattr("recon.pipeline.contact_mask", counted)
+    monkeypatch.setattr("recon.touched.contact_mask", counted)
     found = Reconstructor.load(unit, background)(frame)
     assert not asked
     assert found.contact.any()

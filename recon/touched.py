@@ -1,0 +1,78 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What one frame says of the skin, and what follows from it: the same of every way to depth."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Bool
+
+from recon.arrays import ContactMask, DepthMap, Difference, GradientField
+from recon.contact.mask import contact_mask
+from recon.contact.patches import ContactPatch, contact_patches
+from recon.contact.shadows import cast_shadows
+from recon.depth_error import slope_error
+from recon.estimators import GradientEstimator
+from recon.integration.poisson import Boundary
+from recon.markers.tracking import Tracked
+from sensor.toml import Pair
+
+
+@dataclass(frozen=True, kw_only=True)
+class Touched:
+    """The skin in one frame."""
+
+    difference: Difference
+    """(h, w, 3) float32: unwarped frame minus unwarped background, in shares of full scale."""
+    gradient: GradientField
+    """(h, w, 2): slopes of the depth along x and y, mm/mm."""
+    depth_mm: DepthMap
+    """(h, w) float32, mm, positive where pushed in; noise may leave some below zero."""
+    disturbed: Bool[np.ndarray, "_ _"]
+    """(h, w): where the colour changed."""
+    boundary: Boundary
+    """``"dirichlet"``: the border was held at zero; ``"neumann"``: left free as gel moved there."""
+    mm_per_px: Pair
+    """Pixel pitch along x and y."""
+    lights_deg: Mapping[str, float] | None = None
+    """Where the lights sit; ``None`` where nobody said."""
+    estimator: GradientEstimator | None = None
+    """That read the slopes; ``None`` where nobody said."""
+    doubt: DepthMap | None = None
+    """How far off an inferred slope is expected to be, mm/mm; ``None`` where both were measured."""
+    dots: Tracked | None = None
+    """Of a marker gel: where each dot is now."""
+
+    @cached_property
+    def contact(self) -> ContactMask:
+        """Where something touches; worked out when first asked for."""
+        return contact_mask(self.disturbed, self.depth_mm, self.gradient, self.mm_per_px)
+
+    @property
+    def deepest_mm(self) -> float:
+        """The largest depth where something touches; 0 where nothing does."""
+        return float(self.depth_mm[self.contact].max(initial=0))
+
+    @property
+    def contact_mm2(self) -> float:
+        """Area of the contact."""
+        return float(self.contact.sum() * self.mm_per_px[0] * self.mm_per_px[1])
+
+    @property
+    def patches(self) -> tuple[ContactPatch, ...]:
+        """The separate places of contact, the largest first."""
+        return contact_patches(self.contact, self.depth_mm, self.mm_per_px)
+
+    @property
+    def slope_error(self) -> GradientField | None:
+        """Standard deviation expected of each slope's error; ``None`` where it is not known."""
+        return slope_error(self.estimator, self.gradient, self.lights_deg, self.doubt)
+
+    @property
+    def shadow(self) -> ContactMask:
+        """Where dented skin keeps a light off: the slopes there are to be doubted."""
+        lights = self.lights_deg or {}
+        shadows = cast_shadows(self.difference, self.depth_mm, lights, self.mm_per_px)
+        return np.asarray(shadows.any(-1))
