@@ -11,8 +11,8 @@ from recon.arrays import ContactMask, DepthMap, Frame, GradientField, Unwarped
 from recon.calibration import Calibration
 from recon.cloud import Skin
 from recon.integration.poisson import Boundary
-from recon.markers.detection import unexpected_dots
-from recon.markers.tracking import Tracked, marker_tracker, misfit
+from recon.markers.tracking import Tracked
+from recon.markers.watch import DotWatch
 from recon.plausible import STRANGE, doubt_word
 from recon.pose.estimate import PoseEstimate
 from recon.pose.tracker import Tracker
@@ -79,11 +79,10 @@ class Follower:
         """
         self._unit, self._unwarp = unit, unit.unwarp
         self._blank = self._unwarp(unit.background if background is None else background)
-        self._find_dots = marker_tracker(self._blank)
+        self._watch = DotWatch(self._blank, unit.card.markers)
         self._dots: Tracked | None = None
         self._before: Frame | None = None
-        self._misfit = misfit(unit.card.markers, self._find_dots)
-        self._unexpected = ""
+        self._unexpected = "none"
         self._looked_s = 0.0
         self._track = Tracker()
         self._object_number = 0
@@ -107,13 +106,9 @@ class Follower:
         )
         image = self._unwarp(frame)
         still = self._before is not None and np.array_equal(self._before, frame)
-        if self._find_dots is not None:
-            self._dots = self._find_dots.track(image, self._dots)
-        elif not self._misfit and (not self._unexpected or now_s - self._looked_s > LOOK_AGAIN_S):
-            self._unexpected, self._looked_s = unexpected_dots(image, self._blank), now_s
-        word = "none" if self._dots is None else self._dots.word
-        if word != "lost":  # which no blank frame can tell
-            word = self._misfit or self._unexpected or word
+        if self._watch.tracker is not None:
+            self._dots = self._watch.tracker.track(image, self._dots)
+        word = self._watch.word(self._dots) or self._word_on_unexpected(image, now_s)
         self._before = frame.copy()
         doubt = doubt_word(kept, self._unit)
         found = followed(self._track, kept, doubt)
@@ -130,6 +125,11 @@ class Follower:
             markers=word,
             doubt=doubt,
         )
+
+    def _word_on_unexpected(self, image: Unwarped, now_s: float) -> str:
+        if self._unexpected == "none" or now_s - self._looked_s > LOOK_AGAIN_S:
+            self._unexpected, self._looked_s = self._watch.unexpected(image), now_s
+        return self._unexpected
 
 
 def followed(track: Tracker, touch: Skin, doubt: str) -> PoseEstimate:

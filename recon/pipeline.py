@@ -13,9 +13,8 @@ from recon.calibration import Calibration, load_calibration
 from recon.contact.mask import disturbed_mask
 from recon.depth import depth_of
 from recon.estimators import GradientEstimator, gradient_field
-from recon.markers.detection import unexpected_dots
 from recon.markers.filling import fill_gradients
-from recon.markers.tracking import marker_tracker, misfit
+from recon.markers.watch import DotWatch
 from recon.touched import Touched
 from sensor.toml import Pair
 from sensor.unit import MissingAxis
@@ -51,8 +50,7 @@ class Reconstructor:
         self.calibration = calibration
         self.unwarp = calibration.unwarp
         self._blank = self.unwarp(calibration.background if background is None else background)
-        self._tracker = marker_tracker(self._blank)
-        self._misfit = misfit(calibration.card.markers, self._tracker)
+        self._watch = DotWatch(self._blank, calibration.card.markers)
 
     @classmethod
     def load(cls, folder: str | Path, background: Frame | None = None) -> "Reconstructor":
@@ -71,13 +69,12 @@ class Reconstructor:
         """
         card = self.calibration.card
         image = self.unwarp(frame)
-        difference, dots, hidden, word = image - self._blank, None, None, self._misfit
-        if self._tracker is not None:
-            dots = self._tracker.track(image)
-            hidden = self._tracker.hidden(dots)
+        difference, dots, hidden = image - self._blank, None, None
+        tracker = self._watch.tracker
+        if tracker is not None:
+            dots = tracker.track(image)
+            hidden = tracker.hidden(dots)
             difference = fill_gradients(difference, hidden, "harmonic")
-        elif not word:
-            word = unexpected_dots(image, self._blank)
         found = reconstruct(
             difference,
             self.calibration.estimator,
@@ -86,7 +83,7 @@ class Reconstructor:
             mm_per_px=card.mm_per_px,
             hidden=hidden,
         )
-        word = word or ("none" if dots is None else dots.word)
+        word = self._watch.word(dots) or self._watch.unexpected(image)
         return replace(found, dots=dots, markers=word)
 
 

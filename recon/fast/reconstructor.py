@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from jaxtyping import Float32
 
-from recon.arrays import ContactMask, DepthMap, Frame, Unwarped
+from recon.arrays import ContactMask, DepthMap, Frame
 from recon.calibration import Calibration, load_calibration
 from recon.contact.mask import boundary_of, contact_mask, disturbed_in
 from recon.depth import Depth, depth_of, fewer_px, untouched_depth
@@ -42,8 +42,7 @@ from recon.fast.weighing import FrameWeighing
 from recon.integration.poisson import Boundary
 from recon.integration.weighed import resting, shorter_side_mm
 from recon.lights import Axis, unseen_axis
-from recon.markers.detection import unexpected_dots
-from recon.markers.tracking import marker_tracker, misfit
+from recon.markers.watch import DotWatch
 from recon.missing_axis.moved import MARGIN_PX, widest_support
 from recon.still import without_still
 from recon.stream.frame import TimedFrame
@@ -65,10 +64,8 @@ class Touch(Touched):
 
     disturbed: ContactMask | QuarterMask
     """Where the colour changed; of as many pixels as the frame, or of its quarter."""
-    blank: Unwarped
-    """The unwarped blank frame."""
-    misfit: str
-    """What is wrong where it and the unit disagree about dots; else empty."""
+    watch: DotWatch
+    """Of the gel's dots."""
 
     @cached_property
     def contact(self) -> ContactMask:
@@ -82,11 +79,8 @@ class Touch(Touched):
     @property
     def markers(self) -> str:
         """A word on the dots, as ``Reconstruction.markers``; worked out when asked for."""
-        if self.misfit:
-            return self.misfit
-        if self.dots is not None:
-            return self.dots.word
-        return unexpected_dots(self.difference + self.blank, self.blank) or "none"
+        watch = self.watch
+        return watch.word(self.dots) or watch.unexpected(self.difference + watch.blank)
 
 
 class FastReconstructor:
@@ -129,9 +123,9 @@ class FastReconstructor:
         card, unwarp = calibration.card, calibration.unwarp
         self._unwarp = unwarp
         blank = unwarp(calibration.background if background is None else background)
-        tracker = marker_tracker(blank)
+        self._watch = DotWatch(blank, card.markers)
+        tracker = self._watch.tracker
         self._dots = None if tracker is None else FrameDots(tracker, blank)
-        self._blank, self._misfit = blank, misfit(card.markers, tracker)
         # Dots on slopes of which one is not seen are filled in another way: ``recon.depth`` knows.
         inferred = card.missing_axis != "none" or self._dots is not None
         self._unseen = unseen_axis(card.lights_deg, card.channels) if inferred else None
@@ -225,8 +219,7 @@ class FastReconstructor:
             mm_per_px=self.calibration.card.mm_per_px,
             lights_deg=self.calibration.card.lights_deg,
             estimator=self.calibration.estimator,
-            blank=self._blank,
-            misfit=self._misfit,
+            watch=self._watch,
             dots=dots,
         )
         if self._unseen is not None:

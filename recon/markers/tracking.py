@@ -7,7 +7,6 @@ the dot; a dot without such a spot is not seen, and is carried along by its neig
 shows again: behind an object's edge, or beyond the frame's.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -219,20 +218,6 @@ def marker_tracker(blank: Unwarped) -> MarkerTracker | None:
     """Follows the dots of a gel; ``None`` where its blank frame shows none."""
     markers = find_markers(blank)
     return None if markers is None else MarkerTracker(markers, blank)
-
-
-def misfit(recorded: Mapping[str, int | float] | None, found: MarkerTracker | None) -> str:
-    """What is wrong where a unit's record and a blank frame disagree about dots; else empty.
-
-    Args:
-        recorded: the card's ``markers``.
-        found: on the blank frame.
-    """
-    if recorded is not None and found is None:
-        return f"none, but the unit has {recorded['count']:g}: is this its gel, in focus?"
-    if recorded is None and found is not None:
-        return f"{len(found.markers)} dots, but the unit was calibrated without: calibrate it anew"
-    return ""
 
 
 def _match(

@@ -242,6 +242,7 @@ MARKED, PLAIN = (in_bytes(image) for image in (dotted(grid_px()), pad()))
         (None, PLAIN, PLAIN, "none"),
         (None, PLAIN, MARKED, "but the blank frame has none"),
         (None, MARKED, MARKED, "but the unit was calibrated without"),
+        (None, MARKED, PLAIN, "lost"),
         ({"count": 60.0}, PLAIN, PLAIN, "but the unit has 60"),
         ({"count": 60.0}, MARKED, in_bytes(dotted(grid_px() + 2, seed=1)), "tracked"),
         ({"count": 60.0}, MARKED, PLAIN, "lost"),
