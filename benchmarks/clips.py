@@ -9,20 +9,22 @@ rough; a motion and its way back can still be compared.
 """
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
 from recon.arrays import Frame
 from recon.calibration import Calibration, calibrate
-from recon.pipeline import Reconstruction, Reconstructor
+from recon.pipeline import Reconstruction
 from recon.pose.estimate import PoseEstimate
 from recon.pose.registration import contact_points
 from recon.pose.rigid import angle_deg, applied, inverse
 from recon.pose.tracker import Tracker
 from recon.presses import read_presses
 from sensor.dataset import read_dataset
+from sensor.toml import Pair
 from validation.datasets import dataset_folder, shared_folder
 from validation.importers import wedge_mit
 
@@ -37,29 +39,49 @@ WATCHED_FRAMES = 8
 
 
 @dataclass(frozen=True, kw_only=True)
+class Grip:
+    """Frames of a clip by their numbers."""
+
+    first: int
+    """The first at which the gripper presses firmly,"""
+    last: int
+    """and the last."""
+    left: int
+    """The first after the object has left."""
+
+    def since(self, begin: int) -> "Grip":
+        """The same, counted from a frame."""
+        return Grip(first=self.first - begin, last=self.last - begin, left=self.left - begin)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Seen:
+    """A frame as reconstructed."""
+
+    touch: Reconstruction
+    doubt: str = ""
+    """Why its depth means little, where that was asked."""
+
+
+Follow = Callable[[Tracker, Iterable[Seen]], Sequence[PoseEstimate]]
+"""What is made of frames with a tracker: a pose for each."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class ThereAndBack:
     """One clip, followed in both directions."""
 
-    name: str
-    frames: int
+    firm: Sequence[PoseEstimate]
     """While the gripper presses firmly."""
-    apart_deg: float
-    """Between the first firm frame's pose and what the way back makes of it."""
-    apart_mm: float
-    """Of the middle of the contact."""
-    stated_deg: float
-    """Standard deviation that the way back states for its end; infinite where it is lost."""
-    stated: str
-    """Its state there."""
-    returned_deg: float
-    """The same by one tracker that goes there and back, and so meets its keyframes again."""
-    returned_mm: float
-    gone: int
-    """Frames after the object has left."""
-    gone_lost: int
-    """Of these, reported as lost."""
-    touches: Sequence[Reconstruction]
-    forward: Sequence[PoseEstimate]
+    gone: Sequence[PoseEstimate]
+    """After the object has left."""
+    returned: Pair
+    """Degrees, and mm of the middle of the contact, between the poses of the first firm frame, by
+    one tracker that goes there and back and so meets its keyframes again. Infinite without both."""
+    returned_anew: Pair
+    """The same by a tracker that starts anew at the last firm frame and goes back alone."""
+    anew: PoseEstimate
+    """What that says at its end."""
 
 
 def learnt_elsewhere(estimator: str = "mlp") -> Calibration:
@@ -78,7 +100,6 @@ def learnt_elsewhere(estimator: str = "mlp") -> Calibration:
 
 def borrowed(unit: Calibration, frame: Frame) -> Calibration:
     """A unit's colours with the clips' geometry and a clip's blank frame."""
-    source = shared_folder() / "wedge-mit" / wedge_mit.CORNERS_FILE
     width, height = (
         round(side / pitch)
         for side, pitch in zip(wedge_mit.PAD_SIZE_MM, wedge_mit.MM_PER_PX, strict=True)
@@ -88,69 +109,59 @@ def borrowed(unit: Calibration, frame: Frame) -> Calibration:
         mm_per_px=wedge_mit.MM_PER_PX,
         frame_size_px=(frame.shape[1], frame.shape[0]),
         size_px=(width, height),
-        corners_px=wedge_mit._corners_px(source),
+        corners_px=wedge_mit.pad_corners_px(_source()),
         pad_size_mm=wedge_mit.PAD_SIZE_MM,
         markers=None,
     )
     return replace(unit, card=card, background=frame)
 
 
-def clip(name: str) -> tuple[list[Frame], list[float]]:
-    """The frames of a clip, raw, and the force in N at each."""
-    known = next(item for item in wedge_mit.CLIPS if item.name == name)
-    folder = shared_folder() / "wedge-mit"
-    with (folder / f"{known.path}_force_width.csv").open(newline="") as stream:
+def clip(name: str) -> tuple[list[Frame], Grip]:
+    """The frames of a clip, raw, until its object has left and some more, and which are which."""
+    known, source = next(item for item in wedge_mit.CLIPS if item.name == name), _source()
+    with wedge_mit.force_file(known, source).open(newline="") as stream:
         force = [abs(float(row["force_N"])) for row in csv.DictReader(stream)]
-    return list(wedge_mit._frames(folder / f"{known.path}.avi")), force
-
-
-def grip(force: Sequence[float]) -> tuple[int, int, int]:
-    """The first and the last firm frame, and the first after the object has left."""
     firm = [index for index, value in enumerate(force) if value >= FIRM_N]
     left = next(i for i in range(firm[-1], len(force)) if force[i] < GONE_N) + GONE_FRAMES
-    return firm[0], firm[-1], left
+    frames = list(wedge_mit.clip_frames(known, source))[: left + WATCHED_FRAMES]
+    return frames, Grip(first=firm[0], last=firm[-1], left=left)
 
 
-def there_and_back(name: str, unit: Calibration, tracker: str = "joint") -> ThereAndBack:
-    """Follow a clip while the gripper presses firmly, go on until the end, and follow it back.
+def by_tracker_alone(track: Tracker, frames: Iterable[Seen]) -> list[PoseEstimate]:
+    """Poses of frames of which `wedge track` would doubt some: see ``followed_clips`` for these."""
+    return [track(seen.touch) for seen in frames]
 
-    By the tracker alone, which also gets frames that `wedge track` would doubt: for these see
-    ``benchmarks.followed_clips``.
+
+def there_and_back(frames: Sequence[Seen], grip: Grip, follow: Follow) -> ThereAndBack:
+    """Follow a clip from its first frame to its end, and from the last firm frame back.
+
+    Args:
+        frames: of the clip, from the one with which to begin.
+        grip: counted from there.
+        follow: gives the poses.
     """
-    frames, force = clip(name)
-    first, last, left = grip(force)
-    reconstruct = Reconstructor(borrowed(unit, frames[0]))
-    touches = [reconstruct(frame) for frame in frames[first : left + WATCHED_FRAMES]]
-    held = last - first + 1
-    track = Tracker(tracker)
-    forward = [track(touch) for touch in touches]
-    again = Tracker(tracker, T_sensor_object=forward[held - 1].T_sensor_object)
-    backward = [again(touch) for touch in touches[held - 1 :: -1]]
-    both_ways = Tracker(tracker)
-    there_again = [both_ways(touch) for touch in (*touches[:held], *touches[held - 2 :: -1])]
-    apart_deg, apart_mm = apart(touches[0], forward[0], backward[-1])
-    returned_deg, returned_mm = apart(touches[0], there_again[0], there_again[-1])
-    gone = forward[left - first :]
+    there = follow(Tracker(), frames)
+    firm, back = there[grip.first : grip.last + 1], frames[grip.first : grip.last + 1][::-1]
+    both_ways = follow(Tracker(), [*frames[: grip.last + 1], *back[1:]])
+    anew = follow(Tracker(T_sensor_object=firm[-1].T_sensor_object), back)
+    touch = frames[grip.first].touch
     return ThereAndBack(
-        name=name,
-        frames=held,
-        apart_deg=apart_deg,
-        apart_mm=apart_mm,
-        stated_deg=backward[-1].rotation_std_deg,
-        stated=backward[-1].state,
-        returned_deg=returned_deg,
-        returned_mm=returned_mm,
-        gone=len(gone),
-        gone_lost=sum(item.state == "lost" for item in gone),
-        touches=touches,
-        forward=forward,
+        firm=firm,
+        gone=there[grip.left :],
+        returned=_apart(touch, both_ways[grip.first], both_ways[-1]),
+        returned_anew=_apart(touch, firm[0], anew[-1]),
+        anew=anew[-1],
     )
 
 
-def apart(touch: Reconstruction, one: PoseEstimate, other: PoseEstimate) -> tuple[float, float]:
+def _apart(touch: Reconstruction, one: PoseEstimate, other: PoseEstimate) -> Pair:
     """Angle between two poses, and how far apart they put the middle of a touch."""
     if one.T_sensor_object is None or other.T_sensor_object is None:
         return np.inf, np.inf
     between = other.T_sensor_object @ inverse(one.T_sensor_object)
     middle = contact_points(touch).mean(0)
     return angle_deg(between), float(np.linalg.norm(applied(between, middle) - middle))
+
+
+def _source() -> Path:
+    return shared_folder() / "wedge-mit"

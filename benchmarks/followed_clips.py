@@ -12,21 +12,12 @@ back alone by a tracker that starts there anew.
 """
 
 import argparse
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
 
-from benchmarks.clips import (
-    CLIPS,
-    WATCHED_FRAMES,
-    apart,
-    borrowed,
-    clip,
-    grip,
-    learnt_elsewhere,
-)
+from benchmarks.clips import CLIPS, Seen, borrowed, clip, learnt_elsewhere, there_and_back
 from recon.calibration import Calibration
 from recon.follower import doubted, followed
-from recon.pipeline import Reconstruction, Reconstructor
+from recon.pipeline import Reconstructor
 from recon.plausible import doubt_word
 from recon.pose.estimate import PoseEstimate
 from recon.pose.tracker import Tracker
@@ -34,35 +25,8 @@ from recon.pose.tracker import Tracker
 ESTIMATORS = ("mlp", "default")
 
 
-@dataclass(frozen=True, kw_only=True)
-class Followed:
-    """What was said of one clip."""
-
-    begin: int
-    """The first frame that was followed."""
-    firm: int
-    """Frames while the gripper presses firmly,"""
-    doubted: int
-    """of these, whose depth means little, as is said,"""
-    posed: int
-    """and with a pose."""
-    returned: tuple[float, float]
-    """Degrees and mm between the poses of the first firm frame; infinite without both."""
-    returned_anew: tuple[float, float]
-    after: int
-    """Frames with a pose after the object has left, of ``WATCHED_FRAMES``."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Seen:
-    """A frame as reconstructed."""
-
-    touch: Reconstruction
-    doubt: str
-
-
-def follow(track: Tracker, frames: Iterable[Seen]) -> list[PoseEstimate]:
-    """Poses, as the command gives them."""
+def as_the_command(track: Tracker, frames: Iterable[Seen]) -> list[PoseEstimate]:
+    """Poses, as `wedge track` gives them."""
     return [
         doubted(
             followed(track, seen.touch, seen.doubt),
@@ -74,33 +38,24 @@ def follow(track: Tracker, frames: Iterable[Seen]) -> list[PoseEstimate]:
     ]
 
 
-def follow_clip(name: str, unit: Calibration) -> list[Followed]:
-    """One clip from its first frame, and from the first firm one."""
-    frames, force = clip(name)
-    first, last, left = grip(force)
+def rows(name: str, unit: Calibration) -> Iterator[list[str]]:
+    """What is said of one clip from its first frame, and from the first firm one."""
+    frames, grip = clip(name)
     lent = borrowed(unit, frames[0])
     reconstruct = Reconstructor(lent)
-    touches = [reconstruct(frame) for frame in frames[: left + WATCHED_FRAMES]]
+    touches = [reconstruct(frame) for frame in frames]
     seen = [Seen(touch=touch, doubt=doubt_word(touch, lent)) for touch in touches]
-    return [_followed(seen, begin, (first, last, left)) for begin in (0, first)]
+    firm = seen[grip.first : grip.last + 1]
+    for begin in (0, grip.first):
+        found = there_and_back(seen[begin:], grip.since(begin), as_the_command)
+        counts = (begin, len(firm), sum(bool(item.doubt) for item in firm), _posed(found.firm))
+        both = found.returned, found.returned_anew
+        ways = [f"{angle:.2f}°, {shift:.2f} mm" for angle, shift in both]
+        yield [name, *map(str, counts), *ways, str(_posed(found.gone))]
 
 
-def _followed(seen: Sequence[Seen], begin: int, span: tuple[int, int, int]) -> Followed:
-    first, last, left = span
-    there = follow(Tracker(), seen[begin:])
-    firm, back = there[first - begin : last + 1 - begin], seen[first : last + 1][::-1]
-    both_ways = follow(Tracker(), [*seen[begin : last + 1], *back[1:]])
-    anew = follow(Tracker(T_sensor_object=firm[-1].T_sensor_object), back)
-    touch = seen[first].touch
-    return Followed(
-        begin=begin,
-        firm=len(firm),
-        doubted=sum(bool(item.doubt) for item in back),
-        posed=sum(item.T_sensor_object is not None for item in firm),
-        returned=apart(touch, both_ways[first - begin], both_ways[-1]),
-        returned_anew=apart(touch, firm[0], anew[-1]),
-        after=sum(item.T_sensor_object is not None for item in there[left - begin :]),
-    )
+def _posed(poses: Iterable[PoseEstimate]) -> int:
+    return sum(pose.T_sensor_object is not None for pose in poses)
 
 
 def main() -> None:
@@ -112,14 +67,8 @@ def main() -> None:
     for estimator in ESTIMATORS:
         unit = learnt_elsewhere(estimator)
         for name in CLIPS:
-            for found in follow_clip(name, unit):
-                ways = [
-                    f"{angle:.2f}°, {shift:.2f} mm"
-                    for angle, shift in (found.returned, found.returned_anew)
-                ]
-                counts = (found.begin, found.firm, found.doubted, found.posed)
-                cells = [estimator, name, *map(str, counts), *ways, str(found.after)]
-                print(" | ".join(cells), flush=True)
+            for row in rows(name, unit):
+                print(" | ".join([estimator, *row]), flush=True)
 
 
 if __name__ == "__main__":

@@ -10,9 +10,18 @@ from statistics import median
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from benchmarks.clips import CLIPS, learnt_elsewhere, there_and_back
+from benchmarks.clips import (
+    CLIPS,
+    Seen,
+    borrowed,
+    by_tracker_alone,
+    clip,
+    learnt_elsewhere,
+    there_and_back,
+)
 from benchmarks.measurement import Measurement, interleaved_ms
 from benchmarks.touches import SyntheticTouch, Thing, bead, motions, pressed, things
+from recon.pipeline import Reconstructor
 from recon.pose.estimate import PoseEstimate
 from recon.pose.pyramid import Pyramid
 from recon.pose.rigid import Transform, angle_deg, inverse, rigid, shift_mm
@@ -142,23 +151,28 @@ def _clips() -> Iterator[Measurement]:
     """Real objects, gripped and let go."""
     unit = learnt_elsewhere()
     for name in CLIPS:
-        found = there_and_back(name, unit)
-        anew = f"back by a new tracker ({found.stated}, ± {found.stated_deg:.1f}°)"
-        for way, angle, shift, bars in (
-            ("there and back", found.returned_deg, found.returned_mm, (1.0, 0.1)),
-            (anew, found.apart_deg, found.apart_mm, (None, None)),
+        frames, grip = clip(name)
+        reconstruct = Reconstructor(borrowed(unit, frames[0]))
+        touches = [Seen(touch=reconstruct(frame)) for frame in frames[grip.first :]]
+        found = there_and_back(touches, grip.since(grip.first), by_tracker_alone)
+        back_anew = (
+            f"back by a new tracker ({found.anew.state}, ± {found.anew.rotation_std_deg:.1f}°)"
+        )
+        for way, (angle, shift), bars in (
+            ("there and back", found.returned, (1.0, 0.1)),
+            (back_anew, found.returned_anew, (None, None)),
         ):
             if bars[0] is None and not np.isfinite(angle):  # it says itself that it is lost
                 continue
             yield Measurement(
-                name=f"{name}: {way}, {found.frames} frames", value=angle, unit="°", bar=bars[0]
+                name=f"{name}: {way}, {len(found.firm)} frames", value=angle, unit="°", bar=bars[0]
             )
             yield Measurement(
-                name=f"{name}: {way}, {found.frames} frames", value=shift, unit="mm", bar=bars[1]
+                name=f"{name}: {way}, {len(found.firm)} frames", value=shift, unit="mm", bar=bars[1]
             )
         yield Measurement(
-            name=f"{name}: frames with a pose after the object has left, of {found.gone}",
-            value=float(found.gone - found.gone_lost),
+            name=f"{name}: frames with a pose after the object has left, of {len(found.gone)}",
+            value=float(sum(pose.state != "lost" for pose in found.gone)),
             unit="",
             bar=0.0,
         )

@@ -73,15 +73,15 @@ def import_wedge_mit(clip: Clip, source: Path, folder: Path) -> None:
         WedgeError: the clip, its forces or the corners are missing or damaged, or the clip has
             another number of frames than the forces.
     """
-    corners_px = _corners_px(source / CORNERS_FILE)
-    video = source / f"{clip.path}.avi"
-    force = source / f"{clip.path}_force_width.csv"
+    corners_px = pad_corners_px(source)
+    video = _video(clip, source)
+    force = force_file(clip, source)
     try:
         rows = force.read_bytes()
     except OSError as error:
         raise WedgeError(f"{force} cannot be read: {error.strerror}.") from error
     count = 0
-    for index, frame in enumerate(_frames(video)):
+    for index, frame in enumerate(clip_frames(clip, source)):
         count += 1
         if index % EVERY == 0:
             write_image(folder / _frame_name(index), frame)
@@ -105,16 +105,26 @@ def import_wedge_mit(clip: Clip, source: Path, folder: Path) -> None:
     write_dataset(folder, card, labels=[])
 
 
+def force_file(clip: Clip, source: Path) -> Path:
+    """Where the clip's forces are, a row for each frame."""
+    return source / f"{clip.path}_force_width.csv"
+
+
+def _video(clip: Clip, source: Path) -> Path:
+    return source / f"{clip.path}.avi"
+
+
 def _frame_name(index: int) -> str:
     return f"frame-{index:03d}.png"
 
 
-def _frames(video: Path) -> Iterator[Frame]:
+def clip_frames(clip: Clip, source: Path) -> Iterator[Frame]:
     """The frames of a clip, RGB.
 
     Raises:
         WedgeError: the clip is missing, or yields no frame.
     """
+    video = _video(clip, source)
     if not video.is_file():
         raise WedgeError(f"{video} is missing.")
     capture = cv2.VideoCapture(str(video))
@@ -129,8 +139,13 @@ def _frames(video: Path) -> Iterator[Frame]:
         capture.release()
 
 
-def _corners_px(path: Path) -> tuple[Pair, Pair, Pair, Pair]:
-    """The pad's corners in the gel frame's order, from a table ``Name,x,y`` of the raw picture."""
+def pad_corners_px(source: Path) -> tuple[Pair, Pair, Pair, Pair]:
+    """The pad's corners in the gel frame's order, from a table ``Name,x,y`` of the raw picture.
+
+    Raises:
+        WedgeError: the table is missing or damaged.
+    """
+    path = source / CORNERS_FILE
     try:
         with path.open(encoding="utf-8-sig", newline="") as stream:
             named = {
