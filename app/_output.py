@@ -239,19 +239,19 @@ def _print_stacked(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> No
 
 def print_error_table(table: "ErrorTable") -> None:
     """Print gradient errors, depth errors and what was left out."""
-    from validation.table_text import caption, column_headings, depth_document, row_cells
+    from validation.table_text import (
+        caption,
+        column_headings,
+        depth_document,
+        depth_sentence,
+        row_cells,
+    )
 
     print_table(column_headings(), map(row_cells, table.rows))
     print(caption(table))
     for estimator, errors in table.depth.items():
         if errors:
-            depth = depth_document(errors)
-            presses = "1 press" if len(errors) == 1 else f"{len(errors)} presses"
-            print(
-                f"Depth in the contact, {estimator}, {presses} against the {depth['truth']}: "
-                f"RMSE {depth['rmse_mm']:.3f} mm, bias {depth['bias_mm']:+.3f} mm "
-                f"(peaks {depth['peak_mm']:.2f} of {depth['peak_truth_mm']:.2f} mm)."
-            )
+            print(depth_sentence(estimator, depth_document(errors)))
     print_left_out(table.left_out)
 
 

@@ -140,13 +140,12 @@ def _buildable(
 
 
 def _cells(point: "SweepPoint") -> list[str]:
-    def number(row: Any, metric: str) -> str:
-        mean, interval = f"{row.errors.values[metric]:.3f}", row.errors.ci95[metric]
-        return mean if interval is None else f"{mean} [{interval[0]:.3f}, {interval[1]:.3f}]"
+    from validation.table_text import value_cell
 
+    rows, metrics = (point.contact, point.row), ("gx_mae", "gy_mae")
     return [
         point.value,
-        *(number(row, m) for row in (point.contact, point.row) for m in ("gx_mae", "gy_mae")),
+        *(value_cell(row.errors, metric) for row in rows for metric in metrics),
         f"{point.contact.errors.mean_abs_gradient:.3f}",
         f"{100 * point.lit_area:.0f} %",
     ]

@@ -3,7 +3,7 @@
 """The error table as JSON, Markdown and HTML."""
 
 import html
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from statistics import fmean
 from typing import Any
 
@@ -84,11 +84,7 @@ def depth_document(errors: Sequence[DepthErrors]) -> dict[str, Any]:
 
 def caption(table: ErrorTable) -> str:
     """One sentence that says what the numbers of a table are."""
-    split = (
-        f"{table.folds}-fold by press, {counted(table.test)} judged"
-        if table.folds > 1
-        else f"{counted(table.train)} to learn from, {table.test} judged"
-    )
+    split = split_words(table.train, table.test, table.folds)
     brackets = remark("In brackets, the press-level bootstrap 95 % interval", table.test)
     zero = any(row.missing_axis == "zero" for row in table.rows)
     return (
@@ -98,6 +94,22 @@ def caption(table: ErrorTable) -> str:
         f"5 % of the pixels beyond 1.3 contact radii. {brackets}"
         + "; w/o network sets the unseen axis to zero" * zero
         + "."
+    )
+
+
+def split_words(train: int, test: int, folds: int) -> str:
+    """How presses were parted, in words."""
+    trained = f"{folds}-fold by press" if folds > 1 else f"trained on {counted(train)}"
+    return f"{trained}, tested on {counted(test)}"
+
+
+def depth_sentence(estimator: str, depth: Mapping[str, Any]) -> str:
+    """One sentence on an estimator's ``depth_document``."""
+    return (
+        f"Depth in the contact, {estimator}, all lights, mean over {counted(depth['n_presses'])} "
+        f"against the {depth['truth']}: RMSE {depth['rmse_mm']:.3f} mm, bias "
+        f"{depth['bias_mm']:+.3f} mm (peaks {depth['peak_mm']:.2f} of "
+        f"{depth['peak_truth_mm']:.2f} mm)."
     )
 
 
@@ -114,13 +126,13 @@ def row_cells(row: Row) -> list[str]:
         line_name(row.configuration, row.missing_axis),
         row.estimator,
         row.pixels,
-        *(_value(errors, name) for name in METRICS),
+        *(value_cell(errors, name) for name in METRICS),
         f"{errors.mean_abs_gradient:.3f}",
         f"{errors.n_pixels}",
     ]
 
 
-def _value(errors: Errors, name: str) -> str:
+def value_cell(errors: Errors, name: str) -> str:
     """A mean and, where there are presses enough, its interval."""
     digits = DIGITS[name]
     mean, interval = f"{errors.values[name]:.{digits}f}", errors.ci95[name]

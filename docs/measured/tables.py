@@ -18,16 +18,14 @@ import re
 from pathlib import Path
 from typing import Any
 
-from validation.intervals import counted, remark
+from validation.intervals import remark
+from validation.table_text import DIGITS, HEADINGS, depth_sentence, line_name, split_words
 
 HERE = Path(__file__).resolve().parent
 PAGES = (HERE.parents[1] / "README.md", HERE / "index.md", HERE / "performance.md")
 BLOCK = re.compile(r"(<!-- table: ([\w-]+)([\w+% ]*) -->\n).*?(<!-- end of table -->)", re.DOTALL)
 BENCH = re.compile(r"(<!-- bench -->\n).*?(<!-- end of bench -->)", re.DOTALL)
 NETWORK = re.compile(r"(<!-- network: ([\w-]+) -->\n).*?(<!-- end of network -->)", re.DOTALL)
-METRICS = {"gx_mae": ("Gx", 3), "gy_mae": ("Gy", 3), "theta_x_deg": ("θx [°]", 2)}
-METRICS |= {"theta_y_deg": ("θy [°]", 2)}
-STAND_INS = {"none": "", "zero": " (w/o network)", "network": " + network"}
 
 
 def filled(page: str) -> str:
@@ -59,17 +57,12 @@ def _table(dataset: str, words: list[str]) -> str:
         if {row["configuration"], row["estimator"], row["pixels"]} >= set(words)
     ]
     estimators = {row["estimator"] for row in rows}
-    headings = ["lights", "estimator", "pixels", *(name for name, _ in METRICS.values())]
-    lines = ["| " + " | ".join(headings) + " |", "|---|---|---|" + "--:|" * len(METRICS)]
+    headings = ["lights", "estimator", "pixels", *HEADINGS.values()]
+    lines = ["| " + " | ".join(headings) + " |", "|---|---|---|" + "--:|" * len(HEADINGS)]
     lines += ["| " + " | ".join(_cells(row)) + " |" for row in rows]
     lines += ["", _caption(document)]
     for depth in (one for one in document["depth"] if one["estimator"] in estimators):
-        lines += [
-            "",
-            f"Depth in the contact, {depth['estimator']}, all lights: RMSE {depth['rmse_mm']:.3f} "
-            f"mm, bias {depth['bias_mm']:+.3f} mm, mean of {counted(depth['n_presses'])}, against "
-            f"the {depth['truth']}.",
-        ]
+        lines += ["", depth_sentence(depth["estimator"], depth)]
     return "\n".join(lines) + "\n"
 
 
@@ -106,23 +99,23 @@ def _network(dataset: str) -> str:
 
 def _cells(row: dict[str, Any]) -> list[str]:
     values = []
-    for key, (_, digits) in METRICS.items():
+    for key, digits in DIGITS.items():
         ends = "–".join(f"{end:.{digits}f}" for end in row["ci95"][key] or ())
         values.append(f"{row[key]:.{digits}f}" + f"<br>{ends}" * bool(ends))
-    lights = row["configuration"] + STAND_INS[row["missing_axis"]]
+    lights = line_name(row["configuration"], row["missing_axis"])
     return [lights, row["estimator"], row["pixels"], *values]
 
 
 def _caption(document: dict[str, Any]) -> str:
     presses, folds = document["presses"], document["folds"]
-    split = f"{folds}-fold by press, " if folds > 1 else f"trained on {counted(presses['train'])}, "
+    split = split_words(presses["train"], presses["test"], folds)
     options = f" --folds {folds}" * (folds > 1) + f" --seed {document['seed']}"
     slopes = ", ".join(
         f"{value:.2f} on {pixels}" for pixels, value in document["mean_abs_gradient"].items()
     )
     intervals = remark("with the 95 % interval over presses below each", presses["test"])
     return (
-        f"Mean absolute errors ({split}tested on {counted(presses['test'])}), {intervals}. "
+        f"Mean absolute errors ({split}), {intervals}. "
         f"Mean \\|G\\| {slopes}. "
         f"Made with `wedge table {document['dataset']}{options}`."
     )

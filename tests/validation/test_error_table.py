@@ -224,8 +224,8 @@ def test_one_judged_press_has_no_interval(tmp_path, one_thread):
 
 def test_a_caption_claims_nothing_of_who_was_judged(tmp_path, one_thread):
     table = measured(tmp_path, one_thread)
-    assert "8 presses to learn from, 2 judged; seed 0" in caption(table)
-    assert "5-fold by press, 10 presses judged" in caption(replace(table, folds=5, test=10))
+    assert "trained on 8 presses, tested on 2 presses; seed 0" in caption(table)
+    assert "5-fold by press, tested on 10 presses" in caption(replace(table, folds=5, test=10))
     assert "w/o network sets the unseen axis to zero" in caption(table)
     seen = [row for row in table.rows if row.missing_axis != "zero"]
     assert "w/o network" not in caption(replace(table, rows=tuple(seen)))

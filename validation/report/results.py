@@ -36,6 +36,7 @@ from validation.report.page import (
     table_html,
     tiles_html,
 )
+from validation.table_text import split_words
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -126,11 +127,7 @@ def headline_section(results: Sequence[DatasetResults]) -> Section:
 def dataset_section(results: DatasetResults) -> Section:
     """One dataset: error tables, figures, a bad press."""
     card, table = results.dataset.card, results.table
-    split = (
-        f"{table.folds} folds by press, every press judged once"
-        if table.folds > 1
-        else f"{counted(table.train)} learnt from, {counted(table.test)} judged"
-    )
+    split = split_words(table.train, table.test, table.folds)
     about = (
         f"{results.about[:1].upper()}{results.about[1:]}: {len(results.dataset.labels)} presses of "
         f"{'a ball' if len(table.ball_radii_mm) == 1 else 'balls'} of {table.balls} radius, "
