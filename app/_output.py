@@ -4,8 +4,6 @@
 
 import csv
 import io
-import json
-import math
 import os
 import shlex
 import sys
@@ -16,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from sensor.dataset import IMAGES
+from sensor.documents import json_bytes
 from sensor.errors import WedgeError
 from sensor.files import write_atomic
 
@@ -155,17 +154,7 @@ class RowFile:
 def write_json(path: Path | None, document: dict[str, Any]) -> None:
     """Write a document where the user asked for one; what is no finite number becomes null."""
     if path is not None:
-        text = json.dumps(_finite(document), indent=2, ensure_ascii=False, allow_nan=False)
-        write_atomic(path, (text + "\n").encode())
-
-
-def _finite(value: Any) -> Any:
-    """The same with ``None`` for Infinity and NaN, which JSON does not have."""
-    if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+        write_atomic(path, json_bytes(document))
 
 
 def command_line(*words: str | Path) -> str:

@@ -10,7 +10,6 @@ twin's shapes it is the true one with white noise, judged where the skin is deep
 """
 
 import argparse
-import json
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass
@@ -34,6 +33,7 @@ from recon.missing_axis.moved import may_have_moved
 from recon.pixels import BallPress, label_pixels
 from recon.presses import read_presses
 from sensor.dataset import read_dataset
+from sensor.documents import json_bytes
 from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_atomic
 from sensor.toml import Pair
@@ -166,7 +166,7 @@ def main() -> None:
                 print(line, flush=True)
         if options.json:
             content = {"axis_question": [asdict(item) for item in found]}
-            write_atomic(options.json, (json.dumps(content, indent=1) + "\n").encode())
+            write_atomic(options.json, json_bytes(content))
     except WedgeError as error:
         sys.exit(str(error))
 

@@ -10,7 +10,6 @@ twin's shapes, as ``benchmarks.axis_question`` has them, and ideal balls under w
 """
 
 import argparse
-import json
 import sys
 import time
 from dataclasses import asdict, dataclass
@@ -24,6 +23,7 @@ from recon import unet
 from recon.missing_axis.inference import infer_missing_axis
 from recon.training.missing_axis import Settings, share_of_zeros_error, train
 from recon.training.random_surfaces import Recipe
+from sensor.documents import json_bytes
 from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_atomic
 
@@ -101,7 +101,7 @@ def main() -> None:
             print(f"| {name} | {item.parameters} | {item.milliseconds:.1f} |{shares}", flush=True)
         if options.json:
             content = {"axis_training": [asdict(item) for item in found]}
-            write_atomic(options.json, (json.dumps(content, indent=1) + "\n").encode())
+            write_atomic(options.json, json_bytes(content))
     except WedgeError as error:
         sys.exit(str(error))
 

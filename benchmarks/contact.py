@@ -8,7 +8,6 @@ that is here, ``--blanks N`` noisy blank frames of every sensor.
 """
 
 import argparse
-import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -18,6 +17,7 @@ import numpy as np
 from recon.presses import read_presses
 from sensor.dataset import read_dataset
 from sensor.design_file import DESIGNS
+from sensor.documents import json_bytes
 from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_atomic
 from validation.contact import ball_overlaps, blank_frames_in_contact, mean_iou
@@ -141,7 +141,7 @@ def main() -> None:
             "blanks": blank_rows(options.blanks) if options.blanks > 0 else [],
         }
         if options.json is not None:
-            write_atomic(options.json, (json.dumps(document, indent=2) + "\n").encode())
+            write_atomic(options.json, json_bytes(document))
     except WedgeError as error:
         sys.exit(str(error))
 

@@ -11,7 +11,6 @@ where the gel may have moved.
 """
 
 import argparse
-import json
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
@@ -32,6 +31,7 @@ from recon.training.few_lights import measure
 from recon.training.random_balls import SQUARE, random_ball
 from recon.training.random_surfaces import RECIPES
 from sensor.dataset import read_dataset
+from sensor.documents import json_bytes
 from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_atomic
 from validation.datasets import dataset_folder
@@ -182,7 +182,7 @@ def main() -> None:
             print(f"| {row.gradients} | {row.count} | {ranks:.1f} | {size:.1f} |", flush=True)
         if options.json:
             content = {"doubt": [asdict(row) for row in found]}
-            write_atomic(options.json, (json.dumps(content, indent=1) + "\n").encode())
+            write_atomic(options.json, json_bytes(content))
     except WedgeError as error:
         sys.exit(str(error))
 

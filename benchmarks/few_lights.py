@@ -10,7 +10,6 @@ the rendered shapes where they are deeper than 0.02 mm.
 """
 
 import argparse
-import json
 import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
@@ -35,6 +34,7 @@ from recon.pipeline import reconstruct
 from recon.pixels import BallPress, label_pixels
 from recon.presses import read_presses
 from sensor.dataset import Dataset, read_dataset
+from sensor.documents import json_bytes
 from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_atomic
 from sensor.unit import MissingAxis
@@ -233,7 +233,7 @@ def main() -> None:
                 _print(comparison, real=not name.startswith("twin"))
         if options.json:
             content = {"few_lights": [asdict(comparison) for comparison in found]}
-            write_atomic(options.json, (json.dumps(content, indent=1) + "\n").encode())
+            write_atomic(options.json, json_bytes(content))
     except WedgeError as error:
         sys.exit(str(error))
 

@@ -13,7 +13,6 @@ after a tenth, when everything has been in use, and at the end.
 
 import argparse
 import itertools
-import json
 import os
 import socket
 import tempfile
@@ -28,6 +27,7 @@ from recon.estimators.mlp import HIDDEN, Mlp
 from recon.fast import FastReconstructor
 from recon.stream import HttpSource, Recorder
 from recon.stream.jpeg import encode_jpeg
+from sensor.documents import json_bytes
 from sensor.unit import UnitCard
 from sensor.wire import CONTENT_TYPE, DELIMITER, Stamp, part
 
@@ -136,7 +136,7 @@ def main() -> None:
     options = parser.parse_args()
     if options.frames < LEAST_FRAMES:
         parser.error(f"frames must be {LEAST_FRAMES} at least, of which a tenth is looked at")
-    print(json.dumps(soak(options.frames), indent=2))
+    print(json_bytes(soak(options.frames)).decode(), end="")
 
 
 if __name__ == "__main__":

@@ -3,7 +3,6 @@
 """The manifest: every part with its figures and every file with its hash."""
 
 import hashlib
-import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -16,6 +15,7 @@ from cad.catalogue import BACK_DOWN, INFILL_PERCENT, UPSIDE_DOWN, printed_parts
 from cad.result import Result
 from cad.tables import density_g_cm3
 from sensor.design import Wedge
+from sensor.documents import json_bytes
 
 REVISION = 2
 """Of the parts' shapes: raised by whoever changes one."""
@@ -109,4 +109,4 @@ def with_hashes(content: Mapping[str, Any], folder: Path) -> dict[str, Any]:
 
 def as_text(content: Mapping[str, Any]) -> str:
     """JSON as it lies on disk."""
-    return json.dumps(content, indent=1, ensure_ascii=False) + "\n"
+    return json_bytes(content).decode()

@@ -7,7 +7,6 @@ minute and a half.
 """
 
 import argparse
-import json
 import sys
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
@@ -23,6 +22,7 @@ from recon.images import read_frame
 from recon.labels.find_circle import candidates, find_circle, search_image
 from recon.presses import PressReader, press_reader
 from sensor.dataset import BallLabel, read_dataset
+from sensor.documents import json_bytes
 from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_atomic
 from validation.datasets import dataset_folder, on_this_machine, shared_folder
@@ -207,8 +207,7 @@ def main() -> None:
         with ProcessPoolExecutor(2) as pool:
             numbers = measure(arguments.sets or on_this_machine(SETS), pool)
         if arguments.json:
-            text = json.dumps(numbers, indent=1, allow_nan=False)
-            write_atomic(arguments.json, (text + "\n").encode())
+            write_atomic(arguments.json, json_bytes(numbers))
     except WedgeError as error:
         sys.exit(str(error))
 

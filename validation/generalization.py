@@ -13,7 +13,6 @@ Deviations are errors of depth, each by what is expected of it, root mean square
 """
 
 import argparse
-import json
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -33,6 +32,7 @@ from recon.pipeline import Reconstruction
 from recon.pixels import BallPress, label_pixels
 from recon.presses import read_presses
 from sensor.dataset import Dataset, read_dataset
+from sensor.documents import json_bytes
 from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_atomic
 from validation.datasets import dataset_folder
@@ -288,7 +288,7 @@ def main() -> None:
         rows = measures[options.what]()
         if options.json:
             document = {"what": options.what, "dataset": options.dataset, "rows": rows}
-            write_atomic(options.json, (json.dumps(document, indent=2) + "\n").encode())
+            write_atomic(options.json, json_bytes(document))
     except WedgeError as error:
         sys.exit(str(error))
     for row in rows:

@@ -13,7 +13,6 @@ so ``contact+5%`` is judged without that collar as well. ``--json FILE`` keeps t
 """
 
 import argparse
-import json
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -30,6 +29,7 @@ from recon.estimators.lesson import FLAT_FROM
 from recon.pixels import BallPress, Pixels, ball_slopes, label_pixels
 from recon.presses import read_presses
 from sensor.dataset import read_dataset
+from sensor.documents import json_bytes
 from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_atomic
 from sensor.toml import Pair
@@ -173,7 +173,7 @@ def main() -> None:
         check_outputs(options.json)
         rows = label_noise(options.dataset, (names[0], names[1]))
         if options.json:
-            write_atomic(options.json, (json.dumps(rows, indent=2) + "\n").encode())
+            write_atomic(options.json, json_bytes(rows))
     except WedgeError as error:
         sys.exit(str(error))
     for row in rows:

@@ -10,7 +10,6 @@ keeps the numbers.
 """
 
 import argparse
-import json
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -30,6 +29,7 @@ from recon.plausible import MOST_OFF, is_implausible, shorter_side_mm, slopes_of
 from recon.presses import press_reader, read_presses
 from recon.rendered_presses import depth_files
 from sensor.dataset import Dataset, read_dataset
+from sensor.documents import json_bytes
 from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_atomic
 from validation.contact import blank_frames
@@ -167,7 +167,7 @@ def main() -> None:
                         "  ".join(f"{k} {x}" for k, x in zip(row, cells, strict=True)), flush=True
                     )
         if options.json:
-            write_atomic(options.json, (json.dumps(rows, indent=2) + "\n").encode())
+            write_atomic(options.json, json_bytes(rows))
     except WedgeError as error:
         sys.exit(str(error))
 

@@ -10,7 +10,6 @@ remain. It prints one row a set and takes some minutes.
 """
 
 import argparse
-import json
 import operator
 import sys
 from collections.abc import Sequence
@@ -28,6 +27,7 @@ from recon.images import read_frame
 from recon.labels.find_circle import find_circle
 from recon.presses import press_reader
 from sensor.dataset import BallLabel, read_dataset
+from sensor.documents import json_bytes
 from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_atomic
 from validation.contact import drifted, noisy
@@ -165,8 +165,7 @@ def main() -> None:
         with ProcessPoolExecutor(2) as pool:
             rows = measure(pool)
         if arguments.json:
-            text = json.dumps([asdict(row) for row in rows], indent=1)
-            write_atomic(arguments.json, (text + "\n").encode())
+            write_atomic(arguments.json, json_bytes([asdict(row) for row in rows]))
     except WedgeError as error:
         sys.exit(str(error))
     blank = _total(rows, ("before the grip", "seen again"))

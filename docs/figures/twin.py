@@ -7,8 +7,6 @@ let through.
 """
 
 import io
-import json
-import sys
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from functools import partial
@@ -19,6 +17,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from sensor.design import FINGER, STANDARD, Wedge
+from sensor.documents import json_bytes
 from simulation.camera import expose, photograph
 from simulation.dataset import Recipe, bands, dent_of, set_in, trace_part, trace_press
 from simulation.engine import best_engine
@@ -79,7 +78,7 @@ def main() -> None:
             for item in found
         ],
     }
-    json.dump(numbers, sys.stdout, indent=1)
+    print(json_bytes(numbers).decode(), end="")
 
 
 def lit(engine, design: Wedge, pool) -> tuple[np.ndarray, dict[str, float]]:

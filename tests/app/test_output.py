@@ -1,8 +1,7 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the commands write: JSON that every reader takes, one file for each thing, none read."""
+"""What the commands write: one file for each thing, none read."""
 
-import json
 import re
 from collections import Counter
 from pathlib import Path
@@ -11,7 +10,7 @@ import pytest
 from PIL import Image
 
 from app.__main__ import main
-from app._output import RowFile, keep_inputs, output_names, print_table, write_json
+from app._output import RowFile, keep_inputs, output_names, print_table
 from sensor.errors import WedgeError
 from tests.sensor.test_files import full_disk
 
@@ -20,19 +19,6 @@ ROWS = [
     ("twin-standard", "0.012 [0.010, 0.014]", "", "", "units/a-folder-of-a-long-name/press-1.png"),
     ("twin-finger", "172345 [0.070, 0.090]", "", "[red] touched at its edge", "b/2.png"),
 ]
-
-
-def refuse_constant(word: str) -> None:
-    raise AssertionError(f"{word} is not JSON")
-
-
-def test_what_is_no_finite_number_is_written_as_null(tmp_path: Path) -> None:
-    infinite = float("inf")
-    document = {"mean": 0.5, "ci95": (-infinite, infinite), "rows": [{"a": float("nan"), "b": 1}]}
-    write_json(tmp_path / "a.json", document)
-    text = (tmp_path / "a.json").read_text()
-    read = json.loads(text, parse_constant=refuse_constant)
-    assert read == {"mean": 0.5, "ci95": [None, None], "rows": [{"a": None, "b": 1}]}
 
 
 def test_a_table_ends_with_a_whole_row_where_the_disk_is_full(tmp_path: Path) -> None:
