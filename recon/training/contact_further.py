@@ -10,7 +10,6 @@ interrupted training goes on from the checkpoint beside FILE; it runs on a GPU w
 Needs torch, the extra ``train``.
 """
 
-import argparse
 import sys
 from collections.abc import Sequence
 from functools import partial
@@ -20,7 +19,6 @@ import numpy as np
 
 from recon import unet
 from recon.contact.network import CONTACT
-from recon.training.arguments import at_least
 from recon.training.contact import (
     COURSES,
     FRAME_PX,
@@ -32,7 +30,13 @@ from recon.training.contact import (
     training_batch,
 )
 from recon.training.felt_presses import FeltPress, felt_presses, seen_anew
-from recon.training.further_courses import between, digest_of, name_sensors, words_of
+from recon.training.further_courses import (
+    between,
+    command_of,
+    course_parser,
+    digest_of,
+    presses_of,
+)
 from recon.training.loss_curve import refuse_weights, write_curve
 from recon.training.resumable import DEVICE, checkpoint_of
 from recon.unet.weights import load_weights, save_weights, sha256_of
@@ -44,6 +48,7 @@ try:
 except ModuleNotFoundError:  # one sentence in place of a traceback
     sys.exit(f"Training needs torch: {how_to_install('train')}.")
 
+MODULE = "recon.training.contact_further"
 STEPS = 6000
 SEED = 1  # the first courses' is 0
 COURSE = COURSES[-1]
@@ -102,34 +107,19 @@ def further_batch(presses: Sequence[FeltPress], seed: int, step: int) -> Batch:
 
 def main() -> None:
     """Train, save the weights and the loss, and print the overlap on fresh presses."""
-    parser = argparse.ArgumentParser(
-        prog="python -m recon.training.contact_further", description=__doc__
-    )
-    parser.add_argument("first", type=Path, help="weights of recon.training.contact")
-    name_sensors(parser)
-    parser.add_argument("--seed", type=at_least(0), default=SEED)
-    parser.add_argument("--steps", type=int, default=STEPS, help="batches")
-    parser.add_argument("--out", type=Path, required=True, help="the safetensors file to write")
+    parser = course_parser(MODULE, __doc__, seed=SEED, steps=STEPS)
     options = parser.parse_args()
     if options.steps < 2:
         parser.error("--steps must be 2 at least")
-    command = (
-        f"python -m recon.training.contact_further {options.first.name} {words_of(options.sensor)}"
-        f" --seed {options.seed} --steps {options.steps} --out {options.out.name}"
-    )
+    command = command_of(MODULE, options)
     checkpoint = checkpoint_of(options.out)
     torch.set_num_threads(1)
     try:
         refuse_weights(options.out)
         first = load_weights(options.first, CONTACT)
-        presses = [
-            press
-            for balls, *rendered in options.sensor
-            for press in felt_presses(balls, rendered, options.seed)
-        ]
-        if not presses:
-            parser.error("no rendered press is felt: name sets of benchmarks.rendered_presses")
-        print(f"{len(presses)} presses as felt", flush=True)
+        presses = presses_of(
+            options.sensor, lambda balls, sets: felt_presses(balls, sets, options.seed)
+        )
         weights, losses = train_further(first, presses, options.steps, options.seed, checkpoint)
         save_weights(options.out, weights, command, options.seed, CONTACT)
         write_curve(options.out, losses)

@@ -1,19 +1,36 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the further courses share: sensors by words, presses by a digest, weights in between."""
+"""What the further courses share: words, presses and their digest, weights in between."""
 
 import argparse
 import hashlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
 from recon import unet
+from recon.training.arguments import at_least
+from sensor.errors import WedgeError
+
+P = TypeVar("P")
 
 
-def name_sensors(parser: argparse.ArgumentParser) -> None:
-    """Let a program be told of sensors: of each its balls, and rendered sets."""
+def course_parser(
+    module: str, about: str | None, *, seed: int, steps: int
+) -> argparse.ArgumentParser:
+    """The words that every further course takes.
+
+    Args:
+        module: that is run, named as the first courses' with "_further" at its end.
+        about: what it does.
+        seed: unless another is named.
+        steps: batches, unless others are named.
+    """
+    parser = argparse.ArgumentParser(prog=f"python -m {module}", description=about)
+    first = module.removesuffix("_further")
+    parser.add_argument("first", type=Path, help=f"weights of {first}")
     parser.add_argument(
         "--sensor",
         nargs="+",
@@ -23,11 +40,36 @@ def name_sensors(parser: argparse.ArgumentParser) -> None:
         metavar=("BALLS", "SETS"),
         help="a dataset of labelled balls, and sets of rendered presses of the same sensor",
     )
+    parser.add_argument("--seed", type=at_least(0), default=seed)
+    parser.add_argument("--steps", type=int, default=steps, help="batches")
+    parser.add_argument("--out", type=Path, required=True, help="the safetensors file to write")
+    return parser
 
 
-def words_of(sensors: Sequence[Sequence[Path]]) -> str:
-    """The words on the command line that name these sensors."""
-    return " ".join(" ".join(["--sensor", *(path.name for path in paths)]) for paths in sensors)
+def command_of(module: str, options: argparse.Namespace, *further: str) -> str:
+    """The command line that does the same again, further words before its last.
+
+    Files and folders are told by their names alone.
+    """
+    sensors = (word for paths in options.sensor for word in ("--sensor", *(x.name for x in paths)))
+    counts = ("--seed", str(options.seed), "--steps", str(options.steps))
+    out = ("--out", options.out.name)
+    return " ".join(["python -m", module, options.first.name, *sensors, *counts, *further, *out])
+
+
+def presses_of(
+    sensors: Sequence[Sequence[Path]], read: Callable[[Path, Sequence[Path]], Iterable[P]]
+) -> list[P]:
+    """Rendered presses as each of the sensors measured them, given its balls and its sets.
+
+    Raises:
+        WedgeError: there is none.
+    """
+    presses = [press for balls, *rendered in sensors for press in read(balls, rendered)]
+    if not presses:
+        raise WedgeError("no rendered press is felt: name sets of benchmarks.rendered_presses.")
+    print(f"{len(presses)} presses as felt", flush=True)
+    return presses
 
 
 def digest_of(truths: Iterable[np.ndarray]) -> str:

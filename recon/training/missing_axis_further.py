@@ -15,7 +15,6 @@ training goes on; last the losses of both lie there, as .csv and .png, those of 
 ``train``.
 """
 
-import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -23,8 +22,13 @@ from pathlib import Path
 import numpy as np
 
 from recon import unet
-from recon.training.arguments import at_least
-from recon.training.further_courses import between, digest_of, name_sensors, words_of
+from recon.training.further_courses import (
+    between,
+    command_of,
+    course_parser,
+    digest_of,
+    presses_of,
+)
 from recon.training.loss_curve import refuse_weights, write_curve
 from recon.training.measured_presses import MeasuredPress, measured_presses
 from recon.training.missing_axis import (
@@ -54,6 +58,7 @@ try:
 except ModuleNotFoundError:  # one sentence in place of a traceback
     sys.exit(f"Training needs torch: {how_to_install('train')}.")
 
+MODULE = "recon.training.missing_axis_further"
 STEPS = 4500
 SEED = 1  # the first course's is 0
 PEAK = 2 / 3
@@ -159,26 +164,16 @@ def _errors(found: Tensor, truth: Tensor, support: Tensor) -> Tensor:
 
 def main() -> None:
     """Train, save the weights and print the numbers that their README states."""
-    parser = argparse.ArgumentParser(
-        prog="python -m recon.training.missing_axis_further", description=__doc__
-    )
-    parser.add_argument("first", type=Path, help="weights of recon.training.missing_axis")
-    name_sensors(parser)
-    parser.add_argument("--seed", type=at_least(0), default=SEED)
-    parser.add_argument("--steps", type=int, default=STEPS, help="batches")
+    parser = course_parser(MODULE, __doc__, seed=SEED, steps=STEPS)
     parser.add_argument("--after", type=float, default=AFTER, help="share kept of what it learns")
     parser.add_argument("--doubt-steps", type=int, default=DOUBT_STEPS, help="batches after them")
-    parser.add_argument("--out", type=Path, required=True, help="the safetensors file to write")
     options = parser.parse_args()
     if min(options.steps, options.doubt_steps) < 2:
         parser.error("--steps and --doubt-steps must be 2 at least")
     if not 0 <= options.after <= 1:
         parser.error("--after is a share, 0 to 1")
-    command = (
-        f"python -m recon.training.missing_axis_further {options.first.name}"
-        f" {words_of(options.sensor)} --seed {options.seed} --steps {options.steps}"
-        f" --after {options.after} --doubt-steps {options.doubt_steps} --out {options.out.name}"
-    )
+    further = f"--after {options.after} --doubt-steps {options.doubt_steps}"
+    command = command_of(MODULE, options, further)
     doubt_curve = options.out.with_stem(f"{options.out.stem}-doubt")
     checkpoints = [checkpoint_of(options.out, course) for course in ("further", "doubt")]
     torch.set_num_threads(1)
@@ -186,16 +181,10 @@ def main() -> None:
         refuse_weights(options.out)
         refuse_weights(doubt_curve)
         first = load_weights(options.first)
-        presses = [
-            press
-            for balls, *rendered in options.sensor
-            for press in measured_presses(balls, rendered, unet.stride(first), options.seed)
-        ]
-        if not presses:
-            parser.error(
-                "no rendered press moves the gel: name sets of benchmarks.rendered_presses"
-            )
-        print(f"{len(presses)} measured presses", flush=True)
+        presses = presses_of(
+            options.sensor,
+            lambda balls, sets: measured_presses(balls, sets, unet.stride(first), options.seed),
+        )
         kept, losses = train_further(
             first, presses, options.steps, options.seed, options.after, checkpoints[0]
         )
