@@ -64,7 +64,7 @@ def main(
     from validation.report.error_tables import table_section
     from validation.report.page import write_report
     from validation.splits import refuse_folds
-    from validation.table_text import table_document, table_html, table_markdown
+    from validation.table_text import error_table_html, table_document, table_markdown
 
     if not dataset:
         raise WedgeError("no dataset was named: `wedge data list` names those that are known.")
@@ -113,7 +113,7 @@ def main(
     if markdown:
         write_atomic(markdown, "\n".join(map(table_markdown, measured)).encode())
     if html:
-        write_atomic(html, "\n".join(map(table_html, measured)).encode())
+        write_atomic(html, "\n".join(map(error_table_html, measured)).encode())
     if out is not None:
         write_report(
             out,

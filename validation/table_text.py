@@ -154,7 +154,7 @@ def table_markdown(table: ErrorTable) -> str:
     return "\n".join([*lines, "", caption(table), ""])
 
 
-def table_html(table: ErrorTable) -> str:
+def error_table_html(table: ErrorTable) -> str:
     """The table and its caption as an HTML ``table`` element."""
     head = "".join(f'<th scope="col">{html.escape(text)}</th>' for text in column_headings())
     body = "\n".join(f"<tr>{_html_cells(row_cells(row))}</tr>" for row in table.rows)

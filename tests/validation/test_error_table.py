@@ -29,8 +29,8 @@ from validation.splits import Split
 from validation.table_text import (
     caption,
     column_headings,
+    error_table_html,
     table_document,
-    table_html,
     table_markdown,
 )
 
@@ -201,7 +201,7 @@ def test_markdown_and_html_hold_every_row(tmp_path, one_thread):
     tags = []
     parser = HTMLParser()
     parser.handle_starttag = lambda tag, _: tags.append(tag)
-    parser.feed(table_html(table))
+    parser.feed(error_table_html(table))
     assert tags.count("tr") == len(table.rows) + 1
     assert tags.count("caption") == 1
 
@@ -210,7 +210,7 @@ def test_one_judged_press_has_no_interval(tmp_path, one_thread):
     dataset = make_dataset(tmp_path / "set", presses=5)
     table = error_table(dataset.folder, ["table"], folds=1, seed=0, executor=one_thread)
     assert table.test == 1
-    for text in (table_markdown(table), table_html(table), table_section(table).html):
+    for text in (table_markdown(table), error_table_html(table), table_section(table).html):
         assert f"{table.rows[0].errors.values['gx_mae']:.3f}" in text
         assert " [0" not in text and "In brackets" not in text and "–0" not in text
         said = re.sub('aria-label="[^"]*"', "", text)
