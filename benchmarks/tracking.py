@@ -76,19 +76,15 @@ def _errors(
         left = inverse(moved) @ found.T_current_reference
         twist = np.concatenate([Rotation.from_matrix(left[:3, :3]).as_rotvec(), left[:3, 3]])
         square = float(twist @ np.linalg.solve(found.covariance, twist))
-        spread = np.degrees(np.sqrt(np.trace(found.covariance[:3, :3])))
-        rows.append(
-            (angle_deg(left), _off_mm(found.T_current_reference, moved), spread, square, taken)
-        )
-    angle, shift, spread, _, taken = (median(column) for column in zip(*rows, strict=True))
+        rows.append((angle_deg(left), _off_mm(found.T_current_reference, moved), square, taken))
+    angle, shift, _, taken = (median(column) for column in zip(*rows, strict=True))
     return StepErrors(
         thing=thing,
         tracker=tracker,
         steps=len(rows),
         angle_deg=angle,
         shift_mm=shift,
-        expected_deg=spread,
-        squares=float(np.mean([row[3] for row in rows])),
+        squares=float(np.mean([row[2] for row in rows])),
         milliseconds=1e3 * taken,
     )
 

@@ -77,9 +77,9 @@ def disc(press: BallPress) -> ContactMask:
     return np.asarray(away_mm < press.contact_radius_mm)
 
 
-def blank_frames_in_contact(dataset: Dataset, count: int, seed: int = 0) -> int:
+def blank_frames_in_contact(dataset: Dataset, count: int) -> int:
     """How many of so many ``blank_frames`` of a sensor are taken for a contact."""
-    frames = blank_frames(press_reader(dataset), count, seed)
+    frames = blank_frames(press_reader(dataset), count)
     return sum(bool(disturbed_mask(difference).any()) for difference, _ in frames)
 
 

@@ -5,7 +5,7 @@
 The truth is the twin's own: the pixels where the skin lies on the object, before paint blurs it.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,31 +49,21 @@ class ShapeContact:
         return iou(self.exact, self.truth)
 
 
-def shape_contacts(
-    dataset: Dataset,
-    design: Wedge,
-    *,
-    estimator: str,
-    seed: int = 0,
-    progress: Callable[[float], None] = lambda _: None,
-) -> list[ShapeContact]:
+def shape_contacts(dataset: Dataset, design: Wedge, *, estimator: str) -> list[ShapeContact]:
     """The shapes of a twin's set, by an estimator that has seen its balls alone.
 
     Args:
         dataset: of the twin, labelled balls and shapes.
         design: that the twin rendered.
         estimator: its name.
-        seed: of its training.
-        progress: called with the share that is done.
     """
     presses = read_presses(dataset).presses
-    fitted = fit_presses(presses, range(len(presses)), estimator, "RGB", seed)
+    fitted = fit_presses(presses, range(len(presses)), estimator, "RGB", seed=0)
     reader = press_reader(dataset)
     card = dataset.card
     lights: Mapping[str, float] = card.lights_deg or {}
-    known = shapes(design.pad_size_mm)
     found = []
-    for done, (name, indenter) in enumerate(known.items(), start=1):
+    for name, indenter in shapes(design.pad_size_mm).items():
         frame = reader.unwarp(read_frame(dataset.folder, f"{name}.jpg"))
         height, width = frame.shape[:2]
         view = View(size_px=(width, height), mm_per_px=card.mm_per_px)
@@ -100,7 +90,6 @@ def shape_contacts(
                 shadows=score_shadows(name, dark, true_shadows(design, view, skin.depth_mm)),
             )
         )
-        progress(done / len(known))
     return found
 
 

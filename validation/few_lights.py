@@ -23,6 +23,7 @@ from sensor.unit import MissingAxis
 from validation.depth import depth_errors, true_depth
 from validation.shapes import known_shapes, rmse_of_deeper_mm
 
+SEED = 0
 ALL_LIGHTS = "RGB"
 WAYS: tuple[tuple[str, str, MissingAxis], ...] = (
     ("two lights, zero", "RB", "zero"),
@@ -53,7 +54,7 @@ class Touch:
 
 
 def measure_touches(
-    folder: Path, estimator: str, names: tuple[str, ...] | None = None, seed: int = 0
+    folder: Path, estimator: str, names: tuple[str, ...] | None = None
 ) -> list[Touch]:
     """Every way on one ball press and on shapes; estimators learn from the other presses.
 
@@ -61,7 +62,6 @@ def measure_touches(
         folder: of a rendered set with true depths.
         estimator: its name, such as "mlp".
         names: of the shapes; all unless given.
-        seed: of the drawn pixels and the training.
 
     Raises:
         WedgeError: the dataset cannot be used.
@@ -70,9 +70,9 @@ def measure_touches(
     presses = read_presses(dataset).presses
     widest = max(range(len(presses)), key=lambda i: presses[i].contact_radius_px)
     others = [index for index in range(len(presses)) if index != widest]
-    taught = lesson_of(estimator, presses, others, seed)
+    taught = lesson_of(estimator, presses, others, SEED)
     fitted = {
-        lit: fit_estimator(estimator, taught, lit, seed)
+        lit: fit_estimator(estimator, taught, lit, SEED)
         for lit in dict.fromkeys(lit for _, lit, _ in WAYS)
     }
     ball = presses[widest]

@@ -22,6 +22,7 @@ from validation.lighting import contrast, linear, unevenness
 from validation.metrics import Errors, mean_errors, press_errors
 from validation.splits import splits
 
+SEED = 0
 GRAY_LEVELS = 255
 CLEAR_OF_COLLAR = 2.0
 """Contact radii beyond which the gel is untouched."""
@@ -134,7 +135,7 @@ def near_far(blank: Unwarped, lights_deg: Mapping[str, float]) -> dict[str, floa
     return ratios
 
 
-def transfer(learnt: Path, judged: Path, seed: int = 0) -> Transfer:
+def transfer(learnt: Path, judged: Path) -> Transfer:
     """Fit the paper's network on one set and judge it on the contacts of another.
 
     On one and the same set, a fifth of the presses is held out to judge.
@@ -144,9 +145,9 @@ def transfer(learnt: Path, judged: Path, seed: int = 0) -> Transfer:
     """
     taught, asked = _turned(learnt), _turned(judged)
     if learnt == judged:
-        (split,) = splits(len(taught), 1, seed)
+        (split,) = splits(len(taught), 1, SEED)
         taught, asked = [taught[i] for i in split.train], [asked[i] for i in split.test]
-    fitted = fit_estimator("mlp", join(taught), "RGB", seed)
+    fitted = fit_estimator("mlp", join(taught), "RGB", SEED)
     errors = [
         press_errors(
             str(index), fitted.slopes(part.color, part.position), part.gradient, part.contact
@@ -156,7 +157,7 @@ def transfer(learnt: Path, judged: Path, seed: int = 0) -> Transfer:
     return Transfer(
         learnt=read_dataset(learnt).card.name,
         judged=read_dataset(judged).card.name,
-        errors=mean_errors(errors, seed),
+        errors=mean_errors(errors, SEED),
     )
 
 

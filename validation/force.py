@@ -57,12 +57,12 @@ class Lent:
     blank: Unwarped
 
 
-def lend(twin: Dataset, estimator: str = "mlp", seed: int = 0) -> Lent:
-    """Fit an estimator to all presses of the twin."""
+def lend(twin: Dataset) -> Lent:
+    """Fit the paper's network to all presses of the twin."""
     presses = read_presses(twin)
     everything = range(len(presses.presses))
     return Lent(
-        estimator=fit_presses(presses.presses, everything, estimator, "RGB", seed),
+        estimator=fit_presses(presses.presses, everything, "mlp", "RGB", seed=0),
         blank=presses.unwarp(presses.background),
     )
 

@@ -10,7 +10,7 @@ from every dot. Presses are judged by estimators that have not seen them.
 
 import argparse
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -26,6 +26,7 @@ from sensor.dataset import Dataset, read_dataset
 from sensor.errors import WedgeError
 from validation.datasets import dataset_folder
 
+SEED, FOLDS = 0, 5
 CLEAR_PX = 2
 RINGS = 12
 """Distances from the ball's centre are compared in so many steps."""
@@ -48,10 +49,7 @@ def dot_cost(
     dataset: Dataset,
     *,
     estimator: str = "mlp",
-    folds: int = 5,
     methods: Sequence[str] = ("zero", "nearest", "harmonic", "biharmonic", "surface"),
-    seed: int = 0,
-    progress: Callable[[float], None] = lambda _: None,
 ) -> DotCost:
     """Judge every press of a marker gel by an estimator that has not seen it.
 
@@ -64,22 +62,21 @@ def dot_cost(
     presses = read_presses(dataset)
     if presses.dots is None:
         raise WedgeError(f"{dataset.folder} shows no dots: it cannot tell what dots cost.")
-    order = np.random.default_rng(seed).permutation(len(presses.presses))
+    order = np.random.default_rng(SEED).permutation(len(presses.presses))
     rings: dict[str, list[np.ndarray]] = {name: [] for name in ("clear", *methods)}
     errors: dict[str, list[np.ndarray]] = {name: [] for name in ("clear", *methods)}
-    for fold in range(folds):
-        judged = order[fold::folds]
+    for fold in range(FOLDS):
+        judged = order[fold::FOLDS]
         train = [
-            label_pixels(presses.presses[i], k, seed)
+            label_pixels(presses.presses[i], k, SEED)
             for k, i in enumerate(np.setdiff1d(order, judged))
         ]
-        fitted = fit_estimator(estimator, join(train), "RGB", seed)
+        fitted = fit_estimator(estimator, join(train), "RGB", SEED)
         for index in judged:
             press = presses.presses[index]
             for name, (ring, error) in _press_errors(press, fitted, methods).items():
                 rings[name].append(ring)
                 errors[name].append(error)
-        progress((fold + 1) / folds)
     mean = {name: _by_ring(rings[name], errors[name]) for name in rings}
     weights = np.bincount(np.concatenate(rings[methods[0]]), minlength=RINGS)
     return DotCost(

@@ -19,10 +19,8 @@ class StepErrors:
     angle_deg: float
     """Median."""
     shift_mm: float
-    expected_deg: float
-    """Median length of an error drawn from the covariance that the tracker reports."""
     squares: float
-    """Mean of the squared error in units of that covariance; 6 where it is right."""
+    """Mean of the squared error in units of the reported covariance; 6 where that is right."""
     milliseconds: float
     """Processor time to prepare the touch and to align it."""
 

@@ -49,7 +49,6 @@ def held(
     gradient: Float[np.ndarray, "h w 2"],
     mm_per_px: Pair,
     near: Bool[np.ndarray, "h w"],
-    weights: unet.Weights | None = None,
 ) -> Bool[np.ndarray, "h w"]:
     """Where an object holds the gel.
 
@@ -58,13 +57,11 @@ def held(
         gradient: mm/mm.
         mm_per_px: pixel pitch along x and y.
         near: what is asked for; elsewhere the answer is no.
-        weights: of the network; the shipped ones unless given.
     """
     found = np.zeros(near.shape, bool)
     if not near.any():
         return found
-    if weights is None:
-        weights = shipped_weights(CONTACT)
+    weights = shipped_weights(CONTACT)
     rows, columns = window_about(near, MARGIN_PX)
     score = _score(depth_mm[rows, columns], gradient[rows, columns], mm_per_px, near.shape, weights)
     found[rows, columns] = (score > 0) & near[rows, columns]

@@ -5,16 +5,14 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from scipy import ndimage
 
 from sensor.design import STANDARD
-from sensor.errors import WedgeError
 from simulation.engine import SCALAR
-from simulation.folded import trace_folded
 from simulation.raw_view import follow, raw_frame
 from simulation.render import render, smoothed
 from simulation.skin import gel_view
+from tests.simulation.folded import trace_folded
 
 PINHOLE = replace(
     STANDARD, camera=replace(STANDARD.camera, projection="pinhole", width_px=96, height_px=72)
@@ -46,9 +44,3 @@ def test_the_raw_view_is_the_traced_path_but_for_what_the_mirror_returns(mitsuba
     for channel in range(3):
         found, expected = (picture[inner][:, channel] for picture in coarse)
         assert np.corrcoef(found, expected)[0, 1] > 0.9
-
-
-def test_a_fisheye_is_refused() -> None:
-    view = gel_view(STANDARD, 16)
-    with pytest.raises(WedgeError, match="pinhole only"):
-        trace_folded(SCALAR, STANDARD, view, np.zeros(view.size_px[::-1]), samples=1, seed=0)

@@ -7,7 +7,7 @@ from jaxtyping import Float32
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 
-from recon.arrays import ContactMask, DepthMap
+from recon.arrays import DepthMap
 from sensor.toml import Pair
 from validation.figures import maps
 from validation.figures.style import fitted, styled
@@ -24,26 +24,17 @@ LEAST_DOUBT = 0.05
 
 
 @styled
-def depth_figure(
-    depth_mm: DepthMap,
-    mm_per_px: Pair,
-    *,
-    title: str = "",
-    contact: ContactMask | None = None,
-) -> Figure:
+def depth_figure(depth_mm: DepthMap, mm_per_px: Pair, *, title: str = "") -> Figure:
     """Depth as colour, dark at zero and below, with scale bar and colour bar.
 
     Args:
         depth_mm: (h, w).
         mm_per_px: pixel pitch along x and y.
         title: above the map.
-        contact: outlined where given.
     """
     deepest_mm = float(np.nanmax(depth_mm, initial=0.0))
     limits = (0.0, max(deepest_mm, FLATTEST_MM))
     figure, image = _map(depth_mm, mm_per_px, title, maps.DEPTH_COLORS, limits)
-    if contact is not None:
-        maps.outline(image, contact, mm_per_px)
     maps.color_bar(figure, image, "depth [mm]")
     return figure
 

@@ -9,20 +9,20 @@ from matplotlib.figure import Figure
 from validation.figures.style import BLUE, HALF_IN, INK, card, styled
 
 HEIGHT_IN = 3.1
+BINS = 32
+"""Of true values."""
 LEAST_PIXELS = 50
 """A bin with fewer is left out."""
 BANDS = ((5, 95, 0.18, "90 % of the pixels"), (25, 75, 0.38, "50 % of the pixels"))
 
 
 @styled
-def gradient_figure(
-    estimated: Float[np.ndarray, "n 2"], truth: Float[np.ndarray, "n 2"], bins: int = 32
-) -> Figure:
+def gradient_figure(estimated: Float[np.ndarray, "n 2"], truth: Float[np.ndarray, "n 2"]) -> Figure:
     """Signed error of Gx and Gy against the true value: median and bands of its quantiles."""
     figure = card(HALF_IN, HEIGHT_IN)
     panels = figure.subplots(1, 2, sharex=True, sharey=True)
     for axes, index in zip(panels, (0, 1), strict=True):
-        centers, quantiles = _quantiles(truth[:, index], estimated[:, index], bins)
+        centers, quantiles = _quantiles(truth[:, index], estimated[:, index])
         axes.axhline(0, color=INK, lw=0.8, ls=(0, (4, 2)))
         for low, high, alpha, label in BANDS:
             axes.fill_between(
@@ -47,14 +47,14 @@ PERCENTS = (5, 25, 50, 75, 95)
 
 
 def _quantiles(
-    truth: Float[np.ndarray, " n"], estimated: Float[np.ndarray, " n"], bins: int
+    truth: Float[np.ndarray, " n"], estimated: Float[np.ndarray, " n"]
 ) -> tuple[Float[np.ndarray, " b"], Float[np.ndarray, "b 5"]]:
     """Centres of the filled bins and the error's percentiles in each."""
     reach = max(float(np.abs(truth).max(initial=0.0)), 1e-6)
-    edges = np.linspace(-reach, reach, bins + 1)
-    place = np.clip(np.digitize(truth, edges) - 1, 0, bins - 1)
-    least = min(LEAST_PIXELS, len(truth) // bins)
-    filled = [b for b in range(bins) if np.count_nonzero(place == b) > least]
+    edges = np.linspace(-reach, reach, BINS + 1)
+    place = np.clip(np.digitize(truth, edges) - 1, 0, BINS - 1)
+    least = min(LEAST_PIXELS, len(truth) // BINS)
+    filled = [b for b in range(BINS) if np.count_nonzero(place == b) > least]
     error = estimated - truth
     values = [np.percentile(error[place == b], PERCENTS) for b in filled]
     centers = (edges[:-1] + edges[1:]) / 2

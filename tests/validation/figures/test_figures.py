@@ -96,18 +96,14 @@ def depth_errors() -> dict[str, list[DepthErrors]]:
 
 
 FIGURES = {
-    "depth map, landscape": lambda: depth_figure(
-        depth_map(64, 48), (0.1, 0.1), title="name " * 40, contact=depth_map(64, 48) > 0
-    ),
+    "depth map, landscape": lambda: depth_figure(depth_map(64, 48), (0.1, 0.1), title="name " * 40),
     "depth map, portrait": lambda: depth_figure(depth_map(48, 64), (0.1, 0.1), title="press"),
     "doubt": lambda: doubt_figure(
         (0.2 * depth_map(64, 48)).astype(np.float32), (0.1, 0.1), title="press: doubt"
     ),
     "depth map, strip": lambda: depth_figure(depth_map(240, 30), (0.1, 0.1)),
     "depth map, untouched": lambda: depth_figure(np.zeros((12, 16)), (0.02, 0.03)),
-    "depth map, all contact": lambda: depth_figure(
-        np.full((12, 16), 100.0), (1.0, 1.0), contact=np.ones((12, 16), bool)
-    ),
+    "depth map, all deep": lambda: depth_figure(np.full((12, 16), 100.0), (1.0, 1.0)),
     "press": lambda: press_figure(press()),
     "press, portrait": lambda: press_figure(press(36, 48)),
     "press at the corner": lambda: press_figure(press(at=(1.0, 35.0))),

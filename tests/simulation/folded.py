@@ -11,7 +11,6 @@ from typing import Any, Final
 import numpy as np
 
 from sensor.design import Wedge
-from sensor.errors import WedgeError
 from simulation.engine import Engine
 from simulation.raw_view import MIRROR_REFLECTANCE
 from simulation.render import Radiance
@@ -30,7 +29,6 @@ def trace_folded(
     *,
     samples: int,
     seed: int,
-    threads: int | None = None,
 ) -> Radiance:
     """The camera's frame, linear, in units of the radiance inside the gel; no baffle, no case.
 
@@ -41,17 +39,9 @@ def trace_folded(
         depth_mm: its indentation.
         samples: paths a pixel.
         seed: of the paths.
-        threads: that the render may use; all cores by default.
-
-    Raises:
-        WedgeError: the camera is no pinhole, or Mitsuba is not installed.
     """
-    if design.camera.projection != "pinhole":
-        raise WedgeError(
-            f"camera.projection = {design.camera.projection!r}: the folded path is traced to a "
-            "pinhole only."
-        )
-    with engine.loaded(threads) as mi:
+    assert design.camera.projection == "pinhole"
+    with engine.loaded() as mi:
         parts = gel_scene(mi, design, view, depth_mm)
         parts["integrator"] = {"type": "path", "max_depth": LONGEST, "rr_depth": 10}
         parts["sensor"] = _pinhole(mi, design)
