@@ -19,6 +19,7 @@ from recon.calibration import Calibration
 from recon.cloud import Skin
 from recon.contact.mask import is_strange
 from recon.fast.disturbance import in_pixels
+from recon.integration.weighed import shorter_side_mm
 from recon.lights import Axis, unseen_axis
 
 Plane = Float32[np.ndarray, "part_h part_w"]
@@ -63,7 +64,7 @@ def is_implausible(touch: Skin, unseen: Axis | None) -> bool:
         unseen: the slope that no light shows. Where there is one, slopes are not judged: a zero in
             its place is of no surface.
     """
-    side_mm = shorter_side_mm(touch)
+    side_mm = shorter_side_mm(touch.depth_mm.shape, touch.mm_per_px)
     if touch.depth_mm.max() > DEEPEST * side_mm or -touch.depth_mm.min() > HIGHEST * side_mm:
         return True
     return unseen is None and _off(touch) > LEAST_OFF and _share_off(touch) > MOST_OFF
@@ -77,12 +78,6 @@ def slopes_of_no_surface(touch: Skin) -> tuple[float, float]:
     column of pixels, whose slopes are always of some surface.
     """
     return _off(touch), _share_off(touch)
-
-
-def shorter_side_mm(touch: Skin) -> float:
-    """Of the frame."""
-    height, width = touch.depth_mm.shape
-    return min(width * touch.mm_per_px[0], height * touch.mm_per_px[1])
 
 
 def _off(touch: Skin) -> float:

@@ -14,7 +14,6 @@ from recon.pixels import BallPress, label_pixels
 from recon.presses import press_reader, read_presses
 from sensor.dataset import Dataset
 from validation.acceptance.gel import GRAIN_PX, of_one_frame, smooth, untouched
-from validation.acceptance.lights import GRAY_LEVELS
 from validation.acceptance.moved import moved_px
 from validation.depth import rmse_interval_mm
 from validation.error_table import ErrorTable
@@ -25,6 +24,7 @@ from validation.evaluation import (
     table_of,
 )
 from validation.intervals import WITHIN, Interval, enough
+from validation.lighting import GRAY_LEVELS
 from validation.metrics import METRICS, PIXEL_SETS
 
 SURE = 0.99

@@ -18,12 +18,11 @@ from recon.pixels import BallPress, Pixels, join, label_pixels
 from recon.presses import dataset_unwarp, read_background, read_dataset_lens, read_presses
 from sensor.dataset import read_dataset
 from sensor.toml import Pair
-from validation.lighting import contrast, linear, unevenness
+from validation.lighting import GRAY_LEVELS, contrast, linear, unevenness
 from validation.metrics import Errors, mean_errors, press_errors
 from validation.splits import splits
 
 SEED = 0
-GRAY_LEVELS = 255
 CLEAR_OF_COLLAR = 2.0
 """Contact radii beyond which the gel is untouched."""
 

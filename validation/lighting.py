@@ -6,6 +6,7 @@ import numpy as np
 
 from recon.arrays import ContactMask, Difference, Unwarped
 
+GRAY_LEVELS = 255
 GAMMA = 2.2
 LIT = 0.5
 """Share of a colour's own mean from which a pixel counts as lit by it."""
@@ -29,5 +30,5 @@ def unevenness(background: Unwarped, channels: str = "RGB") -> float:
 
 
 def contrast(difference: Difference, contact: ContactMask) -> float:
-    """Root mean square of the difference in a contact, all colours, in grey levels of 255."""
-    return float(255 * np.sqrt(np.mean(difference[contact] ** 2)))
+    """Root mean square of the difference in a contact, all colours, in grey levels."""
+    return float(GRAY_LEVELS * np.sqrt(np.mean(difference[contact] ** 2)))

@@ -23,9 +23,10 @@ from recon.arrays import ContactMask, Unwarped
 from recon.calibration import lit_channels
 from recon.estimators import GradientEstimator
 from recon.images import read_frame
+from recon.integration.weighed import shorter_side_mm
 from recon.lights import unseen_axis
 from recon.pipeline import reconstruct
-from recon.plausible import MOST_OFF, is_implausible, shorter_side_mm, slopes_of_no_surface
+from recon.plausible import MOST_OFF, is_implausible, slopes_of_no_surface
 from recon.presses import press_reader, read_presses
 from recon.rendered_presses import depth_files
 from sensor.dataset import Dataset, read_dataset
@@ -121,7 +122,7 @@ def _judged(
         hidden=hidden,
     )
     off, share = slopes_of_no_surface(touch)
-    depth = touch.depth_mm / shorter_side_mm(touch)
+    depth = touch.depth_mm / shorter_side_mm(touch.depth_mm.shape, touch.mm_per_px)
     return Judged(
         implausible=is_implausible(touch, unseen_axis(dataset.card.lights_deg, fitted.channels)),
         off=off,

@@ -29,7 +29,7 @@ from recon.integration.poisson import integrate
 from recon.training.arguments import at_least
 from recon.training.contact_surfaces import surface_gradient
 from recon.training.loss_curve import refuse_weights, write_curve
-from recon.training.random_presses import random_press
+from recon.training.random_presses import log_uniform, random_press
 from recon.training.resumable import DEVICE, ResumableTraining, checkpoint_of
 from recon.training.torch_layers import UNetLayers, made_ahead
 from recon.unet.weights import save_weights
@@ -115,17 +115,15 @@ def measured_gradient(
         slopes = np.asarray(cv2.GaussianBlur(slopes, (0, 0), blur_px), np.float32)
     steep = np.hypot(slopes[..., 0], slopes[..., 1])
     lost = course.lost * rng.random() ** 2
-    most = _log_uniform(rng, 0.9, 4.0)
+    most = log_uniform(rng, 0.9, 4.0)
     gain = steep**2 / (steep**2 + lost**2 + 1e-9) / np.sqrt(1 + (steep / most) ** 2)
     gain *= _by_direction(rng, slopes, course.bent)
     slopes *= gain[..., None] * rng.uniform(0.85, 1.1, 2).astype(np.float32)
     steep = np.minimum(steep, 1.5)
-    patchy, grain = _log_uniform(rng, 0.01, course.patchy), _log_uniform(rng, 0.0005, 0.03)
+    patchy, grain = log_uniform(rng, 0.01, course.patchy), log_uniform(rng, 0.0005, 0.03)
     everywhere = 1 if rng.random() < 0.5 else np.minimum(1, steep / 0.05)
     for axis in (0, 1):
-        slopes[..., axis] += (
-            patchy * steep * _patches(rng, steep.shape, _log_uniform(rng, 0.8, 6.0))
-        )
+        slopes[..., axis] += patchy * steep * _patches(rng, steep.shape, log_uniform(rng, 0.8, 6.0))
         white = rng.standard_normal((2, *steep.shape), np.float32)
         slopes[..., axis] += patchy / 2 * steep * white[0] + grain * everywhere * white[1]
         if rng.random() < 0.5:
@@ -346,10 +344,6 @@ def main() -> None:
         checkpoint.unlink(missing_ok=True)
     overlap = overlap_on_fresh_presses(weights, TESTED, options.seed)
     print(f"overlap with the truth on {TESTED} fresh presses: {overlap:.3f}")
-
-
-def _log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
-    return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
 
 def _patches(

@@ -20,6 +20,8 @@ import numpy as np
 from jaxtyping import Bool, Float32
 from scipy import ndimage
 
+from recon.training.random_presses import log_uniform
+
 Gradient = Float32[np.ndarray, "*place 2"]
 Colors = Float32[np.ndarray, "*place lights"]
 Map = Float32[np.ndarray, "h w"]
@@ -87,8 +89,8 @@ class _Sensor:
             azimuths=np.radians(azimuths).astype(np.float32),
             elevation=np.radians(rng.uniform(8, 50)),
             sky=rng.uniform(0, 0.4),
-            compression=_log_uniform(rng, 0.4, 8.0),
-            noise=_log_uniform(rng, 0.005, 0.05),
+            compression=log_uniform(rng, 0.4, 8.0),
+            noise=log_uniform(rng, 0.005, 0.05),
             stain=rng.uniform(0, 0.03),
         )
 
@@ -114,7 +116,7 @@ def _seen_by(
     if blur_px > 0.4:
         colors = cv2.GaussianBlur(colors, (0, 0), blur_px).reshape(height, width, lights)
     colors += np.float32(sensor.noise) * rng.standard_normal(colors.shape, np.float32)
-    stain = _drift(rng, height, width, _log_uniform(rng, 2.0, min(height, width) / 4))
+    stain = _drift(rng, height, width, log_uniform(rng, 2.0, min(height, width) / 4))
     colors += np.float32(sensor.stain) * stain[..., None] * rng.choice([-1, 1], lights)
     if rng.random() < DOTS_SHARE:
         colors += _moved_dots(rng, height, width)[..., None]
@@ -171,9 +173,9 @@ def _with_noise(rng: np.random.Generator, gradient: Gradient) -> tuple[Gradient,
     height, width = gradient.shape[:2]
     longest = min(height, width) / 4
     drift = np.stack(
-        [_drift(rng, height, width, _log_uniform(rng, 2.0, longest)) for _ in range(2)], -1
+        [_drift(rng, height, width, log_uniform(rng, 2.0, longest)) for _ in range(2)], -1
     )
-    white = np.array([_log_uniform(rng, 0.005, 0.07) for _ in range(2)], np.float32)
+    white = np.array([log_uniform(rng, 0.005, 0.07) for _ in range(2)], np.float32)
     measured = gradient * rng.uniform(0.88, 1.1, 2).astype(np.float32)
     measured += white * rng.standard_normal(gradient.shape, np.float32)
     measured += rng.uniform(0, 0.03, 2).astype(np.float32) * drift
@@ -212,7 +214,3 @@ def _moved_dots(rng: np.random.Generator, height: int, width: int) -> Map:
     strength: Map = np.asarray(cv2.resize(share, (width, height)), np.float32)
     picture = (dots(first + moved) - dots(first)) * rng.uniform(0.15, 0.7) * strength
     return np.asarray(cv2.GaussianBlur(-picture, (0, 0), 0.7), np.float32)
-
-
-def _log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
-    return float(np.exp(rng.uniform(np.log(low), np.log(high))))

@@ -37,7 +37,7 @@ def random_press(
     rng: np.random.Generator, height_px: int, width_px: int
 ) -> tuple[Map, Bool[np.ndarray, "h w"], float]:
     """Depth of the skin in pixels, where it is touched, and the collar's length in pixels."""
-    collar = _log_uniform(rng, *COLLAR_PX)
+    collar = log_uniform(rng, *COLLAR_PX)
     reach = random_objects(rng, height_px, width_px, collar)
     skin, touched = pressed_skin(reach, collar)
     return skin, touched, collar
@@ -57,7 +57,7 @@ def random_objects(
     reach = np.full((height_px, width_px), NOTHING_PX, np.float32)
     single = rng.random() < 0.6
     room = min(height_px, width_px) * (1.0 if single else 0.6)
-    deepest = collar_px * _log_uniform(rng, *DEPTH_COLLARS)
+    deepest = collar_px * log_uniform(rng, *DEPTH_COLLARS)
     for _ in range(1 if single else rng.integers(2, 5)):
         half = rng.uniform(*HALF_SHARE) * room
         margin = half * (0.3 if rng.random() < 0.15 else 1.0) + 2
@@ -112,13 +112,14 @@ def _take_relaxed(skin: Any, floor: Any, pull: Any, pace: Any, sweeps: int) -> N
 _relax = compiled(_take_relaxed)
 
 
-def _log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
+def log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
+    """As likely within any factor of two as within another."""
     return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
 
 def _round(rng: np.random.Generator, plane: Plane, half: float, deepest: float) -> Map:
     """A ball or an ellipsoid: its cap is as high as the press is deep where it ends."""
-    aspect = _log_uniform(rng, 0.5, 2.0) if rng.random() < 0.5 else 1.0
+    aspect = log_uniform(rng, 0.5, 2.0) if rng.random() < 0.5 else 1.0
     u, v = plane[0] * aspect, plane[1] / aspect
     radius = max((half**2 + deepest**2) / (2 * deepest), half)
     return _sunk(u**2 + v**2, radius, radius)
@@ -198,7 +199,7 @@ def _planes(rng: np.random.Generator, plane: Plane, half: float, deepest: float)
     u, v = plane
     count = int(rng.choice([2, 2, 3, 3, 4, 6]))
     turns = 2 * np.pi * (np.arange(count) + rng.uniform(-0.3, 0.3, count)) / count
-    falls = _log_uniform(rng, 0.15, STEEPEST) * rng.uniform(0.6, 1.0, count)
+    falls = log_uniform(rng, 0.15, STEEPEST) * rng.uniform(0.6, 1.0, count)
     if rng.random() < 0.4:
         falls[:] = falls.max()
     top = np.min(
@@ -212,7 +213,7 @@ def _planes(rng: np.random.Generator, plane: Plane, half: float, deepest: float)
 
 def _cone(rng: np.random.Generator, plane: Plane, half: float, deepest: float) -> Map:
     distance = np.hypot(*plane)
-    top = -_log_uniform(rng, 0.15, STEEPEST) * distance
+    top = -log_uniform(rng, 0.15, STEEPEST) * distance
     return np.where(distance < half, top, NOTHING_PX).astype(np.float32)
 
 
@@ -220,8 +221,8 @@ def _textured(rng: np.random.Generator, plane: Plane, half: float, deepest: floa
     """A surface with waves or with noise."""
     u, v = plane
     outside, top = _outline(rng, plane, half), _carrier(rng, plane, half, deepest)
-    length = _log_uniform(rng, 3.5, 24.0)
-    height = length * _log_uniform(rng, 0.03, 0.3)
+    length = log_uniform(rng, 3.5, 24.0)
+    height = length * log_uniform(rng, 0.03, 0.3)
     kind = rng.integers(4)
     if kind == 0:  # smooth noise
         grain = rng.standard_normal(u.shape, np.float32)
@@ -243,7 +244,7 @@ def _rod(rng: np.random.Generator, plane: Plane, half: float, deepest: float) ->
     u, v = plane
     radius = np.full_like(u, rng.uniform(0.2, 1.0) * half)
     if rng.random() < 0.7:
-        pitch, lead = _log_uniform(rng, 3.5, 20.0), rng.uniform(-0.3, 0.3)
+        pitch, lead = log_uniform(rng, 3.5, 20.0), rng.uniform(-0.3, 0.3)
         wave = np.cos(2 * np.pi * (u + lead * v) / pitch)
         if rng.random() < 0.5:
             wave = np.clip(rng.uniform(1, 2.5) * wave, -1, 1)

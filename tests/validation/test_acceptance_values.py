@@ -29,7 +29,7 @@ from validation.acceptance.gel import (
     stillness,
     usable_area,
 )
-from validation.acceptance.lights import GRAY_LEVELS, Response, light_values, turn_deg
+from validation.acceptance.lights import Response, light_values, turn_deg
 from validation.acceptance.limits import DEAD_GRAY_LEVELS
 from validation.acceptance.measurements import _reasons
 from validation.acceptance.place import (
@@ -39,6 +39,7 @@ from validation.acceptance.place import (
     timing_values,
 )
 from validation.acceptance.roundness import Roundness, roundness
+from validation.lighting import GRAY_LEVELS
 
 WEDGE = {"R": 90.0, "G": 180.0, "B": -90.0}
 SHAPE = (90, 120, 3)

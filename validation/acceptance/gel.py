@@ -14,8 +14,9 @@ from recon.labels.capture import SATURATED_LEVEL
 from recon.markers.filling import fill_gradients
 from recon.markers.tracking import MarkerTracker
 from recon.pixels import BallPress, label_pixels
-from validation.acceptance.lights import GRAY_LEVELS, Response
+from validation.acceptance.lights import Response
 from validation.acceptance.limits import Parts
+from validation.lighting import GRAY_LEVELS
 
 FLAT_FROM = 3.0
 """Contact radii: beyond, the gel is untouched."""

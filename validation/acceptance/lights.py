@@ -12,8 +12,8 @@ from jaxtyping import Float64
 from recon.lights import sits_like_wedge
 from recon.pixels import BallPress, label_pixels
 from validation.acceptance.limits import DEAD_GRAY_LEVELS, Parts
+from validation.lighting import GRAY_LEVELS
 
-GRAY_LEVELS = 255
 CLEARLY_DEG = 30.0
 """Colours count as swapped where another order fits better by this, summed over them."""
 

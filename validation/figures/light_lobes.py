@@ -11,13 +11,13 @@ from matplotlib.projections.polar import PolarAxes
 from matplotlib.ticker import MaxNLocator
 
 from validation.figures.style import CHANNELS, HALF_IN, INK, SOFT, styled
+from validation.lighting import GRAY_LEVELS
 
 HEIGHT_IN = 3.9
 PLACE = (0.09, 0.1, 3.1 / HALF_IN, 3.1 / HEIGHT_IN)
 SECTORS = 36
 SLOPES = (0.3, 1.0)
 """Only pixels of such slopes count: flatter ones have no clear direction, steeper ones shadows."""
-GRAY_LEVELS = 255
 AZIMUTHS = ("+x", "45°", "+y", "135°", "180°", "−135°", "−90°", "−45°")
 
 
