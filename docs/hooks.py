@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""While MkDocs builds: commands show their own help, and no page loads anything from elsewhere.
+"""Hooks for MkDocs: commands show their own help, and no page loads anything from elsewhere.
 
 A line ``<!-- help: NAME -->`` becomes what ``wedge NAME --help`` prints.
 """
@@ -44,7 +44,7 @@ def _help(name: str) -> str:
 
 
 def _wrapped(line: str) -> str:
-    """A line of help in the page's width; what follows a name stays in its column."""
+    """Wrap a line of help to the page's width, and keep what follows a name in its column."""
     if len(line) <= COLUMNS:
         return line
     named = re.match(r" +\S+ {2,}", line)
