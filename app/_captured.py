@@ -52,6 +52,8 @@ class Captured:
         """As presses show them, once measured."""
         self._waiting: set[str] = set()
         """Presses whose circles are to be found at the end."""
+        self._circles: dict[str, Circle] = {}
+        """As found, by press."""
         lens = None if other is None else read_dataset_lens(other)
         if lens is not None:  # circles lie in pixels that it was taken out of
             write_lens(out / LENS_FILE, lens)
@@ -86,6 +88,7 @@ class Captured:
         except WedgeError as error:
             return f"; its circle waits for the end: {error}"
         self._waiting.remove(label.file)
+        self._circles[label.file] = circle
         return ""
 
     def follow(self) -> str:
@@ -126,11 +129,24 @@ class Captured:
                 files = [x for x in waiting if self._book.standing(x) == (None, False)]
                 if files:
                     self._book.put_found(_found(dataset, files, "circles"))
+                self._agree()
                 return
             except CardMovedError:
                 continue  # somebody has moved the corners once more
             except WedgeError as error:
                 raise self._ended(error) from error
+
+    def _agree(self) -> None:
+        """Centre the circles that nobody has changed in one way."""
+        from recon.labels.found import agreed
+
+        size_px, centered = self.watcher.unwarp.size_px, agreed(self._circles)
+        moved = [
+            centered[file].label(file, size_px)
+            for file, circle in self._circles.items()
+            if self._book.standing(file) == (circle.label(file, size_px), False)
+        ]
+        self._book.put_found(moved)
 
     def measure(
         self, calipers: Sequence[tuple[str, float]], design: "Wedge | None"
@@ -219,7 +235,7 @@ class Captured:
             drawn = [label for label in now.labels if is_by_hand(label)]
             if len(drawn) < len(now.labels):
                 write_labels(self.out / LABELS_FILE, drawn)
-        self._book = LabelBook(replace(dataset, labels=tuple(drawn)))
+        self._book, self._circles = LabelBook(replace(dataset, labels=tuple(drawn))), {}
         self._waiting = set(self.taken).difference(frame_name(label.file) for label in drawn)
         self.card = card  # last: what Ctrl-C cuts off is done anew at the end
         if drawn and _pixels(card) != _pixels(before):
@@ -293,20 +309,13 @@ def _found_anew(before: "Dataset", card: "DatasetCard") -> "Dataset":
 
 def _found(dataset: "Dataset", files: list[str], title: str) -> "list[BallLabel]":
     """The circles of some frames, of those in which a ball shows."""
-    from functools import partial
-
     from app._progress import progress
     from app._workers import process_pool
-    from recon.labels.label_book import automatic_label
+    from recon.labels.found import found_labels
     from recon.presses import press_reader
 
-    found: list[BallLabel] = []
     with progress(title) as show, process_pool() as pool:
-        finder = partial(automatic_label, press_reader(dataset))
-        for done, label in enumerate(pool.map(finder, files), start=1):
-            found += [] if label is None else [label]
-            show(done / len(files))
-    return found
+        return found_labels(press_reader(dataset), files, pool, show)
 
 
 def _pixels(card: "DatasetCard") -> tuple[object, ...]:

@@ -14,9 +14,9 @@ from sensor.errors import WedgeError
 from sensor.extras import how_to_install
 
 if TYPE_CHECKING:
+    from recon.labels.circles import Circle
     from recon.labels.label_book import LabelBook
     from recon.presses import PressReader
-    from sensor.dataset import BallLabel
 
 SAVED_TOGETHER = 50
 """Circles found: to write the whole file for each would take a time that grows as their square."""
@@ -157,21 +157,23 @@ def _find(reader: "PressReader", book: "LabelBook", files: list[str]) -> None:
     from functools import partial
 
     from app._workers import process_pool
-    from recon.labels.label_book import automatic_label
+    from recon.labels.found import agreed, found_circle, labels_of
 
-    found: list[BallLabel] = []
+    circles: dict[str, Circle] = {}
+    unsaved: dict[str, Circle] = {}
     with progress("circles") as show, process_pool() as pool:
-        labels = pool.map(partial(automatic_label, reader), files, chunksize=2)
+        found = pool.map(partial(found_circle, reader), files, chunksize=2)
         try:
-            for done, label in enumerate(labels, start=1):
-                found += [] if label is None else [label]
-                if len(found) >= SAVED_TOGETHER:
-                    book.put_found(found)
-                    found = []
-                show(done / len(files), files[done - 1])
+            for done, (file, circle) in enumerate(zip(files, found, strict=True), start=1):
+                if circle is not None:
+                    circles[file] = unsaved[file] = circle
+                if len(unsaved) >= SAVED_TOGETHER:
+                    book.put_found(labels_of(reader, unsaved))
+                    unsaved = {}
+                show(done / len(files), file)
         finally:
-            if found:
-                book.put_found(found)
+            if circles:
+                book.put_found(labels_of(reader, agreed(circles)))
 
 
 def _serve(reader: "PressReader", port: int) -> None:

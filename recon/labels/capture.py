@@ -15,6 +15,7 @@ from recon.coverage import Coverage
 from recon.geometry.unwarp import PixelMap, Unwarp
 from recon.labels.circles import Circle
 from recon.labels.find_circle import DOUBTFUL, find_circle, refuse_ball
+from recon.labels.sharpness import detail_kept
 from recon.presses import fingerprint
 from sensor.toml import Pair
 
@@ -27,8 +28,8 @@ STILL_FACTOR = 1.6
 LEAST_STILL = 1 / 255
 MOST_BLANK_CHANGE = 6 / 255
 """Since the first of the blank frames, noise smoothed: steps of a steady motion are alike, too."""
-SHARPEST_LOSS = 0.5
-"""A frame with less than this share of the blank gel's fine detail is out of focus or shaken."""
+LEAST_DETAIL = 0.7
+"""A frame that keeps less of the blank frame's fine structure is out of focus or shaken."""
 SATURATED_LEVEL = 250
 MOST_SATURATED = 0.3
 """Of the contact's pixels, in any colour: what saturates says nothing about the slope.
@@ -82,7 +83,8 @@ class PressWatcher:
         self._steps: list[float] = []
         self._blank: Unwarped | None = None
         self._noise = 0.0
-        self._sharpness = 0.0
+        self._single: Frame | None = None
+        """One blank frame, as noisy as those that it is compared with."""
         self._last: Unwarped | None = None
         self._still = 0
 
@@ -130,7 +132,7 @@ class PressWatcher:
         """Take a blank frame as it is, instead of waiting for still ones."""
         self.background = background
         self._blank = self.unwarp(background)
-        self._sharpness = _fine_detail(self._blank)
+        self._single = background
         self.state = "waiting"
 
     def look_through(self, unwarp: Unwarp, ball_radius_mm: float, mm_per_px: Pair) -> None:
@@ -139,10 +141,9 @@ class PressWatcher:
         It stays, and the presses count where their middles lie now.
         """
         assert self.background is not None and self._blank is not None
-        before, sharpness = self.unwarp, _fine_detail(self._blank)
+        before = self.unwarp
         middles_px = [_carried(x, before, unwarp) for x in self.coverage.centers_px]
         self.unwarp, self._blank, self._last = unwarp, unwarp(self.background), None
-        self._sharpness *= _fine_detail(self._blank) / max(sharpness, 1e-9)
         self.ball_radius_mm, self.mm_per_px = ball_radius_mm, mm_per_px
         self.coverage = Coverage(unwarp.size_px)
         for middle_px in middles_px:
@@ -170,8 +171,7 @@ class PressWatcher:
             return _no(f"blank gel, {len(self._blanks)} of {BLANK_FRAMES}: touch nothing")
         self.set_background(np.stack(self._blanks).mean(axis=0).round().astype(np.uint8))
         # An average is smoother than any frame: the frames' own noise is what others compare with.
-        self._noise = max(self._steps)
-        self._sharpness = float(np.median([_fine_detail(self.unwarp(x)) for x in self._blanks]))
+        self._noise, self._single = max(self._steps), self._blanks[-1]
         return _no(f"the blank gel is known: {self._wanted}")
 
     def _judge(
@@ -182,7 +182,8 @@ class PressWatcher:
         known_by = fingerprint(frame)
         if known_by in self._taken:
             return _no("the same picture, pixel by pixel, as one that was taken")
-        if _fine_detail(seen) < SHARPEST_LOSS * self._sharpness:
+        assert self._single is not None
+        if detail_kept(frame, self._single) < LEAST_DETAIL:
             return _no("blurred: hold the sensor still, or mend its focus")
         saturated = (seen[contact] >= SATURATED_LEVEL / 255).any(-1).mean()
         if saturated > MOST_SATURATED:
@@ -231,9 +232,3 @@ def _moved(a: Float32[np.ndarray, "h w 3"], b: Float32[np.ndarray, "h w 3"]) -> 
     """How much two frames differ where they differ most: the 99th percentile, noise smoothed."""
     change = np.abs(cv2.GaussianBlur(a - b, (0, 0), 2)).max(-1)
     return float(np.percentile(change, 99))
-
-
-def _fine_detail(seen: Unwarped) -> float:
-    """Energy of what changes from pixel to pixel."""
-    gray = np.ascontiguousarray(seen.mean(-1))
-    return float(np.median(np.abs(cv2.Laplacian(gray, cv2.CV_32F))))

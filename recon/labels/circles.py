@@ -35,6 +35,10 @@ class Circle:
     quality: float
     """0 to 1: the share of the shading near the circle that a ball explains, times the share of
     the frame's shading that lies near the circle, so that a ball's holder lowers it."""
+    shading_px: Pair | None = None
+    """The shading's centre, of a circle that was found."""
+    spread: float | None = None
+    """Of its outline (``recon.labels.outline``), in radii; ``None`` if that did not centre it."""
 
     def label(
         self, file: str, size_px: tuple[int, int], ball_radius_mm: float | None = None

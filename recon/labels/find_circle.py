@@ -11,7 +11,7 @@ from scipy import ndimage
 
 from recon.arrays import Difference
 from recon.labels.circles import START, Circle, refit_circle
-from recon.labels.outline import outline_center
+from recon.labels.outline import outline_of
 from sensor.errors import WedgeError
 from sensor.toml import Pair
 
@@ -59,7 +59,8 @@ def find_circle(difference: Difference, ball_radius_mm: float, mm_per_px: Pair) 
     radii) and where the largest changed patch lies. Each is fitted to the shading of a ball of the
     known radius (``recon.labels.circles``); the best explained one gives radius and quality. The
     centre is that of the outline (``recon.labels.outline``), or, where too little of it lies in the
-    frame, of the shading, fitted again closer to the disc. Where that lies outside the frame, so
+    frame, of the shading, fitted again closer to the disc; of all circles of a sensor
+    ``recon.labels.agreed`` chooses between the two. Where the centre lies outside the frame, so
     does the ball, and the next best circle is only gel beside it.
 
     Args:
@@ -81,15 +82,24 @@ def find_circle(difference: Difference, ball_radius_mm: float, mm_per_px: Pair) 
     circle = max(candidates(small, ball_px), key=lambda one: one.quality, default=None)
     if circle is None or circle.quality < LEAST_QUALITY or _strength(small, circle) < LEAST_CHANGE:
         return None
-    x_px, y_px = _center(small, circle, ball_px)
-    if not _is_inside(small, np.array([[x_px, y_px]])).all():
+    shading_px = _shading_center(small, circle, ball_px)
+    outline = outline_of(_change(small, OUTLINE_SMOOTH_PX), shading_px, circle.radius_px)
+    center_px = shading_px if outline is None else outline.center_px
+    if not _is_inside(small, np.array([center_px])).all():
         return None
-    is_sure = _is_sure(small, circle, (x_px, y_px))
-    scale_x, scale_y = width / small.shape[1], height / small.shape[0]
+    is_sure = _is_sure(small, circle, center_px)
+    scale = np.array([width / small.shape[1], height / small.shape[0]])
+
+    def in_frame(place_px: Pair) -> Pair:
+        x_px, y_px = (np.array(place_px) + 0.5) * scale - 0.5
+        return float(x_px), float(y_px)
+
     return Circle(
-        center_px=((x_px + 0.5) * scale_x - 0.5, (y_px + 0.5) * scale_y - 0.5),
-        radius_px=circle.radius_px * float(np.sqrt(scale_x * scale_y)),
+        center_px=in_frame(center_px),
+        radius_px=circle.radius_px * float(np.sqrt(scale.prod())),
         quality=circle.quality if is_sure else DOUBTFUL * circle.quality,
+        shading_px=in_frame(shading_px),
+        spread=None if outline is None else outline.spread,
     )
 
 
@@ -170,15 +180,14 @@ def _is_sure(small: Small, circle: Circle, center_px: Pair) -> bool:
     return bool(rim >= LEAST_RIM and strongest <= VISIBLE_DISC and shift <= FARTHEST_SHIFT)
 
 
-def _center(small: Small, circle: Circle, ball_px: float) -> Pair:
-    """The outline's centre, else the shading's."""
+def _shading_center(small: Small, circle: Circle, ball_px: float) -> Pair:
+    """The shading's centre, fitted again closer to the disc."""
     shading = circle
     for _ in range(ROUNDS):
         shading = refit_circle(
             small, shading.center_px, shading.radius_px / START, ball_px, CENTER_REACH
         )
-    change = _change(small, OUTLINE_SMOOTH_PX)
-    return outline_center(change, shading.center_px, circle.radius_px) or shading.center_px
+    return shading.center_px
 
 
 def _change(difference: Difference, smooth_px: float = SMOOTH_PX) -> Change:

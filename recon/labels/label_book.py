@@ -8,9 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from recon.images import frame_count, read_frame
-from recon.labels.find_circle import find_circle
-from recon.presses import PressReader
+from recon.images import frame_count
 from sensor.dataset import (
     IMAGES,
     BallLabel,
@@ -83,30 +81,6 @@ def refuse_name(path: Path) -> None:
             f"{path.parent}: {LABELS_FILE} cannot keep the name {name!r}, with a space at an end, "
             "or a #, a line break or what is no character in it: rename it."
         )
-
-
-def automatic_label(reader: PressReader, file: str) -> BallLabel | None:
-    """The label of one frame as found, ``None`` where no ball shows.
-
-    A frame that has a label keeps the ball that this states.
-
-    Raises:
-        WedgeError: the frame is missing, damaged or of another size.
-    """
-    dataset = reader.dataset
-    frame, before = read_frame(dataset.folder, file), dataset.label(file)
-    try:
-        difference = reader.unwarp(frame) - reader.blank
-    except WedgeError as error:
-        raise WedgeError(
-            f"{dataset.folder / file}: {error} Is it another camera's? Take it out."
-        ) from error
-    circle = find_circle(difference, dataset.ball_radius_mm(before), dataset.card.mm_per_px)
-    if circle is None:
-        return None
-    height, width = difference.shape[:2]
-    stated_mm = None if before is None else before.ball_radius_mm
-    return circle.label(file, (width, height), stated_mm)
 
 
 def within_balls(dataset: Dataset) -> Dataset:

@@ -10,6 +10,8 @@ with and without place, background and wider rings), the point that all slopes l
 slopes fitted linearly, and where each ray falls steepest.
 """
 
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
 from jaxtyping import Float32, Float64
@@ -33,8 +35,18 @@ FARTHEST_SHIFT = 0.25
 FIT_STEPS = 8
 
 
-def outline_center(change: Change, center_px: Pair, radius_px: float) -> Pair | None:
-    """The outline's centre; ``None`` where too little of it shows, or it lies elsewhere.
+@dataclass(frozen=True, kw_only=True)
+class Outline:
+    """Where a disc's outline is centred."""
+
+    center_px: Pair
+    spread: float
+    """How far the circle of the lowest share lies from that of the highest, in contact radii. Light
+    that a dent turns away to one side draws the outer circles there."""
+
+
+def outline_of(change: Change, center_px: Pair, radius_px: float) -> Outline | None:
+    """The outline; ``None`` where too little of it shows, or it lies elsewhere.
 
     Args:
         change: how much the colour changed at each pixel, smoothed, without dots.
@@ -61,7 +73,10 @@ def outline_center(change: Change, center_px: Pair, radius_px: float) -> Pair | 
         center = np.mean(found, axis=0)
     if np.hypot(*(center - center_px)) > FARTHEST_SHIFT * radius_px:
         return None
-    return float(center[0]), float(center[1])
+    return Outline(
+        center_px=(float(center[0]), float(center[1])),
+        spread=float(np.hypot(*(found[-1] - found[0]))) / radius_px,
+    )
 
 
 def _where_fallen(

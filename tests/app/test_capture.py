@@ -273,9 +273,11 @@ class Ending(ThreadPoolExecutor):
     fault: ClassVar[BaseException | None] = None
 
     def map(self, *given: Any, **options: Any) -> Iterator[Any]:
-        yield next(super().map(*given, **options)) if self.fault else None
-        if self.fault:
-            raise self.fault
+        if self.fault is None:
+            yield from (None for _ in given[1])
+            return
+        yield next(super().map(*given, **options))
+        raise self.fault
 
 
 @pytest.mark.parametrize(

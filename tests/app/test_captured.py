@@ -17,7 +17,8 @@ import app._workers
 from app.__main__ import main
 from recon.labels.capture import PressWatcher
 from recon.labels.corner_book import CornerBook
-from recon.labels.label_book import CERTAIN, LabelBook, automatic_label
+from recon.labels.found import agreed, found_circle, labels_of
+from recon.labels.label_book import CERTAIN, LabelBook
 from recon.presses import press_reader
 from sensor.dataset import BallLabel, Dataset, read_dataset, write_card
 from tests.app.test_capture import new_sensor
@@ -74,10 +75,11 @@ def edit_corner(out: Path) -> None:
     write_card(out / "dataset.toml", replace(card, corners_px=((x + 4.0, y + 4.0), b, c, d)))
 
 
-def as_found(dataset: Dataset, count: int = len(PRESSES)) -> list[BallLabel | None]:
+def as_found(dataset: Dataset, count: int = len(PRESSES)) -> list[BallLabel]:
     """What a search by the dataset's own card finds in the first presses."""
     reader = press_reader(dataset)
-    return [automatic_label(reader, file) for file in PRESSES[:count]]
+    circles = {file: found_circle(reader, file) for file in PRESSES[:count]}
+    return labels_of(reader, agreed({f: one for f, one in circles.items() if one is not None}))
 
 
 @pytest.mark.parametrize("how", [move_corner, edit_corner])

@@ -24,20 +24,21 @@ import app.label
 import recon.labels.label_book
 from app.__main__ import main
 from recon.images import write_image
-from recon.labels.label_book import (
-    CERTAIN,
-    LabelBook,
-    automatic_label,
-    doubtful_first,
-    pressed_frames,
-)
+from recon.labels.found import found_circle, found_labels
+from recon.labels.label_book import CERTAIN, LabelBook, doubtful_first, pressed_frames
 from recon.presses import press_reader
-from sensor.dataset import Dataset, read_dataset, write_card, write_labels
+from sensor.dataset import BallLabel, Dataset, read_dataset, write_card, write_labels
 from sensor.errors import WedgeError
 from tests.app.served import needs_chromium, opened, served
 from tests.synthetic import BALL_RADIUS_MM, make_dataset
 
 ROOT = Path(__file__).resolve().parents[2]
+
+
+def as_found(dataset: Dataset) -> list[BallLabel]:
+    """The circles of all labelled frames, found anew."""
+    with ThreadPoolExecutor(1) as pool:
+        return found_labels(press_reader(dataset), [x.file for x in dataset.labels], pool)
 
 
 def wedge(*words: str) -> list[str]:
@@ -63,7 +64,7 @@ def test_circles_are_the_same_in_frames_of_other_formats(
     tmp_path: Path, in_this_process: None
 ) -> None:
     dataset = make_dataset(tmp_path / "set", presses=2)
-    circles = [automatic_label(press_reader(dataset), label.file) for label in dataset.labels]
+    circles = as_found(dataset)
     (dataset.folder / "labels.csv").unlink()
     for file, ending in (("background.png", "BMP"), ("press00.png", "bmp"), ("press01.png", "tif")):
         picture = dataset.folder / file
@@ -83,7 +84,7 @@ def test_a_frame_of_another_camera_is_named(tmp_path: Path) -> None:
     dataset = make_dataset(tmp_path / "set", presses=1)
     write_image(dataset.folder / "odd.png", np.zeros((64, 48, 3), np.uint8))
     with pytest.raises(WedgeError, match=r"odd\.png: .*48x64.*Take it out"):
-        automatic_label(press_reader(dataset), "odd.png")
+        found_circle(press_reader(dataset), "odd.png")
 
 
 @pytest.fixture
@@ -100,7 +101,7 @@ def label_quietly(dataset: Dataset) -> object:
 
 def test_a_circle_found_again_is_that_of_the_press_s_own_ball(tmp_path: Path) -> None:
     dataset = make_dataset(tmp_path / "set", presses=2)
-    by_card = [automatic_label(press_reader(dataset), label.file) for label in dataset.labels]
+    by_card = as_found(dataset)
     card = replace(dataset.card, ball_radius_mm=2 * BALL_RADIUS_MM)
     write_card(dataset.folder / "dataset.toml", card)
     own = [replace(x, ball_radius_mm=BALL_RADIUS_MM, quality=0.5) for x in dataset.labels]

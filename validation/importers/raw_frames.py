@@ -14,7 +14,6 @@ import re
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 
 from recon.arrays import Frame
@@ -24,7 +23,8 @@ from recon.geometry.pad import base_side, find_pad, gel_corners
 from recon.geometry.unwarp import Corners, prepare_unwarp
 from recon.images import read_image
 from recon.labels.ball_size import refuse_small_ball
-from recon.labels.label_book import automatic_label, refuse_name
+from recon.labels.found import found_labels
+from recon.labels.label_book import refuse_name
 from recon.presses import PressReader, press_reader
 from sensor.dataset import (
     IMAGES,
@@ -208,7 +208,7 @@ def _scale(
         WedgeError: no ball is found in them, or the caliper's do not determine a scale.
     """
     few = pictures.presses[:: max(1, len(pictures.presses) // RESPONSE_PRESSES)]
-    some = [x for x in pool.map(partial(automatic_label, reader), few) if x is not None]
+    some = found_labels(reader, few, pool)
     if not some:
         length, width = pad_size_mm
         raise WedgeError(
@@ -240,11 +240,10 @@ def _circles(
     Raises:
         WedgeError: no ball is found, or its radius cannot be right.
     """
-    card, labels = reader.dataset.card, list[BallLabel]()
-    found = pool.map(partial(automatic_label, reader), presses, chunksize=2)
-    for done, label in enumerate(found, start=1):
-        labels += [label] if label is not None else []
-        progress(0.2 + 0.8 * done / len(presses), "finding circles")
+    card = reader.dataset.card
+    labels = found_labels(
+        reader, presses, pool, lambda share: progress(0.2 + 0.8 * share, "finding circles")
+    )
     if not labels:
         pitches = " x ".join(f"{pitch:.4g}" for pitch in card.mm_per_px)
         raise WedgeError(

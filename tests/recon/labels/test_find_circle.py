@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from recon.labels.find_circle import DOUBTFUL, LEAST_BALL_PX, MOST_BALL, find_circle
+from recon.labels.outline import Outline
 from sensor.errors import WedgeError
 from tests.shading import pressed
 
@@ -60,8 +61,8 @@ def test_a_circle_whose_outline_lies_elsewhere_is_doubtful(
     shift: float, is_certain: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     difference = pressed(SIZE_PX, (83.3, 55.8), 18.0, BALL_PX)
-    outline = (83.3 + shift * 18.0, 55.8)
-    monkeypatch.setattr("recon.labels.find_circle.outline_center", lambda *_: outline)
+    outline = Outline(center_px=(83.3 + shift * 18.0, 55.8), spread=0.0)
+    monkeypatch.setattr("recon.labels.find_circle.outline_of", lambda *_: outline)
     circle = find_circle(difference, BALL_MM, MM_PER_PX)
     assert circle is not None
     assert (circle.quality >= DOUBTFUL) == is_certain
