@@ -113,7 +113,7 @@ class CaptureSession:
         except WedgeError as error:
             if self.watcher is None and self.background is None:  # the blank one
                 raise
-            self.say(f"{named} is passed over: {error}")
+            self.say(f"{named} is skipped: {error}")
             return None
         return frame
 
@@ -187,7 +187,7 @@ def _watcher(
             (height, width), (other_height, other_width) = blank.shape[:2], first.shape[:2]
             raise WedgeError(
                 f"the frames are {width}x{height} pixels, those of {other.card.name} are "
-                f"{other_width}x{other_height}: another camera, or another resolution."
+                f"{other_width}x{other_height}: use the same camera at the same resolution."
             )
         unwarp = dataset_unwarp(other, blank, read_dataset_lens(other))
     return PressWatcher(unwarp, card.ball_radius_mm, card.mm_per_px, calipers)
@@ -195,11 +195,11 @@ def _watcher(
 
 def assumed(card: "DatasetCard") -> str:
     """What a sensor seen for the first time is taken to measure, as long as nothing tells."""
-    otherwise = "--design or --pad-size-mm says otherwise, --caliper-mm measures it."
+    otherwise = "set it with --design or --pad-size-mm, or measure it with --caliper-mm."
     if card.pad_size_mm is not None:
         length, width = card.pad_size_mm
         return f"The pad is taken to be {length:g} x {width:g} mm: {otherwise}"
     return (
-        "No mirror's pad shows in the first frame: the frame is taken to be as long as the pad, "
-        f"so {card.mm_per_px[0]:.5f} mm/px: {otherwise}"
+        "No corners of a pad were found in the first frame: it is taken to be as long as the "
+        f"pad, so the scale is {card.mm_per_px[0]:.5f} mm/px: {otherwise}"
     )

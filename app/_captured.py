@@ -67,8 +67,8 @@ class Captured:
     def kept(self) -> str:
         """A sentence for whoever ends before all is done."""
         return (
-            f"The presses are kept in {self.out}, at the size that its {CARD_FILE} states: "
-            f"{command_line('label', self.out)} finds circles that are missing."
+            f"The presses are kept in {self.out}, at the scale stated in its {CARD_FILE}: "
+            f"{command_line('label', self.out)} finds the missing circles."
         )
 
     def keep(self, frame: Any, circle: "Circle") -> str:
@@ -86,7 +86,7 @@ class Captured:
         except CardMovedError:
             return ""  # ``follow`` says so before the next frame
         except WedgeError as error:
-            return f"; its circle waits for the end: {error}"
+            return f"; its circle will be found at the end: {error}"
         self._waiting.remove(label.file)
         self._circles[label.file] = circle
         return ""
@@ -104,7 +104,7 @@ class Captured:
         try:
             dataset, unwarp = self._read()
         except WedgeError as error:  # tried again with the next frame: another file may be at fault
-            self._trouble = f"presses are judged as before until this is mended: {error}"
+            self._trouble = f"presses are judged as before until this is corrected: {error}"
             return "" if self._trouble == before else self._trouble
         self._stamp, self._trouble = stamp, ""
         try:
@@ -241,12 +241,12 @@ class Captured:
         if drawn and _pixels(card) != _pixels(before):
             raise WedgeError(
                 f"{self.out / CARD_FILE} was changed, but {self.out / LABELS_FILE} holds circles "
-                "that somebody drew or looked at, or balls of their own, in pixels of the corners "
-                "before: look whether they still fit."
+                "that somebody drew or confirmed, or ball radii that somebody wrote, in pixels of "
+                "the previous corners: check whether they still fit."
             )
         return (
-            f"{CARD_FILE} was changed: presses are judged by it from here on, and circles found "
-            "before are found anew at the end"
+            f"{CARD_FILE} was changed: presses are judged by it from now on, and circles found "
+            "earlier are found again at the end"
         )
 
     def _merge(self, before: "Dataset", after: "Dataset") -> bool:
@@ -281,7 +281,9 @@ def _by_caliper(
 
     few = before.labels[:: max(1, -(-len(before.labels) // 8))]
     if not few:
-        raise WedgeError("no press has a circle any more, and some are needed for the scale.")
+        raise WedgeError(
+            "no press has a circle any more, but the scale needs some: take more presses."
+        )
     scale = measured_scale(before.folder / CALIPER_FOLDER, calipers, press_reader(before), few)
     return _found_anew(before, rescaled(before.card, scale)), scale
 
@@ -303,7 +305,9 @@ def _found_anew(before: "Dataset", card: "DatasetCard") -> "Dataset":
     labels += _found(after, files, "circles at the measured scale")
     if not labels:
         pitches = " x ".join(f"{pitch:.4g}" for pitch in card.mm_per_px)
-        raise WedgeError(f"no ball was recognised at the caliper's scale, {pitches} mm/px.")
+        raise WedgeError(
+            f"no ball was recognised at the caliper's scale, {pitches} mm/px: check its gap."
+        )
     return replace(after, labels=tuple(sorted(labels, key=lambda label: label.file)))
 
 

@@ -45,7 +45,7 @@ def cluster_pool(address: str) -> Iterator[Executor]:
             yield client.get_executor(retries=RETRIES)  # type: ignore[no-untyped-call]
         except (CancelledError, KilledWorker) as error:
             raise WedgeError(
-                f"the Dask scheduler at {address} was lost, or its workers end again and again, "
-                "for want of memory perhaps: mend that and run the same command again; what is "
+                f"the Dask scheduler at {address} was lost, or its workers keep ending, perhaps "
+                "for lack of memory: correct that and run the same command again; what is "
                 "rendered is kept."
             ) from error

@@ -19,7 +19,7 @@ def doubt_remarks(doubts: Sequence[tuple[str, str]]) -> list[str]:
 
     asked = {
         STRANGE: "are the lights on, and is this the unit's sensor?",
-        IMPLAUSIBLE: "is this the unit's sensor, neither mirrored nor blue for red?",
+        IMPLAUSIBLE: "is this the unit's sensor, not mirrored, with red and blue not swapped?",
     }
     said = []
     for word in dict.fromkeys(word for _, word in doubts if word):
@@ -27,5 +27,5 @@ def doubt_remarks(doubts: Sequence[tuple[str, str]]) -> list[str]:
         which = ", ".join(names)
         if len(names) > NAMED:
             which = f"{names[0]} and {len(names) - 1} more"
-        said.append(f"{which}: {word}, so depth means little there: {asked[word]}")
+        said.append(f"{which}: {word}, so the depth cannot be trusted: {asked[word]}")
     return said

@@ -28,11 +28,11 @@ def first_touched(came: UnitFrames, frames: Sequence[tuple[int, int, bool]]) -> 
         return unseen
     index = first_contact(touches for _, _, touches in frames)
     if index is None:
-        print(f"First contact: in no {IN_A_ROW} frames in a row.")
+        print(f"First contact: none that lasts {IN_A_ROW} frames in a row.")
         return unseen
     number, time_ns, _ = frames[index]
     if index == 0:
-        print(f"First contact: not seen; touched from the first frame on, frame {number}.")
+        print(f"First contact: not seen, as something touches in the first frame, {number}.")
         return unseen | {"touched_at_start": True}
     after_s = (time_ns - frames[0][1]) / 1e9
     after = f", {after_s:.3f} s after the first." if came.timed else "."

@@ -140,11 +140,11 @@ class UnitFrames:
             said.append(f"Left out {self._useless} of {self._came} frames: {self._flaw}")
         if self._still:
             said.append(
-                f"The stream stood still: {self._still} of {self._came} frames are the one before "
-                "them to the last bit."
+                f"The stream stood still: {self._still} of {self._came} frames are identical to "
+                "the one before, to the last bit."
             )
         if self._counts is not None and self._counts.dropped:
-            said.append(f"Lost on the way: {self._counts.dropped} frames.")
+            said.append(f"Lost in transmission: {self._counts.dropped} frames.")
         if self._counts is not None and self._counts.corrupt:
             said.append(f"Damaged and left out: {self._counts.corrupt} parts of the stream.")
         if self._counts is not None and self._counts.remark:
@@ -196,7 +196,7 @@ def unit_frames(
             read_checked(name, unwarp)
         yield UnitFrames(_images(where[:most], unwarp), apart=True)
     elif len(where) > 1:
-        raise WedgeError("name either images or one video, folder, recording or address.")
+        raise WedgeError("name either images, or one video, folder, recording or address.")
     else:
         refuse_nowhere(where[0], "images", "one frame of an archive, as frames.npz#17")
         with open_where(where[0]) as source:

@@ -62,7 +62,7 @@ class Growing:
             with self.writing():
                 file.close()
         recording, _, picture, clip = self.names
-        short = f"; the last second may be missing in {recording}" if self.failed else ""
+        short = f"; the last second may be missing from {recording}" if self.failed else ""
         for name, content in ((picture, figure), (clip, self.clip.webp())):
             with self.writing():
                 write_atomic(self.out / name, content)
@@ -115,5 +115,5 @@ def growing(out: Path, name: str, columns: str) -> Iterator[Growing]:
                 with suppress(OSError):
                     out.rmdir()
         else:
-            print(f"What was found is kept in {files.written}.", file=sys.stderr)
+            print(f"Results so far are kept in {files.written}.", file=sys.stderr)
         raise

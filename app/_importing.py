@@ -56,7 +56,7 @@ def import_source(
     if not source.exists():
         raise WedgeError(f"{source} does not exist: name a folder of frames or a data pack.")
     if (source / CARD).is_file():
-        raise WedgeError(f"{source} is a dataset already: it is used as it is, or copied.")
+        raise WedgeError(f"{source} is already a dataset: use it as it is, or copy it.")
     check_new_folder(out)
     found = _usable_calibration(source, mm_per_px)
     if found is not None:
@@ -76,12 +76,12 @@ def _usable_calibration(source: Path, mm_per_px: float | None) -> "Found | None"
 
     found = find_calibration(source)
     if found is not None and not found.labels:
-        print(f"No circle in the text files fits: circles are found anew. {found.left_aside}")
+        print(f"No circle in the text files fits: the pictures are searched. {found.left_aside}")
         return None
     if found is not None and found.kind == TEXTS and mm_per_px is None:
         print(
-            "The circles in text files are left aside, as nothing says in which pixels they lie: "
-            "circles are found anew. `wedge data import` takes them, with --mm-per-px."
+            "The circles in text files are ignored, as it is not known in which pixels they lie: "
+            "the pictures are searched. To use them, run `wedge data import` with --mm-per-px."
         )
         return None
     return found
@@ -99,7 +99,7 @@ def _import_calibration(
 
     if mm_per_px is None:
         raise WedgeError(
-            f"{source} does not say its scale: `wedge data import` takes it, --mm-per-px"
+            f"{source} does not state its scale: give it to `wedge data import` with --mm-per-px"
             " (gs_sdk's own settings call it ppmm)."
         )
     with (
@@ -128,9 +128,11 @@ def _import_frames(
     from validation.importers.raw_frames import import_raw_frames
 
     if not source.is_dir():
-        raise WedgeError(f"{source} is no calibration data that is known here.")
+        raise WedgeError(
+            f"{source} is not calibration data of a known kind: `wedge data --help` lists them."
+        )
     if ball_radius_mm is None:
-        raise WedgeError("say how large the ball is: --ball-radius-mm, half its diameter.")
+        raise WedgeError("the ball's size is missing: give --ball-radius-mm, half its diameter.")
     with (
         progress(f"importing {source.name}") as show,
         process_pool() as pool,
@@ -148,7 +150,7 @@ def _import_frames(
                 card.pad_size_mm,
                 design,
                 f"{source}, by the caliper's pictures,",
-                "mend the caliper's gap",
+                "correct the caliper's gap",
             ),
             progress=show,
         )
@@ -170,8 +172,8 @@ def _flat_scale(card: "DatasetCard", given_mm_per_px: float | None, pad_size_mm:
         return f"Scale as given: {given_mm_per_px:g} mm/px."
     return (
         "No picture of a caliper: the frame is taken to be as long as the pad, "
-        f"{pad_size_mm[0]:g} mm, so {card.mm_per_px[0]:.5f} mm/px; `wedge data import` takes "
-        "another scale, --mm-per-px."
+        f"{pad_size_mm[0]:g} mm, so the scale is {card.mm_per_px[0]:.5f} mm/px; set another with "
+        "`wedge data import --mm-per-px`."
     )
 
 
@@ -183,16 +185,16 @@ def _say(prepared: "Prepared", out: Path, flat_scale: str) -> None:
     seen = card.corners_px or prepared.left_aside
     places = ", ".join(f"({x:.1f}, {y:.1f})" for x, y in seen or ())
     if seen is None:
-        print("No mirror's pad shows in the blank frame: the frames are taken as the gel plane.")
+        print("No corners of a pad in the blank frame: the frames are taken to show the gel plane.")
     elif card.corners_px is None:
         print(
-            f"A mirror's pad seems to show in the blank frame, with its corners at {places} px: it "
-            "is left aside, as --mm-per-px is the scale of frames that show the gel plane."
+            f"The blank frame seems to show a pad with corners at {places} px: they are ignored, "
+            "as --mm-per-px is the scale of frames that show the gel plane."
         )
     else:
         print(f"Corners of the pad, found in the blank frame: {places} px.")
     if prepared.lens:
-        print(f"The lens is taken over from the {LENS_FILE} beside the frames.")
+        print(f"The lens is read from the {LENS_FILE} in the folder of the frames.")
     if scale is not None:
         shares = [s / mm for s, mm in zip(scale.sigma_mm_per_px, scale.mm_per_px, strict=True)]
         words = f"Scale from {scale.gaps} of {prepared.caliper} pictures of the caliper:"
@@ -224,9 +226,9 @@ def _say(prepared: "Prepared", out: Path, flat_scale: str) -> None:
         print(f"None in {', '.join(without[:5])}{' ...' if len(without) > 5 else ''}.")
     if card.corners_px is not None and len(without) > len(found):
         print(
-            "Most pictures show no ball by these corners: see whether they are the pad's, "
-            f"`{command_line('label', out, '--corners')}`; frames of the gel plane itself are "
-            "imported by `wedge data import` with --mm-per-px."
+            "With these corners, most pictures show no ball: check that they are the pad's with "
+            f"`{command_line('label', out, '--corners')}`; if the frames show the gel plane "
+            "itself, use `wedge data import` with --mm-per-px."
         )
 
 
@@ -246,7 +248,7 @@ def _say_refitted(
     times = median(b.contact_radius_px / a.contact_radius_px for a, b in pairs)
     doubtful = sum(x.quality is not None and x.quality < DOUBTFUL for x in refitted)
     print(
-        f"{kind}: {len(theirs)} labelled presses. Their circles are refitted to the ball's "
-        f"shading, on median {moved_px:.1f} px away and {times:.2f} times as wide; {doubtful} are "
-        "doubtful."
+        f"{kind}: {len(theirs)} labelled presses. Their circles were refitted to the ball's "
+        f"shading: in the median, {moved_px:.1f} px away and {times:.2f} times as wide; "
+        f"{doubtful} are doubtful."
     )

@@ -65,6 +65,6 @@ def unlit_remark(lights_deg: Mapping[str, float] | None, design: Wedge | None) -
     if design is not None:
         return f"{shown}, but the design {design.name} has {'one' if one else 'them'}: {dead}."
     return (
-        f"{shown}: taken as a sensor of {NUMBERS[len(lights_deg)]}; if it should have "
-        f"{'one' if one else 'them'}, {dead}."
+        f"{shown}: the sensor is taken to have {NUMBERS[len(lights_deg)]}; if it should have "
+        f"{'that one' if one else 'them'} too, {dead}."
     )

@@ -69,7 +69,7 @@ def keep_inputs(read: Iterable[str | Path | None], written: Iterable[Path | None
     ours = {Path(part).resolve() for name in names for part in (name, name.partition("#")[0])}
     for path in written:
         if path is not None and (path.resolve() in ours or _is_read_in(ours, path.resolve())):
-            raise WedgeError(f"{path} would be written over, and it is read: write elsewhere.")
+            raise WedgeError(f"{path} is an input and would be overwritten: write elsewhere.")
 
 
 def refuse_unit_folder(out: Path | None) -> None:
@@ -79,7 +79,7 @@ def refuse_unit_folder(out: Path | None) -> None:
         WedgeError: names the folder.
     """
     if out is not None and (out / "unit.toml").is_file():
-        raise WedgeError(f"{out} is a unit folder, which holds its own files alone: name another.")
+        raise WedgeError(f"{out} is a unit folder, which holds only its own files: name another.")
 
 
 def _is_read_in(folders: set[Path], path: Path) -> bool:

@@ -19,7 +19,9 @@ def assumed_pad_mm(design: Wedge | None, pad_size_mm: Pair | None = None) -> Pai
         WedgeError: both are given, or a length that no pad has.
     """
     if design is not None and pad_size_mm is not None:
-        raise WedgeError("--design and --pad-size-mm both say how large the pad is: give one.")
+        raise WedgeError(
+            "--design and --pad-size-mm both give the size of the pad: use one of them."
+        )
     if pad_size_mm is not None and not all(1 <= side < 1e3 for side in pad_size_mm):
         raise WedgeError("--pad-size-mm must be two lengths of at least 1 mm.")
     return pad_size_mm or (design or STANDARD).pad_size_mm
@@ -29,7 +31,7 @@ def refuse_other_pad(
     pad_size_mm: Pair | None,
     design: Wedge | None,
     where: str,
-    remedy: str = "mend pad_size_mm",
+    remedy: str = "correct pad_size_mm",
 ) -> None:
     """Refuse a design that has another pad than a card states, where both are known.
 
@@ -47,7 +49,7 @@ def pad_remark(pad_size_mm: Pair | None, design: Wedge | None) -> str:
     """What to say of a pad that is not quite its design's; empty where there is nothing to say."""
     if design is None or pad_size_mm is None or _off(pad_size_mm, design) < NOTED:
         return ""
-    return f"The sensor has a pad of {_sizes(pad_size_mm, design)}: see that the design is its own."
+    return f"The sensor has a pad of {_sizes(pad_size_mm, design)}: check that the design is right."
 
 
 def _off(pad_size_mm: Pair, design: Wedge) -> float:

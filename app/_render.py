@@ -29,6 +29,6 @@ def refuse_unbuildable(design: Wedge) -> None:
     try:
         from cad.refusals import refuse_unbuildable as refuse
     except ImportError as error:
-        print(f"whether the design can be built is not checked: {error}", file=sys.stderr)
+        print(f"not checked whether the design can be built: {error}", file=sys.stderr)
         return
     refuse(design)

@@ -53,8 +53,8 @@ def process_pool() -> Iterator[Executor]:
         pool.shutdown(cancel_futures=True)
         if isinstance(fault, BrokenExecutor):
             raise WedgeError(
-                "a process of this command was ended from outside, for want of memory perhaps: "
-                "close other programs and run it again."
+                "a process of this command was killed from outside, perhaps for lack of memory: "
+                "close other programs and run the command again."
             ) from fault
         raise
     pool.shutdown()

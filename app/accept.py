@@ -38,26 +38,30 @@ def main(
     json: OutputFile = None,
     junit: OutputFile = None,
 ) -> int:
-    """Measure a sensor against limits, each with its reason; exit 0 only where it passes.
+    """Measure a sensor against limits, each with its reason; exit 0 only if it passes.
 
-    Judged are its errors on balls per axis and with fewer lights, its lights (contrast, place,
-    cross-talk, evenness, saturation, balance), noise and drift of untouched gel, the lit, usable,
-    covered and worn area of the pad, whether the camera has moved since the calibration, and
-    whether the unwarped picture is straight. The worst grade decides: A, B or fail. Press the ball
-    over the whole pad first; presses of another day than the calibration's also show what has
-    changed since. Frame rate, jitter, the longest gap, and times that do not grow need frames with
-    times: name a recording or a stream. Loss needs numbers too: name the sensor's own stream.
+    Judged are its errors on balls, per axis and with fewer lights; its lights (contrast, place,
+    cross-talk, evenness, saturation, balance); noise and drift of the untouched gel; the lit,
+    usable, covered and worn area of the pad; whether the camera has moved since the calibration;
+    and whether the unwarped picture is straight. The worst grade decides: A, B or fail.
+
+    Press the ball over the whole pad first. Presses from another day than the calibration's also
+    show what has changed since.
+
+    Frame rate, jitter, the longest gap, and times that do not increase are measured on frames with
+    times: name a recording or a stream. Lost frames are counted by their numbers, too: name the
+    sensor's own stream.
 
     Example: wedge accept units/wedge-001 presses/today --out certificate
 
     Args:
         unit: A unit folder, written by `wedge calibrate`.
-        dataset: A dataset folder, or a name that `wedge data list` knows.
+        dataset: A dataset folder, or a name from `wedge data list`.
         stream: Frames of the unit with their times: an MCAP file, usb:0 or an address.
         out: Write the certificate here: index.html and certificate.pdf.
-        seed: Seed of the drawn pixels and the intervals.
+        seed: Seed for drawing pixels and for the intervals.
         json: Write measurements, limits and grade here as JSON.
-        junit: Write them here as JUnit XML, one test case a limit.
+        junit: Write them here as JUnit XML, one test case per limit.
     """
     from recon.calibration import load_calibration
     from sensor.dataset import read_dataset
@@ -140,8 +144,8 @@ def _times(where: str | None, unwarp: "Unwarp") -> tuple[list[int], list[int]]:
     with open_where(where) as source:
         if not source.timed:
             raise WedgeError(
-                f"{where} does not say when its frames were taken: name an address, a camera such "
-                "as usb:0, or a recording of one by wedge record."
+                f"{where} does not tell when its frames were taken: name an address, a camera such "
+                "as usb:0, or a recording made with wedge record."
             )
         times_ns: list[int] = []
         indices: list[int] = []

@@ -18,15 +18,15 @@ if TYPE_CHECKING:
 
 
 def main(json: OutputFile = None) -> int:
-    """Measure every figure of the performance page and print it beside its bar.
+    """Measure every figure of the performance page and print it next to its limit.
 
-    Integrators on exact slopes, the network on the real bench presses (5-fold by press), the time
-    of a calibration from 40 presses, of a JPEG to depth, of the stream's client, of the error
-    table, of the twin's frames and of `wedge --help`, and the largest memory of a process. Times on
-    a shared machine are noisy: two things that are compared are measured in turn, and the figure is
-    the ratio of medians. Takes some minutes.
+    Measured are the integrators on exact slopes; the network on the real bench presses (5-fold by
+    press); how long a calibration from 40 presses, the path from a JPEG to depth, the stream's
+    client, the error table, the twin's frames and `wedge --help` take; and the largest memory of a
+    process. Times on a shared machine are noisy: if two programs are compared, they run in turn,
+    and the figure is the ratio of their medians. This takes some minutes.
 
-    Exit status 1 where a figure misses its bar.
+    The exit status is 1 if a figure misses its limit.
 
     Args:
         json: Write the figures here as JSON.

@@ -36,27 +36,28 @@ def main(
     """Calibrate one sensor from ball presses and write its unit folder.
 
     The errors are measured first, on presses that the estimator has not seen (8 of 40, or a
-    fifth); the estimator that is kept is then fitted to all presses. The unit folder's name
+    fifth). The estimator that is kept is then fitted to all presses. The name of the unit folder
     becomes the unit's serial.
 
-    A folder of your own raw frames will do as well: the blank gel in background.png, a caliper's
-    jaws 5 mm apart, along and across, in 5mm-1.png and on, ball presses in all others. Corners,
-    scale and circles are then found first and kept as a dataset beside the unit, UNIT-presses.
+    A folder of your own raw frames works too: the blank gel in background.png, a caliper's jaws
+    5 mm apart, along and across, in 5mm-1.png, 5mm-2.png and so on, ball presses in all others.
+    Corners, scale and circles are then found first, and kept as a dataset next to the unit,
+    UNIT-presses.
 
     Example: wedge calibrate taxim-gelsight --out units/bench-001
 
     Example: wedge calibrate my-frames --ball-radius-mm 2.42 --out units/wedge-001
 
     Args:
-        dataset: A dataset folder, a name that `wedge data list` knows, or a folder of raw frames.
-        out: The unit folder to write; it must not exist, or be empty.
+        dataset: A dataset folder, a name from `wedge data list`, or a folder of raw frames.
+        out: The unit folder to write; new or empty.
         estimator: default (ours), mlp (the paper's network) or table (the lookup table that it
             replaced).
-        design: The design the sensor was built from, which the unit then names: standard, finger
-            or a .toml file. It says which lights there should be and, of raw frames, how large the
-            pad is, by default the standard's.
+        design: The design the sensor was built from, which is written into the unit: standard,
+            finger or a .toml file. It gives the expected lights and, for raw frames, the size of
+            the pad (by default the standard's).
         ball_radius_mm: Radius of the ball, for raw frames.
-        seed: Seed of the split, drawn pixels and training.
+        seed: Seed for the split, drawing pixels and training.
         json: Write the errors on the held-out presses here as JSON.
     """
     from app._lights import with_dead_lights
@@ -70,7 +71,7 @@ def main(
     from validation.table_text import table_document
 
     if out.name in ("", ".."):
-        raise WedgeError(f"--out {out} has no name to call the unit by: name a new folder.")
+        raise WedgeError(f"--out {out} gives the unit no name: name a new folder.")
     check_new_folder(out)
     check_outputs(out / "unit.toml", json)
     keep_inputs([dataset, design], [json])
@@ -84,7 +85,7 @@ def main(
     except WedgeError as error:
         again = command_line("label", source.folder, "--again")
         raise WedgeError(
-            f"{source.folder}: {error} Mend dataset.toml, then `{again}` finds the circles anew."
+            f"{source.folder}: {error} Correct dataset.toml, then run `{again}`."
         ) from error
     card, unlit = with_dead_lights(source, built_from)
     source = replace(source, card=card)
@@ -99,7 +100,7 @@ def main(
     print(f"Unit folder: {out}")
     if folder is not None:
         print(f"Next: {command_line('accept', out, folder, '--out', f'{out}-certificate')}")
-        print("Presses of another day, in place of these, show what has changed since.")
+        print("Judge presses from another day instead to see what has changed since.")
     write_json(json, table_document(measured))
 
 
@@ -154,17 +155,17 @@ def _dataset_of(
     if not frames.is_dir() or (frames / "dataset.toml").exists():
         if ball_radius_mm is not None:
             dataset_folder(frames)  # says so where there is neither
-            raise WedgeError("--ball-radius-mm is for raw frames: a dataset states its own ball.")
+            raise WedgeError("--ball-radius-mm is for raw frames: a dataset states its own.")
         return None
     if ball_radius_mm is None:
         raise WedgeError(
-            f"{frames} is not a dataset folder: it has no dataset.toml; where it holds raw frames, "
-            "say how large the ball is with --ball-radius-mm."
+            f"{frames} is not a dataset folder: it has no dataset.toml; if it holds raw frames, "
+            "give the radius of the ball with --ball-radius-mm."
         )
     presses = out.with_name(f"{out.name}-presses")
     if (presses / "dataset.toml").exists():
         raise WedgeError(
-            f"{presses} holds the presses of an earlier run: go on with "
+            f"{presses} holds the presses of an earlier run: continue with "
             f"`{command_line('calibrate', presses, '--out', out)}`, or name another --out."
         )
     import_source(

@@ -42,18 +42,18 @@ def main(
     """Take ball presses from a sensor and write them as a dataset folder.
 
     Leave the gel alone first: a few still frames become the background. Then press the ball all
-    over the pad. Each press is taken once it holds still, and refused with a reason where it is
-    blurred, saturated, or no ball; a map shows where presses are missing. Every press is on disk
-    with its circle as soon as it is taken; Ctrl-C ends early and loses nothing. Frames of a folder
-    are judged one by one, without waiting for stillness; names such as background.png and 5mm-1.png
-    say there which show the blank gel and a caliper, and those of a caliper are passed over without
-    --caliper-mm.
+    over the pad. A press is taken once it holds still, and refused with a reason if it is blurred,
+    saturated or no ball; a map shows where presses are missing. Each press is on disk with its
+    circle as soon as it is taken; Ctrl-C ends early and loses nothing.
 
-    A sensor seen for the first time has no other dataset: its pad's corners are then found in the
-    first frame, and the pad is taken to be the standard's unless --design or --pad-size-mm says
-    otherwise. With --caliper-mm the first two presses are a caliper's jaws that far apart, once
-    along the finger and once across, from which the scale follows at the end; of a folder, all
-    pictures that are named as a caliper's.
+    For a sensor seen for the first time, the pad's corners are found in the first frame, and the
+    pad is taken to be the standard design's unless --design or --pad-size-mm gives another. With
+    --caliper-mm, the first two presses are a caliper's jaws that far apart, once along the finger
+    and once across; the scale is computed from them at the end.
+
+    The pictures of a folder are judged one by one, without waiting for stillness. Names such as
+    background.png and 5mm-1.png tell which show the blank gel and a caliper. The caliper's pictures
+    are skipped without --caliper-mm; with it, all of them are used.
 
     Example: wedge capture http://10.55.0.1:8080 --like presses/last-week --out presses/today
 
@@ -61,16 +61,16 @@ def main(
 
     Args:
         where: http://HOST:PORT/PATH, usb:0, a video, a folder, or an MCAP file.
-        out: The dataset folder to write; it must not exist, or be empty.
-        like: A dataset of the same sensor: its corners, scale and ball are taken over, so that
-            what sets the scale, as --caliper-mm does, is refused beside it.
-        design: The design the sensor was built from, which says how large its pad is and which
-            lights it has: standard, finger or a .toml file.
-        pad_size_mm: The pad along x and y, of a sensor of no such design.
-        caliper_mm: Gap of the caliper's jaws; pictures of it are taken first, named by it.
-        presses: How many to take.
-        ball_radius_mm: Radius of the ball, where it is not that of the other dataset.
-        background: A picture of the blank gel, where the stream shows none.
+        out: The dataset folder to write; new or empty.
+        like: A dataset of the same sensor: its corners, scale and ball are reused; options that set
+            the scale, such as --caliper-mm, cannot be combined with it.
+        design: The design the sensor was built from, which gives the size of its pad and its
+            lights: standard, finger or a .toml file.
+        pad_size_mm: Size of the pad along x and y, if the sensor has no such design.
+        caliper_mm: Gap between the caliper's jaws; its pictures are taken first and named after it.
+        presses: Number of presses to take.
+        ball_radius_mm: Radius of the ball; needed without --like, or if the ball is another one.
+        background: A picture of the blank gel, if the stream shows none.
     """
     from app._pad import assumed_pad_mm
     from app._sources import open_live
@@ -127,15 +127,15 @@ def _refuse_options(
             raise WedgeError(f"--{name} {value:g} must be above 0 and below 1000.")
     if like is None and ball_radius_mm is None:
         raise WedgeError(
-            "say how large the ball is, --ball-radius-mm, or name a dataset --like it."
+            "the ball's size is missing: give --ball-radius-mm, or name a dataset with --like."
         )
     if like is not None and caliper_mm is not None:
         raise WedgeError(
-            f"--like takes the scale over from {like}, and --caliper-mm measures it anew: leave "
-            "one of them out."
+            f"--like reuses the scale of {like}, and --caliper-mm measures it again: leave one of "
+            "them out."
         )
     if like is not None and of_pad is not None:
-        raise WedgeError(f"--like takes the pad's size over from {like}: leave {of_pad} out.")
+        raise WedgeError(f"--like reuses the pad's size of {like}: leave {of_pad} out.")
 
 
 def _pictures(
@@ -167,18 +167,17 @@ def _pictures(
     blank = list(told.background[:1] or presses[:1]) if first_blank else []
     if blank and not told.background:
         print(
-            f"No picture is named as the blank gel, such as background.png: {blank[0]} is taken to "
-            "show it.",
+            f"No picture is named as the blank gel (such as background.png): {blank[0]} is taken "
+            "to show it.",
             file=sys.stderr,
         )
     for name, gap_mm in told.caliper:
         if caliper_mm is None:
-            print(f"{name} is passed over: its name says that it shows a caliper", file=sys.stderr)
+            print(f"{name} is skipped: its name says that it shows a caliper", file=sys.stderr)
         elif gap_mm != caliper_mm:
             raise WedgeError(
-                f"{Path(folder) / name} is named as a caliper's jaws {gap_mm:g} mm apart, and "
-                f"--caliper-mm says {caliper_mm:g}: mend the one that is wrong, or leave the "
-                "picture out."
+                f"the name of {Path(folder) / name} gives a caliper gap of {gap_mm:g} mm, but "
+                f"--caliper-mm is {caliper_mm:g}: correct the wrong one, or leave the picture out."
             )
     calipers = [] if caliper_mm is None else [name for name, _ in told.caliper]
     rest = [name for name in presses if name not in blank]
@@ -221,7 +220,7 @@ def _dataset(like: str | None, ball_radius_mm: float | None) -> "Dataset | None"
     if ball_radius_mm is None and len(other.ball_radii_mm) > 1:
         raise WedgeError(
             f"{like} has presses of balls of {' and '.join(f'{x:g}' for x in other.ball_radii_mm)} "
-            "mm radius: say which is pressed now, --ball-radius-mm."
+            "mm radius: give the one that is pressed now with --ball-radius-mm."
         )
     return other
 
@@ -242,8 +241,7 @@ def _finish(
         raise
     if unknown:
         print(
-            f"No ball was found in {', '.join(unknown)} by the corners, scale and ball as they are "
-            "now."
+            f"With the current corners, scale and ball, no ball was found in {', '.join(unknown)}."
         )
     if remark := unlit_remark(captured.lights_deg, design):
         print(remark)
@@ -251,8 +249,8 @@ def _finish(
     if scale is not None:
         x, y = (s / mm for s, mm in zip(scale.sigma_mm_per_px, scale.mm_per_px, strict=True))
         print(
-            f"Scale from {scale.gaps} pictures of the caliper, to {x:.1%} along x and {y:.1%} "
-            "along y."
+            f"Scale from {scale.gaps} pictures of the caliper, accurate to {x:.1%} along x and "
+            f"{y:.1%} along y."
         )
     elif is_new:
         print(assumed(card))

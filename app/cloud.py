@@ -50,19 +50,24 @@ def main(
 ) -> None:
     """Turn frames of a calibrated unit into point clouds of the skin.
 
-    Points are in mm in the gel frame: the origin on the pad's centre, x right along the finger,
-    y down, z out of the gel, so a pressed point lies at z = -depth. Each has a normal, whether
-    something touches there, and sigma, the standard deviation expected of z: what the estimator
-    knows of its slopes' errors becomes that (NaN of mlp and table, which know of none). OUT
-    receives one file per frame, called as its image or, in a video or a stream, by its number: PLY
-    for MeshLab, Blender or trimesh, PCD for PCL and ROS, NPZ for NumPy.
-    The table says how many patches are touched, whether the border cuts one, and how much of the
-    contact lies in the shadow of its own dent, where slopes are to be doubted. Its sigma is the
-    median over all points of the file; beside the deepest point, `wedge reconstruct` gives the
-    sigma of that point alone. Of a clip or a stream the first contact is told. In a stream, damaged
-    frames are left out and counted; Ctrl-C or SIGTERM ends it, and what was written stays. Images
-    are all checked before the first is written. A dataset gives its blank frames, then its labelled
-    presses or, without any, all its pictures.
+    Points are in mm in the gel frame: the origin is the pad's centre, x points right along the
+    finger, y down, z out of the gel, so a pressed point lies at z = -depth. Each point has a
+    normal, a flag that tells whether something touches there, and sigma, the expected standard
+    deviation of z, derived from the estimator's slope errors (NaN for mlp and table, which do not
+    estimate them).
+
+    OUT receives one file per frame, named after its image or, in a video or a stream, after its
+    number: PLY for MeshLab, Blender or trimesh, PCD for PCL and ROS, NPZ for NumPy. If images are
+    named, all are checked before the first file is written.
+
+    The table that is printed gives the number of touched patches, whether the border cuts one, and
+    the share of the contact that lies in the shadow of its own dent, where slopes are uncertain.
+    Its sigma is the median over all points of the file; `wedge reconstruct` gives the sigma of the
+    deepest point. For a video or a stream, the first contact is reported.
+
+    A dataset gives its blank frames, then its labelled presses or, if it has none, all its
+    pictures. In a stream, damaged frames are left out and counted; Ctrl-C or SIGTERM ends it, and
+    the files written so far are kept.
 
     Example: wedge cloud units/wedge-001 press.png --out clouds --mesh
 
@@ -71,13 +76,14 @@ def main(
     Args:
         unit: A unit folder, written by `wedge calibrate`.
         where: Images, or one video, folder, dataset, recording (.mcap), usb:0 or http address.
-        out: The folder for the files; made where it is missing.
-        form: The kind of file.
-        part: All of the skin, or only where something touches.
-        mesh: Join the points by triangles, for viewing; PLY or NPZ, the whole skin.
-        design: Lay the skin on this design's curved gel (standard, finger, FILE.toml); else flat.
-        background: A blank frame of today; by default the unit's own.
-        frames: Stop after so many frames.
+        out: The folder for the files; created if missing.
+        form: The file format.
+        part: All of the skin, or only the contact.
+        mesh: Join the points by triangles, for viewing; for PLY or NPZ and the whole skin.
+        design: Lay the skin on this design's curved gel (standard, finger or FILE.toml); by default
+            it is flat.
+        background: A blank frame taken today; by default the unit's own.
+        frames: Stop after this many frames.
         json: Write the numbers of points, depths and uncertainties here as JSON.
     """
     from app._frames import read_checked
@@ -87,7 +93,9 @@ def main(
     from sensor.design_file import load_design
 
     if mesh and (form == "pcd" or part == "contact"):
-        raise WedgeError("--mesh joins the whole skin and needs --form ply or npz, --part all.")
+        raise WedgeError(
+            "--mesh joins the whole skin: use it with --form ply or npz and --part all."
+        )
     apart = [name for name in where if is_image(name)]
     names = output_names(apart[:frames], [f".{form}"])
     written = [out / f"{name}.{form}" for name in names or ["cloud"]]
@@ -95,7 +103,9 @@ def main(
     check_outputs(*written, json)
     keep_inputs([unit, *where, background, design], [*written, json])
     if not names and json is not None and _is_cloud(json, out, form):
-        raise WedgeError(f"{json} may be a cloud's own file in {out}: write the numbers elsewhere.")
+        raise WedgeError(
+            f"{json} could be the file of a cloud in {out}: write the numbers elsewhere."
+        )
     calibration = load_calibration(unit)
     laid_on = None if design is None else load_design(design)
     refuse_other_pad(calibration.card.pad_size_mm, laid_on, str(unit / "unit.toml"))
@@ -222,8 +232,8 @@ def _remarks(card: "UnitCard", design: "Wedge | None") -> list[str]:
     if design is None or card.design_sha256 in (None, design.sha256):
         return []
     return [
-        f"Unit {card.serial} was built from another design than {design.name}, by the hash in its "
-        "unit.toml: on that gel its skin lies wrong."
+        f"Unit {card.serial} was built from another design than {design.name}, according to the "
+        "hash in its unit.toml: on that gel its skin is in the wrong place."
     ]
 
 

@@ -27,31 +27,33 @@ def main(
     pad_size_mm: tuple[float, float] | None = None,
     json: OutputFile = None,
 ) -> None:
-    """List the datasets known by name, print the folder of one, or import what others made.
+    """List the known datasets, print the folder of one, or import one from elsewhere.
 
-    Every command that takes a dataset takes such a name. A set is imported once, when it is first
-    needed, into a cache (WEDGE_CACHE, by default ~/.cache/gelsight-wedge); originals stay as they
-    are.
+    Every command that takes a dataset also accepts a name from this list. A set is imported once,
+    when it is first needed, into a cache (WEDGE_CACHE, by default ~/.cache/gelsight-wedge); the
+    originals are not changed.
 
-    To `import` is to make a dataset folder of a source, known by what it holds: gs_sdk's folder
-    with its catalog.csv, Taxim's dataPack.npz, frames with circles in text files, or a folder of
-    your own frames (the blank gel in background.png, a caliper's jaws 5 mm apart in 5mm-1.png and
-    on, ball presses in all others), for which corners, scale and circles are found.
+    `import` makes a dataset folder from a source, which it recognises by its contents: gs_sdk's
+    folder with its catalog.csv, Taxim's dataPack.npz, frames with circles in text files, or a
+    folder of your own frames, for which it finds corners, scale and circles. Of your own frames,
+    background.png shows the blank gel, 5mm-1.png, 5mm-2.png and so on a caliper's jaws 5 mm apart,
+    and all others ball presses.
 
     Example: wedge data path taxim-gelsight
 
     Example: wedge data import gs_sdk/data --mm-per-px 0.0634 --out presses/mini
 
     Args:
-        action: list prints all of them; path prints one's folder, importing it where needed;
+        action: list prints all of them; path prints the folder of one, and imports it if needed;
             import writes a dataset folder from a source.
         name: The dataset whose folder to print, or the source to import.
-        out: The dataset folder to write; it must not exist, or be empty.
-        ball_radius_mm: Radius of the ball, where the source does not say; never against it.
-        mm_per_px: Pitch of imported frames that show the gel plane, where no caliper's picture
-            tells; no pad is then sought in them.
-        pad_size_mm: The pad along x and y, for own frames without a caliper's pictures; the
-            standard design's by default.
+        out: The dataset folder to write; new or empty.
+        ball_radius_mm: Radius of the ball, if the source does not state it; a contradiction is
+            refused.
+        mm_per_px: Pitch of imported frames that show the gel plane, if no caliper picture gives it;
+            the pad is then not searched for.
+        pad_size_mm: Size of the pad along x and y, for your own frames without caliper pictures; by
+            default the standard design's.
         json: Write the list here as JSON.
     """
     given = {
@@ -84,7 +86,9 @@ def main(
         )
         return
     if name:
-        raise WedgeError(f"`wedge data list` takes no name; `wedge data path {name}` finds one.")
+        raise WedgeError(
+            f"`wedge data list` takes no name: `wedge data path {name}` prints its folder."
+        )
     rows = _rows()
     print_table(
         ["name", "presses", "ball R [mm]", "mm/px", "what", "licence", "where"],
@@ -115,7 +119,7 @@ def _refuse_ignored(action: str, given: Sequence[str]) -> None:
         if option not in taken:
             takers = "list" if option == "--json" else "import"
             raise WedgeError(
-                f"`wedge data {action}` takes no {option}: it is for `wedge data {takers}`."
+                f"`wedge data {action}` takes no {option}: use it with `wedge data {takers}`."
             )
 
 

@@ -38,24 +38,27 @@ def main(
 ) -> int:
     """Measure the gradient and depth errors of a calibrated unit on the presses of a dataset.
 
-    Every press is judged. On presses that the unit has learnt from its errors are too low, and a
-    line says of how many. Name several units or datasets, in the order of
-    their dates, and every unit is measured on every dataset of its frame size; a number that
-    differs from a unit's first dataset by more than presses scatter is named: errors (from the
-    first that it has not learnt from), noise, the brightness of untouched gel and each colour's
-    answer to slope. That is how a sensor that drifts is told from a bad day's presses. A unit and
-    a dataset that do not fit are left out by a line; where one fits no other, or cannot be used,
-    the exit status is 2.
+    Every press is judged. Errors are too low on presses the unit was calibrated on; a line reports
+    how many there are.
+
+    Name several units, or several datasets in the order of their dates, and every unit is measured
+    on every dataset of its frame size. A number is reported if it differs from the unit's first
+    dataset by more than the presses scatter: the errors (compared with the first dataset that the
+    unit was not calibrated on), the noise, the brightness of the untouched gel, and each colour's
+    response to slope. This tells a drifting sensor from one day of bad presses.
+
+    A unit and a dataset that do not fit each other are left out, each with a line. If one of them
+    fits no other, or cannot be used, the exit status is 2.
 
     Example: wedge evaluate units/bench-001 taxim-gelsight
 
     Example: wedge evaluate units/wedge-001 presses/may presses/june presses/july --out drift
 
     Args:
-        what: Unit folders, written by `wedge calibrate`, and dataset folders or names that
-            `wedge data list` knows.
+        what: Unit folders, written by `wedge calibrate`, and dataset folders or names from
+            `wedge data list`.
         out: Write a page here that plots every number over the datasets.
-        seed: Seed of the drawn pixels and the intervals.
+        seed: Seed for drawing pixels and for the intervals.
         json: Write the numbers here as JSON.
     """
     from validation.drift import moves
@@ -95,11 +98,11 @@ def _units_and_datasets(what: Sequence[str]) -> tuple[list[Path], list[str]]:
     units = [Path(name) for name in what if (Path(name) / "unit.toml").is_file()]
     datasets = each_once(name for name in what if not (Path(name) / "unit.toml").is_file())
     if not what:
-        raise WedgeError("name a unit folder, which wedge calibrate writes, and a dataset.")
+        raise WedgeError("name a unit folder, written by wedge calibrate, and a dataset.")
     if not units or not datasets:
         raise WedgeError(
             f"{' '.join(what)} names no {'dataset' if units else 'unit folder'}: "
-            "wedge evaluate needs a unit folder, which wedge calibrate writes, and a dataset."
+            "wedge evaluate needs a unit folder, written by wedge calibrate, and a dataset."
         )
     return units, datasets
 
@@ -140,7 +143,7 @@ def _tell_one(item: "Evaluation") -> None:
         test = item.errors.test
         which = f"{learnt} of the" if learnt < test else "all" if test > 1 else "the"
         print(
-            f"The unit has learnt from {which} {counted(test)}: its errors there are too low.",
+            f"The unit was calibrated on {which} {counted(test)}: its errors there are too low.",
             file=sys.stderr,
         )
     for sentence in pictures_moved([item]):
@@ -164,7 +167,7 @@ def _tell_several(found: "Sequence[Evaluation]", moved: "Sequence[Move]") -> Non
 
     print_table(*summary(found))
     if not all(item.held_out for item in found):
-        print("* has learnt from some or all of these presses: its errors are too low there.")
+        print("* calibrated on some or all of these presses: its errors there are too low.")
     for sentence in verdict(found, moved):
         print(sentence)
     for name, left_out in {item.dataset: item.errors.left_out for item in found}.items():
@@ -202,8 +205,8 @@ def _refuse_namesakes(units: Sequence[Path], calibrations: "Sequence[Calibration
         serial = calibration.card.serial
         if serial in seen:
             raise WedgeError(
-                f"{seen[serial]} and {folder} are both unit {serial}, and could not be told apart: "
-                "evaluate them one at a time."
+                f"{seen[serial]} and {folder} are both unit {serial}, and their results would be "
+                "mixed up: evaluate them one at a time."
             )
         seen[serial] = folder
 

@@ -16,23 +16,24 @@ from sensor.files import check_outputs
 def main(design: str = "standard", out: Path | None = None, json: OutputFile = None) -> int:
     """Make everything that a workshop needs: print, laser and board files, bill, guide, pictures.
 
-    All of it is checked first: that each part can be printed and put in, that nothing meets, that
-    the camera sees the whole pad, and that the boards join what they must. The folder appears
-    only when it is whole. A design that cannot be built is refused with its field and bound.
+    All of it is checked first: that each part can be printed and inserted, that no parts collide,
+    that the camera sees the whole pad, and that the boards connect what they must. The folder
+    appears only when it is complete. A design that cannot be built is refused, with the field and
+    its bound.
 
     Example: wedge fabricate --design finger --out build/finger
 
     Args:
-        design: standard, finger, or a TOML file that changes numbers of one of them.
+        design: standard, finger, or a TOML file that changes some numbers of one of them.
         out: Folder for the files; build/fabrication/NAME by default.
-        json: Write the checks' figures here as JSON.
+        json: Write the results of the checks here as JSON.
     """
     wanted = load_design(design)
     folder = out or Path("build", "fabrication", wanted.name)
     check_outputs(folder / MANIFEST, json)
     keep_inputs([design], [json])
     if json is not None and (folder / MANIFEST).resolve().is_relative_to(json.resolve()):
-        raise WedgeError(f"{json} cannot be written: it is in the way of {folder}; name a file.")
+        raise WedgeError(f"{json} cannot be written: {folder} needs its place; name another file.")
     manifest = fabricate(wanted, folder)
     print_table(("check", "of", "figure", "bound", "", "detail"), map(_row, manifest["checks"]))
     write_json(json, {key: manifest[key] for key in ("design", "design_sha256", "checks")})

@@ -29,16 +29,17 @@ def main(
     corners: bool = False,
     port: int = 8010,
 ) -> None:
-    """Find the circle of every ball press, then open a page to mend the doubtful ones.
+    """Find the circle of every ball press, then open a page to correct the doubtful ones.
 
-    Each frame without a label gets the circle that explains its shading best, with a quality from
-    0 to 1 and a contact radius that leaves out the gel that only follows. Circles of high quality
-    need no look; the page shows the doubtful ones first. Every change there is written to
+    Each frame without a label gets the circle that best explains its shading, with a quality from
+    0 to 1 and a contact radius that excludes gel that is only dragged along. Circles of high
+    quality need no check; the page shows the doubtful ones first. Every change there is written to
     labels.csv at once.
 
-    With --corners the page shows a raw frame instead, the pad's four corners to drag, and beside
-    it the unwarped picture that they make; dataset.toml has them at once. Circles found before
-    are then found anew, as they lie in unwarped pixels.
+    With --corners, the page shows a raw frame with the pad's four corners to drag and, next to it,
+    the unwarped picture that they make. Every change is written to dataset.toml at once. It drops
+    the circles found so far, which lie in pixels of the unwarped picture: find them again with
+    `wedge label`.
 
     Example: wedge label presses/2026-11-21
 
@@ -46,10 +47,10 @@ def main(
 
     Args:
         dataset: A dataset folder of your own: dataset.toml, a background and the frames.
-        again: Find the circles of labelled frames anew as well, those mended by hand excepted,
-            and search those where somebody said that no ball touches.
-        no_page: Leave it at the circles that are found, without the page, which this computer alone
-            can open and Ctrl-C ends.
+        again: Find the circles of labelled frames again too, except those corrected by hand, and
+            also search frames that somebody marked as having no ball.
+        no_page: Stop after the automatic circles, without opening the page (local to this computer;
+            Ctrl-C ends it).
         corners: Open the page for the pad's corners instead.
         port: Port of the page.
     """
@@ -68,7 +69,7 @@ def main(
     from sensor.toml import located
 
     if corners and no_page:
-        raise WedgeError("--corners opens a page, and --no-page asks for none: leave one out.")
+        raise WedgeError("--corners opens a page, and --no-page opens none: leave one of them out.")
     if not 1 <= port <= 65535:
         raise WedgeError(f"--port {port} must lie between 1 and 65535.")
     _refuse_no_folder(dataset)
@@ -77,7 +78,9 @@ def main(
     reader = press_reader(source)
     files = pressed_frames(dataset, source.card)
     if not files:
-        raise WedgeError(f"{dataset} holds no frames but its background: press the ball first.")
+        raise WedgeError(
+            f"{dataset} holds no frames except its background: take ball presses first."
+        )
     if corners:
         _serve_corners(reader, [*source.card.background, *files], port)
         return
@@ -120,11 +123,11 @@ def _odd_rows(reader: "PressReader", book: "LabelBook") -> "Iterator[str]":
     table = reader.dataset.folder / "labels.csv"
     width, height = reader.unwarp.size_px
     if lost := [x.file for x in book.labels if not has_frame(reader.dataset.folder, x.file)]:
-        yield f"{table} labels what is not there, {_some(lost)}: take those rows out."
+        yield f"{table} labels frames that do not exist, {_some(lost)}: remove those rows."
     if outside := [x.file for x in book.labels if is_outside(x, (width, height))]:
         yield (
             f"{table} has circles whose centres lie outside the {width}x{height} frame, of "
-            f"{_some(outside)}: mend those rows."
+            f"{_some(outside)}: correct those rows."
         )
 
 
@@ -146,10 +149,10 @@ def _refuse_no_folder(dataset: Path) -> None:
     name = str(dataset)
     if name in {known.name for known in DATASETS}:
         raise WedgeError(
-            f"{name} is a set known by name, which lies in the cache and stays as it was imported: "
-            f'copy it first, cp -r "$(wedge data path {name})" my-{name}, and label the copy.'
+            f"{name} is a known dataset in the cache, which stays as it was imported: copy it "
+            f'first, cp -r "$(wedge data path {name})" my-{name}, and label the copy.'
         )
-    raise WedgeError(f"{name} is not there: name a dataset folder of your own.")
+    raise WedgeError(f"{name} does not exist: name a dataset folder of your own.")
 
 
 def _find(reader: "PressReader", book: "LabelBook", files: list[str]) -> None:

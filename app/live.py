@@ -31,16 +31,16 @@ def main(
     port: int = 8020,
     show: bool = False,
 ) -> None:
-    """Show one sensor or several in the browser.
+    """Show one or several sensors in the browser.
 
-    Raw, difference and depth as pictures, depth also as a surface that turns, the deepest point,
-    the contact area, the touched object's pose with its doubt, how the gel's dots have moved,
-    frames a second, latency and losses. A button takes a new background, another
-    keeps a frame: PNG files that a dataset can be made of. A sensor that fails says why and is
-    tried again; the others go on.
+    The page shows the raw frame, the difference and depth as pictures, depth also as a surface that
+    you can turn, the deepest point, the contact area, the touched object's pose with its
+    uncertainty, how the gel's dots have moved, frames per second, latency and losses. One button
+    takes a new background, another saves a frame: both write PNG files, for making a dataset. If a
+    sensor fails, the page says why and retries; the others continue.
 
-    A video, a recording or a dataset plays again and again at its pace: of a dataset its blank
-    frames, then its labelled presses or, without any, all its pictures, one a second. Without
+    A video, a recording or a dataset plays in a loop at its own pace; a dataset gives its blank
+    frames, then its labelled presses or, if it has none, all its pictures, one per second. Without
     WHERE, presses of the rendered twin play, with a lookup table fitted to them.
 
     Example: wedge live http://10.55.0.1:8080 --unit units/wedge-001
@@ -48,17 +48,17 @@ def main(
     Args:
         where: http://HOST:PORT, usb:0, a video, a folder, a dataset or an MCAP file; several for
             several sensors.
-        unit: The unit folder of each, in their order; without, depth is not shown. A recording
-            brings its own.
-        captures: Where backgrounds and frames that are kept go.
-        address: The one address to listen at.
+        unit: The unit folder of each sensor, in the same order; without it, depth is not shown. A
+            recording brings its own.
+        captures: Folder for backgrounds and saved frames.
+        address: The one address to listen on.
         port: Port of the page.
         show: Open a browser window too.
     """
     from recon.calibration import load_calibration
 
     if unit and not where:
-        raise WedgeError(f"--unit {unit[0]} names a unit of no sensor: name the sensor, too.")
+        raise WedgeError(f"--unit {unit[0]} is given without a sensor: name the sensor, too.")
     if unit and len(unit) != len(where):
         more = "more" if len(unit) > len(where) else "fewer"
         raise WedgeError(f"there are {more} units than sensors: name one for each, or none.")
@@ -132,19 +132,19 @@ def _refuse_taken(address: str, port: int) -> None:
         socket.getaddrinfo(address, port, family)
     except socket.gaierror as error:
         raise WedgeError(
-            f"--address {address} is no address: name one of this computer's, such as 127.0.0.1, "
-            "or 0.0.0.0 for all."
+            f"--address {address} is not an address: name one of this computer's, such as "
+            "127.0.0.1, or 0.0.0.0 for all."
         ) from error
     try:
         socket.create_server((address, port), family=family).close()
     except OSError as error:
         if error.errno == errno.EADDRNOTAVAIL:
             raise WedgeError(
-                f"--address {address} is none of this computer's: name one of them, such as "
+                f"--address {address} is not one of this computer's: name one, such as "
                 "127.0.0.1, or 0.0.0.0 for all."
             ) from error
         reason = str(error.strerror).partition(" (")[0]  # Python adds the address once more
         raise WedgeError(
-            f"{address} port {port} cannot be listened at ({reason}): another program may have it; "
+            f"cannot listen on {address} port {port} ({reason}): another program may be using it; "
             "choose another with --port."
         ) from error

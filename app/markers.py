@@ -35,16 +35,20 @@ def main(
 ) -> int:
     """Follow the dots of a marker gel and write how each has moved.
 
-    The dots are found on the blank frame without being told their size or spacing. In a video or a
-    stream each frame is followed from the last; images, and the presses of a dataset, are each
-    sought from rest. OUT receives markers.csv, a line for each dot of each frame: its row and
-    column on the gel, its place at rest and its displacement in mm in the gel frame, whether it was
-    seen or carried along by its neighbours, and the frame's file where it is one; markers.png, the
-    frame in which they moved most; overlay.webp, all frames with arrows; and markers.mcap, dots and
-    shifts as ROS 2 point clouds for Foxglove and RViz. A dataset gives its blank frames, then its
-    labelled presses or, without any, all its pictures. In a stream, damaged frames are left out and
-    counted; Ctrl-C or SIGTERM ends it, and what was found is written. Where the disk fills up, the
-    run ends, what was found until then is kept and told, and the exit status is 2.
+    The dots are found in the blank frame; their size and spacing need not be given. In a video or a
+    stream, each frame is followed from the one before. Images, and the presses of a dataset, are
+    each searched starting from the dots at rest.
+
+    OUT receives four files. markers.csv has a line for each dot of each frame: its row and column
+    on the gel, its position at rest and its displacement in mm in the gel frame, whether it was
+    seen or inferred from its neighbours, and the image if frames are files. markers.png shows the
+    frame in which the dots moved most, overlay.webp all frames with arrows. markers.mcap holds dots
+    and shifts as ROS 2 point clouds, for Foxglove and RViz.
+
+    A dataset gives its blank frames, then its labelled presses or, if it has none, all its
+    pictures. In a stream, damaged frames are left out and counted; Ctrl-C or SIGTERM ends it, and
+    the results so far are written. If the disk fills up, the run ends and reports which frames are
+    kept, and the exit status is 2.
 
     Example: wedge markers units/wedge-001 press.mp4 --out moved
 
@@ -54,9 +58,9 @@ def main(
         unit: A unit folder, written by `wedge calibrate` for a gel with dots.
         where: Images, or one video, folder, dataset, recording (.mcap), usb:0 or http address.
         out: The folder for the results; new or empty.
-        background: A blank frame of today; by default the unit's own.
-        frames: Stop after so many frames.
-        json: Write what each frame says here as JSON.
+        background: A blank frame taken today; by default the unit's own.
+        frames: Stop after this many frames.
+        json: Write the results of each frame here as JSON.
     """
     from recon.calibration import load_calibration
     from recon.markers.tracking import marker_tracker

@@ -42,23 +42,23 @@ def main(
     """Reconstruct depth from images of a calibrated unit.
 
     For every image, OUT receives NAME.npy (float32, mm, rows and columns of the unwarped frame)
-    and NAME.png (a picture with a scale bar and a colour bar). Where the unit's lights see one
-    slope alone, NAME-doubt.png shows how far off the inferred one is expected to be. All images
-    are checked before the first is written.
+    and NAME.png (a picture with a scale bar and a colour bar). If the unit's lights show only one
+    slope, NAME-doubt.png shows the expected error of the other, inferred one. All images are
+    checked before the first file is written.
 
-    The table gives the deepest point with its standard deviation, where the estimator knows how far
-    off it is (`default` does). At a border that is held, depth is zero; it is free where a contact
-    reaches the frame's edge, and the untouched gel lies at zero.
+    The table that is printed gives the deepest point, with its standard deviation if the estimator
+    knows its own errors (`default` does). The border is "held" if depth is fixed to zero at the
+    frame's border, or "free" if a contact reaches it; untouched gel is then at zero.
 
     Example: wedge reconstruct units/wedge-001 press.png --out depth
 
     Args:
         unit: A unit folder, written by `wedge calibrate`.
         image: Frames of that unit: image files, or frames.npz#17 for one of many.
-        out: The folder for the depth maps; made where it is missing.
-        background: A blank frame of today; by default the unit's own.
+        out: The folder for the depth maps; created if missing.
+        background: A blank frame taken today; by default the unit's own.
         json: Write the deepest points, their standard deviations, contact areas and borders here as
-            JSON, with a remark where depth means little.
+            JSON, with a remark on depth that cannot be trusted.
     """
     from recon.calibration import load_calibration
     from recon.pipeline import Reconstructor

@@ -29,28 +29,29 @@ def main(
     seconds: float | None = None,
     json: OutputFile = None,
 ) -> None:
-    """Record one stream or several to an MCAP file, as ROS 2 images with the units inside.
+    """Record one or several streams to an MCAP file, as ROS 2 images with the units inside.
 
-    Frames are kept as they came, as sensor_msgs/CompressedImage on /wedge/image_raw/compressed
-    (/wedge0, /wedge1, ... for several), stamped with the time of their exposure. Foxglove, ROS 2's
-    tools and `wedge replay` open the file, even where the recorder was killed: a second of frames
-    is lost at most. Every frame is kept, none is skipped. A dataset gives its blank frames, then
-    its labelled presses or, without any, all its pictures.
+    Frames are kept unmodified, as sensor_msgs/CompressedImage on /wedge/image_raw/compressed
+    (/wedge0, /wedge1, ... for several), stamped with their exposure time. Every frame is kept, none
+    is skipped. Foxglove, ROS 2's tools and `wedge replay` open the file, even if the recorder was
+    killed: at most the last second of frames is lost. A dataset gives its blank frames, then its
+    labelled presses or, if it has none, all its pictures.
 
-    Ends with the streams, after --seconds, or at Ctrl-C, SIGTERM or SIGHUP, which are no failures:
-    all that came is in the file, and the exit status is 0. A stream that is lost says so and is
-    tried again. One that is not there at the beginning is refused, and nothing recorded; one that
-    fails later says why, the others are recorded on, and the exit status is 2.
+    Recording ends with the streams, after --seconds, or at Ctrl-C, SIGTERM or SIGHUP, which do not
+    count as failures: everything received is in the file, and the exit status is 0.
+
+    A lost stream is reported and retried. If a stream is missing at the start, nothing is recorded.
+    If one fails later, the reason is reported, the others keep recording, and the exit status is 2.
 
     Example: wedge record http://10.55.0.1:8080 --unit units/wedge-001 --out touch.mcap
 
     Args:
         where: http://HOST:PORT/PATH, usb:0, a video, a folder, a dataset or a recording (.mcap);
             one or several.
-        out: The file to write; must not exist.
-        unit: The unit folder of each stream, in their order; without, frames alone. A recording
-            brings its own.
-        seconds: Stop after so long.
+        out: The file to write; it must not exist.
+        unit: The unit folder of each stream, in the same order; without it, only frames are
+            recorded. A recording brings its own.
+        seconds: Stop after this many seconds.
         json: Write the numbers of frames here as JSON.
     """
     from recon.stream import Recorder, refuse_other_name
@@ -152,7 +153,7 @@ def _record(
                 now_px = frame.size_px
                 if size_px and now_px and now_px != size_px and sensor not in notes:
                     notes[sensor] = "from {}x{} to {}x{} pixels".format(*size_px, *now_px)
-                    notes[sensor] = f"Frames change their size, first {notes[sensor]}."
+                    notes[sensor] = f"The frame size changes, first {notes[sensor]}."
                     _say(f"{sensor}: {notes[sensor]}")
                 size_px = now_px or size_px
                 if frame.flaw:
@@ -219,7 +220,7 @@ def _of_size(source: "FrameSource", size_px: tuple[int, int] | None) -> "Iterato
                     expected = f"{size_px[0]}x{size_px[1]}"
                     raise WedgeError(
                         f"{source.name} gives frames of {width}x{height} pixels, but its unit is "
-                        f"for {expected}."
+                        f"for {expected}: name its own unit."
                     )
                 size_px = None
         yield frame

@@ -31,23 +31,24 @@ def main(
     port: int = 8081,
     json: OutputFile = None,
 ) -> None:
-    """Send a recording, a clip or a dataset over HTTP, at its pace, as a sensor's Pi would.
+    """Send a recording, a video or a dataset over HTTP, at its own pace, as a sensor's Pi would.
 
-    Whatever reads the sensor then reads the file: `wedge live`, the ROS 2 node, a robot's program.
-    Frames bear the time at which they are sent. Those that are damaged are counted and not sent. A
-    dataset gives its blank frames, then its labelled presses or, without any, all its pictures, one
-    a second.
-    Ends with the file, or at Ctrl-C, SIGTERM or SIGHUP, which are no failures.
+    Every program that reads the sensor can then read the file: `wedge live`, the ROS 2 node, a
+    robot's program. Frames carry the time at which they are sent. Damaged frames are counted and
+    not sent. A dataset gives its blank frames, then its labelled presses or, if it has none, all
+    its pictures, one per second.
+
+    It ends with the file, or at Ctrl-C, SIGTERM or SIGHUP, which do not count as failures.
 
     Example: wedge replay touch.mcap --repeat
 
     Args:
         where: An MCAP file, a video, a folder of images or a dataset.
-        sensor: Whose frames of a recording of several, such as wedge1.
+        sensor: Which sensor to replay, if the recording holds several, such as wedge1.
         speed: 2 plays twice as fast.
-        repeat: Begin again at the end.
-        address: The one address to listen at.
-        port: Where to listen; 0 takes a free one.
+        repeat: Start again at the end.
+        address: The one address to listen on.
+        port: Port to listen on; 0 takes a free one.
         json: Write the numbers of frames here as JSON.
     """
     from pathlib import Path
@@ -58,7 +59,9 @@ def main(
     keep_inputs([where], [json])
     refuse_few("speed", speed)
     if not hasattr(time, "CLOCK_BOOTTIME"):
-        raise WedgeError("wedge replay needs Linux: it is the Pi's own server that sends.")
+        raise WedgeError(
+            "wedge replay needs Linux, as it sends with the Pi's own server: run it there."
+        )
     if not 0 <= port < 65536:
         raise WedgeError(f"--port {port} must lie between 0 and 65535.")
     source = McapSource(Path(where), sensor) if sensor else open_where(where)
@@ -90,7 +93,7 @@ def _serve(source: "FrameSource", address: str, port: int) -> int:
     try:
         server = StreamServer(address, port, newest, lambda: {"replay": source.name})
     except (ValueError, OverflowError) as error:
-        raise WedgeError(f"--address {address} is no address: {error}.") from error
+        raise WedgeError(f"--address {address} is not an address: {error}.") from error
     threading.Thread(target=server.serve_forever, daemon=True).start()
     shown = f"[{address}]" if ":" in address else address
     print(f"http://{shown}:{server.server_address[1]}{STREAM_PATH} (Ctrl-C ends)", flush=True)
@@ -101,7 +104,7 @@ def _serve(source: "FrameSource", address: str, port: int) -> int:
                 break  # a whole round gave nothing
             flaw = frame.flaw
             if frame.jpeg is not None and not is_whole(frame.jpeg):
-                flaw = f"{source.name} has frames that are no whole JPEGs."
+                flaw = f"{source.name} has frames that are not whole JPEGs."
             if flaw:
                 counts.corrupt += 1
                 if flaw not in flaws:

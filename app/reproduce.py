@@ -62,22 +62,26 @@ PACKAGES = ("gelsight-wedge", "numpy", "scipy", "torch", "opencv-contrib-python-
 def main(out: Path = Path("build"), folds: int = 5, seed: Seed = 0) -> int:
     """Make the files of both sensors, calibrate on real presses, and write a page that shows it.
 
-    First come the files to build both designs, with their checks; they need the extra cad and are
-    left out without it. Then every known set that this machine has: the bench GelSight and the
-    rendered sets of both designs always, and sets that may not be redistributed where they lie
-    (`wedge data list` says where). Of each it measures the error table per light configuration,
-    calibrates one unit, and reconstructs presses that the estimator has not seen; of the rendered
-    ones, also shapes that are no balls. OUT receives index.html, error_table.json,
-    fabrication/NAME and units/NAME; the page is written last, whole or not at all. Takes some
-    minutes on two cores and ends with status 1 where a check of the files fails.
+    First come the files to build both designs, with their checks; they need the extra `cad` and
+    are left out without it.
+
+    Then comes every known set on this machine: always the bench GelSight and the rendered sets of
+    both designs, and sets that may not be redistributed if they are here (`wedge data list` says
+    where to put them). For each set, it measures the error table per light configuration,
+    calibrates one unit, and reconstructs presses that the estimator has not seen; for the rendered
+    sets, also shapes other than balls.
+
+    OUT receives index.html, error_table.json, fabrication/NAME and units/NAME. The page is written
+    last, completely or not at all. This takes some minutes on two cores. The exit status is 1 if a
+    check of the files fails.
 
     Example: wedge reproduce --out build
 
     Args:
-        out: The folder to write; what an earlier run wrote there is replaced.
+        out: The folder to write; results of an earlier run there are replaced.
         folds: 1 judges 8 of 40 presses (a fifth of smaller sets); 5 judges every press once. Of the
-            rendered sets always 8 are judged.
-        seed: Seed of splits, drawn pixels, training and intervals.
+            rendered sets, always 8 are judged.
+        seed: Seed for splits, drawing pixels, training and intervals.
     """
     from validation.report.results import summary_caption, summary_cells
 
@@ -218,8 +222,8 @@ def _write(out: Path, command: str, measured: _Measured, sections: "Sequence[Sec
     return write_report(
         out,
         title="GelSight Wedge: from a ball press to depth",
-        lead="Colour to slope, slope to depth: measured on presses that the estimator has "
-        f"not learnt from, by {command}.",
+        lead="Colour to slope, slope to depth: measured on presses that the estimator was "
+        f"not trained on, by {command}.",
         sections=sections,
     )
 

@@ -36,34 +36,36 @@ def main(
     """Render what the camera of a sensor will see, before anybody builds it.
 
     Light is traced from the LEDs through film, acrylic and gel to the painted skin, which follows
-    what is pressed in; a camera model makes JPEG frames of it. OUT becomes a dataset folder like
-    any other, called by its folder's name: `wedge table OUT` tells the gradient error to expect.
-    truth/ holds the depth of the skin. With libLLVM 16 or later on the machine it is several times
-    faster, with an NVIDIA GPU more so.
+    the shape of the pressed object; a camera model makes JPEG frames of it. OUT becomes a dataset
+    folder like any other, named after its folder: `wedge table OUT` gives the expected gradient
+    error. truth/ holds the depth of the skin.
+
+    With libLLVM 16 or later on the machine, rendering is several times faster; with an NVIDIA GPU,
+    faster still.
 
     Example: wedge simulate --design finger --scene balls --out build/finger-balls
 
     Args:
-        out: The folder to make; new or empty.
-        design: standard, finger, or a TOML file that changes numbers of one of them.
+        out: The folder to write; new or empty.
+        design: standard, finger, or a TOML file that changes some numbers of one of them.
         scene: balls (labelled presses of the calibration ball), shapes (each showcase object
-            once), set (both), tools (18 plain things, most with flat tops, each at two depths),
+            once), set (both), tools (18 plain objects, most with flat tops, each at two depths),
             or one of them: ball_array, lego, screw_cap, m2_screw, tyre, cube_corner, prism,
             threads, disc_shallow, disc_deep, ...
         presses: Ball presses, spread over the pad.
-        samples: Light paths a pixel; twice as many take twice as long and leave less grain.
+        samples: Light paths per pixel; twice as many take twice as long and leave less noise.
         width_px: Pixels along the pad.
-        ball_radius_mm: Of the calibration ball.
-        depth_mm: Press everything this deep, instead of each ball at random and each other thing
-            at its own depth.
-        off_center: Press shapes and tools not in the pad's middle but four times each, toward its
-            corners, by this share of the room that there is (0 to 1).
-        paint: gray is matt, silver semi-specular, and seen straight on alone.
+        ball_radius_mm: Radius of the calibration ball.
+        depth_mm: Press everything this deep, instead of each ball at a random depth and each other
+            object at its own.
+        off_center: Press each shape and tool four times, toward the pad's corners, by this share of
+            the available distance (0 to 1), instead of once in its middle.
+        paint: gray is matt; silver is semi-specular and can only be seen straight on.
         markers: Print a lattice of dots on the skin.
         view: gel shows the pad straight on; raw is the camera's own frame, over the mirror, which
-            the card's corners unwarp.
-        truth: all keeps the depth of every frame; shapes leaves that of balls out.
-        seed: Seed of places, depths, light paths and camera noise.
+            the corners in dataset.toml unwarp.
+        truth: all keeps the depth of every frame; shapes leaves out that of balls.
+        seed: Seed for places, depths, light paths and camera noise.
     """
     wanted = load_design(design)
     refuse_unbuildable(wanted)
@@ -116,7 +118,7 @@ def main(
     print(
         f"{balls} labelled press{'' if balls == 1 else 'es'}, "
         f"{others} {'shape with its' if others == 1 else 'shapes with their'} truth: {out}\n"
-        f"{recipe.engine.variant}, {samples} samples a pixel, design {wanted.name}."
+        f"{recipe.engine.variant}, {samples} samples per pixel, design {wanted.name}."
         + (f" Next: {command_line('table', out)}" if usable > 1 else "")
     )
 

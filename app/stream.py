@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""`wedge stream`: what comes from a sensor, a line a second."""
+"""`wedge stream`: what comes from a sensor, one line per second."""
 
 import sys
 import time
@@ -37,26 +37,30 @@ def main(
     rerun: Annotated[Path | None, tyro.conf.arg(metavar="FILE.rrd")] = None,
     json: OutputFile = None,
 ) -> None:
-    """Watch a stream: frames a second, latency, what is lost or damaged, and with a unit the touch.
+    """Watch a stream: frames per second, latency, losses, damage and, with a unit, the touch.
 
-    A line a second, until the stream, Ctrl-C or SIGTERM ends it. Only the newest frame is looked
-    at: "skipped" counts those that came while the one before was worked on, "dropped" those that
-    the sensor took but did not send, "corrupt" those that came damaged. "Stands still" is a stream
-    whose frames are the same to the last bit, as no camera's are. Latency is from the sensor's
-    first row to the whole frame here, where the Pi's clock and this machine's agree. Frames that no
-    gel has felt are told and counted. A dataset gives its blank frames, then its labelled presses
-    or, without any, all its pictures, one a second.
+    One line per second is printed until the stream ends, or Ctrl-C or SIGTERM ends it.
+
+    Only the newest frame is processed: "skipped" counts frames that came while the one before was
+    processed, "dropped" frames that the sensor took but did not send, "corrupt" frames that came
+    damaged. "Stands still" means that every frame is the same to the last bit, which no working
+    camera produces. Latency is the time from the sensor's first row to the whole frame here; it is
+    unknown unless the clocks of the Pi and of this machine agree. Frames that no gel could produce
+    are reported and counted.
+
+    A dataset gives its blank frames, then its labelled presses or, if it has none, all its
+    pictures, one per second.
 
     Example: wedge stream http://10.55.0.1:8080 --unit units/wedge-001 --mcap felt.mcap
 
     Args:
         where: http://HOST:PORT/PATH, usb:0, a video, a folder, a dataset, or an MCAP file.
         unit: A unit folder: depth is reconstructed from each frame. A recording brings its own.
-        seconds: Stop after so long.
+        seconds: Stop after this many seconds.
         mcap: Follow the touched object and a marker gel's dots, and write poses, touched points and
-            shifts here for Foxglove and RViz. Needs the unit; frames are for `wedge record`.
+            shifts here for Foxglove and RViz. Needs the unit. `wedge record` keeps frames.
         rerun: Write frames, depth and latency here for Rerun's viewer (the extra `rerun`).
-        json: Write the last line's numbers here as JSON.
+        json: Write the numbers of the last line here as JSON.
     """
     from recon.stream import Newest, refuse_other_name
 
@@ -112,7 +116,9 @@ def _felt_file(
     if path is None:
         return nullcontext()
     if reconstruct is None:
-        raise WedgeError(f"{path} is for what is felt: name the sensor's unit with --unit.")
+        raise WedgeError(
+            f"{path} needs a unit to record what is felt: name the sensor's with --unit."
+        )
     return FeltFile(path, reconstruct.calibration)
 
 
@@ -235,7 +241,7 @@ def _numbers(
     """
     counts = newest.source.counts
     of = sum(doubts.values())
-    doubted = (f"In {count} of {of} frames {word}." for word, count in doubts.items() if word)
+    doubted = (f"In {count} of {of} frames, {word}." for word, count in doubts.items() if word)
     return {
         "received": counts.received,
         "rate_hz": rate.hz,

@@ -36,31 +36,33 @@ def main(
     cluster: str | None = None,
     json: OutputFile = None,
 ) -> None:
-    """Vary one field of a design; predict the gradient error and the lit area of each value.
+    """Vary one field of a design; predict the gradient error and the lit area for each value.
 
-    For every value the twin presses a ball many times, the paper's network learns from four
-    fifths of the presses, and the rest are judged. FIELD is a part of the design and its field,
-    such as mirror.angle_deg, acrylic.thickness_mm, gel.curved, gel.semi_axis_across_mm,
-    lights.red_side_leds, lights.gray_filter_transmission or lights.diffuser; lights.lit_sides
-    takes the colours that stay lit (RGB RG RB R). Fields of mirror and camera are seen over the
-    mirror, the others straight on. Values that could not be built are named and left out.
+    For every value, the twin presses a ball many times, and the paper's network is trained on four
+    fifths of the presses and judged on the rest.
 
-    OUT keeps what is rendered: a sweep that was interrupted goes on where it stopped, and no value
-    is rendered twice. OUT/sweep.png shows the result.
+    FIELD is a part of the design and its field, such as mirror.angle_deg, acrylic.thickness_mm,
+    gel.curved, gel.semi_axis_across_mm, lights.red_side_leds, lights.gray_filter_transmission or
+    lights.diffuser; lights.lit_sides takes the colours that stay lit (RGB RG RB R). Fields of the
+    mirror and the camera are rendered over the mirror, the others straight on. Values that cannot
+    be built are named and left out.
+
+    OUT keeps what is rendered: an interrupted sweep continues where it stopped, and no value is
+    rendered twice. OUT/sweep.png shows the result.
 
     Example: wedge sweep lights.lit_sides RGB RG RB R --json sweep.json
 
     Args:
-        field: What to vary.
+        field: The field to vary.
         values: Its values.
-        design: standard, finger, or a TOML file that changes numbers of one of them.
+        design: standard, finger, or a TOML file that changes some numbers of one of them.
         out: Folder for the rendered sets and the picture.
-        presses: Ball presses for each value.
-        samples: Light paths a pixel.
+        presses: Ball presses per value.
+        samples: Light paths per pixel.
         width_px: Pixels along the pad.
-        seed: Seed of places, depths, light paths, noise, split and training.
+        seed: Seed for places, depths, light paths, noise, split and training.
         cluster: Address of a Dask scheduler whose workers render, such as
-            tcp://127.0.0.1:8786; processes of this machine by default.
+            tcp://127.0.0.1:8786; by default, processes of this machine do.
         json: Write the numbers here as JSON.
     """
     check_outputs(json, out / "sweep.png")
@@ -70,7 +72,7 @@ def main(
 
     if presses < LEAST_PRESSES:
         raise WedgeError(
-            f"--presses {presses} must be at least {LEAST_PRESSES}: some to learn from, others to "
+            f"--presses {presses} must be at least {LEAST_PRESSES}: some to train on, others to "
             "judge."
         )
     base = load_design(design)
@@ -95,7 +97,7 @@ def main(
             )
         except BrokenExecutor as error:
             raise WedgeError(
-                "a worker process ended, perhaps for want of memory: run the same command again; "
+                "a worker process ended, perhaps for lack of memory: run the same command again; "
                 "what is rendered is kept."
             ) from error
     write_atomic(out / "sweep.png", png_bytes(sweep_figure(field, points)))
@@ -106,10 +108,10 @@ def main(
     learnt, judged = points[0].presses
     intervals = remark("in brackets 95 % intervals by press", judged)
     print(
-        f"Mean absolute gradient errors, {intervals}; {learnt} rendered "
-        f"press{'es' * (learnt > 1)} to learn from, "
-        f"{judged} other{'s' * (judged > 1)} judged, seed {seed}. Lit: share of the pad where "
-        f"every colour has half of its own mean. Picture: {out / 'sweep.png'}"
+        f"Mean absolute gradient errors, {intervals}; trained on {learnt} rendered "
+        f"press{'es' * (learnt > 1)}, judged on {judged} other{'s' * (judged > 1)}, seed {seed}. "
+        "Lit: share of the pad where every colour has at least half of its own mean. "
+        f"Picture: {out / 'sweep.png'}"
     )
     if inferred := [point.value for point in points if point.row.missing_axis == "network"]:
         print(f"Gx of {', '.join(inferred)} is inferred: no light shows it.")

@@ -38,23 +38,24 @@ def main(
 ) -> int:
     """Print the gradient errors of datasets per light configuration, split by press.
 
-    Every configuration is fitted anew on some presses and judged on others. Where the lights sit
-    as the Wedge's do, the rows are the paper's six (R, R + network, RB, RB + network, RG, RGB);
-    for other sensors, every subset of the colours that have a light. Two sets of pixels are judged:
-    contact alone, and contact with 5 % of the untouched ones as in the paper. Several datasets,
-    such as those of several units or dates, give a table each; one that cannot be used is left out
-    by its name, and the exit status is 2.
+    Every configuration is fitted to some of the presses and judged on the others. If the lights sit
+    as the Wedge's do, the rows are the paper's six (R, R + network, RB, RB + network, RG, RGB); for
+    other sensors, every subset of the colours that have a light. Two sets of pixels are judged:
+    contact only, and contact with 5 % of the untouched pixels as in the paper.
+
+    Several datasets, for instance from several units or dates, give one table each. A dataset that
+    cannot be used is left out and named, and the exit status is 2.
 
     Example: wedge table taxim-gelsight --folds 5 --json table.json
 
     Args:
-        dataset: Dataset folders, or names that `wedge data list` knows.
+        dataset: Dataset folders, or names from `wedge data list`.
         folds: 1 judges 8 of 40 presses (a fifth of smaller sets); 5 judges every press once.
         estimator: Estimators to compare, separated by commas: default (ours), mlp (the paper's
             network), table (the lookup table that it replaced).
         out: Write a page here with the tables and their plots.
-        seed: Seed of splits, drawn pixels, training and intervals.
-        json: Write the numbers here as JSON; of several datasets, a list of them as "tables".
+        seed: Seed for splits, drawing pixels, training and intervals.
+        json: Write the numbers here as JSON; for several datasets, a list of them as "tables".
         markdown: Write the tables here as Markdown.
         html: Write the tables here as HTML.
     """
@@ -67,7 +68,7 @@ def main(
     from validation.table_text import error_table_html, table_document, table_markdown
 
     if not dataset:
-        raise WedgeError("no dataset was named: `wedge data list` names those that are known.")
+        raise WedgeError("no dataset was named: `wedge data list` lists the known ones.")
     refuse_unit_folder(out)
     page = None if out is None else out / "index.html"
     check_outputs(page, json, markdown, html)
@@ -118,7 +119,7 @@ def main(
         write_report(
             out,
             title="Gradient errors per light configuration",
-            lead="Every press was judged by estimators that had not learnt from it. Written by "
+            lead="Every press was judged by estimators that were not trained on it. Written by "
             f"wedge table --folds {folds} --seed {seed}.",
             sections=[table_section(table) for table in measured],
         )

@@ -23,13 +23,14 @@ CHECKS = {
 
 
 def main() -> int:
-    """Run every check of the project, print a line for each, and end with the tests.
+    """Run every check of the project, print a line for each, and the tests last.
 
-    Style and format are ruff's, types are mypy's, floors are import-linter's (a file imports only
-    from floors below it), docs are built with MkDocs and tests are pytest's. All run even when one
-    fails; what a failing one printed is shown. The exit status is 1 if any failed.
+    Style and format are checked by ruff, types by mypy, imports by import-linter (a file imports
+    only from floors below it), the docs by building them with MkDocs, and the tests run with
+    pytest. All run even if one fails; the output of a failed check is shown. The exit status is 1
+    if any failed.
 
-    Anything after `wedge test` goes to pytest, which then runs alone: `wedge test -k poisson`.
+    Anything after `wedge test` goes to pytest, and then only pytest runs: `wedge test -k poisson`.
     """
     _require_checkout()
     failed = [name for name, command in CHECKS.items() if not _passes(name, command)]

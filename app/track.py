@@ -50,21 +50,23 @@ def main(
 ) -> int:
     """Follow the pose of the object that a sensor touches.
 
-    Without a mesh, the object is what the first touch shows, and its pose there is the identity:
-    what follows is how it has moved. With a mesh in mm, poses are those of the mesh; where --start
-    gives none, and again after a loss, a touch is compared with the mesh from all sides, which
-    takes seconds. A pose maps object coordinates to the gel frame: x along the columns, y down, z
-    out of the gel.
+    Without a mesh, the object is what the first touch shows. Its pose there is the identity, so
+    poses tell how it has moved since. With a mesh in mm, poses are those of the mesh; if --start
+    gives no first pose, and again after a loss, a touch is compared with the mesh from all sides,
+    which takes seconds. A pose maps object coordinates to the gel frame: x along the columns, y
+    down, z out of the gel.
 
-    A dataset gives its blank frames, then its labelled presses or, without any, all its pictures.
+    Every frame gets a state: tracking; weak (a pose, but the touch does not show every motion: a
+    smooth ball does not show its rotation); frozen (the stream stands still); or lost, with the
+    reason. A lost frame has no pose. A damaged frame is lost, too.
 
-    Every frame gets a state: tracking; weak (a pose, but the touch does not show every motion, as
-    a smooth ball does not show how it turns); frozen (the stream stands still); lost, with the
-    reason, and a damaged frame is lost as well. A lost frame has no pose. Ctrl-C or SIGTERM ends a
-    stream, and what was found is written. OUT receives poses.csv, poses.png (with two standard
-    deviations), overlay.webp, and poses.mcap for Foxglove and RViz: poses as transforms, their
-    states, the touched points and a marker gel's dots. Where the disk fills up, the run ends, what
-    was found until then is kept and told, and the exit status is 2.
+    OUT receives poses.csv, poses.png (with two standard deviations), overlay.webp, and poses.mcap
+    for Foxglove and RViz: poses as transforms, their states, the touched points and a marker gel's
+    dots.
+
+    A dataset gives its blank frames, then its labelled presses or, if it has none, all its
+    pictures. Ctrl-C or SIGTERM ends a stream, and the results so far are written. If the disk fills
+    up, the run ends and reports which frames are kept, and the exit status is 2.
 
     Example: wedge track units/wedge-001 press.mp4 --background first --out tracked
 
@@ -76,10 +78,11 @@ def main(
             paper did.
         mesh: The object as STL, PLY or OBJ, in mm.
         start: The first pose: a text file of 4 x 4 numbers, T_sensor_object in mm.
-        background: A blank frame of today, or `first` where the source begins with one; by default
+        background: A blank frame taken today, or `first` if the source begins with one; by default
             the unit's own.
-        begin: Pass over so many frames: a light first touch is a poor likeness of the object.
-        frames: Stop after so many, 250 000 at most; needed for a live source, which has no end.
+        begin: Skip this many frames: a light first touch represents the object poorly.
+        frames: Stop after this many frames, at most 250 000; needed for a live source, which has no
+            end.
         json: Write the poses, their covariances and the first contact here as JSON.
     """
     from recon.calibration import load_calibration
@@ -104,7 +107,7 @@ def main(
         progress("tracking") as show,
     ):
         if came.live and frames is None:
-            raise WedgeError(f"{source} has no end: say after how many frames with --frames.")
+            raise WedgeError(f"{source} has no end: limit the number of frames with --frames.")
         said: list[str] = []
         run, reconstruct = _Run(track, files), None
         for index, frame in enumerate(came):
@@ -131,7 +134,7 @@ def main(
             raise WedgeError(f"{source} holds no whole frame from {begin} on.")
         figure = pose_figure(run.times_s, run.found, Path(source).name)
         span = f"Frames {run.rows[0][0]} to {run.rows[-1][0]}"
-        said += files.finish(png_bytes(figure), span, f" --begin {index} follows the rest.")
+        said += files.finish(png_bytes(figure), span, f" Continue with --begin {index}.")
     _print_states(run.found)
     poses = run.poses()
     _print_misfits([pose["markers"] for pose in poses])
@@ -250,8 +253,8 @@ def _cut(begin: int) -> str:
     """What is said where a source goes on after the last frame that one run follows."""
     end = begin + MOST_FRAMES
     return (
-        f"Frames {begin} to {end - 1} were followed, as many as one run does, and more came: "
-        f"--begin {end} follows those."
+        f"Frames {begin} to {end - 1} were followed, the most that one run can, and more came: "
+        f"continue with --begin {end}."
     )
 
 
@@ -268,7 +271,7 @@ def _pose(path: Path) -> "np.ndarray":
     if numbers.size != 16:
         raise WedgeError(f"{path} holds {numbers.size} numbers, not the 16 of a 4 x 4 pose.")
     if not is_rigid(numbers.reshape(4, 4)):
-        raise WedgeError(f"{path} is no rigid transform: give a 4 x 4 [R t; 0 0 0 1], t in mm.")
+        raise WedgeError(f"{path} is not a rigid transform: give a 4 x 4 [R t; 0 0 0 1], t in mm.")
     return numbers.reshape(4, 4)
 
 

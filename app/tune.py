@@ -42,31 +42,33 @@ def main(
 ) -> None:
     """Find white-balance gains and exposure from frames of the blank gel.
 
-    Nothing may touch the gel, and frames in which something begins or ceases to are refused; of a
-    dataset its blank frames alone are read. The gains make its mean grey; the exposure puts its
-    brightest thousandth at 45 % of full scale in linear light, as a press makes it up to twice as
-    bright. Flicker, moving bands, drift and saturation are measured beside.
+    Nothing may touch the gel; frames in which something begins or stops touching it are refused.
+    From a dataset, only the blank frames are read.
 
-    The new settings are written to FILE, whole or not at all; `gelsight-wedge apply` on the Pi
-    takes them, but for camera, address and port, which stay the Pi's. Run again with the new
-    settings until it says that they are settled: two or three runs.
+    The gains make the gel's mean colour grey. The exposure puts its brightest thousandth at 45 % of
+    full scale in linear light, because a press makes it up to twice as bright. Flicker, moving
+    bands, drift and saturation are measured, too.
+
+    The new settings are written to FILE, completely or not at all. `gelsight-wedge apply` on the Pi
+    takes them, except camera, address and port, which stay the Pi's. Run the command again with the
+    new settings until it says that they are settled: two or three runs.
 
     Example: wedge tune http://10.55.0.1:8080 --settings wedge.toml
 
     Args:
-        source: The Pi's stream (http://HOST:PORT), or frames that it gave: a folder, a dataset, a
-            video or an MCAP file.
+        source: The Pi's stream (http://HOST:PORT), or frames from it: a folder, a dataset, a video
+            or an MCAP file.
         settings: The Pi's settings file, to read and to write; without it, nothing is written. A
-            stream of the Pi's server tells itself which settings it has, frames do not.
+            stream of the Pi's server reports its settings itself, frames do not.
         unit: Look only at the pad, where this unit folder says it is.
-        frames: How many frames to look at.
-        json: Write measures and settings here as JSON.
+        frames: Number of frames to look at.
+        json: Write measurements and settings here as JSON.
     """
     from firmware_pi.settings import Settings, read_settings, write_settings
     from firmware_pi.tuning import measure_blank, tune
 
     if frames < 1:
-        raise WedgeError(f"--frames {frames} is none: give 1 or more.")
+        raise WedgeError(f"--frames {frames} must be at least 1.")
     keep_inputs([source, settings, unit], [json])
     check_outputs(settings, json)
     pad = _pad(unit)
@@ -77,8 +79,8 @@ def main(
     known = _settings_of_stream(source) or kept
     if known is None:
         print(
-            "What settings the frames were taken with is not known: taken for the defaults. "
-            "Give the Pi's file as --settings where they are others."
+            "The settings that the frames were taken with are not known: the defaults are assumed. "
+            "If they were others, give the Pi's file with --settings."
         )
     before = known or Settings()
     tuned = tune(before, blank)
@@ -133,8 +135,8 @@ def _images(
         first = image if first is None else first
         if _is_touched(first, image, pad):
             raise WedgeError(
-                f"something touches the gel: frame {number} of {source.name} differs from the "
-                "first in one place. Let go of it, and take frames of the blank gel alone."
+                f"something touches the gel, as frame {number} of {source.name} differs from the "
+                "first in one place: let go of it, and take only frames of the blank gel."
             )
         show(number / count, _counted(number))
 
@@ -206,7 +208,7 @@ def _print(blank: "Blank", before: "Settings", tuned: "Tuned") -> None:
             f"{blank.drift:.2%} of the light, over {blank.frames} frames."
         )
     else:
-        print(f"Flicker is measured from 3 frames on; {_counted(blank.frames)} came.")
+        print(f"Flicker needs at least 3 frames; {_counted(blank.frames)} came.")
     changed = [
         [key.name, f"{getattr(before, key.name)}", f"{getattr(tuned.settings, key.name)}"]
         for key in fields(before)
@@ -216,5 +218,5 @@ def _print(blank: "Blank", before: "Settings", tuned: "Tuned") -> None:
         print_table(["setting", "before", "now"], changed)
     for remark in tuned.remarks:
         print(f"- {remark}")
-    first = "apply these settings" if changed else "mend what is said above"
+    first = "apply these settings" if changed else "correct what is reported above"
     print("Settled." if tuned.settled else f"Not settled: {first} and run again.")

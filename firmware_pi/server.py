@@ -100,7 +100,7 @@ class StreamServer(socketserver.ThreadingTCPServer):
                 errno.EADDRNOTAVAIL: "this machine has no such address: set address",
                 errno.EACCES: "only root may have a port below 1024: set another port",
             }.get(error.errno or 0, error.strerror)
-            raise WedgeError(f"{address} port {port} cannot be listened at: {reason}.") from error
+            raise WedgeError(f"cannot listen on {address} port {port}: {reason}.") from error
 
     @property
     def clients(self) -> int:

@@ -45,7 +45,7 @@ class BlankTaker:
         if frame is not None:
             first = self._frames[0] if self._frames else frame
             if frame.shape != first.shape:
-                raise WedgeError("frames of another size came.")
+                raise WedgeError("the frame size changed.")
             if _moved(first, frame):
                 raise WedgeError("the gel moved: let go of it and take it again.")
             self._frames.append(frame)

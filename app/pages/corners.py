@@ -42,12 +42,12 @@ LABEL_PX, DIGIT_PX = 11, 9
 """From a corner to the middle of its digit, past its ring, and the digit's size; of 240 columns."""
 NAMES = ("top left", "top right", "bottom right", "bottom left")
 HELP = (
-    ("drag", "move the corner that is nearest"),
+    ("drag", "move the nearest corner"),
     ("arrow keys", f"move the chosen corner by {STEP_PX:g} px, with Shift by {FINE_STEP_PX:g} px"),
     ("1 to 4", "choose a corner"),
     ("N, P", "next, previous frame"),
     ("F", "find the corners in the blank frame"),
-    ("T", "turn: another side is the base's"),
+    ("T", "turn: make another side the base"),
     ("M", "mirror"),
     ("Ctrl Z", "undo"),
 )
@@ -235,8 +235,8 @@ class CornersPage:
         def say_dropped() -> None:
             if dropped := change():
                 ui.notify(
-                    f"{dropped} circles were dropped, as they lay in pixels of the corners before: "
-                    "undo brings them back, wedge label finds them anew.",
+                    f"{dropped} circles were dropped, as they lay in pixels of the old corners: "
+                    "undo brings them back, wedge label finds them again.",
                     timeout=15_000,
                     actions=[CLOSE],
                 )

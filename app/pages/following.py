@@ -26,7 +26,7 @@ class Followed:
     markers: str
 
 
-APART = "each picture is a touch of its own: no pose is followed"
+APART = "each picture is a separate touch: no pose is tracked"
 
 
 class PoseView:

@@ -79,21 +79,21 @@ HELP = (
     ("drag", "move the circle"),
     ("wheel, + and −", "resize it"),
     ("arrow keys", f"move by {STEP_PX:g} px, with Shift by {FINE_STEP_PX:g} px"),
-    ("Enter", "this one is right; next"),
+    ("Enter", "confirm it; next frame"),
     ("N, P", "next, previous frame"),
-    ("Del, Backspace", "no ball touches here"),
+    ("Del, Backspace", "no ball in this frame"),
     ("Ctrl Z", "undo"),
     ("D", "difference or frame"),
     ("Z", "zoom"),
 )
 CONTACT = (
-    "The circle is the contact. It is smaller than the disc that shows, as the gel beside the ball "
+    "The circle marks the contact. It is smaller than the visible disc, as the gel beside the ball "
     "slopes too."
 )
 QUALITY = (
-    "Quality says from 0 to 1 how well the picture is that of a ball pressed into that circle. "
-    f"Below {DOUBTFUL:g}, with a triangle in the list, the circle is doubtful: look whether it is "
-    f"right. It has {CERTAIN:.2f} once you move it or say that it is."
+    "Quality says from 0 to 1 how well the picture matches a ball pressed into that circle. "
+    f"Below {DOUBTFUL:g}, with a triangle in the list, the circle is doubtful: check it. The "
+    f"quality is {CERTAIN:.2f} once you move or confirm the circle."
 )
 
 
@@ -215,7 +215,7 @@ class LabelPage:
     def mark(self) -> None:
         """Say in the list how the frame stands, and those that others have changed."""
         self.list.mark(self.file, self.book.news())
-        self.looked_at.set_text(f"{self.book.looked_at} of {len(self.files)} frames looked at")
+        self.looked_at.set_text(f"{self.book.looked_at} of {len(self.files)} frames checked")
 
     def look_again(self) -> None:
         """Draw what others have changed meanwhile; not while a circle is held."""
@@ -244,12 +244,12 @@ class LabelPage:
         """The circle and its numbers."""
         label = self.moved or self.book.label(self.file)
         if label is None:
-            known = "no ball, as you said" if self.book.has_no_ball(self.file) else "no circle"
+            known = "marked as no ball" if self.book.has_no_ball(self.file) else "no circle"
             self.heading.set_text(f"{self.file}: {known}; click where the ball touches")
             self.circle.set_content("")
             return
         known = "not scored" if label.quality is None else f"quality {label.quality:.2f}"
-        known = "let go to keep" if self.moved else known
+        known = "let go to save" if self.moved else known
         said = words(label, self.reader.dataset.card.mm_per_px)
         self.heading.set_text(f"{self.file}: {said}, {known}")
         self.circle.set_content(drawn(label))
@@ -325,7 +325,7 @@ class LabelPage:
         if file in self.files:
             self.show(file)
         if self.attempt(self.book.undo) and file not in self.files:
-            ui.notify(f"The change to {file}, which is not in this list, was taken back.")
+            ui.notify(f"The change to {file}, which is not in this list, was undone.")
         self.bring_into_view()
 
     def turn(self, by: int) -> None:

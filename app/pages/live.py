@@ -132,7 +132,7 @@ class SensorCard:
                 self.touch: list[ui.element] = [self.difference]
                 """What shows the touch, and fades where frames tell none."""
                 if watcher.unit:
-                    marks = "contact outlined, deepest point crossed"
+                    marks = "contact outlined, cross at the deepest point"
                     self.depth = _picture("Depth", marks, "depth")
                     axes = "axes of the object: x blue, y orange, z green; shifts of dots ×3"
                     self.posed = _picture("Pose and markers", axes, "posed")
@@ -166,7 +166,7 @@ class SensorCard:
                 _button(
                     "Take background",
                     "filter_none",
-                    "Nothing may touch the gel: the mean of the next frames becomes the blank one",
+                    "Nothing may touch the gel: the next frames are averaged to the blank frame",
                     self.take_background,
                 )
                 kept = f"Write the newest frame to {self.watcher.captures}"
@@ -195,7 +195,9 @@ class SensorCard:
                 _heading("Object's pose", 3).classes("text-sm font-medium")
                 self.pose_state = ui.label("–").classes("chip off pose-state")
             self.pose = ui.label().classes("text-sm pose")
-            since = ui.label("since its first touch; lift it for a second and the next is new")
+            since = ui.label(
+                "since its first touch; lift it for a second, and the next touch is a new object"
+            )
             since.classes("quiet text-xs").set_visibility(not self.watcher.apart)
             _heading("Markers", 3).classes("text-sm font-medium")
             self.markers = ui.label().classes("text-sm markers")

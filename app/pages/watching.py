@@ -204,7 +204,7 @@ class Watcher:
             except OSError as error:
                 self.error = f"{self.name}: {error.strerror or error}."
             except Exception as error:  # a thread that ends in silence would leave the page waiting
-                self.error = f"{self.name} failed by {type(error).__name__}: {error}."
+                self.error = f"{self.name} failed with {type(error).__name__}: {error}."
             self.newest = None
             self.rate_hz, self.latency_ms = 0.0, None
             self._drop("the connection broke off meanwhile.")
@@ -256,7 +256,9 @@ class Watcher:
             self._unwarp.check(frame)
         except WedgeError as error:
             fault = str(error).rstrip(".")
-            return f"{self.name}: {fault}: another unit, or another camera mode."
+            return (
+                f"{self.name}: {fault}: use the right unit, or the camera mode of the calibration."
+            )
         return ""
 
     def _has_new_blank(self, frame: Frame | None, connection: int) -> bool:

@@ -181,10 +181,10 @@ class PressWatcher:
         self._still = 0
         known_by = fingerprint(frame)
         if known_by in self._taken:
-            return _no("the same picture, pixel by pixel, as one that was taken")
+            return _no("the same picture, pixel by pixel, as one already taken")
         assert self._single is not None
         if detail_kept(frame, self._single) < LEAST_DETAIL:
-            return _no("blurred: hold the sensor still, or mend its focus")
+            return _no("blurred: hold the sensor still, or correct its focus")
         saturated = (seen[contact] >= SATURATED_LEVEL / 255).any(-1).mean()
         if saturated > MOST_SATURATED:
             return _no(f"saturated on {saturated:.0%} of the contact: lower the exposure")
@@ -196,7 +196,7 @@ class PressWatcher:
             self.state = "lift"
             return Verdict(taken=True, words="caliper taken")
         if circle is None:
-            return _no("no ball is recognised: press the ball alone, not its holder")
+            return _no("no ball is recognised: press only the ball, not its holder")
         self._taken.add(known_by)
         self.coverage.add(circle.center_px)
         self.state = "lift"

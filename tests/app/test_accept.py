@@ -41,5 +41,5 @@ def test_a_page_is_not_put_among_a_unit_s_own_files(words, tmp_path, capsys) -> 
     (unit / "unit.toml").touch()
     named = [word.format(unit=unit, set=dataset.folder) for word in words.split()]
     sentence = refused(capsys, *named, "--out", unit)
-    assert "holds its own files alone" in sentence
+    assert "holds only its own files" in sentence
     assert [path.name for path in unit.iterdir()] == ["unit.toml"]

@@ -46,8 +46,8 @@ def test_a_folder_of_frames_becomes_a_dataset(tmp_path: Path) -> None:
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert "no contact" in done.stderr
-    assert "02b.png" in done.stderr and "is passed over: " in done.stderr
-    assert "is passed over: the frame is 8x8 pixels" in done.stderr
+    assert "02b.png" in done.stderr and "is skipped: " in done.stderr
+    assert "is skipped: the frame is 8x8 pixels" in done.stderr
     captured = read_dataset(out)
     assert len(captured.labels) == len(like.labels)
     for label, truth in zip(captured.labels, like.labels, strict=True):
@@ -79,7 +79,7 @@ def test_names_in_a_folder_say_what_shows_the_blank_gel_and_a_caliper(
     )
     assert len(read_dataset(tmp_path / "out").labels) == 2
     told = capsys.readouterr().err
-    assert "5mm-0.png is passed over: its name says that it shows a caliper" in told
+    assert "5mm-0.png is skipped: its name says that it shows a caliper" in told
     assert "ball-1.png: taken at" in told and "ball-2.png: taken at" in told
     assert "No picture is named" not in told
 
@@ -222,7 +222,7 @@ def test_a_caliper_that_is_named_for_another_gap_is_refused(
         main(words)
     assert left.value.code == 2
     (line,) = capsys.readouterr().err.splitlines()
-    assert "3mm-0.png is named as a caliper's jaws 3 mm apart, and --caliper-mm says 5" in line
+    assert "3mm-0.png gives a caliper gap of 3 mm, but --caliper-mm is 5" in line
     assert not (tmp_path / "out").exists()
 
 
@@ -345,7 +345,7 @@ def test_a_caliper_beside_another_dataset_is_refused(tmp_path: Path) -> None:
     command = [sys.executable, "-P", "-m", "app", "capture", str(like.folder), *words]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 2
-    assert "--caliper-mm measures it anew: leave one of them out" in done.stderr
+    assert "--caliper-mm measures it again: leave one of them out" in done.stderr
     assert not (tmp_path / "out").exists()
 
 

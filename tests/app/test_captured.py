@@ -174,7 +174,7 @@ def test_circles_drawn_in_pixels_of_other_corners_end_it_and_all_is_kept(
     between_presses(monkeypatch, draw, lambda: edit_corner(out))
     assert status(words) == 2
     said = capsys.readouterr().err.splitlines()[-1]
-    assert "look whether they still fit. The presses are kept in" in said
+    assert "check whether they still fit. The presses are kept in" in said
     assert list(read_dataset(out).labels) == drawn
     assert all((out / file).is_file() for file in PRESSES)
 
@@ -228,7 +228,7 @@ def test_corners_that_another_file_kept_from_being_read_are_followed_once_it_is_
     assert status(words) == 0
     lines = capsys.readouterr().err.splitlines()
     (unread,) = [i for i, line in enumerate(lines) if "judged as before until this" in line]
-    (followed,) = [i for i, line in enumerate(lines) if "judged by it from here on" in line]
+    (followed,) = [i for i, line in enumerate(lines) if "judged by it from now on" in line]
     (last,) = [i for i, line in enumerate(lines) if line.startswith("  3/3")]
     assert unread < followed < last
     captured = read_dataset(out)

@@ -121,7 +121,7 @@ def test_a_frame_has_its_number_in_a_stream_that_lost_one_before_it(
     document = json.loads(told.read_text())
     assert [row["frame"] for row in document[key]] == numbers
     assert {row["image"] for row in document[key]} == {None}
-    assert "Lost on the way: 1 frames." in document["remarks"]
+    assert "Lost in transmission: 1 frames." in document["remarks"]
     for table in out.glob("*.csv"):
         with table.open(newline="") as lines:
             of_lines = [int(row["frame"]) for row in csv.DictReader(lines)]

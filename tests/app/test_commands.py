@@ -89,7 +89,7 @@ def test_presses_to_depth(tmp_path, capsys, options, words):
     ]
     numbers = tmp_path / "numbers.json"
     assert run("evaluate", tmp_path / "unit", dataset.folder, "--json", numbers) == 0
-    assert "has learnt from all" in capsys.readouterr().err
+    assert "was calibrated on all" in capsys.readouterr().err
     rows = json.loads(numbers.read_text())["rows"]
     assert max(row["theta_x_deg"] for row in rows) < 4
 

@@ -225,7 +225,7 @@ def test_corners_without_a_page_are_refused(
     with pytest.raises(SystemExit) as stop:
         main(["label", str(tmp_path), "--corners", "--no-page"])
     assert stop.value.code == 2
-    assert "--no-page asks for none: leave one out" in capsys.readouterr().err
+    assert "--no-page opens none: leave one of them out" in capsys.readouterr().err
 
 
 @needs_chromium

@@ -53,7 +53,7 @@ def test_the_scale_that_is_assumed_is_said(flat: Path, capsys: pytest.CaptureFix
     assert run(*imported(flat, "--pad-size-mm", 13.2, 9)) == 0
     assert read_dataset(flat.with_name("out")).card.mm_per_px == pytest.approx((0.11, 0.11))
     (line,) = (x for x in capsys.readouterr().out.splitlines() if "mm/px" in x)
-    assert "as long as the pad, 13.2 mm, so 0.11000 mm/px" in line
+    assert "as long as the pad, 13.2 mm, so the scale is 0.11000 mm/px" in line
 
 
 def test_a_scale_that_a_caliper_measures_is_not_given_as_well(
@@ -81,7 +81,7 @@ def test_the_lens_beside_raw_frames_is_used_and_said(
     write_lens(flat / LENS_FILE, lens(SIZE_PX[0]))
     assert run(*imported(flat, "--mm-per-px", 0.1)) == 0
     assert read_lens(flat.with_name("out") / LENS_FILE) == lens(SIZE_PX[0])
-    assert "lens is taken over from the camera.toml" in capsys.readouterr().out
+    assert "lens is read from the camera.toml" in capsys.readouterr().out
 
 
 def test_the_lens_of_another_camera_is_refused(
@@ -122,7 +122,7 @@ def test_what_is_a_dataset_already_is_not_imported(
 ) -> None:
     made = make_dataset(tmp_path / "made", presses=2)
     words = ("data", "import", made.folder, "--ball-radius-mm", "4", "--out", tmp_path / "out")
-    assert f"{made.folder} is a dataset already" in refused(capsys, *words)
+    assert f"{made.folder} is already a dataset" in refused(capsys, *words)
     assert not (tmp_path / "out").exists()
 
 
@@ -158,7 +158,7 @@ def test_a_pad_that_may_be_none_is_said(
     )
     _say(prepared, tmp_path / "out", "Scale as given: 0.1 mm/px.")
     said = capsys.readouterr().out
-    assert ("is left aside, as --mm-per-px" in said) == (pad == "left aside")
-    assert ("No mirror's pad shows" in said) == (pad == "none")
+    assert ("they are ignored, as --mm-per-px" in said) == (pad == "left aside")
+    assert ("No corners of a pad" in said) == (pad == "none")
     corners = f"wedge label {tmp_path / 'out'} --corners"
     assert (corners in said) == (pad == "in use" and without_ball > len(labels))

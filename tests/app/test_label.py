@@ -358,7 +358,7 @@ def test_a_circle_is_dragged_resized_and_undone_in_a_browser(tmp_path: Path) -> 
         page.mouse.move(x, y)
         page.mouse.down()
         page.mouse.move(x + 5 * scale, y, steps=3)
-        expect(heading).to_contain_text("let go to keep")
+        expect(heading).to_contain_text("let go to save")
         assert read_dataset(folder).labels == tuple(before.values())
         page.mouse.up()
         expect(heading).to_contain_text("quality 1.00")

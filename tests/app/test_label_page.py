@@ -309,10 +309,10 @@ def test_a_page_loaded_anew_lists_frames_that_came_since_and_counts_those_seen(
     write_labels(dataset.folder / "labels.csv", [first, second])
     with served("label", dataset.folder) as address, opened(address) as page:
         looked_at = page.locator("#looked-at")
-        expect(looked_at).to_have_text("0 of 2 frames looked at")
+        expect(looked_at).to_have_text("0 of 2 frames checked")
         for key, seen in (("=", 1), ("Enter", 1), ("Backspace", 2), ("Control+z", 1)):
             page.keyboard.press(key)
-            expect(looked_at).to_have_text(f"{seen} of 2 frames looked at")
+            expect(looked_at).to_have_text(f"{seen} of 2 frames checked")
         assert page.context.browser is not None
         before = page.context.browser.new_page()
         before.goto(address)
@@ -320,11 +320,11 @@ def test_a_page_loaded_anew_lists_frames_that_came_since_and_counts_those_seen(
         (tmp_path / third.file).rename(came)
         page.reload()
         expect(page.locator("#frames")).to_contain_text(third.file)
-        expect(looked_at).to_have_text("1 of 3 frames looked at")
+        expect(looked_at).to_have_text("1 of 3 frames checked")
         page.locator("#frames [role=option]", has_text=third.file).click()
         expect(page.locator("#heading")).to_contain_text(third.file)
         page.keyboard.press("Delete")
-        expect(looked_at).to_have_text("2 of 3 frames looked at")
+        expect(looked_at).to_have_text("2 of 3 frames checked")
         before.keyboard.press("Control+z")
         before.get_by_text(f"The change to {third.file}, which is not in this list").wait_for()
     assert labels(dataset)[first.file].contact_radius_px > first.contact_radius_px

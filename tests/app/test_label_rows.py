@@ -27,7 +27,7 @@ def test_rows_without_a_frame_and_circles_outside_it_are_named(
     summary, *odd = capsys.readouterr().out.splitlines()
     assert summary == "Frames with a circle: 3 of 3; doubtful: 0."
     assert len(odd) == 2
-    assert f"labels what is not there, {lost}:" in odd[0]
+    assert f"labels frames that do not exist, {lost}:" in odd[0]
     assert f"outside the 120x90 frame, of {first.file}:" in odd[1]
 
 

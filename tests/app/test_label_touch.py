@@ -27,14 +27,14 @@ def test_a_pinch_moves_and_makes_no_circle(tmp_path: Path) -> None:
 
         before = heading.inner_text()
         finger("pointerdown", "pointermove")
-        expect(heading).to_contain_text("let go to keep")
+        expect(heading).to_contain_text("let go to save")
         finger("pointercancel")
         expect(heading).to_have_text(before)
         page.get_by_text("No ball", exact=True).click()
         expect(heading).to_contain_text("no ball")
         none = heading.inner_text()
         finger("pointerdown")
-        expect(heading).to_contain_text("let go to keep")
+        expect(heading).to_contain_text("let go to save")
         finger("pointercancel")
         expect(heading).to_have_text(none)
         assert len(labels(dataset)) == 1

@@ -55,7 +55,7 @@ def test_two_lights_are_taken_as_two_and_the_third_is_said_to_be_missing(
     for words in (("data", "import"), ("capture",)):
         assert run(*words, frames, "--out", out, *ball, *pad_mm) == 0
         said = capsys.readouterr().out
-        assert "Green shows no light: taken as a sensor of two lights" in said
+        assert "Green shows no light: the sensor is taken to have two lights" in said
         lights_deg = read_dataset(out).card.lights_deg
         assert lights_deg is not None and set(lights_deg) == {"R", "B"}
         shutil.rmtree(out)
@@ -104,6 +104,6 @@ def test_a_light_that_a_card_leaves_out_on_purpose_is_not_dead(
 
 def test_several_dark_colours_are_one_sentence() -> None:
     assert unlit_remark({"R": 90.0}, FINGER).startswith("Green and blue show no light, but the")
-    assert "taken as a sensor of one light" in unlit_remark({"B": -90.0}, None)
+    assert "taken to have one light" in unlit_remark({"B": -90.0}, None)
     assert not unlit_remark(dict.fromkeys("RGB", 0.0), FINGER)
     assert not unlit_remark(None, None)

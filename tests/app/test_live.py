@@ -204,7 +204,8 @@ def test_frames_of_another_size_are_shown_raw_and_stop_that_sensor_alone(tmp_pat
                 break
             pause.wait(0.01)
         assert watchers[0].misfit == (
-            "frames: the frame is 160x120 pixels, not 80x60: another unit, or another camera mode."
+            "frames: the frame is 160x120 pixels, not 80x60: use the right unit, or the camera mode "
+            "of the calibration."
         )
         assert watchers[0].live and watchers[0].misfit in watchers[0].remark
         assert watchers[0].glimpse.raw and watchers[0].glimpse.depth is None
@@ -332,15 +333,15 @@ def test_bad_input_is_a_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[s
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         cases = {
-            ("usb:0", "--port", str(port)): "listened at (Address already in use): another",
+            ("usb:0", "--port", str(port)): f"port {port} (Address already in use): another",
             ("usb:0", "usb:1", "--unit", str(tmp_path / "unit")): "name one for each",
-            ("--unit", str(tmp_path / "unit")): "names a unit of no sensor",
+            ("--unit", str(tmp_path / "unit")): "is given without a sensor",
             ("usb:0", "--unit", *2 * [str(tmp_path / "unit")]): "more units than sensors",
             ("usb:0", "--captures", str(file)): "file/background.png cannot be written",
-            ("usb:0", "--address", "192.0.2.1"): "--address 192.0.2.1 is none of this computer's",
+            ("usb:0", "--address", "192.0.2.1"): "192.0.2.1 is not one of this computer's",
             ("usb:0", "--unit", str(tmp_path)): "not a unit folder",
             ("usb:0", "--port", "99999"): "must lie between",
-            ("usb:0", "--address", "0.0.0.0.0"): "--address 0.0.0.0.0 is no address: name one of",
+            ("usb:0", "--address", "0.0.0.0.0"): "0.0.0.0.0 is not an address: name one of",
             (str(tmp_path / "nothing"),): "nothing is not there: name an address",
         }
         for words, sentence in cases.items():

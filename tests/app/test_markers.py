@@ -85,7 +85,7 @@ def test_what_ends_markers_takes_nothing_that_was_found(
     words = ("markers", unit, clip_of(unit, tmp_path / "clip", 6), "--out", out)
     assert run(*words) == 130
     if whole:
-        kept = f"What was found is kept in {out}: markers.mcap, markers.csv."
+        kept = f"Results so far are kept in {out}: markers.mcap, markers.csv."
         assert kept in capsys.readouterr().err
         assert dots_in(out) == ([0, 1, 2], 3)
         before = {path.name: path.read_bytes() for path in out.iterdir()}

@@ -91,7 +91,9 @@ def test_what_is_read_is_kept_and_nothing_else(
     inputs: Path, read: str | None, written: str, kept: bool
 ) -> None:
     if kept:
-        with pytest.raises(WedgeError, match=f"{Path(written)} would be written over"):
+        with pytest.raises(
+            WedgeError, match=f"{Path(written)} is an input and would be overwritten"
+        ):
             keep_inputs([read], [None, Path(written)])
     else:
         keep_inputs([read], [None, Path(written)])
@@ -133,7 +135,10 @@ def test_no_command_writes_over_what_it_reads(
         main(words.split())
     said = capsys.readouterr().err
     assert stop.value.code == 2
-    assert f"{words.split()[-1]} would be written over" in said and said.count("\n") == 1
+    assert (
+        f"{words.split()[-1]} is an input and would be overwritten" in said
+        and said.count("\n") == 1
+    )
     assert {path: path.read_bytes() for path in inputs.rglob("*") if path.is_file()} == before
 
 

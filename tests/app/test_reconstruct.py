@@ -43,7 +43,7 @@ def test_an_image_is_not_written_over(
     capsys.readouterr()
     assert run(*words) == 2
     said = capsys.readouterr().err
-    assert "would be written over" in said and len(said.splitlines()) == 1
+    assert "is an input and would be overwritten" in said and len(said.splitlines()) == 1
     assert {path.name: path.read_bytes() for path in dataset.folder.iterdir()} == before
 
 
@@ -103,6 +103,6 @@ def test_a_depth_that_no_gel_has_is_called_so_and_has_no_deviation(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     row, said = reconstructed(make_unit(estimator=random_default()), tmp_path, capsys)
-    assert "press.png: no gel is so deep" in said and "depth means little there" in said
+    assert "press.png: no gel is so deep" in said and "the depth cannot be trusted" in said
     assert row["remark"].startswith("no gel is so deep")
     assert row["deepest_sigma_mm"] is None and "±" not in said

@@ -385,7 +385,7 @@ def test_what_cannot_be_streamed_is_a_sentence(
     assert "exists" in refused(capsys, "record", clip, "--out", tmp_path / "kept.mcap")
     assert "must be above zero" in refused(capsys, "replay", clip, "--speed", 0)
     with ScriptedServer(b"") as taken:
-        assert "cannot be listened at" in refused(capsys, "replay", clip, "--port", taken.port)
+        assert "cannot listen on" in refused(capsys, "replay", clip, "--port", taken.port)
     assert not (tmp_path / "a.mcap").exists()
 
 

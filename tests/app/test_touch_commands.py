@@ -263,7 +263,7 @@ def test_a_cloud_is_not_written_over_a_frame(tmp_path, capsys, units):
     before = (tmp_path / "frames-0.npz").read_bytes()
     names = tmp_path / "frames.npz#0", tmp_path / "frames-0.npz#1"
     words = ("cloud", folder / "clear" / "unit", *names, "--form", "npz", "--out", tmp_path)
-    assert "frames-0.npz would be written over" in refused(capsys, *words)
+    assert "frames-0.npz is an input and would be overwritten" in refused(capsys, *words)
     assert (tmp_path / "frames-0.npz").read_bytes() == before
 
 

@@ -154,7 +154,7 @@ def test_what_touches_from_the_first_frame_on_has_no_first_contact(
         (clip / first).touch()
         words = (workplace / "unit", clip, "--out", tmp_path / first, "--json", told)
         assert run(command, *words) == 0
-        assert "touched from the first frame on" in capsys.readouterr().out
+        assert "something touches in the first frame" in capsys.readouterr().out
         document = json.loads(told.read_text())
         assert document["first_contact"] is None and document["touched_at_start"] is True
 
@@ -184,7 +184,7 @@ def test_frames_before_the_beginning_are_passed_over_but_for_the_blank_one(workp
     ("most", "extra", "followed", "said"),
     [
         (3, (), [0, 1, 2], "Frames 0 to 2 were followed"),
-        (2, ("--begin", 1), [1, 2], "--begin 3 follows those"),
+        (2, ("--begin", 1), [1, 2], "continue with --begin 3"),
         (5, (), [0, 1, 2, 3, 4], ""),
         (3, ("--frames", 3), [0, 1, 2], ""),
     ],
@@ -236,7 +236,7 @@ def test_a_disk_that_fills_up_ends_a_run_but_takes_nothing(workplace, tmp_path, 
     document = json.loads((tmp_path / "poses.json").read_text())
     assert [row["frame"] for row in document["poses"]] == followed
     assert document["remarks"][-1] in said
-    assert f"--begin {len(followed)} follows the rest." in said
+    assert f"Continue with --begin {len(followed)}." in said
     assert run(*words, rest, "--begin", len(followed)) == 0
     assert [*followed, *poses_in(rest)[0]] == list(range(100))
 
@@ -250,7 +250,7 @@ def test_a_disk_that_turns_out_full_at_the_end_costs_the_pictures_alone(
     assert run("track", *words) == 2
     said = capsys.readouterr().err
     assert "poses.csv cannot be written: No space left on device. Frames 0 to 4 are kept" in said
-    assert "follows the rest" not in said
+    assert "Continue with" not in said
     assert sorted(path.name for path in out.iterdir()) == ["poses.csv", "poses.mcap"]
     assert poses_in(out) == ([0, 1, 2, 3, 4], 5)
 
@@ -272,7 +272,9 @@ def test_what_ends_a_run_takes_nothing_that_was_found(
     words = (workplace / "unit", workplace / "clip", "--background", "first", "--out", out)
     assert run("track", *words) == 130
     if whole:
-        assert f"What was found is kept in {out}: poses.mcap, poses.csv." in capsys.readouterr().err
+        assert (
+            f"Results so far are kept in {out}: poses.mcap, poses.csv." in capsys.readouterr().err
+        )
         assert poses_in(out) == ([0, 1, 2], 3)
     else:
         assert not out.exists()
@@ -311,7 +313,7 @@ def test_a_first_pose_that_is_none_is_named(workplace, tmp_path, capsys):
     (tmp_path / "scaled.txt").write_text("1000 0 0 0 0 1000 0 0 0 0 1000 0 0 0 0 1")
     words = (workplace / "unit", workplace / "clip", "--start", tmp_path / "scaled.txt")
     assert run("track", *words, "--out", tmp_path / "out") == 2
-    assert "scaled.txt is no rigid transform" in capsys.readouterr().err
+    assert "scaled.txt is not a rigid transform" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

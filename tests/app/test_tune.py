@@ -102,7 +102,7 @@ def test_too_few_frames_for_flicker_are_counted(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], levels: list[int], counted: str
 ) -> None:
     assert run(frames(tmp_path / "blank", *levels)) == 0
-    assert f"from 3 frames on; {counted} came." in capsys.readouterr().out
+    assert f"at least 3 frames; {counted} came." in capsys.readouterr().out
 
 
 def test_of_a_dataset_the_blank_frames_alone_are_read(
@@ -165,7 +165,7 @@ def test_a_frame_of_the_folder_is_not_written_over_but_an_earlier_report_may_be(
     folder = frames(tmp_path / "blank", 0, 0, 0)
     before = (folder / "000.png").read_bytes()
     assert run(folder, "--json", folder / "000.png") == 2
-    assert capsys.readouterr().err.count("would be written over") == 1
+    assert capsys.readouterr().err.count("is an input and would be overwritten") == 1
     assert (folder / "000.png").read_bytes() == before
     for _ in range(2):
         assert run(folder, "--json", folder / "tune.json") == 0
@@ -186,7 +186,7 @@ def test_what_is_read_is_not_written_over_by_json(
     write_settings(Path("wedge.toml"), Settings())
     before = {path.name: path.read_bytes() for path in tmp_path.glob("*.*")}
     assert run("clip.mp4", "--settings", "wedge.toml", "--json", report) == 2
-    assert "would be written over" in capsys.readouterr().err
+    assert "is an input and would be overwritten" in capsys.readouterr().err
     assert {path.name: path.read_bytes() for path in tmp_path.glob("*.*")} == before
 
 
@@ -200,7 +200,7 @@ def test_a_gel_too_bright_for_any_setting_is_not_settled(
     assert run(tmp_path / "blank", "--settings", file) == 0
     said = capsys.readouterr().out
     assert "lower the current of the LEDs" in said
-    assert "Not settled: mend what is said above and run again." in said
+    assert "Not settled: correct what is reported above and run again." in said
 
 
 def test_a_unit_says_where_the_pad_is(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

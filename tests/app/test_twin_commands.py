@@ -227,7 +227,7 @@ def test_what_a_lost_worker_was_doing_is_done_by_another(tmp_path: Path, cluster
 
 
 def test_a_task_that_ends_every_worker_is_a_sentence(cluster: str) -> None:
-    with pytest.raises(WedgeError, match="its workers end again"), cluster_pool(cluster) as pool:
+    with pytest.raises(WedgeError, match="its workers keep ending"), cluster_pool(cluster) as pool:
         pool.submit(os._exit, 1).result(timeout=60)
 
 

@@ -45,7 +45,7 @@ def test_frames_that_change_their_size_are_recorded_and_said(
     words = ("record", folder, "--out", tmp_path / "touch.mcap", "--json", numbers)
     assert run(*words) == 0
     told = json.loads(numbers.read_text())["sensors"]["wedge"]
-    said = "Frames change their size, first from 64x48 to 32x24 pixels."
+    said = "The frame size changes, first from 64x48 to 32x24 pixels."
     assert (told["recorded"], told["remark"]) == (4, said)
     output = capsys.readouterr()
     assert output.err.count(said) == output.out.count(said) == 1

@@ -72,7 +72,7 @@ def until(true: Callable[[], object]) -> None:
     ("fault", "sentence"),
     [
         (OSError(5, "Input/output error"), "endless: Input/output error."),
-        (ZeroDivisionError("division by zero"), "endless failed by ZeroDivisionError: division"),
+        (ZeroDivisionError("division by zero"), "endless failed with ZeroDivisionError: division"),
     ],
 )
 def test_any_failure_is_said_and_the_sensor_tried_again(

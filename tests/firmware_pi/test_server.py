@@ -282,7 +282,7 @@ def test_stopping_ends_every_stream_and_frees_the_port(newest: Newest) -> None:
 
 
 def test_a_port_in_use_is_one_sentence(server: StreamServer) -> None:
-    with pytest.raises(WedgeError, match=r"port \d+ cannot be listened at: another program"):
+    with pytest.raises(WedgeError, match=r"cannot listen on .+ port \d+: another program"):
         StreamServer("127.0.0.1", server.server_address[1], Newest(), dict)
 
 

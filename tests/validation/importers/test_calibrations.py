@@ -182,7 +182,7 @@ def test_circle_texts_without_a_pitch_leave_the_frames_as_ones_own(
         main(["data", "import", str(source), "--out", str(tmp_path / "out")])
     assert stop.value.code == 2
     said = capsys.readouterr()
-    assert "left aside" in said.out
+    assert "in text files are ignored" in said.out
     assert "--ball-radius-mm" in said.err
 
 
@@ -291,7 +291,7 @@ def test_what_fits_no_picture_is_said(
     with pytest.raises(SystemExit):
         main(["data", "import", str(source), "--out", str(tmp_path / "none"), *words[:2]])
     said = " ".join(capsys.readouterr().out.split())
-    assert "circles are found anew" in said and "press99.png" in said
+    assert "the pictures are searched" in said and "press99.png" in said
 
 
 def test_presses_that_are_left_out_have_their_own_reasons(
