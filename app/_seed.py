@@ -18,7 +18,7 @@ def seed_of(words: list[str]) -> int:
     """
     (word,) = words
     if not (word.isascii() and word.isdecimal() and len(word) < 20 and int(word) <= MOST):
-        raise ValueError(f"{word} is no whole number from 0 to {MOST}")
+        raise ValueError(f"{word} is not a whole number from 0 to {MOST}")
     return int(word)
 
 

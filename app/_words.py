@@ -149,8 +149,8 @@ def in_a_sentence(box: str, name: str) -> str:
         r"invalid choice '(.*)' for argument '(.*)'. Expected one of (.*)\.", first
     ):
         choices = ", ".join(re.findall(r"'([^']*)'", found[3]))
-        return f"{found[2]} {found[1]} is none of {choices}."
-    if found := re.match(r"Error parsing (\S+): (.* is no .*)", first):  # in words of ours
+        return f"{found[2]} {found[1]} is not one of {choices}."
+    if found := re.match(r"Error parsing (\S+): (.* is not a whole .*)", first):  # in words of ours
         return f"{found[1]} {found[2]}."
     if found := re.match(r"Error parsing (\S+): (.*)", first):
         given = re.search(r"instantiated from \[(.*?)\]|: ('.*)$", found[2])
@@ -166,7 +166,7 @@ def _no(values: Sequence[str], forms: Sequence[str]) -> str:
     """That values are not of the forms that tyro names."""
     kind = KINDS.get(forms[0], forms[0]) if len(set(forms)) == 1 else " ".join(forms)
     if len(forms) == 1 and values:
-        return f"{' '.join(values)} is no {kind}{SUCH_AS.get(forms[0], '')}."
+        return f"{' '.join(values)} is not a {kind}{SUCH_AS.get(forms[0], '')}."
     wanted = f"{len(forms)} {kind}s" if len(forms) > 1 else f"a {kind}"
     return f"{' '.join(values)} is not {wanted}." if values else f"needs {wanted}."
 

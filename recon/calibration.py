@@ -87,8 +87,8 @@ def load_calibration(folder: str | Path) -> Calibration:
     """
     if not isinstance(folder, str | Path):  # a background, most likely
         raise WedgeError(
-            f"a unit folder is named by text or a Path, not by {type(folder).__name__}: it comes "
-            "first."
+            f"the unit folder must be text or a Path, not {type(folder).__name__}: give it as the "
+            "first argument."
         )
     folder = Path(folder)
     card = read_unit_card(folder)
@@ -103,8 +103,8 @@ def load_calibration(folder: str | Path) -> Calibration:
         )
     if dataset_sha256 != card.dataset_sha256:
         raise WedgeError(
-            f"{path} was learnt from other presses than unit.toml names, as another unit's file "
-            "would be: calibrate the unit again."
+            f"{path} was fitted to other presses than unit.toml names, so it may be another "
+            "unit's: calibrate the unit again."
         )
     try:
         estimator = restore_estimator(card.estimator, tensors, card.channels)

@@ -80,7 +80,7 @@ class Coverage:
         where = place_in_words(*_largest(gaps_px))
         return (
             f"{far.sum()} of {far.size} places of the pad, such as {where}, lie farther than "
-            f"{FAR:g} of its width from every press: none tells of the colours there. Press the "
+            f"{FAR:g} of its width from every press: no press shows the colours there. Press the "
             "ball over the whole pad."
         )
 

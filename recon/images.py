@@ -72,7 +72,7 @@ def read_image(path: str | Path) -> Frame:
     path = Path(path)
     _refuse_no_file(path)
     if path.suffix.lower() == ".npz":
-        raise WedgeError(f"{path} holds many frames: say which, as {path.name}#17 does.")
+        raise WedgeError(f"{path} holds many frames: name one, such as {path.name}#17.")
     try:
         content = io.BytesIO(path.read_bytes())
         with warnings.catch_warnings(action="error", category=Image.DecompressionBombWarning):
@@ -93,14 +93,14 @@ def read_image(path: str | Path) -> Frame:
                 _refuse_turned(path, image)
                 return np.asarray(image.convert("RGB"))
     except UnidentifiedImageError as error:  # its own words name a buffer's address
-        raise WedgeError(f"{path} is no PNG, JPEG, BMP or TIFF image.") from error
+        raise WedgeError(f"{path} is not a PNG, JPEG, BMP or TIFF image.") from error
     except UNREADABLE_IMAGE as error:
         raise WedgeError(f"{path} cannot be decoded, it may be truncated: {error}.") from error
 
 
 def _refuse_no_file(path: Path) -> None:
     if path.is_dir():
-        raise WedgeError(f"{path} is a folder: name the images in it, as FOLDER/*.png does.")
+        raise WedgeError(f"{path} is a folder: name the images in it, such as FOLDER/*.png.")
     if not path.is_file():
         raise WedgeError(f"{path} is missing.")
 
@@ -132,14 +132,14 @@ def _refuse_turned(path: Path, image: Image.Image) -> None:
             mark = image.getexif().get(ExifTags.Base.Orientation)
     if mark in TURNED:
         raise WedgeError(
-            f"{path} is marked to be shown turned or mirrored (EXIF orientation {mark}), which not "
-            "every program does: write it the way round it is meant, without the mark."
+            f"{path} is marked to be shown rotated or mirrored (EXIF orientation {mark}), which "
+            "not every program does: save it the way it is meant, without the mark."
         )
 
 
 def _other_bits(path: Path, bits: int) -> WedgeError:
     """The refusal; nothing says how many of 16 bits a camera fills, so none can be chosen here."""
-    return WedgeError(f"{path} has {bits} bits a colour: write it with 8.")
+    return WedgeError(f"{path} has {bits} bits per colour: write it with 8.")
 
 
 def read_frame(folder: Path, name: str) -> Frame:
@@ -219,7 +219,7 @@ def _read_array(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> np.ndarray:
 def _refuse_vast(path: Path, entries: Collection[zipfile.ZipInfo]) -> None:
     """Refuse what would fill the memory; of a smaller one, no more than it says is unpacked."""
     if any(entry.compress_type not in PACKED_BY_NUMPY for entry in entries):
-        raise WedgeError(f"{path} is packed in another way than numpy's: write it with savez.")
+        raise WedgeError(f"{path} is not packed as numpy packs it: write it with numpy.savez.")
     unpacked = sum(entry.file_size for entry in entries)
     if unpacked > MOST_UNPACKED:
         raise WedgeError(

@@ -170,7 +170,7 @@ def unusable(press: BallPress) -> str | None:
     away_mm = np.hypot(*offsets_mm(press.size_px, press.center_px, press.mm_per_px))
     inside = away_mm < press.contact_radius_mm * (1 - RIM_PX / press.contact_radius_px)
     if inside.all():
-        return "the contact circle encloses the frame, so that no rim says how deep it is"
+        return "the contact circle encloses the frame, so that no rim shows how deep it is"
     if np.abs(press.difference[inside]).max(-1).mean() < LEAST_CHANGE:
         return "no contact is visible inside the labelled circle"
     return None
@@ -218,8 +218,8 @@ def deep_presses(presses: PressSet) -> str | None:
     if 2 * deep <= count:
         return None
     return (
-        f"{deep} of {count} presses go in so deep that the disc is more than {DEEPEST:g} times as "
-        "wide as the ball: other shapes are read less well by them; press more gently."
+        f"{deep} of {count} presses are so deep that the disc is more than {DEEPEST:g} times as "
+        "wide as the ball: a calibration on them reads other shapes less well; press more gently."
     )
 
 

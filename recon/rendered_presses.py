@@ -82,7 +82,7 @@ def read_depth(path: Path, shape: tuple[int, ...]) -> DepthMap:
     depth_mm = _read_map(path, shape, "f", "depths in mm as floats")
     if not np.isfinite(depth_mm).all() or not (depth_mm > 0).any():
         raise WedgeError(
-            f"{path} must hold finite depths in mm, some of them above zero: make the file anew."
+            f"{path} must hold finite depths in mm, some of them above zero: make the file again."
         )
     return depth_mm
 
@@ -100,10 +100,10 @@ def _read_map(path: Path, shape: tuple[int, ...], kind: str, what: str) -> np.nd
                 return array
     except (KeyError, *UNREADABLE_ARCHIVE) as error:
         raise WedgeError(
-            f"{path} is no whole array of numpy, it may be truncated: copy or make it anew."
+            f"{path} is not a whole numpy array, it may be truncated: copy or make it again."
         ) from error
     height, width = shape
     raise WedgeError(
-        f"{path} has another size than its frame or other numbers, {height} rows of {width} {what} "
-        "are needed: copy or make it anew."
+        f"{path} does not hold {height} rows of {width} {what}, which its frame needs: copy or "
+        "make it again."
     )

@@ -135,8 +135,8 @@ class Dataset:
         again = shlex.join(["wedge", "label", str(self.folder), "--again"])
         raise WedgeError(
             f"{self.folder / 'labels.csv'} has circles that are not smaller than their ball, of "
-            f"{named}{more}: mend ball_radius_mm, or let `{again}` find them anew, for which those "
-            "drawn by hand must be taken out of the table first."
+            f"{named}{more}: correct ball_radius_mm, or remove those drawn by hand from the table "
+            f"and find them again with `{again}`."
         )
 
     def _contact_radius_mm(self, label: BallLabel) -> float:
@@ -186,12 +186,12 @@ def read_dataset(folder: Path, *, labelled: bool = True, within_balls: bool = Tr
         file = frame_name(label.file)
         if file in seen:  # it would teach in one row and judge in the other
             raise WedgeError(
-                f"{folder / 'labels.csv'} labels {label.file} twice: keep one circle a frame."
+                f"{folder / 'labels.csv'} labels {label.file} twice: keep one circle per frame."
             )
         if file in blank:
             raise WedgeError(
                 f"{folder / 'labels.csv'} labels {label.file}, which dataset.toml says is the "
-                "blank gel: take it out of one of them."
+                "blank gel: remove it from one of them."
             )
         seen.add(file)
     if within_balls:
@@ -257,8 +257,8 @@ def _card(document: dict[str, Any]) -> DatasetCard:
         sides = [size / pitch for size, pitch in zip(card.pad_size_mm, card.mm_per_px, strict=True)]
         if not 1 <= min(sides) <= max(sides) <= LARGEST_SIDE_PX:
             raise WedgeError(
-                f"pad_size_mm / mm_per_px makes unwarped frames of {sides[0]:g} x {sides[1]:g} "
-                f"pixels; 1 to {LARGEST_SIDE_PX} a side are possible."
+                f"pad_size_mm / mm_per_px gives unwarped frames of {sides[0]:g} x {sides[1]:g} "
+                f"pixels; each side must be 1 to {LARGEST_SIDE_PX}."
             )
     return card
 
@@ -274,7 +274,9 @@ def _read_labels(path: Path) -> tuple[BallLabel, ...]:
     if len(header) == 1 and ";" in header[0]:
         raise WedgeError(f"{path} has semicolons between its columns: separate them by commas.")
     if "" in header[1:]:
-        raise WedgeError(f"{path} has a column without a name: is a comma too many in the header?")
+        raise WedgeError(
+            f"{path} has a column without a name: is there a comma too many in the header?"
+        )
     for column in REQUIRED_COLUMNS:
         if column not in header:
             raise WedgeError(f"{path} has no column {column}.")

@@ -56,7 +56,7 @@ def new_file(path: Path) -> Iterator[Path]:
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
         except FileExistsError as error:
-            place = f"{path.parent} is no folder that takes files"
+            place = f"{path.parent} is not a folder that takes files"
             raise WedgeError(f"{path} cannot be written: {place}.") from error
         with _called(path, temporary):
             yield temporary
@@ -99,7 +99,7 @@ def new_folder(
     try:
         _put_in_place(temporary, folder, over, alike)
     except OSError as error:
-        lies = f"; what was made lies whole in {temporary}: move it" if temporary.is_dir() else ""
+        lies = f"; the complete result is in {temporary}: move it" if temporary.is_dir() else ""
         raise WedgeError(f"{folder} cannot be written: {error.strerror}{lies}.") from error
 
 
@@ -200,8 +200,8 @@ def check_new_folder(folder: Path, *, over: str | None = None) -> None:
     _check_place(folder)
     if folder.is_symlink() or os.path.ismount(folder):
         raise WedgeError(
-            f"{folder} cannot be written: it is a link or a mount point, whose place no folder can "
-            "take; name a new folder."
+            f"{folder} cannot be written: it is a link or a mount point, which no folder can "
+            "replace; name a new folder."
         )
 
 
@@ -215,7 +215,7 @@ def _check_place(path: Path) -> None:
             )
         folder = folder.parent
     if not folder.is_dir() or not os.access(folder, os.W_OK):
-        raise WedgeError(f"{path} cannot be written: {folder} is no folder that takes files.")
+        raise WedgeError(f"{path} cannot be written: {folder} is not a folder that takes files.")
 
 
 def refuse_kept_folder(folder: Path, *, over: str | None = None) -> None:

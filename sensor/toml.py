@@ -178,7 +178,7 @@ def _toml_value(value: object) -> str:
             return float.__repr__(value)  # of a subclass too, such as numpy's
         case str():
             if any("\ud800" <= c <= "\udfff" for c in value):  # of bytes that are no UTF-8
-                raise WedgeError(f"{value!a} cannot be written as text: name it in other letters.")
+                raise WedgeError(f"{value!a} cannot be written as text: use other characters.")
             return '"' + "".join(_toml_character(c) for c in value) + '"'
         case list() | tuple():
             return "[" + ", ".join(_toml_value(item) for item in value) + "]"

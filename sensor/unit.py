@@ -97,7 +97,9 @@ def refuse_no_unit(folder: Path) -> NoReturn:
         WedgeError: always.
     """
     if not folder.exists():
-        raise WedgeError(f"{folder} is not there: name a unit folder; `wedge calibrate` makes one.")
+        raise WedgeError(
+            f"{folder} does not exist: name a unit folder; `wedge calibrate` makes one."
+        )
     raise WedgeError(f"{folder} is not a unit folder: it has no unit.toml; run wedge calibrate.")
 
 
@@ -158,15 +160,15 @@ def _card(document: dict[str, Any]) -> UnitCard:
         learnt_frames=_frames(document["learnt_frames"]) if "learnt_frames" in document else None,
     )
     if card.lights_deg is not None and (unsaid := set(channels) - set(card.lights_deg)):
-        raise WedgeError(f"lights_deg must say where the light of {min(unsaid)} sits, too.")
+        raise WedgeError(f"lights_deg must say where the light of {min(unsaid)} is, too.")
     if card.pad_size_mm is not None:
         for pad_mm, pitch_mm, size_px in zip(
             card.pad_size_mm, card.mm_per_px, card.size_px, strict=True
         ):
             if abs(pad_mm / pitch_mm - size_px) > 1:
                 raise WedgeError(
-                    f"pad_size_mm / mm_per_px makes {pad_mm / pitch_mm:.0f} pixels of what size_px "
-                    f"says are {size_px}: it was edited by hand; calibrate again."
+                    f"pad_size_mm / mm_per_px gives {pad_mm / pitch_mm:.0f} pixels, but size_px "
+                    f"says {size_px}: the file was edited by hand; calibrate again."
                 )
     return card
 

@@ -135,8 +135,8 @@ def scale_of(gaps: Sequence[Gap], gap_mm: float) -> Scale:
     """
     if gap_mm <= 0:
         raise WedgeError(
-            f"a caliper's gap of {gap_mm:g} mm measures nothing: name its pictures by how wide it "
-            "was, 5mm-1.png."
+            f"a caliper's gap of {gap_mm:g} mm measures nothing: name its pictures after its "
+            "width, such as 5mm-1.png."
         )
     if not gaps:
         raise WedgeError("the caliper's jaws were recognised in no picture: press them harder.")
@@ -144,8 +144,8 @@ def scale_of(gaps: Sequence[Gap], gap_mm: float) -> Scale:
     apart = np.abs((turns[:, None] - turns + 90) % 180 - 90).max()
     if apart < LEAST_TURN_DEG:
         raise WedgeError(
-            "every picture of the caliper measures the same direction: turn it by a right angle "
-            "for one more, since x and y have a scale each."
+            "every picture of the caliper measures the same direction, but x and y have a scale "
+            "each: turn the caliper by 90 degrees and take one more."
         )
     width = np.array([gap.width_px for gap in gaps])
     terms = np.square([gap.normal for gap in gaps]) * gap_mm**2
@@ -153,7 +153,9 @@ def scale_of(gaps: Sequence[Gap], gap_mm: float) -> Scale:
     inverse = np.linalg.inv((terms * weight[:, None]).T @ (terms * weight[:, None]))
     solved = inverse @ ((terms * weight[:, None]).T @ (weight * width**2))
     if solved.min() <= 0:
-        raise WedgeError("the caliper's gaps contradict each other: were all as wide as said?")
+        raise WedgeError(
+            "the caliper's gaps contradict each other: was each as wide as its name says?"
+        )
     rest_px = weight * (width**2 - terms @ solved)
     spare = len(gaps) - 2
     scatter_px = np.sqrt((rest_px**2).sum() / spare) if spare else 0.0

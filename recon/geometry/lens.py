@@ -78,7 +78,7 @@ class Lens:
         for term, power in zip(self.radial, (2, 4, 6), strict=True):
             if not abs(term) * farthest**power <= MOST_TERM:
                 raise WedgeError(
-                    f"radial = {list(self.radial)} is no lens's: {term:g} would move the frame's "
+                    f"radial = {list(self.radial)} fits no lens: {term:g} would move the frame's "
                     "corner by over a hundred times its distance from the centre; calibrate the "
                     "lens again."
                 )

@@ -46,8 +46,8 @@ def refuse_small_ball(labels: Sequence[BallLabel], card: DatasetCard) -> None:
     if len(labels) and clamped.mean() > MOST_CLAMPED:
         raise WedgeError(
             f"most contacts are as wide as the ball of radius {np.median(balls_mm):g} mm "
-            f"({np.median(radii_mm):.2f} mm at {pitch_mm:.4g} mm/px): is its radius "
-            "right, and the scale?"
+            f"({np.median(radii_mm):.2f} mm at {pitch_mm:.4g} mm/px): are its radius "
+            "and the scale right?"
         )
 
 
@@ -62,8 +62,8 @@ def doubtful_ball(presses: Sequence[BallPress]) -> str | None:
         if widest <= NARROW:
             return (
                 f"The widest contacts reach {widest:.2f} of the ball's radius, {radius_mm:g} mm: "
-                "is that its radius, not its diameter? If it is, press deeper, as slopes beyond "
-                f"{np.degrees(np.arcsin(widest)):.0f}° are in no press."
+                "is that its radius, not its diameter? If it is, press deeper, as no press has "
+                f"slopes beyond {np.degrees(np.arcsin(widest)):.0f}°."
             )
     answers = {radius_mm: answer_to_lean(alike) for radius_mm, alike in enough.items()}
     if len(answers) > 1:
@@ -71,8 +71,8 @@ def doubtful_ball(presses: Sequence[BallPress]) -> str | None:
         times = answers[most] / max(answers[least], 1e-9)
         if times > DISAGREEMENT:
             return (
-                f"Where the balls of radius {least:g} and {most:g} mm lean alike, the colours of "
-                f"the second change {times:.1f} times as much: one of the two radii is wrong."
+                f"Where the balls of radius {least:g} and {most:g} mm have the same slope, colours "
+                f"of the second change {times:.1f} times as much: one of the two radii is wrong."
             )
     return None
 

@@ -160,7 +160,7 @@ class CornerBook:
             if before.corners_px != known_px:
                 raise WedgeError(
                     f"the corners in {self.folder / CARD_FILE} were changed in another tab or "
-                    "program meanwhile: look at them as they are now."
+                    "program meanwhile: check them as they are now."
                 )
             if after == before:
                 return 0
@@ -202,7 +202,7 @@ class CornerBook:
                 self._history.pop()
                 raise WedgeError(
                     f"the pad in {self.folder / CARD_FILE} was changed in another tab or program "
-                    "after your change, which is not taken back: it stays as it is now."
+                    "after your change, which is not undone: it stays as it is now."
                 )
             lights = now.lights_deg
             if lights == last.after.lights_deg:
@@ -222,9 +222,9 @@ class CornerBook:
         # As they are now: somebody may have looked at one in another page meanwhile.
         if any(is_by_hand(label) for label in dataset.labels):
             raise WedgeError(
-                f"{self.folder / LABELS_FILE} holds circles that somebody drew or looked at, "
-                "in pixels of these corners, or balls of their own: move it elsewhere first, "
-                "then mend the corners."
+                f"{self.folder / LABELS_FILE} holds circles that somebody drew or confirmed, in "
+                "pixels of these corners, or ball radii that somebody wrote: move it elsewhere "
+                "first, then correct the corners."
             )
         if dataset.labels:
             write_labels(self.folder / LABELS_FILE, [])

@@ -120,13 +120,13 @@ def refuse_ball(size_px: tuple[int, int], ball_radius_mm: float, mm_per_px: Pair
         raise WedgeError(
             f"the ball's radius, {ball_radius_mm:g} mm, is {ball_radius_mm / pitch_mm:.2g} px at "
             f"{pitch_mm:.4g} mm/px, too small to be found in frames {longer_mm:.3g} mm long: is it "
-            "in metres, or the scale wrong?"
+            "in metres, or is the scale wrong?"
         )
     if ball_radius_mm > MOST_BALL * longer_mm:
         raise WedgeError(
             f"the ball's radius, {ball_radius_mm:g} mm, is {ball_radius_mm / longer_mm:.3g} times "
-            f"as long as the frames, {longer_mm:.3g} mm at {pitch_mm:.4g} mm/px: are it and the "
-            "scale in millimetres?"
+            f"as long as the frames, {longer_mm:.3g} mm at {pitch_mm:.4g} mm/px: are the "
+            "radius and the scale in millimetres?"
         )
 
 

@@ -67,7 +67,7 @@ def found_circle(reader: PressReader, file: str) -> Circle | None:
         difference = reader.unwarp(frame) - reader.blank
     except WedgeError as error:
         raise WedgeError(
-            f"{dataset.folder / file}: {error} Is it another camera's? Take it out."
+            f"{dataset.folder / file}: {error} If another camera took it, remove it."
         ) from error
     ball_mm = dataset.ball_radius_mm(dataset.label(file))
     return find_circle(difference, ball_mm, dataset.card.mm_per_px)

@@ -79,7 +79,7 @@ def refuse_name(path: Path) -> None:
     if odd or "#" in name or name != name.strip():
         raise WedgeError(
             f"{path.parent}: {LABELS_FILE} cannot keep the name {name!r}, with a space at an end, "
-            "or a #, a line break or what is no character in it: rename it."
+            "a #, a line break or an invalid character in it: rename the file."
         )
 
 
@@ -191,8 +191,8 @@ class LabelBook:
         dataset = read_dataset(self.folder, labelled=False)
         if places(dataset.card) != places(self._card):
             raise CardMovedError(
-                f"{self.folder / 'dataset.toml'} was changed by another program meanwhile, and "
-                "with it where circles lie: start this command again."
+                f"{self.folder / 'dataset.toml'} was changed by another program meanwhile, "
+                "which moves the circles: start this command again."
             )
         labels, no_ball = _known(dataset)
         changed = {
@@ -263,7 +263,7 @@ class LabelBook:
                 self._history.pop()
                 raise WedgeError(
                     f"{last.file} was changed in another tab or program after your change, which "
-                    "is not taken back: it stays as it is now."
+                    "is not undone: it stays as it is now."
                 )
             self._replace(last.file, last.before)
         self._history.pop()
@@ -274,7 +274,7 @@ class LabelBook:
         with alone_in(self.folder):
             if frame_name(file) in self.catch_up():
                 raise WedgeError(
-                    f"{file} was changed in another tab or program meanwhile: look at it as it is "
+                    f"{file} was changed in another tab or program meanwhile: check it as it is "
                     "now."
                 )
             if after == before:
@@ -341,7 +341,7 @@ def _read_no_ball(path: Path) -> frozenset[str]:
     except FileNotFoundError:
         lines = ()
     except (OSError, UnicodeDecodeError) as error:
-        raise WedgeError(f"{path} cannot be read ({error}): mend it or take it away.") from error
+        raise WedgeError(f"{path} cannot be read ({error}): correct it or remove it.") from error
     return frozenset(frame_name(line.strip()) for line in lines if line.strip())
 
 

@@ -50,12 +50,12 @@ class Mesh:
                 f"the mesh has {len(self.triangles)} triangles: give one of 1 to {MOST_TRIANGLES}."
             )
         if self.triangles.min() < 0 or self.triangles.max() >= len(self.vertices_mm):
-            raise WedgeError("the mesh has triangles of corners that it has not: export it anew.")
+            raise WedgeError("the mesh has triangles whose corners are missing: export it again.")
         if not np.isfinite(self.vertices_mm).all():
-            raise WedgeError("the mesh has corners that are not finite: export it anew.")
+            raise WedgeError("the mesh has corners that are not finite: export it again.")
         size_mm = float(np.ptp(self.vertices_mm, axis=0).max())
         if size_mm == 0:
-            raise WedgeError("all corners of the mesh are one point: export it anew.")
+            raise WedgeError("all corners of the mesh are one point: export it again.")
         if size_mm < SMALLEST_MM:
             raise WedgeError(
                 f"the mesh is only {size_mm:.3g} mm across: it seems to be in metres; "
@@ -90,7 +90,7 @@ def read_mesh(path: Path) -> Mesh:
         raise WedgeError(f"meshes need trimesh: {how_to_install('track')}.") from error
     kind = path.suffix.lower().lstrip(".")
     if kind not in ("stl", "ply", "obj"):
-        raise WedgeError(f"{path} is no STL, PLY or OBJ file.")
+        raise WedgeError(f"{path} is not an STL, PLY or OBJ file.")
     try:
         with path.open("rb") as stream:
             loaded = trimesh.load_mesh(stream, file_type=kind, process=False)
@@ -98,7 +98,7 @@ def read_mesh(path: Path) -> Mesh:
     except OSError as error:
         raise WedgeError(f"{path} cannot be read: {error.strerror or error}.") from error
     except Exception as error:  # the readers raise whatever a damaged file leads them to
-        raise WedgeError(f"{path} cannot be read as {kind.upper()}: export it anew.") from error
+        raise WedgeError(f"{path} cannot be read as {kind.upper()}: export it again.") from error
     vertices, faces = vertices.reshape(-1, 3), faces.reshape(-1, 3)
     if faces.size and 0 <= faces.min() and faces.max() < len(vertices):
         # A corner that no triangle has is nothing that could touch.

@@ -110,7 +110,7 @@ class Tracker:
                 f"there is no tracker {registration!r}: choose one of {', '.join(REGISTRATIONS)}."
             )
         if T_sensor_object is not None and not is_rigid(T_sensor_object):
-            raise WedgeError("T_sensor_object is no rigid transform: give a 4 x 4 [R t; 0 0 0 1].")
+            raise WedgeError("T_sensor_object is not rigid: give a 4 x 4 transform [R t; 0 0 0 1].")
         self.registration = REGISTRATIONS[registration]
         self.model: ObjectModel = TouchModel() if model is None else model
         self.begun = False

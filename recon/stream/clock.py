@@ -14,8 +14,8 @@ MOST_BEHIND_NS = 5 * 10**9
 QUICKEST_OF_NS = 120 * 10**9
 """Long enough for a quick frame to be among them, short enough for the clocks not to part."""
 REMARK = (
-    "the clock of {name} {fault}: frames bear the time {by}, and no latency can be told; "
-    "let {who} reach a time server."
+    "the clock of {name} {fault}: frames carry the time {by}, and the latency is "
+    "unknown; let {who} reach a time server."
 )
 UNSET, APART = ("is not set", "the Pi"), ("and this machine's differ", "both")
 

@@ -125,7 +125,7 @@ class VideoSource(_Pixels):
         self._fps = fps if 0 < fps < 1000 else FOLDER_FPS
         capture.release()
         if not opened:
-            raise WedgeError(f"{path} is no video that can be read.")
+            raise WedgeError(f"{path} cannot be read as a video.")
 
     def _images(self) -> Iterator[tuple[int, Frame]]:
         capture = cv2.VideoCapture(str(self._path))
@@ -163,7 +163,7 @@ class UsbSource(_Pixels):
         if not self._capture.isOpened():
             self._capture.release()
             other = "try usb:0" if number else "plug it in, or try usb:1"
-            raise WedgeError(f"usb:{number}: there is no camera of that number; {other}.")
+            raise WedgeError(f"usb:{number}: there is no camera with that number; {other}.")
         self._capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)
 
     def _images(self) -> Iterator[tuple[int, Frame]]:

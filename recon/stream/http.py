@@ -261,7 +261,7 @@ def _checked(url: str) -> urllib.parse.SplitResult:
     except ValueError as error:
         spelt = " In a password #, / and @ are written %23, %2F and %40." if "@" in url else ""
         raise WedgeError(
-            f"{hidden_login(url)!r} is no address of a stream, such as "
+            f"{hidden_login(url)!r} is not the address of a stream, such as "
             f"http://10.55.0.1:8080{STREAM_PATH}.{spelt}"
         ) from error
     return parts if parts.path not in ("", "/") or parts.query else parts._replace(path=STREAM_PATH)
@@ -282,13 +282,13 @@ def _credentials(url: urllib.parse.SplitResult) -> dict[str, str]:
 
 def _reason(error: Exception) -> str:
     if isinstance(error, TimeoutError):
-        return "nothing answers in time; see that it is switched on and this the right network"
+        return "nothing answers in time; check that it is on, and that this is the right network"
     if isinstance(error, OSError) and error.errno in (errno.EHOSTUNREACH, errno.ENETUNREACH):
-        return "there is no route to it; see that the cable is in and this the right network"
+        return "there is no route to it; check the cable, and that this is the right network"
     if isinstance(error, ConnectionRefusedError):
         return "nothing listens at that port; start the camera server there"
     if isinstance(error, socket.gaierror):
-        return "no machine of that name is known"
+        return "no machine with that name is known"
     if isinstance(error, http.client.HTTPException | ValueError):
-        return "what answers does not speak HTTP"
+        return "the answer is not HTTP"
     return str(getattr(error, "strerror", None) or error or type(error).__name__)

@@ -109,19 +109,19 @@ def decode_jpeg(jpeg: bytes, out: np.ndarray | None = None) -> Frame:
             return simplejpeg.decode_jpeg(jpeg, "RGB", buffer=out)
         return simplejpeg.decode_jpeg(jpeg, "RGB")
     except ValueError as error:
-        raise WedgeError(f"the frame is no whole JPEG: {error}.") from error
+        raise WedgeError(f"the frame is not a whole JPEG: {error}.") from error
 
 
 def _decode_with_opencv(jpeg: bytes) -> Frame:
     size_px = jpeg_size_px(jpeg)
     if size_px is not None and max(size_px) > LARGEST_SIDE_PX:
-        raise WedgeError(f"the frame is no whole JPEG: {size_px[0]}x{size_px[1]} pixels.")
+        raise WedgeError(f"the frame is not a whole JPEG: {size_px[0]}x{size_px[1]} pixels.")
     image = None
     if size_px is not None and END in jpeg[-16:]:
         as_it_lies = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
         image = cv2.imdecode(np.frombuffer(jpeg, np.uint8), as_it_lies)
     if image is None:
-        raise WedgeError("the frame is no whole JPEG.")
+        raise WedgeError("the frame is not a whole JPEG.")
     return cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
 
 

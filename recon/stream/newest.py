@@ -84,7 +84,7 @@ class Newest:
         """What a person should know of the source or of its frames; nothing where all is well."""
         if not self.all_damaged:
             return self.source.counts.remark
-        return f"no frame of {self.source.name} can be shown, the last for this: {self._flaw}"
+        return f"no frame of {self.source.name} can be shown; the last one: {self._flaw}"
 
     @property
     def all_damaged(self) -> bool:

@@ -50,7 +50,7 @@ def refuse_other_name(path: Path) -> None:
     """
     if not is_recording(path):
         raise WedgeError(
-            f"{path} would be a recording: call it {path.stem}.mcap, as readers expect."
+            f"{path} is not a name for a recording: call it {path.stem}.mcap, as readers expect."
         )
 
 
@@ -255,13 +255,13 @@ class McapSource:
         try:
             with self._path.open("rb") as stream:
                 if stream.read(len(MAGIC)) != MAGIC:
-                    raise WedgeError(f"{self._path} is no MCAP file.")
+                    raise WedgeError(f"{self._path} is not an MCAP file.")
                 for record in read_records(stream):
                     if isinstance(record, Damage):
                         self.counts.remark = f"{self._path} " + (
-                            "broke off or is damaged: what it has up to there is here."
+                            "broke off or is damaged: everything before that is used."
                             if record.rest
-                            else "is damaged in places: what is whole is here."
+                            else "is damaged in places: everything else is used."
                         )
                     yield record
         except OSError as error:

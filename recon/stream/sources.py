@@ -47,10 +47,12 @@ def refuse_no_source(where: str | Path, also: Sequence[str] = ()) -> None:
     if is_file and (path.suffix.lower() in VIDEOS or is_recording(path)):
         return
     if not is_file and WITHOUT_SCHEME.fullmatch(text):
-        raise WedgeError(f"{text} is not there: an address begins with http://, as http://{text}.")
+        raise WedgeError(
+            f"{text} does not exist: an address begins with http://, as http://{text}."
+        )
     said = text if path.exists() else hidden_login(text)
     *kinds, last = (*KINDS, *also)
-    fault = "cannot be read as frames" if is_file else "is not there"
+    fault = "cannot be read as frames" if is_file else "does not exist"
     raise WedgeError(f"{said} {fault}: name {', '.join(kinds)} or {last}.")
 
 

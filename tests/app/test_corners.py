@@ -126,7 +126,7 @@ def test_circles_and_balls_that_somebody_wrote_keep_the_corners(
     dataset = read_dataset(dataset.folder)
     before = [path.read_bytes() for path in sorted(dataset.folder.iterdir())]
     book = CornerBook(dataset, read_background(dataset))
-    with pytest.raises(WedgeError, match="drew or looked at"):
+    with pytest.raises(WedgeError, match="drew or confirmed"):
         book.turn()
     assert [path.read_bytes() for path in sorted(dataset.folder.iterdir())] == before
 
@@ -181,7 +181,7 @@ def test_circles_looked_at_meanwhile_keep_the_corners(tmp_path: Path) -> None:
     corner_book, label_book = CornerBook(dataset, read_background(dataset)), LabelBook(dataset)
     label_book.put(replace(dataset.labels[0], quality=1.0))
     before = {path.name: path.read_bytes() for path in dataset.folder.iterdir()}
-    with pytest.raises(WedgeError, match="drew or looked at"):
+    with pytest.raises(WedgeError, match="drew or confirmed"):
         corner_book.turn()
     assert {path.name: path.read_bytes() for path in dataset.folder.iterdir()} == before
     label_book.undo()

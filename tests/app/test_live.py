@@ -204,8 +204,8 @@ def test_frames_of_another_size_are_shown_raw_and_stop_that_sensor_alone(tmp_pat
                 break
             pause.wait(0.01)
         assert watchers[0].misfit == (
-            "frames: the frame is 160x120 pixels, not 80x60: use the right unit, or the camera mode "
-            "of the calibration."
+            "frames: the frame is 160x120 pixels, not 80x60: use the right unit, or the camera "
+            "mode of the calibration."
         )
         assert watchers[0].live and watchers[0].misfit in watchers[0].remark
         assert watchers[0].glimpse.raw and watchers[0].glimpse.depth is None
@@ -342,7 +342,7 @@ def test_bad_input_is_a_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[s
             ("usb:0", "--unit", str(tmp_path)): "not a unit folder",
             ("usb:0", "--port", "99999"): "must lie between",
             ("usb:0", "--address", "0.0.0.0.0"): "0.0.0.0.0 is not an address: name one of",
-            (str(tmp_path / "nothing"),): "nothing is not there: name an address",
+            (str(tmp_path / "nothing"),): "nothing does not exist: name an address",
         }
         for words, sentence in cases.items():
             with pytest.raises(SystemExit) as stop:

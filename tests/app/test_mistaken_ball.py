@@ -133,7 +133,7 @@ def test_what_is_no_folder_of_one_s_own_is_not_labelled(tmp_path, monkeypatch, c
     monkeypatch.chdir(tmp_path)
     sentence = refused(capsys, "label", "taxim-gelsight", "--no-page")
     assert "copy it first" in sentence and "wedge data path taxim-gelsight" in sentence
-    assert "nothing is not there" in refused(capsys, "label", "nothing", "--no-page")
+    assert "nothing does not exist" in refused(capsys, "label", "nothing", "--no-page")
     (tmp_path / "nothing").mkdir()
     assert "it has no dataset.toml" in refused(capsys, "label", "nothing", "--no-page")
 

@@ -118,7 +118,7 @@ def test_a_folder_or_an_archive_in_place_of_an_image_is_told_what_to_give(
         said = refused(capsys, *words, folder, *out)
         assert f"{workplace / 'set'} is a folder: name the images in it" in said
     bare = tmp_path / "frames.npz"
-    assert "say which, as frames.npz#17 does" in refused(capsys, *words, bare, *out)
+    assert "name one, such as frames.npz#17" in refused(capsys, *words, bare, *out)
     assert "is missing" in refused(capsys, *words, tmp_path / "none.png", *out)
     assert not (tmp_path / "out").exists()
 
@@ -143,7 +143,7 @@ def test_what_gives_no_frames_is_told_all_that_the_command_takes(
     monkeypatch.setattr("app.pages.live.serve", lambda *_, **__: pytest.fail("it is served"))
     places = {"unit": workplace / "unit", "set": workplace / "set", "out": tmp_path / "out"}
     archive = tmp_path / "frames.npz"
-    for fault in ("is not there", "cannot be read as frames"):
+    for fault in ("does not exist", "cannot be read as frames"):
         said = refused(capsys, *(str(word).format(**places, frames=archive) for word in words))
         assert f"{archive} {fault}: name an address" in said
         assert "a dataset folder" in said and "`wedge data list`" in said
@@ -171,5 +171,5 @@ def test_a_damaged_truth_is_refused_in_one_sentence(
             np.savez(stream, np.ones(SIZE_PX[::-1]))
     places = {"set": str(folder), "unit": str(workplace / "unit")}
     sentence = refused(capsys, *(word.format(**places) for word in words))
-    assert "npy is no whole array of numpy" in sentence
+    assert "npy is not a whole numpy array" in sentence
     assert [path.name for path in tmp_path.iterdir()] == ["set"]

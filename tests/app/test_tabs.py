@@ -19,7 +19,7 @@ from sensor.toml import Pair
 from tests.app.served import needs_chromium, opened, served
 from tests.synthetic import KEYSTONE_PX, make_dataset
 
-AFTER = "after your change, which is not taken back"
+AFTER = "after your change, which is not undone"
 
 
 def moved(label: BallLabel, by_px: float) -> BallLabel:

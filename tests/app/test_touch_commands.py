@@ -238,9 +238,9 @@ def test_bad_input_is_one_sentence(units, tmp_path, capsys):
     assert "shows no grid of dots" in refused(capsys, "markers", clear, press, "--out", out)
     assert "no frames were named" in refused(capsys, "markers", dotted_unit, "--out", out)
     gone = tmp_path / "no.mp4"
-    assert "is not there" in refused(capsys, "markers", dotted_unit, gone, "--out", out)
+    assert "does not exist" in refused(capsys, "markers", dotted_unit, gone, "--out", out)
     assert not list(out.glob("*"))
-    assert "is not there" in refused(capsys, "cloud", clear, tmp_path / "no.mp4", "--out", out)
+    assert "does not exist" in refused(capsys, "cloud", clear, tmp_path / "no.mp4", "--out", out)
     assert "--frames 0" in refused(capsys, "cloud", clear, press, "--out", out, "--frames", 0)
     mesh = refused(capsys, "cloud", clear, press, "--out", out, "--mesh", "--form", "pcd")
     assert "--mesh" in mesh

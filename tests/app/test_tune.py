@@ -231,7 +231,7 @@ def test_a_unit_says_where_the_pad_is(tmp_path: Path, capsys: pytest.CaptureFixt
     assert run(tmp_path / "blank", "--unit", tmp_path / "unit", "--json", report) == 0
     assert json.loads(report.read_text())["blank"]["saturated"] == [0, 0, 0]
     assert run(tmp_path / "blank", "--unit", tmp_path / "none") == 2
-    assert "is not there: name a unit folder" in capsys.readouterr().err
+    assert "does not exist: name a unit folder" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("words", [["nowhere"], ["blank", "--frames", "0"], ["empty"]])

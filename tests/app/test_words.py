@@ -27,20 +27,20 @@ from sensor.errors import WedgeError
         ),
         (
             "calibrate x --ball-radius-mm 2,42 --out u",
-            "--ball-radius-mm 2,42 is no number, such as 2.42.",
+            "--ball-radius-mm 2,42 is not a number, such as 2.42.",
         ),
-        ("track u v --out o --frames 1.5", "--frames 1.5 is no whole number."),
+        ("track u v --out o --frames 1.5", "--frames 1.5 is not a whole number."),
         (
             f"track u v --out o --begin {'long' * 40}",
-            f"--begin {'long' * 40} is no whole number.",
+            f"--begin {'long' * 40} is not a whole number.",
         ),
-        ("track u v --out o --tracker me", "--tracker me is none of joint, gicp, plane."),
-        ("table x --seed -1", "--seed -1 is no whole number from 0 to 9223372036854775807."),
+        ("track u v --out o --tracker me", "--tracker me is not one of joint, gicp, plane."),
+        ("table x --seed -1", "--seed -1 is not a whole number from 0 to 9223372036854775807."),
         ("track u v --out o --frames", "--frames needs a value."),
         ("data import x --pad-size-mm 1 b", "--pad-size-mm 1 b is not 2 numbers."),
         ("data import x --pad-size-mm 1", "--pad-size-mm 1 is not 2 numbers."),
         ("data import x --pad-size-mm", "--pad-size-mm needs 2 numbers."),
-        ("data lst", "action lst is none of list, path, import."),
+        ("data lst", "action lst is not one of list, path, import."),
     ],
 )
 @pytest.mark.parametrize("columns", ["40", "200", None])

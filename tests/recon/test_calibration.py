@@ -57,7 +57,7 @@ def unit(tmp_path, calibration):
 
 def test_a_background_instead_of_the_folder_is_refused_in_a_sentence(calibration):
     unchecked = inspect.unwrap(load_calibration)  # the tests' own check of types comes first, else
-    with pytest.raises(WedgeError, match="not by ndarray: it comes first"):
+    with pytest.raises(WedgeError, match="not ndarray: give it as the first argument"):
         unchecked(calibration.background)
 
 
@@ -231,7 +231,7 @@ def test_another_units_gradients_are_refused(unit, tmp_path):
     other = calibrated(make_dataset(tmp_path / "other", presses=2, seed=5))
     other.save(tmp_path / "other unit")
     shutil.copy(tmp_path / "other unit" / "gradients.safetensors", unit)
-    with pytest.raises(WedgeError, match=r"gradients\.safetensors was learnt from other presses"):
+    with pytest.raises(WedgeError, match=r"gradients\.safetensors was fitted to other presses"):
         load_calibration(unit)
 
 

@@ -34,7 +34,9 @@ def test_colours_of_16_bits_are_refused(tmp_path, ending, scale, channels):
     path = tmp_path / f"frame{ending}"
     deep = np.dstack([PICTURE, PICTURE[..., 0]])[..., :channels].astype(np.uint16) * scale
     cv2.imwrite(str(path), deep)
-    with pytest.raises(WedgeError, match=rf"frame\{ending} has 16 bits a colour: write it with 8"):
+    with pytest.raises(
+        WedgeError, match=rf"frame\{ending} has 16 bits per colour: write it with 8"
+    ):
         read_image(path)
 
 

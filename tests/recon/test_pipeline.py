@@ -135,7 +135,7 @@ def test_a_frame_or_a_background_of_another_size_is_refused(loop):
 
 
 def test_what_is_no_unit_is_refused(tmp_path):
-    with pytest.raises(WedgeError, match="is not there: name a unit folder"):
+    with pytest.raises(WedgeError, match="does not exist: name a unit folder"):
         Reconstructor.load(tmp_path / "none")
 
 

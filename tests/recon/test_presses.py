@@ -257,7 +257,7 @@ def test_balls_that_mostly_go_in_deep_are_said_to_teach_less(tmp_path, wide, sai
     )
     sentence = deep_presses(replace(presses, presses=pressed))
     assert (sentence is not None) == said
-    assert sentence is None or sentence.startswith(f"{wide} of 6 presses go in so deep")
+    assert sentence is None or sentence.startswith(f"{wide} of 6 presses are so deep")
 
 
 def test_presses_in_one_corner_are_said_to_leave_the_pad_out(tmp_path):

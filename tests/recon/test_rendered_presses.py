@@ -103,7 +103,7 @@ def test_a_damaged_truth_is_one_sentence(truth, content, tmp_path):
     with pytest.raises(WedgeError) as told:
         list(rendered_presses(made.folder))
     assert str(told.value).startswith(f"{path} ")
-    assert "copy or make it anew." in str(told.value) and len(str(told.value).splitlines()) == 1
+    assert "copy or make it again." in str(told.value) and len(str(told.value).splitlines()) == 1
 
 
 @given(st.data())

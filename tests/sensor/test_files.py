@@ -111,7 +111,7 @@ def test_a_folder_without_permission_is_a_sentence(tmp_path):
 def test_a_file_where_a_folder_should_be_and_the_reverse_are_sentences(tmp_path):
     (tmp_path / "file").write_bytes(OLD)
     (tmp_path / "folder").mkdir()
-    with pytest.raises(WedgeError, match="file is no folder that takes files"):
+    with pytest.raises(WedgeError, match="file is not a folder that takes files"):
         write_atomic(tmp_path / "file" / "below.bin", NEW)
     with pytest.raises(WedgeError, match="cannot be written"):
         write_atomic(tmp_path / "folder", NEW)
@@ -243,11 +243,11 @@ def test_a_mount_point_and_a_link_are_refused_before_the_work(tmp_path, monkeypa
 def test_a_folder_whose_place_takes_none_is_refused_before_the_work(tmp_path, monkeypatch):
     (tmp_path / "unit").mkdir()
     (tmp_path / "file").touch()
-    refused_before_the_work(tmp_path / "file" / "deep" / "unit", "no folder that takes files")
+    refused_before_the_work(tmp_path / "file" / "deep" / "unit", "not a folder that takes files")
     access = os.access
     monkeypatch.setattr(os, "access", lambda path, mode: path != tmp_path and access(path, mode))
     for name in ("unit", "deep/unit"):
-        refused_before_the_work(tmp_path / name, "no folder that takes files")
+        refused_before_the_work(tmp_path / name, "not a folder that takes files")
 
 
 def test_two_outputs_are_not_one_file():
@@ -273,7 +273,7 @@ def test_a_folder_that_holds_a_folder_of_the_name_is_not_replaced(tmp_path):
 
 def the_whole_one_told_of(error):
     """The folder that a sentence names as what was made."""
-    place = re.fullmatch(r".*; what was made lies whole in (.*): move it\.", str(error.value))
+    place = re.fullmatch(r".*; the complete result is in (.*): move it\.", str(error.value))
     return Path(place[1])
 
 

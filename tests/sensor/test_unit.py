@@ -140,5 +140,5 @@ def test_a_card_that_is_wrong_is_refused_by_file_and_key(tmp_path, old, new, sen
 def test_another_folder_is_no_unit(tmp_path):
     with pytest.raises(WedgeError, match=r"is not a unit folder: it has no unit\.toml"):
         read_unit_card(tmp_path)
-    with pytest.raises(WedgeError, match=r"nowhere is not there: name a unit folder"):
+    with pytest.raises(WedgeError, match=r"nowhere does not exist: name a unit folder"):
         read_unit_card(tmp_path / "nowhere")

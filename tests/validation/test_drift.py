@@ -129,8 +129,8 @@ def test_errors_are_compared_with_the_first_set_that_was_not_learnt_from(evaluat
     }
     assert {move.since for move in moved if move.name not in ERRORS} == {"may"}
     said = drift_sections([replace(may, learnt=PRESSES), june], [])[0].html
-    assert f"{june.unit}: its errors were compared with none" in said
-    assert "compared with none" not in drift_sections([may, june], [])[0].html
+    assert f"{june.unit}: its errors were not compared" in said
+    assert "were not compared" not in drift_sections([may, june], [])[0].html
 
 
 def test_an_error_has_the_interval_of_its_table_and_no_other(evaluations):
@@ -231,7 +231,7 @@ def test_one_press_has_no_interval_and_tells_no_move(evaluations):
         assert page.count("<small>") == several * len(june.numbers)
         assert ("too few for an interval" in page) == (several == 0)
         assert ("of 1 press there is none" in page) == (several > 0)
-        assert "Nothing moved" not in page
+        assert "Nothing changed" not in page
         assert f"to tell: {june.unit} on {june.dataset}" in page
         spans = drawn_spans(drift_figure(days, moved))
         assert len(spans) == several * len(june.numbers)
@@ -240,7 +240,7 @@ def test_one_press_has_no_interval_and_tells_no_move(evaluations):
 def test_nothing_moved_is_said_of_what_could_be_compared(evaluations):
     may, june, july = evaluations
     page = drift_sections([may, june, alone(july)], [])[0].html
-    assert "Nothing moved." in page
+    assert "Nothing changed." in page
     assert f"to tell: {july.unit} on {july.dataset}." in page
 
 
@@ -365,7 +365,7 @@ def test_the_command_does_not_say_that_one_press_shows_no_move(dates, tmp_path, 
     write_labels(tmp_path / "one" / "labels.csv", july.labels[:1])
     assert run("evaluate", dates / "unit", dates / "may", tmp_path / "one") == 0
     printed = capsys.readouterr().out
-    assert "Nothing moved" not in printed and "Too few presses" in printed
+    assert "Nothing changed" not in printed and "Too few presses" in printed
 
 
 def test_two_units_of_one_serial_are_refused_before_anything_is_measured(dates, tmp_path, capsys):

@@ -109,7 +109,7 @@ def test_a_camera_that_moved_is_seen_though_the_set_has_corners_of_its_own(tmp_p
     assert "on later: the blank gel's picture has moved by 7.2" in said
     assert verdict([still, judged], []) == [said]
     (lost,) = pictures_moved([replace(judged, moved_px=np.inf)])
-    assert "is not to be known again" in lost and "inf" not in lost
+    assert "cannot be recognised" in lost and "inf" not in lost
     assert pictures_moved([replace(judged, moved_px=None)]) == []
 
 

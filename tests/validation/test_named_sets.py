@@ -100,7 +100,7 @@ def test_a_damaged_truth_is_one_sentence(
     monkeypatch.setattr("benchmarks.axis_question.TWINS", (untrue,))
     deep = str(untrue.with_name("deep"))
     said, _ = refused(command.replace(SET, str(untrue)).replace("DEEP", deep), monkeypatch, capfd)
-    assert said.startswith(f"{untrue}/truth/shape.npy is no whole array")
+    assert said.startswith(f"{untrue}/truth/shape.npy is not a whole numpy array")
 
 
 @pytest.mark.parametrize(

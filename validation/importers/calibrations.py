@@ -67,7 +67,7 @@ class Found:
             )
             if of
         ]
-        return f"Left aside: {'; '.join(parts)}." if parts else None
+        return f"Ignored: {'; '.join(parts)}." if parts else None
 
 
 def find_calibration(source: Path) -> Found | None:

@@ -97,9 +97,7 @@ def sort_pictures(names: Sequence[str]) -> Pictures:
             "no picture is named as the blank gel: call it background.png or bg-0.jpg."
         )
     if not pictures.presses:
-        raise WedgeError(
-            f"there is no picture of a ball press beside the blank gel's{only_caliper(pictures)}."
-        )
+        raise WedgeError(f"there is no picture of a ball press{only_caliper(pictures)}.")
     return pictures
 
 
@@ -261,7 +259,7 @@ def _in_subfolder(source: Path) -> str:
     """That pictures lie below a folder in which some are missing, where they do."""
     for path in sorted(source.glob("[!.]*/[!.]*")):
         if path.suffix.lower() in IMAGES:
-            return f" Pictures in {path.parent} are not looked at: put them beside the others."
+            return f" Pictures in {path.parent} are not looked at: move them to the others."
     return ""
 
 
@@ -269,8 +267,8 @@ def _assumed(pad_size_mm: Pair) -> str:
     """That a scale, at which something was not found, was nobody's word."""
     length, width = pad_size_mm
     return (
-        f" The pad is only taken to be {length:g} x {width:g} mm, as nothing measured it: `wedge "
-        "calibrate --design` or `wedge data import --pad-size-mm` says otherwise."
+        f" The pad is only taken to be {length:g} x {width:g} mm, as nothing measured it: set it "
+        "with `wedge calibrate --design` or `wedge data import --pad-size-mm`."
     )
 
 

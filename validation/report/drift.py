@@ -39,7 +39,7 @@ def summary(evaluations: Sequence[Evaluation]) -> tuple[list[str], list[list[str
 def sentences(moved: Sequence[Move]) -> list[str]:
     """What moved, in words."""
     return [
-        f"{move.unit}: {move.title} moved from {plain(move.before)} ({move.since}) to "
+        f"{move.unit}: {move.title} changed from {plain(move.before)} ({move.since}) to "
         f"{plain(move.now)} {move.measure} ({move.dataset}); 99 % interval of the difference "
         f"{plain(move.ci99[0], '+')} to {plain(move.ci99[1], '+')}."
         for move in moved
@@ -55,11 +55,11 @@ def pictures_moved(evaluations: Sequence[Evaluation]) -> list[str]:
             how = (
                 f"has moved by {plain(item.moved_px)} px since the calibration"
                 if math.isfinite(item.moved_px)
-                else "is not to be known again from the calibration's"
+                else "cannot be recognised from the calibration's"
             )
             said.append(
-                f"{item.unit} on {item.dataset}: the blank gel's picture {how}, of which errors "
-                "say nothing: they are by the set's own corners and circles."
+                f"{item.unit} on {item.dataset}: the blank gel's picture {how}, which the "
+                "errors do not show: they use the set's own corners and circles."
             )
     return said
 
@@ -74,14 +74,14 @@ def verdict(evaluations: Sequence[Evaluation], moved: Sequence[Move]) -> list[st
     ]
     said = [*sentences(moved), *pictures]
     if not said and len(few) < len(pairs):
-        said = ["Nothing moved."]
+        said = ["Nothing changed."]
     if few:
         named = dict.fromkeys(f"{pair.later.unit} on {pair.later.dataset}" for pair in few)
-        said.append(f"Too few presses, there or on the first, to tell: {', '.join(named)}.")
+        said.append(f"Too few presses, there or in the first set, to tell: {', '.join(named)}.")
     judged = {pair.later.unit for pair in pairs if pair.names[0] in ERRORS}
     said += [
-        f"{unit}: its errors were compared with none, as that takes two data sets that it has not "
-        "learnt from."
+        f"{unit}: its errors were not compared, as that needs two data sets that it was not "
+        "calibrated on."
         for unit in dict.fromkeys(pair.later.unit for pair in pairs)
         if unit not in judged
     ]
@@ -139,28 +139,28 @@ def drift_sections(evaluations: Sequence[Evaluation], moved: Sequence[Move]) -> 
         content=plot_bytes(drift_figure(evaluations, moved)),
         alt="Each number over the data sets, with intervals; the table below has the values",
         caption=f"Means over presses; {remark('bars are 95 % intervals', *presses)}."
-        + " Filled: moved since the data set that it is compared with." * bool(moved),
+        + " Filled: changed since the data set that it is compared with." * bool(moved),
         wide=True,
     )
     rule = paragraph(
-        "A number has moved where the 99 % interval of its difference to the unit's first data "
-        "set, by the scatter of presses (Welch's t), leaves out zero; of errors, to the first that "
-        "the unit has not learnt from."
+        "A number has changed if the 99 % interval of its difference from the unit's first data "
+        "set does not contain zero (Welch's t, from the scatter of the presses); errors are "
+        "compared with the first data set that the unit was not calibrated on."
     )
     said = verdict(evaluations, moved)
     words = bullets(said) if len(said) > 1 else paragraph(said[0])
     seen = [item for item in evaluations if not item.held_out]
     note = (
         paragraph(
-            "Units with a * have learnt from presses of that data set: their errors there are too "
-            "low, and are not compared over time."
+            "Units with a * were calibrated on presses of that data set: their errors there are "
+            "too low, and are not compared over time."
         )
         if seen
         else ""
     )
     return [
         Section(
-            title="What moved",
+            title="What changed",
             html=rule * bool(compared(evaluations)) + words + figure_html(picture),
         ),
         Section(title="All numbers", html=note + _all_numbers(evaluations)),

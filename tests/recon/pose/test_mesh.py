@@ -277,5 +277,5 @@ def test_a_corner_that_no_triangle_has_is_nothing_that_touches(tmp_path):
 def test_a_corner_that_is_not_there_is_refused(corner):
     whole = cube()
     triangles = np.concatenate([whole.triangles, [[0, 1, corner]]])
-    with pytest.raises(WedgeError, match="corners that it has not"):
+    with pytest.raises(WedgeError, match="triangles whose corners are missing"):
         Mesh(vertices_mm=whole.vertices_mm, triangles=triangles)

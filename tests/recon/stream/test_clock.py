@@ -26,13 +26,13 @@ def test_a_clock_that_cannot_be_right_is_not_believed(apart_s: float) -> None:
     by_uptime, alone = Stamp(told_ns, 50 * SECOND_NS, 0), Stamp(told_ns, None, 0)
     assert SenderClock().time_ns(by_uptime, now_ns) == (now_ns, "mapped")
     assert SenderClock().time_ns(alone, now_ns) == (now_ns, "arrival")
-    assert "differ: frames bear the time of the Pi's uptime" in clock_remark("pi", alone, "mapped")
-    assert "differ: frames bear the time of their arrival" in clock_remark("pi", alone, "arrival")
+    assert "differ: frames carry the time of the Pi's uptime" in clock_remark("pi", alone, "mapped")
+    assert "differ: frames carry the time of their arrival" in clock_remark("pi", alone, "arrival")
 
 
 def test_a_clock_that_is_not_set_or_tells_no_time_is_said_or_not_blamed() -> None:
     unset = Stamp(3600 * SECOND_NS, 50 * SECOND_NS, 0)
-    assert "is not set: frames bear the time of the Pi's up" in clock_remark("pi", unset, "mapped")
+    assert "is not set: frames carry the time of the Pi's up" in clock_remark("pi", unset, "mapped")
     assert clock_remark("pi", Stamp(None, SECOND_NS, 0), "mapped") == ""
 
 

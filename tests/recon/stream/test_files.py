@@ -180,15 +180,15 @@ def test_a_file_can_be_watched_like_a_camera(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("where", "sentence"),
     [
-        ("nowhere", "is not there: name an address"),
+        ("nowhere", "does not exist: name an address"),
         ("127.0.0.1:8080", r"begins with http://, as http://127\.0\.0\.1:8080\.$"),
         ("10.55.0.1/stream", r"begins with http://, as http://10\.55\.0\.1/stream\.$"),
-        ("usb:1234", "is not there: name an address"),
+        ("usb:1234", "does not exist: name an address"),
         ("empty", "holds no PNG, JPEG, BMP or TIFF images"),
         ("notes.txt", "cannot be read as frames: name an address"),
-        ("bad.avi", "is no video"),
-        ("bad.mcap", "is no MCAP file"),
-        ("usb:97", r"no camera of that number; try usb:0\.$"),
+        ("bad.avi", "cannot be read as a video"),
+        ("bad.mcap", "is not an MCAP file"),
+        ("usb:97", r"no camera with that number; try usb:0\.$"),
     ],
 )
 def test_what_is_no_source_is_a_sentence(

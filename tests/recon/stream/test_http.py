@@ -191,9 +191,9 @@ def test_chunks_do_not_matter(size: int) -> None:
             b"HTTP/1.1 200 OK\r\nContent-Type: multipart/x-mixed-replace\r\n\r\n",
             "not a stream of JPEGs",
         ),
-        "no HTTP": (b"SSH-2.0-OpenSSH\r\n", "does not speak HTTP"),
-        "an endless head": (b"HTTP/1.1 200 OK\r\nX: " + b"x" * 200_000, "does not speak HTTP"),
-        "nothing": (b"", "does not speak HTTP"),
+        "no HTTP": (b"SSH-2.0-OpenSSH\r\n", "the answer is not HTTP"),
+        "an endless head": (b"HTTP/1.1 200 OK\r\nX: " + b"x" * 200_000, "the answer is not HTTP"),
+        "nothing": (b"", "the answer is not HTTP"),
     }.values(),
 )
 def test_what_is_no_stream_is_refused_in_a_sentence(answer: bytes, sentence: str) -> None:
@@ -212,18 +212,18 @@ def test_no_camera_at_the_other_end_is_a_sentence(monkeypatch: pytest.MonkeyPatc
         raise socket.gaierror(-2, "Name or service not known")
 
     monkeypatch.setattr(socket, "getaddrinfo", unknown)
-    with pytest.raises(WedgeError, match="no machine of that name"):
+    with pytest.raises(WedgeError, match="no machine with that name"):
         open_source("http://wedge-pi.local:8080")
     for address in ("http://", "http://:8080/", "http://pi:notaport/", "http://pi:0/"):
-        with pytest.raises(WedgeError, match="no address of a stream"):
+        with pytest.raises(WedgeError, match="not the address of a stream"):
             open_source(address)
 
 
 @pytest.mark.parametrize(
     ("number", "sentence"),
     [
-        (errno.EHOSTUNREACH, "no route to it; see that the cable is in"),
-        (errno.ENETUNREACH, "no route to it; see that the cable is in"),
+        (errno.EHOSTUNREACH, "no route to it; check the cable"),
+        (errno.ENETUNREACH, "no route to it; check the cable"),
         (errno.ETIMEDOUT, "nothing answers in time"),
     ],
 )

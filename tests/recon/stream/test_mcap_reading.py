@@ -110,7 +110,7 @@ def test_a_damaged_chunk_costs_its_own_frames_and_they_are_counted(recording: Pa
         assert 0 < len(missing) <= MOST_IN_A_CHUNK
         assert missing == list(range(missing[0], missing[-1] + 1))
         assert source.counts.corrupt == len(missing)
-        assert source.counts.remark.endswith("is damaged in places: what is whole is here.")
+        assert source.counts.remark.endswith("is damaged in places: everything else is used.")
 
 
 @pytest.mark.parametrize("length", [0, 1, 12_345, 2**20, 2**40, 2**64 - 1])

@@ -164,7 +164,7 @@ def test_both_decoders_refuse_what_is_cut_and_agree(monkeypatch: pytest.MonkeyPa
             monkeypatch.setattr("recon.stream.jpeg.simplejpeg", None)
         assert np.abs(decode_jpeg(jpeg).astype(int) - quick).max() <= 1
         for damaged in (jpeg[:-30], jpeg[:-2], jpeg[20:], b"", b"text"):
-            with pytest.raises(WedgeError, match="no whole JPEG"):
+            with pytest.raises(WedgeError, match="not a whole JPEG"):
                 decode_jpeg(damaged)
 
 

@@ -104,7 +104,7 @@ def test_who_waits_for_so_long_does_not_wait_longer_for_damaged_frames() -> None
         assert newest.remark == "" and not newest.all_damaged
         assert newest.take(timeout_s=0.05) is None
         assert newest.source.counts.corrupt >= DAMAGED_FRAMES and newest.all_damaged
-        assert newest.remark.startswith("no frame of counter can be shown, the last for this: ")
+        assert newest.remark.startswith("no frame of counter can be shown; the last one: ")
 
 
 def test_a_jpeg_damaged_within_is_passed_over() -> None:

@@ -194,7 +194,7 @@ def test_presses_that_are_named_as_a_caliper_s_or_lie_elsewhere_are_said_to_be_s
     balls = [f"5.84mm ball {i}.png" for i in range(3)]
     with pytest.raises(WedgeError, match=r"all 3 are named as a caliper's \(5\.84mm ball 0\.png\)"):
         sort_pictures(["background.png", *balls])
-    with pytest.raises(WedgeError, match=r"press beside the blank gel's\.$"):
+    with pytest.raises(WedgeError, match=r"picture of a ball press\.$"):
         sort_pictures(["background.png"])
     for name in ("background.png", "balls/1.png", ".thumbnails/1.png"):
         write_image(tmp_path / name, np.zeros((8, 8, 3), np.uint8))
@@ -248,5 +248,5 @@ def test_a_ball_as_small_as_its_contacts_is_refused(frames: Path) -> None:
         ball_radius_mm=0.7 * widest_mm,
         background=("background.png",),
     )
-    with pytest.raises(WedgeError, match=r"at 0\.1 mm/px\): is its radius right"):
+    with pytest.raises(WedgeError, match=r"at 0\.1 mm/px\): are its radius and the scale right"):
         refuse_small_ball(truth.labels, small)
