@@ -33,9 +33,9 @@ def main(
     when it is first needed, into a cache (WEDGE_CACHE, by default ~/.cache/gelsight-wedge); the
     originals are not changed.
 
-    `import` makes a dataset folder from a source, which it recognises by its contents: gs_sdk's
+    An import makes a dataset folder from a source, which is recognised by its contents: gs_sdk's
     folder with its catalog.csv, Taxim's dataPack.npz, frames with circles in text files, or a
-    folder of your own frames, for which it finds corners, scale and circles. Of your own frames,
+    folder of your own frames, for which corners, scale and circles are found. Of your own frames,
     background.png shows the blank gel, 5mm-1.png, 5mm-2.png and so on a caliper's jaws 5 mm apart,
     and all others ball presses.
 

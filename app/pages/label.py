@@ -244,7 +244,7 @@ class LabelPage:
         """The circle and its numbers."""
         label = self.moved or self.book.label(self.file)
         if label is None:
-            known = "marked as no ball" if self.book.has_no_ball(self.file) else "no circle"
+            known = "no ball, as marked" if self.book.has_no_ball(self.file) else "no circle"
             self.heading.set_text(f"{self.file}: {known}; click where the ball touches")
             self.circle.set_content("")
             return

@@ -155,7 +155,7 @@ def test_a_press_without_a_ball_by_corners_moved_at_the_end_is_named(
 
     monkeypatch.setattr(importers_folder, "lit", meanwhile)
     assert status(words) == 0
-    assert f"No ball was found in {PRESSES[2]} by" in capsys.readouterr().out
+    assert f"no ball was found in {PRESSES[2]}." in capsys.readouterr().out
     captured = read_dataset(out)
     assert list(captured.labels) == as_found(captured, 2)
 

@@ -169,7 +169,7 @@ def test_an_odd_name_is_kept_or_refused_by_a_sentence(
     (dataset.folder / f"._{name}").write_bytes(b"a Mac's notes")
     if {"#", "\n", "\udcea"} & set(name) or name[0] == " ":
         assert label_quietly(dataset) == 2
-        assert "rename it" in capsys.readouterr().err
+        assert "rename the file" in capsys.readouterr().err
     else:
         assert label_quietly(dataset) == 0
         assert [label.file for label in read_dataset(dataset.folder).labels] == [name]

@@ -73,11 +73,11 @@ def test_again_finds_anew_what_the_mended_ball_no_longer_holds(tmp_path, capsys)
         write_labels(table, [found[0], replace(found[1], **theirs), found[2]])
         before = table.read_bytes()
         sentence = refused(capsys, "label", dataset.folder, "--no-page", "--again")
-        assert f"ball, of {found[1].file} (4.80 mm in radius, its ball 4 mm): mend" in sentence
+        assert f"ball, of {found[1].file} (4.80 mm in radius, its ball 4 mm): correct" in sentence
         assert table.read_bytes() == before
     write_labels(table, [*found[:2], dataset.labels[2]])
     sentence = refused(capsys, "label", dataset.folder, "--no-page")
-    assert f"of {found[0].file} (" in sentence and f"), {found[1].file}: mend" in sentence
+    assert f"of {found[0].file} (" in sentence and f"), {found[1].file}: correct" in sentence
     wedge, *said = shlex.split(sentence.split("`")[1])
     assert wedge == "wedge" and run(*said, "--no-page") == 0
     *again, drawn = read_dataset(dataset.folder).labels
@@ -93,7 +93,7 @@ def test_of_many_circles_larger_than_their_ball_five_are_named(tmp_path, capsys,
     for words in (("label", dataset.folder), ("calibrate", dataset.folder, "--out", "unit")):
         sentence = refused(capsys, *words)
         assert [x.file in sentence for x in dataset.labels] == [True] * 5 + [False] * (presses - 5)
-        assert f"{dataset.labels[4].file}{more}: mend" in sentence
+        assert f"{dataset.labels[4].file}{more}: correct" in sentence
 
 
 def test_a_scale_by_which_most_contacts_are_as_wide_as_the_ball_is_refused(tmp_path, capsys):

@@ -179,7 +179,7 @@ def test_frames_that_no_gel_has_felt_are_told_and_counted(
     words = ("stream", tmp_path / "images", "--unit", unit, "--json", numbers)
     assert run(*words, *(("--mcap", tmp_path / "felt.mcap") if kept else ())) == 0
     remark = json.loads(numbers.read_text())["remark"]
-    assert remark == f"In 2 of 5 frames {STRANGE}."
+    assert remark == f"In 2 of 5 frames, {STRANGE}."
     assert f"[{remark}]" in capsys.readouterr().out
 
 

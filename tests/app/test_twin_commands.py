@@ -125,7 +125,7 @@ def test_one_judged_press_has_no_interval(here, capsys) -> None:
             assert inferred == (point["value"] == "R")
             assert set(point[pixels]["ci95"].values()) == {None}
     told = " ".join(capsys.readouterr().out.split())
-    assert "4 rendered presses to learn from, 1 other judged" in told
+    assert "trained on 4 rendered presses, judged on 1 other" in told
     assert "Gx of R is inferred" in told
     assert "[" not in told
     assert "1 press, too few for an interval" in told

@@ -43,7 +43,7 @@ def test_a_truth_of_another_size_is_refused(truth, tmp_path):
     np.save(made.folder / truth / last.name, np.zeros((3, 4)))
     presses = rendered_presses(made.folder)
     assert next(presses).name == first.stem
-    with pytest.raises(WedgeError, match=rf"{truth}/{last.name} has another size"):
+    with pytest.raises(WedgeError, match=rf"{truth}/{last.name} does not hold 90 rows of 120 "):
         next(presses)
 
 

@@ -298,7 +298,7 @@ def test_the_command_takes_several_days_and_leaves_out_another_sensor(dates, tmp
     words = ["evaluate", dates / "unit", dates / "may", dates / "july", other]
     assert run(*words, "--out", page, "--json", numbers) == 2
     printed = capsys.readouterr()
-    assert "brightness, R moved" in printed.out and "another sensor" in printed.err
+    assert "brightness, R changed" in printed.out and "another sensor" in printed.err
     assert (page / "index.html").stat().st_size > 5000
     said = json.loads(numbers.read_text())
     assert len(said["evaluations"]) == 2
@@ -351,7 +351,7 @@ def test_another_sensor_s_set_is_refused_before_all_of_it_is_read(dates, tmp_pat
         evaluate_on(load_calibration(dates / "unit"), other, seed=0)
 
 
-@pytest.mark.parametrize(("presses", "said"), [(1, "from the 1 press:"), (2, "from all 2 presses")])
+@pytest.mark.parametrize(("presses", "said"), [(1, "on the 1 press:"), (2, "on all 2 presses")])
 def test_how_many_were_learnt_from_is_counted(dates, tmp_path, capsys, presses, said):
     shutil.copytree(dates / "taught", tmp_path / "some")
     write_labels(tmp_path / "some" / "labels.csv", read_dataset(dates / "taught").labels[:presses])

@@ -253,7 +253,7 @@ def test_a_written_mesh_is_read_back(tmp_path):
     lines += ["f {} {} {}".format(*(triangle + 1)) for triangle in mesh.triangles]
     path.write_text("\n".join(lines))
     assert np.ptp(read_mesh(path).vertices_mm, axis=0).max() == SIDE_MM
-    with pytest.raises(WedgeError, match="no STL"):
+    with pytest.raises(WedgeError, match="not an STL, PLY or OBJ file"):
         read_mesh(tmp_path / "cube.step")
 
 
