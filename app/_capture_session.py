@@ -123,9 +123,16 @@ class CaptureSession:
 
         if self.watcher is None:
             blank = frame if self.background is None else read_image(self.background)
+            if blank.shape != frame.shape:
+                (height, width), (frame_height, frame_width) = blank.shape[:2], frame.shape[:2]
+                raise WedgeError(
+                    f"{self.background}, the background, is {width}x{height} pixels and the first "
+                    f"frame {frame_width}x{frame_height}: give a picture from the same camera."
+                )
             self.card = _card(self.other, self.out, blank, self.ball_radius_mm, self.pad_size_mm)
             if self.other is None:
-                print(assumed(self.card), file=sys.stderr, flush=True)
+                words = assumed(self.card, by_caliper=self.caliper_mm is not None)
+                print(words, file=sys.stderr, flush=True)
             first = 0 if self.caliper_mm is None else calipers
             self.watcher = _watcher(self.other, self.card, blank, first)
             if self.background is not None or alone:
@@ -193,9 +200,16 @@ def _watcher(
     return PressWatcher(unwarp, card.ball_radius_mm, card.mm_per_px, calipers)
 
 
-def assumed(card: "DatasetCard") -> str:
-    """What a sensor seen for the first time is taken to measure, as long as nothing tells."""
+def assumed(card: "DatasetCard", *, by_caliper: bool = False) -> str:
+    """What a sensor seen for the first time is taken to measure, as long as nothing tells.
+
+    Args:
+        card: of the sensor.
+        by_caliper: whether pictures of a caliper will tell.
+    """
     otherwise = "set it with --design or --pad-size-mm, or measure it with --caliper-mm."
+    if by_caliper:
+        otherwise = "the caliper's pictures will measure it."
     if card.pad_size_mm is not None:
         length, width = card.pad_size_mm
         return f"The pad is taken to be {length:g} x {width:g} mm: {otherwise}"

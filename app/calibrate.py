@@ -95,7 +95,7 @@ def main(
     unit.save(out)
     print_error_table(measured)
     remarks = (pad_remark(source.card.pad_size_mm, built_from), unlit)
-    for sentence in (*filter(None, remarks), *press_doubts(presses)):
+    for sentence in (*filter(None, remarks), *press_doubts(presses, source.labels)):
         print(sentence)
     print(f"Unit folder: {out}")
     if folder is not None:

@@ -58,8 +58,8 @@ class Mesh:
             raise WedgeError("all corners of the mesh are one point: export it again.")
         if size_mm < SMALLEST_MM:
             raise WedgeError(
-                f"the mesh is only {size_mm:.3g} mm across: it seems to be in metres; "
-                "scale it by 1000."
+                f"the mesh is only {size_mm:.3g} mm across: it seems to be in metres, inches or "
+                "centimetres; scale it to mm."
             )
         if size_mm > LARGEST_MM:
             raise WedgeError(f"the mesh is {size_mm:.3g} mm across: its unit is not mm; scale it.")

@@ -170,6 +170,7 @@ def test_a_new_sensor_is_captured_with_nothing_known_but_its_ball(tmp_path: Path
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert done.stderr.count("caliper taken") >= 1
+    assert "the caliper's pictures will measure it" in done.stderr
     captured = read_dataset(out)
     assert captured.card.pad_size_mm == pytest.approx(pad_size_mm()[::-1], rel=0.03)
     assert len(captured.labels) == 3
@@ -239,6 +240,15 @@ def test_a_folder_of_a_caliper_alone_is_refused(
     assert left.value.code == 2
     assert "holds no picture of a ball press" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_a_background_of_another_size_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words, blank = new_sensor(tmp_path), tmp_path / "blank.png"
+    write_image(blank, np.full((40, 60, 3), 120, np.uint8))
+    pytest.raises(SystemExit, main, [*words, "--background", str(blank)])
+    assert f"{blank}, the background, is 60x40 pixels" in capsys.readouterr().err
 
 
 class Breaking:

@@ -174,7 +174,7 @@ def accept_unit(
         learnt=learnt,
         is_fresh=is_fresh,
         mean_abs_gradient=mean_abs_gradient(errors, card, is_fresh),
-        doubts=press_doubts(presses),
+        doubts=press_doubts(presses, dataset.labels),
         held_out=held_out_presses(errors, card, is_fresh),
         intervals=error_intervals(errors, card, is_fresh),
         blank=blank,

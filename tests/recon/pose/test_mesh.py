@@ -230,9 +230,13 @@ def test_a_touch_like_one_that_was_searched_in_vain_is_not_searched_again(monkey
     assert counts == [1, 1, 2, 2, 3]
 
 
-def test_a_mesh_in_metres_is_said():
-    with pytest.raises(WedgeError, match="metres"):
-        cube(scale=1e-3)
+@pytest.mark.parametrize("unit_mm", [1e3, 25.4])
+def test_a_mesh_in_metres_or_inches_is_said(unit_mm):
+    with pytest.raises(WedgeError, match="metres, inches"):
+        cube(scale=1 / unit_mm)
+
+
+def test_a_mesh_of_one_point_is_said():
     with pytest.raises(WedgeError, match="one point"):
         cube(scale=0)
 
