@@ -206,13 +206,13 @@ def bill_markdown(lines: Sequence[Line], title: str) -> str:
     rows = [
         f"# Bill of materials, {title}",
         "",
-        "Quantities are counted from the assembly and its boards. Prices marked *estimate* are"
-        " guesses of that month, looked up nowhere: check them before you order. Brands and numbers"
-        " are the paper's where it names them; the last but one column is what `distributor.csv`"
-        " orders in their place.",
+        "Quantities are counted from the assembly and its boards. Prices marked *estimate* are our"
+        " guesses of that month, not looked up: check them before you order. Brands and numbers are"
+        " the paper's if it names them; the last column but one is what `distributor.csv` orders"
+        " instead.",
         "",
         "| part | quantity | brand and number | supplier | price of a pack, USD |"
-        " distributor's part | instead |",
+        " distributor's part | alternative |",
         "|---|---|---|---|---|---|---|",
     ]
     for line in lines:
@@ -232,7 +232,7 @@ def totals_text(lines: Sequence[Line], sensors: int) -> str:
     guess = sum(line.cost_usd(sensors) for line in lines if line.part.basis == "estimate")
     one = "sensor" if sensors == 1 else "sensors"
     return (
-        f"For {sensors} {one}, whole packs: {total:.2f} USD, {total / sensors:.2f} each;"
+        f"For {sensors} {one}, in whole packs: {total:.2f} USD, {total / sensors:.2f} each;"
         f" {guess:.2f} of it estimated.\n"
     )
 

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How the sensor goes together: bodies, the order they go in, and the way each one takes.
+"""How the sensor goes together: bodies, the order they go in, and each one's assembly path.
 
-The bill counts these bodies, the guide tells these steps, the insertion test drives each body
-along its way, and the exploded view pulls them apart along the same ways.
+The bill counts these bodies, the guide describes these steps, the insertion test moves each body
+along its path, and the exploded view pulls them apart along the same paths.
 """
 
 import math
@@ -105,7 +105,7 @@ def assemble(design: Wedge) -> tuple[Assembly, dict[str, cq.Solid]]:
     colors = [row.color for row in Layout(design).light_rows()]
     films = list(Layout(design).films)
     steps = [
-        Step("case", "Begin with the printed case", "sensor", ("case",)),
+        Step("case", "Start with the printed case", "sensor", ("case",)),
         Step("mirror", "Glue the mirror to its seat", "sensor", ("mirror",)),
         Step("lights", "Tape the LED arrays into their pockets", "sensor",
              tuple(f"{color}_leds" for color in colors)),
@@ -127,9 +127,9 @@ def assemble(design: Wedge) -> tuple[Assembly, dict[str, cq.Solid]]:
         Step("adapter", "Put the gripper adapter on the roof", "sensor", ("adapter_wsg50",)),
         Step("roof_screws", "Screw the gripper adapter down", "sensor", _names("roof_screw", 4)),
         Step("cover", "Take the electronics cover", "electronics", ("electronics_cover",)),
-        Step("board", "Lay the CSI-to-HDMI board on its posts", "electronics", ("csi_hdmi_board",)),
+        Step("board", "Put the CSI-to-HDMI board on its posts", "electronics", ("csi_hdmi_board",)),
         Step("board_screws", "Screw the board down", "electronics", _names("board_screw", 4)),
-        Step("resistor_board", "Solder, plug in, and lay the resistor board last", "electronics",
+        Step("resistor_board", "Solder, plug in, and put the resistor board in last", "electronics",
              ("resistor_board",)),
         Step("cover_into_place", "Close the compartment", "sensor", (), "electronics"),
         Step("cover_screws", "Screw the cover to the adapter", "sensor", _names("cover_screw", 4)),

@@ -43,11 +43,11 @@ class Printed:
 
 PRINTED = (
     Printed("case", "Case", case, "PLA black", BACK_DOWN, "assembly",
-            "stands on its back face, tip up, no support; black, or light leaks"),
+            "on its back face, tip up, no supports; black, otherwise light leaks"),
     Printed("camera_holder", "Camera holder", camera_holder, "PLA black", BACK_DOWN, "assembly",
-            "flange on the bed, no support"),
+            "flange on the bed, no supports"),
     Printed("adapter_wsg50", "Gripper adapter, WSG-50", adapter_wsg50, "PLA", UPSIDE_DOWN,
-            "assembly", "gripper side on the bed; the sunk heads of the roof screws bridge"),
+            "assembly", "gripper side on the bed; the recesses of the roof screws are bridged"),
     Printed("electronics_cover", "Electronics cover", electronics_cover, "PLA", AS_MODELLED,
             "assembly", "floor on the bed, open side up"),
     Printed("adapter_lab", "Gripper adapter, lab pattern", adapter_lab, "PLA", UPSIDE_DOWN,
@@ -63,10 +63,11 @@ PRINTED = (
     Printed("caliper_jig", "Caliper jig", caliper_jig, "PLA", UPSIDE_DOWN, "calibration",
             "slotted face on the bed"),
     Printed("camera_coupon", "Fit coupon, camera and screws", camera_coupon, "PLA black",
-            AS_MODELLED, "fit test", "dots up; print it first, of the case's filament"),
+            AS_MODELLED, "fit test", "dots up; print it first, in the case's filament"),
     Printed("acrylic_coupon", "Fit coupon, acrylic and pins", acrylic_coupon, "PLA black",
             AS_MODELLED, "fit test",
-            "dots up; print it first, of the case's filament; its pin holes stand, the case's lie"),
+            "dots up; print it first, in the case's filament; its pin holes are upright, those of"
+            " the case lie on their side"),
 )  # fmt: skip
 
 

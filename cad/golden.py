@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the known designs measured when they were last looked at, kept in the repository.
 
-``python -m cad.golden`` writes ``cad/data/golden_NAME.json`` anew; its diff shows a reviewer what
+``python -m cad.golden`` writes ``cad/data/golden_NAME.json`` again; its diff shows a reviewer what
 a change does to every part. `wedge fabricate` prints the differences in words.
 """
 

@@ -20,58 +20,59 @@ from cad.optics import keystone, pad_grid, pixel_margin, trace
 from sensor.design import Wedge
 
 _HOW = {
-    "case": "Clear the screw holes, and blow out the light pockets and the wire channels. Thread a"
-    " screw once into each of the six holes.",
+    "case": "Clear the screw holes, and blow out the light pockets and the wire channels. Drive a"
+    " screw once into each of the six holes to cut its thread.",
     "mirror": "Take off the film. Put three small drops of epoxy on the seat, never at its edges."
-    " Hold the mirror by its sides, coated face toward you, some ten degrees steeper than its"
-    " seat. Lift it through the window, top first, until the top is in its corner; then swing the"
-    " foot up until the back lies flat. Check by eye that nothing lies behind it: one degree of"
-    " tilt moves the picture by several pixels.",
-    "lights": "Solder two wires to each array's tail first. Seen from the tip with the gel down,"
-    " {sides}; none goes to the tip. Stick each"
-    " array with double-sided tape to the outer wall of its pocket, LEDs toward the acrylic, and"
-    " lead the wires behind the ribs into the channels.",
-    "acrylic": "Peel off the film. From here on touch only the edges.",
-    "gray_filter": "Stick each strip to its edge from one end to the other. There must be no"
-    " bubble: the filter works only where it is optically coupled to the acrylic.",
+    " Hold the mirror by its sides, coated face toward you, about ten degrees steeper than"
+    " its seat. Lift it through the window, top first, until its top is in the corner of the seat;"
+    " then swing its foot up until the back lies flat. Check by eye that nothing lies behind it:"
+    " one degree of tilt moves the picture by several pixels.",
+    "lights": "First solder two wires to the tail of each array. Seen from the tip with the gel"
+    " down, {sides}; none goes to the tip. Stick each array to the outer wall of its pocket with"
+    " double-sided tape, LEDs toward the acrylic, and lead the wires behind the ribs into the"
+    " channels.",
+    "acrylic": "Peel off the film. From now on touch only the edges.",
+    "gray_filter": "Stick each strip to its edge, from one end to the other and without bubbles:"
+    " the filter works only where it is optically coupled to the acrylic.",
     "diffuser": "{strips}",
     "gel": "Degrease the acrylic's outer face and the gel's flat back: wipe them with a lint-free"
-    " cloth, damp with a little dish soap in water, then with clean water, and let them dry."
-    " Take no alcohol or other solvent, which crazes the acrylic's edges."
+    " cloth, damp with water and a little dish soap, then with clean water, and let them dry. Use"
+    " no alcohol or other solvent: it crazes the acrylic's edges."
     " Spread a thin, even film of silicone adhesive, lower the gel from one end, centre it,"
     " press out the air, and let it cure.",
-    "window": "Last look at the mirror: blow off dust. Press the window straight in until its"
-    " corners rest on the ledges and its face is flush with the case.",
+    "window": "Take a last look at the mirror and blow off dust. Press the window straight in"
+    " until its corners rest on the ledges and its face is flush with the case.",
     "pins": "Cut two pins of {pin_length} mm and push one into each notch at the tip. Instead, or"
-    " for good, put a thin line of glue around the edge.",
-    "camera_holder": "Check that the lens hole is clear of strings.",
-    "camera": "Focus it first, as nothing reaches the lens later: these heads come set to far away."
-    " Connect it to a Raspberry Pi as in section 8, break the glue at the lens's thread, and turn"
-    " the lens until small print {focus} mm in front of it is sharp: the skin will seem {seen} mm"
-    " away. Fix the thread with a speck of glue. Then press the head in from the back, its lens"
-    " first, with the ribbon leaving toward the back, until it stops at the front plate. It must"
-    " not turn.",
-    "camera_into_case": "Lead the wires through the notches of the flange and slide the holder in"
+    " to fix the window for good, put a thin line of glue around its edge.",
+    "camera_holder": "Check that the lens hole is free of strings.",
+    "camera": "Focus it first: these heads come focused at a distance, and the lens cannot be"
+    " reached later. Connect it to a Raspberry Pi as in section 8, break the glue at the lens's"
+    " thread, and turn the lens until small print {focus} mm in front of it is sharp: that is"
+    " where the camera will see the skin ({seen} mm away). Fix the thread with a speck of glue."
+    " Then press the head into the holder from the back, lens first, with the ribbon leaving"
+    " toward the back, until it stops at the front plate. It must not turn in the holder.",
+    "camera_into_case": "Lead the wires through the notches in the flange and slide the holder in"
     " until the flange lies flat on the case.",
-    "rear_screws": "Tighten by hand until they stop, no further: the thread is plastic.",
-    "adapter": "Choose the adapter of your gripper; the plate's wide end points away from the tip.",
-    "roof_screws": "Tighten crosswise. Bolt the plate to the gripper now, from below, with the"
-    " heads sunk in the plate: later the cover is in the way. It takes {gripper_screws};"
-    " take shorter ones where the gripper's holes end sooner.",
-    "cover": "The compartment is closed by the gripper adapter, which is its lid. In its place, the"
-    " cover's bottom stays {cover_gap} mm behind the gel's highest point: a flat object that"
-    " reaches under it and is pressed deeper meets the cover.",
-    "board": "One board of the pair belongs here, the other one to the Raspberry Pi (section 8)."
-    " Solder the resistor board's supply wires to {supply} first.",
+    "rear_screws": "Tighten them by hand until they stop, no further: the thread is plastic.",
+    "adapter": "Take the adapter for your gripper. The plate's wide end points away from the tip.",
+    "roof_screws": "Tighten them crosswise. Bolt the plate to the gripper now, from below, with the"
+    " heads sunk in the plate: later the cover is in the way. It takes {gripper_screws}. Take"
+    " shorter ones if the gripper's holes are less deep.",
+    "cover": "The gripper adapter is the lid of the compartment. Once in place, the cover's bottom"
+    " is {cover_gap} mm further back than the gel's highest point: a flat object that reaches"
+    " under the cover touches it when pressed deeper than that.",
+    "board": "One board of the pair goes here, the other one to the Raspberry Pi (section 8). First"
+    " solder the resistor board's supply wires to {supply}.",
     "board_screws": "The screws cut their own thread in the posts.",
-    "resistor_board": "Hold the cover under its place and lead the arrays' wires and the camera's"
-    " ribbon in at its front notch. Solder the wires straight into the holes of the resistor board."
-    " Plug the ribbon into the adapter: open the socket's latch, push the ribbon in straight, its"
-    " bare contacts toward those of the socket, and close the latch. Only now wrap the resistor"
-    " board in insulating tape, and lay it over the screws last: it covers the latch.",
-    "cover_into_place": "Fold wires and ribbon into the compartment and pinch none between cover"
-    " and adapter. The board's HDMI socket then looks out at the back.",
-    "cover_screws": "Use a driver with a long shaft: the heads sit deep.",
+    "resistor_board": "Hold the cover just below its place and lead the arrays' wires and the"
+    " camera's ribbon in through its front notch. Solder the wires straight into the holes of the"
+    " resistor board. Plug the ribbon into the adapter: open the socket's latch, push the ribbon"
+    " in straight, with its bare contacts toward those of the socket, and close the latch. Only"
+    " then wrap the resistor board in insulating tape and lay it over the screws: it covers the"
+    " latch.",
+    "cover_into_place": "Fold wires and ribbon into the compartment without pinching any between"
+    " cover and adapter. The board's HDMI socket then faces out at the back.",
+    "cover_screws": "Use a screwdriver with a long shaft: the heads sit deep.",
 }
 
 _MADE = {
@@ -161,7 +162,7 @@ def _warning(failed: Sequence[str]) -> str:
     count = f"{len(failed)} check{'s' if len(failed) > 1 else ''}"
     return (
         f"\n> **Do not build from this folder: {count} failed** ({'; '.join(failed)})."
-        " The table at the end of [index.html](index.html) has their figures.\n"
+        " The table at the end of [index.html](index.html) shows their figures.\n"
     )
 
 
@@ -173,7 +174,7 @@ def _step_text(
     words: Mapping[str, str],
 ) -> str:
     taken = Counter(assembly.bodies[name].part for name in step.bodies)
-    shown = ", what goes in drawn a little before its place" if assembly.standing(step) else ""
+    shown = "; what goes in is drawn just short of its place" if assembly.standing(step) else ""
     lines = [
         f"### Step {number}: {step.title}",
         "",
@@ -188,7 +189,7 @@ def _step_text(
 
 def _print_table(parts: Sequence[Mapping[str, Any]]) -> str:
     rows = [
-        "| part | quantity | for | stands | layer, mm | grams | note |",
+        "| part | quantity | used for | orientation | layer, mm | grams | note |",
         "|---|---|---|---|---|---|---|",
     ]
     for part in parts:

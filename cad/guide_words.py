@@ -36,16 +36,18 @@ def design_words(design: Wedge, assembly: Assembly) -> dict[str, str]:
     return {
         "film_fault": _FILM_FAULT if films else "",
         "supply": supply_words(design),
-        "cable": f" and the lights' {ADAPTER_V:g} V" if takes_adapters_supply(design) else "",
-        "lights_power": "" if takes_adapters_supply(design) else ", and the lights theirs",
+        "cable": f" and the lights' supply of {ADAPTER_V:g} V"
+        if takes_adapters_supply(design)
+        else "",
+        "lights_power": "" if takes_adapters_supply(design) else ", and the one for the lights",
         "sides": _sides(colors),
         "lit": _lit(colors),
-        "strips": "Stick it over the gray filter." if len(films) > 1 else _EACH_STRIP,
+        "strips": "Stick each strip over the gray filter." if len(films) > 1 else _EACH_STRIP,
         "film_warning": _film_warning(films),
         "pin_length": f"{design.pin_length_mm:.1f}",
         "focus": f"{seen.mean():.0f}",
         "seen": f"{seen.min():.0f}-{seen.max():.0f}",
-        "gripper_screws": f"{_screws(WSG_50)} for the WSG-50, as the bill has them, or"
+        "gripper_screws": f"{_screws(WSG_50)} for the WSG-50 (those in the bill), or"
         f" {_screws(LAB)} for the lab's pattern",
         "cover_gap": f"{design.total_thickness_mm - design.compartment.height_mm:.1f}",
         "camera_step": step["camera"],
@@ -59,9 +61,9 @@ def design_words(design: Wedge, assembly: Assembly) -> dict[str, str]:
 
 _FILM_FAULT = (
     "\n| bright lines along an edge |"
-    " air between film and acrylic, or a film that ends short of the pocket |"
+    " air between film and acrylic, or a film that ends before the pocket does |"
 )
-_EACH_STRIP = "Stick each strip to its edge from one end to the other, without a bubble."
+_EACH_STRIP = "Stick each strip to its edge, from one end to the other and without bubbles."
 
 
 def _sides(colors: Sequence[str]) -> str:
@@ -80,12 +82,13 @@ def _lit(colors: Sequence[str]) -> str:
 
 def _film_warning(films: Sequence[str]) -> str:
     if not films:
-        return "A laser cuts acrylic and mirror."
+        return "Cut acrylic and mirror with a laser."
     return (
-        f"A laser cuts acrylic and mirror. **Never put {' or '.join(films)} into it**: these films"
-        " are usually vinyl (PVC), as the\nbill's are, and burning vinyl gives off hydrogen"
-        " chloride, which harms lungs and machine. Cut them with a knife or a\ncutting plotter"
-        " from their `nominal` files. Only a film that is known to be free of PVC may see a laser."
+        f"Cut acrylic and mirror with a laser. **Never put {' or '.join(films)} into it**: these"
+        " films are usually vinyl (PVC),\nas those in the bill are, and burning vinyl gives off"
+        " hydrogen chloride, which harms lungs and machine. Cut them with a\nknife or a cutting"
+        " plotter, from their `nominal` files. Only films known to be free of PVC may be cut with a"
+        " laser."
     )
 
 

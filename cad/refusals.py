@@ -74,7 +74,7 @@ def _refuse_mirror(place: Layout) -> None:
         "mirror.length_mm",
         mirror.length_mm,
         (place.window_x1 - place.slide - mirror.foot_x_mm) / cosine,
-        "the mirror must go in through the window under it",
+        "the mirror is inserted through the window below it",
     )
 
 
@@ -90,7 +90,7 @@ def _refuse_window(place: Layout) -> None:
         "housing.wall_mm",
         place.wall,
         MIN_WALL + 0.1 + place.pin_hole_radius - place.light_depth,
-        "0.8 mm must remain outside the pins",
+        "0.8 mm of wall must remain outside the pins",
     )
     at_most(
         "gel.pad_width_mm",
@@ -103,7 +103,7 @@ def _refuse_window(place: Layout) -> None:
         "laser.acrylic_kerf_mm",
         design.laser.acrylic_kerf_mm,
         place.pin_hole_radius + PIN_OUTWARD - NOTCH_MARGIN,
-        "a wider cut closes the pins' notches in the acrylic",
+        "a wider kerf closes the pins' notches in the acrylic",
     )
 
 
@@ -119,15 +119,15 @@ def _refuse_lights(place: Layout) -> None:
         "lights.backing_thickness_mm",
         lights.backing_thickness_mm,
         FLEX + 0.05,
-        "the LEDs' flexible circuit lies there",
+        "it must hold the LEDs' flexible circuit",
     )
     if lights.gray_filter_transmission < 1 or lights.diffuser:
         at_least(
             "lights.film_thickness_mm",
             lights.film_thickness_mm,
             LEAST_FILM,
-            "gray filter and diffuser are films; without them gray_filter_transmission is 1 and"
-            " diffuser false",
+            "gray filter and diffuser are films; without them, set gray_filter_transmission to 1"
+            " and diffuser to false",
         )
     other = lights.film_thickness_mm + lights.backing_thickness_mm
     at_least(
@@ -158,7 +158,7 @@ def _refuse_lights(place: Layout) -> None:
         "lights.led_length_mm",
         lights.led_length_mm,
         LEAST_LED_LENGTH,
-        "the tracks to its two ends would lie too close",
+        "the tracks to its two ends would be too close together",
     )
     low, high = place.side_lights
     rooms = {
@@ -185,7 +185,7 @@ def _refuse_currents(place: Layout) -> None:
             f"wiring.{color}_forward_v",
             getattr(wiring, f"{color}_forward_v"),
             wiring.supply_v - LEAST_DROP_V,
-            f"the supply of {wiring.supply_v:g} V leaves too little for a resistor",
+            f"the supply of {wiring.supply_v:g} V would leave too little voltage for a resistor",
         )
     found = ballasts(design)
     arrays_ma = wiring.led_current_ma * sum(ballast.leds for ballast in found)
@@ -194,7 +194,7 @@ def _refuse_currents(place: Layout) -> None:
             "wiring.led_current_ma",
             wiring.led_current_ma,
             ADAPTER_MA * wiring.led_current_ma / arrays_ma,
-            f"the adapter's {ADAPTER_V:g} V give the arrays {ADAPTER_MA:g} mA together",
+            f"the adapter's {ADAPTER_V:g} V supply gives all arrays together {ADAPTER_MA:g} mA",
         )
     for ballast in found:
         if ballast.ohm < LEAST_OHM:
@@ -209,8 +209,8 @@ def _refuse_currents(place: Layout) -> None:
                 "wiring.led_current_ma",
                 wiring.led_current_ma,
                 1000 * RATED_W / (wiring.supply_v - ballast.forward_v) / ballast.leds,
-                f"the {ballast.color} array's resistor takes {RATED_W:g} W, and the supply has"
-                f" {wiring.supply_v:g} V",
+                f"the {ballast.color} array's resistor is rated for {RATED_W:g} W, and the supply"
+                f" has {wiring.supply_v:g} V",
             )
 
 
@@ -240,7 +240,7 @@ def _refuse_camera(place: Layout) -> None:
         "housing.roof_z_mm",
         housing.roof_z_mm,
         max(high + MIN_WALL + MARK_DEPTH, place.plug_z[1] + 1.0),
-        "0.8 mm of roof must cover the camera holder under the mark that is sunk in it",
+        "0.8 mm of roof must cover the camera holder below the engraved mark",
     )
     reach = (place.window_x1 - place.design.mirror.foot_x_mm) / (
         camera.pupil_x_mm - place.design.mirror.foot_x_mm
@@ -249,7 +249,7 @@ def _refuse_camera(place: Layout) -> None:
         "camera.pupil_z_mm",
         camera.pupil_z_mm,
         camera.pupil_z_mm + (MIN_WALL - place.baffle_z(place.window_x1)) / reach,
-        "0.8 mm must cover the lights at the base, below the light that the camera sees",
+        "0.8 mm of wall must fit over the lights at the base, below the light that the camera sees",
     )
     at_most(
         "camera.pupil_z_mm",
@@ -272,25 +272,25 @@ def _refuse_screws(place: Layout) -> None:
         "fastening.boss_pitch_mm",
         pitch,
         2 * (place.tunnel_half + edge),
-        "0.8 mm must remain between the screws and the camera holder",
+        "0.8 mm of wall must remain between the screws and the camera holder",
     )
     at_most(
         "fastening.boss_pitch_mm",
         pitch,
         2 * (place.outer_half - edge),
-        "0.8 mm must remain between the screws and the outside",
+        "0.8 mm of wall must remain between the screws and the outside",
     )
     at_least(
         "camera.pupil_z_mm",
         place.rear_screw_z,
         place.channel_top + edge,
-        "the holder's screws would meet the wire channels",
+        "the holder's screws would run into the wire channels",
     )
     at_least(
         "housing.roof_z_mm",
         housing.roof_z_mm,
         place.rear_screw_z + edge + place.roof_hole_depth,
-        "the screws in the roof would meet those of the camera holder",
+        "the screws in the roof would run into those of the camera holder",
     )
     inner, outer = place.channel_y
     at_least(
@@ -304,7 +304,7 @@ def _refuse_screws(place: Layout) -> None:
         "housing.case_length_mm",
         housing.case_length_mm,
         housing.case_length_mm + place.screw.head_diameter_mm + 1.5 - (second - first),
-        "the two rows of screws in the roof need their room",
+        "the two rows of screws in the roof need more room between them",
     )
     at_least(
         "housing.case_length_mm",
@@ -319,19 +319,19 @@ def _refuse_compartment(place: Layout) -> None:
         "compartment.height_mm",
         place.design.compartment.height_mm,
         compartment_height_mm(place),
-        "the boards and the plug lie in it on top of each other",
+        "it must hold the boards and the plug on top of each other",
     )
     at_most(
         "compartment.height_mm",
         place.design.compartment.height_mm,
         place.design.total_thickness_mm,
-        "the electronics cover would stand out past the gel and touch first",
+        "the electronics cover would stick out past the gel and touch objects first",
     )
     at_least(
         "compartment.length_mm",
         place.design.compartment.length_mm,
         compartment_length_mm(),
-        "the boards lie in it behind the room in which the wires turn",
+        "it must hold the boards behind the space in which the wires bend",
     )
 
 
@@ -349,7 +349,7 @@ def _refuse_wires(place: Layout) -> None:
         "wiring.ribbon_width_mm",
         wiring.ribbon_width_mm,
         2 * place.socket_half,
-        "the ribbon leaves through the camera's socket",
+        "the ribbon must pass through the camera's socket",
     )
     at_most(
         "wiring.ribbon_thickness_mm",

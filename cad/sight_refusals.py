@@ -40,14 +40,14 @@ def refuse_view(place: Layout) -> None:
     if not worst.margin_px >= 0:
         raise WedgeError(
             f"camera.diagonal_view_deg = {camera.diagonal_view_deg:g} leaves the pad a margin of"
-            f" {worst.margin_px:.1f} px with {worst.name}, which must be at least 0: take a wider"
-            " lens or a smaller pad."
+            f" {worst.margin_px:.1f} px if built with {worst.name}, which must be at least 0: take"
+            " a wider lens or a smaller pad."
         )
     narrowing = keystone(paths.pixels, 21)
     if not narrowing >= KEYSTONE:
         raise WedgeError(
             f"camera.pitch_deg = {camera.pitch_deg:g} shrinks the tip of the pad in the picture to"
-            f" {narrowing:.2f} of its base, which must be at least {KEYSTONE:g}."
+            f" {narrowing:.2f} of its base, which must be at least {KEYSTONE:g}: change the pitch."
         )
 
 
@@ -87,7 +87,7 @@ def _refuse_narrow_hole(place: Layout, paths: Paths) -> None:
         "camera.barrel_diameter_mm",
         camera.barrel_diameter_mm,
         2 * (radius - BARREL_GAP),
-        "the holder's hole before the lens would hide an edge of the pad",
+        "the holder's hole in front of the lens would hide an edge of the pad",
     )
 
 

@@ -17,7 +17,7 @@ def rooms(place: Layout) -> dict[str, Room]:
     inner, outer = place.channel_y
     return {
         "channel": (outer - inner, place.channel_top - place.bottom),
-        "way behind the rib": (place.light_depth - place.rib_out, -place.bottom),
+        "passage behind the rib": (place.light_depth - place.rib_out, -place.bottom),
     }
 
 

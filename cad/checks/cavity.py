@@ -59,8 +59,8 @@ def check_relief(halves: Mapping[str, trimesh.Trimesh], lid: trimesh.Trimesh) ->
         shells = (manifold_of(mesh) + closing).decompose()
         # A shell around space inside a body has its faces turned inward: a negative volume.
         shut_in = 0.0 - sum(min(shell.volume(), 0.0) for shell in shells)
-        results.append(Result("mold", f"{name}, shut in", shut_in, "mm³", 0.0, "at most",
-                              "space with no way out under the lid"))  # fmt: skip
+        results.append(Result("mold", f"{name}, trapped", shut_in, "mm³", 0.0, "at most",
+                              "space under the lid with no way out"))  # fmt: skip
     return results
 
 

@@ -58,13 +58,13 @@ def check_clearances(design: Wedge, bodies: Bodies) -> list[Result]:
         gap = min(_sideways_gap(bodies[moved], bodies[fixed], side) for side in (-1, 1))
         results.append(
             Result("clearance", f"{moved} in {fixed}", gap, "mm", bound - 0.01, "at least",
-                   f"{bound:g} a side was asked for")
+                   f"designed for {bound:g} mm per side")
         )  # fmt: skip
     gap = float(bodies["mirror"].min_gap(bodies["acrylic"], 5.0))
     bound = design.mirror.foot_height_mm
     results.append(
         Result("clearance", "mirror over acrylic", gap, "mm", bound - 0.01, "at least",
-               f"{bound:g} was asked for")
+               f"designed for {bound:g} mm")
     )  # fmt: skip
     return results
 

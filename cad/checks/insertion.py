@@ -42,8 +42,8 @@ def _worst_on_the_way(assembly: Assembly, step: Step, bodies: Bodies) -> tuple[f
                 count += 1
                 if volume > worst:
                     worst = volume
-                    where = f"{name} meets {other} {travelled:.1f} mm before its place"
-    fine = f"{count} poses at most {STEP_MM:g} mm apart" if count else "never beside each other"
+                    where = f"{name} touches {other} {travelled:.1f} mm before its place"
+    fine = f"{count} poses at most {STEP_MM:g} mm apart" if count else "never close to each other"
     return worst, where if worst > TOLERANCE_MM3 else fine
 
 

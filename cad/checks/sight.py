@@ -38,7 +38,7 @@ def check_sight(design: Wedge, meshes: Mapping[str, trimesh.Trimesh]) -> list[Re
     pupil = np.broadcast_to(paths.pupil, (n, 3))
     blocked = _cut(beyond, pupil, paths.mirror) | _cut(others, paths.mirror, paths.acrylic)
     missed = ~_strikes(opaque["mirror"], pupil, paths.mirror)
-    rays = f"{n} points, two legs each"
+    rays = f"{n} points, two segments each"
     return [
         Result("sight", "rays blocked by a body", float(blocked.sum()), "rays", 0, "at most", rays),
         Result("sight", "rays that miss the mirror", float(missed.sum()), "rays", 0, "at most",
@@ -56,7 +56,7 @@ def _figures(design: Wedge, pixels: Array) -> list[Result]:
     coarsest = max(along_high, across_high)
     return [
         Result("sight", "keystone", keystone(pixels, GRID), "", KEYSTONE, "at least",
-               "tip edge over base edge"),
+               "tip edge divided by base edge"),
         Result("sight", "coarsest pixel", coarsest, "mm", 0, "for information", ranges),
     ]  # fmt: skip
 
@@ -93,7 +93,7 @@ def check_tolerance(design: Wedge) -> list[Result]:
     """The whole pad stays in the picture under each likely fault of building."""
     return [
         Result("tolerance", f"margin with {fault.name}", fault.margin_px, "px", 0, "at least",
-               f"moves the picture by {fault.shift_px:.1f} px, which calibration takes up")
+               f"moves the picture by {fault.shift_px:.1f} px, which calibration corrects")
         for fault in faulty_pictures(design)
     ]  # fmt: skip
 

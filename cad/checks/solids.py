@@ -27,7 +27,7 @@ def check_solids(
         state = "valid, watertight" if whole else "open or in pieces"
         results.append(Result("solid", name, float(whole), "closed body", 1, "at least", state))
         error = abs(mesh.volume / solid.Volume() - 1) * 100 if sound else math.nan
-        results.append(Result("mesh volume", name, error, "% from the solid", 0.2, "at most"))
+        results.append(Result("mesh volume", name, error, "% off the solid", 0.2, "at most"))
     return results
 
 
@@ -42,7 +42,7 @@ def check_closed_forms(design: Wedge, solids: Mapping[str, cq.Solid]) -> list[Re
     for name, volume in expected.items():
         error = abs(solids[name].Volume() / volume - 1) * 1e6
         detail = f"{volume:.3f} mm³"
-        results.append(Result("closed form", name, error, "millionths", 1.0, "at most", detail))
+        results.append(Result("closed form", name, error, "ppm", 1.0, "at most", detail))
     return results
 
 

@@ -58,4 +58,4 @@ def check_overhang(name: str, mesh: trimesh.Trimesh) -> Result:
     area = float(np.asarray(mesh.area_faces)[down & (height > _BED_MM)].sum())
     share = 100 * area / float(mesh.area)
     return Result("overhang", name, share, "% of its surface", _OVERHANG_SHARE, "at most",
-                  f"{area:.0f} mm² bridge without support")  # fmt: skip
+                  f"{area:.0f} mm² bridged without supports")  # fmt: skip

@@ -25,7 +25,8 @@ def check_wires(design: Wedge, boards: Sequence[Board]) -> list[Result]:
     for side, count in by_side(ends).items():
         for name, (wide, high) in rooms(place).items():
             fit = wires_that_fit((wide, high), wiring.wire_diameter_mm)
-            detail = f"{count} of {wiring.wire_diameter_mm:g} mm in {wide:.2f} x {high:.2f} mm"
+            thick = wiring.wire_diameter_mm
+            detail = f"{count} of {thick:g} mm pass through {wide:.2f} x {high:.2f} mm"
             results.append(
                 Result("wires", f"{name}, {side}", fit, "wires fit", count, "at least", detail)
             )

@@ -26,7 +26,7 @@
   function load(root) {
     const script = document.createElement("script");
     script.src = root.dataset.model;
-    script.onerror = () => say(root, `${root.dataset.model} is not beside this page: there is no view to turn.`);
+    script.onerror = () => say(root, `${root.dataset.model} is not next to this page, so there is no 3D view.`);
     script.onload = () => show(root, models[root.dataset.name]);
     document.head.append(script);
   }
@@ -37,9 +37,9 @@
   function show(root, model) {
     const canvas = document.createElement("canvas"), side = document.createElement("div");
     const gl = canvas.getContext("webgl2", {antialias: true});
-    if (!gl) return say(root, "This browser has no WebGL 2: see the pictures instead.");
+    if (!gl) return say(root, "This browser has no WebGL 2: look at the pictures instead.");
     canvas.tabIndex = 0; canvas.setAttribute("role", "img");
-    canvas.setAttribute("aria-label", `The ${root.dataset.name} sensor; arrow keys turn it, + and - zoom`);
+    canvas.setAttribute("aria-label", `The ${root.dataset.name} sensor; arrow keys rotate it, + and - zoom`);
     const apart = document.createElement("input"), pull = document.createElement("label");
     apart.type = "range"; apart.max = 100; apart.value = 0; apart.name = "apart"; pull.append("pull apart ", apart); side.append(pull);
     root.replaceChildren(canvas, side);

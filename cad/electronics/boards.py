@@ -134,7 +134,7 @@ def _array(design: Wedge, row: LightRow, place: Layout) -> Board:
         nets["A"].append((name, "A"))
         nets["K"].append((name, "K"))
     return Board(
-        f"led_array_{row.color}", (length, height), FLEX, "flexible, polyimide", tuple(pads),
+        f"led_array_{row.color}", (length, height), FLEX, "flexible polyimide", tuple(pads),
         tuple(tracks), tuple(components), {net: tuple(pins) for net, pins in nets.items()},
     )  # fmt: skip
 

@@ -78,6 +78,6 @@ def check_electronics(design: Wedge, boards: list[Board]) -> list[Result]:
             Result("resistor", f"{ballast.color} {ballast.label}", ballast.power_w, "W", RATED_W,
                    "at most", f"{ballast.total_current_ma:.1f} mA for {ballast.leds} LEDs"),
             Result("resistor", f"{ballast.color} LED current", ballast.led_current_ma(), "mA",
-                   asked + 1e-9, "at most", f"{asked:g} mA asked for"),
+                   asked + 1e-9, "at most", f"designed for {asked:g} mA"),
         ]  # fmt: skip
     return results

@@ -108,8 +108,8 @@ def supply_words(design: Wedge) -> str:
     if takes_adapters_supply(design):
         return f"{ADAPTER_V:g} V and ground of the adapter"
     return (
-        f"{design.wiring.supply_v:g} V of a supply of your own, led in beside the HDMI socket and"
-        f" its ground joined to the adapter's (which has {ADAPTER_V:g} V alone)"
+        f"{design.wiring.supply_v:g} V of a supply of your own, led in next to the HDMI socket,"
+        f" and connect its ground to that of the adapter (which provides {ADAPTER_V:g} V only)"
     )
 
 

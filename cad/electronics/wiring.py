@@ -10,8 +10,8 @@ from sensor.design import Wedge
 
 _INK = {"red": "#d33", "green": "#2a2", "blue": "#36d"}
 BOARD_WORDS = (
-    "Resistor board, parts toward you, J1 at the lower right: J1.1 is its lower hole; J2 runs along"
-    " the top, J2.1 at the left."
+    "Resistor board, components toward you, J1 at the lower right: J1.1 is the lower hole of J1; J2"
+    " runs along the top, with J2.1 at the left."
 )
 ARRAY_WORDS = (
     "LED array, LEDs toward you, tail to the right: the upper pad is the anode (A), the lower one"
@@ -24,7 +24,7 @@ def wiring_svg(design: Wedge) -> bytes:
     found = ballasts(design)
     own = None if takes_adapters_supply(design) else "your own supply"
     source = "the CSI-to-HDMI adapter" if own is None else "a supply of your own"
-    words = [BOARD_WORDS, *wrap(ARRAY_WORDS, 115)]
+    words = [*wrap(BOARD_WORDS, 115), *wrap(ARRAY_WORDS, 115)]
     foot = 10 + 18 * len(words)
     height = 100 + foot + 84 * len(found)
     ground = height - foot - 16

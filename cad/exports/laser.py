@@ -159,7 +159,7 @@ def laser_files(design: Wedge) -> Iterator[tuple[str, bytes]]:
 def sheet_dxf(sheet: Sheet, kerf_mm: float) -> bytes:
     """One sheet: each kind of piece in rows of its own, with thickness and quantity below them."""
     document, space = _new_document()
-    laser = "the cutter must add its kerf" if sheet.kerf_mm is not None else "never by laser"
+    laser = "the laser must add its kerf" if sheet.kerf_mm is not None else "never by laser"
     cut = f"kerf {kerf_mm:g} mm added" if kerf_mm else f"nominal: {laser}"
     _write(space, "NOTE", f"{sheet.name}, {cut}, unit mm", (0, -8))
     y = 0.0

@@ -21,11 +21,11 @@ from sensor.design import Wedge
 _STEPS = 65_000
 """Steps that the sensor's longest side is divided into: some micrometres each."""
 _SHOWN = {
-    "assembled_above": "The sensor put together, seen from above",
-    "assembled_below": "The sensor put together, seen from below, the gel toward you",
-    "drawing": "The dimensions that matter, in millimetres",
-    "exploded": "Every part, pulled apart along its way out",
-    "section": "Section along the finger, with rays from the camera over the mirror to the gel",
+    "assembled_above": "The assembled sensor from above",
+    "assembled_below": "The assembled sensor from below, the gel toward you",
+    "drawing": "The main dimensions, in millimetres",
+    "exploded": "Exploded view: every part moved out along its assembly path",
+    "section": "Section along the finger, with rays from the camera via the mirror to the gel",
     "wiring": "The wiring: supply, resistor board and LED arrays",
 }
 """What the pictures show, by their files' names; others are of a part or a step."""
@@ -159,7 +159,9 @@ def _link(path: str, name: str | None = None) -> str:
 
 
 def _parts(parts: Iterable[Mapping[str, Any]], names: Mapping[str, str]) -> str:
-    rows = ["<tr><th>part<th>quantity<th>material<th>room in the sensor, mm<th>g<th>files</tr>"]
+    rows = [
+        "<tr><th>part<th>quantity<th>material<th>size in the sensor, mm<th>mass, g<th>files</tr>"
+    ]
     for part in parts:
         key = part["id"]
         paths = [f"print/{key}.stl", f"print/{key}.3mf", f"step/{key}.step"]

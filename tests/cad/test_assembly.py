@@ -132,10 +132,10 @@ def test_the_guide_says_the_voltage_of_the_design(finger: Model) -> None:
     five = replace(FINGER, wiring=replace(FINGER.wiring, supply_v=5.0))
     assert "supply wires to 3.3 V and" in guide_of(finger)
     assert "supply wires to 5 V of a supply of your own" in guide_of(finger, five)
-    assert "own lines and the lights' 3.3 V, no HDMI" in guide_of(finger)
-    assert "own lines, no HDMI picture" in guide_of(finger, five)
-    assert "Give the Pi its power. All" in guide_of(finger)
-    assert "Give the Pi its power, and the lights theirs." in guide_of(finger, five)
+    assert "own signals and the lights' supply of 3.3 V, not an HDMI" in guide_of(finger)
+    assert "own signals, not an HDMI picture" in guide_of(finger, five)
+    assert "Connect the Pi's power supply. All" in guide_of(finger)
+    assert "Connect the Pi's power supply, and the one for the lights." in guide_of(finger, five)
     bill = manifest_of(replace(finger, design=five), [])["bill"]
     assert bill["light_supply"] == 1 and "light_supply" not in manifest_of(finger, [])["bill"]
     (supply,) = [part for part in parts_for(five, read_parts()) if part.id == "light_supply"]
@@ -144,7 +144,7 @@ def test_the_guide_says_the_voltage_of_the_design(finger: Model) -> None:
 
 def test_the_guide_says_how_many_contacts_ribbon_and_socket_have(finger: Model) -> None:
     said = " ".join(guide_of(finger).partition("## 1.")[0].split())
-    assert "22 contacts half a millimetre apart" in said and "B0091 takes 15" in said
+    assert "22 contacts, 0.5 mm apart" in said and "B0091 takes 15" in said
 
 
 def test_whatever_says_how_wide_a_sensor_is_says_how_large_all_its_bodies_are(
@@ -166,7 +166,7 @@ def test_whatever_says_how_wide_a_sensor_is_says_how_large_all_its_bodies_are(
 
 def test_silicone_is_mixed_when_the_paint_it_is_poured_onto_has_set(finger: Model) -> None:
     said = guide_of(finger).partition("## 5.")[2].partition("## 6.")[0]
-    acts = ("Sand the cavity", "let it set", "Mix the silicone", "evacuate", "Fill the cavity")
+    acts = ("Sand the cavity", "let it set", "Mix the silicone", "degas", "Fill the cavity")
     places = [said.index(act) for act in acts]
     assert places == sorted(places)
 
@@ -256,7 +256,7 @@ def test_a_folder_whose_checks_failed_says_so_at_its_top(finger: Model) -> None:
     assert warned.index("1 check failed") < warned.index("wedge-view")
     assert 'id="checks"' in warned
     guide = guide_of(finger, failed=["walls case"])
-    assert guide.index("1 check failed** (walls case)") < guide.index("Design ")
+    assert guide.index("1 check failed** (walls case)") < guide.index("for design ")
     assert "<blockquote>" in guide_html(guide)
 
 

@@ -296,7 +296,7 @@ CONSUMABLES = {
     "dish soap": "degreaser", "lint-free": "degreaser", "xp-565": "gel",
     "second board": "csi_hdmi_board",
     "plug the hdmi cable into": "hdmi_cable", "the microsd card": "microsd_card",
-    "give the pi its power": "pi_power_supply", "camera server": "raspberry_pi",
+    "the pi's power supply": "pi_power_supply", "camera server": "raspberry_pi",
 }  # fmt: skip
 
 

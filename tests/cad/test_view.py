@@ -148,7 +148,7 @@ def test_a_page_without_its_model_says_so(page: object, tmp_path: Path) -> None:
     page.goto((tmp_path / "alone.html").as_uri())  # type: ignore[attr-defined]
     words = page.locator(".wedge-view p")  # type: ignore[attr-defined]
     words.wait_for(timeout=30_000)
-    assert "gone.js is not beside this page" in words.inner_text()
+    assert "gone.js is not next to this page" in words.inner_text()
 
 
 def test_the_wheel_scrolls_past_a_view_until_somebody_clicks_into_it(
