@@ -232,7 +232,7 @@ def test_slopes_that_fit_no_ball_give_a_radius_that_nobody_knows(calibration, br
     change_frames(broken, lambda frame, _: frame[..., ::-1])  # balls look like hollows
     found = accepted_on(calibration, broken)
     assert found.values["ball_radius_share"] == {"": float("inf")}
-    (shown,) = [line for line in lines(found) if line.title.startswith("radius")]
+    (shown,) = [line for line in lines(found) if "radius" in line.title]
     assert (shown.value.split()[0], shown.grade) == ("unknown", "fail")
 
 

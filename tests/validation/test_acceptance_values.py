@@ -70,7 +70,7 @@ def press_of(radius_px=10.0, center_px=(60.0, 45.0), difference=None, **changes)
 
 @pytest.mark.parametrize("turn", [-100.0, -30.0, 0.0, 30.0, 100.0])
 def test_lights_that_are_all_turned_are_turned_and_neither_swapped_nor_leaking(turn):
-    if abs(turn) > 45:  # a quarter turn could be colours in another's place: no light sits at 0
+    if abs(turn) > 45:  # a quarter turn could be colours in each other's place: no light sits at 0
         lights = {"R": 100.0, "G": 220.0, "B": -20.0}
         found = places([angle + turn / 4 for angle in lights.values()], lights)
         turn /= 4
@@ -297,7 +297,7 @@ def test_few_frames_tell_no_times_and_numbers_that_repeat_make_up_for_no_loss():
 @pytest.mark.parametrize(
     ("frames", "said"),
     [(0, "have no times"), (LEAST_FRAMES - 1, f"only {LEAST_FRAMES - 1} frames"),
-     (LEAST_FRAMES, "times do not grow")],
+     (LEAST_FRAMES, "times do not increase")],
 )  # fmt: skip
 def test_why_there_is_no_jitter_is_told_by_how_many_frames_had_times(frames, said):
     assert said in _reasons({}, frames, 9)["jitter_ms"]

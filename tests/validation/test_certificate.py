@@ -62,7 +62,7 @@ def test_the_worst_grade_decides(accepted):
 def test_no_two_grades_share_one_bound(accepted):
     shown = {line.title: line for line in lines(accepted)}
     assert all(line.limit_a != line.limit_b for line in shown.values())
-    counted = shown["colours in another's place"]
+    counted = shown["colours in each other's place"]
     assert (counted.limit_a, counted.limit_b) == ("≤ 0", "–")
 
 
@@ -89,8 +89,8 @@ def test_every_form_of_the_certificate_says_the_same(calibration, accepted):
         assert entry["less_is_better"] is (entry["limit_a"] < entry["limit_b"])
         assert "%" not in entry["unit"] and (limit.shown_times > 1 or entry["unit"] == limit.unit)
     page = page_html(card, SET, failed, "")
-    assert "picture moved since calibration is unknown px" in page and "<set>" not in page
-    assert "contrast inside a contact (G) is 1.00 grey levels" in page
+    assert "picture moved since calibration: unknown px" in page and "<set>" not in page
+    assert "contrast inside a contact (G): 1.00 grey levels" in page
     assert all(html.escape(limit.title) in page for limit in LIMITS if limit.name in failed.values)
     pdf = pdf_bytes(card, SET, failed)
     assert pdf.startswith(b"%PDF") and pdf == pdf_bytes(card, SET, failed)
@@ -127,7 +127,7 @@ def test_every_form_says_what_is_doubtful_and_what_was_left_out(calibration, acc
 
 def test_a_set_of_which_some_was_learnt_says_so(calibration, accepted):
     some = replace(accepted, learnt=1, presses=13)
-    assert "13 presses, 1 of which it has learnt from: errors are those of the 12 others" in lead(
+    assert "13 presses, 1 of which it was calibrated on: errors are those of the 12 others" in lead(
         calibration.card, SET, some
     )
 
@@ -146,7 +146,7 @@ def test_every_form_says_on_how_many_presses_errors_rest_and_when(calibration, a
     few = replace(accepted, learnt=12, held_out=2, intervals={}, is_fresh=False)
     for found, said, there in (
         (few, "measured on 2 presses held out, too few for an interval.", False),
-        (accepted, "12 presses that it has not learnt from, with 95 % intervals", True),
+        (accepted, "12 presses that it was not calibrated on, with 95 % intervals", True),
     ):
         shown = [text.get_text() for text in sheet(card, SET, found).texts]
         page = page_html(card, SET, found, "")
@@ -270,11 +270,11 @@ def test_the_command_exits_zero_only_on_a_pass(calibration, broken, tmp_path, ca
         main([*words, *files])
     assert left.value.code == 0
     told = capsys.readouterr().out
-    assert "12 presses that it has not learnt from" in told
+    assert "12 presses that it was not calibrated on" in told
     assert "Left out 1 press: twice.png: it is the same picture as press11.png." in told
     skipped = ElementTree.parse(tmp_path / "accept.xml").iter("skipped")
     reasons = {case.get("message") for case in skipped}
-    assert reasons and all(f"{reason}.\n" in told for reason in reasons)
+    assert reasons and all(f"({reason}).\n" in told for reason in reasons)
     for name in ("paper/index.html", "paper/certificate.pdf", "accept.xml"):
         assert (tmp_path / name).stat().st_size > 500
     write_labels(broken.folder / "labels.csv", broken.labels)

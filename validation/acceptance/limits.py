@@ -63,7 +63,7 @@ LIMITS = (
         unit="°",
         grade_a=4.0,
         grade_b=8.0,
-        reason="published calibrations of a ball's slope lie at 3 to 5°; beyond 8° a shape is lost",
+        reason="published calibrations have errors of 3 to 5° on balls; beyond 8° a shape is lost",
     ),
     Limit(
         group="Errors",
@@ -81,7 +81,8 @@ LIMITS = (
         unit="°",
         grade_a=8.0,
         grade_b=16.0,
-        reason="it is guessed from the other axis; a guess of flat gel errs by the slope itself",
+        reason="it is inferred from the other axis; if it is called flat, the error is the slope"
+        " itself",
     ),
     Limit(
         group="Errors",
@@ -90,7 +91,7 @@ LIMITS = (
         unit="°",
         grade_a=7.0,
         grade_b=12.0,
-        reason="half as much again as all lights may err: each colour must carry its share",
+        reason="half as much again as with all lights: each colour must contribute its share",
     ),
     Limit(
         group="Errors",
@@ -99,7 +100,7 @@ LIMITS = (
         unit="°",
         grade_a=7.0,
         grade_b=12.0,
-        reason="as for θx; a light that is alone in seeing an axis has nobody to correct it",
+        reason="as for θx; if only one light sees an axis, no other can correct it",
     ),
     Limit(
         group="Errors",
@@ -108,16 +109,17 @@ LIMITS = (
         unit="% of the depth",
         grade_a=0.15,
         grade_b=0.3,
-        reason="a ball pressed 1 mm deep must be known to 0.15 mm to tell a grip from a touch",
+        reason="the depth of a ball pressed in by 1 mm must be known to 0.15 mm to tell a grip"
+        " from a touch",
     ),
     Limit(
         group="Errors",
         name="ball_radius_share",
-        title="radius that the slopes fit, off",
+        title="error of the radius fitted to slopes",
         unit="% of the ball's",
         grade_a=0.1,
         grade_b=0.2,
-        reason="slopes that fit another ball: the radius or scale is wrong, or the gel reads flat",
+        reason="the slopes fit another ball: radius or scale is wrong, or the gel reads too flat",
     ),
     Limit(
         group="Errors",
@@ -126,7 +128,8 @@ LIMITS = (
         unit="°",
         grade_a=35.0,
         grade_b=20.0,
-        reason="a small error of small slopes says little; a radius stated too large does this too",
+        reason="a small error on shallow slopes means little; a radius stated too large flattens"
+        " slopes too",
     ),
     Limit(
         group="Lights",
@@ -135,25 +138,25 @@ LIMITS = (
         unit="grey levels",
         grade_a=8.0,
         grade_b=DEAD_GRAY_LEVELS,
-        reason="a dead or masked LED leaves its colour without change inside a contact",
+        reason="if an LED is dead or covered, its colour does not change inside a contact",
     ),
     Limit(
         group="Lights",
         name="swapped_lights",
-        title="colours in another's place",
+        title="colours in each other's place",
         unit="colours",
         grade_a=0.0,
         grade_b=0.5,
-        reason="swapped wires or colour channels, or a mirrored picture, turn slopes round",
+        reason="swapped wires or colour channels, or a mirrored picture, turn slopes the wrong way",
     ),
     Limit(
         group="Lights",
         name="lights_turned_deg",
-        title="lights turned round together",
+        title="rotation of all lights together",
         unit="°",
         grade_a=10.0,
         grade_b=20.0,
-        reason="a turned camera or light board sends a third of a slope at 20° to the other axis",
+        reason="a camera or light board turned by 20° puts a third of each slope on the other axis",
     ),
     Limit(
         group="Lights",
@@ -162,16 +165,17 @@ LIMITS = (
         unit="% sideways",
         grade_a=0.25,
         grade_b=0.5,
-        reason="what answers across its own light is another's light; at 50 % the two axes blur",
+        reason="a colour that responds across its own light sees another light; at 50 % the two"
+        " axes blur",
     ),
     Limit(
         group="Lights",
         name="axes_ratio",
-        title="best over worst seen axis",
+        title="ratio of best to worst seen axis",
         unit="times",
         grade_a=4.0,
         grade_b=8.0,
-        reason="the weakly seen axis has so many times the noise of the other",
+        reason="the weakly seen axis has this many times the noise of the other",
     ),
     Limit(
         group="Lights",
@@ -180,7 +184,7 @@ LIMITS = (
         unit="%",
         grade_a=0.2,
         grade_b=0.08,
-        reason="where a light has faded to a tenth, its noise is ten times the slope's signal",
+        reason="where a light has faded to a tenth, the noise is ten times the signal of a slope",
     ),
     Limit(
         group="Lights",
@@ -189,7 +193,7 @@ LIMITS = (
         unit="% of contacts",
         grade_a=0.05,
         grade_b=0.3,
-        reason="a saturated colour no longer changes with the slope; what others see must do",
+        reason="a saturated colour no longer changes with the slope; only the others still do",
     ),
     Limit(
         group="Lights",
@@ -198,7 +202,8 @@ LIMITS = (
         unit="%",
         grade_a=0.4,
         grade_b=0.2,
-        reason="a wrong white balance: a fifth of another's signal is five times its noise",
+        reason="the white balance is wrong: a fifth of another colour's signal means five times"
+        " its noise",
     ),
     Limit(
         group="Lights",
@@ -207,7 +212,8 @@ LIMITS = (
         unit="% changed",
         grade_a=0.1,
         grade_b=0.25,
-        reason="slopes are read from brightness: a light a tenth dimmer reads a tenth flatter",
+        reason="slopes are read from brightness: with a light a tenth dimmer they are a tenth"
+        " flatter",
     ),
     Limit(
         group="Gel",
@@ -225,7 +231,8 @@ LIMITS = (
         unit="grey levels",
         grade_a=6.0,
         grade_b=12.0,
-        reason="the estimator takes off a drift of 10 grey levels; exposure or gain is not locked",
+        reason="the estimator corrects 10 grey levels of drift; beyond, exposure or gain is not"
+        " fixed",
     ),
     Limit(
         group="Gel",
@@ -234,7 +241,7 @@ LIMITS = (
         unit="% of the pad",
         grade_a=0.95,
         grade_b=0.85,
-        reason="no slope is seen in the dark",
+        reason="slopes cannot be seen in the dark",
     ),
     Limit(
         group="Gel",
@@ -243,16 +250,16 @@ LIMITS = (
         unit="% of the pad",
         grade_a=0.9,
         grade_b=0.75,
-        reason="lit, unsaturated, unworn, and one pixel's slope known to 0.05 (3°) above the noise",
+        reason="lit, not saturated, not worn, and low enough in noise to know a slope to 0.05 (3°)",
     ),
     Limit(
         group="Gel",
         name="covered_share",
-        title="area that presses cover",
+        title="area covered by presses",
         unit="% of the pad",
         grade_a=0.5,
         grade_b=0.3,
-        reason="light changes over the pad: where no press of this set reaches, errors are unknown",
+        reason="light varies over the pad: where no press of this set reaches, errors are unknown",
     ),
     Limit(
         group="Gel",
@@ -270,7 +277,7 @@ LIMITS = (
         unit="px",
         grade_a=1.0,
         grade_b=3.0,
-        reason="a camera or mirror that has moved turns every edge of the pad into a false slope",
+        reason="if camera or mirror has moved, every edge of the pad becomes a false slope",
     ),
     Limit(
         group="Picture",
@@ -279,7 +286,7 @@ LIMITS = (
         unit="% of the diameter",
         grade_a=0.04,
         grade_b=0.08,
-        reason="a picture stretched by 8 % bends slopes and lengths by as much along one axis",
+        reason="a picture stretched by 8 % makes slopes and lengths wrong by 8 % along one axis",
     ),
     Limit(
         group="Picture",
@@ -288,7 +295,7 @@ LIMITS = (
         unit="% of spacing",
         grade_a=0.08,
         grade_b=0.16,
-        reason="printed dots are straight: what bends their rows is the lens or a wrong corner",
+        reason="printed rows of dots are straight: if they appear bent, lens or corners are wrong",
     ),
     Limit(
         group="Picture",
@@ -297,7 +304,8 @@ LIMITS = (
         unit="px",
         grade_a=0.5,
         grade_b=1.0,
-        reason="a lens known to a pixel moves a ball's rim by a pixel, as a hand-drawn circle does",
+        reason="if the lens is known to one pixel, a ball's rim is off by a pixel, like a"
+        " hand-drawn circle",
     ),
     Limit(
         group="Picture",
@@ -306,7 +314,7 @@ LIMITS = (
         unit="frames/s",
         grade_a=25.0,
         grade_b=10.0,
-        reason="a slip lasts a tenth of a second: below 10 frames a second it passes unseen",
+        reason="a slip lasts a tenth of a second: below 10 frames per second it is missed",
     ),
     Limit(
         group="Picture",
@@ -315,7 +323,7 @@ LIMITS = (
         unit="ms",
         grade_a=5.0,
         grade_b=20.0,
-        reason="at 50 mm/s, 20 ms are 1 mm of travel between the time told and the touch seen",
+        reason="at 50 mm/s, a time that is wrong by 20 ms means 1 mm of travel",
     ),
     Limit(
         group="Picture",
@@ -324,25 +332,25 @@ LIMITS = (
         unit="ms",
         grade_a=100.0,
         grade_b=500.0,
-        reason="one stall of half a second loses a grip, whatever the rate of all other frames",
+        reason="a single stall of half a second loses a grip, whatever the frame rate otherwise",
     ),
     Limit(
         group="Picture",
         name="backward_steps",
-        title="times that do not grow",
+        title="times that do not increase",
         unit="steps",
         grade_a=0.0,
         grade_b=0.5,
-        reason="a clock set back, or two frames of one time: nothing tells when a touch was",
+        reason="a clock was set back, or two frames have the same time: touches cannot be timed",
     ),
     Limit(
         group="Picture",
         name="lost_share",
-        title="frames lost on the way",
+        title="lost frames",
         unit="%",
         grade_a=0.01,
         grade_b=0.05,
-        reason="what was lost cannot be followed: dots jump to their neighbours' places",
+        reason="motion in lost frames cannot be followed: dots jump to their neighbours' places",
     ),
 )
 

@@ -50,8 +50,8 @@ from validation.intervals import Interval
 LEAST_FRESH = 5
 """Presses that a unit has not learnt from, beside others that it has: so many judge it alone."""
 SINCE_CALIBRATION = ("brightness_change_share", "moved_px")
-NO_NUMBERS = "the frames bear no numbers; name the address of the sensor's own stream"
-NO_TIMES = "a dataset's frames have no times; name a recording or a stream by --stream"
+NO_NUMBERS = "the frames have no numbers; give the address of the sensor's own stream"
+NO_TIMES = "a dataset's frames have no times; give a recording or a stream with --stream"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -195,14 +195,14 @@ def _judged(card: UnitCard, presses: PressSet, learnt: int) -> PressSet:
 
 def _reasons(values: Measured, frames: int, presses: int) -> dict[str, str]:
     """Why limits without a value have none, of so many frames with times and usable presses."""
-    unsaid = "the unit does not say where its lights sit"
-    few = "its lights do not sit as the Wedge's three, whose pairs the paper compares"
+    unsaid = "the unit does not state where its lights are"
+    few = "its lights are not placed like the Wedge's three, whose pairs the paper compares"
     if presses < 2:
-        few = "one press cannot be split into some to learn from and others to judge"
+        few = "one press cannot be split into training and test presses"
     times = lost = NO_TIMES
     if frames:
         few_frames = f"only {frames} frames have times, {LEAST_FRAMES} are needed"
-        times = few_frames if frames < LEAST_FRAMES else "the frames' times do not grow"
+        times = few_frames if frames < LEAST_FRAMES else "the frames' times do not increase"
         lost = few_frames if frames < LEAST_FRAMES else NO_NUMBERS
     why = {
         "swapped_lights": unsaid,
@@ -210,11 +210,11 @@ def _reasons(values: Measured, frames: int, presses: int) -> dict[str, str]:
         "cross_talk_share": unsaid,
         "fewer_lights_x_deg": few,
         "fewer_lights_y_deg": few,
-        "noise_gray_levels": "every press reaches over the whole pad",
-        "drift_gray_levels": "every press reaches over the whole pad",
-        "axes_ratio": "its lights see one axis alone, as they were built",
+        "noise_gray_levels": "every press covers the whole pad",
+        "drift_gray_levels": "every press covers the whole pad",
+        "axes_ratio": "its lights are built to see only one axis",
         "color_balance_share": "it has one light",
-        "ball_radius_share": "its lights see one axis alone, as they were built",
+        "ball_radius_share": "its lights are built to see only one axis",
         "frame_rate_hz": times,
         "jitter_ms": times,
         "longest_gap_ms": times,

@@ -32,11 +32,11 @@ def picture_values(
     absent: dict[str, str] = {}
     moved = moved_px(before, now)
     if moved is None:
-        absent["moved_px"] = "the blank gel is too smooth to be known again"
+        absent["moved_px"] = "the blank gel is too smooth to be recognised"
     else:
         values["moved_px"] = {"": moved}
     if round_discs is None:
-        absent["out_of_round_share"] = "no disc lies wholly inside the frame"
+        absent["out_of_round_share"] = "no disc lies completely inside the frame"
     else:
         values["out_of_round_share"] = {"": round_discs.out_of_round}
     bent = None if presses.dots is None else bent_grid_share(presses.dots.markers.position_px)
@@ -45,7 +45,7 @@ def picture_values(
     else:
         values["bent_grid_share"] = {"": bent}
     if presses.lens is None:
-        absent["lens_rms_px"] = "no chessboards were taken of this camera"
+        absent["lens_rms_px"] = "no chessboard pictures were taken with this camera"
     else:
         values["lens_rms_px"] = {"": presses.lens.rms_px}
     return values, absent

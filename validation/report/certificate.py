@@ -154,8 +154,8 @@ def sentence(limit: Limit, found: Acceptance) -> str:
     part, value = limit.worst(found.values[limit.name])
     of = f" ({part})" if part else ""
     return (
-        f"{limit.title}{of} is {number(limit, value)}{_unit(limit)}, "
-        f"the limit is {_bound(limit, limit.grade_b)}"
+        f"{limit.title}{of}: {number(limit, value)}{_unit(limit)}, "
+        f"limit {_bound(limit, limit.grade_b)}"
     )
 
 
@@ -163,7 +163,7 @@ def failures(found: Acceptance) -> list[str]:
     """A sentence with its reason for each limit that failed."""
     graded = grades(found.values)
     return [
-        f"{sentence(limit, found)}: {limit.reason}."
+        f"{sentence(limit, found)} ({limit.reason})."
         for limit in measured_limits(found)
         if graded[limit.name] == "fail"
     ]
@@ -197,7 +197,7 @@ def not_measured(found: Acceptance) -> list[str]:
     reasons: dict[str, list[str]] = {}
     for name, reason in found.absent.items():
         reasons.setdefault(reason, []).append(titles[name])
-    return [f"Not measured: {', '.join(names)}: {reason}." for reason, names in reasons.items()]
+    return [f"Not measured: {', '.join(names)} ({reason})." for reason, names in reasons.items()]
 
 
 def page_html(card: UnitCard, occasion: Occasion, found: Acceptance, pictures: str) -> str:
@@ -216,13 +216,13 @@ def page_html(card: UnitCard, occasion: Occasion, found: Acceptance, pictures: s
             if line.group == group
         ]
         if rows:
-            headings = ("measured, and why its limits", "value", "A", "B", "grade")
+            headings = ("measured, and the reason for its limits", "value", "A", "B", "grade")
             parts.append(table_html(f"{group}.", headings, rows))
     return "".join(parts) + bullets(not_measured(found))
 
 
 def remarks(found: Acceptance) -> list[str]:
-    """What is to be doubted of the presses, and which of them were left out."""
+    """What is doubtful about the presses, and which of them were left out."""
     left_out = found.errors.left_out
     if not left_out:
         return list(found.doubts)
@@ -244,13 +244,13 @@ def lead(card: UnitCard, occasion: Occasion, found: Acceptance) -> str:
 def _rests_on(found: Acceptance) -> str:
     """Which presses the errors are of."""
     if not found.learnt:
-        return " that it has not learnt from"
+        return " that it was not calibrated on"
     count = "all" if found.learnt == found.presses else f"{found.learnt}"
-    learnt = f", {count} of which it has learnt from: errors are those"
+    learnt = f", {count} of which it was calibrated on: errors are those"
     if found.is_fresh:
         return f"{learnt} of the {found.errors.test} others"
     presses = "presses" if found.held_out is None else counted(found.held_out)
-    return f"{learnt} that calibration measured on {presses} held out"
+    return f"{learnt} that the calibration measured on {presses} held out"
 
 
 def origin(card: UnitCard, occasion: Occasion) -> str:
@@ -271,7 +271,7 @@ def _certainty(found: Acceptance) -> str:
         return ", too few for an interval"
     if found.intervals:
         return ", with 95 % intervals of the errors in brackets"
-    return ", without intervals, which the unit does not keep: calibrate it anew for them"
+    return ", without intervals, which this unit does not contain: calibrate it again to get them"
 
 
 def measured_limits(found: Acceptance) -> Sequence[Limit]:

@@ -31,9 +31,9 @@ def write_certificate(out: Path, card: UnitCard, occasion: Occasion, found: Acce
     _, sheet = certificate_files(out)
     shown = Picture(
         content=frames_bytes(picture(found, card.mm_per_px)),
-        alt="The blank gel, its weakest light, the area that presses cover and that is usable; "
+        alt="The blank gel, its weakest light, the areas that are covered by presses and usable; "
         "a press, its depth and its depth error",
-        caption=f"Unit {card.serial}, {occasion.dataset}, {counted(found.presses)}; below "
+        caption=f"Unit {card.serial}, {occasion.dataset}, {counted(found.presses)}; below: "
         f"{found.press.depth.file}.",
         wide=True,
     )

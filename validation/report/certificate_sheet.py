@@ -49,7 +49,7 @@ SMALL_PT = 7.0
 TALLEST_ROW_IN, FOOT_IN = 0.2, 0.35
 COLUMNS_IN = (0.5, 2.9, 5.9, 6.6, 7.3)
 """Title, value, A, B, grade."""
-ELSEWHERE = "Why each limit is what it is: the page beside this sheet."
+ELSEWHERE = "The page next to this sheet gives the reason for each limit."
 LETTERS = 130
 """In a line as wide as the page."""
 MOST_FAILURES = 3
@@ -172,10 +172,10 @@ def _pictures(
     weakest = even[..., lit].min(-1)
     maps = (
         ("blank gel", found.blank.clip(0, 1), "gray", (0.0, 1.0), ""),
-        ("weakest light", weakest, "cividis", (0.0, 1.0), "of its brightest"),
+        ("weakest light", weakest, "cividis", (0.0, 1.0), "share of its brightest"),
         ("presses (white), usable (black)", gray, "gray", (0.0, 1.3 * float(gray.max())), ""),
         (
-            f"a press, difference × {AMPLIFIED:g}",
+            f"a press: difference × {AMPLIFIED:g}",
             (0.5 + AMPLIFIED * shown.difference).clip(0, 1),
             "gray",
             (0.0, 1.0),
