@@ -250,7 +250,7 @@ def compared(evaluations: Sequence[Evaluation]) -> list[Compared]:
 
 
 def _of_light(presses: Sequence[BallPress], channels: str, blanks: int) -> dict[str, Number]:
-    """Noise, brightness of untouched gel, and each colour's answer to slope, of every press."""
+    """Noise, brightness of untouched gel, and each colour's response to slope, of every press."""
     noise, brightness, answers = [], [], []
     for index, press in enumerate(presses):
         flat = untouched(press)
@@ -275,7 +275,7 @@ def _of_light(presses: Sequence[BallPress], channels: str, blanks: int) -> dict[
                 GRAY_LEVELS * np.array(brightness)[:, column],
             )
         numbers[f"answer_{channel}"] = _number(
-            f"answer to slope, {channel}",
+            f"response to slope, {channel}",
             "grey levels",
             GRAY_LEVELS * np.array(answers)[:, column],
         )

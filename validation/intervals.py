@@ -68,7 +68,7 @@ def remark(words: str, *presses: int) -> str:
     """A caption's words on intervals, with what is said of means over too few presses for one.
 
     Args:
-        words: such as "below each its 95 % interval".
+        words: such as "the 95 % interval below each".
         presses: of each mean that the caption speaks of.
     """
     few = sorted({count for count in presses if not enough(count)})
@@ -76,7 +76,7 @@ def remark(words: str, *presses: int) -> str:
         return words
     said = " or ".join(map(counted, few))
     if any(map(enough, presses)):
-        return f"{words}; of {said} there is none"
+        return f"{words}; there is none for {said}"
     return f"{said}, too few for an interval"
 
 

@@ -85,7 +85,7 @@ def depth_document(errors: Sequence[DepthErrors]) -> dict[str, Any]:
 def caption(table: ErrorTable) -> str:
     """One sentence that says what the numbers of a table are."""
     split = split_words(table.train, table.test, table.folds)
-    brackets = remark("In brackets, the press-level bootstrap 95 % interval", table.test)
+    brackets = remark("In brackets: the press-level bootstrap 95 % interval", table.test)
     zero = any(row.missing_axis == "zero" for row in table.rows)
     return (
         f"Mean absolute gradient errors on {table.dataset} (ball radius {table.balls}; "

@@ -115,7 +115,7 @@ def test_a_list_of_parts_that_goes_on_is_shaded_at_that_edge_and_whole_on_a_phon
 def test_a_view_far_down_keeps_its_place_and_says_what_it_needs_in_a_page_alone(
     page: object, fabricated: tuple[Path, Path], tmp_path: Path
 ) -> None:
-    words = "needs JavaScript and the folder beside this page"
+    words = "needs JavaScript and the folder next to this page"
     (tmp_path / "finger").symlink_to(fabricated[0])
     sections = [fabrication_section({tmp_path / "finger": FINGER}, tmp_path)]
     # Far down the page: what is not scrolled to is not set up yet.

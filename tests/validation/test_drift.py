@@ -230,7 +230,7 @@ def test_one_press_has_no_interval_and_tells_no_move(evaluations):
         page = "".join(section.html for section in drift_sections(days, moved))
         assert page.count("<small>") == several * len(june.numbers)
         assert ("too few for an interval" in page) == (several == 0)
-        assert ("of 1 press there is none" in page) == (several > 0)
+        assert ("there is none for 1 press" in page) == (several > 0)
         assert "Nothing changed" not in page
         assert f"to tell: {june.unit} on {june.dataset}" in page
         spans = drawn_spans(drift_figure(days, moved))
@@ -279,7 +279,7 @@ def test_a_quantity_s_lights_stand_in_one_row_and_no_titles_meet(evaluations):
     }
     assert len(titles) == len(evaluations[0].numbers)
     rows = {title: round(box.y0) for title, box in titles.items()}
-    for quantity in ("error of", "brightness", "answer to slope"):
+    for quantity in ("error of", "brightness", "response to slope"):
         assert len({row for title, row in rows.items() if title.startswith(quantity)}) == 1
     for one, other in combinations(titles, 2):
         left, right = sorted((titles[one], titles[other]), key=lambda box: box.x0)

@@ -57,7 +57,7 @@ def test_a_network_crosses_to_the_mirrored_sensor_and_not_to_a_turned_one(
     assert failed.errors.values["gy_mae"] > 3 * crossed.errors.values["gy_mae"]
     section = fidelity_section([likeness(ideal)], [crossed])
     assert all(name.partition("[")[0] in section.html for name in FIGURES if "|" not in name)
-    assert "in brackets, press-level bootstrap" in section.html and "<small>[" in section.html
+    assert "in brackets: press-level bootstrap" in section.html and "<small>[" in section.html
 
 
 def test_a_cell_of_one_press_has_no_interval_and_one_without_untouched_gel_no_grain(

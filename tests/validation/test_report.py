@@ -249,7 +249,7 @@ def test_one_judged_press_has_no_interval(results: DatasetResults) -> None:
         assert said.count("interval") == said.count("1 press, too few for an interval") == captions
         assert not re.search(r"\d<small>", part.html)
     mixed = words(headline_section([results, few]))
-    assert "bootstrap 95 % interval; of 1 press there is none" in mixed
+    assert "bootstrap 95 % interval below them; there is none for 1 press" in mixed
 
 
 def test_sets_of_gentle_contacts_and_of_nothing_else_have_a_page(results: DatasetResults) -> None:
@@ -275,7 +275,7 @@ def test_steep_slopes_that_come_back_whole_are_no_weakness(
 ) -> None:
     held = replace(results.held_out, estimated=share * results.held_out.pixels.gradient)
     words = weakness_section([replace(results, held_out=held)]).html
-    assert (f"returns {100 * share:.0f} % of the true slope" in words) is is_weak
+    assert (f"finds {100 * share:.0f} % of the true slope" in words) is is_weak
     assert ("Steep slopes" in words) is is_weak
 
 

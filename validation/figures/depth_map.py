@@ -50,7 +50,7 @@ def doubt_figure(doubt: Float32[np.ndarray, "h w"], mm_per_px: Pair, *, title: s
     """
     limits = (0.0, max(float(doubt.max(initial=0.0)), LEAST_DOUBT))
     figure, image = _map(doubt, mm_per_px, title, DOUBT_COLORS, limits)
-    maps.color_bar(figure, image, "doubt [mm/mm]")
+    maps.color_bar(figure, image, "uncertainty [mm/mm]")
     return figure
 
 

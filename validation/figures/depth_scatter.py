@@ -65,7 +65,7 @@ def rmse_figure(errors: Mapping[str, Sequence[DepthErrors]]) -> Figure:
         )
     axes.axhline(50, color=INK, lw=0.8, ls=":")
     axes.set_xlabel("depth RMSE in the contact [mm]")
-    axes.set_ylabel("presses below it [%]")
+    axes.set_ylabel("presses below this value [%]")
     axes.set(ylim=(0, 102), yticks=range(0, 101, 25))
     axes.set_xlim(0, end_mm)
     axes.grid()

@@ -71,7 +71,7 @@ def _row(figure: Figure, touch: Touch, top: float, side: float, titled: bool) ->
         maps.Box(left=left, top=top, width=side, height=side),
         touch.doubt[window],
         pitch,
-        "R+B, doubt" if titled else "",
+        "R+B, uncertainty" if titled else "",
         colors=DOUBT_COLORS,
         limits=(0.0, MOST_DOUBT),
     )

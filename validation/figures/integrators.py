@@ -79,7 +79,7 @@ def convergence_figure(samples: Sequence[int], errors: Mapping[str, Sequence[flo
     name_decades(axes.yaxis)
     axes.minorticks_off()
     axes.set_xlabel("samples per side")
-    axes.set_ylabel("largest error, of the height")
+    axes.set_ylabel("largest error / height")
     axes.grid()
     axes.legend(loc="upper right")
     return figure

@@ -68,7 +68,7 @@ def lobe_figure(
     axes.set_rlabel_position(22.5)
     axes.tick_params(axis="y", labelsize=7)
     axes.yaxis.set_major_locator(MaxNLocator(4))
-    figure.legend(loc="upper right", title="lobe points to", title_fontsize=8)
+    figure.legend(loc="upper right", title="direction of the lobe", title_fontsize=8)
     return figure
 
 

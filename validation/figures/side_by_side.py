@@ -20,7 +20,7 @@ MAP_IN, PLOT_IN = 2.0, 2.0
 SHOWN_SHARE = 0.995
 """Of the pixels, the steepest left out, that the axes reach."""
 NOMINAL = 0.9
-NO_INTERVAL = "none of these estimators tells an interval"
+NO_INTERVAL = "none of these estimators reports an interval"
 
 
 @styled

@@ -172,7 +172,7 @@ def _pictures(
     weakest = even[..., lit].min(-1)
     maps = (
         ("blank gel", found.blank.clip(0, 1), "gray", (0.0, 1.0), ""),
-        ("weakest light", weakest, "cividis", (0.0, 1.0), "share of its brightest"),
+        ("weakest light", weakest, "cividis", (0.0, 1.0), "of its brightest"),
         ("presses (white), usable (black)", gray, "gray", (0.0, 1.3 * float(gray.max())), ""),
         (
             f"a press: difference × {AMPLIFIED:g}",

@@ -30,22 +30,23 @@ def shape_contact_section(dataset: str, shapes: Sequence[ShapeContact]) -> Secti
     ]
     picture = Picture(
         content=plot_bytes(contact_figure(shapes)),
-        alt=f"Contact masks of {len(shapes)} shapes over the pixels that each object holds",
-        caption="Gray: held and found. Orange: found, but the gel only follows. Blue: held, but "
-        f"missed. Mean IoU {mean:.3f}.",
+        alt=f"Contact masks of {len(shapes)} shapes over the pixels that each object touches",
+        caption="Gray: touched and found. Orange: found, but the gel only follows. Blue: touched, "
+        f"but missed. Mean IoU {mean:.3f}.",
         wide=True,
     )
     return Section(
         title="Where shapes touch",
         html=paragraph(
-            f"Shapes of {dataset}, by an estimator that has seen balls alone. The truth is where "
-            "the skin lies on the object; skin that bridges a groove is not held."
+            f"Shapes of {dataset}, by an estimator that was trained on balls only. The truth is "
+            "where the skin lies on the object; skin that bridges a groove does not count."
         )
         + table_html(
-            "Overlap of the mask with the truth, as measured and from the exact skin; cast shadows "
-            "found, and of what was found as shadow the share that lacks half of its light.",
+            "Overlap of the mask with the truth, as measured and from the exact skin; then the"
+            " share of the cast shadows that was found, and the share of the shadows found that"
+            " really lack half of their light.",
             [
-                *("shape", "held [px]", "IoU", "IoU, exact skin"),
+                *("shape", "touched [px]", "IoU", "IoU, exact skin"),
                 *("cast shadow [px]", "found", "right"),
             ],
             rows,

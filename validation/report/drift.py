@@ -37,7 +37,7 @@ def summary(evaluations: Sequence[Evaluation]) -> tuple[list[str], list[list[str
 
 
 def sentences(moved: Sequence[Move]) -> list[str]:
-    """What moved, in words."""
+    """What changed, in words."""
     return [
         f"{move.unit}: {move.title} changed from {plain(move.before)} ({move.since}) to "
         f"{plain(move.now)} {move.measure} ({move.dataset}); 99 % interval of the difference "
@@ -65,10 +65,10 @@ def pictures_moved(evaluations: Sequence[Evaluation]) -> list[str]:
 
 
 def verdict(evaluations: Sequence[Evaluation], moved: Sequence[Move]) -> list[str]:
-    """What moved, in words, or that nothing did, and where too few presses were judged to tell."""
+    """What changed, in words, or that nothing did, and where too few presses were judged."""
     pairs, pictures = compared(evaluations), pictures_moved(evaluations)
     if not pairs:
-        return ["One data set of each unit: nothing to compare over time.", *pictures]
+        return ["There is one data set per unit: nothing to compare over time.", *pictures]
     few = [
         pair for pair in pairs if not enough(min(x.errors.test for x in (pair.since, pair.later)))
     ]
@@ -133,11 +133,11 @@ def drift_document(
 
 
 def drift_sections(evaluations: Sequence[Evaluation], moved: Sequence[Move]) -> list[Section]:
-    """A plot of every number, what moved, and all numbers in a table."""
+    """A plot of every number, what changed, and all numbers in a table."""
     presses = _presses(evaluations)
     picture = Picture(
         content=plot_bytes(drift_figure(evaluations, moved)),
-        alt="Each number over the data sets, with intervals; the table below has the values",
+        alt="Each number over the data sets, with intervals; the table below lists the values",
         caption=f"Means over presses; {remark('bars are 95 % intervals', *presses)}."
         + " Filled: changed since the data set that it is compared with." * bool(moved),
         wide=True,
@@ -176,7 +176,7 @@ def _all_numbers(evaluations: Sequence[Evaluation]) -> str:
         [title, *(value(item.numbers.get(name)) for item in evaluations)]
         for name, title in _titles(evaluations).items()
     ]
-    intervals = remark("below each its 95 % interval", *_presses(evaluations))
+    intervals = remark("the 95 % interval below each", *_presses(evaluations))
     return table_html(f"Means over presses; {intervals}.", headings, rows)
 
 

@@ -13,7 +13,7 @@ from validation.report.page import Picture, Section, gallery_html, table_html
 from validation.table_text import DIGITS, HEADINGS, line_name
 
 PAPER = "paper"
-PAPERS_MARKS = " Diamonds: the paper's values, another sensor."
+PAPERS_MARKS = " Diamonds: the paper's values, from another sensor."
 
 
 def error_tables(table: ErrorTable) -> list[str]:
@@ -27,7 +27,7 @@ def table_section(table: ErrorTable) -> Section:
         Picture(
             content=plot_bytes(error_figure(table.rows, pixels)),
             alt=f"Errors of θx and θy per light configuration and estimator, pixels {pixels}; the "
-            "table above has the numbers",
+            "table above lists the numbers",
             caption=f"Angle errors per light configuration, pixels {pixels}; "
             + remark(f"bars are 95 % intervals over {counted(table.test)}", table.test)
             + f".{PAPERS_MARKS * (pixels == PAPER_PIXELS)}",
@@ -37,7 +37,7 @@ def table_section(table: ErrorTable) -> Section:
     if any(table.depth.values()):
         rmse = Picture(
             content=plot_bytes(rmse_figure(table.depth)),
-            alt="Cumulative share of presses by depth RMSE, one curve an estimator",
+            alt="Cumulative share of presses by depth RMSE, one curve per estimator",
             caption="Depth RMSE in the contact, all lights: share of presses below each value.",
         )
         pictures.append(rmse)
@@ -76,10 +76,12 @@ def _error_table(table: ErrorTable, pixels: PixelSet) -> str:
         "Contact pixels: inside the labelled circle less one pixel and inside 0.9 of the ball's "
         "radius, so slopes stay below 2.07."
         if pixels == "contact"
-        else "Contact pixels and 5 % of those beyond 1.3 contact radii, the paper's choice."
+        else "Contact pixels and 5 % of those beyond 1.3 contact radii, as in the paper."
     )
-    beside = f" Rows named {PAPER}: its Table I, another sensor." if from_paper else ""
-    intervals = remark("Below each value its press-level bootstrap 95 % interval", some.n_presses)
+    beside = f" Rows named {PAPER}: its Table I, from another sensor." if from_paper else ""
+    intervals = remark(
+        "The press-level bootstrap 95 % interval is below each value", some.n_presses
+    )
     return table_html(
         f"Mean absolute errors on {table.dataset}, pixels: {pixels}. {which} "
         f"{counted(some.n_presses)}, {some.n_pixels:,} pixels, mean |G| = (|Gx| + |Gy|) / 2 of "

@@ -26,11 +26,11 @@ TITLE = "Files to build the sensor"
 LINKS = {
     "index.html": "page with every picture, drawing, download and check",
     "guide.html": "guide, step by step",
-    "drawing.svg": "drawing of the dimensions that matter",
+    "drawing.svg": "drawing with the main dimensions",
     "step/assembly.step": "assembly as STEP",
     "electronics/wiring.svg": "wiring",
     "bill/bill.md": "bill",
-    "bill/distributor.csv": "what an electronics distributor delivers",
+    "bill/distributor.csv": "order table for an electronics distributor",
     "manifest.json": "manifest",
 }
 
@@ -52,9 +52,9 @@ def fabrication_section(designs: Mapping[Path, Wedge], page_folder: Path) -> Sec
     ]
     parts = [
         paragraph(
-            "Solids, sheets, boards, bill and guide, made and checked in this run. Nobody has "
-            "built a sensor from them yet, most outer sizes are choices that the paper leaves "
-            "open, and nearly all prices are estimates."
+            "Solids, sheets, boards, bill and guide, generated and checked in this run. Nobody has "
+            "built a sensor from them yet; most outer dimensions are our choice, because the "
+            "paper does not give them, and nearly all prices are estimates."
         ),
         table_html(
             "The designs: checks measured on the files, and cost in whole packs.",
@@ -88,9 +88,9 @@ def _view(design: str, address: str) -> str:
     return (
         f'<div class="wedge-view" data-name="{html.escape(design)}"'
         f' data-model="{html.escape(address)}/view/model.js">'
-        "<p>The view to turn needs JavaScript and the folder beside this page.</p></div>\n"
-        '<p class="wedge-view-use">Drag to turn, click and wheel to zoom, untick to hide; the '
-        "slider pulls the sensor apart.</p>\n"
+        "<p>The 3D view needs JavaScript and the folder next to this page.</p></div>\n"
+        '<p class="wedge-view-use">Drag to rotate, click and scroll to zoom, untick a part to '
+        "hide it; the slider pulls the sensor apart.</p>\n"
     )
 
 
@@ -99,9 +99,9 @@ def _drawing(design: str, folder: Path) -> str:
     return figure_html(
         Picture(
             content=(folder / "drawing.svg").read_bytes(),
-            alt=f"Drawing of the {design} sensor: section and face with the dimensions that "
-            "matter, in millimetres",
-            caption="The dimensions that matter, in millimetres.",
+            alt=f"Drawing of the {design} sensor: section and face with the main "
+            "dimensions, in millimetres",
+            caption="The main dimensions, in millimetres.",
             wide=True,
         )
     )
@@ -127,15 +127,15 @@ def _pictures(design: str, folder: Path) -> list[Picture]:
     return [
         Picture(
             content=(pictures / "assembled_below.png").read_bytes(),
-            alt=f"The {design} sensor put together, seen from below: case, gel, adapter and cover",
-            caption=f"The {design} sensor put together, the gel toward you.",
+            alt=f"The assembled {design} sensor, seen from below: case, gel, adapter and cover",
+            caption=f"The assembled {design} sensor, the gel toward you.",
             wordless=True,
         ),
         Picture(
             content=(pictures / "section.png").read_bytes(),
-            alt=f"Section through the {design} sensor: rays from the camera over the mirror and "
+            alt=f"Section through the {design} sensor: rays from the camera via the mirror and "
             "through the acrylic to the gel",
-            caption="Section along the finger, with rays from the camera over the mirror and "
+            caption="Section along the finger, with rays from the camera via the mirror and "
             "through the acrylic to the gel.",
             wordless=True,
         ),

@@ -32,11 +32,12 @@ def few_lights_section(measured: Mapping[str, Sequence[Touch]]) -> Section:
             Picture(
                 content=frames_bytes(few_lights_figure(touches)),
                 alt=f"Touches of {dataset}: true depth, depth from two lights with Gx zero and "
-                "with the network, from one light with the network, from three, and the doubt",
-                caption=f"Touches of {dataset}. With Gx set to zero depth is flattened and "
-                "smeared across the lights, and turns negative (orange) beside the contact; with "
-                "the network it is nowhere negative. Doubt: how far off the inferred slope is "
-                "expected to be. Of the ball the true depth starts at the rim of the contact.",
+                "with the network, from one light with the network, from three, and the"
+                " uncertainty",
+                caption=f"Touches of {dataset}. With Gx set to zero, the depth is flattened and "
+                "smeared across the lights and turns negative (orange) next to the contact; with "
+                "the network it is never negative. Uncertainty: the expected error of the "
+                "inferred slope. The true depth of the ball starts at the rim of the contact.",
                 wide=True,
             )
         )
@@ -45,15 +46,15 @@ def few_lights_section(measured: Mapping[str, Sequence[Touch]]) -> Section:
     return Section(
         title="One light or two",
         html=paragraph(
-            "Lights on one line show one slope. The other is inferred: a depth that is pressed in "
-            "only explains the slope that was seen, and a network trained on random surfaces and "
-            "rendered presses corrects it; what lies around a pixel gives a hint. A unit "
-            "calibrated with such lights does so by itself."
+            "Lights on one line show one slope. The other is inferred: a depth that only goes into "
+            "the gel is fitted to the slope that was seen, and a network trained on random "
+            "surfaces and rendered presses corrects it from what lies around each pixel. A unit "
+            "calibrated with such lights does this by itself."
         )
         + table_html(
-            f"Depth RMSE in mm, of shapes where the skin is deeper than {DEEPER_THAN_MM:g} mm, of "
-            "balls in the contact as the error table has it, and the least depth in per cent of "
-            "the height. One frame a touch, rendered; the ball press was held out.",
+            f"Depth RMSE in mm: for shapes, where the skin is deeper than {DEEPER_THAN_MM:g} mm;"
+            " for balls, in the contact, as in the error table. Then the least depth in per cent"
+            " of the height. One rendered frame per touch; the ball press was held out.",
             [
                 "touch",
                 "true depth",

@@ -19,30 +19,30 @@ def fidelity_section(sensors: Sequence[Likeness], transfers: Sequence[Transfer])
     return Section(
         title="Is the twin true?",
         html=paragraph(
-            "The rendered sets come from the design's numbers alone. Here they stand beside real "
-            "frames, measured in the same way. Light is linear light, by a gamma of 2.2. Other "
-            "sensors have other sizes, gels, balls and exposures, so equal numbers are not "
-            "expected; what differs by a factor is a fault of the twin or another design."
+            "The rendered sets come from the design's numbers alone. Here they are compared with "
+            "real frames, measured in the same way. Light is linear light, by a gamma of 2.2. The "
+            "sensors differ in size, gel, ball and exposure, so equal numbers are not expected; a "
+            "difference by a factor means a fault of the twin or another design."
         )
         + table_html(
-            "Rendered and real sensors; a dash where a set cannot tell. Near/far: light on the "
-            "third of the pad next to a colour's own side over that on the farthest third. Lobe: "
-            "grey levels per unit of slope toward the light, least squares over contact pixels, "
-            "and the same across it.",
+            "Rendered and real sensors; a dash if a set does not show the number. Near/far: light"
+            " on the third of the pad next to the colour's own side, divided by that on the"
+            " farthest third. Lobe: grey levels per unit of slope toward the light (least squares"
+            " over contact pixels), and the same across it.",
             ["figure", *(sensor.name for sensor in sensors)],
             [[name, *(cell(sensor) for sensor in sensors)] for name, cell in FIGURES.items()],
         )
         + paragraph(
-            "A network that learnt on one and is asked about another shows how far they are apart "
-            "as seen by a calibration. Each cell of the diagonal holds out a fifth of its own "
-            "presses. None of the others is good enough to use: calibrate every unit on itself."
+            "A network trained on one set and judged on another shows how different the two are for"
+            " a calibration. On the diagonal, a fifth of the set's own presses is held out. None of"
+            " the other cells is good enough to use: calibrate every unit on its own presses."
         )
         + table_html(
             "Mean absolute errors of Gx and Gy on contact pixels, all lights, the paper's "
-            "network; rows learnt, columns were judged; "
-            + remark("in brackets, press-level bootstrap 95 % intervals", *judged)
+            "network. Rows: trained on; columns: judged on; "
+            + remark("in brackets: press-level bootstrap 95 % intervals", *judged)
             + ". Sensors are turned so that red shines from the same side.",
-            ["learnt on", *dict.fromkeys(item.judged for item in transfers)],
+            ["trained on", *dict.fromkeys(item.judged for item in transfers)],
             _crossed(transfers),
         ),
     )

@@ -52,10 +52,10 @@ def integrator_section(
                 depth_mm, {BORDERS[name]: found for name, found in found_mm.items()}, mm_per_px
             )
         ),
-        alt=f"Three ball caps and the two integrators' errors, which stand on the caps' rims; "
+        alt=f"Three ball caps and the two integrators' errors, which lie on the caps' rims; "
         f"RMSE {words} of the height",
         caption=f"Three ball caps at {columns} × {rows} pixels, gradients exact at pixel centres. "
-        f"RMSE {words} of the height; the error stands where the slope jumps, on the rims.",
+        f"RMSE {words} of the height; the error lies on the rims, where the slope jumps.",
         wide=True,
     )
     convergence = Picture(
@@ -70,10 +70,11 @@ def integrator_section(
         title="Integrators",
         html=paragraph(
             "Gradients become depth by solving a Poisson equation whose border is either zero or "
-            "free. Both solvers are exact for their stencil; what is left is the sampling."
+            "free. Both solvers are exact for their stencil; the remaining error is due to "
+            "sampling."
         )
         + figure_html(caps)
         + f'<div class="gallery">{figure_html(convergence)}</div>\n'
-        + paragraph("All figures of the integrators, with their bars:")
+        + paragraph("All figures of the integrators, with their limits:")
         + code("wedge bench"),
     )

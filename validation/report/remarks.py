@@ -24,10 +24,10 @@ def weakness_section(results: Sequence[DatasetResults]) -> Section:
         title="What is weak",
         html=paragraph(
             "Every labelled press is a ball. A low error on balls can hide a worse depth on edges, "
-            "corners and textures, of which only rendered sets hold the truth; no real one has "
-            "been measured here. The paper's values come from another sensor, other presses and "
-            "slopes that it does not state, so they stand here for orientation and are no "
-            "comparison."
+            "corners and textures. The true depth of these is known for rendered sets only; no "
+            "real one has been measured here. The paper's values come from another sensor, other "
+            "presses and slopes that it does not state: they are given for orientation and are "
+            "not a comparison."
         )
         + "".join(parts),
     )
@@ -48,20 +48,20 @@ def _weaknesses(results: DatasetResults) -> list[str]:
     if round(abs(returned - 100)) >= LEAST_LOSS_PERCENT:
         items.append(
             f"Steep slopes: in the steepest tenth of the contact pixels (slope above "
-            f"{slope[steep].min():.2f}) the {results.estimator} returns {returned:.0f} % of the "
+            f"{slope[steep].min():.2f}), {results.estimator} finds {returned:.0f} % of the "
             f"true slope (median; {counted(held.n_presses)} held out)."
         )
     items += [
-        f"Depth: contacts come out {found_mm:.2f} mm deep where the ball's cap is {true_mm:.2f} mm"
-        f" (means of {counted(results.table.test)}). The worst press is {worst.file}: RMSE "
-        f"{worst.rmse_mm:.3f} mm.",
+        f"Depth: contacts are reconstructed as {found_mm:.2f} mm deep; the ball's cap is"
+        f" {true_mm:.2f} mm deep (means of {counted(results.table.test)}). The worst press is"
+        f" {worst.file}: RMSE {worst.rmse_mm:.3f} mm.",
         f"Labels: a centre that is one pixel off ({pitch_mm:g} mm) moves the true θx by "
         f"{moved:.1f}° on average, so errors near that size say as much about the labels as about "
         "the estimator.",
     ]
     if not contact.all():
         idle = np.abs(held.estimated[~contact]).mean()
-        items.append(f"Untouched gel: the mean |G| estimated there is {idle:.3f}, and should be 0.")
+        items.append(f"Untouched gel: the mean |G| estimated there is {idle:.3f}; it should be 0.")
     items += _useless_networks(results)
     left_out = results.table.left_out
     if left_out:
@@ -70,7 +70,7 @@ def _weaknesses(results: DatasetResults) -> list[str]:
     else:
         items.append(f"No press was left out; {len(results.dataset.labels)} were labelled.")
     if card.licence.startswith("none"):
-        items.append(f"Licence: {card.licence}. That holds for its pictures on this page too.")
+        items.append(f"Licence: {card.licence}. This applies to its pictures on this page too.")
     return items
 
 
@@ -117,14 +117,14 @@ def reproduction_section(
         html=paragraph("The same seed on the same machine gives the same tables to the last digit.")
         + code(command)
         + table_html(
-            "Data: hashes of labels and frames.",
+            "Data, with the hash of labels and frames.",
             ["data", "licence", "SHA-256"],
             rows,
             of_words=True,
         )
         + bullets(missing) * bool(missing)
         + table_html(
-            "Made with.",
+            "Versions used.",
             ["what", "version"],
             [list(item) for item in about.items()],
             of_words=True,

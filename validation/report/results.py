@@ -116,7 +116,7 @@ def headline_section(results: Sequence[DatasetResults]) -> Section:
         html=tiles_html(tiles)
         + paragraph(
             f"Estimator {first.estimator}, all lights. An angle error means little without the "
-            f"slopes it was measured on: here the mean |G| of contact pixels is "
+            f"slopes that it was measured on: here the mean |G| of the contact pixels is "
             f"{contact.errors.mean_abs_gradient:.2f} ({contact.errors.n_pixels:,} pixels)."
         )
         + "".join(map(_strip, results))
@@ -140,7 +140,7 @@ def dataset_section(results: DatasetResults) -> Section:
         + "".join(error_tables(table))
         + gallery_html(_figures(results))
         + "".join(_press_picture(example, results) for example in results.held_out.examples)
-        + paragraph("The table again:")
+        + paragraph("To get this table again:")
         + code(results.command),
     )
 
@@ -172,8 +172,8 @@ def known_depth_section(
             Picture(
                 content=frames_bytes(press_figure(item.picture)),
                 alt=_alt(item),
-                caption=f"{item.picture.title}, reconstructed by a unit that learnt from "
-                f"{learnt_from} alone. The truth is the ball at its commanded depth.",
+                caption=f"{item.picture.title}, reconstructed by a unit that was calibrated on "
+                f"{learnt_from} only. The truth is the ball at its commanded depth.",
                 wide=True,
             )
         )
@@ -184,14 +184,14 @@ def known_depth_section(
         html=paragraph(
             f"Here the depth itself is known: {len(examples)} presses to a commanded depth, "
             f"reconstructed by the {estimator} of a unit calibrated on {learnt_from}. The command "
-            "places the ball, not the gel, which sinks beside it; so the truth holds at the "
-            f"centre and only roughly at the rim. The centre's error is {signed(mean_mm)} mm on "
+            "places the ball, not the gel, which sinks in around it. So the truth is exact at the "
+            f"centre and only rough at the rim. The error at the centre is {signed(mean_mm)} mm on "
             f"average. Source: {dataset.card.source}. Licence: "
             f"{dataset.card.licence}."
         )
         + table_html(
             f"Depth against the commanded depth, in mm; {len(examples)} presses, nothing fitted "
-            "to them. RMSE and bias are over the contact.",
+            "to them. RMSE and bias are taken over the contact.",
             headings,
             rows,
         )
@@ -218,11 +218,11 @@ def summary_cells(results: Sequence[DatasetResults]) -> tuple[list[str], list[li
 def summary_caption(results: Sequence[DatasetResults]) -> str:
     """What the numbers of that table are."""
     intervals = remark(
-        "below them the press-level bootstrap 95 % interval", *(item.table.test for item in results)
+        "the press-level bootstrap 95 % interval below them", *(item.table.test for item in results)
     )
     return (
         f"Mean absolute angle errors in degrees, all lights, {results[0].estimator}; {intervals}. "
-        "Depth RMSE is the median press's, in mm."
+        "Depth RMSE is that of the median press, in mm."
     )
 
 
@@ -235,7 +235,7 @@ def _figures(results: DatasetResults) -> list[Picture]:
         Picture(
             content=plot_bytes(error_figure(table.rows, pixels)),
             alt=f"Errors of θx and θy per light configuration and estimator, pixels {pixels}; the "
-            "table above has the numbers",
+            "table above lists the numbers",
             caption=f"Angle errors per light configuration, pixels {pixels}; {intervals} "
             f"({judged}).{PAPERS_MARKS * (pixels == PAPER_PIXELS)}",
         )
@@ -247,16 +247,20 @@ def _figures(results: DatasetResults) -> list[Picture]:
     pictures += [
         Picture(
             content=plot_bytes(peak_figure(table.depth)),
-            alt=f"Scatter of reconstructed against true depth, one point a press; means "
-            f"{found_mm:.2f} and {true_mm:.2f} mm for the {results.estimator}",
+            alt=f"Scatter of reconstructed against true depth, one point per press; means "
+            f"{found_mm:.2f} and {true_mm:.2f} mm for {results.estimator}",
             caption=f"Depth at the contact's centre, all lights ({judged}). The truth is the "
             "ball's cap above the rim of the labelled circle"
-            + ("; radii labelled in whole pixels stand in columns." if whole else "."),
+            + (
+                "; the points form columns because radii were labelled in whole pixels."
+                if whole
+                else "."
+            ),
         ),
         Picture(
             content=plot_bytes(rmse_figure(table.depth)),
             alt=f"Cumulative share of presses by depth RMSE; quartiles {low_mm:.3f}, "
-            f"{median_mm:.3f} and {high_mm:.3f} mm for the {results.estimator}",
+            f"{median_mm:.3f} and {high_mm:.3f} mm for {results.estimator}",
             caption=f"Depth RMSE in the contact, all lights: share of presses below each value "
             f"({judged}).",
         ),
@@ -265,9 +269,9 @@ def _figures(results: DatasetResults) -> list[Picture]:
                 gradient_figure(held.estimated[contact], held.pixels.gradient[contact])
             ),
             alt="Signed error of Gx and Gy against the true value: its median, and the bands that "
-            "hold half and nine tenths of the pixels",
+            "contain half and nine tenths of the pixels",
             caption=f"Gradient error against the true slope, {results.estimator}, all lights "
-            f"({card.name}, {counted(held.n_presses)} that the first fold holds out, "
+            f"({card.name}, {counted(held.n_presses)} held out in the first fold, "
             f"{contact.sum():,} contact pixels).",
         ),
     ]
@@ -283,10 +287,10 @@ def _lobes(results: DatasetResults) -> list[Picture]:
     flattest, steepest = SLOPES
     picture = Picture(
         content=plot_bytes(lobe_figure(pixels.color, pixels.gradient, card.lights_deg)),
-        alt="Polar curves of the mean colour change per channel, and where each points",
-        caption="Mean colour change in grey levels by the direction in which the skin faces "
+        alt="Polar curves of the mean colour change per channel, and the direction of each",
+        caption="Mean colour change in grey levels against the direction that the skin faces "
         f"(slopes {flattest:g} to {steepest:g}; {card.name}, {counted(held.n_presses)}). Black "
-        "circle: no change. Dots: where each lobe points"
+        "circle: no change. Dots: the direction of each lobe"
         + ("; dotted spokes: the set's lights_deg." if card.lights_deg else "."),
     )
     return [picture]
@@ -299,7 +303,7 @@ def _strip(results: DatasetResults) -> str:
             content=frames_bytes(strip_figure(example.picture)),
             alt=f"{example.picture.title}: frame, difference image and depth map",
             caption=f"{example.picture.title}, {results.about}; {example.rank} of the "
-            f"{counted(results.held_out.n_presses)} that the first fold holds out "
+            f"{counted(results.held_out.n_presses)} held out in the first fold "
             f"(depth RMSE {example.depth.rmse_mm:.3f} mm).",
             wide=True,
         )
@@ -308,15 +312,15 @@ def _strip(results: DatasetResults) -> str:
 
 def _press_picture(example: Example, results: DatasetResults) -> str:
     title = example.picture.title
-    picture = replace(example.picture, title=f"{title}, not learnt from")
+    picture = replace(example.picture, title=f"{title}, held out")
     return figure_html(
         Picture(
             content=frames_bytes(press_figure(picture)),
             alt=_alt(example),
-            caption=f"{title}: {example.rank} of the {counted(results.held_out.n_presses)} that "
-            f"the first fold holds out ({results.estimator}, all lights; depth RMSE "
+            caption=f"{title}: {example.rank} of the {counted(results.held_out.n_presses)} held "
+            f"out in the first fold ({results.estimator}, all lights; depth RMSE "
             f"{example.depth.rmse_mm:.3f} mm). Dotted lines: the labelled circle; the ideal ball "
-            "stands on its rim.",
+            "ends at its rim.",
             wide=True,
         )
     )
@@ -325,7 +329,7 @@ def _press_picture(example: Example, results: DatasetResults) -> str:
 def _alt(example: Example) -> str:
     depth = example.depth
     return (
-        f"Press {depth.file}: frame, difference image, depth map, gradients beside their truth, "
+        f"Press {depth.file}: frame, difference image, depth map, gradients next to their truth, "
         f"depth error and cross-sections; depth RMSE {depth.rmse_mm:.3f} mm, centre "
         f"{depth.peak_mm:.2f} of {depth.peak_truth_mm:.2f} mm"
     )

@@ -27,8 +27,8 @@ def shapes_section(measured: Measured) -> Section:
             Picture(
                 content=frames_bytes(shape_figure(found[estimators[0]])),
                 alt=f"Shapes of {dataset}: frame, difference image, reconstructed and true depth, "
-                "and a cut; the table has the errors",
-                caption=f"Shapes of {dataset} by a unit that learnt from its balls alone, "
+                "and a cut; the table lists the errors",
+                caption=f"Shapes of {dataset} by a unit calibrated on its balls only, "
                 f"estimator {estimators[0]}. Cuts go through the deepest point; dashed: the true "
                 "skin.",
                 wide=True,
@@ -37,16 +37,17 @@ def shapes_section(measured: Measured) -> Section:
         for dataset, found in measured.items()
     )
     return Section(
-        title="Shapes that are no balls",
+        title="Shapes other than balls",
         html=paragraph(
             "The digital twin knows the depth of every pixel, so a unit that was calibrated on "
             "balls can be judged on the paper's showcase objects. The truth is the skin, not the "
-            "object: the gel bridges grooves and sinks in beside a contact. Depth is integrated "
+            "object: the gel bridges grooves and sinks in next to a contact. Depth is integrated "
             "from slopes, so an error at a steep flank tilts everything behind it."
         )
         + table_html(
             f"Depth errors in mm where the skin is deeper than {100 * TOUCHED:g} % of the shape's "
-            "depth: root mean square, mean, and at the deepest point. One frame a shape, rendered.",
+            "depth: root mean square, mean, and at the deepest point. One rendered frame per"
+            " shape.",
             [
                 "shape",
                 "true depth",

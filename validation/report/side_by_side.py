@@ -23,10 +23,10 @@ def side_by_side_section(found: Mapping[str, Sequence[Unseen]]) -> Section:
                 alt="Angle errors of "
                 + ", ".join(f"{x.estimator} {x.error_deg.mean():.2f}°" for x in unseen)
                 + f" on {name}: maps over the ball, error against slope, coverage of intervals",
-                caption=f"{name}, {unseen[0].n_presses} presses that the first fold holds out, "
-                f"{len(unseen[0].truth):,} contact pixels. Above: mean error by where the true "
-                "skin faces, the ball as seen from the camera, x to the right and y down. The "
-                "interval is the one that the estimator itself tells.",
+                caption=f"{name}, {unseen[0].n_presses} presses held out in the first fold, "
+                f"{len(unseen[0].truth):,} contact pixels. Above: mean error by the direction "
+                "that the true skin faces; the ball is seen from the camera, x to the right and y "
+                "down. The interval is the one that the estimator itself reports.",
                 wide=True,
             )
         )
@@ -35,8 +35,8 @@ def side_by_side_section(found: Mapping[str, Sequence[Unseen]]) -> Section:
     return Section(
         title="Estimators side by side",
         html=paragraph(
-            "The same pixels, judged by every estimator: an even map means that no direction is "
-            "favoured, a flat curve that steep flanks are known as well as gentle ones."
+            "The same pixels, judged by every estimator. An even map means that no direction is "
+            "favoured; a flat curve means that steep flanks are known as well as gentle ones."
         )
         + pictures,
     )

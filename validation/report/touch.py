@@ -48,17 +48,18 @@ def marker_section(
         content=clip_bytes(
             [marker_overlay(frame, dots, mm_per_px) for _, frame, dots in presses], PRESS_MS
         ),
-        alt="Press after press on the same gel, arrows on the dots that moved",
-        caption=f"{len(presses)} presses on {gel}, as wedge markers shows them. A ring marks a dot "
-        "that its neighbours carry along: "
+        alt="Press after press on the same gel, with arrows on the dots that moved",
+        caption=f"{len(presses)} presses on {gel}, as shown by wedge markers. A ring marks a dot "
+        "that is not seen and is carried along by its neighbours: "
         f"{sum(int((~dots.seen).sum()) for *_, dots in presses)} of "
         f"{sum(len(dots.seen) for *_, dots in presses)}.",
     )
     picture = Picture(
         content=frames_bytes(displacement_figure(image, tracked, mm_per_px, title=name)),
-        alt=f"A press on a gel of {len(tracked.markers)} dots; arrows from where each dot rests",
+        alt=f"A press on a gel of {len(tracked.markers)} dots; arrows from each dot's rest"
+        " position",
         caption=f"{name}: {int(tracked.seen.sum())} of {len(tracked.markers)} dots seen. "
-        "Arrows begin where the dot rests and are three times as long as it moved.",
+        "Arrows begin at the dot's rest position and are three times as long as its motion.",
     )
     rows = [
         [
@@ -73,17 +74,17 @@ def marker_section(
     return Section(
         title="Dots on the gel",
         html=paragraph(
-            "Dots are found on the blank frame without being told their size or spacing, followed "
-            "through presses, and the slopes under them are filled in from around them."
+            "Dots are found on the blank frame without knowing their size or spacing, and followed "
+            "through presses. The slopes under them are filled in from around them."
         )
         + table_html(
-            "Blank frames of real marker gels, dots counted by eye in enlarged frames; dots that "
-            "the frame's edge cuts are neither asked for nor counted as false.",
-            ["gel", "counted", "found", "found where none is", "RMS to the hand's places [px]"],
+            "Blank frames of real marker gels, with dots counted by eye in enlarged frames. Dots "
+            "cut by the frame's edge need not be found and do not count as false.",
+            ["gel", "counted", "found", "false", "RMS distance to hand-marked places [px]"],
             rows,
         )
         + gallery_html([picture, clip])
-        + paragraph("The ways of filling, compared in one table:")
+        + paragraph("To compare the ways of filling in one table:")
         + code("wedge bench"),
     )
 
@@ -108,12 +109,12 @@ def contact_section(
         for dataset, found in overlaps.items()
     ]
     html = paragraph(
-        "A network tells what is held from gel that only follows; besides, a contact ends at the "
-        "last contour of pressure along which the skin is about as steep, on average, as along the "
-        "steepest."
+        "A network tells gel that is touched from gel that only follows. In addition, a contact "
+        "ends at the last contour of pressure along which the skin is, on average, about as steep "
+        "as along the steepest one."
     ) + table_html(
-        "Contact masks against the labelled discs of ball presses not learnt from.",
-        ["dataset", "presses", "mean IoU", "least IoU", "radius, found to labelled"],
+        "Contact masks against the labelled discs of held-out ball presses.",
+        ["dataset", "presses", "mean IoU", "least IoU", "radius, found / labelled"],
         rows,
     )
     if curves:
@@ -125,11 +126,11 @@ def contact_section(
         html += figure_html(
             Picture(
                 content=plot_bytes(force_figure(curves)),
-                alt=f"Disturbed area and deepest point over the measured force of {len(curves)} "
+                alt=f"Disturbed area and deepest point against the measured force of {len(curves)} "
                 "clips",
-                caption="Clips of an MIT Wedge that grips objects, joined in time. Depths come "
-                "from the twin's calibration and show a trend. Rank correlation of force with "
-                f"area and with depth: {words}.",
+                caption="Clips of an MIT Wedge that grips objects; lines join the frames in time. "
+                "Depths come from the twin's calibration and show only a trend. Rank correlation"
+                f" of force with area and with depth: {words}.",
                 wide=True,
             )
         )

@@ -27,22 +27,23 @@ def tracking_section(measured: Sequence[StepErrors], rolled: Roll) -> Section:
     return Section(
         title="Pose tracking",
         html=paragraph(
-            "An object in closed form is pressed, moved by 2.5° about a random axis and by 0.2 mm, "
-            "and pressed again; both touches have slope noise 0.05 on each of 320 × 240 pixels of "
-            "0.063 mm, and their depth is integrated from it. Each tracker starts from no motion."
+            "An object given by a formula is pressed, turned by 2.5° about a random axis, shifted"
+            " by 0.2 mm and pressed again. Both touches have slope noise of 0.05 on each of 320 ×"
+            " 240 pixels of 0.063 mm, and their depth is integrated from these slopes. Each tracker"
+            " starts from no motion."
         )
         + table_html(
             "Median errors of one step. The last column is the mean squared error in units of the "
-            "reported covariance: 6 where a tracker knows how wrong it is.",
+            "reported covariance: 6 if a tracker knows its own error.",
             HEADINGS,
             map(_cells, measured),
         )
         + gallery_html(_pictures(rolled))
         + paragraph(
             f"n = {measured[0].steps} steps for each object. joint fits slopes and depth together, "
-            "gicp aligns point clouds by small_gicp."
+            "gicp aligns point clouds with small_gicp."
         )
-        + paragraph("To follow an object with a sensor of your own:")
+        + paragraph("To track an object with your own sensor:")
         + code("wedge track units/wedge-001 press.mp4 --background first --out tracked"),
     )
 
@@ -67,18 +68,18 @@ def _pictures(rolled: Roll) -> list[Picture]:
             content=plot_bytes(errors),
             alt=f"Error against the angle rolled; at the end {ends}",
             caption="A bead of 5 mm radius with a texture of 0.02 mm rolls in steps of 2.5° at "
-            f"160 × 120 pixels. After 360°, where the first keyframe is met again: {ends}.",
+            f"160 × 120 pixels. After 360°, where the first keyframe appears again: {ends}.",
         ),
         Picture(
             content=_clip(rolled),
             alt="The bead's slopes as light, its contact outlined, its axes turning once round",
-            caption="The same roll, every third step: contact, the object's axes, and the "
-            "tracker's words.",
+            caption="The same roll, every third step: contact, the object's axes, and what the "
+            "tracker reports.",
         ),
         Picture(
-            content=plot_bytes(pose_figure(times_s, rolled.found, "one turn a second")),
-            alt="Rotation vector and shift over one turn, in bands of two deviations",
-            caption="What joint says of it: rotation and shift with two standard deviations; "
+            content=plot_bytes(pose_figure(times_s, rolled.found, "one turn per second")),
+            alt="Rotation vector and shift over one turn, in bands of two standard deviations",
+            caption="What joint reports: rotation and shift with two standard deviations; "
             "hatched where it warns.",
             wide=True,
         ),
