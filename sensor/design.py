@@ -207,11 +207,15 @@ class Wedge:
         ):
             if part > whole:
                 other = field.replace("gel.pad_", "acrylic.")
-                raise WedgeError(f"{field} = {part:g} is larger than {other} = {whole:g}.")
+                raise WedgeError(
+                    f"{field} = {part:g} is larger than {other} = {whole:g}: the gel must fit on"
+                    " the acrylic."
+                )
         if self.lights.led_width_mm > self.acrylic.thickness_mm:
             raise WedgeError(
                 f"lights.led_width_mm = {self.lights.led_width_mm:g} is larger than "
-                f"acrylic.thickness_mm = {self.acrylic.thickness_mm:g}: the LED shines past it."
+                f"acrylic.thickness_mm = {self.acrylic.thickness_mm:g}: part of the light would"
+                " miss it."
             )
         for name, count, side_mm in self._light_rows():
             if count * self.lights.led_length_mm > side_mm:
@@ -221,7 +225,7 @@ class Wedge:
                     f" {int(side_mm / self.lights.led_length_mm)}."
                 )
         if not self.lights.azimuths_deg:
-            raise WedgeError("lights has no LED on any side: give at least one side a count.")
+            raise WedgeError("lights has no LED on any side: set the count of at least one side.")
 
     def _light_rows(self) -> tuple[tuple[str, int, float], ...]:
         return (

@@ -70,8 +70,8 @@ class Recipe:
         """
         if self.raw and self.paint == "silver":
             raise WedgeError(
-                "the twin traces silver paint straight on alone, and over the mirror it looks "
-                "otherwise: take --paint gray, or --view gel."
+                "the twin renders silver paint only straight on, and via the mirror it looks "
+                "different: use --paint gray, or --view gel."
             )
 
     @property
@@ -200,10 +200,13 @@ def presses_of(
     if scene not in ("balls", "shapes", "set", "tools", *known):
         raise WedgeError(
             f"there is no scene {scene!r}: take balls, shapes, set (both), tools, one of "
-            f"{', '.join(showcase)}, or one of {', '.join(TOOLS)} with _{' or _'.join(DEPTHS_MM)}."
+            f"{', '.join(showcase)}, or one of {', '.join(TOOLS)} followed by"
+            f" _{' or _'.join(DEPTHS_MM)}."
         )
     if off_center and scene == "balls":
-        raise WedgeError("--off-center moves shapes and tools: balls lie all over the pad anyway.")
+        raise WedgeError(
+            "--off-center moves shapes and tools; balls cover the pad anyway: leave it out."
+        )
     presses: list[Press] = []
     if scene in ("balls", "set"):
         presses += ball_presses(design, calibration_ball(ball_radius_mm), count, seed)

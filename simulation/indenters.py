@@ -193,8 +193,8 @@ def refuse_depth(indenter: Indenter, depth_mm: float) -> None:
         raise WedgeError(f"{indenter.name}: a press of {depth_mm:g} mm must be a finite number.")
     if depth_mm > indenter.middle_mm:
         raise WedgeError(
-            f"{indenter.name}: a press of {depth_mm:g} mm sinks it past its middle, "
-            f"{indenter.middle_mm:g} mm up: press less deep."
+            f"{indenter.name}: a press of {depth_mm:g} mm pushes it in past its middle, "
+            f"{indenter.middle_mm:g} mm above its lowest point: press less deep."
         )
 
 

@@ -147,8 +147,8 @@ def reach_under(design: Wedge, view: View, press: Press) -> Map:
     object_x, object_y, lowest = _placed(design, press)
     if lowest <= -design.gel.thickness_mm:
         raise WedgeError(
-            f"{press.name}: a press of {press.depth_mm:g} mm goes through the gel, "
-            f"{design.gel.thickness_at_mm(*press.center_mm):.3g} mm thick there: press less deep."
+            f"{press.name}: a press of {press.depth_mm:g} mm goes through the gel, which is"
+            f" {design.gel.thickness_at_mm(*press.center_mm):.3g} mm thick there: press less deep."
         )
     reach: Map = rest - lowest - press.indenter.profile(x - object_x, y - object_y)
     with told_of(press):

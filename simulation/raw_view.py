@@ -147,7 +147,7 @@ def pixels_of(design: Wedge, points_mm: Points) -> Points:
     over_mirror = np.isfinite(seen.point_mm[:, 0]) & ~seen.direct
     if not over_mirror.any():
         raise WedgeError(
-            "the camera sees nothing of the pad over the mirror: move or turn one of the two."
+            "the camera sees nothing of the pad in the mirror: move or turn one of the two."
         )
     coarse, known = coarse[over_mirror], seen.point_mm[over_mirror]
     distance = np.linalg.norm(known[None] - points_mm[:, None], axis=-1)

@@ -74,7 +74,11 @@ def dataset_folder(name: str | Path) -> Path:
         if path.is_dir():
             raise WedgeError(f"{path} is not a dataset folder: it has no {CARD}.")
         near = difflib.get_close_matches(str(name), [x.name for x in DATASETS], n=2, cutoff=0.5)
-        hint = f"did you mean {' or '.join(near)}?" if near else "`wedge data list` names them."
+        hint = (
+            f"did you mean {' or '.join(near)}?"
+            if near
+            else "`wedge data list` shows the known ones."
+        )
         raise WedgeError(f"{str(name)!r} is neither a folder nor a known dataset; {hint}")
     source = known.find()
     if source is None:
@@ -155,7 +159,8 @@ def _shared(name: str) -> Callable[[], Path | None]:
 
 
 def _shared_sought(name: str) -> str:
-    return f"put {name}/ into a folder named by WEDGE_DATA, or into shared/data beside the checkout"
+    return f"put {name}/ into the folder named by WEDGE_DATA, or into shared/data next to the"
+    " checkout"
 
 
 DATASETS = (
@@ -237,7 +242,7 @@ DATASETS = (
     *(
         KnownDataset(
             name=name,
-            summary=f"GelSlim-like sensor, marker gel, {unit}; R not certain",
+            summary=f"GelSlim-like sensor, marker gel, {unit}; ball radius uncertain",
             presses=0,
             ball_radius_mm=marker_balls.BALL_RADIUS_MM,
             mm_per_px=marker_balls.MM_PER_PX,

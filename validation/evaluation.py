@@ -41,14 +41,14 @@ def refuse_other_sensor(
     if seen != needed:
         raise WedgeError(
             f"{dataset.folder}: its frames are {seen[0]}x{seen[1]} pixels, but the unit "
-            f"{card.serial} has {needed[0]}x{needed[1]}: it is another sensor's set."
+            f"{card.serial} has {needed[0]}x{needed[1]}: the set is from another sensor."
         )
     pairs = zip(dataset.card.mm_per_px, card.mm_per_px, strict=True)
     if any(abs(its / ours - 1) > MOST_SCALE for its, ours in pairs):
         its, ours = ("{:.4g} x {:.4g}".format(*c.mm_per_px) for c in (dataset.card, card))
         raise WedgeError(
             f"{dataset.folder}: its pixels are {its} mm, but those of the unit {card.serial} are "
-            f"{ours} mm: mend the scale of one of them, or calibrate anew."
+            f"{ours} mm: correct the scale of one of them, or calibrate again."
         )
 
 

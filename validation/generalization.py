@@ -56,7 +56,7 @@ Row = dict[str, Any]
 def shapes(
     taught: str, judged: str, names: Sequence[str], count: int | None = None, seed: int = SEED
 ) -> list[Row]:
-    """Depth errors of a set's shapes, by estimators that were taught presses, or some of them."""
+    """Depth errors of a set's shapes, by estimators trained on its presses, or some of them."""
     folder, shown = dataset_folder(taught), dataset_folder(judged)
     dataset, every = read_dataset(folder), read_presses(read_dataset(folder))
     rows: list[Row] = []
@@ -80,7 +80,7 @@ def shapes(
 
 
 def other(taught: str, judged: str, names: Sequence[str], seed: int = SEED) -> list[Row]:
-    """Errors on the presses of one set by estimators taught another, and taught that set itself.
+    """Errors on the presses of one set by estimators trained on another, and on that set itself.
 
     Its own presses are judged by folds, where there are enough.
     """
@@ -106,7 +106,7 @@ def other(taught: str, judged: str, names: Sequence[str], seed: int = SEED) -> l
 
 
 def fewer(of: str, names: Sequence[str], count: int, seed: int = SEED) -> list[Row]:
-    """Errors by five folds when a few presses are taught, and when all are."""
+    """Errors by five folds when trained on a few presses, and on all."""
     presses, dataset = _read(of)
     rows: list[Row] = []
     for name in names:
@@ -265,10 +265,12 @@ def main() -> None:
         prog="python -m validation.generalization", description=__doc__
     )
     parser.add_argument("what", choices=["shapes", "other", "fewer", "intervals"])
-    parser.add_argument("dataset", nargs="+", help="one set, or the set taught and the one judged")
+    parser.add_argument(
+        "dataset", nargs="+", help="one set, or the set to train on and the one to judge"
+    )
     parser.add_argument("--estimator", default=f"default,{REFERENCE}")
-    parser.add_argument("--presses", type=int, help="taught, of fewer (10) or shapes (all)")
-    parser.add_argument("--seed", type=int, default=SEED, help="of what is taught (0)")
+    parser.add_argument("--presses", type=int, help="to train on, for fewer (10) or shapes (all)")
+    parser.add_argument("--seed", type=int, default=SEED, help="of the training (0)")
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
     names = options.estimator.split(",")

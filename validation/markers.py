@@ -61,7 +61,7 @@ def dot_cost(
             raise WedgeError(f"no way of filling is called {method!r}: known are {METHODS}.")
     presses = read_presses(dataset)
     if presses.dots is None:
-        raise WedgeError(f"{dataset.folder} shows no dots: it cannot tell what dots cost.")
+        raise WedgeError(f"{dataset.folder} shows no dots: their cost cannot be measured on it.")
     order = np.random.default_rng(SEED).permutation(len(presses.presses))
     rings: dict[str, list[np.ndarray]] = {name: [] for name in ("clear", *methods)}
     errors: dict[str, list[np.ndarray]] = {name: [] for name in ("clear", *methods)}

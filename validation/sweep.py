@@ -113,7 +113,7 @@ def varied(design: Wedge, field: str, value: str) -> Wedge:
             f"mirror.angle_deg, or {LIT_SIDES}."
         )
     if unseen := _unseen(design, field):
-        raise WedgeError(f"the twin {unseen} {field}: all values would predict the same.")
+        raise WedgeError(f"the twin {unseen} {field}: all values would give the same result.")
     number = _parsed(field, value, getattr(part, key))
     changed: Wedge = replace(design, **{name: replace(part, **{key: number})})
     return changed
@@ -123,11 +123,11 @@ def _unseen(design: Wedge, field: str) -> str:
     """How the twin of this design passes over a field; nothing where it is seen."""
     name, _, key = field.partition(".")
     if (name not in NOT_SEEN or key in NOT_SEEN[name]) and field not in SEEN_BESIDES:
-        return "does not look at"
+        return "does not use"
     if field in OF_A_DOME and not design.gel.curved:
-        return "of a flat gel (gel.curved = false) does not look at"
+        return "of a flat gel (gel.curved = false) does not use"
     if field in OF_BARE_LEDS and design.lights.diffuser:
-        return "of LEDs behind a diffuser (lights.diffuser = true) does not look at"
+        return "of LEDs behind a diffuser (lights.diffuser = true) does not use"
     return ""
 
 
@@ -198,9 +198,9 @@ def planned_presses(recipe: Recipe, size: SweepSize) -> list[Press]:
     usable = sum(radius_px >= LEAST_RADIUS_PX for radius_px in radii_px)
     if usable < LEAST_PRESSES:
         raise WedgeError(
-            f"{usable} of {len(presses)} contacts would be {LEAST_RADIUS_PX:g} pixels in radius "
-            f"or more (the widest: {max(radii_px):.2f}), too few to learn from and to judge: take "
-            f"more than --width-px {recipe.width_px}, or more presses."
+            f"only {usable} of {len(presses)} contacts would have a radius of {LEAST_RADIUS_PX:g} "
+            f"pixels or more (the widest: {max(radii_px):.2f}), too few to train and to test: raise"
+            f" --width-px above {recipe.width_px}, or take more presses."
         )
     return presses
 

@@ -61,7 +61,7 @@ def test_a_scale_that_a_caliper_measures_is_not_given_as_well(
 ) -> None:
     shutil.copy(flat / "press00.png", flat / "5mm-1.png")
     words = imported(flat, "--mm-per-px", 0.1)
-    assert "5mm-1.png is a caliper's picture" in refused(capsys, *words)
+    assert "5mm-1.png is a picture of a caliper" in refused(capsys, *words)
     assert not flat.with_name("out").exists()
 
 

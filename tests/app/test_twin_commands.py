@@ -104,7 +104,7 @@ def test_simulate_refuses_in_a_sentence_and_leaves_nothing(here, words, said, ca
         (["--width-px", "-5"], "--width-px -5 must be from 16"),
         (["--samples", "0"], "--samples 0 must be from 1"),
         (["--presses", "1"], "--presses 1 must be at least 2"),
-        (["--presses", "2"], "RGB: 0 of 2 contacts would be 3 pixels in radius"),
+        (["--presses", "2"], "RGB: only 0 of 2 contacts would have a radius of 3 pixels"),
     ],
 )
 def test_sweep_refuses_before_it_renders(here, words, said, monkeypatch, capsys) -> None:

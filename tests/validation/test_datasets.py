@@ -153,7 +153,7 @@ def test_a_known_set_is_what_the_list_says(known: KnownDataset) -> None:
     assert (dataset.card.name, len(dataset.labels)) == (known.name, known.presses)
     assert dataset.card.mm_per_px == known.mm_per_px
     if known.ball_radius_mm is None:
-        assert "stands in" in dataset.card.source
+        assert "placeholder" in dataset.card.source
         assert not dataset.labels
     else:
         assert dataset.card.ball_radius_mm == known.ball_radius_mm

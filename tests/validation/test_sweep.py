@@ -95,7 +95,7 @@ def test_planned_contacts_are_the_labels_that_decide_what_is_used(raw: bool) -> 
         for width in (least, least - 1)
     )
     assert len(planned_presses(enough, SIZE)) == SIZE.presses
-    with pytest.raises(WedgeError, match=f"1 of 5 contacts .* than --width-px {least - 1}, or"):
+    with pytest.raises(WedgeError, match=f"1 of 5 contacts .* --width-px above {least - 1}, or"):
         planned_presses(short, SIZE)
 
 
@@ -224,7 +224,7 @@ def test_the_fields_that_can_be_varied_are_those_that_the_twin_looks_at(
         try:
             return bool(varied(design, f"{name}.{key}", str(getattr(parts[name], key))))
         except WedgeError as error:
-            assert f"does not look at {name}.{key}" in str(error)
+            assert f"does not use {name}.{key}" in str(error)
             return False
 
     assert {each for each in known if can_be_varied(*each)} == known & shown

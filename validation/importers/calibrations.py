@@ -62,7 +62,7 @@ class Found:
             f"{len(of)} {what}{'s' * (len(of) > 1)} without a circle{where}: "
             f"{', '.join(of[:MOST_TOLD])}{' ...' * (len(of) > MOST_TOLD)}"
             for of, what, where in (
-                (self.unmatched, "line", " on a press's picture that lies there"),
+                (self.unmatched, "line", " for a picture of a press in the folder"),
                 (self.without, "picture", ""),
             )
             if of
@@ -202,7 +202,9 @@ def _gs_sdk(source: Path) -> Found:
         arrays = read_numbers(press / "label.npz", ("center", "radius"))
         center, radius = arrays["center"].ravel(), arrays["radius"].ravel()
         if center.size != 2 or radius.size != 1:
-            raise WedgeError(f"{press / 'label.npz'} must hold a center of two and one radius.")
+            raise WedgeError(
+                f"{press / 'label.npz'} must hold a center of two numbers and one radius."
+            )
         name = f"press-{len(labels):04d}.png"
         circle = np.concatenate([center, radius]).astype(float).tolist()
         labels.append(drawn_label(name, circle, press / "label.npz", diameter_mm / 2))
@@ -260,5 +262,5 @@ def _number(text: str, where: str) -> float:
     except ValueError as error:
         raise WedgeError(f"{where}: {text!r} is not a number.") from error
     if not 0 < value < 1e3:
-        raise WedgeError(f"{where}: {text} mm is no ball's size.")
+        raise WedgeError(f"{where}: {text} mm is not the size of a ball.")
     return value

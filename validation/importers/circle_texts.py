@@ -82,7 +82,7 @@ def read_circle_texts(source: Path) -> CircleTexts:
                 unmatched.append(f"{told} ({words[:LONGEST_TOLD]})")
             elif circles.setdefault(picture, circle) != circle:
                 raise WedgeError(
-                    f"{source / told}: another circle is drawn on {picture.name} already: keep one."
+                    f"{source / told}: {picture.name} has another circle already: keep one."
                 )
     if circles:
         _refuse_alike(sorted({*beside, *circles}))
@@ -104,7 +104,7 @@ def read_text(path: Path) -> str:
     """
     try:
         if path.stat().st_size > LARGEST_TEXT:
-            raise WedgeError(f"{path} is larger than 10 MB: that is no list of circles.")
+            raise WedgeError(f"{path} is larger than 10 MB: it is not a list of circles.")
         return path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise WedgeError(f"{path} cannot be read as text: {error}.") from error
@@ -171,6 +171,6 @@ def _refuse_alike(pictures: Sequence[Path]) -> None:
         refuse_name(path)
         if (other := by_stem[path.stem]) != path:
             raise WedgeError(
-                f"{path} and {other.name} are called alike but for their endings: move or "
-                "rename one."
+                f"{path} and {other.name} have the same name except for the ending: move "
+                "or rename one."
             )

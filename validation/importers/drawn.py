@@ -44,7 +44,7 @@ def drawn_label(
     """
     x_px, y_px, radius_px = circle
     if not (np.isfinite([x_px, y_px, radius_px]).all() and 0 < radius_px < LARGEST_RADIUS_PX):
-        raise WedgeError(f"{where}: ({x_px:g}, {y_px:g}), radius {radius_px:g} is no circle.")
+        raise WedgeError(f"{where}: ({x_px:g}, {y_px:g}), radius {radius_px:g} is not a circle.")
     return BallLabel(
         file=file,
         center_x_px=x_px,

@@ -94,7 +94,7 @@ def sort_pictures(names: Sequence[str]) -> Pictures:
     pictures = told_by_name(names)
     if not pictures.background:
         raise WedgeError(
-            "no picture is named as the blank gel: call it background.png or bg-0.jpg."
+            "no picture is named as one of the blank gel: name it background.png or bg-0.jpg."
         )
     if not pictures.presses:
         raise WedgeError(f"there is no picture of a ball press{only_caliper(pictures)}.")
@@ -102,12 +102,12 @@ def sort_pictures(names: Sequence[str]) -> Pictures:
 
 
 def only_caliper(pictures: Pictures) -> str:
-    """Where all pictures but the blank gel's are a caliper's by their names: that they are."""
+    """That all pictures but the blank gel's count as a caliper's by their names, if they do."""
     if pictures.presses or not pictures.caliper:
         return ""
     count, (name, _) = len(pictures.caliper), pictures.caliper[0]
-    named = f"all {count} are named" if count > 1 else "the only one is named"
-    return f": {named} as a caliper's ({name}), by the length that the name begins with"
+    named = f"all {count} others count" if count > 1 else "the only other one counts"
+    return f": {named} as a picture of a caliper ({name}), as the name begins with a length"
 
 
 def told_by_name(names: Sequence[str]) -> Pictures:
@@ -160,8 +160,8 @@ def import_raw_frames(
         raise WedgeError(f"{source} cannot be read: {error.strerror}.") from error
     if mm_per_px is not None and pictures.caliper:
         raise WedgeError(
-            f"{source / pictures.caliper[0][0]} is a caliper's picture, which measures the scale: "
-            "leave --mm-per-px or the picture out."
+            f"{source / pictures.caliper[0][0]} is a picture of a caliper, which gives the scale: "
+            "leave out --mm-per-px or the picture."
         )
     for name in pictures.presses:
         refuse_name(source / name)
@@ -210,9 +210,9 @@ def _scale(
     if not some:
         length, width = pad_size_mm
         raise WedgeError(
-            f"{source}: no ball was recognised in {', '.join(few[:3])}: is the ball's radius, "
-            f"{reader.dataset.card.ball_radius_mm:g} mm, right, and the pad about {length:g} x "
-            f"{width:g} mm, as it is taken to be until the caliper is measured?"
+            f"{source}: no ball was recognised in {', '.join(few[:3])}: check that the ball's "
+            f"radius is {reader.dataset.card.ball_radius_mm:g} mm and the pad about {length:g} x "
+            f"{width:g} mm, as is assumed until the caliper is measured."
         )
     return measured_scale(source, pictures.caliper, reader, some)
 
@@ -341,7 +341,7 @@ def measured_scale(
     if len(widths_mm) > 1:
         raise WedgeError(
             f"{source}: the caliper's pictures name gaps of "
-            f"{' and '.join(f'{x:g} mm' for x in sorted(widths_mm))}: keep those of one width."
+            f"{' and '.join(f'{x:g} mm' for x in sorted(widths_mm))}: keep those with one gap."
         )
     gaps = []
     for name, _ in caliper:

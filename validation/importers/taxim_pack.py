@@ -45,7 +45,9 @@ def read_taxim_pack(path: Path) -> TaximPack:
         raise WedgeError(f"{path}: its frames have no pixels.")
     centers, radii = pack["touch_center"], pack["touch_radius"].ravel()
     if centers.shape != (len(frames), 2) or len(radii) != len(frames):
-        raise WedgeError(f"{path}: {len(frames)} frames, but not as many centres and radii.")
+        raise WedgeError(
+            f"{path}: it must have as many centres and radii as frames, {len(frames)}."
+        )
     refuse_count(path, len(frames))
     circles = np.column_stack([centers, radii]).astype(float).tolist()
     return TaximPack(

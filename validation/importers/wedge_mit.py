@@ -37,8 +37,8 @@ PAD_SIZE_MM = (35.0, 25.5)
 MM_PER_PX = (0.1, 0.1)
 STAND_IN_RADIUS_MM = 1.0
 NO_BALL = (
-    "no ball of known radius: ball_radius_mm stands in because the format asks for one "
-    "and no press is labelled"
+    "no ball of known radius: ball_radius_mm is a placeholder that the format requires; "
+    "no press is labelled"
 )
 EVERY = 5
 """Frames of the clip to one of the dataset: about 0.17 s."""
@@ -89,7 +89,7 @@ def import_wedge_mit(clip: Clip, source: Path, folder: Path) -> None:
     if count != expected:
         raise WedgeError(
             f"{video} has {count} frames that can be decoded, but {force.name} has "
-            f"{expected} rows: copy both anew."
+            f"{expected} rows: copy both again."
         )
     write_atomic(folder / "force.csv", rows)
     card = DatasetCard(

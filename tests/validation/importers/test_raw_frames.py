@@ -192,7 +192,9 @@ def test_presses_that_are_named_as_a_caliper_s_or_lie_elsewhere_are_said_to_be_s
     tmp_path: Path,
 ) -> None:
     balls = [f"5.84mm ball {i}.png" for i in range(3)]
-    with pytest.raises(WedgeError, match=r"all 3 are named as a caliper's \(5\.84mm ball 0\.png\)"):
+    with pytest.raises(
+        WedgeError, match=r"all 3 others count as a picture of a caliper \(5\.84mm ball 0\.png\)"
+    ):
         sort_pictures(["background.png", *balls])
     with pytest.raises(WedgeError, match=r"picture of a ball press\.$"):
         sort_pictures(["background.png"])
@@ -222,7 +224,7 @@ def test_a_ball_that_is_not_recognised_beside_a_caliper_is_asked_for_by_its_radi
             ball_radius_mm=BALL_RADIUS_MM,
             pad_size_mm=(9.9, 11.0),
         )
-    assert "in press.png: is the ball's radius, 4 mm, right" in str(refused.value)
+    assert "in press.png: check that the ball's radius is 4 mm" in str(refused.value)
     assert "nothing measured" not in str(refused.value)
 
 
