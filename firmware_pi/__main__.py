@@ -21,20 +21,24 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="gelsight-wedge", description=__doc__)
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     serve = commands.add_parser("serve", help="stream the camera until stopped")
-    check = commands.add_parser("check", help="say whether a settings file is right")
+    check = commands.add_parser("check", help="check a settings file")
     apply = commands.add_parser(
         "apply",
-        help="put a settings file in the place of another, whose camera, address and port stay",
-        description=f"Put a settings file in the place of another. Of that one stay "
-        f"{', '.join(OF_THE_PI)}: to change them, edit it.",
+        help="replace a settings file, but keep its camera, address and port",
+        description=f"Replace a settings file by another. The old file's {', '.join(OF_THE_PI)} "
+        "stay: to change them, edit it.",
     )
-    default = commands.add_parser("default", help="write a settings file, or check the one there")
+    default = commands.add_parser(
+        "default", help="write a settings file, or check the existing one"
+    )
     paper = commands.add_parser("mjpg-streamer", help="print the command of the paper's server")
-    cable = commands.add_parser("cable", help="make the USB socket a network cable, or undo that")
+    cable = commands.add_parser(
+        "cable", help="let the USB socket act as a network card, or undo that"
+    )
     for command in (serve, check, apply, default, paper):
         command.add_argument("settings", type=Path, help="settings file (TOML)")
     apply.add_argument("place", type=Path, help="the file that the service reads")
-    default.add_argument("--address", default=Settings.address, help="where it will listen")
+    default.add_argument("--address", default=Settings.address, help="address to listen at")
     default.add_argument("--camera", type=int, default=0, help="which camera, from 0")
     default.add_argument("--port", type=int, default=Settings.port, help="its TCP port")
     cable.add_argument("action", choices=("lay", "remove"))
@@ -71,7 +75,7 @@ def _run(given: argparse.Namespace) -> int:
             settings = read_settings(given.settings)
             if only_the_pi_reaches(settings):
                 print(
-                    f"gelsight-wedge: only the Pi itself reaches address = {settings.address!r}: "
+                    f"gelsight-wedge: only the Pi itself can reach address = {settings.address!r}: "
                     f"set it in {given.settings} to the Pi's address in your network.",
                     file=sys.stderr,
                 )
@@ -111,7 +115,7 @@ def read_credentials(file: Path | None) -> str | None:
     if not line:
         return None
     if not re.fullmatch(r"[^\s:]+:\S+", line):
-        raise WedgeError(f"{file} must hold one line user:password without blanks.")
+        raise WedgeError(f"{file} must hold one line user:password without spaces.")
     return line
 
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The lines of the Pi's config.txt that make its USB socket a network cable.
+"""The lines of the Pi's config.txt that let its USB socket act as a network card.
 
 The Pi starts by this file, and it is its owner's: all but the lines between our two stays as it is.
 """

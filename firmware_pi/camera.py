@@ -54,7 +54,7 @@ class PiCamera:
         if self.model != MODEL:  # others have a mode of this size too, but not of this view
             raise WedgeError(
                 f"camera {called} is an {self.model}, and this server is for the OV5647: "
-                "connect one, or set another."
+                "connect one, or set another camera."
             )
         try:
             tuning = steady_tuning(Picamera2.load_tuning_file(f"{MODEL}.json"))
@@ -67,7 +67,7 @@ class PiCamera:
             self._camera = Picamera2(number, tuning=tuning)
         except RuntimeError as error:
             raise WedgeError(
-                f"camera {called} cannot be opened ({error}): stop what else uses it."
+                f"camera {called} cannot be opened ({error}): stop the program that uses it."
             ) from error
 
         # picamera2 names the software encoder MJPEGEncoder where there is no hardware for it.

@@ -11,9 +11,9 @@ usage() {
 usage: sudo firmware_pi/install.sh --address IP [--camera N] [--port PORT] [--usb-gadget]
 
   --address IP   the one address of this Pi at which the stream is served
-  --camera N     which camera, from 0 (default 0); run once for each camera of a Pi 5
-  --port PORT    TCP port (default 8080); two cameras of one Pi need two
-  --usb-gadget   make the Pi's USB socket a network cable to the computer, with that address
+  --camera N     number of the camera, from 0 (default 0); run once per camera of a Pi 5
+  --port PORT    TCP port (default 8080); each camera of a Pi needs its own
+  --usb-gadget   let the Pi's USB socket act as a network card with that address
 END
 }
 
@@ -54,11 +54,11 @@ settings=$to/etc/gelsight-wedge/$camera.toml
 cable=$to/etc/NetworkManager/system-connections/gelsight-wedge.nmconnection
 changed=$lib/.restart # there until what runs is what is installed
 
-[ -n "$to" ] || [ "$(id -u)" = 0 ] || fail "only root may install: put sudo before it."
-[ -f "$here/../sensor/wire.py" ] || fail "the folder sensor is missing beside firmware_pi: copy both."
-[ -n "$address" ] || fail "name the address to serve at with --address, one of: $(hostname -I)"
+[ -n "$to" ] || [ "$(id -u)" = 0 ] || fail "only root may install: run this with sudo."
+[ -f "$here/../sensor/wire.py" ] || fail "the folder sensor is missing next to firmware_pi: copy both."
+[ -n "$address" ] || fail "give the address to serve at with --address; this Pi has $(hostname -I)"
 python3 -c 'import sys; sys.exit(sys.version_info < (3, 11))' ||
-  fail "Python 3.11 is needed, as in Raspberry Pi OS 12 and later; docs/howto/pi.md says what an older one can do."
+  fail "Python 3.11 is needed, as in Raspberry Pi OS 12 and later; docs/howto/pi.md says what an older system can do."
 
 # python WORDS: Python that finds the server beside this script and leaves nothing there.
 python() { PYTHONPATH=$here/.. PYTHONSAFEPATH=1 PYTHONDONTWRITEBYTECODE=1 python3 "$@"; }
@@ -67,10 +67,10 @@ python() { PYTHONPATH=$here/.. PYTHONSAFEPATH=1 PYTHONDONTWRITEBYTECODE=1 python
 check() {
   case $camera in
     [0-3]) ;;
-    *) fail "--camera '$camera' is none of 0, 1, 2 and 3." ;;
+    *) fail "--camera '$camera' must be 0, 1, 2 or 3." ;;
   esac
   case $port in
-    '' | *[!0-9]*) fail "--port '$port' is no number." ;;
+    '' | *[!0-9]*) fail "--port '$port' is not a number." ;;
   esac
   there=$settings
   [ -e "$there" ] || there=/dev/null # no settings, and nothing to be written
@@ -79,11 +79,11 @@ check() {
   [ ! -e "$settings" ] || serves=$(served "$settings")
   for other in $(others); do
     [ "$(served "$other")" != "$serves" ] ||
-      fail "$other has address and port $serves already: give another --port, or set it in $settings."
+      fail "$other already uses address and port $serves: give another --port, or set it in $settings."
   done
   [ "$gadget" = no ] || check_cable
   if grep -Eqs '(^| )(boot=overlay|overlayroot=tmpfs)' "$to/proc/cmdline"; then
-    fail "the Pi forgets at its restart what is written: switch the overlay file system off in raspi-config first."
+    fail "the Pi loses what is written when it restarts: first switch off the overlay file system in raspi-config."
   fi
 }
 
@@ -110,7 +110,7 @@ check_cable() {
   model=$(tr -d '\0' <"$to/proc/device-tree/model" 2>/dev/null || true)
   case $model in
     *'Pi Model B'* | *'Pi 2 Model B'* | *'Pi 3 Model B'*) # its Ethernet would be gone as well
-      fail "the USB sockets of a $model are a hub's and no network cable: leave --usb-gadget out."
+      fail "the USB sockets of a $model belong to a hub and cannot act as a network card: leave out --usb-gadget."
       ;;
   esac
   config=$to/boot/firmware/config.txt
@@ -118,13 +118,13 @@ check_cable() {
   [ -f "$config" ] || fail "there is no config.txt below $to/boot: is this a Raspberry Pi?"
   [ -w "$config" ] || fail "$config cannot be written: make its file system writable in raspi-config."
   [ "${serves% *}" = "$address" ] ||
-    fail "the stream stays at ${serves% *}, as $settings says: set address there to $address, or leave --usb-gadget out."
+    fail "the stream stays at ${serves% *}, as $settings says: set address there to $address, or leave out --usb-gadget."
   [ -f "$cable" ] || return 0
   laid=$(sed -n 's|^address1=\([^/]*\)/.*|\1|p' "$cable")
   [ "$laid" != "$address" ] || return 0
   for other in $(others); do
     [ "$(served "$other" | cut -d ' ' -f 1)" != "$laid" ] ||
-      fail "the cable's address is $laid, at which $other serves: give --address $laid and another --port, or leave --usb-gadget out."
+      fail "the cable's address is $laid, where $other serves: give --address $laid and another --port, or leave out --usb-gadget."
   done
 }
 
@@ -190,7 +190,7 @@ END
 
 install_settings() {
   [ ! -e "$settings" ] ||
-    say "$settings stays as it is; --address and --port hold only where there is none"
+    say "$settings stays as it is; --address and --port apply only if it does not exist"
   python -m firmware_pi default "$settings" --address "$address" --camera "$camera" --port "$port"
   chmod a+rX "$lib" "$lib"/* "$to/etc/gelsight-wedge" "$settings" # also what a stricter umask had made
   login=$to/etc/gelsight-wedge/login
@@ -233,7 +233,7 @@ never-default=true
 method=link-local
 END
   [ ! -e "$changed" ] ||
-    say "restart the Pi once, so that its USB socket becomes a network cable with the address $address"
+    say "restart the Pi once, so that its USB socket acts as a network card with the address $address"
   rm -f "$changed"
   changed=$server_changed
 }
@@ -257,6 +257,6 @@ if [ -e "$changed" ]; then
 else
   systemctl start "$unit" || failed=" -u $unit"
 fi
-[ -z "$failed" ] || fail "a camera did not start: journalctl$failed tells why; mend that and run this again."
+[ -z "$failed" ] || fail "a camera did not start: journalctl$failed says why; correct that and run this again."
 rm -f "$changed"
-say "settings: $settings; what happens: journalctl -u $unit"
+say "settings: $settings; log: journalctl -u $unit"

@@ -39,11 +39,11 @@ OTHER_REQUESTS = 8
 """Connections beside the streams, so that /health answers while every stream is taken."""
 UNSENT_BYTES = 16 * 1024
 """A frame is chosen when no more than this waits to be sent: a slow client's next one is fresh."""
-NO_FRAME = "no frame comes"
+NO_FRAME = "no frames arrive"
 PATHS = {
     STREAM_PATH: "the stream",
     SNAPSHOT_PATH: "the newest frame",
-    SETTINGS_PATH: "what the camera was asked for and what it used",
+    SETTINGS_PATH: "the settings requested from the camera, and those it uses",
     HEALTH_PATH: "rate, clients, age of the newest frame",
 }
 """What a browser is shown that asks for no path."""
@@ -96,9 +96,9 @@ class StreamServer(socketserver.ThreadingTCPServer):
             super().__init__((address, port), Handler)
         except OSError as error:
             reason = {
-                errno.EADDRINUSE: "another program has it: stop that, or set another port",
-                errno.EADDRNOTAVAIL: "this machine has no such address: set address",
-                errno.EACCES: "only root may have a port below 1024: set another port",
+                errno.EADDRINUSE: "another program uses it; stop that program, or set another port",
+                errno.EADDRNOTAVAIL: "this machine has no such address; set one that it has",
+                errno.EACCES: "only root may use a port below 1024; set another port",
             }.get(error.errno or 0, error.strerror)
             raise WedgeError(f"cannot listen on {address} port {port}: {reason}.") from error
 
@@ -213,7 +213,7 @@ class Handler(BaseHTTPRequestHandler):
     def _stream(self) -> None:
         with self.server.one_stream() as taken:
             if not taken or self._newest() is None:
-                self.send_error(503, NO_FRAME if taken else "every stream is taken")
+                self.send_error(503, NO_FRAME if taken else "all streams are in use")
                 return
             self._head(200, CONTENT_TYPE, [])
             if self.command == "HEAD":

@@ -121,7 +121,7 @@ class Service:
             notify(meanwhile)
 
     def _look_after(self) -> None:
-        """Tell systemd that frames come, as long as they do: it restarts us when they stop."""
+        """Report to systemd while frames arrive: it restarts us when they stop."""
         while not self._stop:
             if self._reload:
                 self._reload = False
@@ -151,9 +151,9 @@ class Service:
             self._refused = self._switch(after)
             served = (before.address, before.port, before.max_clients)
             if not self._refused and served != (after.address, after.port, after.max_clients):
-                _say("address, port and max_clients hold from the next restart on.")
+                _say("address, port and max_clients take effect at the next restart.")
         if self._refused:
-            _say(f"{self._refused} The settings from before stay.")
+            _say(f"{self._refused} The old settings stay in use.")
         notify("READY=1")
 
     def _switch(self, after: Settings) -> WedgeError | None:
@@ -162,8 +162,8 @@ class Service:
         Each may take longer than systemd's watchdog waits, which is kept quiet meanwhile.
 
         Raises:
-            WedgeError: it does not go on, so that there is no camera any more. systemd then starts
-                us anew, as after a ribbon that came off.
+            WedgeError: it does not go on, so that there is no camera any more. systemd then
+                restarts us, as after a ribbon that came off.
         """
         self._stop_camera()
         try:
@@ -172,7 +172,9 @@ class Service:
             try:
                 self._take_up(self.settings, "WATCHDOG=1")
             except WedgeError as lost:
-                raise WedgeError(f"{refused} Nor do the settings from before do: {lost}") from lost
+                raise WedgeError(
+                    f"{refused} The old settings do not work any more either: {lost}"
+                ) from lost
             return refused
         self.settings = after
         return None

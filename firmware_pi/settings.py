@@ -35,29 +35,31 @@ def _key(default: Any, says: str, least: float | None = None, most: float | None
 
 @dataclass(frozen=True)
 class Settings:
-    """What the camera is told and where the stream is served; nothing is left to automatics.
+    """The camera's settings and where the stream is served; nothing is automatic.
 
     Raises:
         WedgeError: a value is of another kind or out of range; names the key.
     """
 
-    camera: int = _key(0, "which of the Pi's cameras, from 0", 0, 3)
-    camera_id: str = _key("", "that one alone, however they are counted: its id in /settings")
-    width_px: int = _key(640, "640 or 320; the sensor reads 640 x 480 either way")
+    camera: int = _key(0, "which of the Pi's cameras, counted from 0", 0, 3)
+    camera_id: str = _key("", "selects a camera whatever its number: its id in /settings")
+    width_px: int = _key(640, "640 or 320; the sensor reads 640 x 480 in both cases")
     height_px: int = _key(480, "480 or 240")
-    rate_hz: float = _key(58.0, "frames per second; what a Pi can do: docs/howto/pi.md", 1, 90)
+    rate_hz: float = _key(58.0, "frames per second; docs/howto/pi.md says what a Pi can do", 1, 90)
     exposure_us: int = _key(10_000, "fixed; at most the time between two frames", 30, 66_666)
-    analogue_gain: float = _key(1.0, "fixed; raise it when the exposure is at its end", 1, 16)
-    red_gain: float = _key(1.5, "fixed white balance, red over green", 0.1, 8)
-    blue_gain: float = _key(1.5, "fixed white balance, blue over green", 0.1, 8)
+    analogue_gain: float = _key(1.0, "fixed; raise it when the exposure is at its maximum", 1, 16)
+    red_gain: float = _key(1.5, "fixed white balance, red relative to green", 0.1, 8)
+    blue_gain: float = _key(1.5, "fixed white balance, blue relative to green", 0.1, 8)
     noise_reduction: str = _key("off", "off, minimal, fast or high quality")
-    jpeg_quality: int = _key(85, "on a Pi 5, which encodes in software", 30, 100)
-    megabits_per_s: float = _key(12.0, "on other Pis, which encode in hardware", 1, 50)
-    sync: str = _key("off", "two sensors in step: server on one, client on the other, else off")
-    ev: int = _key(0, "sixths of a stop, of the paper's mjpg_streamer alone", -10, 10)
-    address: str = _key("127.0.0.1", "the one address of the Pi on which the stream is served")
+    jpeg_quality: int = _key(85, "used on a Pi 5, which encodes in software", 30, 100)
+    megabits_per_s: float = _key(12.0, "used on other Pis, which encode in hardware", 1, 50)
+    sync: str = _key(
+        "off", "two sensors in step: server on one, client on the other; otherwise off"
+    )
+    ev: int = _key(0, "sixths of a stop; used by the paper's mjpg_streamer only", -10, 10)
+    address: str = _key("127.0.0.1", "the one address of the Pi at which the stream is served")
     port: int = _key(DEFAULT_PORT, "its TCP port", 1, 65_535)
-    max_clients: int = _key(4, "streams served at once", 1, 16)
+    max_clients: int = _key(4, "most streams served at once", 1, 16)
 
     def __post_init__(self) -> None:
         for known in fields(self):
@@ -142,7 +144,7 @@ def write_settings(path: Path, settings: Settings) -> None:
 def _check(key: str, value: object, kind: type, limits: Any) -> None:
     if kind is str:
         if not isinstance(value, str):
-            raise WedgeError(f"{key} must be a text, not {value!r}.")
+            raise WedgeError(f"{key} must be text, not {value!r}.")
         return
     if kind is int and type(value) is not int:
         raise WedgeError(f"{key} must be a whole number, not {value!r}.")
@@ -163,4 +165,6 @@ def _check_address(text: str) -> None:
     except ValueError:
         raise WedgeError(f"address = {text!r} must be an IP address of the Pi.") from None
     if address.is_unspecified or address.is_multicast:
-        raise WedgeError(f"address = {text!r} is not one address: name one that the Pi has.")
+        raise WedgeError(
+            f"address = {text!r} is not the address of one machine: set one of the Pi's."
+        )

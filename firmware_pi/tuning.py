@@ -89,8 +89,8 @@ def measure_blank(images: Iterable[NDArray[np.uint8]], pad: Mask | None = None) 
             inside = np.ones(image.shape[:2], bool)
         if image.shape[:2] != inside.shape:
             raise WedgeError(
-                f"a frame is {_size(image.shape)} where {_size(inside.shape)} was expected: "
-                "take frames of one size, the unit's where one is given."
+                f"a frame is {_size(image.shape)}, but {_size(inside.shape)} was expected: use"
+                " frames of one size, and of the unit's size if a unit is given."
             )
         if not inside.any():
             raise WedgeError("the pad lies outside the frame: give another unit, or none.")
@@ -161,8 +161,8 @@ def tune(settings: Settings, blank: Blank) -> Tuned:
     red, green, blue = blank.mean
     if min(blank.mean) < 1e-3:
         raise WedgeError(
-            "the frames are black in at least one colour: switch all the lights on, and where "
-            "mjpg_streamer gives the frames, see that it has both gains."
+            "the frames are black in at least one colour: switch on all lights and, if "
+            "mjpg_streamer provides the frames, give it both gains."
         )
     remarks = []
     gains = []
@@ -186,13 +186,13 @@ def tune(settings: Settings, blank: Blank) -> Tuned:
     lacking = total / (exposure_us * analogue)
     if lacking > 1 + SETTLED:
         remarks.append(
-            f"it stays {lacking:.1f} times too dark at full exposure and gain: raise the current "
-            "of the LEDs."
+            f"the picture stays {lacking:.1f} times too dark at full exposure and gain: raise the "
+            "current of the LEDs."
         )
     elif lacking < 1 - SETTLED:
         remarks.append(
-            f"it stays {1 / lacking:.1f} times too bright at the shortest exposure and no gain: "
-            "lower the current of the LEDs."
+            f"the picture stays {1 / lacking:.1f} times too bright at the shortest exposure without"
+            " gain: lower the current of the LEDs."
         )
     tuned = replace(
         settings,
@@ -235,24 +235,28 @@ def _remarks(blank: Blank) -> list[str]:
     remarks = []
     if max(blank.saturated) > 1e-3:
         remarks.append(
-            f"{max(blank.saturated):.1%} of a colour is saturated, so that its light is not known: "
+            f"{max(blank.saturated):.1%} of one colour is saturated, so its brightness is unknown: "
             "run again with the new settings."
         )
     for share, what, remedy in (
-        (blank.flicker, "flickers", "see that the LEDs' supply is steady and no automatic is on"),
+        (
+            blank.flicker,
+            "flickers",
+            "check that the LEDs' supply is steady and nothing automatic is on",
+        ),
         (
             blank.banding,
             "has moving bands",
             "keep room light out, and do not dim the LEDs by switching; an exposure of 10000 us "
-            "(mains of 50 Hz) or 8333 us (60 Hz) hides the light of lamps",
+            "(mains of 50 Hz) or 8333 us (60 Hz) hides the flicker of lamps",
         ),
     ):
         if share is not None and share > FLICKER_SHARE:
             remarks.append(f"the light {what} by {share:.1%}: {remedy}.")
     if blank.drift is not None and blank.drift > SETTLED:
         remarks.append(
-            f"the light drifted by {blank.drift:.1%}: let the LEDs warm up, and see that no "
-            "automatic is on."
+            f"the light drifted by {blank.drift:.1%}: let the LEDs warm up, and check that "
+            "nothing automatic is on."
         )
     return remarks
 

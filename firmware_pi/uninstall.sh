@@ -9,7 +9,7 @@ usage() {
   cat <<'END'
 usage: sudo uninstall.sh [--purge]
 
-  --purge   the settings and the password too
+  --purge   remove the settings and the password too
 END
 }
 
@@ -30,7 +30,7 @@ done
 
 to=${DESTDIR-} # a folder in the place of /, for tests
 if [ -z "$to" ] && [ "$(id -u)" != 0 ]; then
-  echo "uninstall.sh: only root may uninstall: put sudo before it." >&2
+  echo "uninstall.sh: only root may uninstall: run this with sudo." >&2
   exit 2
 fi
 
@@ -44,7 +44,7 @@ for config in "$to/boot/firmware/config.txt" "$to/boot/config.txt"; do
   PYTHONPATH=$here:$here/.. PYTHONSAFEPATH=1 PYTHONDONTWRITEBYTECODE=1 \
     python3 -m firmware_pi cable remove "$config"
   [ "$(cksum <"$config")" = "$before" ] ||
-    echo "uninstall.sh: restart the Pi once, so that its USB socket is no network cable any more" >&2
+    echo "uninstall.sh: restart the Pi once, so that its USB socket no longer acts as a network card" >&2
 done
 # Also a camera whose settings were deleted by hand runs, and would run again.
 for file in "$to"/etc/gelsight-wedge/*.toml \

@@ -15,7 +15,7 @@ Topics, under the node's name ``gelsight_wedge``:
   gel is pressed. Only with a unit.
 
 Parameters: ``source`` (whatever `wedge live` takes), ``unit`` (a unit folder), ``frame_id``. Frames
-are stamped with the time at which they were taken. Who is slower than the camera gets the newest.
+are stamped with the time at which they were taken. Slow subscribers get the newest.
 """
 
 import sys
@@ -43,7 +43,7 @@ def main(words: list[str] | None = None) -> int:
         from rclpy.qos import qos_profile_sensor_data
         from sensor_msgs.msg import CompressedImage, Image
     except ImportError as error:
-        print(f"{error}: source ROS 2's setup.bash, of Jazzy or later, first.", file=sys.stderr)
+        print(f"{error}: first source the setup.bash of ROS 2, Jazzy or later.", file=sys.stderr)
         return 2
 
     rclpy.init(args=words)
@@ -65,7 +65,7 @@ def main(words: list[str] | None = None) -> int:
             while rclpy.ok() and not newest.ended:
                 if newest.source.counts.remark != remark:
                     remark = newest.source.counts.remark
-                    log.warning(remark or "frames come again")
+                    log.warning(remark or "frames arrive again")
                 frame = newest.take(WAIT_S)
                 if frame is None:
                     continue
@@ -77,7 +77,7 @@ def main(words: list[str] | None = None) -> int:
                 except WedgeError as error:
                     if not fits:  # not one frame is odd, but the unit another sensor's
                         raise
-                    log.warning(f"no depth of one frame: {error}")
+                    log.warning(f"one frame gave no depth: {error}")
                     continue
                 fits = True
                 depths.publish(depth_message(Image(), frame, depth_mm, frame_id))

@@ -48,7 +48,7 @@ moments() { (cd "$DESTDIR" && find . -type f -printf '%p %i %T@\n' | sort); }
   run env -i PATH=/usr/bin:/bin PYTHONSAFEPATH=1 PYTHONPATH="$DESTDIR/usr/local/lib/gelsight-wedge" \
     python3 -m firmware_pi serve "$DESTDIR/etc/gelsight-wedge/0.toml"
   [ "$status" = 2 ]
-  [[ $output == *"cannot be listened at"* || $output == *"libcamera"* || $output == *"picamera2"* ]]
+  [[ $output == *"cannot listen at"* || $output == *"libcamera"* || $output == *"picamera2"* ]]
   [[ $output != *Traceback* ]]
 }
 
@@ -108,7 +108,7 @@ moments() { (cd "$DESTDIR" && find . -type f -printf '%p %i %T@\n' | sort); }
     run "$firmware/install.sh" --address 10.0.0.2
     [ "$status" != 0 ]
   done
-  [[ $output == *"journalctl -u gelsight-wedge@0.service tells why"* ]]
+  [[ $output == *"journalctl -u gelsight-wedge@0.service says why"* ]]
   grep -qx 'systemctl try-restart gelsight-wedge@1.service' "$CALLS"
   : >"$CALLS"
   cp "$stubs/healthy" "$stubs/systemctl"

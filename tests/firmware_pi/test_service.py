@@ -151,7 +151,7 @@ def test_new_settings_are_taken_and_wrong_ones_refused_by_name(start: Any) -> No
     process.child.send_signal(signal.SIGTERM)
     said = process.end().splitlines()
     assert [next(key for key in KEYS if key in line) for line in said] == KEYS
-    assert all(line.endswith("The settings from before stay.") for line in said)
+    assert all(line.endswith("The old settings stay in use.") for line in said)
 
 
 KEYS = ["exposure_su", "not valid TOML", "camera = 2", "rate_hz"]
@@ -172,7 +172,7 @@ def test_a_camera_that_refuses_new_settings_goes_on_with_the_old(start: Any, why
     process.child.send_signal(signal.SIGTERM)
     said = process.end()
     assert (process.child.returncode, said.count("\n")) == (0, 1)
-    assert said.endswith("The settings from before stay.\n")
+    assert said.endswith("The old settings stay in use.\n")
 
 
 @pytest.mark.parametrize("why", ["unfit", "stuck"])
@@ -187,7 +187,7 @@ def test_where_the_old_settings_fail_too_it_says_so_and_ends_for_systemd_to_rest
     assert "READY=1" not in process.until_told("READY=1", "STOPPING=1")
     said = process.end()
     assert (process.child.returncode, said.count("\n")) == (2, 1)
-    assert "Nor do the settings from before" in said
+    assert "The old settings do not work any more either" in said
     assert "stay" not in said
 
 
@@ -257,9 +257,11 @@ def test_new_settings_that_bring_no_frame_give_way_to_the_last_that_did(
         served.run()
         assert served.describe()["asked"] == asdict(before)
         assert "gives no frame" in served.describe()["refused"]
-        assert capsys.readouterr().err.endswith("The settings from before stay.\n")
+        assert capsys.readouterr().err.endswith("The old settings stay in use.\n")
     else:
-        with pytest.raises(WedgeError, match=r"gives no frame.*Nor do .* gives no frame"):
+        with pytest.raises(
+            WedgeError, match=r"gives no frame.*old settings do not .* gives no frame"
+        ):
             served.run()
     assert opened == [before, new, before]
     assert not streaming
@@ -310,7 +312,7 @@ def test_a_port_in_use_is_one_sentence_and_status_2(start: Any, tmp_path: Path) 
         process = start()
         said = process.end()
     assert process.child.returncode == 2
-    assert "another program has it" in said
+    assert "another program uses it" in said
     assert said.count("\n") == 1
 
 

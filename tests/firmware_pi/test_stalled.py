@@ -19,7 +19,7 @@ def test_an_old_frame_is_not_given_as_the_newest(monkeypatch: pytest.MonkeyPatch
     with serving(newest) as server:
         for path in ("/stream.mjpg", "/snapshot.jpg"):
             answer = ask(server, path)[0]
-            assert (answer.status, answer.reason) == (503, "no frame comes")
+            assert (answer.status, answer.reason) == (503, "no frames arrive")
         answer, body = ask(server, "/health")
         assert (answer.status, json.loads(body)["clients"]) == (503, 0)
 

@@ -135,7 +135,7 @@ def test_one_odd_frame_has_no_depth_and_the_others_have(
     assert status == 0
     assert [len(messages) for messages in ros.PUBLISHED.values()] == [3, 2]
     (sentence,) = ros.LOGGED
-    assert "no depth of one frame: the frame is" in sentence
+    assert "one frame gave no depth: the frame is" in sentence
 
 
 class _Each(contextlib.AbstractContextManager):

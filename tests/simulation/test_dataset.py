@@ -168,7 +168,7 @@ def test_an_interrupted_set_goes_on_without_tracing_anything_twice(
         ("shapes", {"off_center": -0.1}, "--off-center -0.1 must be from 0"),
         ("shapes", {"off_center": np.nan}, "--off-center nan must be from 0"),
         ("balls", {"off_center": 0.5}, "balls cover the pad anyway"),
-        ("prism", {"depth_mm": 2.0}, "prism: a press of 2 mm goes through the gel, which is 2 mm thick"),
+        ("prism", {"depth_mm": 2.0}, "prism: a press of 2 mm goes through the gel, which is 2 mm"),
     ],
 )
 def test_scenes_that_cannot_be_are_refused(scene, options, words) -> None:

@@ -10,7 +10,7 @@ from lerobot.cameras.configs import CameraConfig, ColorMode
 @CameraConfig.register_subclass("gelsight_wedge")
 @dataclass(kw_only=True)
 class GelSightWedgeCameraConfig(CameraConfig):
-    """Where the frames come from, beside LeRobot's ``fps``, ``width`` and ``height``.
+    """Where the frames come from, in addition to LeRobot's ``fps``, ``width`` and ``height``.
 
     Attributes:
         source: A stream's address, or whatever `wedge live` takes.

@@ -55,14 +55,14 @@ class GelSightWedgeCamera(Camera):  # type: ignore[misc, unused-ignore]
             ConnectionError: nothing is there, no frame comes, or it has another size.
         """
         if self.is_connected:
-            raise DeviceAlreadyConnectedError(f"{self} is connected.")
+            raise DeviceAlreadyConnectedError(f"{self} is already connected.")
         try:
             self._newest = Newest(open_source(self.config.source))
             height, width = self.async_read(FIRST_FRAME_WITHIN_MS).shape[:2]
             if (self.width or width, self.height or height) != (width, height):
                 raise WedgeError(
-                    f"frames are {width} x {height}, not {self.width} x {self.height}: set width "
-                    "and height of the camera to theirs."
+                    f"frames are {width} x {height}, not {self.width} x {self.height}: set the "
+                    "camera's width and height to these."
                 )
         except (WedgeError, TimeoutError) as error:
             self.disconnect_if_connected()
@@ -102,7 +102,7 @@ class GelSightWedgeCamera(Camera):  # type: ignore[misc, unused-ignore]
         """
         frame = self._connected().take(0.0) or self._last
         if frame is None or time.time_ns() - frame.arrived_ns > max_age_ms * 1e6:
-            raise TimeoutError(f"{self} has no frame of the last {max_age_ms} ms.")
+            raise TimeoutError(f"{self} has no frame from the last {max_age_ms} ms.")
         self._last = frame
         return self._image(frame)
 
