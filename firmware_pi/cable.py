@@ -17,7 +17,7 @@ LINES = (BEGIN, ALL, b"dtoverlay=dwc2,dr_mode=peripheral", END)
 
 
 def lay_cable(file: Path) -> None:
-    """Give a config.txt our lines, unless it has them; mend what an older installer wrote.
+    """Give a config.txt our lines, unless it has them; correct what an older installer wrote.
 
     Raises:
         WedgeError: the file cannot be read or written.

@@ -147,7 +147,7 @@ class PiCamera:
 def camera_number(settings: Settings, ids: Sequence[str]) -> int:
     """Which of the cameras that a Pi sees is meant.
 
-    They are counted anew at each start of the Pi: without the first one, the second is number 0.
+    They are counted again at each start of the Pi: without the first one, the second is number 0.
 
     Args:
         settings: The camera by its id or, where that is empty, by its number.

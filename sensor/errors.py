@@ -4,7 +4,7 @@
 
 
 class WedgeError(Exception):
-    """A fault that the user can mend, in one sentence: what, where, what to do.
+    """A fault that the user can correct, in one sentence: what, where, what to do.
 
     The command line prints it without a traceback and exits with status 2.
     """

@@ -71,7 +71,7 @@ class Recipe:
         if self.raw and self.paint == "silver":
             raise WedgeError(
                 "the twin renders silver paint only straight on, and via the mirror it looks "
-                "different: use --paint gray, or --view gel."
+                "different: take --paint gray, or --view gel."
             )
 
     @property

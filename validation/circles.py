@@ -126,7 +126,7 @@ def area_under_curve(fits: Sequence[tuple[float, bool]]) -> float | None:
 
 
 def interval(found: Sequence[Found], seed: int = 0) -> Interval | None:
-    """95 % interval of that area over presses drawn anew, each with all of its fits.
+    """95 % interval of that area over presses drawn again, each with all of its fits.
 
     ``None`` for too few of them, and where no draw would have another area: where all fits are
     right, or wrong, or every right one is better than every wrong one, or worse.

@@ -31,7 +31,7 @@ SURE = 0.99
 """Of a difference, before a number counts as moved: a dozen are compared at each date, and 95 %
 would see one move at every other date where none has."""
 ERRORS = ("theta_x_deg", "theta_y_deg", "depth_rmse_mm", "depth_bias_mm")
-"""Numbers that tell how a unit errs; the others tell what its sensor sees."""
+"""The errors of a unit; the other numbers say what its sensor sees."""
 LEAST_VARIANCE = 1e-24
 """Of a mean; presses that agree to the last digit still leave a test defined."""
 
@@ -109,7 +109,7 @@ class Evaluation:
     """By name, such as ``theta_x_deg`` or ``brightness_R``."""
     moved_px: float | None
     """How far the blank gel's picture is from where it was at the calibration, as ``moved_px``
-    tells; the set has corners of its own, sought anew, so its errors do not tell."""
+    tells; the set has its own corners, found again, so its errors do not show it."""
 
     @property
     def held_out(self) -> bool:
@@ -231,9 +231,9 @@ class Compared:
 def compared(evaluations: Sequence[Evaluation]) -> list[Compared]:
     """What each later data set of a unit is compared with, in the order given.
 
-    What a sensor sees is compared with the unit's first set. A unit errs less on presses that it
-    has learnt from: errors on presses that it has not are compared with those on the first such
-    set of its own.
+    What a sensor sees is compared with the unit's first set. A unit has smaller errors on presses
+    that it has learnt from: errors on presses that it has not are compared with those on the first
+    such set of its own.
     """
     firsts: dict[str, Evaluation] = {}
     unlearnt: dict[str, Evaluation] = {}

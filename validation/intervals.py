@@ -30,7 +30,7 @@ def bootstrap_intervals(
 ) -> list[Interval] | None:
     """95 % intervals over presses of numbers that are never negative, such as mean errors.
 
-    Presses are drawn anew, as many as there are, ``RESAMPLES`` times; how the numbers scatter is
+    Presses are drawn again, as many as there are, ``RESAMPLES`` times; how the numbers scatter is
     their standard error, and Student's t tells how many of it to go. Draws scatter about these
     presses and not about all that could be, so their variance is short by (p - 1) / p (Hesterberg,
     2015, doi.org/10.1080/00031305.2015.1089789), which is set right. The steps are ratios, those

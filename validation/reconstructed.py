@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A labelled press by the path that a user's frame takes: whoever judges, judges this.
 
-What dots hide is filled anew from slopes around them, as ``recon.pipeline.Reconstructor`` does,
+What dots hide is filled again from slopes around them, as ``recon.pipeline.Reconstructor`` does,
 but rounded alike whatever was filled before, so that tables do not depend on what runs them.
 """
 

@@ -48,7 +48,7 @@ moments() { (cd "$DESTDIR" && find . -type f -printf '%p %i %T@\n' | sort); }
   run env -i PATH=/usr/bin:/bin PYTHONSAFEPATH=1 PYTHONPATH="$DESTDIR/usr/local/lib/gelsight-wedge" \
     python3 -m firmware_pi serve "$DESTDIR/etc/gelsight-wedge/0.toml"
   [ "$status" = 2 ]
-  [[ $output == *"cannot listen at"* || $output == *"libcamera"* || $output == *"picamera2"* ]]
+  [[ $output == *"cannot listen on"* || $output == *"libcamera"* || $output == *"picamera2"* ]]
   [[ $output != *Traceback* ]]
 }
 

@@ -118,7 +118,7 @@ def fit_fewer_lights(
     """Begin to fit estimators to some of the lights, and to judge them on presses held out.
 
     Args:
-        card: the unit's; its estimator is fitted anew to most presses of the dataset.
+        card: the unit's; its estimator is fitted again to most presses of the dataset.
         dataset: where the presses come from.
         usable: how many of them can be used.
         seed: of the split and the drawn pixels.

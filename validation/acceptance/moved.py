@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Has the blank gel's picture moved since the calibration: shifted, turned, come nearer?
 
-Its film and its dots are sought again: the affine map under which the two pictures, without what is
-smooth in them, are most alike (enhanced correlation coefficient, Evangelidis and Psarakis, IEEE
-TPAMI 30(10), 2008). It begins at no motion, and at the one shift that fits best.
+Its film and its dots are searched for again: the affine map under which the two pictures, without
+what is smooth in them, are most alike (enhanced correlation coefficient, Evangelidis and Psarakis,
+IEEE TPAMI 30(10), 2008). It begins at no motion, and at the one shift that fits best.
 """
 
 from collections.abc import Sequence

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Maps of one frame with a scale bar: depth in mm, and the doubt of an inferred slope."""
+"""Maps of one frame with a scale bar: depth in mm, and the uncertainty of an inferred slope."""
 
 import numpy as np
 from jaxtyping import Float32
@@ -20,7 +20,7 @@ FLATTEST_MM = 0.01
 MARGIN_IN = 0.08
 DOUBT_COLORS = "magma"
 LEAST_DOUBT = 0.05
-"""mm/mm; the colour bar of the doubt never spans less."""
+"""mm/mm; the colour bar of the uncertainty never spans less."""
 
 
 @styled

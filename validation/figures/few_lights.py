@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Touches in rows, lights in columns: true depth, what each way makes of it, and the doubt."""
+"""Touches in rows, lights in columns: true depth, what each way finds, and the uncertainty."""
 
 from collections.abc import Sequence
 

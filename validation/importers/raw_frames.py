@@ -106,8 +106,8 @@ def only_caliper(pictures: Pictures) -> str:
     if pictures.presses or not pictures.caliper:
         return ""
     count, (name, _) = len(pictures.caliper), pictures.caliper[0]
-    named = f"all {count} others count" if count > 1 else "the only other one counts"
-    return f": {named} as a picture of a caliper ({name}), as the name begins with a length"
+    named = f"all {count} are named" if count > 1 else "the only one is named"
+    return f": {named} as a caliper's ({name}), by the length that the name begins with"
 
 
 def told_by_name(names: Sequence[str]) -> Pictures:
@@ -144,7 +144,7 @@ def import_raw_frames(
             A frame in which no pad shows is taken to be as long as it.
         mm_per_px: pitch of frames that show the gel plane; ``None`` where nobody said. A pad that
             seems to show in them is left aside.
-        check: called with the card before circles are sought, to refuse it.
+        check: called with the card before circles are searched for, to refuse it.
         progress: called with the share that is done and what is being done.
 
     Raises:

@@ -192,9 +192,7 @@ def test_presses_that_are_named_as_a_caliper_s_or_lie_elsewhere_are_said_to_be_s
     tmp_path: Path,
 ) -> None:
     balls = [f"5.84mm ball {i}.png" for i in range(3)]
-    with pytest.raises(
-        WedgeError, match=r"all 3 others count as a picture of a caliper \(5\.84mm ball 0\.png\)"
-    ):
+    with pytest.raises(WedgeError, match=r"all 3 are named as a caliper's \(5\.84mm ball 0\.png\)"):
         sort_pictures(["background.png", *balls])
     with pytest.raises(WedgeError, match=r"picture of a ball press\.$"):
         sort_pictures(["background.png"])
