@@ -245,9 +245,9 @@ def test_a_folder_of_a_caliper_alone_is_refused(
 def test_a_background_of_another_size_is_named(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    words, blank = new_sensor(tmp_path), tmp_path / "blank.png"
-    write_image(blank, np.full((40, 60, 3), 120, np.uint8))
-    pytest.raises(SystemExit, main, [*words, "--background", str(blank)])
+    write_image(blank := tmp_path / "blank.png", np.zeros((40, 60, 3), np.uint8))
+    with pytest.raises(SystemExit):
+        main([*new_sensor(tmp_path), "--background", str(blank)])
     assert f"{blank}, the background, is 60x40 pixels" in capsys.readouterr().err
 
 
