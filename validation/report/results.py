@@ -184,9 +184,9 @@ def known_depth_section(
         html=paragraph(
             f"Here the depth itself is known: {len(examples)} presses to a commanded depth, "
             f"reconstructed by the {estimator} of a unit calibrated on {learnt_from}. The command "
-            "places the ball, not the gel, which sinks in around it. So the truth is exact at the "
-            f"centre and only rough at the rim. The error at the centre is {signed(mean_mm)} mm on "
-            f"average. Source: {dataset.card.source}. Licence: "
+            "places the ball, not the gel, which sinks in around it. So the truth holds at the "
+            "centre, but only roughly at the rim. The error at the centre is "
+            f"{signed(mean_mm)} mm on average. Source: {dataset.card.source}. Licence: "
             f"{dataset.card.licence}."
         )
         + table_html(
