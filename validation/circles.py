@@ -45,6 +45,8 @@ class Found:
     """Found minus labelled centre; ``None`` where the press was missed."""
     fits: tuple[tuple[float, bool], ...]
     """Quality of each proposed disc after its fit, and whether it is the labelled one."""
+    spread: float | None = None
+    """Of the outline (``recon.labels.outline``), in contact radii."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,6 +61,8 @@ class CircleErrors:
     within_90_px: float | None = None
     bias_px: tuple[float, float] | None = None
     """Median of the offsets along x and y."""
+    spread: float | None = None
+    """Median of the outlines', by which ``recon.labels.found`` chooses how all are centred."""
 
 
 def labelled(name: str) -> tuple[PressReader, Sequence[BallLabel]]:
@@ -92,7 +96,7 @@ def look(reader: PressReader, label: BallLabel) -> Found:
     if circle is None:
         return Found(None, tuple(fits))
     x_px, y_px = scale * (np.array(circle.center_px) - truth)
-    return Found((float(x_px), float(y_px)), tuple(fits))
+    return Found((float(x_px), float(y_px)), tuple(fits), circle.spread)
 
 
 def summary(name: str, found: Sequence[Found]) -> CircleErrors:
@@ -103,8 +107,10 @@ def summary(name: str, found: Sequence[Found]) -> CircleErrors:
         return row
     away = np.hypot(*np.transpose(offsets))
     bias = np.median(offsets, axis=0)
+    spreads = [one.spread for one in found if one.spread is not None]
     return replace(
         row,
+        spread=float(np.median(spreads)) if spreads else None,
         median_px=float(np.median(away)),
         mean_px=float(away.mean()),
         within_90_px=float(np.quantile(away, 0.9)),
@@ -189,10 +195,11 @@ def _line(row: CircleErrors) -> str:
     if row.bias_px is None:
         return f"{row.name}: {row.presses} presses, all missed"
     x_px, y_px = row.bias_px
+    spread = "" if row.spread is None else f"; outlines spread by {row.spread:.3f} radii"
     return (
         f"{row.name}: {row.presses} presses, {row.missed} missed; at {COMPARED_AT_PX} px of width "
         f"centres are off by {row.median_px:.2f} px (median), {row.mean_px:.2f} (mean), "
-        f"{row.within_90_px:.2f} (90 %), bias ({x_px:+.2f}, {y_px:+.2f})"
+        f"{row.within_90_px:.2f} (90 %), bias ({x_px:+.2f}, {y_px:+.2f}){spread}"
     )
 
 

@@ -24,7 +24,8 @@ from sensor.errors import WedgeError
 
 WIDEST_SPREAD = 0.02
 """Of outlines, in contact radii, the median over presses: 0.006 to 0.015 on taxim-gelsight,
-known-depth and four rendered sets, 0.022 on marker-balls-a, 0.033 and 0.055 on wedge-lab's gels."""
+known-depth and four rendered sets, 0.022 on marker-balls-a, 0.033 and 0.052 on wedge-lab's gels
+(``python -m validation.circles SET`` tells a labelled set's)."""
 FEWEST = 5
 """Circles that tell."""
 

@@ -10,9 +10,10 @@ from recon.images import read_frame
 from recon.labels.capture import LEAST_DETAIL
 from recon.labels.sharpness import detail_kept
 from sensor.dataset import read_dataset
-from validation.datasets import dataset_folder
+from validation.datasets import dataset_folder, on_this_machine
 
 LENS_NOISE_LEVELS = 0.6
+SETS = ("taxim-gelsight", "twin-standard", "twin-finger", "known-depth", "wedge-lab")
 
 
 def frame(structure: np.ndarray, noise_levels: float, seed: int) -> np.ndarray:
@@ -42,7 +43,7 @@ def test_a_gel_without_structure_is_never_blurred() -> None:
         assert detail_kept(frame(plain, 1.0, seed), frame(plain, 1.0, 100 + seed)) > LEAST_DETAIL
 
 
-@pytest.mark.parametrize("name", ["taxim-gelsight", "twin-standard", "twin-finger"])
+@pytest.mark.parametrize("name", on_this_machine(SETS))
 def test_presses_are_sharp_and_blurred_ones_are_not(name: str) -> None:
     dataset = read_dataset(dataset_folder(name))
     blank = read_frame(dataset.folder, dataset.card.background[0])
