@@ -24,6 +24,7 @@ SUBCOMMANDS = {
     "sweep": "vary one field of a design; predict gradient error and lit area",
     "data": "list the known datasets; import raw frames and other tools' calibrations",
     "capture": "take ball presses from a sensor, only good ones, with a map of the pad",
+    "lens": "measure a wide camera's lens from pictures of a chessboard",
     "label": "find the circles of ball presses, then correct the doubtful ones in the browser",
     "calibrate": "make a unit folder for one sensor from its ball presses",
     "evaluate": "measure units' errors on other datasets, and what has changed since",

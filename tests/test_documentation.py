@@ -18,15 +18,13 @@ from dataclasses import fields, is_dataclass
 from pathlib import Path
 from types import ModuleType
 
-import cv2
 import matplotlib
-import numpy as np
 import pytest
 
 import app.__main__
 from app._words import understood
 from recon.calibration import calibrate
-from recon.images import read_image, write_image
+from recon.images import read_image
 from recon.presses import read_presses
 from tests.synthetic import make_dataset
 from validation.datasets import DATASETS
@@ -47,7 +45,7 @@ def ids(page: Path) -> str:
 
 @pytest.fixture(scope="module")
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with what the pages speak of: presses, a unit, two frames, chessboards, a design."""
+    """A folder with what the pages speak of: presses, a unit, two frames, a design."""
     folder = tmp_path_factory.mktemp("desk")
     dataset = make_dataset(folder / "balls")
     for name, source in {"background": "background", "press": "press00"}.items():
@@ -63,25 +61,9 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     )
     (folder / "units").mkdir()
     unit.save(folder / "units" / "wedge-001")
-    for tilt in range(4):
-        write_image(folder / "chessboards" / f"board{tilt}.png", chessboard(tilt))
     (text,) = [text for text in blocks(DOCS / "howto" / "design.md", "toml") if "base" in text]
     (folder / "thin.toml").write_text(text)
     return folder
-
-
-def chessboard(tilt: int) -> np.ndarray:
-    """An 8 x 6 board before a pinhole camera, tilted in one of four ways."""
-    squares = np.kron(np.indices((6, 8)).sum(0) % 2, np.ones((30, 30))) * 255
-    board = np.pad(squares, 40, constant_values=255).astype(np.float32)
-    height, width = board.shape
-    camera = np.array([[400.0, 0, width / 2], [0, 400.0, height / 2], [0, 0, 1]])
-    turn, _ = cv2.Rodrigues(np.radians([(25.0, 0, 5), (-25, 5, 0), (0, 25, 5), (5, -25, 0)][tilt]))
-    to_center = np.array([[1.0, 0, -width / 2], [0, 1, -height / 2], [0, 0, 1]])
-    pose = np.column_stack([turn[:, 0], turn[:, 1], [0, 0, 400.0]])
-    warp = camera @ pose @ to_center
-    image = cv2.warpPerspective(board, warp, (width, height), borderValue=255)
-    return np.repeat(image.round().astype(np.uint8)[..., None], 3, -1)
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if blocks(page, "python")], ids=ids)

@@ -12,7 +12,7 @@ and the three terms have a Newton inverse that is exact to rounding.
 """
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -170,13 +170,18 @@ class Boards:
     """Pictures in which no whole board was found."""
 
 
-def find_boards(images: Mapping[str, Frame], pattern: tuple[int, int] | None = None) -> Boards:
+def find_boards(
+    images: Mapping[str, Frame],
+    pattern: tuple[int, int] | None = None,
+    progress: Callable[[float], None] = lambda _: None,
+) -> Boards:
     """Find a chessboard's inner corners, to a fraction of a pixel, in pictures of one camera.
 
     Args:
         images: pictures of one camera, by name.
         pattern: inner corners along and across the board; by default the largest board seen in
             most pictures.
+        progress: told the share of the pictures that were searched.
 
     Raises:
         WedgeError: pictures differ in size, or too few of them show a whole board.
@@ -190,9 +195,11 @@ def find_boards(images: Mapping[str, Frame], pattern: tuple[int, int] | None = N
         )
     if not images:
         raise WedgeError("no picture of a chessboard was given: name a folder that holds some.")
-    pattern = pattern or _commonest_pattern(gray)
+    searches = len(gray) * (1 if pattern else 2)
+    pattern = pattern or _commonest_pattern(gray, lambda done: progress(done / searches))
     found: dict[str, Points] = {}
-    for name, image in gray.items():
+    for left, (name, image) in zip(range(len(gray), 0, -1), gray.items(), strict=True):
+        progress(1 - left / searches)
         if pattern is None:
             continue
         ok, corners = cv2.findChessboardCornersSB(image, pattern, flags=cv2.CALIB_CB_ACCURACY)
@@ -217,9 +224,7 @@ def calibrate_lens(boards: Boards) -> Lens:
     Raises:
         WedgeError: the boards do not determine a lens that is one-to-one over the frame.
     """
-    columns, rows = boards.pattern
-    across, along = np.mgrid[:rows, :columns]
-    board = np.stack([along, across, np.zeros_like(along)], -1).reshape(-1, 3).astype(np.float32)
+    board = _board(boards.pattern)
     width, height = boards.frame_size_px
     # Without a first guess, boards that face the camera send the focal length to infinity.
     guess = np.array([[width, 0, (width - 1) / 2], [0, width, (height - 1) / 2], [0, 0, 1.0]])
@@ -243,6 +248,32 @@ def calibrate_lens(boards: Boards) -> Lens:
         radial=(k1, k2, k3),
         rms_px=float(rms_px),
     )
+
+
+def board_misses_px(boards: Boards, lens: Lens) -> dict[str, Points]:
+    """From where the lens would show each corner of a flat board to where it was seen.
+
+    Each board lies where it fits its corners best, in ideal pixels.
+    """
+    grid = _board(boards.pattern)[:, :2]
+    misses = {}
+    for name, corners in boards.corners_px.items():
+        to_ideal, _ = cv2.findHomography(grid, lens.undistort(corners))
+        flat = cv2.perspectiveTransform(grid[:, None].astype(np.float64), to_ideal)[:, 0]
+        misses[name] = corners - lens.distort(flat)
+    return misses
+
+
+def reach(boards: Boards, lens: Lens) -> float:
+    """How far out the boards show the lens, as a share of the frame's farthest corner.
+
+    Beyond, the lens is extrapolated.
+    """
+    width, height = boards.frame_size_px
+    ends = np.array([(x, y) for x in (-0.5, width - 0.5) for y in (-0.5, height - 0.5)])
+    seen = np.concatenate(list(boards.corners_px.values()))
+    farthest = [np.linalg.norm(points - lens.center_px, axis=1).max() for points in (seen, ends)]
+    return float(farthest[0] / farthest[1])
 
 
 def read_lens(path: Path) -> Lens:
@@ -278,10 +309,20 @@ def write_lens(path: Path, lens: Lens) -> None:
     write_atomic(path, toml_text({key: getattr(lens, key) for key in KEYS}).encode())
 
 
-def _commonest_pattern(gray: Mapping[str, np.ndarray]) -> tuple[int, int] | None:
+def _board(pattern: tuple[int, int]) -> np.ndarray:
+    """A flat board's inner corners, row by row, one square apart; float32 ``(n, 3)``."""
+    columns, rows = pattern
+    across, along = np.mgrid[:rows, :columns]
+    return np.stack([along, across, np.zeros_like(along)], -1).reshape(-1, 3).astype(np.float32)
+
+
+def _commonest_pattern(
+    gray: Mapping[str, np.ndarray], searched: Callable[[int], None]
+) -> tuple[int, int] | None:
     """The size of the board that is seen whole in most pictures."""
     seen: Counter[tuple[int, int]] = Counter()
-    for image in gray.values():
+    for number, image in enumerate(gray.values()):
+        searched(number)
         ok, _, meta = cv2.findChessboardCornersSBWithMeta(image, (3, 3), cv2.CALIB_CB_LARGER)
         if ok:
             rows, columns = sorted(meta.shape[:2])

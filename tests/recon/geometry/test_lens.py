@@ -4,53 +4,25 @@
 
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from recon.geometry.lens import Boards, Lens, calibrate_lens, find_boards, read_lens, write_lens
+from recon.geometry.lens import (
+    Boards,
+    Lens,
+    board_misses_px,
+    calibrate_lens,
+    find_boards,
+    reach,
+    read_lens,
+    write_lens,
+)
 from recon.images import read_image
 from sensor.errors import WedgeError
+from tests.chessboards import PATTERN, TILTS, TRUE, board_points, rendered
 from validation.datasets import shared_folder
-
-TRUE = Lens(
-    frame_size_px=(320, 240),
-    focal_px=(200.0, 202.0),
-    center_px=(162.0, 118.0),
-    radial=(-0.2, 0.06, 0.0),
-    rms_px=0.1,
-)
-PATTERN = (8, 6)
-TILTS = [(0.4, 0.1), (-0.4, 0.2), (0.1, 0.45), (-0.2, -0.45), (0.3, -0.3), (-0.35, 0.35)]
-
-
-def board_points(tilt: tuple[float, float], index: int) -> np.ndarray:
-    """Ideal pixels of a tilted board's inner corners, spread over the frame."""
-    columns, rows = PATTERN
-    y, x = np.mgrid[:rows, :columns]
-    points = np.stack([x - 3.5, y - 2.5, np.zeros_like(x)], -1).reshape(-1, 3) * 1.0
-    turned = points @ cv2.Rodrigues(np.array([*tilt, 0.1 * index]))[0].T
-    turned += (1.2 * np.cos(index), 0.6 * np.sin(index), 8.5)
-    return turned[:, :2] / turned[:, 2:] * TRUE.focal_px + TRUE.center_px
-
-
-def rendered(tilt: tuple[float, float], index: int) -> np.ndarray:
-    """A picture of that board through the true lens."""
-    columns, rows = PATTERN
-    y, x = np.mgrid[:rows, :columns]
-    grid = np.stack([x, y], -1).reshape(-1, 2).astype(np.float32)
-    ideal = board_points(tilt, index).astype(np.float32)
-    to_board, _ = cv2.findHomography(ideal, grid)
-    fine = 3  # sub-pixels, so that edges are as soft as a camera's
-    v, u = (np.mgrid[: 240 * fine, : 320 * fine] - (fine - 1) / 2) / fine
-    straight = TRUE.undistort(np.stack([u, v], -1).reshape(-1, 2))
-    on_board = cv2.perspectiveTransform(straight[:, None], to_board)[:, 0]
-    inside = ((on_board > -1) & (on_board < PATTERN)).all(1)
-    black = inside & (np.floor(on_board).sum(1) % 2 == 0)
-    gray = np.where(black, 30.0, 220.0).reshape(240, fine, 320, fine).mean((1, 3))
-    return np.repeat(gray.round().astype(np.uint8)[..., None], 3, -1)
 
 
 @given(
@@ -120,6 +92,33 @@ def test_exact_corners_give_back_the_lens() -> None:
     assert lens.center_px == pytest.approx(TRUE.center_px, abs=0.2)
     points = np.concatenate(list(seen.values()))
     assert np.abs(lens.undistort(points) - TRUE.undistort(points)).max() < 0.1
+
+
+def test_a_corner_that_was_seen_elsewhere_misses_by_that_much() -> None:
+    seen = {str(i): TRUE.distort(board_points(tilt, i)) for i, tilt in enumerate(TILTS)}
+    boards = Boards(frame_size_px=(320, 240), pattern=PATTERN, corners_px=seen, left_out=())
+    assert max(np.abs(miss).max() for miss in board_misses_px(boards, TRUE).values()) < 1e-3
+    seen["0"] = seen["0"] + np.where(np.arange(48) == 20, 0.3, 0.0)[:, None]
+    misses = board_misses_px(boards, TRUE)
+    assert np.linalg.norm(misses["0"], axis=1).argmax() == 20
+    assert misses["0"][20] == pytest.approx((0.3, 0.3), abs=0.05)
+    assert misses["0"].mean(0) == pytest.approx((0.0, 0.0), abs=0.01)  # as the board follows
+
+
+def test_boards_reach_as_far_as_their_outermost_corner() -> None:
+    lens = Lens(
+        frame_size_px=(101, 101),
+        focal_px=(80.0, 80.0),
+        center_px=(50.0, 50.0),
+        radial=(0.0, 0.0, 0.0),
+        rms_px=0.1,
+    )
+    for place, share in (((50.0, 50.0), 0.0), ((-0.5, 100.5), 1.0), ((50.0, 75.25), 0.5 / 2**0.5)):
+        corners = np.array([place, (50.0, 50.0)])
+        boards = Boards(
+            frame_size_px=(101, 101), pattern=(2, 1), corners_px={"a": corners}, left_out=()
+        )
+        assert reach(boards, lens) == pytest.approx(share)
 
 
 def test_pictures_give_back_the_lens_and_name_what_shows_no_board() -> None:
