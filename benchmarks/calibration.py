@@ -1,10 +1,14 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""One calibration from 40 presses: its time, and the memory it took."""
+"""One calibration from 40 presses, its time and memory, and raw frames to a certificate."""
 
 import resource
+import shutil
+import subprocess
 import sys
+import tempfile
 import time
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,7 +17,9 @@ from recon.arrays import Difference
 from recon.calibration import Calibration, calibrate
 from recon.presses import read_presses
 from sensor.dataset import read_dataset
+from validation.datasets import shared_folder
 from validation.evaluation import held_out_metrics, hold_out
+from validation.importers.wedge_lab import BALL_RADIUS_MM
 
 PRESSES = 40
 
@@ -42,6 +48,33 @@ def measure(folder: Path) -> tuple[Calibration, Difference, list[Measurement]]:
         bar=60,
     )
     return unit, presses.presses[0].difference, [figure]
+
+
+def raw_to_certificate() -> Iterator[Measurement]:
+    """The two commands from a folder of raw frames, as someone types them; where there are some."""
+    raw = shared_folder() / "wedge-lab" / "calibration"  # may not be redistributed
+    if not raw.is_dir():
+        return
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "raw").mkdir()
+        for pattern, most in (("bg-*", 1), ("5mm-*", 5), ("ball-*", PRESSES)):
+            for picture in sorted(raw.glob(pattern))[:most]:
+                shutil.copyfile(picture, folder / "raw" / picture.name)
+        start = time.perf_counter()
+        for words in (
+            ("calibrate", "raw", "--ball-radius-mm", f"{BALL_RADIUS_MM:g}", "--out", "unit"),
+            ("accept", "unit", "unit-presses", "--out", "certificate"),
+        ):
+            command = [sys.executable, "-m", "app", *words]
+            subprocess.run(command, cwd=folder, check=True, capture_output=True)
+        taken_s = time.perf_counter() - start
+    yield Measurement(
+        name=f"wedge-lab: raw frames of {PRESSES} presses to a certificate, two commands",
+        value=taken_s,
+        unit="s",
+        bar=90,
+    )
 
 
 def peak_memory() -> Measurement:
