@@ -9,6 +9,18 @@ from typing import TYPE_CHECKING, Any
 
 from app._lights import with_designed_lights
 from app._output import command_line
+from sensor.dataset import (
+    CARD_FILE,
+    LABELS_FILE,
+    LENS_FILE,
+    BallLabel,
+    Dataset,
+    DatasetCard,
+    frame_name,
+    read_dataset,
+    write_card,
+    write_labels,
+)
 from sensor.errors import WedgeError
 
 if TYPE_CHECKING:
@@ -16,11 +28,9 @@ if TYPE_CHECKING:
     from recon.geometry.unwarp import Unwarp
     from recon.labels.capture import PressWatcher
     from recon.labels.circles import Circle
-    from sensor.dataset import BallLabel, Dataset, DatasetCard
     from sensor.design import Wedge
 
 CALIPER_FOLDER = "caliper"
-CARD_FILE, LABELS_FILE = "dataset.toml", "labels.csv"
 
 
 class Captured:
@@ -45,7 +55,6 @@ class Captured:
         from recon.images import write_image
         from recon.labels.label_book import LabelBook
         from recon.presses import read_dataset_lens
-        from sensor.dataset import LENS_FILE, read_dataset, write_card
 
         self.out, self.card, self.watcher, self.taken = out, card, watcher, taken
         self.lights_deg: Mapping[str, float] | None = None
@@ -161,7 +170,6 @@ class Captured:
             WedgeError: the pictures tell no scale, or no ball is found by it; all is kept then, at
                 the size as it was.
         """
-        from sensor.dataset import read_dataset
         from validation.importers.folder import lit
 
         while True:
@@ -192,7 +200,6 @@ class Captured:
             WedgeError: the folder cannot be read; all is kept.
         """
         from recon.labels.label_book import LabelBook
-        from sensor.dataset import read_dataset
 
         try:
             book = LabelBook(read_dataset(self.out, labelled=False))
@@ -207,7 +214,6 @@ class Captured:
         """The folder as it is now, and how its frames are unwarped."""
         from recon.labels.find_circle import refuse_ball
         from recon.presses import dataset_unwarp, read_dataset_lens
-        from sensor.dataset import read_dataset
         from sensor.toml import located
 
         assert self.watcher.background is not None
@@ -222,7 +228,6 @@ class Captured:
 
     def _follow(self, dataset: "Dataset", unwarp: "Unwarp") -> str:
         from recon.labels.label_book import LabelBook, is_by_hand, places
-        from sensor.dataset import frame_name, read_dataset, write_labels
         from sensor.files import alone_in
 
         before, card = self.card, dataset.card
@@ -253,7 +258,6 @@ class Captured:
         """Write what was measured beside what others wrote meanwhile; not if they moved corners."""
         from recon.labels.carried import merged
         from recon.labels.label_book import places
-        from sensor.dataset import read_dataset, write_card, write_labels
         from sensor.files import alone_in
 
         with alone_in(self.out):

@@ -12,7 +12,7 @@ from app._lights import unlit_remark, with_designed_lights
 from app._output import command_line, print_left_out
 from app._pad import refuse_other_pad
 from app._progress import progress
-from sensor.dataset import LENS_FILE
+from sensor.dataset import CARD_FILE, LENS_FILE
 from sensor.errors import WedgeError
 from sensor.files import check_new_folder, new_folder
 from sensor.toml import Pair
@@ -48,14 +48,13 @@ def import_source(
         WedgeError: the source is neither, something is missing in it, or ``out`` is kept.
     """
     from sensor.dataset import read_dataset, write_card
-    from validation.datasets import CARD
 
     for name, value in (("ball-radius-mm", ball_radius_mm), ("mm-per-px", mm_per_px)):
         if value is not None and not 0 < value < 1e3:
             raise WedgeError(f"--{name} {value:g} must be above 0 and below 1000.")
     if not source.exists():
         raise WedgeError(f"{source} does not exist: name a folder of frames or a data pack.")
-    if (source / CARD).is_file():
+    if (source / CARD_FILE).is_file():
         raise WedgeError(f"{source} is already a dataset: use it as it is, or copy it.")
     check_new_folder(out)
     found = _usable_calibration(source, mm_per_px)
@@ -66,7 +65,7 @@ def import_source(
     card = read_dataset(out).card
     if remark := unlit_remark(card.lights_deg, design):
         print(remark)
-        write_card(out / CARD, with_designed_lights(card, design))
+        write_card(out / CARD_FILE, with_designed_lights(card, design))
     print(f"Dataset: {out}")
 
 

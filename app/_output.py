@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from sensor.dataset import IMAGES
+from sensor.dataset import CARD_FILE, IMAGES
 from sensor.documents import json_bytes
 from sensor.errors import WedgeError
 from sensor.files import write_atomic
+from sensor.unit import UNIT_FILE
 
 OutputFile = Annotated[Path | None, tyro.conf.arg(metavar="FILE")]
 """An option that names a file to write."""
@@ -78,7 +79,7 @@ def refuse_unit_folder(out: Path | None) -> None:
     Raises:
         WedgeError: names the folder.
     """
-    if out is not None and (out / "unit.toml").is_file():
+    if out is not None and (out / UNIT_FILE).is_file():
         raise WedgeError(f"{out} is a unit folder, which holds only its own files: name another.")
 
 
@@ -88,7 +89,7 @@ def _is_read_in(folders: set[Path], path: Path) -> bool:
         return False
     # A dataset may have folders of its own; in others, what lies deeper is not looked at.
     return path.parent in folders or any(
-        folder in folders and (folder / "dataset.toml").is_file() for folder in path.parents
+        folder in folders and (folder / CARD_FILE).is_file() for folder in path.parents
     )
 
 

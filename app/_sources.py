@@ -10,6 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
+from sensor.dataset import CARD_FILE
 from sensor.errors import WedgeError
 
 if TYPE_CHECKING:
@@ -55,7 +56,7 @@ def is_dataset(where: str) -> bool:
     from validation.datasets import DATASETS
 
     known = {dataset.name for dataset in DATASETS}
-    return where in known or (Path(where) / "dataset.toml").is_file()
+    return where in known or (Path(where) / CARD_FILE).is_file()
 
 
 def open_live(where: str, *, repeat: bool = False) -> "FrameSource":

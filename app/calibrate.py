@@ -13,14 +13,15 @@ from app._output import OutputFile, command_line, keep_inputs, print_error_table
 from app._progress import progress
 from app._seed import Seed
 from app._workers import process_pool
+from sensor.dataset import CARD_FILE, Dataset, read_dataset
 from sensor.design import Wedge
 from sensor.errors import WedgeError
 from sensor.files import check_new_folder, check_outputs
+from sensor.unit import UNIT_FILE
 
 if TYPE_CHECKING:
     from recon.calibration import Calibration
     from recon.presses import PressSet
-    from sensor.dataset import Dataset
     from validation.error_table import ErrorTable
 
 
@@ -65,7 +66,6 @@ def main(
     from recon.estimators import refuse_unfittable
     from recon.labels.ball_size import refuse_small_ball
     from recon.labels.press_doubts import press_doubts
-    from sensor.dataset import read_dataset
     from sensor.design_file import load_design
     from validation.datasets import dataset_folder
     from validation.table_text import table_document
@@ -73,13 +73,13 @@ def main(
     if out.name in ("", ".."):
         raise WedgeError(f"--out {out} gives the unit no name: name a new folder.")
     check_new_folder(out)
-    check_outputs(out / "unit.toml", json)
+    check_outputs(out / UNIT_FILE, json)
     keep_inputs([dataset, design], [json])
     refuse_unfittable(estimator)
     built_from = None if design is None else load_design(design)
     folder = _dataset_of(Path(dataset), out, built_from, ball_radius_mm)
     source = read_dataset(folder or dataset_folder(dataset))
-    refuse_other_pad(source.card.pad_size_mm, built_from, str(source.folder / "dataset.toml"))
+    refuse_other_pad(source.card.pad_size_mm, built_from, str(source.folder / CARD_FILE))
     try:
         refuse_small_ball(source.labels, source.card)
     except WedgeError as error:
@@ -152,7 +152,7 @@ def _dataset_of(
     from app._pad import assumed_pad_mm
     from validation.datasets import dataset_folder
 
-    if not frames.is_dir() or (frames / "dataset.toml").exists():
+    if not frames.is_dir() or (frames / CARD_FILE).exists():
         if ball_radius_mm is not None:
             dataset_folder(frames)  # says so where there is neither
             raise WedgeError("--ball-radius-mm is for raw frames: a dataset states its own.")
@@ -163,7 +163,7 @@ def _dataset_of(
             "give the radius of the ball with --ball-radius-mm."
         )
     presses = out.with_name(f"{out.name}-presses")
-    if (presses / "dataset.toml").exists():
+    if (presses / CARD_FILE).exists():
         raise WedgeError(
             f"{presses} holds the presses of an earlier run: continue with "
             f"`{command_line('calibrate', presses, '--out', out)}`, or name another --out."

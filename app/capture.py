@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from app._capture_session import CaptureSession, assumed
-from app._captured import CARD_FILE, Captured
+from app._captured import Captured
 from app._lights import unlit_remark
 from app._output import command_line
+from sensor.dataset import CARD_FILE, Dataset, read_dataset
 from sensor.errors import WedgeError
 
 if TYPE_CHECKING:
     from recon.labels.capture import PressWatcher
     from recon.stream import FrameSource, Newest, TimedFrame
-    from sensor.dataset import Dataset
     from sensor.design import Wedge
 
 REMARK_S = 0.3
@@ -211,7 +211,6 @@ def _ending_early(taken: list[str]) -> Iterator[None]:
 
 def _dataset(like: str | None, ball_radius_mm: float | None) -> "Dataset | None":
     """The dataset of the same sensor, where one is named; it must say which ball is pressed."""
-    from sensor.dataset import read_dataset
     from validation.datasets import dataset_folder
 
     if like is None:

@@ -23,6 +23,7 @@ from app._output import (
 from app._progress import progress
 from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_atomic
+from sensor.unit import UNIT_FILE
 
 if TYPE_CHECKING:
     from recon.cloud import PointCloud
@@ -108,7 +109,7 @@ def main(
         )
     calibration = load_calibration(unit)
     laid_on = None if design is None else load_design(design)
-    refuse_other_pad(calibration.card.pad_size_mm, laid_on, str(unit / "unit.toml"))
+    refuse_other_pad(calibration.card.pad_size_mm, laid_on, str(unit / UNIT_FILE))
     remarks = _remarks(calibration.card, laid_on)
     blank = None if background is None else read_checked(background, calibration.unwarp)
     run = _Run(

@@ -10,6 +10,7 @@ import tyro
 
 from app._output import OutputFile, print_table, write_json
 from app._progress import progress
+from sensor.dataset import CARD_FILE
 from sensor.errors import WedgeError
 
 IMPORT_OPTIONS = ("--out", "--ball-radius-mm", "--mm-per-px", "--pad-size-mm")
@@ -131,13 +132,13 @@ def _folder(name: str) -> Path:
 
 
 def _rows() -> list[dict[str, Any]]:
-    from validation.datasets import CARD, DATASETS
+    from validation.datasets import DATASETS
 
     rows = []
     for known in DATASETS:
         source = known.find()
         folder = None if source is None else known.folder(source)
-        imported = folder is not None and (folder / CARD).is_file()
+        imported = folder is not None and (folder / CARD_FILE).is_file()
         rows.append(
             {
                 "name": known.name,

@@ -22,6 +22,7 @@ from app._progress import progress
 from app._seed import Seed
 from sensor.errors import WedgeError
 from sensor.files import check_outputs
+from sensor.unit import UNIT_FILE
 
 if TYPE_CHECKING:
     from recon.calibration import Calibration
@@ -95,8 +96,8 @@ def _units_and_datasets(what: Sequence[str]) -> tuple[list[Path], list[str]]:
     """
     from validation.datasets import each_once
 
-    units = [Path(name) for name in what if (Path(name) / "unit.toml").is_file()]
-    datasets = each_once(name for name in what if not (Path(name) / "unit.toml").is_file())
+    units = [Path(name) for name in what if (Path(name) / UNIT_FILE).is_file()]
+    datasets = each_once(name for name in what if not (Path(name) / UNIT_FILE).is_file())
     if not what:
         raise WedgeError("name a unit folder, written by wedge calibrate, and a dataset.")
     if not units or not datasets:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from app._progress import progress
+from sensor.dataset import CARD_FILE, LABELS_FILE, read_dataset
 from sensor.errors import WedgeError
 from sensor.extras import how_to_install
 
@@ -57,14 +58,12 @@ def main(
     from recon.labels.find_circle import DOUBTFUL, refuse_ball
     from recon.labels.label_book import (
         CERTAIN,
-        LABELS_FILE,
         LabelBook,
         drop_wide_circles,
         pressed_frames,
         within_balls,
     )
     from recon.presses import press_reader
-    from sensor.dataset import read_dataset
     from sensor.files import check_outputs
     from sensor.toml import located
 
@@ -99,7 +98,7 @@ def main(
         try:
             refuse_ball(reader.unwarp.size_px, card.ball_radius_mm, card.mm_per_px)
         except WedgeError as error:
-            raise located(dataset / "dataset.toml", error) from error
+            raise located(dataset / CARD_FILE, error) from error
     if again:  # only now, as a mistaken radius would have dropped them all
         drop_wide_circles(dataset)
     if wanted:
@@ -120,7 +119,7 @@ def _odd_rows(reader: "PressReader", book: "LabelBook") -> "Iterator[str]":
     """A sentence on the rows that name no frame, and on those of which the circle lies outside."""
     from recon.labels.odd_rows import has_frame, is_outside
 
-    table = reader.dataset.folder / "labels.csv"
+    table = reader.dataset.folder / LABELS_FILE
     width, height = reader.unwarp.size_px
     if lost := [x.file for x in book.labels if not has_frame(reader.dataset.folder, x.file)]:
         yield f"{table} labels frames that do not exist, {_some(lost)}: remove those rows."

@@ -9,7 +9,7 @@ import tyro
 
 from app._output import OutputFile, keep_inputs, print_table, refuse_unit_folder
 from app._progress import progress
-from sensor.dataset import IMAGES, LENS_FILE, read_dataset
+from sensor.dataset import CARD_FILE, IMAGES, LENS_FILE, read_dataset
 from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_atomic
 
@@ -99,7 +99,7 @@ def _refuse_misfit(out: Path, frame_size_px: tuple[int, int]) -> None:
     from recon.presses import read_background
 
     refuse_unit_folder(out)
-    if not (out / "dataset.toml").is_file():
+    if not (out / CARD_FILE).is_file():
         return
     dataset = read_dataset(out, labelled=False, within_balls=False)
     if dataset.labels:

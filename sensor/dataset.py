@@ -33,7 +33,7 @@ from sensor.toml import (
     toml_text,
 )
 
-LENS_FILE = "camera.toml"
+CARD_FILE, LABELS_FILE, LENS_FILE = "dataset.toml", "labels.csv", "camera.toml"
 """A camera calibration beside ``dataset.toml``, where there is one."""
 REQUIRED_KEYS = ("name", "source", "licence", "mm_per_px", "ball_radius_mm", "background")
 OPTIONAL_KEYS = ("corners_px", "pad_size_mm", "lights_deg")
@@ -151,7 +151,7 @@ class Dataset:
     def sha256(self) -> str:
         """Hash of the card, the labels, every frame that they name, and the lens."""
         frames = (*self.card.background, *(label.file for label in self.labels))
-        names = {"dataset.toml", "labels.csv", *(name.partition("#")[0] for name in frames)}
+        names = {CARD_FILE, LABELS_FILE, *(name.partition("#")[0] for name in frames)}
         names |= {LENS_FILE} if (self.folder / LENS_FILE).is_file() else set()
         try:
             return sha256_of_files({name: self.folder / name for name in names})
@@ -170,14 +170,14 @@ def read_dataset(folder: Path, *, labelled: bool = True, within_balls: bool = Tr
     Raises:
         WedgeError: names the file, the key or the line, and what is wrong with it.
     """
-    path = folder / "dataset.toml"
+    path = folder / CARD_FILE
     if not path.is_file():
         raise WedgeError(f"{folder} is not a dataset folder: it has no dataset.toml.")
     try:
         card = _card(read_toml(path))
     except WedgeError as error:
         raise located(path, error) from error
-    table = folder / "labels.csv"
+    table = folder / LABELS_FILE
     labels = _read_labels(table) if labelled or table.exists() else ()
     dataset = Dataset(folder=folder, card=card, labels=labels)
     seen: set[str] = set()

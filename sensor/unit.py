@@ -32,7 +32,7 @@ from sensor.toml import (
 MissingAxis = Literal["none", "zero", "network"]
 """What stands in for the gradient that the lights cannot see."""
 
-BACKGROUND_FILE = "background.png"
+UNIT_FILE, BACKGROUND_FILE = "unit.toml", "background.png"
 GRADIENTS_FILE = "gradients.safetensors"
 
 REQUIRED_KEYS = (
@@ -109,7 +109,7 @@ def read_unit_card(folder: Path) -> UnitCard:
     Raises:
         WedgeError: names the file, the key, and what is wrong with it.
     """
-    path = folder / "unit.toml"
+    path = folder / UNIT_FILE
     if not path.is_file():
         refuse_no_unit(folder)
     try:
@@ -128,7 +128,7 @@ def write_unit_card(folder: Path, card: UnitCard) -> None:
     document = {key: value for key in keys if (value := getattr(card, key)) is not None}
     text = "# Written by `wedge calibrate`: measured, never edited by hand.\n" + toml_text(document)
     _card(tomllib.loads(text))  # whose errors come before anything is written
-    write_atomic(folder / "unit.toml", text.encode())
+    write_atomic(folder / UNIT_FILE, text.encode())
 
 
 def _card(document: dict[str, Any]) -> UnitCard:

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float32
 from scipy import ndimage
 
-from sensor.dataset import BallLabel, DatasetCard, write_card, write_labels
+from sensor.dataset import CARD_FILE, LABELS_FILE, BallLabel, DatasetCard, write_card, write_labels
 from sensor.design import Wedge
 from sensor.errors import WedgeError
 from simulation.camera import expose, photograph
@@ -289,9 +289,9 @@ def write_set(
             future.cancel()
         raise
     balls = [press.indenter.round_mm for press in presses if press.indenter.round_mm]
-    write_labels(folder / "labels.csv", sorted(labels, key=lambda label: label.file))
+    write_labels(folder / LABELS_FILE, sorted(labels, key=lambda label: label.file))
     write_card(
-        folder / "dataset.toml",
+        folder / CARD_FILE,
         DatasetCard(
             name=set_name or f"twin-{recipe.design.name}",
             source=source,

@@ -13,14 +13,12 @@ from functools import partial
 from pathlib import Path
 
 from recon.labels import circles
-from sensor.dataset import read_dataset
+from sensor.dataset import CARD_FILE, read_dataset
 from sensor.design import FINGER, STANDARD
 from sensor.errors import WedgeError
 from sensor.files import new_folder, sha256_of_files
 from sensor.toml import Pair
 from validation.importers import known_depth, marker_balls, taxim, twin, wedge_lab, wedge_mit
-
-CARD = "dataset.toml"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,12 +65,12 @@ def dataset_folder(name: str | Path) -> Path:
         WedgeError: the name is unknown, its source is absent, or the cache cannot be written.
     """
     path = Path(name)
-    if (path / CARD).is_file():
+    if (path / CARD_FILE).is_file():
         return path
     known = {dataset.name: dataset for dataset in DATASETS}.get(str(name))
     if known is None:
         if path.is_dir():
-            raise WedgeError(f"{path} is not a dataset folder: it has no {CARD}.")
+            raise WedgeError(f"{path} is not a dataset folder: it has no {CARD_FILE}.")
         near = difflib.get_close_matches(str(name), [x.name for x in DATASETS], n=2, cutoff=0.5)
         hint = (
             f"did you mean {' or '.join(near)}?"
@@ -84,9 +82,9 @@ def dataset_folder(name: str | Path) -> Path:
     if source is None:
         raise WedgeError(f"the dataset {known.name} is not on this machine: {known.sought}.")
     folder = known.folder(source)
-    if (folder / CARD).is_file():
+    if (folder / CARD_FILE).is_file():
         return folder
-    with new_folder(folder, alike=CARD) as temporary:
+    with new_folder(folder, alike=CARD_FILE) as temporary:
         known.importer(source, temporary)
     return folder
 

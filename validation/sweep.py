@@ -18,14 +18,13 @@ from typing import Any
 import simulation
 from recon.calibration import lit_channels
 from recon.presses import LEAST_RADIUS_PX, read_presses
-from sensor.dataset import read_dataset
+from sensor.dataset import CARD_FILE, read_dataset
 from sensor.design import Wedge
 from sensor.errors import WedgeError
 from sensor.files import new_folder, sha256_of_files
 from simulation.dataset import Recipe, dent_of, label_of, presses_of, write_set
 from simulation.engine import Engine
 from simulation.presses import Press
-from validation.datasets import CARD
 from validation.error_table import Row
 from validation.evaluation import hold_out
 from validation.lighting import lit_area
@@ -246,7 +245,7 @@ def _rendered(
     if _is_whole(made):
         return made
     shutil.rmtree(made, ignore_errors=True)  # it has lost a file since: rendered again
-    with new_folder(made, alike=CARD) as draft:
+    with new_folder(made, alike=CARD_FILE) as draft:
         write_set(
             draft,
             recipe,

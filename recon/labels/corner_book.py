@@ -9,9 +9,11 @@ from recon.arrays import Frame
 from recon.geometry.lens import Lens
 from recon.geometry.pad import base_side, find_pad, gel_corners
 from recon.geometry.unwarp import Corners, Unwarp, prepare_unwarp
-from recon.labels.label_book import LABELS_FILE, LabelBook, is_by_hand, places
+from recon.labels.label_book import LabelBook, is_by_hand, places
 from recon.lights import azimuth_deg
 from sensor.dataset import (
+    CARD_FILE,
+    LABELS_FILE,
     BallLabel,
     Dataset,
     DatasetCard,
@@ -24,7 +26,6 @@ from sensor.errors import WedgeError
 from sensor.files import alone_in
 from sensor.toml import Pair
 
-CARD_FILE = "dataset.toml"
 INSET = 0.1
 """Of the frame: where the corners begin when none are found."""
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from recon.images import frame_count
 from sensor.dataset import (
     IMAGES,
+    LABELS_FILE,
     BallLabel,
     Dataset,
     DatasetCard,
@@ -21,7 +22,6 @@ from sensor.dataset import (
 from sensor.errors import WedgeError
 from sensor.files import alone_in, write_atomic
 
-LABELS_FILE = "labels.csv"
 NO_BALL_FILE = "no_ball.txt"
 """The frames in which somebody saw that no ball touches, one a line."""
 CERTAIN = 1.0

@@ -17,9 +17,9 @@ from recon.stream.mcap_reading import Damage, read_records
 from recon.stream.ros import COMPRESSED_IMAGE, FORMAT, CompressedImage
 from sensor.dataset import LENS_FILE
 from sensor.errors import WedgeError
-from sensor.unit import BACKGROUND_FILE, GRADIENTS_FILE, refuse_no_unit
+from sensor.unit import BACKGROUND_FILE, GRADIENTS_FILE, UNIT_FILE, refuse_no_unit
 
-UNIT_FILES = ("unit.toml", BACKGROUND_FILE, GRADIENTS_FILE, LENS_FILE)
+UNIT_FILES = (UNIT_FILE, BACKGROUND_FILE, GRADIENTS_FILE, LENS_FILE)
 """Attached as SENSOR/unit.toml and so on."""
 RECORDED_QUALITY = 95
 """Of frames that were no JPEGs before."""
@@ -205,7 +205,7 @@ class McapSource:
         """
         if self._unit_is_damaged:
             raise WedgeError(f"the unit inside {self.name} is damaged: name its unit folder.")
-        if "unit.toml" not in self.unit:
+        if UNIT_FILE not in self.unit:
             return None
         for name, content in self.unit.items():
             (folder / name).write_bytes(content)
@@ -279,7 +279,7 @@ def _is_image(channel: Any, schema: str | None) -> bool:
 
 
 def _unit_files(sensor: str, folder: Path) -> dict[str, bytes]:
-    if not (folder / "unit.toml").is_file():
+    if not (folder / UNIT_FILE).is_file():
         refuse_no_unit(folder)
     files = {name: folder / name for name in UNIT_FILES if (folder / name).is_file()}
     return {f"{sensor}/{name}": path.read_bytes() for name, path in files.items()}

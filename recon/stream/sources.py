@@ -12,6 +12,7 @@ from recon.stream.files import FOLDER_FPS, FolderSource, UsbSource, VideoSource,
 from recon.stream.frame import FrameSource, TimedFrame
 from recon.stream.http import HttpSource, hidden_login
 from recon.stream.recording import ENDING, McapSource, is_recording
+from sensor.dataset import CARD_FILE
 from sensor.errors import WedgeError
 
 VIDEOS = (".avi", ".mp4", ".mkv", ".mov", ".mjpeg", ".mjpg", ".webm")
@@ -74,7 +75,7 @@ def open_source(where: str | Path) -> FrameSource:
     if match := CAMERA.fullmatch(text):
         return UsbSource(int(match[1]))
     path = Path(where)
-    if (path / "dataset.toml").is_file():
+    if (path / CARD_FILE).is_file():
         return dataset_source(path)
     if path.is_dir():
         return FolderSource(path)

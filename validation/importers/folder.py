@@ -12,6 +12,8 @@ from recon.labels.circles import refit_circle
 from recon.pixels import BallPress
 from recon.presses import LeftOut, read_presses
 from sensor.dataset import (
+    CARD_FILE,
+    LABELS_FILE,
     BallLabel,
     Dataset,
     DatasetCard,
@@ -44,16 +46,16 @@ def write_dataset(
     Raises:
         WedgeError: a frame is missing or damaged, or a label does not fit it.
     """
-    write_card(folder / "dataset.toml", card)
-    write_labels(folder / "labels.csv", labels)
+    write_card(folder / CARD_FILE, card)
+    write_labels(folder / LABELS_FILE, labels)
     left_out: tuple[LeftOut, ...] = ()
     if labels and mend_circles:
         drawn = {label.file: label for label in labels}
         read = read_presses(read_dataset(folder))
         left_out = read.left_out
         labels = [mended(press, drawn[press.file]) for press in read.presses]
-        write_labels(folder / "labels.csv", labels)
-    write_card(folder / "dataset.toml", lit(read_dataset(folder)))
+        write_labels(folder / LABELS_FILE, labels)
+    write_card(folder / CARD_FILE, lit(read_dataset(folder)))
     return left_out
 
 

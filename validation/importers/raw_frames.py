@@ -27,7 +27,9 @@ from recon.labels.found import found_labels
 from recon.labels.label_book import refuse_name
 from recon.presses import PressReader, press_reader
 from sensor.dataset import (
+    CARD_FILE,
     IMAGES,
+    LABELS_FILE,
     LENS_FILE,
     BallLabel,
     DatasetCard,
@@ -320,8 +322,8 @@ def _copy_lens(source: Path, folder: Path, blank: Frame) -> None:
 
 
 def _reader(folder: Path, card: DatasetCard) -> PressReader:
-    write_card(folder / "dataset.toml", card)
-    write_labels(folder / "labels.csv", [])
+    write_card(folder / CARD_FILE, card)
+    write_labels(folder / LABELS_FILE, [])
     return press_reader(read_dataset(folder))
 
 

@@ -6,6 +6,7 @@ import shutil
 from pathlib import Path
 
 import simulation
+from sensor.dataset import CARD_FILE
 from sensor.design import Wedge
 
 BALL_RADIUS_MM = 2.4
@@ -23,7 +24,7 @@ def mm_per_px(design: Wedge) -> tuple[float, float]:
 def find_twin(design: Wedge) -> Path | None:
     """The set of a design, beside the code that rendered it."""
     folder = Path(simulation.__file__).parent / "sets" / design.name
-    return folder if (folder / "dataset.toml").is_file() else None
+    return folder if (folder / CARD_FILE).is_file() else None
 
 
 def import_twin(source: Path, folder: Path) -> None:
