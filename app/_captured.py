@@ -13,7 +13,6 @@ from sensor.dataset import (
     CARD_FILE,
     LABELS_FILE,
     LENS_FILE,
-    BallLabel,
     Dataset,
     DatasetCard,
     frame_name,
@@ -28,6 +27,7 @@ if TYPE_CHECKING:
     from recon.geometry.unwarp import Unwarp
     from recon.labels.capture import PressWatcher
     from recon.labels.circles import Circle
+    from recon.presses import PressReader
     from sensor.design import Wedge
 
 CALIPER_FOLDER = "caliper"
@@ -127,7 +127,9 @@ class Captured:
         Raises:
             WedgeError: the folder cannot be read or written, or as for ``follow``; all is kept.
         """
+        from recon.labels.found import labels_of
         from recon.labels.label_book import CardMovedError
+        from recon.presses import press_reader
 
         while True:
             try:
@@ -137,7 +139,10 @@ class Captured:
                 waiting = sorted(self._waiting)
                 files = [x for x in waiting if self._book.standing(x) == (None, False)]
                 if files:
-                    self._book.put_found(_found(dataset, files, "circles"))
+                    reader = press_reader(dataset)
+                    circles = _found(reader, files, "circles")
+                    self._book.put_found(labels_of(reader, circles))
+                    self._circles |= circles
                 self._agree()
                 return
             except CardMovedError:
@@ -301,12 +306,15 @@ def _found_anew(before: "Dataset", card: "DatasetCard") -> "Dataset":
         WedgeError: no ball is recognised by it.
     """
     from recon.labels.carried import carried
+    from recon.labels.found import agreed, labels_of
     from recon.labels.label_book import CERTAIN
+    from recon.presses import press_reader
 
     after = replace(before, card=card)
     labels = [carried(x, before, after) for x in before.labels if x.quality in (None, CERTAIN)]
     files = [x.file for x in before.labels if x.quality not in (None, CERTAIN)]
-    labels += _found(after, files, "circles at the measured scale")
+    reader = press_reader(after)
+    labels += labels_of(reader, agreed(_found(reader, files, "circles at the measured scale")))
     if not labels:
         pitches = " x ".join(f"{pitch:.4g}" for pitch in card.mm_per_px)
         raise WedgeError(
@@ -315,15 +323,14 @@ def _found_anew(before: "Dataset", card: "DatasetCard") -> "Dataset":
     return replace(after, labels=tuple(sorted(labels, key=lambda label: label.file)))
 
 
-def _found(dataset: "Dataset", files: list[str], title: str) -> "list[BallLabel]":
+def _found(reader: "PressReader", files: list[str], title: str) -> "dict[str, Circle]":
     """The circles of some frames, of those in which a ball shows."""
     from app._progress import progress
     from app._workers import process_pool
-    from recon.labels.found import found_labels
-    from recon.presses import press_reader
+    from recon.labels.found import found_circles
 
     with progress(title) as show, process_pool() as pool:
-        return found_labels(press_reader(dataset), files, pool, show)
+        return found_circles(reader, files, pool, show)
 
 
 def _pixels(card: "DatasetCard") -> tuple[object, ...]:

@@ -36,7 +36,17 @@ def found_labels(
     pool: Executor,
     progress: Callable[[float], None] = lambda _: None,
 ) -> list[BallLabel]:
-    """The labels of the frames in which a ball shows, centred in one way.
+    """The labels of the frames in which a ball shows, centred in one way; as ``found_circles``."""
+    return labels_of(reader, agreed(found_circles(reader, files, pool, progress)))
+
+
+def found_circles(
+    reader: PressReader,
+    files: Sequence[str],
+    pool: Executor,
+    progress: Callable[[float], None] = lambda _: None,
+) -> dict[str, Circle]:
+    """The circles of the frames in which a ball shows, by file, each by itself.
 
     Args:
         reader: of the dataset.
@@ -53,7 +63,7 @@ def found_labels(
         if circle is not None:
             circles[file] = circle
         progress(done / len(files))
-    return labels_of(reader, agreed(circles))
+    return circles
 
 
 def found_circle(reader: PressReader, file: str) -> Circle | None:

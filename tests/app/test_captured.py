@@ -15,6 +15,7 @@ import pytest
 
 import app._workers
 from app.__main__ import main
+from recon.labels import found
 from recon.labels.capture import PressWatcher
 from recon.labels.corner_book import CornerBook
 from recon.labels.found import agreed, found_circle, labels_of
@@ -204,6 +205,24 @@ def test_a_card_that_cannot_be_read_meanwhile_costs_no_press(
     captured = read_dataset(out)
     found = as_found(captured)
     assert list(captured.labels) == (found if is_mended else found[:1])
+
+
+def test_a_circle_that_waited_is_centred_like_the_others(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    words, path, whole = without_caliper(tmp_path), tmp_path / "out" / "dataset.toml", b""
+    monkeypatch.setattr(found, "FEWEST", len(PRESSES))
+    monkeypatch.setattr(found, "WIDEST_SPREAD", -1.0)
+
+    def spoil() -> None:
+        nonlocal whole
+        whole = path.read_bytes()
+        path.write_bytes(b"mm_per_px = [\n")
+
+    between_presses(monkeypatch, spoil, lambda: path.write_bytes(whole))
+    assert status(words) == 0
+    captured = read_dataset(path.parent)
+    assert list(captured.labels) == as_found(captured)
 
 
 def test_corners_that_another_file_kept_from_being_read_are_followed_once_it_is_mended(
