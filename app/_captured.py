@@ -286,9 +286,9 @@ def _by_caliper(
 ) -> "tuple[Dataset, Scale]":
     """A dataset by the scale of a caliper's pictures, its circles found anew, and that scale."""
     from recon.presses import press_reader
-    from validation.importers.raw_frames import measured_scale, rescaled
+    from validation.importers.raw_frames import measured_scale, rescaled, spread_over
 
-    few = before.labels[:: max(1, -(-len(before.labels) // 8))]
+    few = spread_over(before.labels)
     if not few:
         raise WedgeError(
             "no press has a circle any more, but the scale needs some: take more presses."

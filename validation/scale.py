@@ -19,9 +19,9 @@ from sensor.dataset import read_dataset
 from sensor.errors import WedgeError
 from sensor.toml import Pair
 from validation.datasets import dataset_folder, shared_folder
+from validation.importers.raw_frames import spread_over
 
 NAME, PICTURES, GAP_MM = "wedge-lab", "calibration/5mm-*.jpg", 5.0
-RESPONSE_PRESSES = 8
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,7 +47,7 @@ def measure(folder: Path, pictures: list[Path], gap_mm: float) -> TwoRulers:
         WedgeError: something is missing or damaged, or the caliper is not recognised.
     """
     dataset = read_dataset(folder)
-    few = dataset.labels[:: max(1, len(dataset.labels) // RESPONSE_PRESSES)]
+    few = tuple(spread_over(dataset.labels))
     reader = press_reader(replace(dataset, labels=few))
     response = shading_response([reader.read(label) for label in few])
     differences = [reader.unwarp(read_image(path)) - reader.blank for path in pictures]

@@ -15,6 +15,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TypeVar
 
 from recon.arrays import Frame
 from recon.geometry.caliper import Scale, find_gap, scale_of, shading_response, slopes_of
@@ -40,6 +41,8 @@ from sensor.dataset import (
 from sensor.errors import WedgeError
 from sensor.toml import Pair, located
 from validation.importers.folder import copy_frames, write_dataset
+
+Item = TypeVar("Item")
 
 BACKGROUND = re.compile(
     r"^(background|blank|bg|ref|reference|empty)\d*([-_ ].*)?$", re.IGNORECASE | re.DOTALL
@@ -207,7 +210,7 @@ def _scale(
     Raises:
         WedgeError: no ball is found in them, or the caliper's do not determine a scale.
     """
-    few = pictures.presses[:: max(1, len(pictures.presses) // RESPONSE_PRESSES)]
+    few = spread_over(pictures.presses)
     some = found_labels(reader, few, pool)
     if not some:
         length, width = pad_size_mm
@@ -325,6 +328,11 @@ def _reader(folder: Path, card: DatasetCard) -> PressReader:
     write_card(folder / CARD_FILE, card)
     write_labels(folder / LABELS_FILE, [])
     return press_reader(read_dataset(folder))
+
+
+def spread_over(presses: Sequence[Item]) -> Sequence[Item]:
+    """At least ``RESPONSE_PRESSES`` of a list, evenly, where it has as many."""
+    return presses[:: max(1, len(presses) // RESPONSE_PRESSES)]
 
 
 def measured_scale(
