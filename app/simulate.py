@@ -13,15 +13,21 @@ from app._render import refuse_numbers, refuse_unbuildable
 from app._seed import Seed
 from app._workers import process_pool
 from sensor.dataset import read_dataset
+from sensor.design import Wedge
 from sensor.design_file import load_design
+from sensor.errors import WedgeError
 from sensor.files import new_folder
+
+PRESSES = 40
+HASH_DIGITS = 12
+"""Of a design file's hash, by which it is told from others of its name."""
 
 
 def main(
     out: Path,
     design: str = "standard",
     scene: str = "balls",
-    presses: int = 40,
+    presses: int | None = None,
     samples: int = 256,
     width_px: int = 320,
     ball_radius_mm: float = 2.4,
@@ -52,7 +58,7 @@ def main(
             once), set (both), tools (18 plain objects, most with flat tops, each at two depths),
             or one of them: ball_array, lego, screw_cap, m2_screw, tyre, cube_corner, prism,
             threads, disc_shallow, disc_deep, ...
-        presses: Ball presses, spread over the pad.
+        presses: Ball presses, spread over the pad; 40 unless given.
         samples: Light paths per pixel; twice as many take twice as long and leave less noise.
         width_px: Pixels along the pad.
         ball_radius_mm: Radius of the calibration ball.
@@ -70,19 +76,21 @@ def main(
     wanted = load_design(design)
     refuse_unbuildable(wanted)
     refuse_numbers(width_px, samples)
-    from simulation.dataset import Recipe, presses_of, write_set
+    from simulation.dataset import WITH_BALLS, Recipe, presses_of, write_set
     from simulation.engine import best_engine
 
     planned = presses_of(
         wanted,
         scene,
-        count=presses,
+        count=PRESSES if presses is None else presses,
         seed=seed,
         width_px=width_px,
         ball_radius_mm=ball_radius_mm,
         depth_mm=depth_mm,
         off_center=off_center,
     )
+    if presses is not None and scene not in WITH_BALLS:
+        raise WedgeError(f"--presses counts balls, and the scene {scene} has none: leave it out.")
     recipe = Recipe(
         engine=best_engine(),
         design=wanted,
@@ -103,7 +111,7 @@ def main(
             folder,
             recipe,
             planned,
-            source=_source(design),
+            source=_source(wanted, design),
             executor=executor,
             truth=truth,
             threads=1,
@@ -123,8 +131,15 @@ def main(
     )
 
 
-def _source(design: str) -> str:
-    """The command that makes the set again; a design file goes by its name."""
+def _source(wanted: Wedge, design: str) -> str:
+    """The command that makes the set again; a design file goes by its name and its numbers' hash.
+
+    Args:
+        wanted: the design.
+        design: as it was typed.
+    """
+    is_file = design.endswith(".toml")
+    made_of = f", of the design {wanted.sha256[:HASH_DIGITS]}" if is_file else ""
     words = [word for word in sys.argv[1:] if word]
     kept, skip = [], False
     for word in words:
@@ -135,7 +150,8 @@ def _source(design: str) -> str:
             skip = True
             continue
         for option in ("", "--design="):
-            if word == option + design and design.endswith(".toml"):
+            if word == option + design and is_file:
                 word = option + Path(design).name
         kept.append(word)
-    return "wedge " + shlex.join(kept) if kept[:1] == ["simulate"] else f"design {design}"
+    is_typed = kept[:1] == ["simulate"]
+    return ("wedge " + shlex.join(kept) if is_typed else f"design {wanted.name}") + made_of

@@ -113,8 +113,9 @@ def main(
         "Lit: share of the pad where every colour has at least half of its own mean. "
         f"Picture: {out / 'sweep.png'}"
     )
-    if inferred := [point.value for point in points if point.row.missing_axis == "network"]:
-        print(f"Gx of {', '.join(inferred)} is inferred: no light shows it.")
+    for axis in ("x", "y"):
+        if inferred := [point.value for point in points if point.inferred == axis]:
+            print(f"G{axis} of {', '.join(inferred)} is inferred: no light shows it.")
     left_out = [{"value": value, "reason": reason} for value, reason in refusals.items()]
     write_json(json, _document(design, field, size, points) | {"left_out": left_out})
 
@@ -166,6 +167,7 @@ def _document(design: str, field: str, size: Any, points: "list[SweepPoint]") ->
             {
                 "value": point.value,
                 "lit_area": point.lit_area,
+                "inferred_axis": point.inferred,
                 **{
                     name: {
                         "missing_axis": row.missing_axis,

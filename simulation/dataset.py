@@ -38,6 +38,8 @@ from simulation.skin import Map, View, gel_view
 from simulation.tools import DEPTHS_MM, TOOLS, tools
 
 Truth = Literal["all", "shapes"]
+WITH_BALLS: Final = ("balls", "set")
+"""Scenes that have presses of the calibration ball."""
 Progress = Callable[[float, str], None]
 BACKGROUNDS: Final = 4
 BANDS: Final = 4
@@ -208,7 +210,7 @@ def presses_of(
             "--off-center moves shapes and tools; balls cover the pad anyway: leave it out."
         )
     presses: list[Press] = []
-    if scene in ("balls", "set"):
+    if scene in WITH_BALLS:
         presses += ball_presses(design, calibration_ball(ball_radius_mm), count, seed)
     of_scene = {"shapes": showcase, "set": showcase, "tools": plain, "balls": ()}
     for name in of_scene.get(scene, (scene,)):

@@ -17,6 +17,7 @@ from typing import Any
 
 import simulation
 from recon.calibration import lit_channels
+from recon.lights import Axis, unseen_axis
 from recon.presses import LEAST_RADIUS_PX, read_presses
 from sensor.dataset import CARD_FILE, read_dataset
 from sensor.design import Wedge
@@ -79,6 +80,8 @@ class SweepPoint:
     lit_area: float
     presses: tuple[int, int]
     """Learnt from, judged."""
+    inferred: Axis | None
+    """The axis whose slope no light shows; ``None`` where both are measured."""
 
 
 def varied(design: Wedge, field: str, value: str) -> Wedge:
@@ -286,4 +289,5 @@ def _judged(folder: Path, value: str, seed: int) -> SweepPoint:
         contact=contact,
         lit_area=lit_area(presses.unwarp(presses.background), channels),
         presses=(table.train, table.test),
+        inferred=unseen_axis(dataset.card.lights_deg, channels),
     )

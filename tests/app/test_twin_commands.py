@@ -10,6 +10,7 @@ import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -19,6 +20,7 @@ from app import simulate, sweep
 from app.__main__ import main
 from app._cluster import cluster_pool
 from sensor.dataset import read_dataset
+from sensor.design import FINGER
 from sensor.errors import WedgeError
 from simulation.engine import SCALAR
 from tests.simulation.conftest import InLine
@@ -50,8 +52,8 @@ def typed(*words: str) -> int:
 
 
 SMALL = ("--design", "finger", "--samples", "4", "--width-px", "24")
-FIVE_PRESSES = ("sweep", "lights.lit_sides", "RGB", "R", "--design", "finger", "--presses", "5",
-                "--samples", "16", "--width-px", "48")  # fmt: skip
+FIVE_PRESSES = ("sweep", "lights.lit_sides", "RGB", "R", "G", "--design", "finger",
+                "--presses", "5", "--samples", "16", "--width-px", "48")  # fmt: skip
 
 
 def test_simulate_writes_a_dataset_that_says_how_it_was_made(here, monkeypatch, capsys) -> None:
@@ -82,6 +84,7 @@ def test_simulate_writes_a_dataset_that_says_how_it_was_made(here, monkeypatch, 
         (["--samples", "0"], "--samples 0"),
         (["--width-px", "2"], "--width-px 2"),
         (["--presses", "0"], "--presses 0"),
+        (["--scene", "prism", "--presses", "5"], "scene prism has none: leave it out"),
         (["--ball-radius-mm", "30"], "larger than the pad"),
         (["--depth-mm", "-1"], "deeper than zero"),
         (["--depth-mm", "inf"], "finite"),
@@ -122,11 +125,13 @@ def test_one_judged_press_has_no_interval(here, capsys) -> None:
         for pixels in ("contact", "contact+5%"):
             assert point[pixels]["gx_mae"] > 0
             inferred = point[pixels]["missing_axis"] == "network"
-            assert inferred == (point["value"] == "R")
+            assert inferred == (point["inferred_axis"] is not None)
             assert set(point[pixels]["ci95"].values()) == {None}
+    axes = {point["value"]: point["inferred_axis"] for point in document["points"]}
+    assert axes == {"RGB": None, "R": "x", "G": "y"}  # green shines along x, red across it
     told = " ".join(capsys.readouterr().out.split())
     assert "trained on 4 rendered presses, judged on 1 other" in told
-    assert "Gx of R is inferred" in told
+    assert "Gx of R is inferred" in told and "Gy of G is inferred" in told
     assert "[" not in told
     assert "1 press, too few for an interval" in told
 
@@ -134,10 +139,16 @@ def test_one_judged_press_has_no_interval(here, capsys) -> None:
 @pytest.mark.parametrize("joined", [False, True])
 def test_a_design_file_goes_by_its_name_into_the_card(joined, monkeypatch, tmp_path) -> None:
     path = str(tmp_path / "mine.toml")
+    sources = set()
     words = [f"--design={path}"] if joined else ["--design", path]
     monkeypatch.setattr("sys.argv", ["wedge", "simulate", *words, "--out", "d"])
     told = "--design=mine.toml" if joined else "--design mine.toml"
-    assert simulate._source(path) == f"wedge simulate {told}"
+    for pad_mm in (9.4, 9.0):  # one name, two sensors
+        wanted = replace(FINGER, gel=replace(FINGER.gel, pad_width_mm=pad_mm))
+        source = simulate._source(wanted, path)
+        sources.add(source)
+        assert source == f"wedge simulate {told}, of the design {wanted.sha256[:12]}"
+    assert len(sources) == 2
 
 
 def test_a_sweep_writes_down_what_it_left_out(here, capsys) -> None:
@@ -145,7 +156,7 @@ def test_a_sweep_writes_down_what_it_left_out(here, capsys) -> None:
     words = [word if word != "finger" else "dark.toml" for word in FIVE_PRESSES]
     assert typed(*words, "--out", "s", "--json", "s.json") == 0
     document = json.loads((here / "s.json").read_text())
-    assert [point["value"] for point in document["points"]] == ["R"]
+    assert [point["value"] for point in document["points"]] == ["R", "G"]
     ((value, reason),) = (row.values() for row in document["left_out"])
     assert value == "RGB" and "lights.blue_side_leds = 0" in reason
     assert f"left out lights.lit_sides = RGB: {reason}" in capsys.readouterr().err

@@ -146,7 +146,9 @@ def point(value: str, n_presses: int) -> SweepPoint:
             n_presses=n_presses,
         ),
     )
-    return SweepPoint(value=value, row=row, contact=row, lit_area=1.0, presses=(4, n_presses))
+    return SweepPoint(
+        value=value, row=row, contact=row, lit_area=1.0, presses=(4, n_presses), inferred=None
+    )
 
 
 @pytest.mark.parametrize(
