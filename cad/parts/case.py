@@ -59,15 +59,14 @@ def _cavity(place: Layout) -> cq.Workplane:
     x0, slope = place.window_x0, math.tan(place.tilt)
     end = place.mirror_x1 - place.design.mirror.thickness_mm * math.sin(place.tilt) + place.slide
     beyond = place.mirror_x1 + place.slide
-    top = max(place.mirror_top, place.tunnel_z[1]) if beyond < place.tunnel_x0 else 0
-    ceiling = min(top, place.mirror_top)
     outline = [
         (x0, -_THROUGH),
         (x0, place.seat_z(x0)),
         (end, place.seat_z(end)),
         (beyond, place.seat_z(end) - (beyond - end) / slope),
-        (place.tunnel_x0 + 0.01, min(ceiling, place.plug_z[1])),
-        (place.tunnel_x0 + 0.01, place.baffle_z(place.tunnel_x0)),
+        # No further: wider than the tunnel, it would thin the wall before the roof's screws.
+        (place.tunnel_x0, min(place.mirror_top, place.plug_z[1])),
+        (place.tunnel_x0, place.baffle_z(place.tunnel_x0)),
         (place.window_x1, place.baffle_z(place.window_x1)),
         (place.window_x1, -_THROUGH),
     ]

@@ -238,6 +238,9 @@ VARIANTS = {
         "lights",
         **BARE,
     ),
+    "the widest camera head that fits the pupil's place": changed(
+        STANDARD, "camera", head_size_mm=12.0
+    ),
     "pins as thick as the screws' core holes, shortest compartment": replace(
         changed(changed(STANDARD, "acrylic", tip_offset_mm=1.5), "camera", pupil_x_mm=42.7),
         mirror=replace(STANDARD.mirror, foot_x_mm=4.5),
