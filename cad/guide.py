@@ -20,8 +20,9 @@ from cad.optics import keystone, pad_grid, pixel_margin, trace
 from sensor.design import Wedge
 
 _HOW = {
-    "case": "Clear the screw holes, and blow out the light pockets and the wire channels. Drive a"
-    " screw once into each of the six holes to cut its thread.",
+    "case": "Compare the digits in its roof with the first ones of this guide's design, {hash}:"
+    " step {adapter_step} covers them. Clear the screw holes, and blow out the light pockets and"
+    " the wire channels. Drive a screw once into each of the six holes to cut its thread.",
     "mirror": "Take off the film. Put three small drops of epoxy on the seat, never at its edges."
     " Hold the mirror by its sides, coated face toward you, about ten degrees steeper than"
     " its seat. Lift it through the window, top first, until its top is in the corner of the seat;"
@@ -129,7 +130,6 @@ def guide_text(
     gel = next(part for part in parts if part["id"] == "gel")
     return template.format(
         name=design.name,
-        hash=design.sha256[:8],
         width=f"{design.outer_width_mm:g}",
         size=size_words(manifest["bounding_box_mm"]),
         infill=f"{INFILL_PERCENT:g}",

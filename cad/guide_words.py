@@ -34,6 +34,7 @@ def design_words(design: Wedge, assembly: Assembly) -> dict[str, str]:
     colors = [row.color for row in place.light_rows()]
     step = {step.id: f"{number}" for number, step in enumerate(assembly.steps, start=1)}
     return {
+        "hash": design.sha256[:8],
         "film_fault": _FILM_FAULT if films else "",
         "supply": supply_words(design),
         "cable": f" and the lights' supply of {ADAPTER_V:g} V"
@@ -54,6 +55,7 @@ def design_words(design: Wedge, assembly: Assembly) -> dict[str, str]:
         "holder_step": step["camera_into_case"],
         "holder_screws_step": step["rear_screws"],
         "ribbon_step": step["resistor_board"],
+        "adapter_step": step["adapter"],
         "cover_screws_step": step["cover_screws"],
         "wires_step": step["board"],
     }

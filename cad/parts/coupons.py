@@ -4,7 +4,7 @@
 
 Each coupon repeats a pressed fit three times: tighter by 0.05 mm a side (one dot), as designed
 (two dots) and looser (three dots). Change ``printing.press_clearance_mm`` to the one that fits.
-Holes for screws come once: no field changes them.
+Holes for screws come once: ``fastening.screw`` sets them, and no clearance changes them.
 """
 
 import cadquery as cq

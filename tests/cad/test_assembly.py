@@ -20,6 +20,8 @@ from cad.guide import guide_text
 from cad.guide_words import design_words
 from cad.mesh import DEFLECTION_MM
 from cad.optics import pad_grid, trace
+from cad.parts.case import MARK_DEPTH
+from cad.parts.coupons import camera_coupon
 from cad.parts.jigs import BALL_RADIUS, ball_jig
 from cad.result import Result
 from cad.tables import fastener
@@ -39,6 +41,12 @@ def step_of(text: str, title: str) -> str:
     """What the guide says of a step, by the words that its title begins with."""
     (said,) = re.findall(rf"### Step \d+: {title}(.*?)(?=\n##|\Z)", text, re.DOTALL)
     return said
+
+
+def screw_holes(design: Wedge) -> list[float]:
+    """Diameters of the round holes of the camera's coupon, without its dots."""
+    faces = camera_coupon(design).faces("%CYLINDER").Faces()
+    return sorted(d for d in (round(face.BoundingBox().ylen, 3) for face in faces) if d > 1)
 
 
 def side_of(built: Model, color: str) -> np.ndarray:
@@ -236,6 +244,41 @@ def test_guide_and_bill_have_the_gripper_s_screws_and_the_pins_length(standard: 
     names = [part.name for part in parts_for(STANDARD, read_parts())]
     assert any(f"pins, {pin:g} mm each" in name for name in names)
     assert bill["insulating_tape"] == 1 and "insulating tape" in text
+
+
+def test_the_digits_in_the_roof_are_compared_before_a_part_covers_them(
+    finger: Model, standard: Model
+) -> None:
+    for built in (finger, standard):
+        said = " ".join(step_of(guide_of(built), "Start with the printed case").split())
+        assert f"{built.design.sha256[:8]}: step " in said
+        (number,) = re.findall(r"step (\d+) covers them", said)
+        (cover,) = built.assembly.steps[int(number) - 1].bodies
+        low, high = built.body_meshes[cover].bounds[:, :2]
+        floor = built.design.housing.roof_z_mm - MARK_DEPTH
+        faces = built.bodies["case"].Faces()
+        digits = [face.Center() for face in faces if abs(face.Center().z - floor) < 1e-6]
+        assert digits
+        assert all(np.all((low < (at.x, at.y)) & ((at.x, at.y) < high)) for at in digits)
+
+
+def test_the_guide_names_what_sets_the_coupon_s_screw_holes(finger: Model) -> None:
+    text = " ".join(guide_of(finger).split())
+    (said,) = re.findall(r"The screw holes come in one size.*?\. ", text)
+    asked = {
+        "printing.press_clearance_mm": 0.15,
+        "printing.sliding_clearance_mm": 0.1,
+        "fastening.screw": "M2.5",
+        "fastening.pin_diameter_mm": 1.0,
+        "camera.head_size_mm": 9.0,
+    }
+    moves = set()
+    for field, value in asked.items():
+        group, name = field.split(".")
+        part = replace(getattr(FINGER, group), **{name: value})
+        if screw_holes(replace(FINGER, **{group: part})) != screw_holes(FINGER):
+            moves.add(field)
+    assert set(re.findall(r"`(\w+\.\w+)`", said)) == moves
 
 
 def test_a_ball_that_its_socket_does_not_hold_is_glued(finger: Model) -> None:
