@@ -18,8 +18,8 @@ FAR_ENOUGH = 0.7
 
 
 def main(
-    chessboards: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="FOLDER")],
-    out: Annotated[Path, tyro.conf.arg(metavar="FOLDER")],
+    chessboards: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="CHESSBOARDS")],
+    out: Path,
     picture: OutputFile = None,
 ) -> None:
     """Measure a camera's lens from pictures of a chessboard.
@@ -37,7 +37,7 @@ def main(
 
     Args:
         chessboards: A folder of pictures of one chessboard.
-        out: The folder that receives camera.toml: a dataset, or raw frames of presses.
+        out: The folder that receives camera.toml: a dataset, or raw frames of presses; new or not.
         picture: Write a picture here (PNG): corners, how far they are off the lens, and what the
             lens does to straight lines.
     """
