@@ -31,11 +31,11 @@ def main(
 ) -> None:
     """Record one or several streams to an MCAP file, as ROS 2 images with the units inside.
 
-    Frames are kept unmodified, as sensor_msgs/CompressedImage on /wedge/image_raw/compressed
-    (/wedge0, /wedge1, ... for several), stamped with their exposure time. Every frame is kept, none
-    is skipped. Foxglove, ROS 2's tools and `wedge replay` open the file, even if the recorder was
-    killed: at most the last second of frames is lost. A dataset gives its blank frames, then its
-    labelled presses or, if it has none, all its pictures.
+    JPEGs are kept unmodified, other frames become JPEGs of quality 95: sensor_msgs/CompressedImage
+    on /wedge/image_raw/compressed (/wedge0, /wedge1, ... for several), stamped with their exposure
+    time. Every frame is kept, none is skipped. Foxglove, ROS 2's tools and `wedge replay` open the
+    file, even if the recorder was killed: at most the last second of frames is lost. A dataset
+    gives its blank frames, then its labelled presses or, if it has none, all its pictures.
 
     Recording ends with the streams, after --seconds, or at Ctrl-C, SIGTERM or SIGHUP, which do not
     count as failures: everything received is in the file, and the exit status is 0.

@@ -11,6 +11,7 @@ import tyro
 
 from app._output import (
     OutputFile,
+    command_line,
     keep_inputs,
     print_error_table,
     refuse_unit_folder,
@@ -116,11 +117,13 @@ def main(
     if html:
         write_atomic(html, "\n".join(map(error_table_html, measured)).encode())
     if out is not None:
+        told = {"folds": folds, "estimator": ",".join(estimators), "seed": seed}
+        words = ["table", *names, *(f"--{name}={value}" for name, value in told.items())]
         write_report(
             out,
             title="Gradient errors per light configuration",
-            lead="Every press was judged by estimators that were not trained on it. Written by "
-            f"wedge table --folds {folds} --seed {seed}.",
+            lead="Each press that was judged was judged by estimators that were not trained on it. "
+            f"Written by {command_line(*words)}.",
             sections=[table_section(table) for table in measured],
         )
         print(f"Page: {page}")

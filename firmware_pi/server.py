@@ -55,12 +55,14 @@ class StreamServer(socketserver.ThreadingTCPServer):
     """Serves one camera at one address.
 
     Args:
-        address: The one IP address to listen at; the interface may come up later.
+        address: The one IP address to listen at.
         port: TCP port; 0 takes a free one.
         newest: Where the frames come from.
         describe: Gives the document of ``/settings``.
         max_clients: Streams served at once.
         credentials: "user:password" that every request must bring, if any.
+        before_up: Listen also where no interface has that IPv4 address yet: the Pi's USB cable may
+            be plugged in later.
 
     Raises:
         WedgeError: the port is in use, or the address is not to be listened at.
@@ -79,8 +81,10 @@ class StreamServer(socketserver.ThreadingTCPServer):
         *,
         max_clients: int = 4,
         credentials: str | None = None,
+        before_up: bool = False,
     ) -> None:
         self.newest = newest
+        self._before_up = before_up
         self.describe = describe
         self.expected = None
         if credentials is not None:
@@ -133,8 +137,8 @@ class StreamServer(socketserver.ThreadingTCPServer):
         self.server_close()
 
     def server_bind(self) -> None:
-        """Bind before the interface is up: a USB cable may be plugged in later."""
-        if self.address_family == socket.AF_INET and sys.platform == "linux":
+        """Bind, before the interface is up where that may be so."""
+        if self._before_up and self.address_family == socket.AF_INET and sys.platform == "linux":
             self.socket.setsockopt(socket.IPPROTO_IP, _IP_FREEBIND, 1)
         super().server_bind()
 

@@ -67,6 +67,7 @@ class Service:
             self.describe,
             max_clients=self.settings.max_clients,
             credentials=credentials,
+            before_up=True,
         )
 
     def describe(self) -> dict[str, Any]:

@@ -37,8 +37,8 @@ class BlankTaker:
             Their mean, once there are enough.
 
         Raises:
-            WedgeError: the gel moves, the connection broke off, frames of another size came, or
-                too few in time.
+            WedgeError: the gel moves, the connection broke off, frames of another size came, all
+                are the same to the last bit, or too few in time.
         """
         if connection != self._connection:
             raise WedgeError("the connection broke off meanwhile.")
@@ -51,6 +51,8 @@ class BlankTaker:
             self._frames.append(frame)
         is_over = time.monotonic() > self._until_s
         if len(self._frames) >= (LEAST_FRAMES if is_over else BLANK_FRAMES):
+            if all(np.array_equal(frame, self._frames[0]) for frame in self._frames[1:]):
+                raise WedgeError("the picture stands still, as of a camera that hangs.")
             return np.mean(self._frames, axis=0).round().astype(np.uint8)
         if is_over:
             raise WedgeError(f"only {len(self._frames)} frames came in {LONGEST_S:g} s.")

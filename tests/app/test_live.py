@@ -36,7 +36,7 @@ from recon.stream.jpeg import decode_jpeg
 from sensor.dataset import Dataset
 from sensor.errors import WedgeError
 from tests.app.served import serving, until_it_answers
-from tests.recon.fast.units import make_unit, pressed
+from tests.recon.fast.units import blank_frame, make_unit, pressed
 from tests.recon.stream.servers import free_port
 from tests.synthetic import digitized, gradient_of, make_dataset, shaded
 
@@ -248,7 +248,8 @@ def test_one_odd_frame_costs_itself_alone(
 ) -> None:
     unit = make_unit((160, 120))
     blank = unit.background
-    source = _OneByOne(blank, blank, blank[:60], blank, *[blank] * BLANK_FRAMES)
+    noisy = [blank_frame((160, 120), seed) for seed in range(BLANK_FRAMES)]
+    source = _OneByOne(blank, blank, blank[:60], blank, *noisy)
     opened = []
     monkeypatch.setattr("app.pages.watching.VIEW_S", 0)
     monkeypatch.setattr("app.pages.watching.open_live", lambda *_, **__: opened.append(1) or source)

@@ -102,7 +102,7 @@ def test_a_background_that_cannot_be_written_is_not_used(
 ) -> None:
     captures = tmp_path / "captures"
     captures.write_text("a file where the folder should be")
-    watcher = watching(monkeypatch, captures, _Endless)
+    watcher = watching(monkeypatch, captures, lambda: _Endless(lambda i: FRAME + i % 2))
     watcher.start()
     try:
         until(lambda: watcher.live)
@@ -254,6 +254,16 @@ def test_a_new_blank_frame_is_the_mean_of_noise_and_waits_no_longer_than_asked(
         silent.add(None, 1)
     with pytest.raises(WedgeError, match="the frame size changed"):
         taker.add(frames[0][:60], 1)
+
+
+def test_no_blank_frame_is_taken_of_a_camera_that_hangs() -> None:
+    frame = blank_frame((160, 120), 0)
+    hung, woke = BlankTaker(1), BlankTaker(1)
+    for _ in range(BLANK_FRAMES - 1):
+        assert hung.add(frame, 1) is None and woke.add(frame, 1) is None
+    with pytest.raises(WedgeError, match="the picture stands still"):
+        hung.add(frame.copy(), 1)
+    assert woke.add(blank_frame((160, 120), 1), 1) is not None
 
 
 @pytest.mark.parametrize("moves", [False, True])

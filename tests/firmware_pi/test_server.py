@@ -287,7 +287,12 @@ def test_a_port_in_use_is_one_sentence(server: StreamServer) -> None:
 
 
 def test_the_cable_may_be_plugged_in_later() -> None:
-    StreamServer("10.55.0.1", 0, Newest(), dict).server_close()
+    StreamServer("10.55.0.1", 0, Newest(), dict, before_up=True).server_close()
+
+
+def test_an_address_that_this_machine_lacks_is_refused() -> None:
+    with pytest.raises(WedgeError, match="this machine has no such address"):
+        StreamServer("192.0.2.1", 0, Newest(), dict)  # kept for examples (RFC 5737)
 
 
 @pytest.mark.parametrize(
