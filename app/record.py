@@ -40,8 +40,9 @@ def main(
     Recording ends with the streams, after --seconds, or at Ctrl-C, SIGTERM or SIGHUP, which do not
     count as failures: everything received is in the file, and the exit status is 0.
 
-    A lost stream is reported and retried. If a stream is missing at the start, nothing is recorded.
-    If one fails later, the reason is reported, the others keep recording, and the exit status is 2.
+    A lost stream is reported and retried; its connections are counted at the end. If a stream is
+    missing at the start, nothing is recorded. If one fails later, the reason is reported, the
+    others keep recording, and the exit status is 2.
 
     Example: wedge record http://10.55.0.1:8080 --unit units/wedge-001 --out touch.mcap
 
@@ -110,12 +111,15 @@ def _tell(
             "recorded": recorder.kept(sensor),
             "dropped": source.counts.dropped,
             "corrupt": source.counts.corrupt,
+            "connections": source.counts.connections,
             "remark": " ".join(filter(None, (source.counts.remark, notes.get(sensor, "")))),
         }
         for sensor, source in sources.items()
     }
     for sensor, told in document.items():
         lost = f"dropped {told['dropped']}, corrupt {told['corrupt']}"
+        if told["connections"] > 1:
+            lost += f", connections {told['connections']}"
         remark = f"  [{told['remark']}]" if told["remark"] else ""
         print(f"{told['recorded']} frames of {sensor}, {lost}{remark}")
     print(f"Recording: {out}")
@@ -170,15 +174,22 @@ def _record(
         thread.start()
     begun = time.monotonic()
     said = dict.fromkeys(sources, "")
+    connections = {sensor: source.counts.connections for sensor, source in sources.items()}
     try:
         while any(thread.is_alive() for thread in threads) and not asked.to_end:
             if seconds is not None and time.monotonic() - begun >= seconds:
                 break
             threads[0].join(0.2) if threads[0].is_alive() else time.sleep(0.2)
             for sensor, source in sources.items():
-                if (remark := source.counts.remark) != said[sensor]:
+                counts = source.counts
+                if (remark := counts.remark) != said[sensor]:
                     said[sensor] = remark
                     _say(f"{sensor}: {remark or 'frames come.'}")
+                elif counts.connections > connections[sensor] and not counts.lost:
+                    _say(f"{sensor}: the stream was lost and is connected again.")
+                else:
+                    continue
+                connections[sensor] = counts.connections
             if sys.stderr.isatty():
                 took_s = time.monotonic() - begun
                 print(f"\r{took_s:6.1f} s  {recorder.frames} frames ", end="", file=sys.stderr)

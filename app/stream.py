@@ -43,7 +43,8 @@ def main(
 
     Only the newest frame is processed: "skipped" counts frames that came while the one before was
     processed, "dropped" frames that the sensor took but did not send, "corrupt" frames that came
-    damaged. "Stands still" means that every frame is the same to the last bit, which no working
+    damaged. "Connections" is shown once a stream was lost and connected again, and counts the first
+    one too. "Stands still" means that every frame is the same to the last bit, which no working
     camera produces. Latency is the time from the sensor's first row to the whole frame here; it is
     unknown unless the clocks of the Pi and of this machine agree. Frames that no gel could produce
     are reported and counted.
@@ -269,6 +270,8 @@ def _text(numbers: dict[str, Any]) -> str:
         f"dropped {numbers['dropped']}",
         f"corrupt {numbers['corrupt']}",
     ]
+    if numbers["connections"] > 1:
+        words.append(f"connections {numbers['connections']}")
     if numbers["deepest_mm"] is not None:
         words += [
             f"deepest {numbers['deepest_mm']:.2f} mm",

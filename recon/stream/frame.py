@@ -83,6 +83,7 @@ class Counts:
     corrupt: int = 0
     """Damaged parts of the stream, and frames that nobody could use."""
     connections: int = 0
+    """Above 1 by how often the stream was lost and is back."""
     remark: str = ""
     """What a person should know: that the connection is lost, that a clock is not set."""
     lost: bool = False

@@ -36,6 +36,8 @@ class MultipartReader:
             boundary: as the Content-Type names it.
         """
         self.corrupt = 0
+        self.cut = False
+        """Whether the stream ended, or failed, amid a JPEG; such a part is not in `corrupt`."""
         self._read = read
         self._delimiter = b"--" + boundary.lstrip("-").encode("latin-1")
         self._kept = bytearray()
@@ -106,5 +108,6 @@ class MultipartReader:
                     return jpeg
             if limit >= 0 or len(kept) > LARGEST_PART:
                 return None
-            seen = len(kept)
+            seen, self.cut = len(kept), True
             self._more()
+            self.cut = False

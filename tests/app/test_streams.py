@@ -106,6 +106,7 @@ def test_a_damaged_stream_is_recorded_without_what_is_damaged(tmp_path: Path) ->
         assert run(*words) == 0
     counts = json.loads(numbers.read_text())["sensors"]["wedge"]
     assert counts.pop("remark").startswith("lost: ")  # the server had gone by then
+    assert counts.pop("connections") == 1
     assert counts == {"received": 7, "recorded": 7, "dropped": 1, "corrupt": 1}
     assert [f.jpeg for f in McapSource(out)] == FRAMES[:2] + FRAMES[3:]
 

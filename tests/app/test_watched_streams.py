@@ -3,6 +3,7 @@
 """What `wedge stream` counts, what it says of frames that nobody can use, and Rerun's files."""
 
 import json
+import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -134,3 +135,25 @@ def test_without_rerun_the_extra_is_named(
     clip, shown = write_clip(tmp_path / "clip.avi", 2), tmp_path / "shown.rrd"
     assert how_to_install("rerun") in refused(capsys, "stream", clip, "--rerun", shown)
     assert not shown.exists()
+
+
+@pytest.mark.parametrize("command", ["stream", "record"])
+def test_a_stream_that_breaks_again_and_again_is_said(
+    command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def last(connection: socket.socket) -> None:
+        connection.sendall(stream(*FRAMES))
+        server.over.wait()
+
+    out, numbers = tmp_path / "touch.mcap", tmp_path / "numbers.json"
+    cut = stream(*FRAMES[:4])[: -len(FRAMES[3]) // 2]
+    with ScriptedServer(cut, cut, last) as server:
+        words = (command, server.url, *(("--out", out) if command == "record" else ()))
+        assert run(*words, "--seconds", 1.2, "--json", numbers) == 0
+    told = json.loads(numbers.read_text())
+    told = told["sensors"]["wedge"] if command == "record" else told
+    assert (told["received"], told["corrupt"], told["connections"]) == (14, 2, 3)
+    said = capsys.readouterr()
+    assert "corrupt 2" in said.out and "connections 3" in said.out
+    again = "wedge: the stream was lost and is connected again."
+    assert (again in said.err.splitlines()) is (command == "record")

@@ -116,6 +116,39 @@ def test_a_broken_connection_is_made_anew(broken: object) -> None:
         assert source.counts.connections == 2
 
 
+CUT = {
+    "ends": lambda connection: connection.sendall(BROKEN["ends in a frame"]),
+    "reset": lambda connection: (connection.sendall(BROKEN["ends in a frame"]), reset(connection)),
+    "falls silent": lambda connection: (
+        connection.sendall(BROKEN["ends in a frame"]),
+        connection.recv(1),
+    ),
+}
+
+
+@pytest.mark.parametrize("cut", CUT.values(), ids=CUT)
+def test_a_frame_that_is_cut_off_with_its_connection_is_counted(cut: object) -> None:
+    with ScriptedServer(cut, cut, stream(*FRAMES)) as server:
+        with HttpSource(server.url, stall_s=0.15) as source:
+            assert len(jpegs(source, 14)) == 14
+            assert (source.counts.corrupt, source.counts.connections) == (2, 3)
+
+
+def test_a_frame_that_who_closes_cuts_off_is_not_counted() -> None:
+    def send(connection: socket.socket) -> None:
+        connection.sendall(BROKEN["ends in a frame"])
+        server.over.wait()
+
+    with ScriptedServer(send) as server, HttpSource(server.url, stall_s=60.0) as source:
+        frames = iter(source)
+        assert [next(frames).jpeg for _ in range(3)] == FRAMES[:3]
+        reader = threading.Thread(target=lambda: list(frames))
+        reader.start()
+        source.close()
+        reader.join()
+        assert source.counts.corrupt == 0
+
+
 def test_a_silent_or_trickling_server_is_left() -> None:
     def silent(connection: socket.socket) -> None:
         connection.sendall(stream(*FRAMES[:1]))

@@ -182,3 +182,13 @@ def test_both_decoders_leave_a_frame_as_it_lies_and_refuse_one_too_large(
         assert decode_jpeg(jpeg).shape == (16, 32, 3)
         with pytest.raises(WedgeError, match="65500x65500 pixels"):
             decode_jpeg(huge)
+
+
+@pytest.mark.parametrize("left", [1, 2, 20, 300, -2, -1])
+def test_a_stream_that_ends_amid_a_jpeg_says_so(left: int) -> None:
+    begun = DELIMITER + headed(FRAMES[0]) + b"\r\n"
+    for end, cut in ((b"", False), (FRAMES[1][:left], True), (FRAMES[1], False)):
+        source = io.BytesIO(begun + end)
+        reader = MultipartReader(source.read, BOUNDARY)
+        assert [jpeg for jpeg, _ in reader] == FRAMES[:1] + [FRAMES[1]] * (end == FRAMES[1])
+        assert (reader.cut, reader.corrupt) == (cut, 0)
