@@ -9,15 +9,19 @@ from sensor.wire import Stamp
 
 MOST_AHEAD_NS = 50 * 10**6
 """Of a frame's stamp before its arrival: clocks that time servers keep are nearer."""
-MOST_BEHIND_NS = 5 * 10**9
+MOST_BEHIND_NS = 300 * 10**6
 """Of the quickest frame: a network that holds back every frame for longer is none to steer by."""
+SET_NS = 50 * 10**6
+"""A sender's clock that leaves its uptime so far between two frames was set: none runs so wrong."""
 QUICKEST_OF_NS = 120 * 10**9
 """Long enough for a quick frame to be among them, short enough for the clocks not to part."""
 REMARK = (
     "the clock of {name} {fault}: frames carry the time {by}, and the latency is "
     "unknown; let {who} reach a time server."
 )
-UNSET, APART = ("is not set", "the Pi"), ("and this machine's differ", "both")
+UNSET = "is not set", "the Pi"
+APART = "and this machine's differ, or every frame comes late", "both"
+"""Which of the two it is cannot be told where stamps lie a little in the past."""
 
 
 class _Quickest:
@@ -53,6 +57,8 @@ class SenderClock:
     def __init__(self) -> None:
         self._late, self._apart = _Quickest(), _Quickest()
         """Arrival after the stamp, and our clock ahead of the sender's uptime."""
+        self._ahead_ns = 0
+        """Of the sender's uptime, its clock."""
 
     def time_ns(self, stamp: Stamp, arrived_ns: int) -> tuple[int, Clock]:
         """When a frame was taken, since the Unix epoch, and whose clock says so."""
@@ -60,6 +66,10 @@ class SenderClock:
         if uptime_ns is not None:
             apart_ns = self._apart.of_ns(uptime_ns, arrived_ns - uptime_ns)
         if stamp.timestamp_ns is not None and stamp.clock_is_set:
+            if uptime_ns is not None:
+                ahead_ns, self._ahead_ns = self._ahead_ns, stamp.timestamp_ns - uptime_ns
+                if abs(self._ahead_ns - ahead_ns) > SET_NS:  # earlier frames tell nothing of it
+                    self._late = _Quickest()
             late_ns = self._late.of_ns(arrived_ns, arrived_ns - stamp.timestamp_ns)
             if -MOST_AHEAD_NS < late_ns < MOST_BEHIND_NS:
                 return stamp.timestamp_ns, "sensor"
