@@ -105,6 +105,9 @@ class Newest:
         try:
             for frame in self.source:
                 with self._changed:
+                    if frame.flaw and self._frame is not None:  # a frame to look at stays
+                        self.source.counts.corrupt += 1
+                        continue
                     self.skipped += self._frame is not None
                     self._frame = frame
                     self._changed.notify_all()

@@ -123,6 +123,19 @@ def test_a_jpeg_damaged_within_is_passed_over() -> None:
         assert newest.remark == ""
 
 
+def test_a_damaged_frame_does_not_take_the_place_of_one_to_look_at() -> None:
+    class Folder(Counter):
+        def __iter__(self) -> Iterator[TimedFrame]:
+            for index, flaw in enumerate(["", "", "1.png is damaged.", "2.png is damaged."]):
+                jpeg = None if flaw else FRAMES[index]
+                yield TimedFrame(index=index, time_ns=0, arrived_ns=0, jpeg=jpeg, flaw=flaw)
+
+    with Newest(Folder()) as newest:
+        newest.close()
+        assert [frame.index for frame in newest] == [1]
+        assert (newest.skipped, newest.source.counts.corrupt) == (1, 2)
+
+
 def test_a_source_has_not_ended_while_a_frame_waits() -> None:
     source = Counter()
     with Newest(source) as newest:
