@@ -169,7 +169,8 @@ def _watch(
     if looked == 0:
         if until.interrupted:
             until.give_up()
-        raise WedgeError(newest.source.counts.no_frame(newest.source.name))
+        said = newest.source.counts.no_frame(newest.source.name)
+        raise WedgeError(f"{said} The last one: {newest.flaw}" if newest.flaw else said)
     since = since if since.busy_ms else shown
     return _numbers(newest, rate, since, doubts, touch, felt, misfit)
 

@@ -18,6 +18,7 @@ except ModuleNotFoundError:  # OpenCV takes two to three times as long
 
 START, END = b"\xff\xd8", b"\xff\xd9"
 LARGEST_SIDE_PX = 8192
+GREY = "the frame is grey, not in colour: set the camera to colour."
 MOST_SEGMENTS = 256
 """Before the coded pixels; cameras write about ten."""
 _START_OF_SCAN = 0xDA
@@ -97,12 +98,14 @@ def decode_jpeg(jpeg: bytes, out: np.ndarray | None = None) -> Frame:
         out: where to write them, if it has the frame's size.
 
     Raises:
-        WedgeError: it is damaged, or of a size beyond sense.
+        WedgeError: it is damaged, grey, or of a size beyond sense.
     """
     if simplejpeg is None:
         return _decode_with_opencv(jpeg)
     try:
-        height, width, *_ = simplejpeg.decode_jpeg_header(jpeg)
+        height, width, colours, *_ = simplejpeg.decode_jpeg_header(jpeg)
+        if colours == "Gray":
+            raise WedgeError(GREY)
         if max(height, width) > LARGEST_SIDE_PX:
             raise ValueError(f"{width}x{height} pixels")
         if out is not None and out.shape == (height, width, 3):
@@ -116,6 +119,8 @@ def _decode_with_opencv(jpeg: bytes) -> Frame:
     size_px = jpeg_size_px(jpeg)
     if size_px is not None and max(size_px) > LARGEST_SIDE_PX:
         raise WedgeError(f"the frame is not a whole JPEG: {size_px[0]}x{size_px[1]} pixels.")
+    if _is_grey(jpeg):
+        raise WedgeError(GREY)
     image = None
     if size_px is not None and END in jpeg[-16:]:
         as_it_lies = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
@@ -123,6 +128,14 @@ def _decode_with_opencv(jpeg: bytes) -> Frame:
     if image is None:
         raise WedgeError("the frame is not a whole JPEG.")
     return cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
+
+
+def _is_grey(jpeg: bytes) -> bool:
+    """Whether the head of a JPEG names one component, where colour has three."""
+    with suppress(NotJpegError):
+        heads = (at for kind, at, _ in _segments(jpeg) if kind in _START_OF_FRAME)
+        return any(jpeg[at + 5 : at + 6] == b"\x01" for at in heads)
+    return False
 
 
 def encode_jpeg(frame: Frame, quality: int = 90) -> bytes:

@@ -29,8 +29,8 @@ class Newest:
         """Frames that a newer one replaced before anybody asked."""
         self._damaged = 0
         """Frames one after the other that could not be decoded."""
-        self._flaw = ""
-        """Of the last of them."""
+        self.flaw = ""
+        """Why the last of them could not be."""
         self._changed = threading.Condition()
         self._frame: TimedFrame | None = None
         self._ended = False
@@ -74,7 +74,7 @@ class Newest:
                 decoded = frame.decoded()
             except WedgeError as error:
                 self.source.counts.corrupt += 1
-                self._damaged, self._flaw = self._damaged + 1, str(error)
+                self._damaged, self.flaw = self._damaged + 1, str(error)
             else:
                 self._damaged = 0
                 return decoded
@@ -84,7 +84,7 @@ class Newest:
         """What a person should know of the source or of its frames; nothing where all is well."""
         if not self.all_damaged:
             return self.source.counts.remark
-        return f"no frame of {self.source.name} can be shown; the last one: {self._flaw}"
+        return f"no frame of {self.source.name} can be shown; the last one: {self.flaw}"
 
     @property
     def all_damaged(self) -> bool:

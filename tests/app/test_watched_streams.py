@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import app._sources
 from app._sources import RATE_OVER_S, Rate
@@ -35,6 +36,15 @@ def test_a_stream_whose_frames_are_all_damaged_inside_fails(
         words = ("stream", server.url, "--seconds", 0.5, "--json", numbers)
         assert "gave no whole frame: " in refused(capsys, *words)
     assert not numbers.exists()
+
+
+def test_a_grey_stream_is_refused_for_being_grey(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Image.new("L", (32, 24), 90).save(tmp_path / "grey.jpg")
+    with ScriptedServer(stream((tmp_path / "grey.jpg").read_bytes()), b"") as server:
+        said = refused(capsys, "stream", server.url, "--seconds", 0.5)
+    assert "gave no whole frame: 1 damaged. The last one: the frame is grey" in said
 
 
 def test_frames_that_change_their_size_are_recorded_and_said(

@@ -184,6 +184,19 @@ def test_both_decoders_leave_a_frame_as_it_lies_and_refuse_one_too_large(
             decode_jpeg(huge)
 
 
+def test_both_decoders_refuse_a_grey_frame(monkeypatch: pytest.MonkeyPatch) -> None:
+    file = io.BytesIO()
+    Image.new("L", (32, 16), 90).save(file, "JPEG")
+    for simplejpeg in (True, False):
+        if not simplejpeg:
+            monkeypatch.setattr("recon.stream.jpeg.simplejpeg", None)
+        with pytest.raises(WedgeError, match="grey, not in colour"):
+            decode_jpeg(file.getvalue())
+        for cut in range(len(file.getvalue())):
+            with pytest.raises(WedgeError):
+                decode_jpeg(file.getvalue()[:cut])
+
+
 @pytest.mark.parametrize("left", [1, 2, 20, 300, -2, -1])
 def test_a_stream_that_ends_amid_a_jpeg_says_so(left: int) -> None:
     begun = DELIMITER + headed(FRAMES[0]) + b"\r\n"
