@@ -34,9 +34,10 @@ def main(
     """Send a recording, a video or a dataset over HTTP, at its own pace, as a sensor's Pi would.
 
     Every program that reads the sensor can then read the file: `wedge live`, the ROS 2 node, a
-    robot's program. Frames carry the time at which they are sent. Damaged frames are counted and
-    not sent. A dataset gives its blank frames, then its labelled presses or, if it has none, all
-    its pictures, one per second.
+    robot's program. Frames carry the time at which they are sent. Frames that are not whole are
+    counted and not sent; a JPEG is not decoded, so one that is damaged inside is sent. A dataset
+    gives its blank frames, then its labelled presses or, if it has none, all its pictures, one per
+    second.
 
     It ends with the file, or at Ctrl-C, SIGTERM or SIGHUP, which do not count as failures.
 
