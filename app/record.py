@@ -118,7 +118,7 @@ def _tell(
     }
     for sensor, told in document.items():
         lost = f"dropped {told['dropped']}, corrupt {told['corrupt']}"
-        if told["connections"] > 1:
+        if sources[sensor].counts.connections > 1:
             lost += f", connections {told['connections']}"
         remark = f"  [{told['remark']}]" if told["remark"] else ""
         print(f"{told['recorded']} frames of {sensor}, {lost}{remark}")

@@ -18,7 +18,7 @@ except ModuleNotFoundError:  # OpenCV takes two to three times as long
 
 START, END = b"\xff\xd8", b"\xff\xd9"
 LARGEST_SIDE_PX = 8192
-GREY = "the frame is grey, not in colour: set the camera to colour."
+GRAY = "the frame is grey, not in colour: set the camera to colour."
 MOST_SEGMENTS = 256
 """Before the coded pixels; cameras write about ten."""
 _START_OF_SCAN = 0xDA
@@ -103,9 +103,9 @@ def decode_jpeg(jpeg: bytes, out: np.ndarray | None = None) -> Frame:
     if simplejpeg is None:
         return _decode_with_opencv(jpeg)
     try:
-        height, width, colours, *_ = simplejpeg.decode_jpeg_header(jpeg)
-        if colours == "Gray":
-            raise WedgeError(GREY)
+        height, width, colors, *_ = simplejpeg.decode_jpeg_header(jpeg)
+        if colors == "Gray":
+            raise WedgeError(GRAY)
         if max(height, width) > LARGEST_SIDE_PX:
             raise ValueError(f"{width}x{height} pixels")
         if out is not None and out.shape == (height, width, 3):
@@ -119,8 +119,8 @@ def _decode_with_opencv(jpeg: bytes) -> Frame:
     size_px = jpeg_size_px(jpeg)
     if size_px is not None and max(size_px) > LARGEST_SIDE_PX:
         raise WedgeError(f"the frame is not a whole JPEG: {size_px[0]}x{size_px[1]} pixels.")
-    if _is_grey(jpeg):
-        raise WedgeError(GREY)
+    if _is_gray(jpeg):
+        raise WedgeError(GRAY)
     image = None
     if size_px is not None and END in jpeg[-16:]:
         as_it_lies = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
@@ -130,7 +130,7 @@ def _decode_with_opencv(jpeg: bytes) -> Frame:
     return cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
 
 
-def _is_grey(jpeg: bytes) -> bool:
+def _is_gray(jpeg: bytes) -> bool:
     """Whether the head of a JPEG names one component, where colour has three."""
     with suppress(NotJpegError):
         heads = (at for kind, at, _ in _segments(jpeg) if kind in _START_OF_FRAME)
