@@ -73,10 +73,7 @@ class PressReader:
         """
         _check_inside(self.dataset, label, self.unwarp.size_px)
         frame = read_frame(self.dataset.folder, label.file)
-        try:
-            image = self.unwarp(frame)
-        except WedgeError as error:
-            raise WedgeError(f"{self.dataset.folder / label.file}: {error}") from error
+        image = self.unwarped(label.file, frame)
         difference, hidden = image - self.blank, None
         if self.dots is not None:
             hidden = self.dots.hidden(self.dots.track(image))
@@ -92,6 +89,20 @@ class PressReader:
             blank=self.blank,
             fingerprint=fingerprint(frame),
         )
+
+    def unwarped(self, file: str, frame: Frame) -> Unwarped:
+        """A frame of the dataset in the gel plane.
+
+        Raises:
+            WedgeError: it is not as large as the background; the sentence names both files.
+        """
+        if frame.shape != self.background.shape:
+            folder, blank = self.dataset.folder, self.dataset.card.background[0]
+            raise WedgeError(
+                f"{folder / file} is {_size(frame)} pixels, but {blank} is "
+                f"{_size(self.background)}: remove what another camera took."
+            )
+        return self.unwarp(frame)
 
 
 def fingerprint(frame: Frame) -> str:

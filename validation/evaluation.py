@@ -40,8 +40,8 @@ def refuse_other_sensor(
     seen, needed = presses.unwarp.frame_size_px, card.frame_size_px
     if seen != needed:
         raise WedgeError(
-            f"{dataset.folder}: its frames are {seen[0]}x{seen[1]} pixels, but the unit "
-            f"{card.serial} has {needed[0]}x{needed[1]}: the set is from another sensor."
+            f"{dataset.folder / dataset.card.background[0]} is {seen[0]}x{seen[1]} pixels, but "
+            f"frames of the unit {card.serial} are {needed[0]}x{needed[1]}: it is another sensor's."
         )
     pairs = zip(dataset.card.mm_per_px, card.mm_per_px, strict=True)
     if any(abs(its / ours - 1) > MOST_SCALE for its, ours in pairs):

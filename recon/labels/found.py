@@ -20,7 +20,6 @@ from recon.labels.circles import Circle
 from recon.labels.find_circle import find_circle
 from recon.presses import PressReader
 from sensor.dataset import BallLabel
-from sensor.errors import WedgeError
 
 WIDEST_SPREAD = 0.02
 """Of outlines, in contact radii, the median over presses: 0.006 to 0.015 on taxim-gelsight,
@@ -73,13 +72,7 @@ def found_circle(reader: PressReader, file: str) -> Circle | None:
         WedgeError: the frame is missing, damaged or of another size.
     """
     dataset = reader.dataset
-    frame = read_frame(dataset.folder, file)
-    try:
-        difference = reader.unwarp(frame) - reader.blank
-    except WedgeError as error:
-        raise WedgeError(
-            f"{dataset.folder / file}: {error} If another camera took it, remove it."
-        ) from error
+    difference = reader.unwarped(file, read_frame(dataset.folder, file)) - reader.blank
     ball_mm = dataset.ball_radius_mm(dataset.label(file))
     return find_circle(difference, ball_mm, dataset.card.mm_per_px)
 

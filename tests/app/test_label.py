@@ -83,7 +83,7 @@ def test_circles_are_the_same_in_frames_of_other_formats(
 def test_a_frame_of_another_camera_is_named(tmp_path: Path) -> None:
     dataset = make_dataset(tmp_path / "set", presses=1)
     write_image(dataset.folder / "odd.png", np.zeros((64, 48, 3), np.uint8))
-    with pytest.raises(WedgeError, match=r"odd\.png: .*48x64.*remove it"):
+    with pytest.raises(WedgeError, match=r"odd\.png is 48x64 .*background\.png is .*remove what"):
         found_circle(press_reader(dataset), "odd.png")
 
 
