@@ -158,7 +158,7 @@ def test_a_frame_that_is_missing_or_truncated_is_named(dataset, file):
 
 def test_frames_of_another_size_than_the_background_are_named(dataset):
     write_image(dataset.folder / "press01.png", np.zeros((60, 80, 3), np.uint8))
-    with pytest.raises(WedgeError, match=r"press01\.png is 80x60 pixels, but background\.png is 120x90"):
+    with pytest.raises(WedgeError, match=r"press01\.png is 80x60 pixels, but background\.png is"):
         read_presses(dataset)
 
 
