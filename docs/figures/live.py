@@ -21,9 +21,7 @@ from playwright.sync_api import ViewportSize
 
 HERE = Path(__file__).resolve().parent
 SIZE_PX: ViewportSize = {"width": 1280, "height": 933}
-TOUCHED = "parseFloat(document.querySelector('.deepest')?.innerText) > 0.3"
-KNOWN = "document.querySelector('.pose-state')?.innerText == 'tracking'"
-"""True of the first press after the blank frames: the set's presses are all elsewhere."""
+TOUCHED = "parseFloat(document.querySelector('.deepest')?.innerText) > 0.8"
 
 
 def main() -> None:
@@ -48,7 +46,7 @@ def photographed(url: str) -> bytes:
     with opened(url, SIZE_PX, options) as page:
         page.wait_for_selector("canvas")
         page.wait_for_timeout(15_000)
-        page.wait_for_function(f"{TOUCHED} && {KNOWN}", timeout=120_000)
+        page.wait_for_function(TOUCHED, timeout=120_000)
         page.wait_for_timeout(400)
         return page.screenshot()
 
