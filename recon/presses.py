@@ -71,9 +71,9 @@ class PressReader:
             WedgeError: the frame is missing, damaged or of another size, or the label lies
                 outside it. The sentence names the file.
         """
-        _check_inside(self.dataset, label, self.unwarp.size_px)
         frame = read_frame(self.dataset.folder, label.file)
-        image = self.unwarped(label.file, frame)
+        image = self.unwarped(label.file, frame)  # first: a small background is no label's fault
+        _check_inside(self.dataset, label, self.unwarp.size_px)
         difference, hidden = image - self.blank, None
         if self.dots is not None:
             hidden = self.dots.hidden(self.dots.track(image))

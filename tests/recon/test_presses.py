@@ -162,6 +162,14 @@ def test_frames_of_another_size_than_the_background_are_named(dataset):
         read_presses(dataset)
 
 
+def test_a_background_too_small_for_the_labels_is_named_and_no_label(dataset):
+    write_image(dataset.folder / "background.png", np.zeros((10, 12, 3), np.uint8))
+    with pytest.raises(
+        WedgeError, match=r"press00\.png is 120x90 pixels, but background\.png is 12x10"
+    ):
+        read_presses(dataset)
+
+
 def test_backgrounds_of_two_sizes_are_named(dataset):
     write_image(dataset.folder / "second.png", np.zeros((60, 80, 3), np.uint8))
     card = replace(dataset.card, background=("background.png", "second.png"))
