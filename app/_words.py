@@ -78,7 +78,22 @@ def understood(command: Callable[..., Any], name: str, words: Sequence[str]) -> 
             raise
         sentence = in_a_sentence(complaint.getvalue(), name)
         raise WedgeError(f"{sentence} `{name} --help` explains.") from stop
+    if again := _given_again(command, words):
+        raise WedgeError(f"{again} is given again: name all values behind one {again}.")
     return call
+
+
+def _given_again(command: Callable[..., Any], words: Sequence[str]) -> str:
+    """An option of several values that stands there twice, where tyro keeps the last ones alone."""
+    given = [word.partition("=")[0] for word in words]
+    for name, parameter in inspect.signature(command).parameters.items():
+        kind = parameter.annotation
+        if get_origin(kind) is Annotated:
+            kind = get_args(kind)[0]
+        option = f"--{name}".replace("_", "-")
+        if ... in get_args(kind) and given.count(option) > 1:
+            return option
+    return ""
 
 
 def _as_shown(parameter: inspect.Parameter) -> Any:

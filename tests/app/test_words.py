@@ -92,6 +92,17 @@ def test_right_words_become_parameters_before_anything_runs() -> None:
     assert inspect.signature(example).parameters.keys() == {"place", "count", "share"}
 
 
+@pytest.mark.parametrize("second", ["--unit v", "--unit=v"])
+@pytest.mark.parametrize("name", ["live", "record"])
+def test_no_value_of_several_is_dropped_unsaid(name: str, second: str) -> None:
+    command = importlib.import_module(f"app.{name}").main
+    out = ["--out", "x.mcap"] * (name == "record")
+    call = understood(command, f"wedge {name}", ["a", "b", *out, "--unit", "u", "v"])
+    assert [*map(str, call.keywords["unit"])] == ["u", "v"]  # type: ignore[attr-defined]
+    with pytest.raises(WedgeError, match="--unit is given again: name all values behind one"):
+        understood(command, f"wedge {name}", ["a", "b", *out, "--unit", "u", *second.split()])
+
+
 def test_what_the_subcommand_itself_says_is_not_taken_for_a_wrong_word() -> None:
     def stops(place: str) -> None:
         raise SystemExit(7)
