@@ -107,6 +107,6 @@ def _shown(folder: Path) -> "tuple[list[tuple[str, Unwarped, Tracked]], Pair]":
     assert reader.dots is not None
     shown = []
     for name in SHOWN_PRESSES:
-        image = reader.unwarp(read_frame(folder, name))
+        image = reader.unwarped(name, read_frame(folder, name))
         shown.append((name, image, reader.dots.track(image)))
     return shown, reader.dataset.card.mm_per_px

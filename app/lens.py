@@ -7,9 +7,9 @@ from typing import Annotated
 
 import tyro
 
-from app._output import OutputFile, keep_inputs, print_table, refuse_unit_folder
+from app._output import OutputFile, print_table, refuse_unit_folder
 from app._progress import progress
-from sensor.dataset import CARD_FILE, IMAGES, LENS_FILE, read_dataset
+from sensor.dataset import CARD_FILE, IMAGES, LABELS_FILE, LENS_FILE, read_dataset
 from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_atomic
 
@@ -41,12 +41,21 @@ def main(
         picture: Write a picture here (PNG): corners, how far they are off the lens, and what the
             lens does to straight lines.
     """
-    from recon.geometry.lens import board_misses_px, calibrate_lens, find_boards, reach, write_lens
+    from recon.geometry.lens import (
+        board_misses_px,
+        calibrate_lens,
+        find_boards,
+        seen_share,
+        write_lens,
+    )
     from recon.images import read_image
 
     written = out / LENS_FILE
-    keep_inputs([chessboards], [picture])
     check_outputs(written, picture)
+    if picture is not None and picture.resolve().parent in (out.resolve(), chessboards.resolve()):
+        raise WedgeError(
+            f"{picture} would be taken for one of the pictures beside it: write it elsewhere."
+        )
     images = {path.name: read_image(path) for path in _pictures(chessboards)}
     height, width = next(iter(images.values())).shape[:2]
     _refuse_misfit(out, (width, height))
@@ -70,7 +79,7 @@ def main(
         write_atomic(picture, png_bytes(lens_figure(boards, lens)))
         print(f"Picture: {picture}")
     write_lens(written, lens)
-    share = reach(boards, lens)
+    share = seen_share(boards, lens)
     print(
         f"The corners are {lens.rms_px:.2f} px off the lens (rms) and reach {share:.0%} of the way "
         "from its centre to the frame's farthest corner."
@@ -104,7 +113,7 @@ def _refuse_misfit(out: Path, frame_size_px: tuple[int, int]) -> None:
     dataset = read_dataset(out, labelled=False, within_balls=False)
     if dataset.labels:
         raise WedgeError(
-            f"{out / 'labels.csv'} has circles, which lie in other pixels once the lens is known: "
+            f"{out / LABELS_FILE} has circles, which lie in other pixels once the lens is known: "
             "remove that file, then find them again with `wedge label`."
         )
     height, width = read_background(dataset).shape[:2]

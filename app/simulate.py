@@ -19,8 +19,8 @@ from sensor.errors import WedgeError
 from sensor.files import new_folder
 
 PRESSES = 40
-HASH_DIGITS = 12
-"""Of a design file's hash, by which it is told from others of its name."""
+HASH_DIGITS = 8
+"""Of a design file's hash: as many as the case's roof shows."""
 
 
 def main(

@@ -122,7 +122,7 @@ def main(
         write_report(
             out,
             title="Gradient errors per light configuration",
-            lead="Each press that was judged was judged by estimators that were not trained on it. "
+            lead="No press was judged by an estimator that was trained on it. "
             f"Written by {command_line(*words)}.",
             sections=[table_section(table) for table in measured],
         )

@@ -34,7 +34,7 @@ from sensor.toml import (
 )
 
 CARD_FILE, LABELS_FILE, LENS_FILE = "dataset.toml", "labels.csv", "camera.toml"
-"""A camera calibration beside ``dataset.toml``, where there is one."""
+"""In its folder: the card, the circles and, where there is one, a camera calibration."""
 REQUIRED_KEYS = ("name", "source", "licence", "mm_per_px", "ball_radius_mm", "background")
 OPTIONAL_KEYS = ("corners_px", "pad_size_mm", "lights_deg")
 REQUIRED_COLUMNS = ("file", "center_x_px", "center_y_px", "contact_radius_px")

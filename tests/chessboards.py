@@ -18,6 +18,18 @@ PATTERN = (8, 6)
 TILTS = [(0.4, 0.1), (-0.4, 0.2), (0.1, 0.45), (-0.2, -0.45), (0.3, -0.3), (-0.35, 0.35)]
 
 
+def straight_lens(frame_size_px: tuple[int, int]) -> Lens:
+    """One that bends nothing, its centre in the frame's middle."""
+    width, height = frame_size_px
+    return Lens(
+        frame_size_px=frame_size_px,
+        focal_px=(50.0, 50.0),
+        center_px=((width - 1) / 2, (height - 1) / 2),
+        radial=(0.0, 0.0, 0.0),
+        rms_px=0.1,
+    )
+
+
 def board_points(tilt: tuple[float, float], index: int) -> np.ndarray:
     """Ideal pixels of a tilted board's inner corners, spread over the frame."""
     columns, rows = PATTERN

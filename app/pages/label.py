@@ -193,7 +193,7 @@ class LabelPage:
         self.file, self.moved, self.grip = file, None, None
         try:
             self.book.catch_up()
-            frame = self.reader.unwarp(read_frame(self.reader.dataset.folder, file))
+            frame = self.reader.unwarped(file, read_frame(self.reader.dataset.folder, file))
         except (WedgeError, OSError) as error:
             self.seen = False
             self.picture.set_visibility(False)

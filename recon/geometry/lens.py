@@ -181,7 +181,7 @@ def find_boards(
         images: pictures of one camera, by name.
         pattern: inner corners along and across the board; by default the largest board seen in
             most pictures.
-        progress: told the share of the pictures that were searched.
+        progress: told the share that is done.
 
     Raises:
         WedgeError: pictures differ in size, or too few of them show a whole board.
@@ -195,13 +195,12 @@ def find_boards(
         )
     if not images:
         raise WedgeError("no picture of a chessboard was given: name a folder that holds some.")
-    searches = len(gray) * (1 if pattern else 2)
-    pattern = pattern or _commonest_pattern(gray, lambda done: progress(done / searches))
+    pattern = pattern or _commonest_pattern(gray, lambda share: progress(share / 2))
     found: dict[str, Points] = {}
-    for left, (name, image) in zip(range(len(gray), 0, -1), gray.items(), strict=True):
-        progress(1 - left / searches)
+    for number, (name, image) in enumerate(gray.items()):
         if pattern is None:
-            continue
+            break
+        progress((1 + number / len(gray)) / 2)
         ok, corners = cv2.findChessboardCornersSB(image, pattern, flags=cv2.CALIB_CB_ACCURACY)
         if ok:
             found[name] = corners[:, 0].astype(np.float64)
@@ -264,7 +263,7 @@ def board_misses_px(boards: Boards, lens: Lens) -> dict[str, Points]:
     return misses
 
 
-def reach(boards: Boards, lens: Lens) -> float:
+def seen_share(boards: Boards, lens: Lens) -> float:
     """How far out the boards show the lens, as a share of the frame's farthest corner.
 
     Beyond, the lens is extrapolated.
@@ -317,12 +316,12 @@ def _board(pattern: tuple[int, int]) -> np.ndarray:
 
 
 def _commonest_pattern(
-    gray: Mapping[str, np.ndarray], searched: Callable[[int], None]
+    gray: Mapping[str, np.ndarray], progress: Callable[[float], None]
 ) -> tuple[int, int] | None:
     """The size of the board that is seen whole in most pictures."""
     seen: Counter[tuple[int, int]] = Counter()
     for number, image in enumerate(gray.values()):
-        searched(number)
+        progress(number / len(gray))
         ok, _, meta = cv2.findChessboardCornersSBWithMeta(image, (3, 3), cv2.CALIB_CB_LARGER)
         if ok:
             rows, columns = sorted(meta.shape[:2])

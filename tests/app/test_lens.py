@@ -3,7 +3,6 @@
 """`wedge lens` on rendered chessboards: into a dataset, its calibration, and what is refused."""
 
 import shutil
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +12,7 @@ from PIL import Image
 import app.__main__
 from recon.geometry.lens import read_lens
 from recon.images import write_image
-from sensor.dataset import Dataset, write_card, write_labels
+from sensor.dataset import Dataset, write_labels
 from tests.chessboards import TILTS, TRUE, rendered
 from tests.synthetic import make_dataset
 
@@ -95,9 +94,8 @@ def test_a_place_or_pictures_that_do_not_fit_are_refused_and_nothing_is_written(
             presses(out, labelled=True)
             reason = "labels.csv has circles, which lie in other pixels"
         case "size":
-            dataset = make_dataset(out, presses=2)
+            make_dataset(out, presses=2)
             write_labels(out / "labels.csv", [])
-            write_card(out / "dataset.toml", replace(dataset.card, name="smaller"))
             reason = "the chessboards are pictures of 320x240 pixels, the frames in"
         case "unit":
             out.mkdir()
@@ -119,3 +117,14 @@ def test_a_place_or_pictures_that_do_not_fit_are_refused_and_nothing_is_written(
     error = capsys.readouterr().err
     assert reason in error.splitlines()[-1]
     assert not (out / "camera.toml").exists()
+
+
+@pytest.mark.parametrize("beside", ["presses", "chessboards"])
+def test_a_picture_that_would_pass_for_a_press_or_a_board_is_refused(
+    beside: str, chessboards: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "raw"
+    picture = (out if beside == "presses" else chessboards) / "lens.png"
+    assert lens_of(chessboards, "--out", out, "--picture", picture) == 2
+    assert "would be taken for one of the pictures beside it" in capsys.readouterr().err
+    assert not picture.exists() and not out.exists()

@@ -51,6 +51,7 @@ def test_datasets_of_one_name_are_told_apart_and_one_folder_is_taken_once(tmp_pa
     assert [table["dataset"] for table in tables] == sets
     printed, written = capsys.readouterr().out, (page / "index.html").read_text()
     assert all(name in printed and f">{name}</h2>" in written for name in sets)
+    assert f"wedge table {may.folder} {june.folder} --folds=1 --estimator=table --seed=0" in written
 
 
 def test_no_folds_are_refused_before_a_frame_is_read(tmp_path, capsys, monkeypatch):

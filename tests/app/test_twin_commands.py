@@ -147,7 +147,7 @@ def test_a_design_file_goes_by_its_name_into_the_card(joined, monkeypatch, tmp_p
         wanted = replace(FINGER, gel=replace(FINGER.gel, pad_width_mm=pad_mm))
         source = simulate._source(wanted, path)
         sources.add(source)
-        assert source == f"wedge simulate {told}, of the design {wanted.sha256[:12]}"
+        assert source == f"wedge simulate {told}, of the design {wanted.sha256[:8]}"
     assert len(sources) == 2
 
 

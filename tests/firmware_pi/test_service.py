@@ -208,6 +208,12 @@ def test_the_wait_for_a_first_frame_ends_with_a_signal(
     assert waits_s == [service.LOOK_EVERY_S]
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere a cable is plugged in first")
+def test_the_service_listens_before_its_cable_is_plugged_in(tmp_path: Path) -> None:
+    write_settings(tmp_path / "0.toml", Settings(address="192.0.2.1", port=free_port()))
+    service.Service(tmp_path / "0.toml", None, lambda *_: SimpleNamespace()).server.server_close()
+
+
 @pytest.mark.parametrize("silent", [{2}, {2, 3}])
 def test_new_settings_that_bring_no_frame_give_way_to_the_last_that_did(
     silent: set[int],

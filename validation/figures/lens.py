@@ -7,7 +7,7 @@ from jaxtyping import Float64
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from recon.geometry.lens import Boards, Lens, Points, board_misses_px, reach
+from recon.geometry.lens import Boards, Lens, Points, board_misses_px, seen_share
 from validation.figures.style import BLUE, FULL_IN, INK, ORANGE, SERIES, SOFT, card, styled
 
 ARROW_SIDE = 0.05
@@ -20,7 +20,7 @@ LINES, POINTS = 9, 101
 def lens_figure(boards: Boards, lens: Lens) -> Figure:
     """Where the boards' corners were seen and how far off the lens; what it does to straight lines.
 
-    The right panel shows a square grid as the lens shows it, and how far it moves each radius.
+    The right panel shows a square grid as the lens shows it, and how far out corners were seen.
     """
     width, height = boards.frame_size_px
     figure = card(FULL_IN, 0.46 * FULL_IN * height / width + 1.0)
@@ -64,7 +64,7 @@ def _draw_grid(axes: Axes, boards: Boards, lens: Lens) -> None:
         axes.plot(*line.T, ":", color=SOFT, lw=0.7, label=name or "straight lines")
         axes.plot(*lens.distort(line).T, color=BLUE, lw=1, label=name or "as the lens shows them")
     angle = np.linspace(0, 2 * np.pi, POINTS)
-    radius_px = reach(boards, lens) * np.linalg.norm(frame - lens.center_px, axis=1).max()
+    radius_px = seen_share(boards, lens) * np.linalg.norm(frame - lens.center_px, axis=1).max()
     circle = np.stack([np.cos(angle), np.sin(angle)], 1) * radius_px + lens.center_px
     axes.plot(*circle.T, "--", color=ORANGE, label="as far out as corners were seen")
     axes.plot(*lens.center_px, "+", color=INK, markersize=9)

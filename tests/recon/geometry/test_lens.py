@@ -15,13 +15,13 @@ from recon.geometry.lens import (
     board_misses_px,
     calibrate_lens,
     find_boards,
-    reach,
     read_lens,
+    seen_share,
     write_lens,
 )
 from recon.images import read_image
 from sensor.errors import WedgeError
-from tests.chessboards import PATTERN, TILTS, TRUE, board_points, rendered
+from tests.chessboards import PATTERN, TILTS, TRUE, board_points, rendered, straight_lens
 from validation.datasets import shared_folder
 
 
@@ -53,13 +53,7 @@ def test_undistort_inverts_distort_over_the_whole_frame(
 
 
 def test_without_distortion_pixels_stay() -> None:
-    lens = Lens(
-        frame_size_px=(64, 48),
-        focal_px=(50.0, 50.0),
-        center_px=(31.5, 23.5),
-        radial=(0.0, 0.0, 0.0),
-        rms_px=0.1,
-    )
+    lens = straight_lens((64, 48))
     points = np.array([[31.5, 23.5], [0.0, 0.0], [63.0, 47.0]])
     assert lens.undistort(points) == pytest.approx(points)
     assert lens.distort(points) == pytest.approx(points)
@@ -106,19 +100,13 @@ def test_a_corner_that_was_seen_elsewhere_misses_by_that_much() -> None:
 
 
 def test_boards_reach_as_far_as_their_outermost_corner() -> None:
-    lens = Lens(
-        frame_size_px=(101, 101),
-        focal_px=(80.0, 80.0),
-        center_px=(50.0, 50.0),
-        radial=(0.0, 0.0, 0.0),
-        rms_px=0.1,
-    )
+    lens = straight_lens((101, 101))
     for place, share in (((50.0, 50.0), 0.0), ((-0.5, 100.5), 1.0), ((50.0, 75.25), 0.5 / 2**0.5)):
         corners = np.array([place, (50.0, 50.0)])
         boards = Boards(
             frame_size_px=(101, 101), pattern=(2, 1), corners_px={"a": corners}, left_out=()
         )
-        assert reach(boards, lens) == pytest.approx(share)
+        assert seen_share(boards, lens) == pytest.approx(share)
 
 
 def test_pictures_give_back_the_lens_and_name_what_shows_no_board() -> None:

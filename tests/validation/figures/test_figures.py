@@ -12,6 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from recon.ball import ball_cap
+from recon.geometry.lens import Boards, Lens
+from tests.chessboards import PATTERN, TILTS, TRUE, board_points, straight_lens
 from validation.depth import DepthErrors
 from validation.error_table import WEDGE_CONFIGURATIONS, Row
 from validation.examples import PressPicture
@@ -21,6 +23,7 @@ from validation.figures.depth_scatter import peak_figure, rmse_figure
 from validation.figures.error_bars import PAPER, error_figure
 from validation.figures.gradients import gradient_figure
 from validation.figures.integrators import cap_error_figure, convergence_figure
+from validation.figures.lens import lens_figure
 from validation.figures.light_lobes import lobe_azimuth_deg, lobe_figure, sector_means
 from validation.figures.maps import round_length_mm
 from validation.figures.png import png_bytes
@@ -120,8 +123,21 @@ FIGURES = {
         depth_map(64, 48), {"dirichlet": 1.01 * depth_map(64, 48)}, (0.1, 0.1)
     ),
     "roll": lambda: roll_figure([0.0, 90.0], {"joint": [0.2, 0.7], "gicp": [1, 9]}, "roll"),
+    "lens": lambda: lens_figure(boards(TRUE), TRUE),
     "convergence": lambda: convergence_figure((15, 30, 60), {"dirichlet": (0.16, 0.04, 0.01)}),
 }
+
+
+def boards(lens: Lens) -> Boards:
+    """Corners as a lens shows them, 0.2 px off."""
+    rng = np.random.default_rng(0)
+    seen = [lens.distort(board_points(tilt, i)) for i, tilt in enumerate(TILTS)]
+    return Boards(
+        frame_size_px=lens.frame_size_px,
+        pattern=PATTERN,
+        corners_px={str(i): at + rng.normal(0, 0.2, at.shape) for i, at in enumerate(seen)},
+        left_out=(),
+    )
 
 
 def colors() -> np.ndarray:
@@ -203,6 +219,18 @@ def test_maps_keep_pixels_square_in_mm() -> None:
     figure = depth_figure(np.ones((30, 40)), (0.1, 0.2))
     width, height = figure.axes[0].get_window_extent().size
     assert width / height == pytest.approx(40 * 0.1 / (30 * 0.2), rel=1e-3)
+
+
+def test_a_lens_that_bends_nothing_leaves_straight_lines_where_they_are() -> None:
+    lens = straight_lens(TRUE.frame_size_px)
+    axes = lens_figure(boards(lens), lens).axes[1]
+    *grid, circle, _center = [line.get_xydata() for line in axes.get_lines()]
+    assert len(grid) == 36
+    for straight, shown in zip(grid[::2], grid[1::2], strict=True):
+        np.testing.assert_allclose(shown, straight, atol=1e-9)
+    seen = np.concatenate(list(boards(lens).corners_px.values()))
+    farthest_px = np.linalg.norm(seen - lens.center_px, axis=1).max()
+    np.testing.assert_allclose(np.linalg.norm(circle - lens.center_px, axis=1), farthest_px)
 
 
 @pytest.mark.parametrize("channel", "RGB")
