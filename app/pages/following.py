@@ -33,7 +33,7 @@ class PoseView:
     """Draws what is felt; keeps the object's axes where the object was first deepest."""
 
     def __init__(self, apart: bool) -> None:
-        """Begin; the pose is told unless frames are ``apart``, each a touch of its own."""
+        """Begin; no pose is told or drawn where frames are ``apart``, each a touch of its own."""
         self._apart = apart
         self._anchor: Points | None = None
         self._object_number = 0
@@ -42,16 +42,16 @@ class PoseView:
         """The next moment."""
         if felt.object_number != self._object_number:
             self._anchor, self._object_number = None, felt.object_number
-        if self._anchor is None and felt.pose.T_sensor_object is not None:
-            self._anchor = anchor_on(felt.touch, felt.pose.T_sensor_object)
-        touch = felt.touch
+        touch, pose = felt.touch, felt.pose.T_sensor_object
+        is_alone = self._apart and pose is not None
+        if self._anchor is None and pose is not None and not is_alone:
+            self._anchor = anchor_on(touch, pose)
         shown = pose_picture(felt.image, touch.contact, touch.mm_per_px, felt.pose, self._anchor)
         words = "none on this gel" if felt.markers == "none" else felt.markers
         if felt.dots is not None:
             draw_arrows(shown, felt.dots, shown.shape[1] / felt.image.shape[1])
             misfit = "" if felt.markers == felt.dots.word else f"; {felt.markers}"
             words = marker_words(felt.dots, touch.mm_per_px) + misfit
-        is_alone = self._apart and felt.pose.T_sensor_object is not None
         return Followed(
             picture=pictures.as_url(shown),
             state="–" if is_alone else felt.pose.state,

@@ -62,5 +62,10 @@ def test_touches_that_have_nothing_to_do_with_each_other_have_no_pose() -> None:
     follow = Follower(unit)
     shown = [view(follow(unit.background, touch, 0.0)) for touch in bead_pair(0)[:2]]
     assert {(item.state, item.pose) for item in shown} == {("–", APART)}
+    axes = np.array((230, 159, 0))  # of y, orange; nothing else is as colourful
+    for apart, drawn in ((True, False), (False, True)):
+        felt = Follower(unit)(unit.background, bead_pair(0)[0], 0.0)
+        picture = decode_jpeg(base64.b64decode(PoseView(apart)(felt).picture.partition(",")[2]))
+        assert (np.abs(picture.astype(int) - axes).max(-1) < 40).any() == drawn
     nothing = view(follow(unit.background, blank(), 0.0))
     assert nothing.pose != APART and nothing.state != "tracking"
