@@ -150,10 +150,10 @@ def checkout_without_python(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def set_up(checkout: Path) -> tuple[int, str]:
+def set_up(checkout: Path, **environment: str) -> tuple[int, str]:
     done = subprocess.run(
         [checkout / "wedge"],
-        env={"PATH": str(checkout / "bin")},
+        env={"PATH": str(checkout / "bin"), **environment},
         capture_output=True,
         text=True,
         check=False,
@@ -187,3 +187,31 @@ def test_set_up_never_empties_what_a_link_leads_to(checkout_without_python: Path
     assert status == 2
     assert ".venv is a link" in sentence
     assert (others / "lib").is_dir()
+
+
+PIP_THAT_FAILS = """#!/bin/sh
+[ "$2" != venv ] || { mkdir -p "$4/bin" && cp "$0" "$4/bin/python"; }
+case "$*" in
+  *require-hashes*) echo try >>"$TRIES"; echo 'ERROR: the server is away'
+    [ "$(wc -l <"$TRIES")" -gt "$FAILURES" ] ;;
+  *"-m app"*) echo 'the command ran' >&2 ;;
+esac
+"""
+
+
+@pytest.mark.parametrize(("failures", "status"), [(0, 0), (2, 0), (3, 2)])
+def test_set_up_outlasts_a_server_that_is_away_for_a_moment(
+    checkout_without_python: Path, failures: int, status: int
+) -> None:
+    folder = checkout_without_python / "bin"
+    for tool in ("cp", "mkdir", "rm", "tail", "wc"):
+        (folder / tool).symlink_to(shutil.which(tool) or "")
+    for name, script in (("python3.12", PIP_THAT_FAILS), ("sleep", "#!/bin/sh\n")):
+        (folder / name).write_text(script)
+        (folder / name).chmod(0o755)
+    tries = checkout_without_python / "tries"
+    done, said = set_up(checkout_without_python, TRIES=str(tries), FAILURES=str(failures))
+    assert done == status
+    assert len(tries.read_text().splitlines()) == min(failures + 1, 3)
+    assert ("the command ran" in said) == (status == 0)
+    assert ("ERROR: the server is away\nwedge: the locked" in said) == (status == 2)
