@@ -10,10 +10,10 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
-from app._interrupt import UntilInterrupted
 from app._sources import is_dataset, open_where, refuse_nowhere
 from sensor.dataset import IMAGES
 from sensor.errors import WedgeError
+from sensor.interrupt import UntilInterrupted
 
 if TYPE_CHECKING:
     from recon.arrays import Frame

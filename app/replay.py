@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from app._interrupt import UntilInterrupted
 from app._output import OutputFile, keep_inputs, write_json
 from app._sources import open_where, refuse_few
 from sensor.errors import WedgeError
 from sensor.files import check_outputs
+from sensor.interrupt import UntilInterrupted
 from sensor.wire import STREAM_PATH
 
 if TYPE_CHECKING:

@@ -1,9 +1,12 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the training programs ask of the words they are given."""
+"""What the training programs ask of the words they are given, and how they end early."""
 
 import argparse
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager
+
+from sensor.errors import WedgeError
 
 
 def at_least(least: int) -> Callable[[str], int]:
@@ -30,3 +33,14 @@ def some_of(known: Collection[str]) -> Callable[[str], tuple[str, ...]]:
         return words
 
     return parsed
+
+
+@contextmanager
+def ending_in_a_sentence(parser: argparse.ArgumentParser) -> Iterator[None]:
+    """Exit with 2 and the sentence of what the block refuses; with 130 where Ctrl-C ends it."""
+    try:
+        yield
+    except WedgeError as error:
+        parser.error(str(error))
+    except KeyboardInterrupt as interrupted:
+        parser.exit(130, f"{parser.prog}: {interrupted or 'interrupted'}\n")

@@ -13,10 +13,9 @@ there is one. Needs torch, the extra ``train``.
 import argparse
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures import Executor
 from dataclasses import asdict, dataclass
 from functools import lru_cache, partial
-from multiprocessing import get_context
 from pathlib import Path
 
 import cv2
@@ -26,14 +25,13 @@ from jaxtyping import Bool, Float, Float32
 from recon import unet
 from recon.contact.network import CONTACT, network_input
 from recon.integration.poisson import integrate
-from recon.training.arguments import at_least
+from recon.training.arguments import at_least, ending_in_a_sentence
 from recon.training.contact_surfaces import surface_gradient
 from recon.training.loss_curve import refuse_weights, write_curve
 from recon.training.random_presses import log_uniform, random_press
 from recon.training.resumable import DEVICE, ResumableTraining, checkpoint_of
-from recon.training.torch_layers import UNetLayers, made_ahead
+from recon.training.torch_layers import UNetLayers, batch_makers, made_ahead
 from recon.unet.weights import save_weights
-from sensor.errors import WedgeError
 from sensor.extras import how_to_install
 
 try:
@@ -330,16 +328,14 @@ def main() -> None:
     )
     checkpoints = [checkpoint_of(options.out, f"course-{number}") for number in (1, 2)]
     torch.set_num_threads(1)
-    try:
+    with ending_in_a_sentence(parser):
         refuse_weights(options.out)
-        with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:
+        with batch_makers(1) as executor:
             weights, losses = train(
                 options.seed, steps, channels, executor, checkpoints=checkpoints
             )
         save_weights(options.out, weights, command, options.seed, CONTACT)
         write_curve(options.out, losses)
-    except WedgeError as error:
-        parser.error(str(error))
     for checkpoint in checkpoints:
         checkpoint.unlink(missing_ok=True)
     overlap = overlap_on_fresh_presses(weights, TESTED, options.seed)

@@ -19,6 +19,7 @@ import numpy as np
 
 from recon import unet
 from recon.contact.network import CONTACT
+from recon.training.arguments import ending_in_a_sentence
 from recon.training.contact import (
     COURSES,
     FRAME_PX,
@@ -40,7 +41,6 @@ from recon.training.further_courses import (
 from recon.training.loss_curve import refuse_weights, write_curve
 from recon.training.resumable import DEVICE, checkpoint_of
 from recon.unet.weights import load_weights, save_weights, sha256_of
-from sensor.errors import WedgeError
 from sensor.extras import how_to_install
 
 try:
@@ -114,7 +114,7 @@ def main() -> None:
     command = command_of(MODULE, options)
     checkpoint = checkpoint_of(options.out)
     torch.set_num_threads(1)
-    try:
+    with ending_in_a_sentence(parser):
         refuse_weights(options.out)
         first = load_weights(options.first, CONTACT)
         presses = presses_of(
@@ -123,8 +123,6 @@ def main() -> None:
         weights, losses = train_further(first, presses, options.steps, options.seed, checkpoint)
         save_weights(options.out, weights, command, options.seed, CONTACT)
         write_curve(options.out, losses)
-    except WedgeError as error:
-        parser.error(str(error))
     checkpoint.unlink(missing_ok=True)
     overlap = overlap_on_fresh_presses(weights, TESTED, options.seed)
     print(f"overlap with the truth on {TESTED} fresh presses: {overlap:.3f}")

@@ -11,10 +11,9 @@ It runs on a GPU where there is one, else on one core. Needs torch, the extra ``
 
 import argparse
 import sys
-from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures import Executor
 from dataclasses import asdict, dataclass
 from functools import partial
-from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -23,16 +22,15 @@ from jaxtyping import Float, Float32
 from recon import unet
 from recon.lights import Axis
 from recon.missing_axis.inference import infer_missing_axis
-from recon.training.arguments import at_least, some_of
+from recon.training.arguments import at_least, ending_in_a_sentence, some_of
 from recon.training.contact_surfaces import surface_gradient
 from recon.training.few_lights import measure
 from recon.training.loss_curve import refuse_weights, write_curve
 from recon.training.random_balls import SQUARE, random_ball
 from recon.training.random_surfaces import RECIPES, Recipe
 from recon.training.resumable import DEVICE, ResumableTraining, checkpoint_of
-from recon.training.torch_layers import UNetLayers, made_ahead
+from recon.training.torch_layers import UNetLayers, batch_makers, made_ahead
 from recon.unet.weights import save_weights
-from sensor.errors import WedgeError
 from sensor.extras import how_to_install
 
 try:
@@ -258,13 +256,11 @@ def main() -> None:
     torch.set_num_threads(1)  # faster than two on a busy machine, and the same sums every time
     command = f"python -m recon.training.missing_axis {settings.arguments} --out {options.out.name}"
     checkpoint = checkpoint_of(options.out)
-    try:
+    with ending_in_a_sentence(parser):
         refuse_weights(options.out)
         weights, losses = _train(settings, checkpoint, options.workers)
         save_weights(options.out, weights, command, settings.seed)
         write_curve(options.out, losses)
-    except WedgeError as error:
-        parser.error(str(error))
     checkpoint.unlink(missing_ok=True)
     print_measures(weights)
 
@@ -274,7 +270,7 @@ def _train(
 ) -> tuple[dict[str, np.ndarray], list[float]]:
     if workers == 0:
         return train(settings, None, checkpoint)
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as executor:
+    with batch_makers(workers) as executor:
         return train(settings, executor, checkpoint)
 
 

@@ -22,6 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from recon import unet
+from recon.training.arguments import ending_in_a_sentence
 from recon.training.further_courses import (
     between,
     command_of,
@@ -46,7 +47,6 @@ from recon.training.missing_axis import (
 from recon.training.missing_axis_doubt import LEAST_MOVED_PX, train_doubt
 from recon.training.resumable import DEVICE, ResumableTraining, checkpoint_of
 from recon.unet.weights import load_weights, save_weights, sha256_of
-from sensor.errors import WedgeError
 from sensor.extras import how_to_install
 
 try:
@@ -177,7 +177,7 @@ def main() -> None:
     doubt_curve = options.out.with_stem(f"{options.out.stem}-doubt")
     checkpoints = [checkpoint_of(options.out, course) for course in ("further", "doubt")]
     torch.set_num_threads(1)
-    try:
+    with ending_in_a_sentence(parser):
         refuse_weights(options.out)
         refuse_weights(doubt_curve)
         first = load_weights(options.first)
@@ -194,8 +194,6 @@ def main() -> None:
         save_weights(options.out, kept, command, options.seed)
         write_curve(options.out, losses)
         write_curve(doubt_curve, doubts)
-    except WedgeError as error:
-        parser.error(str(error))
     for checkpoint in checkpoints:
         checkpoint.unlink(missing_ok=True)
     print_measures(kept)

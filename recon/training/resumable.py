@@ -16,6 +16,7 @@ from recon.training.torch_layers import UNetLayers
 from sensor.errors import WedgeError
 from sensor.extras import how_to_install
 from sensor.files import write_atomic
+from sensor.interrupt import Asked
 
 try:
     import torch
@@ -77,21 +78,39 @@ class ResumableTraining:
 
         Raises:
             WedgeError: the checkpoint cannot be written.
+            KeyboardInterrupt: Ctrl-C or SIGTERM ended it, after a step; the checkpoint has it.
         """
         begin, left = time.monotonic(), self.left
-        for step in left:
-            self.losses.append(learn(step))
-            done, last = step + 1, step + 1 == self.steps
-            if done % SHOWN_STEPS == 0 or last:
-                mean, spent = np.mean(self.losses[-SHOWN_STEPS:]), time.monotonic() - begin
-                to_go = spent / (done - left.start) * (self.steps - done)
-                print(
-                    f"step {done}/{self.steps}  loss {mean:.5f}  {spent:.0f} s, {to_go:.0f} s left",
-                    flush=True,
-                )
-            if self.checkpoint is not None and (done % CHECKPOINT_STEPS == 0 or last):
-                self._save(self.checkpoint)
+        with Asked() as asked:
+            for step in left:
+                self.losses.append(learn(step))
+                done, last = step + 1, step + 1 == self.steps
+                if done % SHOWN_STEPS == 0 or last:
+                    self._show(done - left.start, time.monotonic() - begin)
+                due = done % CHECKPOINT_STEPS == 0 or last or asked.to_end
+                if self.checkpoint is not None and due:
+                    self._save(self.checkpoint)
+                if asked.to_end:
+                    raise KeyboardInterrupt(self._how_to_go_on())
         return self.losses
+
+    def _show(self, taken: int, spent_s: float) -> None:
+        """Say how far it is, after so many steps since it began or went on."""
+        done, mean = len(self.losses), np.mean(self.losses[-SHOWN_STEPS:])
+        to_go_s = spent_s / taken * (self.steps - done)
+        print(
+            f"step {done}/{self.steps}  loss {mean:.5f}  {spent_s:.0f} s, {to_go_s:.0f} s left",
+            flush=True,
+        )
+
+    def _how_to_go_on(self) -> str:
+        """What is said where it was interrupted."""
+        if self.checkpoint is None:
+            return f"interrupted after step {len(self.losses)}"
+        return (
+            f"interrupted after step {len(self.losses)}, which {self.checkpoint} keeps: "
+            "the same command goes on from there."
+        )
 
     def _save(self, path: Path) -> None:
         """Write the checkpoint, atomically."""

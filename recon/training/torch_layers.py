@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The layers of ``recon.unet`` in torch, for training; needs the extra ``train``."""
 
+import signal
 import sys
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Executor, Future
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from multiprocessing import get_context
 from typing import TypeVar
 
 import numpy as np
@@ -94,6 +96,16 @@ class UNetLayers(nn.Module):
         """Copies of all parameters under the names of ``recon.unet``."""
         state = self.layers.state_dict()
         return {name: value.cpu().numpy().copy() for name, value in state.items()}
+
+
+def batch_makers(count: int) -> ProcessPoolExecutor:
+    """So many processes that make batches; Ctrl-C is for the one that learns from them."""
+    return ProcessPoolExecutor(
+        count,
+        mp_context=get_context("spawn"),
+        initializer=signal.signal,
+        initargs=(signal.SIGINT, signal.SIG_IGN),
+    )
 
 
 def made_ahead(

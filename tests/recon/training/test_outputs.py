@@ -70,6 +70,24 @@ def test_weights_that_cannot_be_written_in_the_end_are_a_sentence(
     assert [path.name for path in tmp_path.iterdir()] == [weights.name]
 
 
+@each_command
+@pytest.mark.parametrize("words", ["", "kept: go on"])
+def test_ctrl_c_ends_in_a_sentence(command, words, tmp_path, monkeypatch, capsys):
+    module, *others = command.split()
+    monkeypatch.setattr("sys.argv", [module, *others, "--out", str(tmp_path / "w.safetensors")])
+    training = import_module(f"recon.training.{module}")
+
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt(words)
+
+    work = "train" if "train" in vars(training) else "load_weights"
+    monkeypatch.setattr(training, work, interrupted)
+    with pytest.raises(SystemExit, match="130"):
+        training.main()
+    sentence = f"python -m recon.training.{module}: {words or 'interrupted'}\n"
+    assert capsys.readouterr().err == sentence
+
+
 @pytest.mark.parametrize(
     ("command", "said"),
     [

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every training, interrupted, goes on to the very network it would have become."""
 
+import signal
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -37,6 +38,14 @@ def small(monkeypatch):
     monkeypatch.setattr(contact, "FRAMES", 2)
     monkeypatch.setattr(contact_further, "PRESSES", 3)
     monkeypatch.setattr(contact_further, "FELT_FRAMES", 2)
+
+
+@pytest.fixture
+def usual_ctrl_c():
+    """Whoever runs the tests may have told them to ignore it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 def slopes(seed=0):
@@ -90,17 +99,26 @@ each_training = pytest.mark.parametrize(
 each_checkpoint = pytest.mark.parametrize("train", [first_course, further, doubt, contact_again])
 
 
-def interrupted_at(step, monkeypatch):
-    """Break off the step of that number, counted from 1."""
+def at_step(step, monkeypatch, do):
+    """Do something amid the step of that number, counted from 1."""
     clip, taken = torch.nn.utils.clip_grad_norm_, []
 
-    def breaking(*args):
+    def doing(*args):
         taken.append(None)
         if len(taken) == step:
-            raise KeyboardInterrupt
+            do()
         return clip(*args)
 
-    monkeypatch.setattr(torch.nn.utils, "clip_grad_norm_", breaking)
+    monkeypatch.setattr(torch.nn.utils, "clip_grad_norm_", doing)
+
+
+def interrupted_at(step, monkeypatch):
+    """Break off the step of that number, counted from 1."""
+
+    def interrupt():
+        raise KeyboardInterrupt
+
+    at_step(step, monkeypatch, interrupt)
 
 
 @each_training
@@ -114,6 +132,26 @@ def test_an_interrupted_training_goes_on_to_the_same_network(train, tmp_path, mo
     resumed, again = train(path)
     assert "going on from step 2" in capsys.readouterr().out
     assert len(losses) == STEPS and again == losses
+    for name, values in whole.items():
+        np.testing.assert_array_equal(values, resumed[name])
+
+
+@each_training
+@pytest.mark.parametrize("asked_at", [1, 2, STEPS])  # the second is contact's first course's last
+@pytest.mark.usefixtures("usual_ctrl_c")
+def test_ctrl_c_is_heard_after_a_step_and_the_checkpoint_has_that_step(
+    train, asked_at, tmp_path, monkeypatch, capsys
+):
+    path = tmp_path / "checkpoint.safetensors"
+    whole, losses = train(None)
+    with monkeypatch.context() as asked, pytest.raises(KeyboardInterrupt, match="the same command"):
+        at_step(asked_at, asked, lambda: signal.raise_signal(signal.SIGINT))
+        train(path)
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    resumed, again = train(path)
+    done = asked_at if train is not contact_courses or asked_at < STEPS else asked_at - 2
+    assert f"going on from step {done} of" in capsys.readouterr().out
+    assert again == losses
     for name, values in whole.items():
         np.testing.assert_array_equal(values, resumed[name])
 

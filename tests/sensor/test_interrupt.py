@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from app._interrupt import Asked, UntilInterrupted
+from sensor.interrupt import Asked, UntilInterrupted
 
 
 @pytest.fixture(autouse=True)
