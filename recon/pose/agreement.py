@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float32
 
 from recon.pose.level import looked_up
-from recon.pose.pyramid import Pyramid, residuals
+from recon.pose.pyramid import LEAST_PX, Pyramid, residuals
 from recon.pose.rigid import Transform, applied
 
 
@@ -25,7 +25,7 @@ class Agreement:
 
 
 def agreement(reference: Pyramid, current: Pyramid, T_current_reference: Transform) -> Agreement:
-    """Judge a motion, at half resolution."""
+    """Judge a motion, at half resolution; details that are too fine for that, at full."""
     index = 1 if 1 in reference.templates else reference.finest
     if index not in reference.templates:
         return Agreement()
@@ -40,15 +40,27 @@ def agreement(reference: Pyramid, current: Pyramid, T_current_reference: Transfo
     slopes = template.slopes[seen]
     expected, found = _across(slopes), _across(slopes + residual[:2, seen].T)
     energy, left = float((expected**2).sum()), float(((found - expected) ** 2).sum())
-    there = looked_up(reference.level(index).detail, template.points[seen])[:, :2]
-    moved = applied(T_current_reference, template.points[seen]).astype(np.float32)
-    here = looked_up(level.detail, moved)[:, :2] @ T_current_reference[:2, :2]
-    product = float(np.linalg.norm(there) * np.linalg.norm(here))
+    alike, details_px = _alike(reference, current, T_current_reference, index)
+    if details_px < LEAST_PX and index != reference.finest:
+        alike, _ = _alike(reference, current, T_current_reference, reference.finest)
     return Agreement(
         overlap=min(common / max(min(contacts), 1), 1.0),
         explained=1 - left / max(energy, 1e-9),
-        alike=float((there * here).sum()) / max(product, 1e-9),
+        alike=alike,
     )
+
+
+def _alike(
+    reference: Pyramid, current: Pyramid, T_current_reference: Transform, index: int
+) -> tuple[float, int]:
+    """Correlation of details at one resolution, and how many pixels have any."""
+    template, level = reference.templates[index], current.level(index)
+    moved = applied(T_current_reference, template.points).astype(np.float32)
+    seen = looked_up(level, moved)[:, 3] > 0.5
+    there = looked_up(reference.level(index).detail, template.points[seen])[:, :2]
+    here = looked_up(level.detail, moved[seen])[:, :2] @ T_current_reference[:2, :2]
+    product = float(np.linalg.norm(there) * np.linalg.norm(here))
+    return float((there * here).sum()) / max(product, 1e-9), int(there.any(1).sum())
 
 
 def _across(slopes: Float32[np.ndarray, "n 2"]) -> Float32[np.ndarray, "n 2"]:

@@ -22,7 +22,7 @@ from recon.pose.noise import (
     sums_in_waves,
     wave_variances,
 )
-from recon.pose.registration import PRIOR_INFORMATION
+from recon.pose.registration import prior_root
 from recon.pose.rigid import Covariance, Points, Transform, Twist, applied
 from sensor.toml import Pair
 
@@ -154,8 +154,8 @@ class Gaps:
         root = np.linalg.inv(np.linalg.cholesky(each + 1e-12 * np.trace(each) * np.eye(6)))
         shares, axes = np.linalg.eigh(root @ (both + both.T) @ root.T / 2)
         twists = root.T @ axes[:, shares < LEAST_ALIKE]
-        lengths = np.einsum("ku,kl,lu->u", twists, PRIOR_INFORMATION, twists)
-        found: np.ndarray = twists / np.sqrt(lengths)
+        lengths = np.linalg.norm(np.linalg.solve(prior_root(self.points.mean(0)), twists), axis=0)
+        found: np.ndarray = twists / lengths
         return found
 
 

@@ -16,8 +16,9 @@ much of that a sensor shows: nothing, or all of it where gel tents. Its heights 
 error as large as all of it, and weigh so much less.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from jaxtyping import Float32
@@ -25,7 +26,7 @@ from jaxtyping import Float32
 from recon.pose.level import Level
 from recon.pose.noise import LENGTHS_MM, Variances, noise_between
 from recon.pose.pyramid import LEAST_PX, STENCIL, TILES, Pyramid, Template, residuals
-from recon.pose.registration import PRIOR, PRIOR_INFORMATION, Alignment, Touch
+from recon.pose.registration import PRIOR, Alignment, Touch, prior_root
 from recon.pose.rigid import Covariance, Transform, Twist, motion
 from recon.pose.rim import rim
 
@@ -39,6 +40,12 @@ OUTLIER = 3.0
 RAYLEIGH_MEDIAN = 1.1774
 LEAST_NOISE = 0.002
 """Of slopes: what no real gel is better than."""
+LEAST_SHOWN = 0.5
+"""Of what derivatives say of the least certain motion, to be believed: as much as noise tells."""
+SHOWN_BY = 1000
+"""Points at most: of more, each second, third and so on."""
+SHOWN_PX, SHOWN_SLOPE, LARGEST_SHOWN = 1.5, 0.1, 4.0
+"""It moves pixels so far in the mean, unless slopes change by more, or it were far from likely."""
 CORRELATED_PX = (8.0, 6.7, 6.7)
 """By level: so many residuals say as much as one of independent noise would. Smoothing lets
 neighbours share noise; and what no surface can have is gone, half of the noise, but little of what
@@ -84,7 +91,8 @@ class Joint:
         pretended = _pretended(noise, reference.level(min(reference.templates)))
         # Of white noise, residuals tell.
         pull = np.tensordot(noise[1:], reference.pulls(equations.depth_share)[1:], 1)
-        covariance = equations.covariance(pretended, pull)
+        level = current.level(min(reference.templates))
+        covariance = equations.covariance(pretended, pull, partial(shown, equations, level, guess))
         return Alignment(T_current_reference=guess, covariance=covariance)
 
 
@@ -104,9 +112,15 @@ class _Equations:
     """Of depths' weights, what the doubt of the reference's depth leaves."""
 
     @cached_property
+    def prior(self) -> Covariance:
+        """A root of the prior; in its units that is the identity."""
+        return prior_root(self.template.points.mean(0).astype(float))
+
+    @cached_property
     def rigidity(self) -> Covariance:
         """What the prior adds to the normal equations."""
-        return self.variance * PRIOR_INFORMATION
+        back = np.linalg.inv(self.prior)
+        return self.variance * back.T @ back
 
     def step(self, away: Twist) -> Twist:
         """The twist, when the guess is ``away`` from where the search began."""
@@ -115,7 +129,12 @@ class _Equations:
         twist: Twist = np.linalg.solve(self.normal + self.rigidity, pull - self.rigidity @ away)
         return twist
 
-    def covariance(self, pretended: float = 1.0, pull: Covariance | None = None) -> Covariance:
+    def covariance(
+        self,
+        pretended: float = 1.0,
+        pull: Covariance | None = None,
+        shown: Callable[[Twist], float] | None = None,
+    ) -> Covariance:
         """Of the twist: what noise alone would leave, or what the residuals show, if that is more.
 
         Errors of a reconstruction are alike over millimetres. Sums of the equations over tiles of
@@ -130,12 +149,15 @@ class _Equations:
             pretended: how much the derivatives' noise seems to tell of a motion, as a share of what
                 white noise would.
             pull: M; by default nobody knows it.
+            shown: how much of what the derivatives say of a motion is seen when it is made; asked
+                of the least certain one. With less than a half they tell of noise, or of pixels.
         """
-        share = float(self.weight[0].mean())
+        share, prior = float(self.weight[0].mean()), self.prior
         learned = self.normal - pretended * self.noise**2 / 2 * share * self.template.noise_change
-        scale = np.sqrt(np.diag(PRIOR))  # in these units the prior is the identity
-        known, axes = np.linalg.eigh(learned * np.outer(scale, scale) / self.variance)
+        known, axes = np.linalg.eigh(prior.T @ learned @ prior / self.variance)
         known = np.maximum(known, 0)
+        if shown is not None and shown(prior @ axes[:, 0]) < LEAST_SHOWN:
+            known[0] = 0
         equations = np.zeros(self.template.change.shape[1:], np.float32)
         for error, change in zip(self.weight * self.residual, self.template.change, strict=True):
             equations += error[:, None] * change
@@ -143,18 +165,47 @@ class _Equations:
         sums = np.stack(
             [np.bincount(tiles, column, minlength=TILES**2) for column in equations.T], -1
         )
-        scatter = ((sums - sums.mean(0)) * scale @ axes / self.variance) ** 2
+        scatter = ((sums - sums.mean(0)) @ prior @ axes / self.variance) ** 2
         growth = np.maximum(scatter.sum(0) / np.maximum(known, 1e-12), 1)
         deviation = np.sqrt(known / growth + 1)
-        spread = scale[:, None] * axes / deviation
+        spread = axes / deviation
         if pull is not None:
-            twists = scale[:, None] * axes * (deviation / (known + 1))
-            more = share * twists.T @ pull @ twists / self.variance**2
+            twists = axes * (deviation / (known + 1))
+            more = share * twists.T @ prior.T @ pull @ prior @ twists / self.variance**2
             ratios, turned = np.linalg.eigh(more + np.diag((deviation / (known + 1)) ** 2))
             spread = spread @ (turned * np.sqrt(np.maximum(ratios, 1)))
-            variances, axes = np.linalg.eigh(spread @ spread.T / np.outer(scale, scale))
-            spread = scale[:, None] * axes * np.sqrt(np.minimum(variances, 1))
+            variances, axes = np.linalg.eigh(spread @ spread.T)
+            spread = axes * np.sqrt(np.minimum(variances, 1))
+        spread = prior @ spread
         return spread @ spread.T
+
+
+def shown(equations: _Equations, level: Level, guess: Transform, twist: Twist) -> float:
+    """How much of what the derivatives say of a motion is seen when it is made there and back.
+
+    The correlation of both, weighted as in the equations. Of a round thing that spins, too, the
+    derivatives say something, by how edges lie between the pixels: farther on they lie otherwise.
+
+    Args:
+        equations: at the guess.
+        level: of the current touch, as fine as they are.
+        guess: of the motion between the touches.
+        twist: as long as it may be before a touch.
+    """
+    every = -(-len(equations.template.points) // SHOWN_BY)
+    template, weight = equations.template.thinned(every), equations.weight[:, ::every]
+    moved = np.cross(twist[:3], template.points)[:, :2] + twist[3:5]
+    told = template.change @ twist.astype(np.float32)
+    far_mm, steep = (
+        np.sqrt((part**2).sum(axis).mean()) for part, axis in ((moved, 1), (told[:2], 0))
+    )
+    pitch_mm = np.sqrt(np.prod(level.pitch_mm))
+    share = 1 / max(far_mm / (SHOWN_PX * pitch_mm), steep / SHOWN_SLOPE, 1 / LARGEST_SHOWN)
+    ahead, seen_ahead = residuals(template, level, guess @ motion(share * twist))
+    back, seen_back = residuals(template, level, guess @ motion(-share * twist))
+    weight, seen = weight * (seen_ahead & seen_back), back - ahead
+    product = float((weight * told**2).sum()) * float((weight * seen**2).sum())
+    return float((weight * told * seen).sum()) / max(np.sqrt(product), 1e-12)
 
 
 def _pretended(noise: Variances, level: Level) -> float:

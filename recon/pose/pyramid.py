@@ -63,6 +63,16 @@ class Template:
     depth_doubt_mm2: float
     """Variance of an error that all depths share, besides noise."""
 
+    def thinned(self, every: int) -> "Template":
+        """Each so-manieth of its pixels."""
+        return replace(
+            self,
+            points=self.points[::every],
+            slopes=self.slopes[::every],
+            change=self.change[:, ::every],
+            steepness=self.steepness[::every],
+        )
+
     @cached_property
     def tiles(self) -> Int[np.ndarray, " n"]:
         """Which of ``TILES`` x ``TILES`` tiles of the contact's extent each pixel lies in."""

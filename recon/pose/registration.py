@@ -9,14 +9,23 @@ import numpy as np
 from jaxtyping import Float
 
 from recon.arrays import ContactMask, DepthMap, GradientField
-from recon.pose.rigid import Covariance, Points, Transform
+from recon.pose.rigid import Covariance, Points, Transform, adjoint, rigid
 from sensor.errors import WedgeError
 from sensor.toml import Pair
 
 PRIOR_DEG, PRIOR_MM = 5.0, 0.5
 """Standard deviation of a motion nobody saw: where the touch says nothing, the guess stays."""
 PRIOR = np.diag([np.radians(PRIOR_DEG) ** 2] * 3 + [PRIOR_MM**2] * 3)
-PRIOR_INFORMATION = np.linalg.inv(PRIOR)
+
+
+def prior_root(middle_mm: Float[np.ndarray, "3"]) -> Covariance:
+    """A root S of the prior S S' of twists: a contact turns and shifts about its own middle.
+
+    The prior of what lies at the origin, brought to the point c: a turn w about it shifts the
+    origin by c x w.
+    """
+    root: Covariance = adjoint(rigid(np.eye(3), middle_mm)) * np.sqrt(np.diag(PRIOR))
+    return root
 
 
 @runtime_checkable

@@ -381,6 +381,8 @@ class Tracker:
         )
         if judged.alike < LEAST_ALIKE:
             return replace(estimate, state="weak", reason=UNLIKE)
+        if explained < FOUND_AGAIN:
+            return replace(estimate, state="weak", reason="matches in part what was seen before")
         spread = found.covariance
         turn = np.degrees(np.sqrt(max(np.linalg.eigvalsh(spread[:3, :3])[-1], 0)))
         if not turn < WEAK_DEG:

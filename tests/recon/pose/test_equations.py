@@ -9,7 +9,6 @@ import pytest
 
 from recon.pose.joint import _Equations, _linearized, _small_twist
 from recon.pose.pyramid import Pyramid
-from recon.pose.registration import PRIOR
 from recon.pose.rigid import motion
 from tests.recon.pose.touched import bead_pair
 
@@ -39,11 +38,12 @@ def test_where_much_is_seen_it_hardly_matters_where_the_search_began() -> None:
 
 @pytest.mark.parametrize("share", [0.0, 1e-3, 1.0, 1e3, 1e9])
 def test_no_direction_is_less_certain_than_before_the_touch(share: float) -> None:
-    seen, scale = equations(), np.sqrt(np.diag(PRIOR))
+    seen = equations()
     found = seen.covariance(pull=share * seen.variance * seen.normal)
-    doubts = np.linalg.eigvalsh(found / np.outer(scale, scale))
+    units = np.linalg.inv(seen.prior)
+    doubts = np.linalg.eigvalsh(units @ found @ units.T)
     assert 0 < doubts[0] and doubts[-1] < 1 + 1e-9
-    least = np.linalg.eigvalsh((found - seen.covariance()) / np.outer(scale, scale))[0]
+    least = np.linalg.eigvalsh(units @ (found - seen.covariance()) @ units.T)[0]
     assert least > -1e-9  # errors that are alike make nothing surer
 
 
