@@ -15,15 +15,22 @@ Points = Float64[np.ndarray, "n 2"]
 Cells = Int32[np.ndarray, "n 2"]
 """Row and column of each dot; rows may begin below zero."""
 
-NEIGHBORS = 8
+NEIGHBORS = 16
+"""Looked at around a dot: with columns three steps apart, six of its own row come first."""
 LONGEST_STEP = 1.75
 """Of the nearest neighbours' distance: the diagonals of a grid still count, second ones do not."""
+LONGEST_ACROSS = 3.3
+"""Of the same: rows and columns may be three times as far apart as the dots in them."""
 SAME_STEP = 0.25
 """Steps that differ by less than this share of the spacing are the same."""
 LEAST_ANGLE_DEG = 35.0
 """Between the two steps of a grid."""
 TOLERANCE = 0.3
 """A dot belongs to the cell whose predicted place it is nearer than this share of the spacing."""
+MOST_MISSING = 2
+"""Cells in a line without dots, as under a scratch, that the grid steps over..."""
+LEAST_BESIDE = 2
+"""...to a dot with so many of its own neighbours: a speck has none."""
 MEMORY = 0.5
 """How much of a neighbour's step the next prediction keeps; the rest is the step just seen."""
 DIRECTIONS = ((0, 1), (0, -1), (1, 0), (-1, 0))
@@ -49,7 +56,8 @@ def grow_lattice(points: Points) -> Lattice | None:
     """The largest grid that grows over points from one seed; ``None`` where none begins.
 
     Each dot predicts its four neighbours by the steps that led to it, so the grid may bend, as
-    it does under a lens or a press. The best fitting prediction is taken first.
+    it does under a lens or a press. The best fitting prediction is taken first. Where dots are
+    missing and no way leads around, the grid steps over them.
     """
     steps = grid_steps(points)
     if steps is None:
@@ -60,37 +68,49 @@ def grow_lattice(points: Points) -> Lattice | None:
     found: dict[tuple[int, int], int] = {}
     owner: dict[int, tuple[int, int]] = {}
     expected: dict[tuple[int, int], Pair] = {}
-    queue: list[tuple[float, int, tuple[int, int], tuple[Pair, Pair]]] = [
-        (0.0, seed, (0, 0), (_pair(steps[0]), _pair(steps[1])))
+    queue: list[tuple[int, float, int, tuple[int, int], tuple[Pair, Pair]]] = [
+        (0, 0.0, seed, (0, 0), (_pair(steps[0]), _pair(steps[1])))
     ]
-    lengths: list[float] = []
+    lengths: tuple[list[float], list[float]] = ([], [])
     while queue:
-        _, dot, cell, basis = heapq.heappop(queue)
+        missing, _, dot, cell, basis = heapq.heappop(queue)
         if cell in found or dot in owner:
+            continue
+        reach = TOLERANCE * min(np.linalg.norm(basis, axis=1))
+        if missing and _count_beside(tree, points[dot], basis, reach) < LEAST_BESIDE:
             continue
         found[cell], owner[dot] = dot, cell
         for d_row, d_column in DIRECTIONS:
-            beside = (cell[0] + d_row, cell[1] + d_column)
-            if beside in found:
-                continue
-            step = np.array(basis[0] if d_column else basis[1]) * (d_row + d_column)
-            place = points[dot] + step
-            away, other = tree.query(place)
-            if away > TOLERANCE * np.linalg.norm(step) or int(other) in owner:
-                expected.setdefault(beside, _pair(place))
-                continue
-            seen = (points[other] - points[dot]) * (d_row + d_column)
-            mixed = MEMORY * np.array(basis[0 if d_column else 1]) + (1 - MEMORY) * seen
-            turned = (_pair(mixed), basis[1]) if d_column else (basis[0], _pair(mixed))
-            lengths.append(float(np.linalg.norm(seen)))
-            heapq.heappush(queue, (float(away), int(other), beside, turned))
+            axis, sign = int(d_row != 0), d_row + d_column
+            step = sign * np.array(basis[axis])
+            for count in range(1, MOST_MISSING + 2):
+                beside = (cell[0] + count * d_row, cell[1] + count * d_column)
+                if beside in found:
+                    break
+                place = points[dot] + count * step
+                away, other = tree.query(place)
+                if away <= reach and int(other) not in owner:
+                    seen = sign * (points[other] - points[dot]) / count
+                    mixed = _pair(MEMORY * np.array(basis[axis]) + (1 - MEMORY) * seen)
+                    turned = (basis[0], mixed) if axis else (mixed, basis[1])
+                    if count == 1:
+                        lengths[axis].append(float(np.linalg.norm(seen)))
+                    heapq.heappush(queue, (count - 1, float(away), int(other), beside, turned))
+                    break
+                if count == 1:
+                    expected.setdefault(beside, _pair(place))
+                if away <= reach:  # another cell's dot: nothing is missing here
+                    break
+    shorter, longer = np.sort(np.linalg.norm(steps, axis=1))
+    if longer > LONGEST_STEP * shorter and np.ptp(list(found), axis=0).min() < 2:
+        return None  # two lines far apart are the edges of something
     empty = {cell: place for cell, place in expected.items() if cell not in found}
     return Lattice(
         dots=np.array(list(found.values()), np.int32),
         cells=np.array(list(found), np.int32).reshape(-1, 2),
         empty_cells=np.array(list(empty), np.int32).reshape(-1, 2),
         empty_px=np.array(list(empty.values()), np.float64).reshape(-1, 2),
-        spacing_px=float(np.median(lengths)) if lengths else spacing,
+        spacing_px=_spacing_px(*lengths) or spacing,
     )
 
 
@@ -101,15 +121,16 @@ def grid_steps(points: Points) -> Float64[np.ndarray, "2 2"] | None:
     count = min(NEIGHBORS, len(points) - 1)
     away, others = KDTree(points).query(points, k=count + 1)
     nearest = float(np.median(away[:, 1]))
-    steps = (points[others[:, 1:]] - points[:, None]).reshape(-1, 2)
-    lengths = np.linalg.norm(steps, axis=1)
-    steps = steps[(lengths > SAME_STEP * nearest) & (lengths < LONGEST_STEP * nearest)]
-    if len(steps) < 2:
-        return None
-    first = _shared_step(steps, nearest)
+    steps = points[others[:, 1:]] - points[:, None]
+    away = away[:, 1:]
+    away = np.where(away > SAME_STEP * nearest, away, np.inf)  # else a dot seen twice
+    first = _shared_step(steps[away < LONGEST_STEP * nearest], nearest)
     if first is None:
         return None
-    second = _shared_step(steps[_angles_deg(steps, first) > LEAST_ANGLE_DEG], nearest)
+    across = np.where(_angles_deg(steps, first) > LEAST_ANGLE_DEG, away, np.inf)
+    shortest = across.argmin(1)[:, None]
+    near = np.take_along_axis(across, shortest, 1)[:, 0] < LONGEST_ACROSS * nearest
+    second = _shared_step(np.take_along_axis(steps, shortest[..., None], 1)[near, 0], nearest)
     if second is None:
         return None
     along_x, along_y = sorted((first, second), key=lambda step: abs(step[1]) - abs(step[0]))
@@ -127,9 +148,11 @@ def _shared_step(steps: Points, nearest: float) -> Float64[np.ndarray, " 2"] | N
     return both[tree.query_ball_point(steps[best], SAME_STEP * nearest)].mean(0)
 
 
-def _angles_deg(steps: Points, reference: np.ndarray) -> Float64[np.ndarray, " n"]:
+def _angles_deg(
+    steps: Float64[np.ndarray, "n k 2"], reference: np.ndarray
+) -> Float64[np.ndarray, "n k"]:
     """Between each step and a line, 0 to 90."""
-    lengths = np.linalg.norm(steps, axis=1) * np.linalg.norm(reference)
+    lengths = np.linalg.norm(steps, axis=-1) * np.linalg.norm(reference)
     cosine = np.abs(steps @ reference) / np.maximum(lengths, 1e-12)
     return np.degrees(np.arccos(np.clip(cosine, 0, 1)))
 
@@ -139,6 +162,23 @@ def _most_regular(points: Points, tree: KDTree, steps: np.ndarray, spacing: floa
     arms = np.concatenate([steps, -steps])
     away, _ = tree.query(points[:, None] + arms)
     return int(np.argmin(np.minimum(away, spacing).sum(1)))
+
+
+def _count_beside(
+    tree: KDTree, place: np.ndarray, basis: tuple[Pair, Pair], reach_px: float
+) -> int:
+    """How many of a place's four neighbours are there."""
+    arms = np.concatenate([basis, np.negative(basis)])
+    away, _ = tree.query(place + arms)
+    return int((away <= reach_px).sum())
+
+
+def _spacing_px(along_rows: list[float], along_columns: list[float]) -> float:
+    """The median step; of the shorter ones only, where rows and columns differ that much."""
+    lengths = np.array(along_rows + along_columns)
+    shorter = min((np.median(steps) for steps in (along_rows, along_columns) if steps), default=0)
+    near = lengths[lengths < LONGEST_STEP * shorter]
+    return float(np.median(near)) if len(near) else 0.0
 
 
 def _pair(vector: np.ndarray) -> Pair:

@@ -55,6 +55,29 @@ def test_missing_dots_leave_holes_and_specks_off_the_grid_are_not_dots():
     assert len(markers) == len(kept)
 
 
+@pytest.mark.parametrize(
+    ("row", "turned"), [(1, False), (3, False), (5, False), (1, True), (5, True)]
+)
+def test_a_line_of_dots_that_is_missing_takes_no_other_dots_along(row, turned):
+    places = grid_px(20.0)
+    along = places[:, 0 if turned else 1]
+    kept = places[abs(along - np.unique(along.round(6))[row]) > 1]
+    markers = find_markers(dotted(kept))
+    assert (matched(markers, kept, 1.0) >= 0).all() and len(markers) == len(kept)
+
+
+@pytest.mark.parametrize("ratio", [1.8, 2.4, 3.0])
+@pytest.mark.parametrize("turned", [False, True])
+def test_rows_may_be_farther_apart_than_the_dots_in_them(ratio, turned):
+    places = grid_px(12.0)
+    middle, axis = np.array([WIDTH, HEIGHT]) / 2, 0 if turned else 1
+    places[:, axis] = middle[axis] + ratio * (places[:, axis] - middle[axis])
+    places = places[(places > 8).all(1) & (places < [WIDTH - 9, HEIGHT - 9]).all(1)]
+    markers = find_markers(dotted(places))
+    assert (matched(markers, places, 1.0) >= 0).all() and len(markers) == len(places)
+    assert markers.spacing_px == pytest.approx(12, rel=0.02)
+
+
 def test_dots_that_a_smear_joins_are_two():
     places = grid_px(20.0)
     image = dotted(places)
