@@ -23,8 +23,10 @@ from sensor.toml import Pair
 DARKEST = 0.02
 """Of full scale, added to brightness: below it, dark and darker look the same."""
 FINEST_SCALE_PX = 1.0
-COARSEST_SCALE = 1 / 40
-"""Of the frame's shorter side: a dot is at most a fourteenth as wide."""
+COARSEST_SCALE = 1 / 28
+"""Of the frame's shorter side: dots are found up to 4.2 scales wide, and the coarsest of the steps
+below is at least 1/40 of it. So a dot may be a tenth as wide; whether up to a seventh, the frame's
+size decides."""
 SCALE_STEP = 2**0.5
 NEAR_BEST = 0.75
 """The coarsest scale that answers nearly as well as the best: the finest splits dots in two."""

@@ -28,6 +28,15 @@ def test_every_dot_is_found_and_none_invented_whatever_size_and_spacing(spacing_
     assert np.sqrt((error**2).mean()) < 0.1
 
 
+@pytest.mark.parametrize("height", [180, 223, 240])
+def test_dots_a_tenth_as_wide_as_the_frame_are_found(height):
+    size, radius_px = (4 * height // 3, height), height / 20
+    places = grid_px(3.2 * radius_px, size=size, margin_px=radius_px + 2)
+    markers = find_markers(dotted(places, radius_px, pad(size)))
+    assert (matched(markers, places, 1.0) >= 0).all() and len(markers) == len(places)
+    assert markers.diameter_px == pytest.approx(2 * radius_px, rel=0.1)
+
+
 @pytest.mark.parametrize("turn_deg", [0.0, 12.0, 30.0, 45.0])
 @pytest.mark.parametrize("bend", [-0.15, 0.0, 0.15])
 def test_neighbours_have_neighbouring_cells_on_turned_and_bent_grids(turn_deg, bend):
