@@ -43,4 +43,4 @@ def ending_in_a_sentence(parser: argparse.ArgumentParser) -> Iterator[None]:
     except WedgeError as error:
         parser.error(str(error))
     except KeyboardInterrupt as interrupted:
-        parser.exit(130, f"{parser.prog}: {interrupted or 'interrupted'}\n")
+        parser.exit(130, f"{parser.prog}: {str(interrupted) or 'interrupted'}\n")

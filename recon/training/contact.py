@@ -336,10 +336,10 @@ def main() -> None:
             )
         save_weights(options.out, weights, command, options.seed, CONTACT)
         write_curve(options.out, losses)
-    for checkpoint in checkpoints:
-        checkpoint.unlink(missing_ok=True)
-    overlap = overlap_on_fresh_presses(weights, TESTED, options.seed)
-    print(f"overlap with the truth on {TESTED} fresh presses: {overlap:.3f}")
+        for checkpoint in checkpoints:
+            checkpoint.unlink(missing_ok=True)
+        overlap = overlap_on_fresh_presses(weights, TESTED, options.seed)
+        print(f"overlap with the truth on {TESTED} fresh presses: {overlap:.3f}")
 
 
 def _patches(

@@ -123,9 +123,9 @@ def main() -> None:
         weights, losses = train_further(first, presses, options.steps, options.seed, checkpoint)
         save_weights(options.out, weights, command, options.seed, CONTACT)
         write_curve(options.out, losses)
-    checkpoint.unlink(missing_ok=True)
-    overlap = overlap_on_fresh_presses(weights, TESTED, options.seed)
-    print(f"overlap with the truth on {TESTED} fresh presses: {overlap:.3f}")
+        checkpoint.unlink(missing_ok=True)
+        overlap = overlap_on_fresh_presses(weights, TESTED, options.seed)
+        print(f"overlap with the truth on {TESTED} fresh presses: {overlap:.3f}")
 
 
 if __name__ == "__main__":

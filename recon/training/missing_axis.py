@@ -261,8 +261,8 @@ def main() -> None:
         weights, losses = _train(settings, checkpoint, options.workers)
         save_weights(options.out, weights, command, settings.seed)
         write_curve(options.out, losses)
-    checkpoint.unlink(missing_ok=True)
-    print_measures(weights)
+        checkpoint.unlink(missing_ok=True)
+        print_measures(weights)
 
 
 def _train(

@@ -194,9 +194,9 @@ def main() -> None:
         save_weights(options.out, kept, command, options.seed)
         write_curve(options.out, losses)
         write_curve(doubt_curve, doubts)
-    for checkpoint in checkpoints:
-        checkpoint.unlink(missing_ok=True)
-    print_measures(kept)
+        for checkpoint in checkpoints:
+            checkpoint.unlink(missing_ok=True)
+        print_measures(kept)
 
 
 if __name__ == "__main__":

@@ -88,6 +88,22 @@ def test_ctrl_c_ends_in_a_sentence(command, words, tmp_path, monkeypatch, capsys
     assert capsys.readouterr().err == sentence
 
 
+def test_ctrl_c_while_the_result_is_measured_ends_in_a_sentence(tmp_path, monkeypatch, capsys):
+    training = import_module("recon.training.missing_axis")
+    words = "missing_axis --workers 0 --steps 2 --out".split()
+    monkeypatch.setattr("sys.argv", [*words, str(tmp_path / "w.safetensors")])
+
+    def interrupted(_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(training, "train", lambda *_: ({"a": np.zeros(1, np.float32)}, [1.0, 0.5]))
+    monkeypatch.setattr(training, "print_measures", interrupted)
+    with pytest.raises(SystemExit, match="130"):
+        training.main()
+    assert capsys.readouterr().err.endswith("missing_axis: interrupted\n")
+    assert (tmp_path / "w.safetensors").is_file()
+
+
 @pytest.mark.parametrize(
     ("command", "said"),
     [
