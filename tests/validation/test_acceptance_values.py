@@ -145,6 +145,21 @@ def test_the_blank_gel_of_two_lights_is_judged_by_them():
     assert blank_values(gel, "RB")["lit_share"][""] == pytest.approx(0.5, abs=0.05)
 
 
+def test_light_that_changed_in_one_place_is_no_matter_of_the_mean():
+    before = np.full(SHAPE, 0.4, np.float32)
+    part, tilted = before.copy(), before.copy()
+    part[:, :30, 1] *= 0.5  # of a row of lights one
+    tilted *= np.linspace(0.6, 1.4, 120, dtype=np.float32)[None, :, None]
+    assert brightness_change(before, part, "RGB") == pytest.approx(
+        {"R": 0, "G": 0.5, "B": 0}, abs=0.02
+    )
+    assert tilted.mean() == pytest.approx(0.4, rel=1e-3)
+    assert min(brightness_change(before, tilted, "RGB").values()) > 0.3
+    part = before.copy()
+    part[:10, :10] = 0  # a speck is wear
+    assert max(brightness_change(before, part, "RGB").values()) < 0.1
+
+
 def test_the_margin_is_left_out_on_all_sides():
     left = np.ones((100, 200))[inner((100, 200))]
     assert left.shape == (100 - 2 * round(100 * MARGIN), 200 - 2 * round(200 * MARGIN))
@@ -316,6 +331,16 @@ def test_jitter_is_what_one_interval_in_twenty_exceeds_and_lost_frames_are_none(
     kept = [i for i in range(200) if i % 7]
     found = timing_values([33_000_000 * i for i in kept], kept)
     assert found["jitter_ms"] == {"": 0.0} and found["longest_gap_ms"] == {"": 66.0}
+
+
+def test_a_frame_that_is_lost_unnumbered_is_no_jitter():
+    rng = np.random.default_rng(0)
+    kept = np.flatnonzero(rng.random(400) > 0.12)
+    times_ns = (kept * 33_333_333 + rng.normal(0, 3e5, len(kept))).astype(np.int64).tolist()
+    numbered, unnumbered = (timing_values(times_ns, numbers) for numbers in (kept.tolist(), []))
+    assert unnumbered["jitter_ms"][""] == pytest.approx(numbered["jitter_ms"][""], abs=0.05)
+    assert numbered["jitter_ms"][""] < 1.0
+    assert unnumbered["longest_gap_ms"] == numbered["longest_gap_ms"]
 
 
 def test_bends_are_shares_of_the_spacing_and_few_dots_are_no_grid():

@@ -42,6 +42,39 @@ def test_the_farthest_corner_tells_how_far_a_picture_moved(turn_deg, zoom, shift
     assert moved_px(before, now) == pytest.approx(true_px, rel=0.05, abs=0.15)
 
 
+def speck(film):
+    return cv2.circle(film.copy(), (160, 120), 5, 0.1, -1)
+
+
+def scratch(film):
+    return film + 0.25 * cv2.line(np.zeros_like(film), (80, 60), (380, 280), 1.0, 2)
+
+
+def worn_patch(film):
+    patch = cv2.ellipse(np.zeros_like(film), (240, 180), (44, 24), 20, 0, 360, 1.0, -1)
+    return film * (1 - 0.55 * cv2.GaussianBlur(patch, (0, 0), 1.5))
+
+
+def glare(film):
+    rows, columns = np.indices(film.shape)
+    return np.minimum(film + 1.6 * np.exp(-(((columns - 360) ** 2 + (rows - 100) ** 2) / 144)), 1)
+
+
+@pytest.mark.parametrize("blemish", [speck, scratch, worn_patch, glare])
+@pytest.mark.parametrize("shift_px", [0, 3])
+def test_a_blemish_is_no_motion_and_hides_none(blemish, shift_px):
+    """As strong as on a real film, whose levels differ by a hundredth."""
+    rng = np.random.default_rng(0)
+    film = 0.5 + 0.05 * ndimage.gaussian_filter(rng.standard_normal((360, 480)), 1.5)
+    motion = motion_of(0, 1, shift_px, (480, 360))
+    seen = cv2.warpAffine(film, motion, (480, 360), borderMode=cv2.BORDER_REFLECT)
+    before, now = (
+        (x[..., None] + rng.normal(0, 0.003, (360, 480, 3))).astype(np.float32)
+        for x in (film, blemish(seen))
+    )
+    assert moved_px(before, now) == pytest.approx(shift_px, abs=0.3)
+
+
 def test_a_picture_that_is_another_and_one_without_any_texture_are_told_apart():
     rng = np.random.default_rng(0)
     films = ndimage.gaussian_filter(rng.standard_normal((2, 90, 120, 3)), (0, 1.5, 1.5, 0))

@@ -28,6 +28,10 @@ SATURATED = (SATURATED_LEVEL - 0.5) / GRAY_LEVELS
 WORN = 0.1
 """Of full scale: a blank gel's pixel that differs from its surroundings by this is no gel."""
 SURROUNDINGS_PX = 36
+BROAD = 1 / 20
+"""Of the frame's shorter side: standard deviation of a Gaussian that leaves what a light does."""
+DIM = 0.25
+"""Of a colour's mean: what is darker is held against this."""
 REACH = 1.5
 """Contact radii about a press, of which its errors speak."""
 MARGIN = 0.04
@@ -79,9 +83,16 @@ def stillness(presses: Sequence[BallPress], channels: str, blanks: int) -> dict[
 
 
 def brightness_change(before: Unwarped, now: Unwarped, channels: str) -> Parts:
-    """By what share each light's mean over the blank gel, without its dots, is another."""
-    was, is_now = (gel[inner(gel.shape)].mean((0, 1)) for gel in (before, now))
-    return _by_color(np.abs(is_now / np.maximum(was, 1e-6) - 1), channels)
+    """By what share each light over the blank gel, without its dots, is another.
+
+    As all but a twentieth of the pad is at most: a light that is dimmer on one side and brighter
+    on the other has the mean it had, and slopes are read from its brightness at each place.
+    """
+    sigma_px = BROAD * min(now.shape[:2])
+    was, is_now = (smooth(gel, sigma_px)[inner(gel.shape)].reshape(-1, 3) for gel in (before, now))
+    least = DIM * was.mean(0) + 1e-6
+    change = np.abs(is_now - was) / np.maximum(was, least)
+    return _by_color(np.quantile(change, 0.95, axis=0), channels)
 
 
 def blank_values(gel: Unwarped, channels: str) -> dict[str, Parts]:

@@ -212,8 +212,7 @@ LIMITS = (
         unit="% changed",
         grade_a=0.1,
         grade_b=0.25,
-        reason="slopes are read from brightness: with a light a tenth dimmer they are a tenth"
-        " flatter",
+        reason="a tenth dimmer, and slopes read a tenth flatter; by how much on 95 % of the pad at most",
     ),
     Limit(
         group="Gel",
@@ -277,7 +276,7 @@ LIMITS = (
         unit="px",
         grade_a=1.0,
         grade_b=3.0,
-        reason="if camera or mirror has moved, every edge of the pad becomes a false slope",
+        reason="if moved, every edge of the pad is a false slope; unknown: also dirt, wear, another sensor",
     ),
     Limit(
         group="Picture",

@@ -17,6 +17,12 @@ from recon.arrays import Unwarped
 from validation.acceptance.gel import smooth
 
 HIGH_PASS_PX = 6.0
+CLIPPED, ODD = 3.0, 4.0
+"""Standard deviations of a picture's levels at which they are cut off, and from which on they are
+odd; by the median."""
+AROUND, CROWDED = 1 / 40, 0.15
+"""Of the shorter side, the square about a pixel, and the share of odd levels in it that makes it
+strange."""
 SCALES = (4, 2, 1)
 LEAST_SIDE_PX = 32
 """Of a picture made smaller."""
@@ -50,8 +56,17 @@ def moved_px(before: Unwarped, now: Float32[np.ndarray, "_ _ 3"]) -> float | Non
 
 
 def fine(image: Unwarped) -> Fine:
-    """A picture's grey levels without what is smooth in them."""
-    return np.asarray((image - smooth(image, HIGH_PASS_PX)).mean(-1), np.float32)
+    """A picture's grey levels without what is smooth in them, and none of them outstanding.
+
+    A speck, a scratch or glare would outweigh all of the film: levels are cut off, and where most
+    around are, as on a worn patch, there is nothing to be recognised.
+    """
+    levels = np.asarray((image - smooth(image, HIGH_PASS_PX)).mean(-1), np.float32)
+    spread = np.float32(1.4826 * np.median(np.abs(levels)))
+    odd = (np.abs(levels) > ODD * spread).astype(np.float32)
+    side_px = max(3, round(AROUND * min(levels.shape)))
+    strange = cv2.blur(odd, (side_px, side_px)) > CROWDED
+    return np.where(strange, np.float32(0), np.clip(levels, -CLIPPED * spread, CLIPPED * spread))
 
 
 def textured(picture: Fine) -> bool:

@@ -76,7 +76,8 @@ def timing_values(times_ns: Sequence[int], indices: Sequence[int]) -> dict[str, 
 
     Args:
         times_ns: when each frame was taken.
-        indices: their numbers; a step above 1 is lost frames. Empty where they bear none.
+        indices: their numbers; a step above 1 is lost frames. Empty where they bear none: then
+            frames are taken to be lost in times that are about as long as several.
     """
     if len(times_ns) < LEAST_FRAMES:
         return {}
@@ -89,6 +90,8 @@ def timing_values(times_ns: Sequence[int], indices: Sequence[int]) -> dict[str, 
         found["lost_share"] = {"": lost / (len(indices) + lost)}
     if backward:
         return found
+    if not len(indices):  # a frame that was lost is no time that is wrong
+        steps = np.rint(intervals_ms / np.median(intervals_ms))
     between_ms = intervals_ms / steps.clip(1)
     off_ms = np.abs(between_ms - np.median(between_ms))
     return found | {

@@ -36,6 +36,8 @@ CATALOG = "catalog.csv"
 TEXTS = "frames with circle texts"
 MOST_TOLD = 5
 """Of the lines and the pictures that did not fit each other."""
+WIDEST = 0.95
+"""Of the ball's radius: a refit begins at no wider circle."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,12 +111,12 @@ def import_calibration(
 
     Raises:
         WedgeError: no picture has a circle, the ball's radius is nowhere or contradicts the source,
-            a circle is not smaller than its ball, or a frame is damaged or does not fit.
+            most circles are not smaller than their balls, or a frame is damaged or does not fit.
     """
     if not found.labels:
         raise WedgeError(f"{source} has no picture with a circle. {found.left_aside}")
     radius_mm = _card_radius_mm(found, source, ball_radius_mm)
-    _refuse_wide_circle(found, source, mm_per_px, radius_mm)
+    narrowed = _narrowed(found, source, mm_per_px, radius_mm, refitted=mend_circles)
     if found.pack is not None:
         write_taxim_frames(found.pack, folder)
         names: tuple[str, ...] = (BACKGROUND,)
@@ -134,7 +136,7 @@ def import_calibration(
     )
     labels = [
         replace(label, ball_radius_mm=None) if label.ball_radius_mm == radius_mm else label
-        for label in found.labels
+        for label in narrowed
     ]
     return write_dataset(folder, card, labels, mend_circles=mend_circles)
 
@@ -158,24 +160,41 @@ def _card_radius_mm(found: Found, source: Path, given_mm: float | None) -> float
     return largest_mm
 
 
-def _refuse_wide_circle(
-    found: Found, source: Path, mm_per_px: float, card_radius_mm: float
-) -> None:
-    """Refuse circles that at the given pitch are not smaller than their balls.
+def _narrowed(
+    found: Found, source: Path, mm_per_px: float, card_radius_mm: float, *, refitted: bool
+) -> tuple[BallLabel, ...]:
+    """The labels, with circles that are drawn too wide made narrower than their balls.
+
+    Circles drawn round the visible disc may be, in deep presses, and the refit begins at them. At a
+    wrong pitch most are too wide.
 
     Raises:
-        WedgeError: names the first, and what may be wrong.
+        WedgeError: most are not smaller than their balls, or one that is not to be refitted.
     """
-    for label in found.labels:
-        stated_mm, wide_mm = label.ball_radius_mm, label.contact_radius_px * mm_per_px
-        ball_mm = card_radius_mm if stated_mm is None else stated_mm
-        if wide_mm >= ball_mm:
-            both = "are --mm-per-px and --ball-radius-mm"
-            raise WedgeError(
-                f"{source}: the circle of {label.file} has a radius of {wide_mm:.2f} mm at "
-                f"{mm_per_px:g} mm/px, which is not smaller than its ball's {ball_mm:g} mm: "
-                f"{both if stated_mm is None else 'is --mm-per-px'} right?"
-            )
+    widest_px = np.array(
+        [(label.ball_radius_mm or card_radius_mm) / mm_per_px for label in found.labels]
+    )
+    drawn_px = np.array([label.contact_radius_px for label in found.labels])
+    shares = drawn_px / widest_px
+    if np.median(shares) >= 1 or (not refitted and shares.max() >= 1):
+        first = int(np.argmax(shares >= 1))
+        label = found.labels[first]
+        name = label.file
+        if found.pack is None and found.frames[first].is_relative_to(source):
+            name = str(found.frames[first].relative_to(source))
+        both = "are --mm-per-px and --ball-radius-mm"
+        raise WedgeError(
+            f"{source}: the circle of {name} has a radius of {drawn_px[first] * mm_per_px:.2f} mm "
+            f"at {mm_per_px:g} mm/px, which is not smaller than its ball's "
+            f"{widest_px[first] * mm_per_px:g} mm: "
+            f"{both if label.ball_radius_mm is None else 'is --mm-per-px'} right?"
+        )
+    if not refitted:
+        return found.labels
+    return tuple(
+        replace(label, contact_radius_px=min(label.contact_radius_px, WIDEST * float(widest)))
+        for label, widest in zip(found.labels, widest_px, strict=True)
+    )
 
 
 def _gs_sdk(source: Path) -> Found:

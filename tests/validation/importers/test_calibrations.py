@@ -174,6 +174,35 @@ def test_a_pitch_by_which_circles_are_wider_than_their_ball_is_refused_by_its_op
     assert not (tmp_path / "set").exists()
 
 
+def test_a_circle_drawn_wider_than_its_ball_costs_no_other_press(
+    truth: Dataset, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    source = write_gs_sdk(truth, tmp_path / "source")
+    drawn = source / f"{2 * BALL_RADIUS_MM:.3f}mm" / "2" / "label.npz"
+    x, y, _ = circle(truth.labels[2])
+    wide_px = 1.02 * BALL_RADIUS_MM / MM_PER_PX[0]
+    np.savez(drawn, center=np.array([x, y]), radius=np.array(wide_px))
+    words = ["--mm-per-px", f"{MM_PER_PX[0]}"]
+    with pytest.raises(SystemExit) as stop:
+        main(["data", "import", str(source), "--out", str(tmp_path / "out"), *words])
+    assert stop.value.code == 0, capsys.readouterr().err
+    read = read_dataset(tmp_path / "out")
+    assert len(read.labels) == len(truth.labels)
+    assert read.labels[2].contact_radius_px * MM_PER_PX[0] < BALL_RADIUS_MM
+    assert "1 are doubtful" in capsys.readouterr().out
+    found = find_calibration(source)
+    assert found is not None
+    with pytest.raises(WedgeError, match=r"8\.000mm/2/gelsight\.png"):
+        import_calibration(
+            found,
+            source,
+            tmp_path / "kept",
+            mm_per_px=MM_PER_PX[0],
+            ball_radius_mm=None,
+            mend_circles=False,
+        )
+
+
 def test_circle_texts_without_a_pitch_leave_the_frames_as_ones_own(
     truth: Dataset, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
