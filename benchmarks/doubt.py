@@ -7,7 +7,8 @@
 Balls in closed form, random surfaces as random sensors measure them, and the twins' shapes as
 estimators read them that all balls taught; with --sensor also the presses of a set that
 ``benchmarks.rendered_presses`` made for the sensor of those balls. All but the balls are judged
-where the gel may have moved.
+where the gel may have moved. Figures are of all pixels of a row together; beside them stands what
+they come to on each ball, surface, shape or press alone.
 """
 
 import argparse
@@ -21,9 +22,11 @@ import numpy as np
 from jaxtyping import Float
 
 from recon.contact.mask import disturbed_mask
+from recon.depth import infer_gradient
 from recon.estimators import GradientEstimator, gradient_field
-from recon.missing_axis.inference import infer_missing_axis
-from recon.missing_axis.moved import may_have_moved
+from recon.integration.pressed import Support
+from recon.missing_axis.columns import weigh_columns
+from recon.missing_axis.inference import Completed, infer_missing_axis
 from recon.presses import read_presses
 from recon.rendered_presses import RenderedPress, rendered_presses
 from recon.training.contact_surfaces import surface_gradient
@@ -38,7 +41,7 @@ from validation.datasets import dataset_folder
 from validation.folds import fit_presses
 
 TWINS = ("twin-standard", "twin-finger")
-SHAPES_BY = (("default", "RB"), ("mlp", "R"))
+SHAPES_BY = (("default", "RB"), ("default", "R"), ("mlp", "R"))
 OBJECTS_BY = (("default", "RB"), ("default", "R"), ("mlp", "RB"), ("mlp", "R"))
 """Estimators and lights, the next for the next press."""
 SEED, SLOPE_NOISE = 0, 0.04
@@ -48,6 +51,8 @@ PAPER_SHARE = 0.3  # of the surfaces, as in training
 LEAST_PX = 200
 """Of gel that may have moved: of less there is nothing to tell."""
 
+Range = tuple[float, float]
+"""Least and most."""
 Judged = tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]
 """Absolute errors and doubts of the inferred slope, mm/mm."""
 
@@ -62,6 +67,10 @@ class Told:
     """Mean error where the doubt is in its largest tenth, over that in its smaller half."""
     doubt_to_error: float
     """Mean doubt over mean error."""
+    rank_of_each: Range
+    """The first of these figures, on each gradient field alone."""
+    size_of_each: Range
+    """The second likewise."""
 
 
 def told(gradients: str, judged: Iterable[Judged]) -> Told:
@@ -73,15 +82,26 @@ def told(gradients: str, judged: Iterable[Judged]) -> Told:
     items = list(judged)
     if not items:
         raise WedgeError(f"{gradients}: no frame with its depth in truth/ shows a touch.")
+    large = [item for item in items if len(item[0]) >= LEAST_PX] or items
+    ranks, sizes = (np.array(figures) for figures in zip(*map(_figures, large), strict=True))
     error, doubt = (np.concatenate(parts) for parts in zip(*items, strict=True))
-    order = np.argsort(doubt)
-    most, least = error[order[-(len(order) // 10) :]], error[order[: len(order) // 2]]
+    rank, size = _figures((error, doubt))
     return Told(
         gradients=gradients,
         count=len(items),
-        largest_tenth_to_smaller_half=float(most.mean() / least.mean()),
-        doubt_to_error=float(doubt.mean() / error.mean()),
+        largest_tenth_to_smaller_half=rank,
+        doubt_to_error=size,
+        rank_of_each=(float(ranks.min()), float(ranks.max())),
+        size_of_each=(float(sizes.min()), float(sizes.max())),
     )
+
+
+def _figures(judged: Judged) -> tuple[float, float]:
+    """How well the doubt ranks the errors, and how large it is beside them."""
+    error, doubt = judged
+    order = np.argsort(doubt)
+    most, least = error[order[-(len(order) // 10) :]], error[order[: len(order) // 2]]
+    return float(most.mean() / least.mean()), float(doubt.mean() / error.mean())
 
 
 def on_balls(count: int) -> Iterator[Judged]:
@@ -90,7 +110,7 @@ def on_balls(count: int) -> Iterator[Judged]:
     for _ in range(count):
         slopes = random_ball(rng, BALL_FRAME_PX).gradient
         known = slopes[..., 1] + SLOPE_NOISE * rng.standard_normal(slopes.shape[:2])
-        found = infer_missing_axis(known, "x", SQUARE)
+        found = _inferred(known, np.ones(known.shape, bool))
         yield np.abs(found.gradient[..., 0] - slopes[..., 0]).ravel(), found.doubt.ravel()
 
 
@@ -103,7 +123,7 @@ def on_surfaces(count: int) -> Iterator[Judged]:
         seen = measure(rng, slopes)
         if seen.both:
             continue
-        found = infer_missing_axis(seen.gradient[..., 1], "x", SQUARE, support=seen.support)
+        found = _inferred(seen.gradient[..., 1], seen.support)
         error = np.abs(found.gradient[..., 0] - slopes[..., 0])
         yield error[seen.support], found.doubt[seen.support]
         count -= 1
@@ -120,13 +140,24 @@ def on_presses(
     """
     for press, sensor in zip(presses, cycle(sensors), strict=False):
         lit = np.array([channel in sensor.channels for channel in "RGB"], np.float32)
-        known = gradient_field(sensor, press.difference)[..., 1]
-        support = may_have_moved(disturbed_mask(press.difference * lit), known)
-        if support.sum() < LEAST_PX:
+        found = infer_gradient(
+            gradient_field(sensor, press.difference),
+            disturbed_mask(press.difference * lit),
+            "x",
+            press.mm_per_px,
+            hinted=sensor.looks_around,
+        )
+        if found.support.sum() < LEAST_PX:
             continue
-        found = infer_missing_axis(known, "x", press.mm_per_px, support=support)
         slope = np.gradient(press.depth_mm, press.mm_per_px[0], axis=1)
-        yield np.abs(found.gradient[..., 0] - slope)[support], found.doubt[support]
+        error = np.abs(found.gradient[..., 0] - slope)
+        yield error[found.support], found.doubt[found.support]
+
+
+def _inferred(known: Float[np.ndarray, "h w"], support: Support) -> Completed:
+    """What becomes of a y slope where nothing hints at the other."""
+    network = infer_missing_axis(known, "x", SQUARE, support=support)
+    return weigh_columns(network, known, "x", support, SQUARE)
 
 
 def calibrated(balls: Path, ways: Sequence[tuple[str, str]]) -> list[GradientEstimator]:
@@ -158,6 +189,16 @@ def measured(sensors: Sequence[tuple[str, str]]) -> Iterator[Told]:
         yield told(f"objects of {rendered.name}", on_presses(rendered_presses(rendered), fitted))
 
 
+def _line(row: Told) -> str:
+    cells = [row.gradients, str(row.count)]
+    for figure, (least, most) in (
+        (row.largest_tenth_to_smaller_half, row.rank_of_each),
+        (row.doubt_to_error, row.size_of_each),
+    ):
+        cells += [f"{figure:.1f}", f"{least:.1f} to {most:.1f}"]
+    return f"| {' | '.join(cells)} |"
+
+
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.doubt", description=__doc__)
@@ -174,12 +215,13 @@ def main() -> None:
     found: list[Told] = []
     try:
         check_outputs(options.json)
-        print("| gradients | n | largest tenth to smaller half | doubt to error |")
-        print("|---|--:|--:|--:|")
+        print(
+            "| gradients | n | largest tenth to smaller half | of each | doubt to error | of each |"
+        )
+        print("|---|--:|--:|--:|--:|--:|")
         for row in measured(options.sensor):
             found.append(row)
-            ranks, size = row.largest_tenth_to_smaller_half, row.doubt_to_error
-            print(f"| {row.gradients} | {row.count} | {ranks:.1f} | {size:.1f} |", flush=True)
+            print(_line(row), flush=True)
         if options.json:
             content = {"doubt": [asdict(row) for row in found]}
             write_atomic(options.json, json_bytes(content))

@@ -71,6 +71,8 @@ class InferredField:
     """That one."""
     doubt: Float32[np.ndarray, "h w"]
     """How far off the inferred slope is expected to be, mm/mm."""
+    network_doubt: Float32[np.ndarray, "h w"]
+    """The same as the network alone tells it, by which slopes count."""
     support: Support
     """Where the gel may have moved, as far as the lights tell."""
 
@@ -187,7 +189,7 @@ def fewer_px(height: int, width: int, mm_per_px: Pair) -> tuple[int, int, Pair]:
 def weighed_integral(field: InferredField, boundary: Boundary, mm_per_px: Pair) -> DepthMap:
     """The depth of an inferred field, its slopes counting by their doubt."""
     plain_mm = integrate(field.gradient, mm_per_px, boundary)
-    doubts = inferred_doubts(field.gradient, field.unseen, field.doubt)
+    doubts = inferred_doubts(field.gradient, field.unseen, field.network_doubt)
     return weighed_depth(plain_mm, field.gradient, mm_per_px, boundary, doubts)
 
 
@@ -230,9 +232,16 @@ def infer_gradient(
         may_have_moved(disturbed, seen) if unseen == "x" else may_have_moved(disturbed.T, seen.T).T
     )
     found = infer_missing_axis(seen, unseen, mm_per_px, support=support, weights=weights)
-    joined = weigh_columns(found.gradient, seen, unseen, support, mm_per_px)
-    joined[..., known] += SEEN_SHARE * (seen * support - joined[..., known])
+    joined = weigh_columns(found, seen, unseen, support, mm_per_px)
+    slopes = joined.gradient
+    slopes[..., known] += SEEN_SHARE * (seen * support - slopes[..., known])
     if hinted:
         hint = gradient[..., 1 - known] * support
-        joined[..., 1 - known] += HINT_SHARE * (hint - joined[..., 1 - known])
-    return InferredField(gradient=joined, unseen=unseen, doubt=found.doubt, support=support)
+        slopes[..., 1 - known] += HINT_SHARE * (hint - slopes[..., 1 - known])
+    return InferredField(
+        gradient=slopes,
+        unseen=unseen,
+        doubt=joined.doubt,
+        network_doubt=found.doubt,
+        support=support,
+    )

@@ -32,6 +32,12 @@ presses and shapes not learnt from are off by about what is expected
 (``docs/concepts/contact.md``)."""
 NORMAL90 = 1.645
 """Standard deviations in half the width of a normal error's 90 % interval."""
+LAPLACE = 2**0.5
+"""Standard deviations in the mean absolute error of Laplace's law, by which doubt is learnt."""
+MOST_INFERRED = 0.25
+"""Standard deviation of an inferred slope's error, mm/mm, at most: where it is doubted more, it is
+off by no more (root mean squares of 0.14 to 0.34 on shapes and balls). Squares of larger doubts,
+of a pixel in a hundred, would count for more than all others of a frame."""
 MOST_CELLS = 80
 """Along the frame's longer side, in which errors are spread: they go together over more than
 one."""
@@ -45,23 +51,27 @@ def slope_error(
 ) -> GradientField | None:
     """Standard deviation expected of each slope's error, mm/mm; ``None`` where nobody measured it.
 
-    How far off an inferred slope is says nothing of the one that was measured.
+    How far off an inferred slope is says nothing of the one that was measured. Of an
+    unseen slope that was set to zero, or that colours alone were asked for, none is known.
 
     Args:
         estimator: that read the slopes.
         gradient: (h, w, 2), mm/mm.
         lights_deg: where the lights sit.
-        doubt: (h, w), how far off slopes that were inferred are expected to be, mm/mm.
+        doubt: (h, w), how far off slopes that were inferred are expected to be, mm/mm; ``None``
+            where none were.
     """
     if estimator is None:
         return None
     half_width = estimator.half_width(gradient)
-    if half_width is None:
+    unseen = unseen_axis(lights_deg, estimator.channels)
+    if half_width is None or (unseen is not None and doubt is None):
         return None
     error = half_width / np.float32(NORMAL90)
-    unseen = unseen_axis(lights_deg, estimator.channels)
-    if doubt is not None and unseen is not None:
-        error[..., "xy".index(unseen)] = doubt
+    if unseen is not None and doubt is not None:
+        error[..., "xy".index(unseen)] = np.minimum(
+            np.float32(LAPLACE) * doubt, np.float32(MOST_INFERRED)
+        )
     return error
 
 

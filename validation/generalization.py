@@ -9,6 +9,7 @@ five folds; ``intervals DATASET`` counts the held-out truths inside the interval
 chosen three times: over the pad, each as far as can be from those before; those nearest to where
 ``wedge capture`` points in turn; and evenly through the list, which leaves parts of the pad out.
 Deviations are errors of depth, each by what is expected of it, root mean square.
+``--lights RB`` leaves all but these lights of a set unused, for shapes and intervals.
 ``--json FILE`` keeps the numbers.
 """
 
@@ -54,11 +55,17 @@ Row = dict[str, Any]
 
 
 def shapes(
-    taught: str, judged: str, names: Sequence[str], count: int | None = None, seed: int = SEED
+    taught: str,
+    judged: str,
+    names: Sequence[str],
+    count: int | None = None,
+    seed: int = SEED,
+    lights: str | None = None,
 ) -> list[Row]:
     """Depth errors of a set's shapes, by estimators trained on its presses, or some of them."""
     folder, shown = dataset_folder(taught), dataset_folder(judged)
     dataset, every = read_dataset(folder), read_presses(read_dataset(folder))
+    dataset = _lit_by(lights, dataset)
     rows: list[Row] = []
     for how in EVERY if count is None else CHOICES:
         presses = replace(every, presses=tuple(_chosen(every.presses, count, how)))
@@ -121,12 +128,13 @@ def fewer(of: str, names: Sequence[str], count: int, seed: int = SEED) -> list[R
     return rows
 
 
-def intervals(of: str) -> list[Row]:
+def intervals(of: str, lights: str | None = None) -> list[Row]:
     """Share of held-out contact slopes inside their 90 % interval, pooled and by steepness.
 
     Beside it, by how many of the deviations expected of it depth is off.
     """
     presses, dataset = _read(of)
+    dataset = _lit_by(lights, dataset)
     squares: list[float] = []
     inside: list[np.ndarray] = []
     steepness: list[np.ndarray] = []
@@ -158,6 +166,21 @@ def intervals(of: str) -> list[Row]:
 def _read(name: str) -> tuple[list[BallPress], Dataset]:
     dataset = read_dataset(dataset_folder(name))
     return list(read_presses(dataset).presses), dataset
+
+
+def _lit_by(lights: str | None, dataset: Dataset) -> Dataset:
+    """The set as a sensor with some of its lights would have taken it; with all unless given.
+
+    Raises:
+        WedgeError: the set does not say where one of these lights sits.
+    """
+    if lights is None:
+        return dataset
+    known = dataset.card.lights_deg or {}
+    if not lights or set(lights) - set(known):
+        raise WedgeError(f"{dataset.card.name} has lights {''.join(known) or '?'}, not {lights!r}.")
+    some = {channel: known[channel] for channel in known if channel in lights}
+    return replace(dataset, card=replace(dataset.card, lights_deg=some))
 
 
 def _over_the_pad(presses: Presses, count: int) -> list[int]:
@@ -271,19 +294,22 @@ def main() -> None:
     parser.add_argument("--estimator", default=f"default,{REFERENCE}")
     parser.add_argument("--presses", type=int, help="to train on, for fewer (10) or shapes (all)")
     parser.add_argument("--seed", type=int, default=SEED, help="of the training (0)")
+    parser.add_argument("--lights", help="of the set, for shapes or intervals (all)")
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
     names = options.estimator.split(",")
     if options.seed != SEED and options.what == "intervals":
         parser.error("intervals are counted with one seed")
+    if options.lights is not None and options.what not in {"shapes", "intervals"}:
+        parser.error("lights are chosen for shapes and intervals")
     if len(options.dataset) not in {"other": (2,), "shapes": (1, 2)}.get(options.what, (1,)):
         parser.error("other takes two datasets, shapes one or two, the rest take one")
     first, last = options.dataset[0], options.dataset[-1]
     measures: dict[str, Callable[[], list[Row]]] = {
-        "shapes": lambda: shapes(first, last, names, options.presses, options.seed),
+        "shapes": lambda: shapes(first, last, names, options.presses, options.seed, options.lights),
         "other": lambda: other(first, last, names, options.seed),
         "fewer": lambda: fewer(first, names, options.presses or 10, options.seed),
-        "intervals": lambda: intervals(first),
+        "intervals": lambda: intervals(first, options.lights),
     }
     try:
         check_outputs(options.json)

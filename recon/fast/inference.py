@@ -50,5 +50,5 @@ class FrameInference:
     def _free_depth(self, field: InferredField, boundary: Boundary) -> DepthMap:
         planes = np.ascontiguousarray(np.moveaxis(field.gradient, -1, 0))
         depth_mm = self._integrate[boundary](planes)
-        self._weigh[boundary](planes, depth_mm, (field.unseen, field.doubt))
+        self._weigh[boundary](planes, depth_mm, (field.unseen, field.network_doubt))
         return depth_mm

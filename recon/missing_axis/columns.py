@@ -9,15 +9,18 @@ smears it. But they add up noise and false slopes along each line. What is left 
 the misclosure, and depth that comes out below zero tell how much: where integrals and network
 differ by more, the integrals are believed, and with them the slope as it was measured, which the
 network smears as well.
+
+By how much they differ also tells where the network is sure and wrong: its doubt knows nothing of
+grooves that it never saw. So the doubt becomes the geometric mean of the two.
 """
 
 import cv2
 import numpy as np
 from jaxtyping import Float, Float32
 
-from recon.arrays import GradientField
 from recon.integration.pressed import Support
 from recon.lights import Axis
+from recon.missing_axis.inference import Completed
 from sensor.toml import Pair
 
 Slopes = Float[np.ndarray, "h w"]
@@ -26,7 +29,8 @@ SMOOTHING = 1 / 160
 """Of the frame's shorter side: standard deviation of a Gaussian across the lines, whose noise is
 alike along a line and differs between neighbours."""
 NEIGHBORHOOD = 3 / 160
-"""Likewise, of the Gaussian over which a difference is held against the noise."""
+"""Likewise, of the Gaussian over which a difference is held against the noise, and by which it
+counts as doubt: that is of a place, while differences change sign from pixel to pixel."""
 
 
 def depth_by_columns(
@@ -52,24 +56,24 @@ def depth_by_columns(
 
 
 def weigh_columns(
-    gradient: GradientField, known: Slopes, unseen: Axis, support: Support, mm_per_px: Pair
-) -> GradientField:
+    network: Completed, known: Slopes, unseen: Axis, support: Support, mm_per_px: Pair
+) -> Completed:
     """The gradient field between the network's and that of the integrals and the measured slope.
 
     Args:
-        gradient: (h, w, 2), mm/mm, as the network completed it.
+        network: the field as the network completed it, mm/mm, and its doubt.
         known: the slope that was measured, mm/mm.
         unseen: the axis that was not.
         support: where the gel may have moved.
         mm_per_px: pixel pitch along x and y.
     """
     if unseen == "y":
-        swapped = gradient.transpose(1, 0, 2)[..., ::-1]
-        found = weigh_columns(swapped, known.T, "x", support.T, mm_per_px[::-1])
-        return np.ascontiguousarray(found.transpose(1, 0, 2)[..., ::-1])
+        turned = weigh_columns(_turned(network), known.T, "x", support.T, mm_per_px[::-1])
+        return _turned(turned)
+    gradient = network.gradient
     height, width = support.shape
     if width < 2 or not support.any():
-        return gradient
+        return network
     depth, misclosure = depth_by_columns(known, support, mm_per_px[1])
     by_columns, above_gel, unclosed = (
         np.gradient(_across(lines, SMOOTHING * min(height, width)), mm_per_px[0], axis=1)
@@ -82,7 +86,15 @@ def weigh_columns(
     joined = gradient.copy()
     joined[..., 0] += believed * apart
     joined[..., 1] += believed * (known * support - gradient[..., 1])
-    return joined
+    return Completed(gradient=joined, doubt=np.sqrt(network.doubt * np.sqrt(around)))
+
+
+def _turned(field: Completed) -> Completed:
+    """Of the transposed surface."""
+    return Completed(
+        gradient=np.ascontiguousarray(field.gradient.transpose(1, 0, 2)[..., ::-1]),
+        doubt=np.ascontiguousarray(field.doubt.T),
+    )
 
 
 def _across(lines: Float32[np.ndarray, "n w"], sigma_px: float) -> Float32[np.ndarray, "n w"]:

@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 
 from recon.cloud import point_cloud
-from recon.depth_error import CORRELATED_MM, depth_error, depth_noise, slope_error
+from recon.depth_error import (
+    CORRELATED_MM,
+    LAPLACE,
+    MOST_INFERRED,
+    depth_error,
+    depth_noise,
+    slope_error,
+)
 from recon.estimators import GradientEstimator
 from recon.integration.poisson import integrate
 from recon.pipeline import reconstruct
@@ -110,13 +117,52 @@ def test_an_error_is_expected_at_any_size_of_frame():
 
 
 def test_inferred_slopes_are_as_wrong_as_their_doubt_says():
-    gradient, doubt = np.zeros((4, 5, 2), np.float32), np.full((4, 5), 0.7, np.float32)
+    gradient, doubt = np.zeros((4, 5, 2), np.float32), np.full((4, 5), 0.1, np.float32)
     known = slope_error(told(0.1645, "RB"), gradient, OPPOSED_DEG, doubt)
-    np.testing.assert_allclose(known[..., 0], 0.7)
+    np.testing.assert_allclose(known[..., 0], 0.1 * LAPLACE)
     np.testing.assert_allclose(known[..., 1], 0.1)
     assert slope_error(told(None, "RB"), gradient, OPPOSED_DEG, doubt) is None
     assert slope_error(told(None), gradient, None, None) is None
     assert slope_error(None, gradient, None, None) is None
+
+
+def test_doubt_is_the_mean_absolute_error_of_laplaces_law():
+    errors = np.random.default_rng(0).laplace(scale=0.1, size=100_000)
+    gradient, doubt = np.zeros((1, 1, 2), np.float32), np.full((1, 1), np.abs(errors).mean())
+    known = slope_error(told(0.1645, "RB"), gradient, OPPOSED_DEG, doubt)
+    assert known[0, 0, 0] == pytest.approx(errors.std(), rel=0.01)
+
+
+def test_a_few_guesses_do_not_make_up_what_is_expected_of_depth():
+    gradient, doubt = np.zeros((60, 80, 2), np.float32), np.full((60, 80), 0.03, np.float32)
+    doubt[30, 40:48] = 2.0  # a pixel in 600
+    known = slope_error(told(0.1645, "RB"), gradient, OPPOSED_DEG, doubt)
+    assert known[..., 0].max() == pytest.approx(MOST_INFERRED)
+    uncapped = np.stack([LAPLACE * doubt, known[..., 1]], -1)
+    capped_mm, uncapped_mm = (
+        depth_error(error, PITCH, "dirichlet")[30, 44] for error in (known, uncapped)
+    )
+    certain = np.broadcast_to(known[0, 0], known.shape)
+    assert capped_mm < 2 * depth_error(certain, PITCH, "dirichlet")[30, 44]
+    assert capped_mm < 0.3 * uncapped_mm
+
+
+@pytest.mark.parametrize("missing", ["zero", "none"])
+def test_nobody_knows_how_wrong_an_unseen_slope_is_that_was_not_inferred(missing):
+    difference = np.zeros((60, 80, 3), np.float32)
+    difference[25:35, 30:50] = 0.5
+    touches = [
+        reconstruct(
+            difference,
+            told(0.1645, channels),
+            missing=missing,
+            lights_deg={"R": 90.0, "B": 270.0, "G": 0.0},
+            mm_per_px=(0.1, 0.1),
+        )
+        for channels in ("RB", "RGB")
+    ]
+    assert touches[0].slope_error is None and np.isnan(point_cloud(touches[0]).sigma_mm).all()
+    assert touches[1].slope_error is not None and (point_cloud(touches[1]).sigma_mm > 0).all()
 
 
 def test_flattened_gel_does_not_make_points_certain():

@@ -243,7 +243,7 @@ def test_of_the_seen_slope_a_share_is_kept_where_the_gel_may_have_moved(unseen, 
     support, seen = found.support, GRADIENT[..., 1 - lost]
     assert not support.all()
     inferred = infer_missing_axis(seen, unseen, MM_PER_PX, support=support)
-    cleaned = weigh_columns(inferred.gradient, seen, unseen, support, MM_PER_PX)[..., 1 - lost]
+    cleaned = weigh_columns(inferred, seen, unseen, support, MM_PER_PX).gradient[..., 1 - lost]
     expected = (1 - SEEN_SHARE) * cleaned + SEEN_SHARE * seen * support
     np.testing.assert_allclose(found.gradient[..., 1 - lost], expected, atol=1e-6)
     assert np.abs(cleaned - seen * support).max() > 0.05
@@ -356,13 +356,13 @@ def test_the_depth_asks_less_of_slopes_that_were_inferred(lights_deg, unseen):
     known.channels = "RB"
     difference = (cap.contact[..., None] * np.array([0.2, 0.0, 0.1])).astype(np.float32)
     lights = dict(zip("RB", lights_deg, strict=True))
-    found = reconstruct(
-        difference, known, missing="network", lights_deg=lights, mm_per_px=MM_PER_PX
-    )
-    free = integrate(found.gradient, MM_PER_PX, "dirichlet")
-    doubts = inferred_doubts(found.gradient, unseen, found.doubt)
-    weighed = weighed_depth(free, found.gradient, MM_PER_PX, "dirichlet", doubts)
-    pressed = nearest_pressed(weighed, found.doubt > 0, MM_PER_PX, "dirichlet")
+    how = {"missing": "network", "lights_deg": lights, "mm_per_px": MM_PER_PX}
+    found = reconstruct(difference, known, **how)
+    field = infer_gradient(cap.gradient, found.disturbed, unseen, MM_PER_PX)
+    free = integrate(field.gradient, MM_PER_PX, "dirichlet")
+    doubts = inferred_doubts(field.gradient, unseen, field.network_doubt)
+    weighed = weighed_depth(free, field.gradient, MM_PER_PX, "dirichlet", doubts)
+    pressed = nearest_pressed(weighed, field.support, MM_PER_PX, "dirichlet")
     np.testing.assert_allclose(found.depth_mm, pressed, atol=1e-6)
     assert not np.allclose(weighed, free, atol=1e-3)
 
