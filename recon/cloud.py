@@ -47,7 +47,7 @@ class PointCloud:
     normals: Float32[np.ndarray, "n 3"]
     """Unit length, out of the gel."""
     sigma_mm: Float32[np.ndarray, " n"]
-    """Standard deviation expected along z; NaN of an estimator that does not know its errors."""
+    """Standard deviation expected along z; NaN where the slopes' errors are not known."""
     contact: Bool[np.ndarray, " n"]
     """Where something touches."""
 

@@ -36,8 +36,8 @@ LAPLACE = 2**0.5
 """Standard deviations in the mean absolute error of Laplace's law, by which doubt is learnt."""
 MOST_INFERRED = 0.25
 """Standard deviation of an inferred slope's error, mm/mm, at most: where it is doubted more, it is
-off by no more (root mean squares of 0.14 to 0.34 on shapes and balls). Squares of larger doubts,
-of a pixel in a hundred, would count for more than all others of a frame."""
+off by no more (root mean squares of 0.14 to 0.34 on shapes and balls). Squares of larger doubts
+would let a few pixels count for more than all others of a frame."""
 MOST_CELLS = 80
 """Along the frame's longer side, in which errors are spread: they go together over more than
 one."""
@@ -51,8 +51,8 @@ def slope_error(
 ) -> GradientField | None:
     """Standard deviation expected of each slope's error, mm/mm; ``None`` where nobody measured it.
 
-    How far off an inferred slope is says nothing of the one that was measured. Of an
-    unseen slope that was set to zero, or that colours alone were asked for, none is known.
+    How far off an inferred slope is says nothing of the one that was measured. Of an unseen slope
+    that was set to zero, or that colours alone were asked for, none is known.
 
     Args:
         estimator: that read the slopes.

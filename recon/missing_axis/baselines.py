@@ -6,7 +6,10 @@ Both answer with a depth that is zero on the frame's border and nowhere negative
 gradient alone; its other gradient is the answer.
 
 * ``by_columns``: the known slope summed along each line, what is left at the far end shared out;
-* ``by_convex_fit``: ``recon.integration.pressed`` at full resolution, carried on until it rests.
+* ``by_convex_fit``: ``recon.integration.pressed`` at full resolution, ``STEPS`` of it. There it
+  rests if the gel may have moved everywhere. Within a support it does not: carried on it fits the
+  known slope ever better and comes out worse, a ball's other slope with 0.20 of zero's error
+  instead of 0.14 after 3000 steps (96 x 128 pixels, support the contact itself).
 """
 
 import numpy as np

@@ -9,6 +9,7 @@ import sys
 import numpy as np
 import pytest
 
+from recon.calibration import lit_channels
 from recon.coverage import Coverage
 from recon.images import read_image, write_image
 from sensor.errors import WedgeError
@@ -129,6 +130,22 @@ def test_another_seed_teaches_other_networks(folder, monkeypatch, capsys):
     )
     assert one == again != other
     monkeypatch.setattr(sys, "argv", ["beyond", "intervals", str(folder), "--seed", "1"])
+    with pytest.raises(SystemExit, match="2"):
+        generalization.main()
+
+
+def test_lights_that_are_left_out_teach_nothing_and_leave_their_axis_unseen(folder, monkeypatch):
+    _, dataset = generalization._read(str(folder))
+    assert generalization._lit_by(None, dataset) == dataset
+    some = generalization._lit_by("BR", dataset)
+    assert lit_channels(some)[0] == "RB" and lit_channels(dataset)[0] == "RGB"
+    for lights in ("", "RX"):
+        with pytest.raises(WedgeError, match="lights"):
+            generalization._lit_by(lights, dataset)
+    (every,) = generalization.shapes(str(folder), str(folder), ["table"])
+    (one,) = generalization.shapes(str(folder), str(folder), ["table"], lights="R")
+    assert one["rmse_mm"] > 1.2 * every["rmse_mm"]
+    monkeypatch.setattr(sys, "argv", ["beyond", "fewer", str(folder), "--lights", "R"])
     with pytest.raises(SystemExit, match="2"):
         generalization.main()
 
