@@ -212,7 +212,8 @@ LIMITS = (
         unit="% changed",
         grade_a=0.1,
         grade_b=0.25,
-        reason="a tenth dimmer, and slopes read a tenth flatter; by how much on 95 % of the pad at most",
+        reason="a tenth dimmer, and slopes read a tenth flatter; by how much on 95 % of the pad"
+        " at most",
     ),
     Limit(
         group="Gel",
@@ -276,7 +277,8 @@ LIMITS = (
         unit="px",
         grade_a=1.0,
         grade_b=3.0,
-        reason="if moved, every edge of the pad is a false slope; unknown: also dirt, wear, another sensor",
+        reason="if moved, every edge of the pad is a false slope; unknown: also dirt, wear,"
+        " another sensor",
     ),
     Limit(
         group="Picture",
