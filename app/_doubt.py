@@ -12,14 +12,15 @@ def doubt_remarks(doubts: Sequence[tuple[str, str]]) -> list[str]:
     """A sentence for each way in which frames are doubted, in the order of the first.
 
     Args:
-        doubts: names of frames, each with its ``recon.plausible.doubt_word``; where that is empty,
-            nothing is said.
+        doubts: names of frames, each with its ``recon.plausible.doubt_word`` or ``cut_word``; where
+            that is empty, nothing is said.
     """
-    from recon.plausible import IMPLAUSIBLE, STRANGE
+    from recon.plausible import CUT_TWICE, IMPLAUSIBLE, STRANGE
 
     asked = {
         STRANGE: "are the lights on, and is this the unit's sensor?",
         IMPLAUSIBLE: "is this the unit's sensor, not mirrored, with red and blue not swapped?",
+        CUT_TWICE: "can one of its ends lie inside the frame?",
     }
     said = []
     for word in dict.fromkeys(word for _, word in doubts if word):

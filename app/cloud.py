@@ -165,7 +165,7 @@ class _Run:
         from recon.cloud import point_cloud, skin_mesh
         from recon.cloud_files import cloud_bytes
         from recon.contact.first import touches
-        from recon.plausible import doubt_word
+        from recon.plausible import cut_word, doubt_word
 
         assert frame.image is not None
         touch = self._reconstruct(frame.image)
@@ -174,7 +174,8 @@ class _Run:
         if self._only_contact:
             cloud = cloud[cloud.contact]
         write_atomic(path, cloud_bytes(cloud, self._form, triangles))
-        remark = doubt_word(touch, self._reconstruct.calibration) or None
+        unit = self._reconstruct.calibration
+        remark = doubt_word(touch, unit) or cut_word(touch, unit) or None
         self.rows.append(_row(frame, touch, cloud) | {"file": str(path), "remark": remark})
         self.shown.append(frame.shown)
         shows = touches(touch.contact, touch.disturbed)

@@ -62,7 +62,7 @@ def main(
     """
     from recon.calibration import load_calibration
     from recon.pipeline import Reconstructor
-    from recon.plausible import doubt_word
+    from recon.plausible import cut_word, doubt_word
 
     if not image:
         raise WedgeError("no image was named: wedge reconstruct UNIT IMAGE... --out DIR.")
@@ -85,7 +85,7 @@ def main(
         for done, (name, stem) in enumerate(zip(image, names, strict=True), start=1):
             result = reconstruct(read_checked(name, unwarp))
             _write(out, stem, result)
-            remark = doubt_word(result, calibration)
+            remark = doubt_word(result, calibration) or cut_word(result, calibration)
             rows.append(_row(name, result, remark, out / f"{stem}.npy"))
             show(0.3 + 0.7 * done / len(image), "reconstructing")
     print_table(HEADINGS, map(_cells, rows))

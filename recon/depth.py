@@ -32,6 +32,7 @@ from recon.missing_axis.inference import (
     resampled,
     working_size,
 )
+from recon.missing_axis.mirrored import mirrored, rows_beyond, within
 from recon.missing_axis.moved import may_have_moved
 from recon.still import without_still
 from sensor.toml import Pair
@@ -144,6 +145,9 @@ def inferred_depth(
     Frames longer than the network sees are shrunk (``fewer_px``) before anything else; gradient,
     depth and doubt are interpolated from there, the slope that was measured as well.
 
+    Where the edge cuts a contact along the lights, all this is done with the frame's mirror image
+    beyond that edge (``recon.missing_axis.mirrored``), and takes about twice as long.
+
     Args:
         gradient: (h, w, 2), mm/mm, of the estimator.
         disturbed: where the colour changed.
@@ -153,7 +157,7 @@ def inferred_depth(
         weights: of the network, which may bring its own layers (``unet.Layers``); the shipped ones
             unless given.
         free_depth: of a field of ``fewer_px``, before gel is pressed in; it is written into.
-            ``weighed_integral`` with that pitch unless given.
+            ``weighed_integral`` with that pitch unless given, and for a frame that is mirrored.
     """
     height, width = disturbed.shape
     rows, columns, pitch_mm = fewer_px(height, width, mm_per_px)
@@ -162,14 +166,22 @@ def inferred_depth(
         gradient = resampled(gradient.astype(np.float32), rows, columns)
         share = resampled(disturbed.astype(np.float32)[..., None], rows, columns)
         disturbed = share[..., 0] >= 0.5
+    beyond = rows_beyond(disturbed, gradient, unseen)
+    border = boundary
+    if any(beyond):
+        disturbed, gradient = mirrored(disturbed, gradient, unseen, beyond)
+        boundary, border, free_depth = "neumann", boundary_of(disturbed), None
     field = infer_gradient(gradient, disturbed, unseen, pitch_mm, hinted=hinted, weights=weights)
     solve = free_depth or partial(weighed_integral, mm_per_px=pitch_mm)
-    free_mm = solve(field, boundary)
-    free_mm -= untouched_depth(free_mm, disturbed, boundary)
-    depth_mm = nearest_pressed(free_mm, field.support, pitch_mm, boundary)
-    every: Callable[[np.ndarray], np.ndarray] = np.asarray
-    if shrunk:
-        every = partial(cv2.resize, dsize=(width, height))
+    free_mm = solve(field, border)
+    free_mm -= untouched_depth(free_mm, disturbed, border)
+    depth_mm = nearest_pressed(free_mm, field.support, pitch_mm, border)
+
+    def every(found: np.ndarray) -> np.ndarray:
+        if any(beyond):
+            found = within(found, unseen, beyond)
+        return cv2.resize(found, (width, height)) if shrunk else found
+
     return Depth(
         gradient=every(field.gradient),
         depth_mm=every(depth_mm),
@@ -231,7 +243,14 @@ def infer_gradient(
     support = (
         may_have_moved(disturbed, seen) if unseen == "x" else may_have_moved(disturbed.T, seen.T).T
     )
-    found = infer_missing_axis(seen, unseen, mm_per_px, support=support, weights=weights)
+    found = infer_missing_axis(
+        seen,
+        unseen,
+        mm_per_px,
+        support=support,
+        weights=weights,
+        longest_px=max(LONGEST_SIDE_PX, *seen.shape),
+    )
     joined = weigh_columns(found, seen, unseen, support, mm_per_px)
     slopes = joined.gradient
     slopes[..., known] += SEEN_SHARE * (seen * support - slopes[..., known])

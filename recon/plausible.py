@@ -21,6 +21,7 @@ from recon.contact.mask import is_strange
 from recon.fast.disturbance import in_pixels
 from recon.integration.weighed import shorter_side_mm
 from recon.lights import Axis, unseen_axis
+from recon.missing_axis.mirrored import is_cut_twice
 
 Plane = Float32[np.ndarray, "part_h part_w"]
 Window = tuple[slice, slice]
@@ -41,6 +42,8 @@ STRANGE = "nearly all of the frame differs from the blank gel"
 """What ``doubt_word`` says of a frame of something else than this gel."""
 IMPLAUSIBLE = "no gel is so deep, or its slopes are not those of one surface"
 """What it says of a mirrored picture, or of one whose red and blue were swapped."""
+CUT_TWICE = "a contact runs over both edges that the lights shine along"
+"""What ``cut_word`` says."""
 
 
 def doubt_word(touch: Skin, unit: Calibration) -> str:
@@ -54,6 +57,22 @@ def doubt_word(touch: Skin, unit: Calibration) -> str:
         return STRANGE
     unseen = unseen_axis(unit.card.lights_deg, unit.estimator.channels)
     return IMPLAUSIBLE if is_implausible(touch, unseen) else ""
+
+
+def cut_word(touch: Skin, unit: Calibration) -> str:
+    """Why a plausible depth is too small: ``CUT_TWICE``; empty where it is not.
+
+    Of lights on one line only slopes along it are seen, which say how much deeper one place is than
+    another; how deep, they say where the contact ends.
+
+    Args:
+        touch: what was reconstructed, ``disturbed`` in pixels.
+        unit: with which.
+    """
+    unseen = unseen_axis(unit.card.lights_deg, unit.estimator.channels)
+    if unseen is None or unit.card.missing_axis != "network":
+        return ""
+    return CUT_TWICE if is_cut_twice(touch.disturbed, touch.gradient, unseen) else ""
 
 
 def is_implausible(touch: Skin, unseen: Axis | None) -> bool:

@@ -43,6 +43,7 @@ from recon.integration.poisson import Boundary
 from recon.integration.weighed import resting, shorter_side_mm
 from recon.lights import Axis, unseen_axis
 from recon.markers.watch import DotWatch
+from recon.missing_axis.mirrored import rows_beyond
 from recon.missing_axis.moved import MARGIN_PX, widest_support
 from recon.still import without_still
 from recon.stream.frame import TimedFrame
@@ -317,8 +318,11 @@ class FastReconstructor:
         if card.missing_axis == "network":  # elsewhere it takes gel for flat
             near = in_quarters(widest_support(disturbed, unseen)).astype(bool)
         self._take_gradient(difference, lambda _: near, self._gradient)
+        gradient = np.moveaxis(self._gradient, 0, -1)
+        if near is not None and any(rows_beyond(disturbed, gradient, unseen)):
+            self._take_gradient(difference, lambda _: None, self._gradient)
         return disturbed, depth_of(
-            np.moveaxis(self._gradient, 0, -1).copy(),
+            gradient.copy(),
             disturbed,
             self.calibration.estimator,
             missing=card.missing_axis,

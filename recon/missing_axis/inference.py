@@ -44,10 +44,11 @@ def infer_missing_axis(
     *,
     support: Support | None = None,
     weights: unet.Weights | None = None,
+    longest_px: int = LONGEST_SIDE_PX,
 ) -> Completed:
     """Both gradients, from the measured one: ``axis`` was not measured.
 
-    Frames longer than ``LONGEST_SIDE_PX``, or of oblong pixels, are resampled to square pixels and
+    Frames longer than ``longest_px``, or of oblong pixels, are resampled to square pixels and
     the result is resampled back. A frame of any size will do; contacts that cross its border are
     inferred less well than others.
 
@@ -57,6 +58,7 @@ def infer_missing_axis(
         mm_per_px: pixel pitch along x and y; only the ratio counts.
         support: where the gel may have moved; everywhere unless given.
         weights: of the network; the shipped ones unless given.
+        longest_px: side of the frame that the network sees.
 
     Raises:
         WedgeError: ``known`` holds a NaN or infinity, ``mm_per_px`` is not positive, or the shipped
@@ -65,7 +67,14 @@ def infer_missing_axis(
     if axis == "x":
         measured = np.zeros((*known.shape, 2), np.float32)
         measured[..., 1] = known
-        return complete(measured, mm_per_px, both=False, support=support, weights=weights)
+        return complete(
+            measured,
+            mm_per_px,
+            both=False,
+            support=support,
+            weights=weights,
+            longest_px=longest_px,
+        )
     # The network infers x from y; the transposed surface has its axes swapped.
     swapped = infer_missing_axis(
         known.T,
@@ -73,6 +82,7 @@ def infer_missing_axis(
         (mm_per_px[1], mm_per_px[0]),
         support=None if support is None else support.T,
         weights=weights,
+        longest_px=longest_px,
     )
     return Completed(
         gradient=np.ascontiguousarray(swapped.gradient.transpose(1, 0, 2)[..., ::-1]),
@@ -87,6 +97,7 @@ def complete(
     both: bool,
     support: Support | None = None,
     weights: unet.Weights | None = None,
+    longest_px: int = LONGEST_SIDE_PX,
 ) -> Completed:
     """The field that the network finds likeliest behind a measured one.
 
@@ -96,6 +107,7 @@ def complete(
         both: whether the x gradient was measured too; else it is not looked at.
         support: where the gel may have moved; everywhere unless given.
         weights: of the network; the shipped ones unless given.
+        longest_px: side of the frame that the network sees.
 
     Raises:
         WedgeError: as ``infer_missing_axis``.
@@ -112,7 +124,7 @@ def complete(
     if measured.size == 0:
         empty = np.zeros((h, w, 2), np.float32)
         return Completed(gradient=empty, doubt=empty[..., 0])
-    rows, columns = working_size(h, w, mm_per_px)
+    rows, columns = working_size(h, w, mm_per_px, longest_px)
     seen = resampled(np.asarray(measured, np.float32), rows, columns)
     moved = resampled(support.astype(np.float32)[..., None], rows, columns)[..., 0] > 0
     stride = unet.stride(weights)
@@ -126,13 +138,15 @@ def complete(
     return Completed(gradient=gradient, doubt=np.where(support, doubt, np.float32(0)))
 
 
-def working_size(h: int, w: int, mm_per_px: Pair) -> tuple[int, int]:
-    """Rows and columns of the same frame in square pixels, at most ``LONGEST_SIDE_PX`` long.
+def working_size(
+    h: int, w: int, mm_per_px: Pair, longest_px: int = LONGEST_SIDE_PX
+) -> tuple[int, int]:
+    """Rows and columns of the same frame in square pixels, at most ``longest_px`` long.
 
     Neither axis grows: stretched noise is alike in neighbouring rows, and its integral adds up.
     """
     width_mm, height_mm = w * mm_per_px[0], h * mm_per_px[1]
-    pitch_mm = max(*mm_per_px, max(width_mm, height_mm) / LONGEST_SIDE_PX)
+    pitch_mm = max(*mm_per_px, max(width_mm, height_mm) / longest_px)
     return max(1, round(height_mm / pitch_mm)), max(1, round(width_mm / pitch_mm))
 
 

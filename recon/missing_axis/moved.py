@@ -25,8 +25,15 @@ STILL_DOWN = 0.35
 """Of a column's deepest: gel this deep by the slopes above it and by those below it is dented."""
 
 
+def near_disturbed(disturbed: Mask) -> Mask:
+    """Disturbed gel with its margin."""
+    return cv2.dilate(disturbed.astype(np.uint8), CROSS, iterations=MARGIN_PX).astype(bool)
+
+
 def widest_support(disturbed: Mask, unseen: Axis) -> Mask:
     """All that ``may_have_moved`` could name, whatever the slopes along the lights are.
+
+    Of a frame that is mirrored (``recon.missing_axis.mirrored``) it may name more.
 
     Args:
         disturbed: where the colour changed.
@@ -34,7 +41,7 @@ def widest_support(disturbed: Mask, unseen: Axis) -> Mask:
     """
     if unseen == "y":
         return widest_support(disturbed.T, "x").T
-    near = cv2.dilate(disturbed.astype(np.uint8), CROSS, iterations=MARGIN_PX).astype(bool)
+    near = near_disturbed(disturbed)
     below, above = np.maximum.accumulate(near), np.maximum.accumulate(near[::-1])[::-1]
     return _with_flanks(below & above)
 
@@ -49,7 +56,7 @@ def may_have_moved(disturbed: Mask, known: Float[np.ndarray, "h w"]) -> Mask:
         disturbed: where the colour changed.
         known: ∂depth/∂y, the lights being along y.
     """
-    near = cv2.dilate(disturbed.astype(np.uint8), CROSS, iterations=MARGIN_PX).astype(bool)
+    near = near_disturbed(disturbed)
     bounded = np.where(near, known, 0)
     from_above = np.cumsum(bounded, axis=0)
     from_below = from_above - from_above[-1:]  # both are depths, if nothing lies in between

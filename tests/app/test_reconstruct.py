@@ -99,6 +99,18 @@ def test_the_deepest_point_has_a_deviation_where_the_estimator_knows_one(
         assert sigma_mm == pytest.approx(float(sigma), rel=1e-5) and sigma_mm > 0
 
 
+def test_a_contact_over_both_edges_is_told_of(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("recon.plausible.doubt_word", lambda *_: "")
+    monkeypatch.setattr("recon.plausible.is_cut_twice", lambda *_: True)
+    lights = {"lights_deg": {"R": 90.0, "B": -90.0}, "missing_axis": "network"}
+    unit = make_unit(estimator=random_default(channels="RB"), channels="RB", **lights)
+    row, said = reconstructed(unit, tmp_path, capsys)
+    assert "press.png: a contact runs over both edges" in said and "cannot be trusted" in said
+    assert row["remark"].startswith("a contact runs over") and row["deepest_sigma_mm"] is None
+
+
 def test_a_depth_that_no_gel_has_is_called_so_and_has_no_deviation(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

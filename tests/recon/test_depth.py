@@ -87,6 +87,41 @@ def test_a_long_frame_s_depth_is_the_short_one_s(center, size_mm, unseen) -> Non
 
 
 @pytest.mark.parametrize("unseen", ["x", "y"])
+@pytest.mark.parametrize("inside_mm", [-1.0, 0.0, 0.8, 1.4])
+@pytest.mark.parametrize("edge", ["left", "right", "top", "bottom"])
+def test_a_ball_that_the_frame_cuts_keeps_its_depth(edge, inside_mm, unseen) -> None:
+    """Whose contact reaches 2 mm around its middle, which lies inside the edge, or beyond it."""
+    size_px, size_mm = (160, 120), (16.0, 12.0)
+    across, along = {
+        "left": (inside_mm, 6.0),
+        "right": (16.0 - inside_mm, 6.0),
+        "top": (8.0, inside_mm),
+        "bottom": (8.0, 12.0 - inside_mm),
+    }[edge]
+    found, truth = of_ball(size_px, size_mm, (across / 16.0, along / 12.0), unseen)
+    assert found.boundary == "neumann"
+    assert found.depth_mm.max() == pytest.approx(truth.max(), rel=0.1)
+    off = np.sqrt(np.mean((found.depth_mm - truth)[truth > 0] ** 2))
+    assert off < 0.08 * truth.max()
+
+
+@pytest.mark.parametrize("unseen", ["x", "y"])
+@pytest.mark.parametrize("inside_px", [0.0, 8.0])
+def test_two_balls_that_opposite_edges_cut_keep_theirs(inside_px, unseen) -> None:
+    pitch_mm, size_px = (0.1, 0.1), (160, 120) if unseen == "x" else (120, 160)
+    caps = []
+    for along, across in ((inside_px, 50.0), (119.0 - inside_px, 70.0)):
+        center = (across, along) if unseen == "x" else (along, across)
+        caps.append(ball_cap(size_px, center, 2.0, 3.0, pitch_mm))
+    disturbed = caps[0].contact | caps[1].contact
+    slopes = without(unseen, (caps[0].gradient + caps[1].gradient).astype(np.float32))
+    found = inferred_depth(slopes, disturbed, unseen, pitch_mm, hinted=False)
+    for cap in caps:
+        deepest_mm = found.depth_mm[cap.contact].max()
+        assert deepest_mm == pytest.approx(cap.depth_mm.max(), rel=0.1)
+
+
+@pytest.mark.parametrize("unseen", ["x", "y"])
 def test_a_slope_that_is_set_to_zero_is_not_looked_at(unseen) -> None:
     gradient = np.ones((4, 5, 2), np.float32)
     gradient[..., "xy".index(unseen)] = np.nan

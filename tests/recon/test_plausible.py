@@ -12,13 +12,19 @@ from recon.fast.disturbance import in_quarters
 from recon.follower import KeptTouch
 from recon.integration.poisson import integrate
 from recon.pipeline import Reconstruction, reconstruct
-from recon.plausible import is_implausible, slopes_of_no_surface
+from recon.plausible import CUT_TWICE, cut_word, is_implausible, slopes_of_no_surface
 from recon.presses import press_reader, read_presses
 from sensor.dataset import read_dataset
+from tests.recon.fast.units import make_unit, random_mlp
 from validation.contact import blank_frames
 from validation.datasets import dataset_folder
 
 PITCH_MM = (0.1, 0.08)
+RED_AND_BLUE = {
+    "channels": "RB",
+    "missing_axis": "network",
+    "lights_deg": {"R": 90.0, "B": -90.0},
+}
 
 
 def touch_of(gradient, depth_mm, disturbed=None):
@@ -62,6 +68,23 @@ def test_gel_that_bulges_as_far_as_it_may_be_pressed_in_is_implausible(cap):
     deep = 2.0 / depth_mm.max()
     assert not is_implausible(touch_of(deep * cap.gradient, deep * depth_mm), None)
     assert is_implausible(touch_of(-deep * cap.gradient, -deep * depth_mm), None)
+
+
+@pytest.mark.parametrize(
+    ("height", "card", "word"),
+    [
+        (36, RED_AND_BLUE, CUT_TWICE),
+        (120, RED_AND_BLUE, ""),
+        (36, RED_AND_BLUE | {"missing_axis": "zero"}, ""),
+        (36, {}, ""),
+    ],
+    ids=["both edges", "none", "zero", "all lights"],
+)
+def test_a_contact_over_both_edges_of_an_inferred_axis_is_told(height, card, word):
+    cut = ball_cap((160, height), (80.0, height / 2), 2.4, 3.0, (0.1, 0.1))
+    estimator = random_mlp(channels=card.get("channels", "RGB"))
+    unit = make_unit((160, 120), estimator=estimator, **card)
+    assert cut_word(touch_of(cut.gradient, cut.depth_mm), unit) == word
 
 
 def test_errors_of_single_pixels_are_no_reason(cap):

@@ -179,6 +179,20 @@ def test_an_axis_without_light_is_inferred_as_the_reference_infers_it(
         np.testing.assert_allclose(touch.slope_error, truth.slope_error, atol=0.01)
 
 
+@pytest.mark.parametrize("beyond", [(120, 0), (0, 120), (40, 80)])
+@pytest.mark.parametrize("kind", [random_mlp, random_default])
+def test_a_frame_is_mirrored_as_the_reference_does(kind, beyond, monkeypatch) -> None:
+    """Then gel counts that else could not have moved."""
+    to_the_minimum(monkeypatch)
+    for module in ("recon.depth", "recon.fast.reconstructor"):
+        monkeypatch.setattr(f"{module}.rows_beyond", lambda *_: beyond)
+    unit = make_unit((160, 120), estimator=kind(channels="RB"), **RED_AND_BLUE)
+    frame = pressed(unit.background, (80, 25))
+    touch, truth = FastReconstructor(unit)(frame), Reconstructor(unit)(frame)
+    assert np.abs(touch.gradient - truth.gradient).max() < 3 * SLOPE
+    assert np.abs(touch.depth_mm - truth.depth_mm).max() < 0.01 * np.ptp(truth.depth_mm)
+
+
 @pytest.mark.parametrize("size_px", [(480, 360), (400, 470), (960, 440)])
 @pytest.mark.parametrize("kind", [random_mlp, random_default])
 def test_a_long_frame_s_axis_is_inferred_as_the_reference_infers_it(
