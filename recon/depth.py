@@ -146,7 +146,7 @@ def inferred_depth(
     depth and doubt are interpolated from there, the slope that was measured as well.
 
     Where the edge cuts a contact along the lights, all this is done with the frame's mirror image
-    beyond that edge (``recon.missing_axis.mirrored``), and takes about twice as long.
+    beyond that edge (``recon.missing_axis.mirrored``), and takes two to three times as long.
 
     Args:
         gradient: (h, w, 2), mm/mm, of the estimator.
