@@ -166,7 +166,7 @@ def inferred_depth(
         gradient = resampled(gradient.astype(np.float32), rows, columns)
         share = resampled(disturbed.astype(np.float32)[..., None], rows, columns)
         disturbed = share[..., 0] >= 0.5
-    beyond = rows_beyond(disturbed, gradient, unseen)
+    beyond = rows_beyond(disturbed, gradient, unseen, hinted=hinted)
     border = boundary
     if any(beyond):
         disturbed, gradient = mirrored(disturbed, gradient, unseen, beyond)

@@ -319,7 +319,8 @@ class FastReconstructor:
             near = in_quarters(widest_support(disturbed, unseen)).astype(bool)
         self._take_gradient(difference, lambda _: near, self._gradient)
         gradient = np.moveaxis(self._gradient, 0, -1)
-        if near is not None and any(rows_beyond(disturbed, gradient, unseen)):
+        hinted = self.calibration.estimator.looks_around
+        if near is not None and any(rows_beyond(disturbed, gradient, unseen, hinted=hinted)):
             self._take_gradient(difference, lambda _: None, self._gradient)
         return disturbed, depth_of(
             gradient.copy(),

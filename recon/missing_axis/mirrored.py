@@ -25,7 +25,10 @@ Beyond = tuple[int, int]
 STEEP = 0.1
 """Of the steepest slope: lines that are steeper than this at the edge are cut there..."""
 CUT = 0.15
-"""...if they are so deep there, as a share of their deepest."""
+"""...if they are so deep there, as a share of their deepest..."""
+CUT_BY_PIXELS = 0.4
+"""...and so deep by an estimator that sees single pixels: with one light it reads collars that
+touch the edge as steep, and puts the edge at up to 0.34 of their deepest."""
 LEVEL = 0.75
 """Of their deepest: lines that are so deep at the edge are cut at a crest or on flat ground, which
 show no slope there..."""
@@ -35,7 +38,9 @@ HIGH = 0.1
 """Of the difference between the deepest row and the highest: about as high."""
 
 
-def rows_beyond(disturbed: ContactMask, gradient: GradientField, unseen: Axis) -> Beyond:
+def rows_beyond(
+    disturbed: ContactMask, gradient: GradientField, unseen: Axis, *, hinted: bool
+) -> Beyond:
     """How far a frame should be mirrored beyond each edge that the lights run up to.
 
     Where one edge cuts a contact, the whole frame is; where both do, as far as the gel between
@@ -45,9 +50,10 @@ def rows_beyond(disturbed: ContactMask, gradient: GradientField, unseen: Axis) -
         disturbed: where the colour changed.
         gradient: (h, w, 2), mm/mm, of the estimator.
         unseen: the axis across the lights.
+        hinted: whether the estimator looks around a pixel.
     """
     slopes, depth = _along_lines(disturbed, gradient, unseen)
-    before, after = cut_edges(slopes, depth)
+    before, after = cut_edges(slopes, depth, CUT if hinted else CUT_BY_PIXELS)
     rows = len(slopes)
     if before and after:
         highest = _highest_row(depth)
@@ -55,12 +61,13 @@ def rows_beyond(disturbed: ContactMask, gradient: GradientField, unseen: Axis) -
     return rows * before, rows * after
 
 
-def cut_edges(slopes: Slopes, depth: Slopes) -> tuple[bool, bool]:
+def cut_edges(slopes: Slopes, depth: Slopes, least: float) -> tuple[bool, bool]:
     """Whether something is cut by the first row, and by the last.
 
     Args:
         slopes: ∂depth/∂y of disturbed gel, the lights being along y.
         depth: their sum along each line, nowhere negative.
+        least: share of their deepest at which steep lines are cut.
     """
     deepest = depth.max(axis=0, initial=0)
 
@@ -68,7 +75,7 @@ def cut_edges(slopes: Slopes, depth: Slopes) -> tuple[bool, bool]:
         deep = depth[edge]
         level = deep > LEVEL * deepest
         return bool(
-            deep[steep].sum() > CUT * deepest[steep].sum()
+            deep[steep].sum() > least * deepest[steep].sum()
             or deepest[level].sum() > MANY * deepest.sum()
         )
 

@@ -20,7 +20,7 @@ def test_a_ball_that_the_frame_cuts_has_the_reference_s_depth(center, size_px, u
     cap = ball_cap(size_px, place_px, 2.0, 3.0, pitch_mm)
     slopes = without(unseen, cap.gradient.astype(np.float32))
     along = center[1] if unseen == "x" else center[0]
-    assert any(rows_beyond(cap.contact, slopes, unseen)) == (along != 0.5)
+    assert any(rows_beyond(cap.contact, slopes, unseen, hinted=False)) == (along != 0.5)
     infer = FrameInference(size_px, pitch_mm, unseen, hinted=False)
     found = infer(slopes, cap.contact)
     wanted = inferred_depth(slopes, cap.contact, unseen, pitch_mm, hinted=False)

@@ -185,7 +185,7 @@ def test_a_frame_is_mirrored_as_the_reference_does(kind, beyond, monkeypatch) ->
     """Then gel counts that else could not have moved."""
     to_the_minimum(monkeypatch)
     for module in ("recon.depth", "recon.fast.reconstructor"):
-        monkeypatch.setattr(f"{module}.rows_beyond", lambda *_: beyond)
+        monkeypatch.setattr(f"{module}.rows_beyond", lambda *_, hinted: beyond)
     unit = make_unit((160, 120), estimator=kind(channels="RB"), **RED_AND_BLUE)
     frame = pressed(unit.background, (80, 25))
     touch, truth = FastReconstructor(unit)(frame), Reconstructor(unit)(frame)

@@ -32,8 +32,8 @@ def test_a_ball_is_mirrored_beyond_the_edge_that_cuts_it(inside, unseen) -> None
     rows = lines_px(unseen)
     first = cap_at(50.0, inside * RADIUS_PX, unseen)
     last = cap_at(50.0, rows - 1 - inside * RADIUS_PX, unseen)
-    assert rows_beyond(first.contact, first.gradient, unseen) == (rows, 0)
-    assert rows_beyond(last.contact, last.gradient, unseen) == (0, rows)
+    assert rows_beyond(first.contact, first.gradient, unseen, hinted=True) == (rows, 0)
+    assert rows_beyond(last.contact, last.gradient, unseen, hinted=True) == (0, rows)
 
 
 @pytest.mark.parametrize("unseen", ["x", "y"])
@@ -42,10 +42,10 @@ def test_what_the_lights_see_whole_is_not_mirrored(unseen) -> None:
     rows = lines_px(unseen)
     for across, along in ((50.0, rows / 2), (50.0, RADIUS_PX), (10.0, rows / 2), (0.0, rows / 2)):
         cap = cap_at(across, along, unseen)
-        assert rows_beyond(cap.contact, cap.gradient, unseen) == (0, 0)
+        assert rows_beyond(cap.contact, cap.gradient, unseen, hinted=True) == (0, 0)
         assert not is_cut_twice(cap.contact, cap.gradient, unseen)
     still = np.zeros_like(cap.contact)
-    assert rows_beyond(still, cap.gradient, unseen) == (0, 0)
+    assert rows_beyond(still, cap.gradient, unseen, hinted=True) == (0, 0)
     assert not is_cut_twice(still, cap.gradient, unseen)
 
 
@@ -55,7 +55,7 @@ def test_a_crest_that_shows_no_colour_at_the_edge_is_cut_all_the_same(unseen) ->
     slope = np.abs(cap.gradient[..., 1 if unseen == "x" else 0])
     seen = cap.contact & (slope > 0.2)
     assert not (seen[0].any() if unseen == "x" else seen[:, 0].any())
-    assert rows_beyond(seen, cap.gradient, unseen) == (lines_px(unseen), 0)
+    assert rows_beyond(seen, cap.gradient, unseen, hinted=True) == (lines_px(unseen), 0)
 
 
 @pytest.mark.parametrize("unseen", ["x", "y"])
@@ -66,7 +66,7 @@ def test_two_that_are_cut_by_opposite_edges_are_mirrored_up_to_the_gel_between(
     rows, inside = lines_px(unseen), 0.3 * RADIUS_PX
     caps = cap_at(across[0], inside, unseen), cap_at(across[1], rows - 1 - inside, unseen)
     disturbed = caps[0].contact | caps[1].contact
-    before, after = rows_beyond(disturbed, caps[0].gradient + caps[1].gradient, unseen)
+    before, after = rows_beyond(disturbed, caps[0].gradient + caps[1].gradient, unseen, hinted=True)
     assert before + after == rows
     assert inside + RADIUS_PX < before and inside + RADIUS_PX < after
     assert not is_cut_twice(disturbed, caps[0].gradient + caps[1].gradient, unseen)
@@ -92,3 +92,10 @@ def test_a_ball_that_both_edges_cut_shows_nowhere_how_deep_it_is(unseen) -> None
     size_px = (160, 36) if unseen == "x" else (36, 120)
     cap = cap_at(60.0, 17.5, unseen, size_px)
     assert is_cut_twice(cap.contact, cap.gradient, unseen)
+
+
+@pytest.mark.parametrize("unseen", ["x", "y"])
+def test_an_edge_that_is_not_deep_counts_as_one_only_of_an_estimator_that_looks_around(unseen):
+    cap = cap_at(50.0, 0.85 * RADIUS_PX, unseen)
+    assert any(rows_beyond(cap.contact, cap.gradient, unseen, hinted=True))
+    assert not any(rows_beyond(cap.contact, cap.gradient, unseen, hinted=False))
