@@ -29,6 +29,10 @@ CUT = 0.15
 CUT_BY_PIXELS = 0.4
 """...and so deep by an estimator that sees single pixels: with one light it reads collars that
 touch the edge as steep, and puts the edge at up to 0.34 of their deepest."""
+WHOLE, WHOLE_BY_PIXELS = 0.2, 0.6
+"""How deep steep and level lines are at the edge together, of what all lines' deepest come to, at
+least. Balls cut at 0.8 radii come to 0.27 and more; whole contacts of a real sensor that pass for
+cut otherwise to 0.13, and to 0.53 as single pixels show them with one light."""
 LEVEL = 0.75
 """Of their deepest: lines that are so deep at the edge are cut at a crest or on flat ground, which
 show no slope there..."""
@@ -53,7 +57,8 @@ def rows_beyond(
         hinted: whether the estimator looks around a pixel.
     """
     slopes, depth = _along_lines(disturbed, gradient, unseen)
-    before, after = cut_edges(slopes, depth, CUT if hinted else CUT_BY_PIXELS)
+    least = (CUT, WHOLE) if hinted else (CUT_BY_PIXELS, WHOLE_BY_PIXELS)
+    before, after = cut_edges(slopes, depth, *least)
     rows = len(slopes)
     if before and after:
         highest = _highest_row(depth)
@@ -61,19 +66,22 @@ def rows_beyond(
     return rows * before, rows * after
 
 
-def cut_edges(slopes: Slopes, depth: Slopes, least: float) -> tuple[bool, bool]:
+def cut_edges(slopes: Slopes, depth: Slopes, least: float, whole: float) -> tuple[bool, bool]:
     """Whether something is cut by the first row, and by the last.
 
     Args:
         slopes: ∂depth/∂y of disturbed gel, the lights being along y.
         depth: their sum along each line, nowhere negative.
         least: share of their deepest at which steep lines are cut.
+        whole: share of all lines' deepest that lines which are cut have at the edge, at least.
     """
     deepest = depth.max(axis=0, initial=0)
 
     def cut(edge: int, steep: Lines) -> bool:
         deep = depth[edge]
         level = deep > LEVEL * deepest
+        if deep[steep | level].sum() <= whole * deepest.sum():
+            return False
         return bool(
             deep[steep].sum() > least * deepest[steep].sum()
             or deepest[level].sum() > MANY * deepest.sum()

@@ -91,14 +91,16 @@ def test_a_long_frame_s_depth_is_the_short_one_s(center, size_mm, unseen) -> Non
 @pytest.mark.parametrize("edge", ["left", "right", "top", "bottom"])
 def test_a_ball_that_the_frame_cuts_keeps_its_depth(edge, inside_mm, unseen) -> None:
     """Whose contact reaches 2 mm around its middle, which lies inside the edge, or beyond it."""
-    size_px, size_mm = (160, 120), (16.0, 12.0)
+    size_px = (160, 120)
     across, along = {
         "left": (inside_mm, 6.0),
         "right": (16.0 - inside_mm, 6.0),
         "top": (8.0, inside_mm),
         "bottom": (8.0, 12.0 - inside_mm),
     }[edge]
-    found, truth = of_ball(size_px, size_mm, (across / 16.0, along / 12.0), unseen)
+    cap = ball_cap(size_px, (10 * across, 10 * along), 2.0, 3.0, (0.1, 0.1))
+    slopes, truth = cap.gradient.astype(np.float32), cap.depth_mm
+    found = inferred_depth(slopes, cap.contact, unseen, (0.1, 0.1), hinted=True)
     assert found.boundary == "neumann"
     assert found.depth_mm.max() == pytest.approx(truth.max(), rel=0.1)
     off = np.sqrt(np.mean((found.depth_mm - truth)[truth > 0] ** 2))
@@ -114,8 +116,8 @@ def test_two_balls_that_opposite_edges_cut_keep_theirs(inside_px, unseen) -> Non
         center = (across, along) if unseen == "x" else (along, across)
         caps.append(ball_cap(size_px, center, 2.0, 3.0, pitch_mm))
     disturbed = caps[0].contact | caps[1].contact
-    slopes = without(unseen, (caps[0].gradient + caps[1].gradient).astype(np.float32))
-    found = inferred_depth(slopes, disturbed, unseen, pitch_mm, hinted=False)
+    slopes = (caps[0].gradient + caps[1].gradient).astype(np.float32)
+    found = inferred_depth(slopes, disturbed, unseen, pitch_mm, hinted=True)
     for cap in caps:
         deepest_mm = found.depth_mm[cap.contact].max()
         assert deepest_mm == pytest.approx(cap.depth_mm.max(), rel=0.1)

@@ -50,6 +50,17 @@ def test_what_the_lights_see_whole_is_not_mirrored(unseen) -> None:
 
 
 @pytest.mark.parametrize("unseen", ["x", "y"])
+def test_a_few_steep_lines_at_the_edge_do_not_mirror_a_whole_contact(unseen) -> None:
+    """As where light falls otherwise at the pad's rim: they are as deep there as they ever are."""
+    cap = cap_at(50.0, lines_px(unseen) / 2, unseen)
+    disturbed, gradient = cap.contact.copy(), cap.gradient.copy()
+    lines = slice(100, 106)
+    rim = (slice(8), lines) if unseen == "x" else (lines, slice(8))
+    disturbed[rim], gradient[rim] = True, -0.3
+    assert rows_beyond(disturbed, gradient, unseen, hinted=True) == (0, 0)
+
+
+@pytest.mark.parametrize("unseen", ["x", "y"])
 def test_a_crest_that_shows_no_colour_at_the_edge_is_cut_all_the_same(unseen) -> None:
     cap = cap_at(50.0, -0.5, unseen)
     slope = np.abs(cap.gradient[..., 1 if unseen == "x" else 0])
