@@ -92,7 +92,7 @@ class Joint:
         # Of white noise, residuals tell.
         pull = np.tensordot(noise[1:], reference.pulls(equations.depth_share)[1:], 1)
         level = current.level(min(reference.templates))
-        covariance = equations.covariance(pretended, pull, partial(shown, equations, level, guess))
+        covariance = equations.covariance(pretended, pull, partial(_shown, equations, level, guess))
         return Alignment(T_current_reference=guess, covariance=covariance)
 
 
@@ -180,17 +180,11 @@ class _Equations:
         return spread @ spread.T
 
 
-def shown(equations: _Equations, level: Level, guess: Transform, twist: Twist) -> float:
+def _shown(equations: _Equations, level: Level, guess: Transform, twist: Twist) -> float:
     """How much of what the derivatives say of a motion is seen when it is made there and back.
 
     The correlation of both, weighted as in the equations. Of a round thing that spins, too, the
     derivatives say something, by how edges lie between the pixels: farther on they lie otherwise.
-
-    Args:
-        equations: at the guess.
-        level: of the current touch, as fine as they are.
-        guess: of the motion between the touches.
-        twist: as long as it may be before a touch.
     """
     every = -(-len(equations.template.points) // SHOWN_BY)
     template, weight = equations.template.thinned(every), equations.weight[:, ::every]

@@ -64,7 +64,7 @@ class Template:
     """Variance of an error that all depths share, besides noise."""
 
     def thinned(self, every: int) -> "Template":
-        """Each so-manieth of its pixels."""
+        """One of so many of its pixels."""
         return replace(
             self,
             points=self.points[::every],
