@@ -44,7 +44,9 @@ PIXELS_OF_FEW = 6000
 FLAT_FROM = 2.8
 """Contact radii from the centre, where a collar is as good as flat: 6 % of the rim's slope."""
 DEEP_FLAT_FROM = 1.8
-"""The same beside balls pressed in deeper than ``DEEPEST``: their collars are short for them."""
+"""The same beside balls pressed in deeper than ``DEEPEST``: their collars are short for them. Where
+others fill the frame, gel is taught as flat from here on, at 15 % of the rim's slope, or nowhere.
+"""
 LOOKED_AT = 1500
 REACH = 2.5
 """Contact radii round the centre in which the circle is fitted."""
@@ -71,7 +73,8 @@ def lesson_pixels(press: BallPress, index: int, seed: int, presses: int) -> Pixe
     if len(contact) > most:
         contact = np.sort(random.choice(contact, most, replace=False))
     clear = DEEP_FLAT_FROM if contact_fit.stretch is None else FLAT_FROM
-    flat_from = min(clear * radius_mm, float(np.quantile(distance_mm, 0.8)))
+    far_mm = max(float(np.quantile(distance_mm, 0.8)), DEEP_FLAT_FROM * radius_mm)
+    flat_from = min(clear * radius_mm, far_mm)
     flat = np.flatnonzero(distance_mm >= flat_from)
     flat = np.sort(random.choice(flat, min(len(flat), max(1, len(contact))), replace=False))
     collar = np.zeros(0, np.intp)

@@ -6,20 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from recon.ball import offsets_mm
 from recon.estimators import default_fit, fit_estimator, gradient_field, training_pixels
 from recon.estimators.default import (
-    LARGEST_DRIFT,
     MEMBERS,
     MEMBERS_OF_FEW,
     SLOPE_KNOTS,
-    STEEPEST_SLOPE,
     normal_of,
-    settled,
-    slopes_of,
 )
 from recon.estimators.default_fit import (
     OTHER_SIZES,
@@ -292,6 +286,22 @@ def test_gel_beside_a_ball_pressed_deep_is_flat_sooner():
     assert away[flat].min() == pytest.approx(DEEP_FLAT_FROM * press.contact_radius_mm, rel=0.05)
 
 
+@pytest.mark.parametrize("half_side_px", [26, 21, 15])
+def test_nothing_beside_a_ball_that_fills_the_frame_is_called_flat_while_it_is_steep(half_side_px):
+    whole = elastic_press(TRUE_MM)
+    rows, columns = (slice(c - half_side_px, c + half_side_px) for c in (71, 82))
+    center_px = (82.3 - columns.start, 71.4 - rows.start)
+    press = replace(whole, difference=whole.difference[rows, columns], center_px=center_px)
+    pixels = training_pixels("default", press, 0, 0, FEW + 1)
+    assert len(np.unique(pixels.place)) == len(pixels)
+    x_mm, y_mm = offsets_mm(press.size_px, press.center_px, MM_PER_PX)
+    away = np.hypot(x_mm, y_mm).ravel()
+    flat = ~pixels.contact & ~pixels.gradient.any(1)
+    nearest_mm = 0.95 * DEEP_FLAT_FROM * TRUE_MM
+    assert flat.any() == (away.max() > nearest_mm)
+    assert (away[pixels.place[flat]] > nearest_mm).all()
+
+
 @pytest.mark.parametrize("share", [1.0, 1.1 * DEEPEST * BALL_MM / TRUE_MM])
 def test_how_deep_a_ball_goes_is_told_by_its_fitted_circle(share):
     press = elastic_press(share * TRUE_MM)
@@ -299,43 +309,6 @@ def test_how_deep_a_ball_goes_is_told_by_its_fitted_circle(share):
     radius_mm = fit_elastic(press).radius_mm
     rim_mm = np.sqrt(BALL_MM**2 - radius_mm**2)
     np.testing.assert_allclose(cap, (BALL_MM - rim_mm) / 14.0, rtol=5e-3)  # the shorter side
-
-
-def test_drift_of_the_whole_frame_is_taken_off_but_a_contacts_colour_is_not():
-    difference = elastic_press(TRUE_MM).difference
-    drift = np.float32([0.03, -0.02, 0.01])
-    np.testing.assert_allclose(settled(difference + drift), settled(difference), atol=1e-6)
-    flooded = np.full_like(difference, 3 * LARGEST_DRIFT)
-    np.testing.assert_allclose(settled(flooded), 2 * LARGEST_DRIFT, atol=1e-6)
-
-
-@pytest.mark.parametrize("size_px", [(320, 240), (640, 480), (200, 150)])
-def test_what_fills_most_of_the_frame_does_not_pass_for_drift(size_px):
-    width, height = size_px
-    x, y = np.meshgrid(np.linspace(-1, 1, width), np.linspace(-1, 1, height))
-    bumps = 0.03 * (np.sin(9 * x) ** 2 + np.sin(7 * y) ** 2) * (np.maximum(abs(x), abs(y)) < 0.8)
-    noise = np.random.default_rng(0).normal(0, 0.002, (height, width, 3))
-    difference = np.float32(noise - bumps[..., None])
-    assert np.median(difference) < -0.015
-    np.testing.assert_allclose(settled(difference)[bumps == 0].mean(0), 0, atol=0.002)
-
-
-@pytest.mark.parametrize("black", [0, 0.2, 0.4])
-def test_what_is_black_does_not_hide_the_drift(black):
-    difference = np.random.default_rng(0).normal(0.02, 0.004, (240, 320, 3)).astype(np.float32)
-    difference[:, : round(black * 320)] = 0
-    np.testing.assert_allclose(settled(difference)[:, 200:].mean((0, 1)), 0, atol=0.003)
-
-
-@given(st.floats(0, 0.99 * STEEPEST_SLOPE), st.floats(0, 6.3))
-def test_normals_and_slopes_are_each_others_inverse(steepness, azimuth):
-    slopes = np.float32([[steepness * np.cos(azimuth), steepness * np.sin(azimuth)]])
-    np.testing.assert_allclose(slopes_of(normal_of(slopes)), slopes, rtol=1e-4, atol=1e-6)
-
-
-def test_no_slope_is_steeper_than_the_bound():
-    wild = np.random.default_rng(0).normal(size=(100, 2)).astype(np.float32) * 3
-    assert np.linalg.norm(slopes_of(wild), axis=1).max() <= STEEPEST_SLOPE * (1 + 1e-6)
 
 
 def test_most_unseen_truths_lie_in_their_interval_and_few_in_a_fifth_of_it(tmp_path, monkeypatch):
