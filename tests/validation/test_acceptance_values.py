@@ -10,7 +10,8 @@ import pytest
 
 from recon.pixels import BallPress
 from recon.presses import read_presses
-from tests.validation.sensors import accepted_on, dotted_set, unit_of
+from sensor.dataset import read_dataset, write_labels
+from tests.validation.sensors import accepted_on, dotted_set, failed_of, unit_of
 from validation.acceptance.errors import (
     fewer_lights,
     fit_fewer_lights,
@@ -354,3 +355,13 @@ def test_bends_are_shares_of_the_spacing_and_few_dots_are_no_grid():
     assert shares[0] == pytest.approx(bow.std(), rel=0.1)
     few = points[(rows < 3) & (columns < 3)]
     assert len(few) < LEAST_DOTS and bent_grid_share(few) is None
+
+
+def test_few_presses_fail_their_own_limit_however_small_their_errors(calibration, broken):
+    spread = sorted(broken.labels, key=lambda label: label.center_x_px)[::3]
+    write_labels(broken.folder / "labels.csv", spread)
+    found = accepted_on(calibration, read_dataset(broken.folder))
+    assert found.values["judged_presses"] == {"": len(spread)} == {"": 4}
+    failed = {name for name in failed_of(found) if not name.startswith("fewer_lights")}
+    assert {"judged_presses"} <= failed <= {"judged_presses", "covered_share"}
+    assert any("4 presses: too few to trust" in doubt for doubt in found.doubts)

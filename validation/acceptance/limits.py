@@ -13,7 +13,7 @@ as "RG"; "" where there is one value alone."""
 Measured = Mapping[str, Parts]
 """By the names of ``LIMITS``; what could not be measured is absent."""
 GROUPS = ("Errors", "Lights", "Gel", "Picture")
-COUNTED = ("colours", "steps")
+COUNTED = ("colours", "presses", "steps")
 """Units of what is counted, which has whole limits."""
 DEAD_GRAY_LEVELS = 4.0
 """Contrast below which a colour says nothing about slopes."""
@@ -91,7 +91,7 @@ LIMITS = (
         unit="°",
         grade_a=7.0,
         grade_b=12.0,
-        reason="half as much again as with all lights: each colour must contribute its share",
+        reason="1.5 to 1.75 times that of all lights: each colour must contribute its share",
     ),
     Limit(
         group="Errors",
@@ -130,6 +130,15 @@ LIMITS = (
         grade_b=20.0,
         reason="a small error on shallow slopes means little; a radius stated too large flattens"
         " slopes too",
+    ),
+    Limit(
+        group="Errors",
+        name="judged_presses",
+        title="presses that it is judged by",
+        unit="presses",
+        grade_a=10.0,
+        grade_b=5.0,
+        reason="single presses scatter: what so few of them show may be luck",
     ),
     Limit(
         group="Lights",
