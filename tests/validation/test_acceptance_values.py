@@ -361,7 +361,7 @@ def test_few_presses_fail_their_own_limit_however_small_their_errors(calibration
     spread = sorted(broken.labels, key=lambda label: label.center_x_px)[::3]
     write_labels(broken.folder / "labels.csv", spread)
     found = accepted_on(calibration, read_dataset(broken.folder))
-    assert found.values["judged_presses"] == {"": len(spread)} == {"": 4}
+    assert found.values["usable_presses"] == {"": len(spread)} == {"": 4}
     failed = {name for name in failed_of(found) if not name.startswith("fewer_lights")}
-    assert {"judged_presses"} <= failed <= {"judged_presses", "covered_share"}
+    assert {"usable_presses"} <= failed <= {"usable_presses", "covered_share"}
     assert any("4 presses: too few to trust" in doubt for doubt in found.doubts)

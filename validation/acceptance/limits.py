@@ -133,8 +133,8 @@ LIMITS = (
     ),
     Limit(
         group="Errors",
-        name="judged_presses",
-        title="presses that it is judged by",
+        name="usable_presses",
+        title="usable presses of the set",
         unit="presses",
         grade_a=10.0,
         grade_b=5.0,

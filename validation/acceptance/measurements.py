@@ -142,7 +142,7 @@ def accept_unit(
         **error_values(errors, card, is_fresh),
         **ball_radius_values(errors, card, is_fresh),
         **steepest_values(judged.presses),
-        "judged_presses": {"": float(len(judged.presses))},
+        "usable_presses": {"": float(len(presses.presses))},
         **light_values(response, channels, card.lights_deg, unseen is None),
         **still,
         **blank_values(gel, channels),
