@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from sensor.errors import WedgeError
@@ -21,6 +22,9 @@ CHECKS = {
     "docs": "mkdocs build --strict --site-dir build/docs",
 }
 
+AT_ONCE = 2
+"""Processes beside each other, of checks and then of tests: most machines have two cores."""
+
 
 def main() -> int:
     """Run every check of the project, print a line for each, and the tests last.
@@ -33,8 +37,10 @@ def main() -> int:
     Anything after `wedge test` goes to pytest, and then only pytest runs: `wedge test -k poisson`.
     """
     _require_checkout()
-    failed = [name for name, command in CHECKS.items() if not _passes(name, command)]
-    if run_pytest(["--numprocesses=2"]) != 0:
+    with ThreadPoolExecutor(AT_ONCE) as pool:
+        passed = pool.map(_passes, CHECKS, CHECKS.values())
+        failed = [name for name, well in zip(CHECKS, passed, strict=True) if not well]
+    if run_pytest([f"--numprocesses={AT_ONCE}"]) != 0:
         failed.append("tests")
     if failed:
         print(f"wedge: failed: {', '.join(failed)}", file=sys.stderr)
@@ -52,9 +58,8 @@ def _passes(name: str, command: str) -> bool:
     start_s = time.perf_counter()
     done = _run(*command.split(), output=subprocess.PIPE)
     verdict = "failed" if done.returncode else "ok"
-    print(f"{name:8}{verdict:8}{time.perf_counter() - start_s:5.1f} s", flush=True)
-    if done.returncode:
-        print(done.stdout.rstrip(), flush=True)
+    said = f"\n{done.stdout.rstrip()}" if done.returncode else ""
+    print(f"{name:8}{verdict:8}{time.perf_counter() - start_s:5.1f} s{said}", flush=True)
     return done.returncode == 0
 
 
