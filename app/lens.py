@@ -9,7 +9,7 @@ import tyro
 
 from app._output import OutputFile, print_table, refuse_unit_folder
 from app._progress import progress
-from sensor.dataset import CARD_FILE, IMAGES, LABELS_FILE, LENS_FILE, read_dataset
+from sensor.dataset import CARD_FILE, LABELS_FILE, LENS_FILE, read_dataset
 from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_atomic
 
@@ -90,9 +90,11 @@ def main(
 
 
 def _pictures(folder: Path) -> list[Path]:
+    from recon.picture_names import picture_names
+
     if not folder.is_dir():
         raise WedgeError(f"{folder} is not a folder: name one with pictures of a chessboard.")
-    pictures = sorted(path for path in folder.iterdir() if path.suffix.lower() in IMAGES)
+    pictures = [folder / name for name in picture_names(folder)]
     if not pictures:
         raise WedgeError(f"{folder} holds no pictures: name a folder with some of a chessboard.")
     return pictures

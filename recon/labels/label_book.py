@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from recon.images import frame_count
+from recon.picture_names import in_order, picture_names
 from sensor.dataset import (
-    IMAGES,
     LABELS_FILE,
     BallLabel,
     Dataset,
@@ -54,12 +54,7 @@ def pressed_frames(folder: Path, card: DatasetCard) -> list[str]:
         WedgeError: ``frames.npz`` is damaged, or ``labels.csv`` cannot keep an image's name.
     """
     blank = {frame_name(name) for name in card.background}
-    images = sorted(
-        path.name
-        for path in folder.iterdir()
-        if path.suffix.lower() in IMAGES and not path.name.startswith(".")  # as a Mac's ._press.png
-    )
-    names = [name for name in images if name not in blank]
+    names = [name for name in picture_names(folder) if name not in blank]
     for name in names:
         refuse_name(folder / name)
     archive = folder / "frames.npz"
@@ -235,8 +230,11 @@ class LabelBook:
         """
         with alone_in(self.folder):
             self.catch_up()
-            found = {frame_name(label.file): label for label in labels}
-            found = {name: found[name] for name in found.keys() - self._changed_by_others}
+            found = {
+                name: label
+                for label in labels
+                if (name := frame_name(label.file)) not in self._changed_by_others
+            }
             self._write(self._labels | found, self._no_ball.difference(found))
 
     def remove(self, file: str) -> None:
@@ -302,7 +300,7 @@ class LabelBook:
 
     def _write_no_ball(self, before: frozenset[str], after: frozenset[str]) -> None:
         if after != before:
-            lines = [f"{file}\n" for file in sorted(after, key=_by_number)]
+            lines = [f"{file}\n" for file in sorted(after, key=in_order)]
             write_atomic(self.folder / NO_BALL_FILE, "".join(lines).encode())
 
 
@@ -313,15 +311,15 @@ def doubtful_first(files: Sequence[str], book: LabelBook) -> list[str]:
     somebody has looked at already.
     """
 
-    def doubt(file: str) -> tuple[int, float, tuple[str, int]]:
+    def doubt(file: str) -> tuple[int, float]:
         label = book.label(file)
         if label is None:
             seen = book.has_no_ball(file)
-            return (2 if seen else 1), (CERTAIN if seen else 0.0), _by_number(file)
+            return (2 if seen else 1), (CERTAIN if seen else 0.0)
         quality = CERTAIN if label.quality is None else label.quality
-        return (2 if quality >= CERTAIN else 0), quality, _by_number(file)
+        return (2 if quality >= CERTAIN else 0), quality
 
-    return sorted(files, key=doubt)
+    return sorted(files, key=lambda file: (*doubt(file), in_order(file)))
 
 
 def _known(dataset: Dataset) -> tuple[dict[str, BallLabel], frozenset[str]]:
@@ -347,12 +345,4 @@ def _read_no_ball(path: Path) -> frozenset[str]:
 
 def _in_order(labels: Mapping[str, BallLabel]) -> tuple[BallLabel, ...]:
     """By the names of their frames."""
-    return tuple(labels[name] for name in sorted(labels, key=_by_number))
-
-
-def _by_number(file: str) -> tuple[str, int]:
-    """Sorts press2 before press10."""
-    stem = file.rsplit(".", 1)[0] if "#" not in file else file
-    digits = len(stem) - len(stem.rstrip("0123456789"))
-    number = stem[len(stem) - digits :] if digits else ""
-    return stem[: len(stem) - digits], int(number[:18] or -1)
+    return tuple(labels[name] for name in sorted(labels, key=in_order))

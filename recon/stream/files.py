@@ -3,7 +3,6 @@
 """Frames that lie on a disk, and a camera on USB: images, archives, videos, datasets."""
 
 import os
-import re
 import threading
 import time
 from abc import ABC, abstractmethod
@@ -14,8 +13,9 @@ import cv2
 
 from recon.arrays import Frame
 from recon.images import frame_count, read_frame
+from recon.picture_names import picture_names
 from recon.stream.frame import Counts, TimedFrame
-from sensor.dataset import IMAGES, frame_name, read_dataset
+from sensor.dataset import frame_name, read_dataset
 from sensor.errors import WedgeError
 
 os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # a line for each damaged block, else
@@ -89,7 +89,7 @@ class FolderSource(_Pixels):
             WedgeError: the folder holds none.
         """
         super().__init__(str(folder))
-        self.names = names or _images_in(folder)
+        self.names = names or picture_names(folder)
         """In their order."""
         self._folder, self._fps = folder, fps
         if not self.names:
@@ -194,13 +194,4 @@ def _frames_in(folder: Path) -> list[str]:
     """Images by name, then those of an archive."""
     archive = folder / "frames.npz"
     inside = frame_count(archive) if archive.is_file() else 0
-    return [*_images_in(folder), *(f"{archive.name}#{i}" for i in range(inside))]
-
-
-def _images_in(folder: Path) -> list[str]:
-    names = [path.name for path in folder.iterdir() if path.suffix.lower() in IMAGES]
-    return sorted(names, key=_natural)
-
-
-def _natural(name: str) -> list[tuple[int, str]]:
-    return [(int(x), "") if x.isdecimal() else (-1, x) for x in re.split(r"(\d+)", name)]
+    return [*picture_names(folder), *(f"{archive.name}#{i}" for i in range(inside))]

@@ -22,7 +22,8 @@ def chessboards(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("chessboards")
     for number, tilt in enumerate(TILTS):
         write_image(folder / f"board{number}.png", rendered(tilt, number))
-    (folder / "notes.txt").write_text("squares of 5 mm")
+    for name in ("notes.txt", "._board1.png"):  # a Mac's
+        (folder / name).write_text("squares of 5 mm")
     return folder
 
 

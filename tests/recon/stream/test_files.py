@@ -63,6 +63,13 @@ def test_images_are_taken_in_the_order_of_their_numbers(tmp_path: Path) -> None:
         assert [int(frame.image()[0, 0, 0]) for frame in source] == [20 * i for i in range(12)]
 
 
+def test_what_a_mac_hides_beside_pictures_is_no_frame(tmp_path: Path) -> None:
+    folder = folder_of_images(tmp_path / "images", 3)
+    (folder / "._frame2.png").write_bytes(b"resources")
+    with open_source(folder) as source:
+        assert [frame.flaw for frame in source] == [""] * 3
+
+
 @pytest.mark.parametrize("labels", ["none", "no presses", "one press"])
 @pytest.mark.parametrize("in_npz", [False, True])
 def test_a_dataset_without_labels_gives_all_its_pictures(
