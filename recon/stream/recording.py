@@ -180,7 +180,7 @@ class McapSource:
             self.counts.remark = (
                 f"{path} also holds {', '.join(sorted(others))}: `wedge replay --sensor` plays it."
             )
-        owner = self._topic.split("/")[1]
+        owner = self._topic.strip("/").partition("/")[0]
         self.unit = {
             name: attached[f"{owner}/{name}"]
             for name in UNIT_FILES

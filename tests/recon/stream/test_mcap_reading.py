@@ -5,8 +5,10 @@
 import random
 import struct
 import tracemalloc
+from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
+from types import MappingProxyType
 
 import pytest
 import zstandard
@@ -31,6 +33,9 @@ def packed(
     packing: CompressionType,
     messages: list[bytes],
     encoding: str = "cdr",
+    *,
+    topic: str = TOPIC,
+    attached: Mapping[str, bytes] = MappingProxyType({}),
     **options: bool,
 ) -> Path:
     """A recording as others write them."""
@@ -40,7 +45,9 @@ def packed(
         schema = writer.register_schema(
             COMPRESSED_IMAGE.name, "ros2msg", COMPRESSED_IMAGE.definition.encode()
         )
-        channel = writer.register_channel(TOPIC, encoding, schema)
+        channel = writer.register_channel(topic, encoding, schema)
+        for name, content in attached.items():
+            writer.add_attachment(0, 0, name, "application/octet-stream", content)
         for index, message in enumerate(messages):
             time_ns = frame(index).time_ns
             writer.add_message(channel, time_ns, message, time_ns)
@@ -231,3 +238,22 @@ def test_images_in_another_encoding_are_none_that_can_be_read(tmp_path: Path) ->
     path = packed(tmp_path / "a.mcap", CompressionType.NONE, MESSAGES[:3], encoding="json")
     with pytest.raises(WedgeError, match="has no topic with compressed images"):
         McapSource(path)
+
+
+@pytest.mark.parametrize(
+    "topic", ["cam", "cam/image", "/cam", "/cam/image_raw/compressed", "//cam/"]
+)
+def test_a_topic_of_any_spelling_belongs_to_its_first_word(tmp_path: Path, topic: str) -> None:
+    unit = {"cam/unit.toml": b"serial = 7", "image/unit.toml": b"serial = 8"}
+    path = tmp_path / "a.mcap"
+    source = McapSource(
+        packed(path, CompressionType.NONE, MESSAGES[:3], topic=topic, attached=unit)
+    )
+    assert source.unit == {"unit.toml": b"serial = 7"}
+    assert [item.jpeg for item in source] == [frame(index).jpeg for index in range(3)]
+
+
+@pytest.mark.parametrize("topic", ["", "/"])
+def test_a_topic_without_a_word_is_nobody_s(tmp_path: Path, topic: str) -> None:
+    path = packed(tmp_path / "a.mcap", CompressionType.NONE, MESSAGES[:3], topic=topic)
+    assert McapSource(path).unit == {} and len(list(McapSource(path))) == 3
