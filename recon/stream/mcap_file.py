@@ -9,21 +9,16 @@ lest most of what is written were the index again and again.
 See https://mcap.dev/spec.
 """
 
-import errno
-import os
-import signal
 import struct
-import subprocess
-import sys
 import zlib
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from recon.stream import keeper
+from recon.stream.outliving import OutlivingFile
 from recon.stream.uninterrupted import uninterrupted
 from sensor.errors import WedgeError
 from sensor.extras import how_to_install
@@ -108,21 +103,12 @@ class McapFile:
         """
         self._records = records = mcap_records()
         try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644)
+            self._file = OutlivingFile(path)
         except FileExistsError as error:
             raise WedgeError(f"{path} exists: name a new file.") from error
         except OSError as error:
             raise WedgeError(f"{path} cannot be written: {error.strerror}.") from error
         self._path = path
-        with _deaf():
-            self._keeper = subprocess.Popen(
-                [sys.executable, "-I", "-S", keeper.__file__, str(self._file)],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                pass_fds=(self._file,),
-                start_new_session=True,
-            )
         self._schemas: dict[MessageType, bytes] = {}
         self._channels: list[bytes] = []
         self._chunk = _Chunk()
@@ -159,8 +145,7 @@ class McapFile:
         try:
             self._write(head, self._written)
         except WedgeError:  # leave no file that is none, nor its writer
-            self._let_go()
-            path.unlink(missing_ok=True)
+            self._file.remove()
             raise
 
     def add_channel(
@@ -269,23 +254,17 @@ class McapFile:
         Raises:
             WedgeError: the disk is full.
         """
-        if self._file >= 0:
+        if not self._file.closed:
             try:
                 self.flush()
                 if self._index.start > self._end:
                     with suppress(OSError):  # the file is as whole with room in it
                         self._place(b"", self._index_at(self._end, self._written))
-                os.fsync(self._file)
+                self._file.sync()
             except OSError as error:
                 raise self._unwritable(error) from error
             finally:
-                self._let_go()
-
-    def _let_go(self) -> None:
-        """End the writer and close the file."""
-        self._keeper.communicate()
-        os.close(self._file)
-        self._file = -1
+                self._file.close()
 
     def _unwritable(self, error: OSError) -> WedgeError:
         return WedgeError(f"{self._path} cannot be written: {error.strerror}.")
@@ -315,11 +294,11 @@ class McapFile:
         there = self._there(index)
         rest = index.start + there, index.content[there:]
         try:
-            self._put((self._end, content + _room(index.start - end)), rest)
+            self._file.put((self._end, content + _room(index.start - end)), rest)
         except OSError:
             with suppress(OSError):  # where the disk is full, there is room for what was there
                 room = _room(before.start - self._end)
-                self._put((self._end, room), (before.start, before.content))
+                self._file.put((self._end, room), (before.start, before.content))
             raise
         self._end, self._index = end, index
 
@@ -328,16 +307,6 @@ class McapFile:
         there = self._index.content[: self._index.lasting]
         lasts = index.start == self._index.start and index.content.startswith(there)
         return len(there) if lasts else 0
-
-    def _put(self, *pieces: keeper.Piece) -> None:
-        """Have all of them written, and the file end with the last."""
-        assert self._keeper.stdin and self._keeper.stdout
-        self._keeper.stdin.write(keeper.request(*pieces))
-        self._keeper.stdin.flush()
-        answer = self._keeper.stdout.read(keeper.ANSWER.size)
-        number = keeper.ANSWER.unpack(answer)[0] if answer else errno.EPIPE
-        if number:
-            raise OSError(number, os.strerror(number))
 
     def _index_at(self, start: int, written: _Written) -> _Index:
         """What is to stand behind the data and the room, which end there."""
@@ -373,22 +342,6 @@ class McapFile:
 def _room(length: int) -> bytes:
     """The head of a record of that length, whose content is a hole; none where there is no room."""
     return _RECORD.pack(_OTHERS_CODE, length - _RECORD.size) if length else b""
-
-
-@contextmanager
-def _deaf() -> Iterator[None]:
-    """Begin a process that signals do not end: they are for the recorder, which then finishes.
-
-    A service that is stopped sends them to all its processes. What is blocked here stays so there,
-    from its first instruction on; this process hears of it afterwards, or in another thread.
-    """
-    before = signal.pthread_sigmask(
-        signal.SIG_BLOCK, (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-    )
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _bytes(record: Any) -> bytes:

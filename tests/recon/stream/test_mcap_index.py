@@ -16,6 +16,7 @@ from mcap.reader import NonSeekingReader, make_reader
 
 from recon.stream import McapSource, keeper
 from recon.stream.mcap_file import McapFile, MessageType
+from recon.stream.outliving import OutlivingFile
 from recon.stream.ros import COMPRESSED_IMAGE, FORMAT, CompressedImage
 from sensor.errors import WedgeError
 from tests.recon.stream.servers import FRAMES
@@ -92,7 +93,8 @@ def test_who_is_asked_to_end_amid_a_write_hears_of_it_behind(
     try:
         for index in range(3):
             add(file, channel, index)
-        file._keeper.stdin = AskedAmid(file._keeper.stdin, number)
+        writer = file._file._keeper
+        writer.stdin = AskedAmid(writer.stdin, number)
         with pytest.raises(AskedToEnd):
             file.close() if closes else file.flush()
         assert file.kept == {channel: 3}
@@ -107,13 +109,13 @@ def test_who_is_asked_to_end_amid_a_write_hears_of_it_behind(
 def test_of_what_is_written_little_is_index_and_it_is_there_after_every_write(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    put, written = McapFile._put, []
+    put, written = OutlivingFile.put, []
 
-    def counted(file: McapFile, *pieces: keeper.Piece) -> None:
+    def counted(file: OutlivingFile, *pieces: keeper.Piece) -> None:
         written.append(sum(len(content) for _, content in pieces))
         put(file, *pieces)
 
-    monkeypatch.setattr(McapFile, "_put", counted)
+    monkeypatch.setattr(OutlivingFile, "put", counted)
     file, path = McapFile(tmp_path / "touch.mcap", {}), tmp_path / "touch.mcap"
     channel = file.add_channel("/a/compressed", COMPRESSED_IMAGE)
     for index in range(1200):
@@ -164,15 +166,15 @@ def test_a_chunk_may_fill_the_room_to_any_byte(tmp_path: Path, left: int) -> Non
 def test_a_disk_that_is_full_within_the_room_costs_one_chunk(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    put = McapFile._put
+    put = OutlivingFile.put
 
-    def full(file: McapFile, *pieces: keeper.Piece) -> None:
-        monkeypatch.setattr(McapFile, "_put", put)
+    def full(file: OutlivingFile, *pieces: keeper.Piece) -> None:
+        monkeypatch.setattr(OutlivingFile, "put", put)
         os.pwrite(file._file, pieces[0][1][:99], pieces[0][0])
         raise OSError(errno.ENOSPC, "No space left on device")
 
     file, channel, count = with_room(path := tmp_path / "touch.mcap")
-    monkeypatch.setattr(McapFile, "_put", full)
+    monkeypatch.setattr(OutlivingFile, "put", full)
     with pytest.raises(WedgeError, match=r"touch\.mcap cannot be written: No space left"):
         add(file, channel, count)
     assert times(path) == list(range(count - 1))  # the last one is in memory

@@ -25,6 +25,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from recon.stream import McapSource, Recorder, TimedFrame, keeper
 from recon.stream.mcap_file import McapFile, MessageType
+from recon.stream.outliving import OutlivingFile
 from recon.stream.ros import COMPRESSED_IMAGE, FORMAT, CompressedImage
 from sensor.errors import WedgeError
 from tests.recon.stream.servers import FRAMES
@@ -255,36 +256,6 @@ def test_at_every_length_that_a_write_can_leave_what_is_whole_is_read(tmp_path: 
     assert counts[-1] >= 120
 
 
-def test_what_asks_all_processes_to_end_costs_no_frame(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    asked = tmp_path / "asked.py"  # at the writer's first moment
-    asked.write_text(
-        "import os, runpy, signal\n"
-        "for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGINT):\n"
-        "    os.kill(os.getpid(), number)\n"
-        f"runpy.run_path({keeper.__file__!r}, run_name='__main__')\n"
-    )
-    monkeypatch.setattr(keeper, "__file__", str(asked))
-    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, ())
-    assert len(read_with_mcap(record(tmp_path / "touch.mcap", 90))) == 90
-    assert signal.pthread_sigmask(signal.SIG_BLOCK, ()) == blocked
-
-
-def test_a_writer_whose_recorder_is_gone_finishes_and_says_nothing(tmp_path: Path) -> None:
-    with (tmp_path / "file").open("wb") as file:
-        command = [sys.executable, "-I", "-S", keeper.__file__, str(file.fileno())]
-        with subprocess.Popen(
-            command, stdin=PIPE, stdout=PIPE, stderr=PIPE, pass_fds=(file.fileno(),)
-        ) as process:
-            process.stdout.close()
-            process.stdin.write(keeper.request((0, b"whole")))
-            process.stdin.write(keeper.request((5, b"more"), (9, b"half"))[:-1])
-            process.stdin.close()
-            assert process.stderr.read() == b""
-    assert process.returncode == 0 and (tmp_path / "file").read_bytes() == b"whole"
-
-
 @contextmanager
 def files_of_at_most(size: int) -> Iterator[None]:
     """A disk that is full beyond so many bytes."""
@@ -314,7 +285,7 @@ def test_a_full_disk_is_a_sentence_and_costs_no_more_than_the_last_second(tmp_pa
 def test_what_a_full_disk_refused_is_written_where_there_is_room_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, chunks: int
 ) -> None:
-    def full(_file: McapFile, *_pieces: keeper.Piece) -> None:
+    def full(_file: OutlivingFile, *_pieces: keeper.Piece) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
     path, kept, refused = tmp_path / "touch.mcap", [], []
@@ -322,7 +293,7 @@ def test_what_a_full_disk_refused_is_written_where_there_is_room_again(
         for index in range(60 * chunks + 150):  # a chunk has 60
             with monkeypatch.context() as patch:
                 if 30 <= index - 60 * chunks < 70:
-                    patch.setattr(McapFile, "_put", full)
+                    patch.setattr(OutlivingFile, "put", full)
                 try:
                     recorder.add("wedge", frame(index))
                     kept.append(frame(index).time_ns)
