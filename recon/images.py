@@ -154,10 +154,15 @@ def read_frame(folder: Path, name: str) -> Frame:
     path = folder / file
     _refuse_no_file(path)
     frames = _npz_frames(path, path.stat().st_mtime_ns)
-    if not index.isdecimal() or len(index) > MOST_DIGITS or int(index) >= len(frames):
+    if not is_one_of(len(frames), index):
         raise WedgeError(f"{path} has no frame {index[:MOST_DIGITS]!r}: it holds {len(frames)}.")
     frame: Frame = frames[int(index)]
     return frame
+
+
+def is_one_of(count: int, number: str) -> bool:
+    """Whether what stands behind a ``#`` is the number of one of so many frames."""
+    return number.isdecimal() and len(number) <= MOST_DIGITS and int(number) < count
 
 
 def frame_count(archive: Path) -> int:

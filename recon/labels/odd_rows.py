@@ -4,7 +4,7 @@
 
 from pathlib import Path
 
-from recon.images import frame_count
+from recon.images import frame_count, is_one_of
 from sensor.dataset import BallLabel, frame_name
 
 
@@ -19,7 +19,7 @@ def has_frame(folder: Path, file: str) -> bool:
         return False
     if "#" not in file:
         return True
-    return number.isdecimal() and int(number) < frame_count(folder / name)
+    return is_one_of(frame_count(folder / name), number)
 
 
 def is_outside(label: BallLabel, size_px: tuple[int, int]) -> bool:

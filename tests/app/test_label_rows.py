@@ -14,13 +14,15 @@ from tests.app.test_commands import refused, run
 from tests.synthetic import make_dataset
 
 
-@pytest.mark.parametrize("in_npz", [False, True])
+@pytest.mark.parametrize(("in_npz", "digits"), [(False, 0), (True, 0), (True, 5000)])
 def test_rows_without_a_frame_and_circles_outside_it_are_named(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], in_npz: bool
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], in_npz: bool, digits: int
 ) -> None:
     dataset = make_dataset(tmp_path / "set", presses=3, in_npz=in_npz)
     first, *others = dataset.labels
     lost = "frames.npz#3" if in_npz else "gone.png"
+    if digits:
+        lost = "frames.npz#" + digits * "9"  # more than int() takes
     away = replace(first, center_x_px=242500.0)
     write_labels(dataset.folder / "labels.csv", [away, *others, replace(first, file=lost)])
     assert run("label", dataset.folder, "--no-page") == 0
