@@ -13,7 +13,7 @@ from recon.arrays import Frame, Unwarped
 from recon.ball import offsets_mm
 from recon.coverage import Coverage
 from recon.geometry.lens import Lens, read_lens
-from recon.geometry.unwarp import Unwarp, prepare_unwarp
+from recon.geometry.unwarp import Unwarp, is_within, prepare_unwarp
 from recon.images import read_frame
 from recon.markers.filling import fill_gradients
 from recon.markers.tracking import MarkerTracker, marker_tracker
@@ -283,7 +283,7 @@ def dataset_unwarp(dataset: Dataset, background: Frame, lens: Lens | None) -> Un
 def _check_inside(dataset: Dataset, label: BallLabel, size_px: tuple[int, int]) -> None:
     width, height = size_px
     x_px, y_px = label.center_x_px, label.center_y_px
-    if not (-0.5 <= x_px <= width - 0.5 and -0.5 <= y_px <= height - 0.5):
+    if not is_within((x_px, y_px), size_px):
         raise WedgeError(
             f"{dataset.folder / 'labels.csv'}: the centre of {label.file} ({x_px:g}, {y_px:g}) "
             f"lies outside the {width}x{height} frame."

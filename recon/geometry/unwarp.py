@@ -64,6 +64,11 @@ class Unwarp:
             raise WedgeError(f"the frame is {width}x{height} pixels, not {expected}.")
 
 
+def is_within(place_px: Pair, size_px: tuple[int, int]) -> bool:
+    """Whether a place lies in a frame of that size (width, height), its outer edges included."""
+    return all(-0.5 <= at <= side - 0.5 for at, side in zip(place_px, size_px, strict=True))
+
+
 def prepare_unwarp(
     frame_size_px: tuple[int, int],
     corners_px: Corners | None = None,
@@ -76,12 +81,15 @@ def prepare_unwarp(
         frame_size_px: (width, height) of the raw frames.
         corners_px: top left, top right, bottom right, bottom left of the pad, in raw pixels;
             ``None`` where the frames show the gel plane already.
-        size_px: (width, height) of the unwarped frames, needed with corners.
+        size_px: (width, height) of the unwarped frames, where there are corners.
         lens: removes the lens's distortion on the way.
 
     Raises:
-        WedgeError: a corner lies outside the frame, or the lens was measured on other frames.
+        WedgeError: a corner lies outside the frame, there are corners without a size or a size
+            without corners, or the lens was measured on other frames.
     """
+    if (corners_px is None) != (size_px is None):
+        raise WedgeError("corners_px and size_px must be given together.")
     if lens is not None and lens.frame_size_px != frame_size_px:
         raise WedgeError(
             f"the lens was measured on {'x'.join(map(str, lens.frame_size_px))} frames, but these "
@@ -110,11 +118,12 @@ def _to_ideal(
     lens: Lens | None,
 ) -> Float64[np.ndarray, "3 3"]:
     """Homography from unwarped pixels to pixels that a lens without distortion would see."""
-    for x_px, y_px in corners_px:
-        if not (-0.5 <= x_px <= frame_size_px[0] and -0.5 <= y_px <= frame_size_px[1]):
+    width, height = frame_size_px
+    for corner in corners_px:
+        if not is_within(corner, frame_size_px):
             raise WedgeError(
-                f"corners_px: ({x_px:g}, {y_px:g}) lies outside the "
-                f"{frame_size_px[0]}x{frame_size_px[1]} frame."
+                f"corners_px: ({corner[0]:g}, {corner[1]:g}) lies outside the {width}x{height} "
+                f"frame, which ends at -0.5, {width - 0.5:g} and {height - 0.5:g}."
             )
     seen = np.array(corners_px, dtype=np.float64)
     ideal = seen if lens is None else lens.undistort(seen)

@@ -4,6 +4,7 @@
 
 from pathlib import Path
 
+from recon.geometry.unwarp import is_within
 from recon.images import frame_count, is_one_of
 from sensor.dataset import BallLabel, frame_name
 
@@ -24,6 +25,4 @@ def has_frame(folder: Path, file: str) -> bool:
 
 def is_outside(label: BallLabel, size_px: tuple[int, int]) -> bool:
     """Whether a circle's centre lies outside the unwarped frame of that size (width, height)."""
-    width, height = size_px
-    inside = -0.5 <= label.center_x_px <= width - 0.5 and -0.5 <= label.center_y_px <= height - 0.5
-    return not inside
+    return not is_within((label.center_x_px, label.center_y_px), size_px)

@@ -160,10 +160,19 @@ def test_a_frame_of_another_size_is_refused(corners):
         unwarp(np.zeros((320, 240, 3), np.uint8))
 
 
-@pytest.mark.parametrize("corner", [(-1.0, 5.0), (321.0, 5.0), (10.0, 241.0), (10.0, -7.0)])
+@pytest.mark.parametrize(
+    "corner", [(-0.51, 5.0), (319.51, 5.0), (320.0, 5.0), (10.0, 239.51), (10.0, -7.0)]
+)
 def test_a_corner_outside_the_frame_is_refused_by_name(corner):
     with pytest.raises(WedgeError, match=r"corners_px: .* lies outside the 320x240 frame"):
         prepare_unwarp(RAW, (corner, *KEYSTONE[1:]), PAD)
+
+
+@pytest.mark.parametrize("given", [{"corners_px": KEYSTONE}, {"size_px": PAD}])
+@pytest.mark.parametrize("lens", [None, WIDE_LENS])
+def test_corners_without_a_size_and_a_size_without_corners_are_refused(given, lens):
+    with pytest.raises(WedgeError, match="corners_px and size_px must be given together"):
+        prepare_unwarp(RAW, lens=lens, **given)
 
 
 @pytest.mark.parametrize("corners", [None, KEYSTONE])
