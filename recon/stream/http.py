@@ -7,6 +7,7 @@ import errno
 import http.client
 import re
 import socket
+import ssl
 import threading
 import time
 import urllib.parse
@@ -291,6 +292,12 @@ def _reason(error: Exception) -> str:
         return "nothing listens at that port; start the camera server there"
     if isinstance(error, socket.gaierror):
         return "no machine with that name is known"
+    if isinstance(error, ssl.SSLCertVerificationError):  # a ValueError, too
+        why = error.verify_message.rstrip(".")
+        return (
+            f"its certificate is not trusted ({why}); if it is your own, name its file in the "
+            "environment variable SSL_CERT_FILE, or begin the address with http://"
+        )
     if isinstance(error, http.client.HTTPException | ValueError):
         return "the answer is not HTTP"
     return str(getattr(error, "strerror", None) or error or type(error).__name__)

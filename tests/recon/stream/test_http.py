@@ -8,8 +8,10 @@ import itertools
 import os
 import shutil
 import socket
+import ssl
 import threading
 import time
+from http.client import HTTPSConnection
 
 import pytest
 
@@ -269,6 +271,19 @@ def test_no_way_there_is_a_sentence(
     monkeypatch.setattr(socket, "create_connection", fail)
     with pytest.raises(WedgeError, match=sentence):
         HttpSource("http://10.55.0.1:8080")
+
+
+def test_a_certificate_that_nobody_vouches_for_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    def distrust(*_: object) -> None:
+        error = ssl.SSLCertVerificationError(1, "[SSL: CERTIFICATE_VERIFY_FAILED]")
+        error.verify_message = "self-signed certificate"  # as Python sets it
+        raise error
+
+    monkeypatch.setattr(HTTPSConnection, "connect", distrust)
+    with pytest.raises(
+        WedgeError, match=r"not trusted \(self-signed certificate\); .*SSL_CERT_FILE"
+    ):
+        HttpSource("https://wedge-pi.local:8080")
 
 
 def test_parts_that_are_no_jpegs_are_refused() -> None:
