@@ -86,12 +86,14 @@ class Follower:
         self._looked_s = 0.0
         self._track = Tracker()
         self._object_number = 0
-        self._touched_s = 0.0
+        self._touched_s: float | None = None
+        """When the object last touched; ``None`` before it has."""
 
     def begin_anew(self) -> None:
         """Take what touches next for another object."""
         self._track = Tracker()
         self._object_number += 1
+        self._touched_s = None
 
     def __call__(self, frame: Frame, touch: Skin, now_s: float) -> Felt:
         """Take in a frame and what was reconstructed of it, at a time that only grows."""
@@ -114,7 +116,7 @@ class Follower:
         found = followed(self._track, kept, doubt)
         if found.reason != "nothing touches":
             self._touched_s = now_s
-        elif now_s - self._touched_s > FORGET_S:
+        elif self._touched_s is not None and now_s - self._touched_s > FORGET_S:
             self.begin_anew()
         return Felt(
             image=image,

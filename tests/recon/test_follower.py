@@ -36,11 +36,22 @@ def test_after_a_second_without_touch_the_next_object_is_new():
         (0.2, second, "tracking", 0),
         (0.3, blank(), "lost", 0),
         (0.4 + FORGET_S, blank(), "lost", 1),
-        (0.5 + FORGET_S, second, "tracking", 1),
+        (0.5 + FORGET_S, blank(), "lost", 1),  # no object has come yet
+        (0.6 + 2 * FORGET_S, blank(), "lost", 1),
+        (0.7 + 2 * FORGET_S, second, "tracking", 1),
     ):
         felt = follow(unit.background, touch, now_s)
         assert (felt.pose.state, felt.object_number, felt.dots) == (state, number, None)
     np.testing.assert_array_equal(felt.pose.T_sensor_object, np.eye(4))
+
+
+def test_the_first_object_is_the_first_whenever_it_comes():
+    unit = make_unit(SIZE_PX)
+    follow = Follower(unit)
+    for now_s, touch in ((1e5, blank()), (2e5, blank()), (3e5, bead_pair(0)[0])):
+        assert follow(unit.background, touch, now_s).object_number == 0
+    follow.begin_anew()
+    assert follow(unit.background, blank(), 4e5).object_number == 1
 
 
 def test_what_is_felt_outlives_the_next_frame():
