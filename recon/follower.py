@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool
 
-from recon.arrays import ContactMask, DepthMap, Frame, GradientField, Unwarped
+from recon.arrays import Frame, GradientField, Unwarped
 from recon.calibration import Calibration
 from recon.cloud import Skin
 from recon.integration.poisson import Boundary
@@ -15,8 +15,8 @@ from recon.markers.tracking import Tracked
 from recon.markers.watch import DotWatch
 from recon.plausible import STRANGE, doubt_word
 from recon.pose.estimate import PoseEstimate
+from recon.pose.registration import OwnTouch
 from recon.pose.tracker import Tracker
-from sensor.toml import Pair
 
 LOOK_AGAIN_S = 1.0
 """After so long it is seen whether dots that do not belong are still there: finding them takes many
@@ -28,21 +28,13 @@ TRUSTED_MARKERS = ("none", "tracked", "jumped")
 
 
 @dataclass(frozen=True, kw_only=True)
-class KeptTouch:
+class KeptTouch(OwnTouch):
     """A touch that the next frame does not overwrite."""
 
-    gradient: GradientField
-    """(h, w, 2): slopes of the depth along x and y, mm/mm."""
-    depth_mm: DepthMap
-    """(h, w) float32, mm, positive where pushed in; noise may leave some below zero."""
-    contact: ContactMask
-    """(h, w): where something touches."""
     disturbed: Bool[np.ndarray, "_ _"]
     """Where the colour changed; of as many pixels as the frame, or of its quarter."""
     boundary: Boundary
     """``"dirichlet"``: the border was held at zero; ``"neumann"``: left free as gel moved there."""
-    mm_per_px: Pair
-    """Pixel pitch along x and y."""
     slope_error: GradientField | None
     """Standard deviation expected of each slope's error; ``None`` where it is not known."""
 
@@ -100,7 +92,7 @@ class Follower:
         kept = KeptTouch(
             gradient=touch.gradient.copy(),
             depth_mm=touch.depth_mm.copy(),
-            contact=touch.contact,
+            contact=touch.contact.copy(),
             disturbed=touch.disturbed,
             boundary=touch.boundary,
             mm_per_px=touch.mm_per_px,

@@ -50,24 +50,30 @@ class Touch(Protocol):
 
 
 @dataclass(frozen=True, kw_only=True)
-class KeptTouch:
+class OwnTouch:
     """A touch in arrays of its own."""
 
     gradient: GradientField
+    """(h, w, 2): slopes of the depth along x and y, mm/mm."""
     depth_mm: DepthMap
+    """(h, w) float32, mm, positive where pushed in; noise may leave some below zero."""
     contact: ContactMask
+    """(h, w): where something touches."""
     mm_per_px: Pair
+    """Pixel pitch along x and y."""
 
 
-def kept(touch: Touch) -> KeptTouch:
-    """A copy: a fast reconstructor writes its next touch where the last one was.
+def own(touch: Touch) -> OwnTouch:
+    """A copy, unless it is one: a fast reconstructor writes its next touch where the last one was.
 
     Raises:
         WedgeError: it is a frame.
     """
+    if isinstance(touch, OwnTouch):
+        return touch
     if isinstance(touch, np.ndarray):
         raise WedgeError("a touch is what a Reconstructor makes of a frame: reconstruct it first.")
-    return KeptTouch(
+    return OwnTouch(
         gradient=touch.gradient.copy(),
         depth_mm=touch.depth_mm.copy(),
         contact=touch.contact.copy(),

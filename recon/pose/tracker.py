@@ -31,7 +31,7 @@ from recon.pose.models import (
     remoteness,
     turned,
 )
-from recon.pose.registration import Alignment, Registration, Touch, kept, reaches_border
+from recon.pose.registration import Alignment, Registration, Touch, own, reaches_border
 from recon.pose.rigid import (
     Transform,
     angle_deg,
@@ -131,7 +131,7 @@ class Tracker:
 
     def __call__(self, touch: Touch) -> PoseEstimate:
         """Take in the next touch."""
-        touch = kept(touch)
+        touch = own(touch)
         before, self._before = self._before, touch
         contact_px = int(np.count_nonzero(touch.contact))
         self._most_px = max(self._most_px, contact_px)

@@ -11,6 +11,7 @@ from recon.follower import FORGET_S, LOOK_AGAIN_S, Follower, doubted
 from recon.pipeline import Reconstructor
 from recon.plausible import IMPLAUSIBLE, STRANGE
 from recon.pose.estimate import PoseEstimate
+from recon.pose.registration import own
 from tests.dotted import dotted, grid_px
 from tests.recon.fast.units import make_unit
 from tests.recon.pose.touched import MM_PER_PX, SIZE_PX, bead_pair, blank
@@ -62,6 +63,10 @@ def test_what_is_felt_outlives_the_next_frame():
     )
     gradient[:] = second.gradient  # as FastReconstructor does
     np.testing.assert_array_equal(felt.touch.gradient, first.gradient)
+    assert own(felt.touch) is felt.touch  # one copy is enough
+    for name in ("gradient", "depth_mm", "contact"):
+        for copied in (felt.touch, own(first)):
+            assert not np.shares_memory(getattr(copied, name), getattr(first, name))
 
 
 def test_dots_are_followed_from_frame_to_frame_beyond_their_spacing():

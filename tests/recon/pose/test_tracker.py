@@ -14,7 +14,7 @@ from recon.integration.poisson import integrate
 from recon.pose.joint import Joint
 from recon.pose.models import MOST_LEARNT, TouchModel, keyframe, touches
 from recon.pose.pyramid import Pyramid
-from recon.pose.registration import PRIOR, PRIOR_DEG, kept, pixel_grid_mm
+from recon.pose.registration import PRIOR, PRIOR_DEG, own, pixel_grid_mm
 from recon.pose.rigid import angle_deg, inverse, motion, rigid, shift_mm
 from recon.pose.tracker import REGISTRATIONS, Tracker
 from sensor.errors import WedgeError
@@ -392,4 +392,4 @@ def test_bad_arguments_are_one_sentence():
     with pytest.raises(WedgeError, match="rigid"):
         Tracker(T_sensor_object=2 * np.eye(4))
     with pytest.raises(WedgeError, match="reconstruct it first"):
-        inspect.unwrap(kept)(np.zeros((8, 8, 3), np.uint8))  # else the tests' check of types does
+        inspect.unwrap(own)(np.zeros((8, 8, 3), np.uint8))  # else the tests' check of types does
