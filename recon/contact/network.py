@@ -4,7 +4,8 @@
 
 Free skin is bent away from what holds it, held skin is bent as the object is; with slopes that are
 a tenth wrong no threshold on depth or pressure tells them apart, but a network that has seen many
-skins does. It learnt from random objects pressed into elastic gel (``recon.training.contact``).
+skins does. It learnt from random objects pressed into elastic gel (``recon.training.contact``), and
+further from presses rendered for sensors (``recon.training.contact_further``).
 """
 
 import cv2

@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Train the network that tells held gel from gel that follows, on random presses alone.
 
-``python -m recon.training.contact --out FILE`` made the shipped weights. Presses are made once from
+``python -m recon.training.contact --out FILE`` made the weights from which
+``recon.training.contact_further`` went on, twice, to those that ship. Presses are made once from
 the seed and seen many times, each time mirrored, turned and measured anew. What is learnt from is
 not the skin but what a calibrated sensor would measure of it: slopes that saturate, that are lost
 where they are small, and that are wrong over patches of some pixels, and the depth that they
