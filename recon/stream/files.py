@@ -156,6 +156,7 @@ class UsbSource(_Pixels):
             WedgeError: there is none of that number.
         """
         super().__init__(f"usb:{number}")
+        self._iterated = False
         talk = cv2.utils.logging
         before = talk.setLogLevel(talk.LOG_LEVEL_ERROR)  # its warnings would stand beside ours
         self._capture = cv2.VideoCapture(number)
@@ -166,7 +167,14 @@ class UsbSource(_Pixels):
             raise WedgeError(f"usb:{number}: there is no camera with that number; {other}.")
         self._capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)
 
+    def close(self) -> None:
+        """End the iteration, from whichever thread, and let go of the camera."""
+        super().close()
+        if not self._iterated:  # else the iteration lets go, once it reads no more
+            self._capture.release()
+
     def _images(self) -> Iterator[tuple[int, Frame]]:
+        self._iterated = True
         try:
             while not self._closed.is_set():
                 read, image = self._capture.read()
@@ -174,6 +182,7 @@ class UsbSource(_Pixels):
                     raise WedgeError(f"{self.name} gives no frames any more: was it unplugged?")
                 yield 0, cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
         finally:
+            self._iterated = False
             self._capture.release()
 
 

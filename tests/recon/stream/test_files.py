@@ -214,6 +214,53 @@ def test_what_is_no_source_is_a_sentence(
     assert capfd.readouterr().err == ""  # OpenCV says nothing beside it
 
 
+class Camera:
+    """Of OpenCV's, whoever has it open."""
+
+    opened = 0
+
+    def __init__(self, _number: int) -> None:
+        Camera.opened += 1
+        self.is_open = True
+
+    def isOpened(self) -> bool:  # noqa: N802, as all here
+        return True
+
+    def set(self, *_: float) -> None:
+        pass
+
+    def read(self) -> tuple[bool, np.ndarray]:
+        assert self.is_open
+        return True, images(1)[0]
+
+    def release(self) -> None:
+        Camera.opened -= self.is_open
+        self.is_open = False
+
+
+@pytest.mark.parametrize("frames", [0, 1, 3])
+def test_a_camera_is_let_go_of_however_many_frames_were_taken(
+    frames: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cv2, "VideoCapture", Camera)
+    source = open_source("usb:0")
+    for _, frame in zip(range(frames), source, strict=False):
+        assert frame.image().shape == (24, 32, 3) and Camera.opened == 1
+    source.close()
+    assert Camera.opened == 0
+    assert list(source) == [] and Camera.opened == 0
+
+
+def test_a_camera_is_not_let_go_of_amid_a_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cv2, "VideoCapture", Camera)
+    source = open_source("usb:0")
+    taken = iter(source)
+    next(taken)
+    source.close()
+    assert Camera.opened == 1  # who iterates may be reading
+    assert list(taken) == [] and Camera.opened == 0
+
+
 def test_a_first_camera_that_is_not_there_is_not_advised(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cv2.VideoCapture, "isOpened", lambda _: False)
     with pytest.raises(WedgeError, match="usb:0: there is no camera") as refused:
