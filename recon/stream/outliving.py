@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from recon.stream import keeper
+from recon.stream.uninterrupted import ASKING_TO_END
 
 
 class OutlivingFile:
@@ -89,9 +90,7 @@ def _deaf() -> Iterator[None]:
     A service that is stopped sends them to all its processes. What is blocked here stays so there,
     from its first instruction on; this process hears of it afterwards, or in another thread.
     """
-    before = signal.pthread_sigmask(
-        signal.SIG_BLOCK, (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-    )
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, ASKING_TO_END)
     try:
         yield
     finally:

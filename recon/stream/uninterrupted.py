@@ -8,6 +8,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+ASKING_TO_END: tuple[int, ...] = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
 
 @contextmanager
 def uninterrupted() -> Iterator[None]:
@@ -21,9 +23,8 @@ def uninterrupted() -> Iterator[None]:
     asked: list[int] = []
     before: dict[int, Any] = {}
     try:
-        for name in ("SIGINT", "SIGTERM", "SIGHUP"):
-            number = getattr(signal, name, None)  # Windows has no hangup
-            if number is not None and callable(signal.getsignal(number)):
+        for number in ASKING_TO_END:
+            if callable(signal.getsignal(number)):
                 before[number] = signal.getsignal(number)
                 signal.signal(number, lambda number, _: asked.append(number))
         yield
