@@ -161,7 +161,8 @@ def _record(
                     _say(f"{sensor}: {notes[sensor]}")
                 size_px = now_px or size_px
                 if frame.flaw:
-                    counts.corrupt, counts.remark = counts.corrupt + 1, counts.remark or frame.flaw
+                    counts.add_corrupt()
+                    counts.remark = counts.remark or frame.flaw
                     continue
                 recorder.add(sensor, frame)
         except Exception as error:  # else the stream would seem to have ended

@@ -107,7 +107,7 @@ def _serve(source: "FrameSource", address: str, port: int) -> int:
             if frame.jpeg is not None and not is_whole(frame.jpeg):
                 flaw = f"{source.name} has frames that are not whole JPEGs."
             if flaw:
-                counts.corrupt += 1
+                counts.add_corrupt()
                 if flaw not in flaws:
                     print(flaw, file=sys.stderr)
                 flaws.add(flaw)

@@ -197,7 +197,7 @@ def _felt(
     except WedgeError as error:
         if before is None:
             raise
-        counts.corrupt += 1
+        counts.add_corrupt()
         return before, str(error)
 
 

@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """One frame with its times, and what gives frames: the contract of every source."""
 
+import threading
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal, Protocol, runtime_checkable
 
 from recon.arrays import Frame
@@ -88,6 +89,15 @@ class Counts:
     """What a person should know: that the connection is lost, that a clock is not set."""
     lost: bool = False
     """Whether the connection is lost and tried again: no frame comes until it is back."""
+
+    _corrupting: threading.Lock = field(
+        default_factory=threading.Lock, init=False, repr=False, compare=False
+    )
+
+    def add_corrupt(self, count: int = 1) -> None:
+        """Count damage: who reads the stream and who decodes its frames may do so at once."""
+        with self._corrupting:
+            self.corrupt += count
 
     def no_frame(self, name: str) -> str:
         """That a source gave no frame, in a sentence."""

@@ -141,10 +141,9 @@ class HttpSource:
             arrived_ns = time.time_ns()
             # Who closes cuts a part off too; before any frame it tells nothing of what is sent.
             cut = stream.cut and self.counts.received > 0 and not self._closed.is_set()
-            # Whoever decodes counts as well.
-            self.counts.corrupt += stream.corrupt - counted + cut
-            self._damaged += stream.corrupt - counted + cut
-            counted = stream.corrupt
+            damaged, counted = stream.corrupt - counted + cut, stream.corrupt
+            self.counts.add_corrupt(damaged)
+            self._damaged += damaged
             if part is None:
                 self._hang_up()
                 return

@@ -73,7 +73,7 @@ class Newest:
             try:
                 decoded = frame.decoded()
             except WedgeError as error:
-                self.source.counts.corrupt += 1
+                self.source.counts.add_corrupt()
                 self._damaged, self.flaw = self._damaged + 1, str(error)
             else:
                 self._damaged = 0
@@ -106,7 +106,7 @@ class Newest:
             for frame in self.source:
                 with self._changed:
                     if frame.flaw and self._frame is not None:  # a frame to look at stays
-                        self.source.counts.corrupt += 1
+                        self.source.counts.add_corrupt()
                         continue
                     self.skipped += self._frame is not None
                     self._frame = frame

@@ -219,7 +219,7 @@ class McapSource:
                 return
             kind = type(record).__name__
             if isinstance(record, Damage):
-                self.counts.corrupt += record.lost(channels)
+                self.counts.add_corrupt(record.lost(channels))
             elif kind == "Channel" and record.topic == self._topic:
                 channels.add(record.id)
             elif kind == "Message" and record.channel_id in channels:
@@ -228,10 +228,10 @@ class McapSource:
                 except ValueError:
                     image = None
                 if image is None or not 0 <= image.time_ns < END_OF_TIME_NS:
-                    self.counts.corrupt += 1
+                    self.counts.add_corrupt()
                     continue
                 if not image.data.startswith(START) and "jpeg" not in image.format.lower():
-                    self.counts.corrupt += 1
+                    self.counts.add_corrupt()
                     self.counts.remark = (
                         f"{self._path} has images in {image.format or 'no known format'}; only "
                         "JPEGs are read."

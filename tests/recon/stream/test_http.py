@@ -95,7 +95,7 @@ def test_what_is_damaged_within_counts_beside_what_is_damaged_on_the_way() -> No
                 try:
                     frame.image()
                 except WedgeError:
-                    source.counts.corrupt += 1
+                    source.counts.add_corrupt()
             assert source.counts.corrupt == 2
 
 

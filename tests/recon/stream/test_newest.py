@@ -123,6 +123,23 @@ def test_a_jpeg_damaged_within_is_passed_over() -> None:
         assert newest.remark == ""
 
 
+def test_damage_that_two_see_at_once_counts_twice() -> None:
+    counts = Counts()
+    decoder = threading.Thread(target=counts.add_corrupt)
+
+    class Slow(int):
+        """While it is added, somebody else counts."""
+
+        def __radd__(self, before: int) -> int:
+            decoder.start()
+            decoder.join(0.05)
+            return before + int(self)
+
+    counts.add_corrupt(Slow(2))
+    decoder.join()
+    assert counts.corrupt == 3
+
+
 def test_a_damaged_frame_does_not_take_the_place_of_one_to_look_at() -> None:
     class Folder(Counter):
         def __iter__(self) -> Iterator[TimedFrame]:
