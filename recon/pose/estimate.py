@@ -7,10 +7,12 @@ from typing import Literal
 
 import numpy as np
 
-from recon.pose.rigid import Covariance, Transform
+from recon.pose.rigid import Covariance, Transform, greatest_std
 
 State = Literal["tracking", "weak", "frozen", "lost"]
 """``weak``: a pose with a warning; ``frozen``: the stream stands still; ``lost``: no pose."""
+WEAK_DEG, WEAK_MM = 1.5, 0.15
+"""Standard deviations that deserve a warning."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,3 +50,10 @@ class PoseEstimate:
         return (
             np.inf if self.covariance is None else float(np.sqrt(np.trace(self.covariance[3:, 3:])))
         )
+
+
+def is_certain(found: PoseEstimate) -> bool:
+    """Whether no direction of a pose is in doubt."""
+    assert found.covariance is not None
+    turn_deg, shift_mm = greatest_std(found.covariance)
+    return turn_deg < WEAK_DEG and shift_mm < WEAK_MM

@@ -120,6 +120,9 @@ def render(
         T_sensor_object: its pose.
         size_px: width and height.
         mm_per_px: pixel pitch.
+
+    Raises:
+        WedgeError: too many large triangles lie above each other.
     """
     width, height = size_px
     x_mm, y_mm = pixel_grid_mm(size_px, mm_per_px)
@@ -166,6 +169,9 @@ def averaged(
 
     Slopes at the pixels' middles would tell no more of where an edge runs than through which
     pixels. Arguments are those of ``render``.
+
+    Raises:
+        WedgeError: as ``render``.
     """
     fine_px = SUBPIXELS * size_px[0], SUBPIXELS * size_px[1]
     fine = render(

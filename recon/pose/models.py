@@ -163,7 +163,11 @@ class MeshModel:
     def near(
         self, T_sensor_object: Transform, like: Touch, *, close: bool = False
     ) -> Keyframe | None:
-        """The mesh as it presses at a pose; ``None`` where it would not touch."""
+        """The mesh as it presses at a pose; ``None`` where it would not touch.
+
+        Raises:
+            WedgeError: it has too many large triangles above each other to be drawn.
+        """
         if self._last is not None:
             between = T_sensor_object @ inverse(self._last.T_sensor_object)
             most_deg, most_mm = (CLOSE_DEG, CLOSE_MM) if close else (RENDER_DEG, RENDER_MM)
@@ -180,7 +184,11 @@ class MeshModel:
         """A mesh is known already."""
 
     def guesses(self, touch: Touch) -> Iterator[tuple[Keyframe, Transform]]:
-        """The mesh pressed from directions all over, those first that look most alike."""
+        """The mesh pressed from directions all over, those first that look most alike.
+
+        Raises:
+            WedgeError: as ``near``.
+        """
         for pose in sifted(self.mesh, touch, self.alike, MOST_GUESSES):
             rendered = self._rendered(pose, touch)
             if rendered is not None:

@@ -68,6 +68,15 @@ def turned_covariance(covariance: Covariance, T_a_b: Transform) -> Covariance:
     return back @ covariance @ back.T
 
 
+def greatest_std(covariance: Covariance) -> tuple[float, float]:
+    """Standard deviations in the directions of most doubt: of the turn, deg, and the shift, mm."""
+    turn, shift_mm = (
+        float(np.sqrt(max(np.linalg.eigvalsh(block)[-1], 0)))
+        for block in (covariance[:3, :3], covariance[3:, 3:])
+    )
+    return float(np.degrees(turn)), shift_mm
+
+
 def skew(vector: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3 3"]:
     """The matrix of ``vector x``."""
     x, y, z = vector

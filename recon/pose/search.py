@@ -67,6 +67,9 @@ def sifted(mesh: Mesh, touch: Touch, own: Sequence[Transform], most: int) -> lis
         touch: what is seen of it; its contact is not empty.
         own: the mesh's own rotations, after which it looks the same.
         most: so many are given at most, all of them apart.
+
+    Raises:
+        WedgeError: the mesh has too many large triangles above each other to be drawn.
     """
     view = _view(touch)
     seen, shown = _turned(view)

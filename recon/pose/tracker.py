@@ -19,7 +19,7 @@ from dataclasses import replace
 import numpy as np
 
 from recon.pose.agreement import agreement
-from recon.pose.estimate import PoseEstimate
+from recon.pose.estimate import WEAK_DEG, WEAK_MM, PoseEstimate, is_certain
 from recon.pose.icp import Icp
 from recon.pose.joint import Joint
 from recon.pose.models import (
@@ -35,6 +35,7 @@ from recon.pose.registration import Alignment, Registration, Touch, own, reaches
 from recon.pose.rigid import (
     Transform,
     angle_deg,
+    greatest_std,
     inverse,
     is_rigid,
     straightened,
@@ -72,8 +73,6 @@ SWITCH = 0.7
 """Of a keyframe's reach: beyond it another is looked for, or made."""
 LONGEST_STEP_DEG, LONGEST_STEP_MM = 12.0, 1.2
 """From one touch to the next; a longer way is a jump."""
-WEAK_DEG, WEAK_MM = 1.5, 0.15
-"""Standard deviations that deserve a warning."""
 ADRIFT_DEG = 4.0
 """A standard deviation from which keyframes are tried wherever they are."""
 ALIKE = 0.03
@@ -130,7 +129,11 @@ class Tracker:
         self._most_px = 0
 
     def __call__(self, touch: Touch) -> PoseEstimate:
-        """Take in the next touch."""
+        """Take in the next touch.
+
+        Raises:
+            WedgeError: it is a frame, or the model is a mesh with more in it than can be drawn.
+        """
         touch = own(touch)
         before, self._before = self._before, touch
         contact_px = int(np.count_nonzero(touch.contact))
@@ -234,7 +237,7 @@ class Tracker:
     def _made_sure(self, seen: Keyframe, found: PoseEstimate) -> PoseEstimate:
         """Where there is doubt, ask the keyframe whose pose is surest; else say it."""
         assert found.T_sensor_object is not None
-        if found.state == "tracking" and _certain(found):
+        if found.state == "tracking" and is_certain(found):
             return found
         reached = (
             item
@@ -244,7 +247,7 @@ class Tracker:
         surest = next(reached, None)
         if surest is not None:
             again = self._compared(surest, seen, found.T_sensor_object)
-            if again.state == "tracking" and _certain(again):
+            if again.state == "tracking" and is_certain(again):
                 self._keyframe = surest
                 return again
         if found.state != "tracking":
@@ -271,7 +274,7 @@ class Tracker:
         for known in self.model.surest_first()[:RECOGNIZED]:
             found = self._compared(known, seen, known.T_sensor_object)
             sure = found.state == "tracking" and found.explained > FOUND_AGAIN
-            if sure and found.overlap > KEYFRAME_OVERLAP and _certain(found):
+            if sure and found.overlap > KEYFRAME_OVERLAP and is_certain(found):
                 self._keyframe = known
                 return found
         return doubtful
@@ -383,18 +386,9 @@ class Tracker:
             return replace(estimate, state="weak", reason=UNLIKE)
         if explained < FOUND_AGAIN:
             return replace(estimate, state="weak", reason="matches in part what was seen before")
-        spread = found.covariance
-        turn = np.degrees(np.sqrt(max(np.linalg.eigvalsh(spread[:3, :3])[-1], 0)))
-        if not turn < WEAK_DEG:
+        turn_deg, shift_mm = greatest_std(found.covariance)
+        if not turn_deg < WEAK_DEG:
             return replace(estimate, state="weak", reason="a rotation is not seen by this touch")
-        if not np.sqrt(max(np.linalg.eigvalsh(spread[3:, 3:])[-1], 0)) < WEAK_MM:
+        if not shift_mm < WEAK_MM:
             return replace(estimate, state="weak", reason="a shift is not seen by this touch")
         return estimate
-
-
-def _certain(found: PoseEstimate) -> bool:
-    """Whether no direction is in doubt."""
-    assert found.covariance is not None
-    turn = np.linalg.eigvalsh(found.covariance[:3, :3])[-1]
-    shift = np.linalg.eigvalsh(found.covariance[3:, 3:])[-1]
-    return bool(turn < np.radians(WEAK_DEG) ** 2 and shift < WEAK_MM**2)

@@ -122,6 +122,9 @@ def test_triangles_that_would_fill_the_memory_are_refused():
     sheets = Mesh(vertices_mm=places, triangles=np.tile(np.arange(3), (100, 1)))
     with pytest.raises(WedgeError, match="simplify"):
         render(sheets, np.eye(4), (640, 480), (0.02, 0.02))
+    model = MeshModel(mesh=sheets, registration=Joint())
+    with pytest.raises(WedgeError, match="simplify"):
+        model.near(np.eye(4), render(cube(), np.eye(4), (640, 480), (0.02, 0.02)))
 
 
 def test_after_a_lift_the_under_side_is_what_is_still_below():

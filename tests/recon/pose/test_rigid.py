@@ -4,7 +4,17 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from recon.pose.rigid import adjoint, angle_deg, applied, inverse, is_rigid, motion, straightened
+from recon.pose.rigid import (
+    adjoint,
+    angle_deg,
+    applied,
+    greatest_std,
+    inverse,
+    is_rigid,
+    motion,
+    rigid,
+    straightened,
+)
 
 twists = st.lists(st.floats(-3, 3), min_size=6, max_size=6).map(np.array)
 
@@ -54,3 +64,10 @@ def test_rounding_errors_are_taken_out():
     bent = motion(np.array([0.3, -0.2, 0.5, 1, 2, 3]))
     bent[0, 1] += 1e-4
     assert not is_rigid(bent) and is_rigid(straightened(bent))
+
+
+@given(twists)
+def test_the_greatest_doubt_is_that_of_its_direction_wherever_that_points(twist):
+    turn = adjoint(rigid(motion(twist)[:3, :3], np.zeros(3)))
+    stated = np.diag(np.square([*np.radians([1.0, 3.0, 2.0]), 0.1, 0.2, 0.4]))
+    np.testing.assert_allclose(greatest_std(turn @ stated @ turn.T), (3.0, 0.4), rtol=1e-9)
