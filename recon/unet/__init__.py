@@ -126,12 +126,12 @@ def layer_shapes(
 def channels_of(weights: Weights) -> tuple[int, ...]:
     """Feature maps on each level of the network of these weights."""
     count = sum(name.startswith("down") and name.endswith("a.bias") for name in weights)
-    return tuple(len(weights.get(f"down{level}a.bias", ())) for level in range(count))
+    return tuple(int(np.size(weights.get(f"down{level}a.bias", ()))) for level in range(count))
 
 
 def doubt_of(weights: Weights) -> int:
     """Feature maps of the doubt's own in the network of these weights; 0 where it has none."""
-    return len(weights.get("doubt0.bias", ()))
+    return int(np.size(weights.get("doubt0.bias", ())))
 
 
 def stride(weights: Weights) -> int:

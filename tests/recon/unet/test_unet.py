@@ -127,6 +127,15 @@ def test_the_learning_rate_rises_then_falls_to_nothing(training, horizon):
     assert rates[-1] < 0.03 * rates[top]  # the last of 40 steps down
 
 
+@pytest.mark.parametrize("name", ["down0a.bias", "doubt0.bias", "out.bias", "lift0.weight"])
+@pytest.mark.parametrize("shape", [(), (0,), (1, 12), (2, 3, 2, 1)])
+def test_weights_of_other_dimensions_are_refused(tmp_path, name, shape):
+    path = tmp_path / "weights.safetensors"
+    save_weights(path, shipped_weights() | {name: np.zeros(shape, np.float32)}, "by hand", 0)
+    with pytest.raises(WedgeError, match="another network"):
+        load_weights(path)
+
+
 def test_weights_of_another_network_are_refused(tmp_path):
     path = tmp_path / "weights.safetensors"
     short = {name: values for name, values in shipped_weights().items() if name != "out.bias"}
