@@ -17,7 +17,7 @@ from recon.arrays import DepthMap, GradientField
 from recon.ball import normals
 from recon.depth_error import depth_error
 from recon.integration.poisson import Boundary
-from recon.pose.registration import Touch
+from recon.pose.registration import Touch, pixel_grid_mm
 from sensor.design import Gel
 from sensor.errors import WedgeError
 
@@ -81,9 +81,7 @@ def point_cloud(touch: Skin, gel: Gel | None = None) -> PointCloud:
         WedgeError: the frame reaches beyond the gel's curve.
     """
     height, width = touch.depth_mm.shape
-    x_mm = (np.arange(width) - (width - 1) / 2) * touch.mm_per_px[0]
-    y_mm = (np.arange(height) - (height - 1) / 2) * touch.mm_per_px[1]
-    x, y = np.meshgrid(x_mm, y_mm)
+    x, y = np.meshgrid(*pixel_grid_mm((width, height), touch.mm_per_px))
     rest, rest_slope = _rest(gel, x, y)
     return PointCloud(
         points_mm=np.stack([x, y, rest - touch.depth_mm], -1).reshape(-1, 3).astype(np.float32),

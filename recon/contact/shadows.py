@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Bool
 
 from recon.arrays import DepthMap, Difference
+from recon.windows import window_about
 from sensor.toml import Pair
 
 GRAZING = 0.25
@@ -45,11 +46,7 @@ def cast_shadows(
         return shadows
     reach_mm = float(depth_mm.max()) / GRAZING
     margin_x, margin_y = (int(reach_mm / pitch) + 2 for pitch in mm_per_px)
-    rows, columns = (np.flatnonzero(dented.any(axis)) for axis in (1, 0))
-    window = (
-        slice(max(0, int(rows[0]) - margin_y), int(rows[-1]) + margin_y + 1),
-        slice(max(0, int(columns[0]) - margin_x), int(columns[-1]) + margin_x + 1),
-    )
+    window = window_about(dented, (margin_x, margin_y))
     depth = np.ascontiguousarray(depth_mm[window], np.float32)
     for channel, azimuth_deg in lights_deg.items():
         index = "RGB".index(channel)

@@ -25,6 +25,7 @@ from recon.pose.mesh import MeshTouch
 from recon.pose.noise import Coarse, coarse, sums_in_waves, wave_variances
 from recon.pose.registration import Touch, pixel_grid_mm
 from recon.pose.rigid import Covariance, Points, Transform
+from recon.windows import window_about
 from sensor.toml import Pair
 
 LEVELS = 3
@@ -280,12 +281,7 @@ def _mirrored(
 
 def _window(contact: ContactMask, margin_px: int) -> tuple[slice, slice]:
     """Rows and columns of the contact with a margin; all of them where there is none."""
-    spans = []
-    for axis in (1, 0):
-        touched = np.flatnonzero(contact.any(axis))
-        first, last = (touched[0], touched[-1]) if len(touched) else (0, contact.shape[1 - axis])
-        spans.append(slice(max(int(first) - margin_px, 0), int(last) + margin_px + 1))
-    return spans[0], spans[1]
+    return window_about(contact if contact.any() else np.ones_like(contact), margin_px)
 
 
 def _template(level: Level, touch: Touch) -> Template:

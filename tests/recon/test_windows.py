@@ -8,18 +8,20 @@ from hypothesis import strategies as st
 from recon.windows import window_about
 
 PLACES = st.lists(st.tuples(st.integers(0, 19), st.integers(0, 29)), min_size=1, max_size=5)
+MARGINS = st.integers(0, 40)
 
 
-@given(PLACES, st.integers(0, 40))
+@given(PLACES, MARGINS | st.tuples(MARGINS, MARGINS))
 def test_a_window_holds_all_and_no_more_than_its_margin(places, margin_px):
     some = np.zeros((20, 30), bool)
     some[tuple(zip(*places, strict=True))] = True
     window = window_about(some, margin_px)
     assert some[window].sum() == some.sum()
-    for axis, part in enumerate(window):
+    margins = (margin_px, margin_px) if isinstance(margin_px, int) else margin_px
+    for axis, (part, margin) in enumerate(zip(window, reversed(margins), strict=True)):
         along = [place[axis] for place in places]
-        assert part.start == max(0, min(along) - margin_px)
-        assert part.stop == min(some.shape[axis], max(along) + margin_px + 1)
+        assert part.start == max(0, min(along) - margin)
+        assert part.stop == min(some.shape[axis], max(along) + margin + 1)
 
 
 def test_about_nothing_there_is_no_window():
