@@ -55,7 +55,6 @@ STEEPEST_SLOPE = 2.1
 SLOPE_KNOTS = np.array([0, 0.05, 0.1, 0.2, 0.4, 0.7, 1, 1.5, 2.5], np.float32)
 """Slopes at which the error was measured."""
 
-PREPARED = 3 * (1 + ASPECTS)
 Prepared = Float32[np.ndarray, "ph pw p"]
 """Of as many pixels as slopes are asked for. Settled R, G, B, then what lies around."""
 ARRAYS = ("light", "mean", "spread", "gel", "error90")

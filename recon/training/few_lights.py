@@ -31,8 +31,8 @@ SENSORS = {1: 0.4, 2: 0.35, 3: 0.25}
 PLAIN_SHARE = 0.4  # of the third kind: white noise on one axis, nothing of the other, as in theory
 GATED_SHARE = 0.7  # of all frames: what lies outside the disturbed gel is known to be flat
 DOTS_SHARE = 0.45
-PRESSES = 600
-"""Pixels of a calibration."""
+CALIBRATION_PX = 600
+"""Pixels that a calibration is fitted to."""
 BINS = 48
 
 
@@ -158,13 +158,13 @@ class _SlopeOfColor:
 
 def _calibrated(rng: np.random.Generator, sensor: _Sensor, lights: int) -> _SlopeOfColor:
     """Slope by colour, fitted to a ball's pixels and to untouched ones."""
-    of_radius = np.sqrt(rng.uniform(0, 1, PRESSES)) * rng.uniform(0.6, 0.92)
-    angle = rng.uniform(0, 2 * np.pi, PRESSES)
+    of_radius = np.sqrt(rng.uniform(0, 1, CALIBRATION_PX)) * rng.uniform(0.6, 0.92)
+    angle = rng.uniform(0, 2 * np.pi, CALIBRATION_PX)
     steepness = of_radius / np.sqrt(1 - of_radius**2)
     gradient = np.stack([steepness * np.cos(angle), steepness * np.sin(angle)], -1)
-    gradient[: int(rng.uniform(0.2, 0.75) * PRESSES)] = 0
+    gradient[: int(rng.uniform(0.2, 0.75) * CALIBRATION_PX)] = 0
     colors = sensor.colors(gradient.astype(np.float32))
-    noise = np.hypot(sensor.noise, sensor.stain) * rng.standard_normal((PRESSES, lights))
+    noise = np.hypot(sensor.noise, sensor.stain) * rng.standard_normal((CALIBRATION_PX, lights))
     return _SlopeOfColor(colors + noise.astype(np.float32), gradient[:, 1].astype(np.float32))
 
 

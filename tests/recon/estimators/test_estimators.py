@@ -19,15 +19,18 @@ from recon.estimators import (
     restore_estimator,
     slopes_at,
 )
-from recon.estimators.default import PREPARED, Default, prepared_colors
+from recon.estimators.default import Default, prepared_colors
 from recon.estimators.lookup_table import BINS, fit_lookup_table
 from recon.estimators.mlp import Mlp
+from recon.estimators.surroundings import ASPECTS
 from recon.pixels import Pixels, join, label_pixels, positions
 from recon.presses import read_presses
 from sensor.errors import WedgeError
 from tests.synthetic import make_dataset
 
 EVERY = pytest.mark.parametrize("name", list(ESTIMATORS))
+PREPARED = 3 * (1 + ASPECTS)
+"""Columns that `default` prepares of a pixel."""
 CHANNELS = ("RGB", "RB", "RG", "GB", "R", "G", "B")
 
 

@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from recon.estimators.default import PREPARED, prepared_colors
+from recon.estimators.default import prepared_colors
 from recon.estimators.surroundings import (
     ASPECTS,
     LEVELS,
@@ -91,7 +91,7 @@ def in_the_middle(height, width):
 @pytest.mark.parametrize("size", [(120, 160), (240, 320), (480, 640), (239, 311), (320, 320)])
 def test_frames_of_any_size_show_the_same(size):
     found, expected = in_the_middle(*size), in_the_middle(960, 1280)
-    assert found.shape == (PREPARED,)
+    assert found.shape == (3 * (1 + ASPECTS),)
     first = 3 * (1 + LEVELS)
     told = first + np.flatnonzero(np.abs(expected[first:]) > 0.04)
     assert len(told) == 3 * len(STEPS)  # what changes along x and y
@@ -102,5 +102,5 @@ def test_frames_of_any_size_show_the_same(size):
 
 
 def test_the_columns_of_some_colours_are_theirs():
-    assert columns_around([0, 1, 2]) == list(range(3, PREPARED))
+    assert columns_around([0, 1, 2]) == list(range(3, 3 * (1 + ASPECTS)))
     assert columns_around([0, 2])[:4] == [3, 5, 6, 8]
