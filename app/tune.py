@@ -151,9 +151,9 @@ def _is_touched(first: "NDArray[np.uint8]", image: "NDArray[np.uint8]", pad: "Ma
     few = np.s_[::step, ::step]
     change = (image[few].astype(np.float32) - first[few]) / 255
     inside = np.ones(change.shape[:2], bool) if pad is None else pad[few]
-    rows = inside.any(axis=1)
-    for row, lit in zip(change[rows], inside[rows], strict=True):
-        row -= np.median(row[lit], axis=0)
+    for row, lit in zip(change, inside, strict=True):
+        if lit.any():
+            row -= np.median(row[lit], axis=0)
     change[~inside] = 0
     return bool(disturbed_mask(change).any())
 
@@ -163,7 +163,10 @@ def _counted(frames: int) -> str:
 
 
 def _settings_of_stream(source: str) -> "Settings | None":
-    """The settings that a stream of this project's server was made with; None of any other."""
+    """The settings that a stream of this project's server was made with; None of any other.
+
+    Nor of a server of another version, whose settings are not this version's; that is said.
+    """
     from firmware_pi.settings import settings_of
 
     address = urlsplit(source)
@@ -171,8 +174,15 @@ def _settings_of_stream(source: str) -> "Settings | None":
         return None
     try:
         answer = _get_json(address.hostname, address.port or 80, address.username, address.password)
-        return settings_of(answer["asked"])
+        asked = answer["asked"]
     except (OSError, http.client.HTTPException, ValueError, KeyError, TypeError, RecursionError):
+        return None
+    if not isinstance(asked, dict):
+        return None
+    try:
+        return settings_of(asked)
+    except WedgeError as error:
+        print(f"The settings of the stream are of another version, and are not used: {error}")
         return None
 
 

@@ -26,22 +26,21 @@ from tests.synthetic import make_dataset
 RGB = (90, 120, 100)
 
 
-def frames(folder: Path, *levels: int) -> Path:
+def frames(folder: Path, *levels: int, size_px: tuple[int, int] = (64, 48)) -> Path:
     folder.mkdir()
     for number, level in enumerate(levels):
         rgb = tuple(channel + level for channel in RGB)
-        Image.new("RGB", (64, 48), rgb).save(folder / f"{number:03}.png")
+        Image.new("RGB", size_px, rgb).save(folder / f"{number:03}.png")
     return folder
 
 
 @contextmanager
-def stream(settings: Settings, credentials: str | None = None) -> Iterator[str]:
+def stream(settings: Settings, credentials: str | None = None, **more: object) -> Iterator[str]:
     file = io.BytesIO()
     Image.new("RGB", (64, 48), RGB).save(file, "JPEG", quality=95)
     newest, done = Newest(), threading.Event()
-    server = StreamServer(
-        "127.0.0.1", 0, newest, lambda: {"asked": asdict(settings)}, credentials=credentials
-    )
+    asked = asdict(settings) | more
+    server = StreamServer("127.0.0.1", 0, newest, lambda: {"asked": asked}, credentials=credentials)
 
     def run() -> None:
         while not done.wait(0.002):
@@ -116,22 +115,26 @@ def test_of_a_dataset_the_blank_frames_alone_are_read(
 
 @pytest.mark.parametrize("touched", [0, 2])
 def test_a_touched_gel_is_refused_but_not_bands(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], touched: int
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], touched: int, times: int
 ) -> None:
-    folder, file = frames(tmp_path / "blank", 0, 0, 0, 0), tmp_path / "wedge.toml"
+    size_px, period = (64 * times, 48 * times), 24 * times
+    folder = frames(tmp_path / "blank", 0, 0, 0, 0, size_px=size_px)
+    file = tmp_path / "wedge.toml"
     for number, path in enumerate(sorted(folder.iterdir())):
         image = np.array(Image.open(path))
-        image[(np.arange(48) + 12 * number) % 24 < 8] += 20  # a dimmed lamp's bands
-        Image.fromarray(image).save(path)
+        turn = np.arange(size_px[1]) / period + number / 4
+        bands = np.rint(20 * np.sin(2 * np.pi * turn))  # a dimmed lamp's
+        Image.fromarray((image + bands[:, None, None]).astype(np.uint8)).save(path)
     assert run(folder) == 0 and "moving bands" in capsys.readouterr().out
     pressed = folder / f"{touched:03}.png"
     image = np.array(Image.open(pressed))
-    image[15:30, 20:40] += np.uint8([40, 0, 0])
+    image[15 * times : 30 * times, 20 * times : 40 * times] += np.uint8([40, 0, 0])
     Image.fromarray(image).save(pressed)
     assert run(folder, "--settings", file) == 2
     assert "something touches the gel" in capsys.readouterr().err
     assert not file.exists()
 
+@pytest.mark.parametrize("times", [1, 10])
 
 @pytest.mark.parametrize("credentials", [None, "wedge:secret"])
 def test_a_stream_says_itself_what_it_was_made_with(
@@ -166,6 +169,20 @@ def test_a_frame_of_the_folder_is_not_written_over_but_an_earlier_report_may_be(
     before = (folder / "000.png").read_bytes()
     assert run(folder, "--json", folder / "000.png") == 2
     assert capsys.readouterr().err.count("is an input and would be overwritten") == 1
+def test_a_stream_with_settings_of_another_version_is_said_and_the_file_used(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, report = tmp_path / "wedge.toml", tmp_path / "tune.json"
+    write_settings(file, Settings(red_gain=7.0))
+    with stream(Settings(red_gain=1.1), hdr=True) as url:
+        assert run(url, "--settings", file, "--frames", "5", "--json", report) == 0
+        said = capsys.readouterr().out
+        assert "of another version" in said and "unknown key hdr" in said
+        assert json.loads(report.read_text())["before"]["red_gain"] == 7.0
+        assert run(url, "--frames", "5") == 0
+        assert "give the Pi's file with --settings" in capsys.readouterr().out
+
+
     assert (folder / "000.png").read_bytes() == before
     for _ in range(2):
         assert run(folder, "--json", folder / "tune.json") == 0
