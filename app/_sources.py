@@ -6,6 +6,7 @@ import time
 from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
@@ -14,7 +15,8 @@ from sensor.dataset import CARD_FILE
 from sensor.errors import WedgeError
 
 if TYPE_CHECKING:
-    from recon.stream import FrameSource
+    from recon.arrays import Frame
+    from recon.stream import FrameSource, TimedFrame
 
 RATE_OVER_S = 2.0
 
@@ -73,6 +75,34 @@ def open_live(where: str, *, repeat: bool = False) -> "FrameSource":
 
 @contextmanager
 def unit_of(where: str, unit: Path | None) -> Iterator[Path | None]:
+def whole_frames(source: "FrameSource", most: int) -> "Iterator[tuple[TimedFrame, Frame]]":
+    """The whole ones among a source's first frames, with their pixels; the others are counted.
+
+    Raises:
+        WedgeError: none is whole.
+    """
+    whole, flaw = 0, ""
+    for frame in islice(source, most):
+        try:
+            image = frame.image()
+        except WedgeError as error:
+            source.counts.corrupt += 1
+            flaw = flaw or f"{source.name}, frame {frame.index}: {error}"
+            continue
+        whole += 1
+        yield frame, image
+    if not whole:
+        raise WedgeError(flaw or source.counts.no_frame(source.name))
+
+
+def what_was_damaged(source: "FrameSource") -> str:
+    """How many frames of a source were damaged, and what to know of it; empty if all is well."""
+    counts = source.counts
+    frames = "1 damaged frame." if counts.corrupt == 1 else f"{counts.corrupt} damaged frames."
+    damage = frames if counts.corrupt else ""
+    return " ".join(filter(None, (damage, counts.remark)))
+
+
     """The unit folder that was named, or else the one inside a recording."""
     from recon.stream import McapSource, is_recording
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from validation.report.certificate import Occasion
 
 TIMED_FRAMES = 300
-"""Read from a stream for its rate: ten seconds of the slowest that passes with grade A."""
+"""Read from a stream for its rate: twelve seconds of the slowest that passes with grade A."""
 
 
 def main(
@@ -135,9 +135,7 @@ def _say(card: "UnitCard", occasion: "Occasion", found: "Acceptance") -> None:
 
 def _times(where: str | None, unwarp: "Unwarp") -> tuple[list[int], list[int]]:
     """Times in ns of a stream's frames, and their numbers where it bears some."""
-    from itertools import islice
-
-    from app._sources import open_where
+    from app._sources import open_where, what_was_damaged, whole_frames
 
     if where is None:
         return [], []
@@ -150,17 +148,15 @@ def _times(where: str | None, unwarp: "Unwarp") -> tuple[list[int], list[int]]:
         times_ns: list[int] = []
         indices: list[int] = []
         with progress(f"times of {source.name}") as show:
-            for frame in islice(source, TIMED_FRAMES):
+            for frame, image in whole_frames(source, TIMED_FRAMES):
                 if not times_ns:
-                    _refuse_other_size(source.name, frame.image(), unwarp)
+                    _refuse_other_size(source.name, image, unwarp)
                 times_ns.append(frame.time_ns)
                 indices.append(frame.index)
                 show(len(times_ns) / TIMED_FRAMES, "frames")
-        counts = source.counts
-    damage = f"{counts.corrupt} damaged frames." if counts.corrupt else ""
-    if said := " ".join(filter(None, (damage, counts.remark))):
+    if said := what_was_damaged(source):
         print(f"{where}: {said}")
-    return times_ns, indices if counts.numbered else []
+    return times_ns, indices if source.counts.numbered else []
 
 
 def _refuse_other_size(where: str, image: "Frame", unwarp: "Unwarp") -> None:

@@ -6,7 +6,6 @@ import http.client
 import json as json_text
 from collections.abc import Iterator
 from dataclasses import asdict, fields
-from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 from urllib.parse import unquote, urlsplit
@@ -15,7 +14,7 @@ import tyro
 
 from app._output import OutputFile, keep_inputs, print_table, write_json
 from app._progress import Report, progress
-from app._sources import is_dataset, open_where
+from app._sources import is_dataset, open_where, what_was_damaged, whole_frames
 from sensor.errors import WedgeError
 from sensor.files import check_outputs
 
@@ -75,6 +74,8 @@ def main(
     kept = read_settings(settings) if settings is not None and settings.exists() else None
     with _open_blank(source) as opened, progress("frames of the blank gel") as show:
         blank = measure_blank(_images(opened, frames, pad, show), pad)
+    if said := what_was_damaged(opened):
+        print(f"{opened.name}: {said}")
     # What the stream says it has made the frames; the file may have been edited since.
     known = _settings_of_stream(source) or kept
     if known is None:
@@ -123,20 +124,19 @@ def _open_blank(where: str) -> "FrameSource":
 def _images(
     source: "FrameSource", count: int, pad: "Mask | None", show: Report
 ) -> "Iterator[NDArray[np.uint8]]":
-    """The first frames of a source.
+    """The whole ones of a source's first frames.
 
     Raises:
-        WedgeError: something touches the gel in one, and not in the first.
+        WedgeError: something touches the gel in one, and not in the first; or none is whole.
     """
     first: NDArray[np.uint8] | None = None
-    for number, frame in enumerate(islice(source, count), start=1):
-        image = frame.image()
+    for number, (frame, image) in enumerate(whole_frames(source, count), start=1):
         yield image  # whose size is looked at first
         first = image if first is None else first
         if _is_touched(first, image, pad):
             raise WedgeError(
-                f"something touches the gel, as frame {number} of {source.name} differs from the "
-                "first in one place: let go of it, and take only frames of the blank gel."
+                f"something touches the gel, as frame {frame.index + 1} of {source.name} differs "
+                "from the first in one place: let go of it, and take only frames of the blank gel."
             )
         show(number / count, _counted(number))
 

@@ -2,16 +2,23 @@
 # SPDX-License-Identifier: Apache-2.0
 """`wedge accept`: what it learns of a stream's frames, and where it writes nothing."""
 
+from dataclasses import replace
+
 import pytest
 
 from app import accept
 from recon.geometry.unwarp import prepare_unwarp
+from recon.stream import Recorder
+from sensor.errors import WedgeError
 from tests.app.test_commands import refused
-from tests.recon.stream.servers import ScriptedServer
+from tests.recon.stream.servers import FRAMES, ScriptedServer
 from tests.recon.stream.test_http import numbered
-from tests.recon.stream.test_recording import record
+from tests.recon.stream.test_newest import SCAN
+from tests.recon.stream.test_recording import frame, record
 from tests.synthetic import make_dataset
 
+DAMAGED = FRAMES[0].replace(SCAN, SCAN[:9] + b"\xff\xd8" * 9)
+"""A JPEG with its head and its end."""
 UNWARP = prepare_unwarp((32, 24), None, None, None)
 
 
@@ -32,6 +39,26 @@ def test_damage_of_a_recording_is_told(tmp_path, capsys) -> None:
     times_ns, _ = accept._times(str(path), UNWARP)
     assert 0 < len(times_ns) < 90
     assert f"{path}: " in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("broken", [0, 1])
+def test_a_frame_that_is_damaged_within_is_no_frame(broken, tmp_path, capsys) -> None:
+    path = tmp_path / "touch.mcap"
+    with Recorder(path, {"wedge": None}) as recorder:
+        for index in range(3):
+            whole = frame(index)
+            recorder.add("wedge", replace(whole, jpeg=DAMAGED) if index == broken else whole)
+    times_ns, _ = accept._times(str(path), UNWARP)
+    assert times_ns == [frame(index).time_ns for index in range(3) if index != broken]
+    assert f"{path}: 1 damaged frame." in capsys.readouterr().out
+
+
+def test_frames_of_which_none_is_whole_are_refused_by_their_place(tmp_path) -> None:
+    path = tmp_path / "touch.mcap"
+    with Recorder(path, {"wedge": None}) as recorder:
+        recorder.add("wedge", replace(frame(0), jpeg=DAMAGED))
+    with pytest.raises(WedgeError, match=rf"{path}.*, frame 0: the frame is not a whole JPEG"):
+        accept._times(str(path), UNWARP)
 
 
 @pytest.mark.parametrize("words", ["accept {unit} {set}", "evaluate {unit} {set}", "table {set}"])

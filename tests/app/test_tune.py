@@ -104,6 +104,23 @@ def test_too_few_frames_for_flicker_are_counted(
     assert f"at least 3 frames; {counted} came." in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("broken", [0, 2])
+def test_a_damaged_frame_is_left_out_and_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], broken: int
+) -> None:
+    folder, report = frames(tmp_path / "blank", 0, 0, 0), tmp_path / "tune.json"
+    for number, said in ((broken, "1 damaged frame."), (1, "2 damaged frames.")):
+        path = folder / f"{number:03}.png"
+        path.write_bytes(path.read_bytes()[:60])
+        assert run(folder, "--json", report) == 0
+        assert f"{folder}: {said}" in capsys.readouterr().out
+    assert json.loads(report.read_text())["blank"]["frames"] == 1
+    for path in folder.iterdir():
+        path.write_bytes(path.read_bytes()[:60])
+    assert run(folder) == 2
+    assert f"{folder}, frame 0: " in capsys.readouterr().err
+
+
 def test_of_a_dataset_the_blank_frames_alone_are_read(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -114,6 +131,7 @@ def test_of_a_dataset_the_blank_frames_alone_are_read(
 
 
 @pytest.mark.parametrize("touched", [0, 2])
+@pytest.mark.parametrize("times", [1, 10])
 def test_a_touched_gel_is_refused_but_not_bands(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], touched: int, times: int
 ) -> None:
@@ -134,7 +152,6 @@ def test_a_touched_gel_is_refused_but_not_bands(
     assert "something touches the gel" in capsys.readouterr().err
     assert not file.exists()
 
-@pytest.mark.parametrize("times", [1, 10])
 
 @pytest.mark.parametrize("credentials", [None, "wedge:secret"])
 def test_a_stream_says_itself_what_it_was_made_with(
@@ -150,6 +167,20 @@ def test_a_stream_says_itself_what_it_was_made_with(
     tuned = read_settings(file)
     unchanged = ("red_gain", "blue_gain", "exposure_us", "analogue_gain")
     assert replace(tuned, **{key: getattr(made_with, key) for key in unchanged}) == made_with
+
+
+def test_a_stream_with_settings_of_another_version_is_said_and_the_file_used(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, report = tmp_path / "wedge.toml", tmp_path / "tune.json"
+    write_settings(file, Settings(red_gain=7.0))
+    with stream(Settings(red_gain=1.1), hdr=True) as url:
+        assert run(url, "--settings", file, "--frames", "5", "--json", report) == 0
+        said = capsys.readouterr().out
+        assert "of another version" in said and "unknown key hdr" in said
+        assert json.loads(report.read_text())["before"]["red_gain"] == 7.0
+        assert run(url, "--frames", "5") == 0
+        assert "give the Pi's file with --settings" in capsys.readouterr().out
 
 
 def test_a_misspelt_settings_file_is_refused_by_name_and_stays(
@@ -169,20 +200,6 @@ def test_a_frame_of_the_folder_is_not_written_over_but_an_earlier_report_may_be(
     before = (folder / "000.png").read_bytes()
     assert run(folder, "--json", folder / "000.png") == 2
     assert capsys.readouterr().err.count("is an input and would be overwritten") == 1
-def test_a_stream_with_settings_of_another_version_is_said_and_the_file_used(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    file, report = tmp_path / "wedge.toml", tmp_path / "tune.json"
-    write_settings(file, Settings(red_gain=7.0))
-    with stream(Settings(red_gain=1.1), hdr=True) as url:
-        assert run(url, "--settings", file, "--frames", "5", "--json", report) == 0
-        said = capsys.readouterr().out
-        assert "of another version" in said and "unknown key hdr" in said
-        assert json.loads(report.read_text())["before"]["red_gain"] == 7.0
-        assert run(url, "--frames", "5") == 0
-        assert "give the Pi's file with --settings" in capsys.readouterr().out
-
-
     assert (folder / "000.png").read_bytes() == before
     for _ in range(2):
         assert run(folder, "--json", folder / "tune.json") == 0
