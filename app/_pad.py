@@ -10,6 +10,8 @@ OTHER_PAD = 0.2
 """Share by which a pad that was measured may differ from its design's; real Wedges do by 0.09."""
 NOTED = 0.05
 """From this share on it is said."""
+SIDES_MM = (1.0, 1000.0)
+"""A pad's side is at least the first, and below the second."""
 
 
 def assumed_pad_mm(design: Wedge | None, pad_size_mm: Pair | None = None) -> Pair:
@@ -22,8 +24,11 @@ def assumed_pad_mm(design: Wedge | None, pad_size_mm: Pair | None = None) -> Pai
         raise WedgeError(
             "--design and --pad-size-mm both give the size of the pad: use one of them."
         )
-    if pad_size_mm is not None and not all(1 <= side < 1e3 for side in pad_size_mm):
-        raise WedgeError("--pad-size-mm must be two lengths of at least 1 mm.")
+    least, most = SIDES_MM
+    if pad_size_mm is not None and not all(least <= side < most for side in pad_size_mm):
+        raise WedgeError(
+            f"--pad-size-mm must be two lengths of at least {least:g} and below {most:g} mm."
+        )
     return pad_size_mm or (design or STANDARD).pad_size_mm
 
 

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from recon.stream import FrameSource, TimedFrame
 
 RATE_OVER_S = 2.0
+FAR_TOO_MANY = 1e9
+"""Of seconds, or of times as fast: more than clocks can wait."""
 
 
 def open_where(where: str) -> "FrameSource":
@@ -73,8 +75,6 @@ def open_live(where: str, *, repeat: bool = False) -> "FrameSource":
     return source if source.live else Paced(source, repeat=repeat)
 
 
-@contextmanager
-def unit_of(where: str, unit: Path | None) -> Iterator[Path | None]:
 def whole_frames(source: "FrameSource", most: int) -> "Iterator[tuple[TimedFrame, Frame]]":
     """The whole ones among a source's first frames, with their pixels; the others are counted.
 
@@ -103,6 +103,8 @@ def what_was_damaged(source: "FrameSource") -> str:
     return " ".join(filter(None, (damage, counts.remark)))
 
 
+@contextmanager
+def unit_of(where: str, unit: Path | None) -> Iterator[Path | None]:
     """The unit folder that was named, or else the one inside a recording."""
     from recon.stream import McapSource, is_recording
 
@@ -114,13 +116,13 @@ def what_was_damaged(source: "FrameSource") -> str:
 
 
 def refuse_few(name: str, value: float | None) -> None:
-    """Refuse a number of seconds or a speed that is not above zero.
+    """Refuse a number of seconds or a speed that is not above zero, or beyond any sense.
 
     Raises:
         WedgeError: names the option.
     """
-    if value is not None and not 0 < value < 1e9:
-        raise WedgeError(f"--{name} {value:g} must be above zero.")
+    if value is not None and not 0 < value < FAR_TOO_MANY:
+        raise WedgeError(f"--{name} {value:g} must be above zero and below {FAR_TOO_MANY:g}.")
 
 
 class Rate:

@@ -310,7 +310,8 @@ def _label(cells: dict[str, str]) -> BallLabel:
         except ValueError as error:
             raise WedgeError(f"{key} = {text!r} ({cells['file']}) is not a number.") from error
         if key in ("contact_radius_px", "ball_radius_mm"):
-            within, wanted = LEAST <= numbers[key] <= MOST, "a positive number"
+            within, wanted = LEAST <= numbers[key] <= MOST, f"from {LEAST:g} to {MOST:g}"
+            wanted = wanted if numbers[key] > 0 else "a positive number"
         elif key == "quality":
             within, wanted = 0 <= numbers[key] <= 1, "from 0 to 1"
         else:

@@ -4,7 +4,7 @@
 
 import pytest
 
-from app._pad import NOTED, OTHER_PAD, pad_remark, refuse_other_pad
+from app._pad import NOTED, OTHER_PAD, assumed_pad_mm, pad_remark, refuse_other_pad
 from sensor.design import FINGER, STANDARD
 from sensor.errors import WedgeError
 
@@ -12,6 +12,13 @@ from sensor.errors import WedgeError
 def pad(along_x, along_y):
     length, width = STANDARD.pad_size_mm
     return length * along_x, width * along_y
+
+
+@pytest.mark.parametrize("side_mm", [0.9, 1000.0])
+def test_a_length_that_no_pad_has_is_refused_by_both_bounds(side_mm):
+    with pytest.raises(WedgeError, match=r"two lengths of at least 1 and below 1000 mm\.$"):
+        assumed_pad_mm(None, (20.0, side_mm))
+    assert assumed_pad_mm(None, (1.0, 999.0)) == (1.0, 999.0)
 
 
 @pytest.mark.parametrize("share", [1 - OTHER_PAD - 0.01, 1 + OTHER_PAD + 0.01])

@@ -280,7 +280,7 @@ HEADER = "file,center_x_px,center_y_px,contact_radius_px\n"
         (HEADER + "background.png,1,2,3\n", r"labels background\.png, .* the blank gel"),
         (HEADER.replace("\n", ",quality\n") + "a.png,1,2,3,1.5\n", "quality = 1.5 .* from 0 to 1"),
         (HEADER.replace("\n", ",quality\n") + "a.png,1,2,3,nan\n", "quality = nan .* from 0 to 1"),
-        (HEADER + "a.png,1,2,1e-300\n", "contact_radius_px = 1e-300 .* must be a positive"),
+        (HEADER + "a.png,1,2,1e-300\n", "contact_radius_px = 1e-300 .* from 1e-06 to 1e"),
         (HEADER + "a.png,1,2,40\n", r"of a\.png \(4\.00 mm .* ball 4 mm\)"),
         (HEADER + "a.png,1,2,3\nb.png,1,2,55\n", r"of b\.png \(5\.50 mm"),
         (
