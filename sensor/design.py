@@ -269,9 +269,9 @@ class Wedge:
 
 
 def _numbers(part: Bounded) -> dict[str, object]:
-    """What a part's fields hold; 3 for a length is 3.0, as equal designs have one hash."""
-    held = {item.name: (item.type, getattr(part, item.name)) for item in fields(part)}
-    return {name: float(value) if kind is float else value for name, (kind, value) in held.items()}
+    """What a part's fields hold; 3 is 3.0 and -0.0 is 0.0, as equal designs have one hash."""
+    held = ((item.name, item.type, getattr(part, item.name)) for item in fields(part))
+    return {name: value + 0.0 if kind is float else value for name, kind, value in held}
 
 
 STANDARD = Wedge(

@@ -71,7 +71,7 @@ def located(path: Path, error: WedgeError) -> WedgeError:
 
 def text_line(value: object, key: str) -> str:
     """A value that must be a line of text."""
-    if not isinstance(value, str) or not value.strip():
+    if not isinstance(value, str) or not value.strip() or value.splitlines() != [value]:
         raise WedgeError(f"{key} must be a line of text, not {value!r}.")
     return value
 

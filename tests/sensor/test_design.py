@@ -214,8 +214,12 @@ def test_the_hash_is_of_every_number_and_not_of_the_name(design):
     assert len(hashes) == len(numbers(design)) + 2
 
 
-def test_equal_designs_have_one_hash():
-    whole, same = (with_number(STANDARD, "acrylic", "thickness_mm", value) for value in (3, 3.0))
+@pytest.mark.parametrize(
+    ("part", "name", "values"),
+    [("acrylic", "thickness_mm", (3, 3.0)), ("laser", "mirror_kerf_mm", (0.0, -0.0))],
+)
+def test_equal_designs_have_one_hash(part, name, values):
+    whole, same = (with_number(STANDARD, part, name, value) for value in values)
     assert whole == same and whole.sha256 == same.sha256 != STANDARD.sha256
 
 

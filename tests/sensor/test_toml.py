@@ -189,7 +189,7 @@ def test_what_is_no_pair_is_refused(value):
         positive_pair(value, "mm")
 
 
-@pytest.mark.parametrize("value", ["", "  \n", 3, None, ["a"]])
+@pytest.mark.parametrize("value", ["", "  \n", "a\nb", "a\n", "a\u2028b", 3, None, ["a"]])
 def test_what_is_no_line_of_text_is_refused(value):
     with pytest.raises(WedgeError, match="name must be a line of text"):
         text_line(value, "name")

@@ -29,7 +29,7 @@ CARD = UnitCard(
     markers={"count": 63, "spacing_mm": 1.5, "diameter_mm": 0.5},
     learnt_frames=("ef", "01"),
 )
-lines = st.text(min_size=1, max_size=20).filter(lambda text: text.strip())
+lines = st.text(min_size=1, max_size=20).filter(lambda x: x.strip() and x.splitlines() == [x])
 sides = st.integers(1, 8192)
 pairs = st.tuples(st.floats(1e-6, 100), st.floats(1e-6, 100))
 
