@@ -5,13 +5,12 @@
 Known by what they hold: gs_sdk's ``catalog.csv`` (a folder a press, diameter in mm), Taxim's
 ``dataPack.npz`` (frames and circles in one archive, BGR), and frames with their circles in text
 files (``circle_texts``). None of them says everything, so pitch, and where it is not in there the
-ball, are asked for. Circles are taken as they are: they go round the visible disc, and
-``mend_circles`` refits them to the contact.
+ball, are asked for. Circles that were drawn go round the visible disc: they are refitted to the
+contact.
 """
 
 import csv
 import io
-import re
 from dataclasses import dataclass, replace
 from math import isclose
 from pathlib import Path
@@ -24,7 +23,7 @@ from sensor.dataset import BallLabel, DatasetCard
 from sensor.errors import WedgeError
 from validation.importers.circle_texts import read_circle_texts, read_text
 from validation.importers.drawn import drawn_label, read_numbers, refuse_count
-from validation.importers.folder import write_dataset
+from validation.importers.folder import plain_name, write_dataset
 from validation.importers.taxim_pack import (
     BACKGROUND,
     TaximPack,
@@ -94,9 +93,8 @@ def import_calibration(
     *,
     mm_per_px: float,
     ball_radius_mm: float | None,
-    mend_circles: bool = True,
 ) -> tuple[LeftOut, ...]:
-    """Write a dataset folder from what was found.
+    """Write a dataset folder from what was found, every circle refitted to its ball's shading.
 
     Args:
         found: what the source holds.
@@ -104,7 +102,6 @@ def import_calibration(
         folder: to write to.
         mm_per_px: pitch of the frames, which must show the gel plane.
         ball_radius_mm: of the ball, where the source does not say; each press keeps its own.
-        mend_circles: refit every circle to its ball's shading.
 
     Returns:
         Presses that could not be refitted, and why.
@@ -116,7 +113,7 @@ def import_calibration(
     if not found.labels:
         raise WedgeError(f"{source} has no picture with a circle. {found.left_aside}")
     radius_mm = _card_radius_mm(found, source, ball_radius_mm)
-    narrowed = _narrowed(found, source, mm_per_px, radius_mm, refitted=mend_circles)
+    narrowed = _narrowed(found, source, mm_per_px, radius_mm)
     if found.pack is not None:
         write_taxim_frames(found.pack, folder)
         names: tuple[str, ...] = (BACKGROUND,)
@@ -126,9 +123,10 @@ def import_calibration(
             write_image(folder / name, read_image(path))
         for path, label in zip(found.frames, found.labels, strict=True):
             write_image(folder / label.file, read_image(path))
+    place = source.resolve()  # of . and .. too
     card = DatasetCard(
-        name=folder.name if not source.name else re.sub(r"\W+", "-", source.stem).strip("-"),
-        source=f"{found.kind}: {source.name}",
+        name=plain_name(place.stem, "calibration"),
+        source=f"{found.kind}: {place.name}",
         licence="as the source's",
         mm_per_px=(mm_per_px, mm_per_px),
         ball_radius_mm=radius_mm,
@@ -138,7 +136,7 @@ def import_calibration(
         replace(label, ball_radius_mm=None) if label.ball_radius_mm == radius_mm else label
         for label in narrowed
     ]
-    return write_dataset(folder, card, labels, mend_circles=mend_circles)
+    return write_dataset(folder, card, labels, mend_circles=True)
 
 
 def _card_radius_mm(found: Found, source: Path, given_mm: float | None) -> float:
@@ -161,7 +159,7 @@ def _card_radius_mm(found: Found, source: Path, given_mm: float | None) -> float
 
 
 def _narrowed(
-    found: Found, source: Path, mm_per_px: float, card_radius_mm: float, *, refitted: bool
+    found: Found, source: Path, mm_per_px: float, card_radius_mm: float
 ) -> tuple[BallLabel, ...]:
     """The labels, with circles that are drawn too wide made narrower than their balls.
 
@@ -169,14 +167,14 @@ def _narrowed(
     wrong pitch most are too wide.
 
     Raises:
-        WedgeError: most are not smaller than their balls, or one that is not to be refitted.
+        WedgeError: most are not smaller than their balls.
     """
     widest_px = np.array(
         [(label.ball_radius_mm or card_radius_mm) / mm_per_px for label in found.labels]
     )
     drawn_px = np.array([label.contact_radius_px for label in found.labels])
     shares = drawn_px / widest_px
-    if np.median(shares) >= 1 or (not refitted and shares.max() >= 1):
+    if np.median(shares) >= 1:
         first = int(np.argmax(shares >= 1))
         label = found.labels[first]
         name = label.file
@@ -189,8 +187,6 @@ def _narrowed(
             f"{widest_px[first] * mm_per_px:g} mm: "
             f"{both if label.ball_radius_mm is None else 'is --mm-per-px'} right?"
         )
-    if not refitted:
-        return found.labels
     return tuple(
         replace(label, contact_radius_px=min(label.contact_radius_px, WIDEST * float(widest)))
         for label, widest in zip(found.labels, widest_px, strict=True)
@@ -251,6 +247,8 @@ def _circle_texts(source: Path) -> Found | None:
         raise WedgeError(
             f"{source} has circles, but no picture of the blank gel: name it background.png."
         )
+    if texts.circles:
+        refuse_count(source, len(texts.circles))
     return Found(
         kind=TEXTS,
         backgrounds=texts.backgrounds,

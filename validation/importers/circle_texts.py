@@ -55,18 +55,23 @@ def read_circle_texts(source: Path) -> CircleTexts:
     """Read the texts of a folder and of the folders in it.
 
     Raises:
-        WedgeError: a text cannot be read, one picture has two circles, or two pictures are called
-            alike but for their endings.
+        WedgeError: there are too many texts, one cannot be read, one picture has two circles, or
+            two pictures are called alike but for their endings.
     """
     files = _files(source)
     pictures = [path for path in files if path.suffix.lower() in IMAGES]
     beside = [path for path in pictures if path.parent == source]
     texts = [path for path in files if path.suffix.lower() == ".txt"]
+    if len(texts) > MOST_PRESSES + 1:  # one a picture, and one for all
+        raise WedgeError(
+            f"{source} holds {len(texts)} texts, more than the {MOST_PRESSES} presses that can be "
+            "imported: keep those with circles."
+        )
     stems = _Pictures((path.stem, path) for path in beside)
     names = _Pictures((path.relative_to(source).as_posix(), path) for path in pictures)
     circles: dict[Path, Circle] = {}
     unmatched: list[str] = []
-    for text in texts[: MOST_PRESSES + 1]:
+    for text in texts:
         for number, line in enumerate(read_text(text).splitlines(), start=1):
             words = line[:LONGEST_LINE].strip("\"' \t")
             if REMARK.match(words):

@@ -61,4 +61,6 @@ def refuse_count(source: Path, presses: int) -> None:
         WedgeError: says how many there are.
     """
     if not 0 < presses <= MOST_PRESSES:
-        raise WedgeError(f"{source} holds {presses} labelled presses.")
+        raise WedgeError(
+            f"{source} holds {presses} labelled presses: 1 to {MOST_PRESSES} can be imported."
+        )

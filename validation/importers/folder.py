@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What every importer does at its end: labels mended, lights measured, the folder written."""
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -87,6 +88,11 @@ def mended(press: BallPress, drawn: BallLabel) -> BallLabel:
         contact_radius_px=round(circle.radius_px, 2),
         quality=round(circle.quality, 3),
     )
+
+
+def plain_name(text: str, otherwise: str) -> str:
+    """A text as the name of a dataset: letters, digits and hyphens; else another name."""
+    return re.sub(r"\W+", "-", text).strip("-") or otherwise
 
 
 def copy_frames(source: Path, folder: Path, names: Iterable[str]) -> None:

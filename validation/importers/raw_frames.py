@@ -40,7 +40,7 @@ from sensor.dataset import (
 )
 from sensor.errors import WedgeError
 from sensor.toml import Pair, located
-from validation.importers.folder import copy_frames, write_dataset
+from validation.importers.folder import copy_frames, plain_name, write_dataset
 
 Item = TypeVar("Item")
 
@@ -172,7 +172,7 @@ def import_raw_frames(
         refuse_name(source / name)
     copy_frames(source, folder, [*pictures.background, *pictures.presses])
     blank = read_image(source / pictures.background[0])
-    name = re.sub(r"\W+", "-", source.resolve().name).strip("-") or "frames"
+    name = plain_name(source.resolve().name, "frames")
     card = first_card(blank, name, pictures.background, ball_radius_mm, pad_size_mm)
     left_aside = None
     if mm_per_px is not None:

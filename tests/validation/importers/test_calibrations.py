@@ -18,6 +18,7 @@ from sensor.dataset import Dataset, read_dataset
 from sensor.errors import WedgeError
 from tests.synthetic import BALL_RADIUS_MM, MM_PER_PX, make_dataset
 from tests.validation.importers.packs import circle, write_taxim
+from validation.importers import circle_texts, drawn
 from validation.importers.calibrations import find_calibration, import_calibration
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -81,21 +82,44 @@ def test_presses_come_back_as_they_were_written(write, truth: Dataset, tmp_path:
     assert found is not None
     folder = tmp_path / "out"
     folder.mkdir()
-    import_calibration(
-        found,
-        source,
-        folder,
-        mm_per_px=MM_PER_PX[0],
-        ball_radius_mm=BALL_RADIUS_MM,
-        mend_circles=False,
-    )
+    assert [circle(x) for x in found.labels] == [circle(x) for x in truth.labels]
+    import_calibration(found, source, folder, mm_per_px=MM_PER_PX[0], ball_radius_mm=BALL_RADIUS_MM)
     read = read_dataset(folder)
-    assert [circle(x) for x in read.labels] == [circle(x) for x in truth.labels]
     assert all(read.ball_radius_mm(label) == BALL_RADIUS_MM for label in read.labels)
     for label, other in zip(read.labels, truth.labels, strict=True):
         frame = read_frame(folder, label.file)
         np.testing.assert_array_equal(frame, read_image(truth.folder / other.file))
     assert read.card.lights_deg == pytest.approx(truth.card.lights_deg, abs=3)
+
+
+@pytest.mark.parametrize("here", [".", "below/.."])
+def test_a_source_is_called_alike_from_within(
+    here: str, truth: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source = write_gs_sdk(truth, tmp_path / "my balls")
+    (source / "below").mkdir()
+    monkeypatch.chdir(source)
+    cards = []
+    for number, path in enumerate((source, Path(here))):
+        found = find_calibration(path)
+        assert found is not None
+        folder = tmp_path / f"draft-{number}"
+        folder.mkdir()
+        import_calibration(found, path, folder, mm_per_px=MM_PER_PX[0], ball_radius_mm=None)
+        cards.append(read_dataset(folder).card)
+    assert (cards[0].name, cards[0].source) == ("my-balls", "gs_sdk catalogue: my balls")
+    assert cards[1] == cards[0]
+
+
+@pytest.mark.parametrize("write", [write_texts, write_one_text])
+def test_more_circles_than_can_be_imported_are_refused(
+    write, truth: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for module in (drawn, circle_texts):
+        monkeypatch.setattr(module, "MOST_PRESSES", len(truth.labels) - 2)
+    source = write(truth, tmp_path / "source")
+    with pytest.raises(WedgeError, match=f"holds {len(truth.labels)} "):
+        find_calibration(source)
 
 
 def test_the_command_imports_and_says_what_it_misses(truth: Dataset, tmp_path: Path) -> None:
@@ -114,28 +138,20 @@ def test_the_command_imports_and_says_what_it_misses(truth: Dataset, tmp_path: P
     assert "refitted to the ball's shading" in done.stdout
 
 
-@pytest.mark.parametrize("mend_circles", [True, False])
 @pytest.mark.parametrize("diameters_mm", [(8.0, 9.5, 9.5, 12.0, 8.0), (8.0,) * 5, (9.47,) * 5])
 def test_each_press_keeps_the_ball_that_made_it(
-    mend_circles: bool, diameters_mm: tuple[float, ...], truth: Dataset, tmp_path: Path
+    diameters_mm: tuple[float, ...], truth: Dataset, tmp_path: Path
 ) -> None:
     source = write_gs_sdk(truth, tmp_path / "source", diameters_mm)
     found = find_calibration(source)
     assert found is not None
     (tmp_path / "out").mkdir()
-    import_calibration(
-        found,
-        source,
-        tmp_path / "out",
-        mm_per_px=MM_PER_PX[0],
-        ball_radius_mm=None,
-        mend_circles=mend_circles,
-    )
+    import_calibration(found, source, tmp_path / "out", mm_per_px=MM_PER_PX[0], ball_radius_mm=None)
     read = read_dataset(tmp_path / "out")
     assert [2 * read.ball_radius_mm(label) for label in read.labels] == list(diameters_mm)
     own = {label.ball_radius_mm for label in read.labels}  # where it is not the card's
     assert own - {None} == {x / 2 for x in diameters_mm} - {read.card.ball_radius_mm}
-    assert all((label.quality is not None) == mend_circles for label in read.labels)
+    assert all(label.quality is not None for label in read.labels)
 
 
 @pytest.mark.parametrize("radius_mm", [2.2, 4.75])
@@ -190,17 +206,6 @@ def test_a_circle_drawn_wider_than_its_ball_costs_no_other_press(
     assert len(read.labels) == len(truth.labels)
     assert read.labels[2].contact_radius_px * MM_PER_PX[0] < BALL_RADIUS_MM
     assert "1 are doubtful" in capsys.readouterr().out
-    found = find_calibration(source)
-    assert found is not None
-    with pytest.raises(WedgeError, match=r"8\.000mm/2/gelsight\.png"):
-        import_calibration(
-            found,
-            source,
-            tmp_path / "kept",
-            mm_per_px=MM_PER_PX[0],
-            ball_radius_mm=None,
-            mend_circles=False,
-        )
 
 
 def test_circle_texts_without_a_pitch_leave_the_frames_as_ones_own(
