@@ -14,8 +14,9 @@ Topics, under the node's name ``gelsight_wedge``:
 - ``~/depth`` (sensor_msgs/Image, 32FC1): indentation in **metres**, as ROS wants it, >= 0 where the
   gel is pressed. Only with a unit.
 
-Parameters: ``source`` (whatever `wedge live` takes), ``unit`` (a unit folder), ``frame_id``. Frames
-are stamped with the time at which they were taken. Slow subscribers get the newest.
+Parameters: ``source`` (a stream's address, ``usb:0``, a folder of images, a dataset folder, a video
+or a recording; files play at their own pace), ``unit`` (a unit folder), ``frame_id``. Frames are
+stamped with the time at which they were taken. Slow subscribers get the newest.
 """
 
 import sys
@@ -26,7 +27,7 @@ from typing import Any
 import numpy as np
 
 from recon.fast import FastReconstructor
-from recon.stream import Newest, TimedFrame, open_source
+from recon.stream import Newest, Paced, TimedFrame, open_source
 from recon.stream.jpeg import encode_jpeg
 from recon.stream.ros import FORMAT
 from sensor.errors import WedgeError
@@ -61,7 +62,8 @@ def main(words: list[str] | None = None) -> int:
     remark, fits = "", False
     try:
         reconstruct = FastReconstructor.load(unit) if unit else None
-        with Newest(open_source(source)) as newest:
+        opened = open_source(source)
+        with Newest(opened if opened.live else Paced(opened)) as newest:
             while rclpy.ok() and not newest.ended:
                 if newest.source.counts.remark != remark:
                     remark = newest.source.counts.remark

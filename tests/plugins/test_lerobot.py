@@ -5,6 +5,7 @@
 import importlib
 import re
 import sys
+import time
 import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -113,6 +114,23 @@ def test_it_is_connected_once_and_closed_once(plugin: ModuleType) -> None:
                     call()
             camera.connect()
             assert camera.is_connected
+
+
+def test_a_folder_plays_at_its_pace_and_is_connected_until_it_is_closed(
+    plugin: ModuleType, tmp_path: Path
+) -> None:
+    for level in range(12):
+        Image.fromarray(np.full((48, 64, 3), level, np.uint8)).save(tmp_path / f"{level}.png")
+    seen = []
+    with connected(plugin, tmp_path) as camera:
+        with pytest.raises(TimeoutError, match=f"{tmp_path}.* has ended"):
+            while True:
+                seen.append(camera.read().mean())
+                time.sleep(0.01)  # a third of the time to the next frame
+        assert seen == sorted(set(seen)) and len(seen) > 6  # a busy machine may skip some
+        assert camera.is_connected  # else LeRobot's arm would not let go of its motors
+        camera.disconnect()
+        assert not camera.is_connected
 
 
 @pytest.mark.parametrize(

@@ -4,8 +4,10 @@
 
 import contextlib
 import importlib.util
+import shutil
 import subprocess
 import sys
+import time
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any
@@ -88,6 +90,25 @@ def test_a_frame_is_published_as_it_came_and_as_depth(node: ModuleType, desk: Pa
     assert stamp.sec * 10**9 + stamp.nanosec == frame.time_ns
 
 
+def test_a_folder_plays_at_its_pace(
+    node: ModuleType, desk: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = node.compressed_message
+
+    def slowly(*words: Any) -> Any:
+        time.sleep(0.01)  # a third of the time to the next frame
+        return whole(*words)
+
+    monkeypatch.setattr(node, "compressed_message", slowly)
+    for number in range(12):
+        shutil.copy(desk / "frames" / "0.jpg", tmp_path / f"{number}.jpg")
+    status, ros = run(node, source=str(tmp_path))
+    stamps = [message.header.stamp for message in ros.PUBLISHED["~/image_raw/compressed"]]
+    times_ns = [stamp.nanosec for stamp in stamps]
+    assert status == 0 and times_ns == sorted(set(times_ns))
+    assert len(times_ns) > 6  # a busy machine may skip some
+
+
 def test_a_jpeg_is_passed_on_unchanged(node: ModuleType) -> None:
     from sensor_msgs.msg import CompressedImage
 
@@ -129,7 +150,7 @@ def test_one_odd_frame_has_no_depth_and_the_others_have(
         TimedFrame(index=i, time_ns=i, arrived_ns=i, pixels=pixels)
         for i, pixels in enumerate([blank, blank[:24], blank])
     ]
-    monkeypatch.setattr(node, "open_source", lambda _: None)
+    monkeypatch.setattr(node, "open_source", lambda _: SimpleNamespace(live=True))
     monkeypatch.setattr(node, "Newest", lambda _: _Each(frames))
     status, ros = run(node, source="any", unit=str(desk / "unit"))
     assert status == 0

@@ -13,7 +13,8 @@ class GelSightWedgeCameraConfig(CameraConfig):
     """Where the frames come from, in addition to LeRobot's ``fps``, ``width`` and ``height``.
 
     Attributes:
-        source: A stream's address, or whatever `wedge live` takes.
+        source: A stream's address, `usb:0`, or what plays at its own pace: a folder of images, a
+            dataset folder, a video or a recording.
         color_mode: Order of the channels.
     """
 

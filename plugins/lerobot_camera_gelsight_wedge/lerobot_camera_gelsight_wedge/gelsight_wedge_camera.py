@@ -12,7 +12,7 @@ from lerobot.utils.errors import DeviceAlreadyConnectedError, DeviceNotConnected
 from numpy.typing import NDArray
 
 from lerobot_camera_gelsight_wedge.config_gelsight_wedge_camera import GelSightWedgeCameraConfig
-from recon.stream import Newest, TimedFrame, open_source
+from recon.stream import Newest, Paced, TimedFrame, open_source
 from sensor.errors import WedgeError
 
 FIRST_FRAME_WITHIN_MS = 5000.0
@@ -36,7 +36,11 @@ class GelSightWedgeCamera(Camera):  # type: ignore[misc, unused-ignore]
 
     @property
     def is_connected(self) -> bool:
-        """Whether there is a source that may still give frames."""
+        """Whether it was connected and not disconnected since, as LeRobot's own cameras say.
+
+        That holds after a source has ended, too: LeRobot's arms release their motors only if all of
+        their cameras are connected.
+        """
         return self._newest is not None
 
     @staticmethod
@@ -57,7 +61,8 @@ class GelSightWedgeCamera(Camera):  # type: ignore[misc, unused-ignore]
         if self.is_connected:
             raise DeviceAlreadyConnectedError(f"{self} is already connected.")
         try:
-            self._newest = Newest(open_source(self.config.source))
+            source = open_source(self.config.source)
+            self._newest = Newest(source if source.live else Paced(source))
             height, width = self.async_read(FIRST_FRAME_WITHIN_MS).shape[:2]
             if (self.width or width, self.height or height) != (width, height):
                 raise WedgeError(
@@ -87,7 +92,7 @@ class GelSightWedgeCamera(Camera):  # type: ignore[misc, unused-ignore]
             timeout_ms: How long to wait for it.
 
         Raises:
-            TimeoutError: none came in time.
+            TimeoutError: none came in time, or the source has ended.
         """
         return self._image(self._next(timeout_ms))
 
@@ -127,9 +132,11 @@ class GelSightWedgeCamera(Camera):  # type: ignore[misc, unused-ignore]
         return self._newest
 
     def _next(self, timeout_ms: float) -> TimedFrame:
-        frame = self._connected().take(timeout_ms / 1000)
+        newest = self._connected()
+        frame = newest.take(timeout_ms / 1000)
         if frame is None:
-            raise TimeoutError(f"{self} gave no frame within {timeout_ms:.0f} ms.")
+            late = f"gave no frame within {timeout_ms:.0f} ms"
+            raise TimeoutError(f"{self} {'has ended' if newest.ended else late}.")
         self._last = frame
         return frame
 
