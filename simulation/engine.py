@@ -15,8 +15,9 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Literal
 
@@ -37,12 +38,21 @@ _TRIAL = (
 )
 
 
+def _installed() -> str:
+    try:
+        return version("mitsuba")
+    except PackageNotFoundError:
+        return ""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Engine:
     """A variant of Mitsuba, and the library that it needs; small enough to send to a worker."""
 
     variant: Variant
     library: str | None = None
+    mitsuba: str = field(default_factory=_installed)
+    """Its version where this engine was chosen, as on a worker; empty where there is none."""
 
     @contextmanager
     def loaded(self, threads: int | None = None) -> Iterator[Any]:

@@ -208,11 +208,12 @@ def planned_presses(recipe: Recipe, size: SweepSize) -> list[Press]:
 
 
 def key_of(recipe: Recipe, presses: int) -> str:
-    """Hash of everything that decides a rendered set, the code that renders included."""
+    """Hash of everything that decides a rendered set, Mitsuba and our code included."""
     code = {path.name: path for path in Path(simulation.__file__).parent.glob("*.py")}
     decides = {
         "design": recipe.design.sha256,
         "variant": recipe.engine.variant,
+        "mitsuba": recipe.engine.mitsuba,
         "width_px": recipe.width_px,
         "samples": recipe.samples,
         "seed": recipe.seed,

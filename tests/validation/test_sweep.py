@@ -8,11 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import simulation.engine
 from recon.presses import LEAST_RADIUS_PX
 from sensor.design import FINGER, STANDARD, Wedge
 from sensor.errors import WedgeError
 from simulation.dataset import Recipe, dent_of, label_of, presses_of, write_set
-from simulation.engine import SCALAR
+from simulation.engine import SCALAR, Engine
 from tests.simulation.conftest import InLine
 from validation.error_table import Row
 from validation.figures.png import png_bytes
@@ -244,6 +245,13 @@ def test_a_sets_name_tells_everything_that_decides_it() -> None:
     names = [key_of(recipe, 5) for recipe in recipes] + [key_of(recipes[0], 6)]
     assert len(set(names)) == len(names)
     assert key_of(recipes[0], 5) == names[0]
+
+
+def test_a_set_that_another_mitsuba_rendered_is_another(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(simulation.engine, "version", lambda package: f"{package} 0.1")
+    engines = SCALAR, Engine(variant=SCALAR.variant), Engine(variant=SCALAR.variant)
+    names = [key_of(Recipe(engine=engine, design=FINGER), 5) for engine in engines]
+    assert names[0] != names[1] == names[2]
 
 
 def test_lit_area_is_the_share_that_every_colour_reaches() -> None:
