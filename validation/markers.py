@@ -10,12 +10,12 @@ from every dot. Presses are judged by estimators that have not seen them.
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from jaxtyping import Bool, Float64
+from jaxtyping import Bool, Float, Int
 
 from recon.ball import ball_cap, offsets_mm
 from recon.estimators import GradientEstimator, fit_estimator, gradient_field
@@ -42,7 +42,7 @@ class DotCost:
     """Pixels under dots, by how they were filled."""
     presses: int
     pixels: int
-    """Under dots, in contacts."""
+    """Under dots, in contacts, at distances where there is gel without dots nearby as well."""
 
 
 def dot_cost(
@@ -54,7 +54,7 @@ def dot_cost(
     """Judge every press of a marker gel by an estimator that has not seen it.
 
     Raises:
-        WedgeError: the gel shows no dots, or a method has no such name.
+        WedgeError: the gel shows no dots or nothing else, or a method has no such name.
     """
     for method in methods:
         if method not in METHODS:
@@ -77,14 +77,33 @@ def dot_cost(
             for name, (ring, error) in _press_errors(press, fitted, methods).items():
                 rings[name].append(ring)
                 errors[name].append(error)
-    mean = {name: _by_ring(rings[name], errors[name]) for name in rings}
-    weights = np.bincount(np.concatenate(rings[methods[0]]), minlength=RINGS)
-    return DotCost(
-        clear=float(np.average(mean["clear"], weights=weights)),
-        filled={name: float(np.average(mean[name], weights=weights)) for name in methods},
-        presses=len(order),
-        pixels=int(weights.sum()),
+    mean, pixels = compared(
+        {name: (np.concatenate(rings[name]), np.concatenate(errors[name])) for name in rings}
     )
+    if not pixels:
+        raise WedgeError(f"{dataset.folder} shows no gel without dots nearby to compare with.")
+    return DotCost(clear=mean.pop("clear"), filled=mean, presses=len(order), pixels=pixels)
+
+
+def compared(
+    found: Mapping[str, tuple[Int[np.ndarray, " n"], Float[np.ndarray, " n"]]],
+) -> tuple[dict[str, float], int]:
+    """Mean errors on clear gel and under dots, in rings that have both, and the pixels under dots.
+
+    Args:
+        found: ring and error of every pixel: of ``clear``, and under dots by method.
+    """
+    counts = {name: np.bincount(ring, minlength=RINGS) for name, (ring, _) in found.items()}
+    under = next(count for name, count in counts.items() if name != "clear")
+    weights = np.where(counts["clear"] > 0, under, 0)
+    if not weights.any():
+        return dict.fromkeys(found, np.nan), 0
+    by_ring = {
+        name: np.bincount(ring, error, minlength=RINGS) / counts[name].clip(1)
+        for name, (ring, error) in found.items()
+    }
+    mean = {name: float(np.average(by_ring[name], weights=weights)) for name in found}
+    return mean, int(weights.sum())
 
 
 def _press_errors(
@@ -117,12 +136,6 @@ def _contact(press: BallPress) -> tuple[Bool[np.ndarray, "h w"], np.ndarray]:
     reach_mm = min(press.contact_radius_mm - RIM_PX * pitch_mm, STEEPEST * press.ball_radius_mm)
     ring = np.minimum((RINGS * away_mm / reach_mm).astype(int), RINGS - 1)
     return away_mm < reach_mm, ring
-
-
-def _by_ring(rings: list[np.ndarray], errors: list[np.ndarray]) -> Float64[np.ndarray, " r"]:
-    ring, error = np.concatenate(rings), np.concatenate(errors)
-    count = np.bincount(ring, minlength=RINGS)
-    return np.bincount(ring, error, minlength=RINGS) / np.maximum(count, 1)
 
 
 def main() -> None:

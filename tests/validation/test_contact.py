@@ -44,6 +44,16 @@ def test_detection_is_scored_dot_by_dot():
     assert (blind.found, blind.false) == (0, 0)
 
 
+def test_what_dots_cost_is_told_where_there_is_clear_gel_beside_them():
+    from validation.markers import compared
+
+    clear = np.array([3, 4, 4, 5]), np.array([1.0, 2.0, 4.0, 9.0])
+    under = np.array([0, 0, 3, 4]), np.array([99.0, 99.0, 3.0, 5.0])  # the middle is all dots
+    mean, pixels = compared({"clear": clear, "zero": under})
+    assert (mean, pixels) == ({"clear": (1 + 3) / 2, "zero": (3 + 5) / 2}, 2)
+    assert compared({"clear": (clear[0][3:], clear[1][3:]), "zero": under})[1] == 0
+
+
 def test_presses_of_clear_gel_cannot_tell_what_dots_cost(tmp_path):
     from validation.markers import dot_cost
 
