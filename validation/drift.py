@@ -10,7 +10,7 @@ from jaxtyping import Float64
 from scipy import stats
 
 from recon.calibration import Calibration
-from recon.pixels import BallPress, label_pixels
+from recon.pixels import BallPress
 from recon.presses import press_reader, read_presses
 from sensor.dataset import Dataset
 from validation.acceptance.gel import GRAIN_PX, of_one_frame, smooth, untouched
@@ -24,7 +24,7 @@ from validation.evaluation import (
     table_of,
 )
 from validation.intervals import WITHIN, Interval, enough
-from validation.lighting import GRAY_LEVELS
+from validation.lighting import GRAY_LEVELS, response_to_slope, seen_contact
 from validation.metrics import METRICS, PIXEL_SETS
 
 SURE = 0.99
@@ -252,17 +252,13 @@ def compared(evaluations: Sequence[Evaluation]) -> list[Compared]:
 def _of_light(presses: Sequence[BallPress], channels: str, blanks: int) -> dict[str, Number]:
     """Noise, brightness of untouched gel, and each colour's response to slope, of every press."""
     noise, brightness, answers = [], [], []
-    for index, press in enumerate(presses):
+    for press in presses:
         flat = untouched(press)
         if flat.any() and press.blank is not None:
             grain = press.difference - smooth(press.difference, GRAIN_PX)
             noise.append(of_one_frame(blanks) * 1.4826 * np.median(np.abs(grain[flat])))
             brightness.append(np.median((press.difference + press.blank)[flat], axis=0))
-        pixels = label_pixels(press, index, 0)
-        inside = pixels.contact & ~pixels.hidden
-        terms = np.column_stack([pixels.gradient[inside], np.ones(inside.sum())]).astype(float)
-        slopes = np.linalg.lstsq(terms, pixels.color[inside].astype(float), rcond=None)[0][:2]
-        answers.append(np.linalg.norm(slopes, axis=0))
+        answers.append(np.linalg.norm(response_to_slope(seen_contact(press)), axis=1))
     numbers = {}
     if noise:
         numbers["noise"] = _number("noise", "grey levels", GRAY_LEVELS * np.array(noise))

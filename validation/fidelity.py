@@ -18,7 +18,14 @@ from recon.pixels import BallPress, Pixels, join, label_pixels
 from recon.presses import dataset_unwarp, read_background, read_dataset_lens, read_presses
 from sensor.dataset import read_dataset
 from sensor.toml import Pair
-from validation.lighting import GRAY_LEVELS, contrast, linear, unevenness
+from validation.lighting import (
+    GRAY_LEVELS,
+    contrast,
+    linear,
+    response_to_slope,
+    seen_contact,
+    unevenness,
+)
 from validation.metrics import Errors, mean_errors, press_errors
 from validation.splits import splits
 
@@ -91,8 +98,7 @@ def likeness(folder: Path, corners_px: Sequence[Pair] | None = None) -> Likeness
     if not dataset.labels or lights is None:
         return common
     presses = read_presses(dataset).presses
-    pixels = join([label_pixels(press, index, 0) for index, press in enumerate(presses)])
-    contact = pixels[pixels.contact]
+    contact = join([seen_contact(press) for press in presses])
     along, across = _lobes(contact, lights)
     return replace(
         common,
@@ -179,11 +185,10 @@ def _lobes(
     contact: Pixels, lights_deg: Mapping[str, float]
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Change per slope toward each light, and across it relative to that."""
-    terms = np.column_stack([contact.gradient, np.ones(len(contact))])
-    slopes = np.linalg.lstsq(terms, contact.color, rcond=None)[0][:2]
+    response = response_to_slope(contact)
     along, across = {}, {}
     for color, azimuth in lights_deg.items():
-        change = -slopes[:, "RGB".index(color)]
+        change = -response["RGB".index(color)]
         direction = np.array([np.cos(np.radians(azimuth)), np.sin(np.radians(azimuth))])
         toward = float(change @ direction)
         along[color] = GRAY_LEVELS * toward

@@ -1,10 +1,12 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How well a gel is lit: the area that its lights reach, how evenly, and how a dent stands out."""
+"""How well a gel is lit: where, how evenly, how a dent stands out, and what a slope changes."""
 
 import numpy as np
+from jaxtyping import Float64
 
 from recon.arrays import ContactMask, Difference, Unwarped
+from recon.pixels import BallPress, Pixels, label_pixels
 
 GRAY_LEVELS = 255
 GAMMA = 2.2
@@ -32,3 +34,16 @@ def unevenness(background: Unwarped, channels: str = "RGB") -> float:
 def contrast(difference: Difference, contact: ContactMask) -> float:
     """Root mean square of the difference in a contact, all colours, in grey levels."""
     return float(GRAY_LEVELS * np.sqrt(np.mean(difference[contact] ** 2)))
+
+
+def seen_contact(press: BallPress) -> Pixels:
+    """The contact pixels whose colour was seen: under dots it is only filled in."""
+    pixels = label_pixels(press, index=0, seed=0)
+    return pixels[pixels.contact & ~pixels.hidden]
+
+
+def response_to_slope(contact: Pixels) -> Float64[np.ndarray, "3 2"]:
+    """Change of R, G and B, in full scale, with the gradient along x and y, by least squares."""
+    terms = np.column_stack([contact.gradient, np.ones(len(contact))]).astype(float)
+    fitted: np.ndarray = np.linalg.lstsq(terms, contact.color.astype(float), rcond=None)[0]
+    return fitted[:2].T

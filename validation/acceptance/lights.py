@@ -10,9 +10,9 @@ import numpy as np
 from jaxtyping import Float64
 
 from recon.lights import sits_like_wedge
-from recon.pixels import BallPress, label_pixels
+from recon.pixels import BallPress, join
 from validation.acceptance.limits import DEAD_GRAY_LEVELS, Parts
-from validation.lighting import GRAY_LEVELS
+from validation.lighting import GRAY_LEVELS, response_to_slope, seen_contact
 
 CLEARLY_DEG = 30.0
 """Colours count as swapped where another order fits better by this, summed over them."""
@@ -20,7 +20,7 @@ CLEARLY_DEG = 30.0
 
 @dataclass(frozen=True, kw_only=True)
 class Response:
-    """What slopes do to colours inside contacts, by least squares over all presses."""
+    """What slopes do to colours inside contacts, over all presses."""
 
     slopes: Float64[np.ndarray, "3 2"]
     """Change of R, G and B, in full scale, with the gradient along x and y."""
@@ -35,13 +35,10 @@ class Response:
 
 def light_response(presses: Sequence[BallPress]) -> Response:
     """Measure it on some presses."""
-    parts = [label_pixels(press, index, 0) for index, press in enumerate(presses)]
-    color = np.concatenate([part.color[part.contact] for part in parts]).astype(float)
-    gradient = np.concatenate([part.gradient[part.contact] for part in parts]).astype(float)
-    terms = np.column_stack([gradient, np.ones(len(gradient))])
+    parts = [seen_contact(press) for press in presses]
     return Response(
-        slopes=np.linalg.lstsq(terms, color, rcond=None)[0][:2].T,
-        contrast=np.mean([part.color[part.contact].std(0) for part in parts], axis=0, dtype=float),
+        slopes=response_to_slope(join(parts)),
+        contrast=np.mean([part.color.std(0) for part in parts if len(part)], axis=0, dtype=float),
     )
 
 

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from recon.pixels import BallPress, join, label_pixels
+from recon.pixels import BallPress, join
+from validation.lighting import response_to_slope, seen_contact
 
 LEAST_SHARE = 0.03
 """Of the strongest colour's slope: the weakest light of seven sets has 0.38, a dark colour 0.001.
@@ -21,22 +22,18 @@ def measure_lights_deg(presses: Sequence[BallPress]) -> dict[str, float]:
     """Azimuth that each colour's light comes from, in whole degrees, -179 to 180.
 
     The ball's skin bulges toward the camera, so its side that faces a light brightens, and
-    depth rises away from that side: the azimuth is that of minus the slope of colour against
-    gradient, by least squares over the contact pixels of all presses. A colour that does not
-    answer to slopes has no light and is left out, unless none does and nothing can be told.
+    depth rises away from that side: the azimuth is that of minus the response of colour to
+    gradient, over the contact pixels of all presses. A colour that does not answer to slopes has
+    no light and is left out, unless none does and nothing can be told.
     """
-    pixels = join([label_pixels(press, index, seed=0) for index, press in enumerate(presses)])
-    gradient, color = pixels.gradient[pixels.contact], pixels.color[pixels.contact]
-    terms = np.column_stack([gradient, np.ones(len(gradient))])
-    fitted = np.linalg.lstsq(terms, color, rcond=None)[0]
-    slopes = fitted[:2]
-    azimuths = np.round(np.degrees(np.arctan2(-slopes[1], -slopes[0])))
+    contact = join([seen_contact(press) for press in presses])
+    response = response_to_slope(contact)
+    azimuths = np.round(np.degrees(np.arctan2(-response[:, 1], -response[:, 0])))
     azimuths = np.where(azimuths == -180, 180, azimuths)
-    strength = np.linalg.norm(slopes, axis=0)
-    left_over = (color - terms @ fitted).std(0)
-    shows = (strength > LEAST_SHARE * strength.max()) & (
-        (gradient @ slopes).std(0) > LEAST_CLEAR * left_over
-    )
+    strength = np.linalg.norm(response, axis=1)
+    explained = contact.gradient @ response.T
+    left_over = (contact.color - explained).std(0)
+    shows = (strength > LEAST_SHARE * strength.max()) & (explained.std(0) > LEAST_CLEAR * left_over)
     kept = shows | ~shows.any()
     found = zip("RGB", azimuths, kept, strict=True)
     return {name: float(angle) for name, angle, is_lit in found if is_lit}
