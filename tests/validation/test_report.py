@@ -338,17 +338,20 @@ def test_page_is_whole_or_absent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 
 def test_sections_of_titles_that_are_nearly_the_same_have_a_place_each(tmp_path: Path) -> None:
     titles = {"June.1": "june-1", "june 1": "june-1-2", "June 1-2": "june-1-2-2"}
+    titles |= {"センサ": "section", "接触": "section-2"}
     sections = [Section(title=title, html="") for title in titles]
-    page = write_report(tmp_path, title="a", lead="b", sections=sections).read_text()
+    page = write_report(tmp_path, title="a", lead="b", sections=sections).read_text("utf-8")
     for title, anchor in titles.items():
         assert f'<a href="#{anchor}">{title}</a>' in page
         assert page.count(f'id="{anchor}"') == 1
 
 
-def test_words_from_outside_stay_words() -> None:
+def test_words_from_outside_stay_words(results: DatasetResults) -> None:
     evil = '"><script>alert(1)</script>'
     picture = Picture(content=b"", alt=evil, caption=evil, wide=True)
-    for part in (figure_html(picture), table_html(evil, [evil], [[evil]])):
+    card = replace(results.dataset.card, name=evil)
+    weak = weakness_section([replace(results, dataset=replace(results.dataset, card=card))])
+    for part in (figure_html(picture), table_html(evil, [evil], [[evil]]), weak.html):
         assert not Page(part).all("script")
 
 

@@ -95,7 +95,7 @@ def _anchors(titles: Iterable[str]) -> list[str]:
     """Addresses inside the page, each once: titles may be alike but for their case and dots."""
     found: list[str] = []
     for title in titles:
-        plain = re.sub(r"[^a-z0-9]+", "-", title.lower()).strip("-")
+        plain = re.sub(r"[^a-z0-9]+", "-", title.lower()).strip("-") or "section"
         tries = (plain, *(f"{plain}-{number}" for number in range(2, len(found) + 3)))
         found.append(next(anchor for anchor in tries if anchor not in found))
     return found

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is weak, and how to get the page again."""
 
+import html
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -19,7 +20,8 @@ def weakness_section(results: Sequence[DatasetResults]) -> Section:
     """What the numbers do not show well, with numbers."""
     parts = []
     for item in results:
-        parts.append(f"<h3>{item.dataset.card.name}</h3>\n" + bullets(_weaknesses(item)))
+        heading = f"<h3>{html.escape(item.dataset.card.name)}</h3>\n"
+        parts.append(heading + bullets(_weaknesses(item)))
     return Section(
         title="What is weak",
         html=paragraph(
