@@ -8,7 +8,7 @@ Not a part of `wedge bench`, for a million frames take about ten minutes:
 
 Small frames, sent as fast as they are taken, over loopback and with a damaged part in every
 thousand; each is recorded, and depth is reconstructed from each. Memory and descriptors are read
-after a tenth, when everything has been in use, and at the end.
+after a tenth, when everything has been in use, and after nine tenths.
 """
 
 import argparse
