@@ -77,11 +77,14 @@ class Engine:
                     f"the twin renders with Mitsuba: {how_to_install('simulation')}."
                 ) from error
             mi.set_variant(self.variant)
-            if threads:
-                import drjit
+            import drjit
 
-                drjit.set_thread_count(threads)
-            yield mi
+            before = drjit.thread_count()
+            drjit.set_thread_count(threads or before)
+            try:
+                yield mi
+            finally:
+                drjit.set_thread_count(before)
 
 
 SCALAR = Engine(variant="scalar_rgb")

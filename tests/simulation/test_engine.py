@@ -96,3 +96,18 @@ def test_both_engines_see_the_same_gel(mitsuba) -> None:
         for item in (best, SCALAR)
     ]
     np.testing.assert_allclose(*(p.mean((0, 1)) for p in pictures), rtol=0.03)
+
+
+def test_a_render_of_few_threads_leaves_the_others_what_they_had(mitsuba) -> None:
+    import drjit
+
+    had = drjit.thread_count()
+    try:
+        drjit.set_thread_count(3)
+        with pytest.raises(ZeroDivisionError), SCALAR.loaded(threads=1):
+            assert drjit.thread_count() == 1
+            raise ZeroDivisionError
+        with SCALAR.loaded():
+            assert drjit.thread_count() == 3
+    finally:
+        drjit.set_thread_count(had)
