@@ -10,7 +10,7 @@ Holes for screws come once: ``fastening.screw`` sets them, and no clearance chan
 import cadquery as cq
 
 from cad.features import box, cylinder, one_solid, union_of
-from cad.layout import Layout
+from cad.layout import PIN_OUTWARD, Layout
 from sensor.design import Wedge
 
 STEPS = (-0.05, 0.0, 0.05)
@@ -48,7 +48,7 @@ def acrylic_coupon(design: Wedge) -> cq.Solid:
         middle = length / 2
         cuts.append(box((middle - half, middle + half), (y, y + depth), (-1, THICK + 1)))
         for sign in (-1, 1):
-            at = middle + sign * (place.acrylic_half + 0.1)
+            at = middle + sign * (place.acrylic_half + PIN_OUTWARD)
             cuts.append(cylinder((at, y + 1.5, -1), (0, 0, 1), radius + step, THICK + 2))
         cuts += _dots(index, middle, y - 1.25)
     body = box((0, length), (0, 3 * (depth + 2.5) + 2.5), (0, THICK))

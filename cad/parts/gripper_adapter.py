@@ -14,7 +14,9 @@ from sensor.design import Wedge
 GRIPPER_SCREW_LENGTH = 8.0
 """Of the screws from the plate into the gripper."""
 HEAD_GAP = 0.2
-"""Around a sunk screw head."""
+"""Around a sunk screw head, and by which it stays below the surface."""
+LEAST_UNDER_HEAD = 1.8
+"""Of the plate, under the sunk heads of the gripper's screws."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +45,7 @@ def adapter_lab(design: Wedge) -> cq.Solid:
 
 def under_gripper_head_mm(pattern: Pattern) -> float:
     """Plate that remains under the sunk heads of the gripper's screws."""
-    return max(PLATE - fastener(pattern.screw).head_height_mm - 0.2, 1.8)
+    return max(PLATE - fastener(pattern.screw).head_height_mm - HEAD_GAP, LEAST_UNDER_HEAD)
 
 
 def cover_corner_half(place: Layout) -> float:
