@@ -35,14 +35,14 @@ ANSWERS: dict[str, Answer] = {
 """What stands in for the x gradient, from the y gradient."""
 
 
-def shares_of_zeros_error(answers: Sequence[Answer], balls: int = BALLS) -> list[float]:
+def shares_of_zeros_error(answers: Sequence[Answer]) -> list[float]:
     """Mean absolute error of each answer over that of zero, on random balls in 320x240.
 
     Pixels of the error table: inside the contact, and 5 % of those beyond 1.3 contact radii.
     """
     rng = np.random.default_rng(0)
     errors, zero = np.zeros(len(answers)), 0.0
-    for _ in range(balls):
+    for _ in range(BALLS):
         ball = random_ball(rng, SIZE_PX)
         truth = ball.gradient
         known = truth[..., 1] + SLOPE_NOISE * rng.standard_normal(truth.shape[:2])

@@ -50,13 +50,13 @@ def poses() -> list[Transform]:
     return [rigid(turn, center - turn @ center) for turn in turns]
 
 
-def render_roll(folder: Path, samples: int = SAMPLES) -> Iterator[str]:
+def render_roll(folder: Path) -> Iterator[str]:
     """Trace the blank gel and every step into a folder of JPEG frames; the names as they come.
 
     Raises:
         WedgeError: Mitsuba is not installed.
     """
-    recipe = Recipe(engine=best_engine(), design=STANDARD, samples=samples, seed=SEED)
+    recipe = Recipe(engine=best_engine(), design=STANDARD, samples=SAMPLES, seed=SEED)
     view = recipe.view
     rest = np.zeros(view.size_px[::-1], np.float32)
     blank: Radiance = np.concatenate(

@@ -25,6 +25,8 @@ SLOPE_NOISE = 0.05
 """Standard deviation of white noise on each slope of each pixel."""
 CONTACT_DEPTH_MM = 0.04
 """Depth that counts as contact; integrated slope noise reaches a tenth of it."""
+MOTION_DEG, MOTION_MM = 2.5, 0.2
+"""By which each of ``motions`` turns and shifts."""
 OBLIQUE_DEG = 11.0
 """Edges run askew to the pixels: along them the sampling error of depth would not average out."""
 CLEAR_MM = 1.0
@@ -167,16 +169,14 @@ def lowest_surface(
     return z_mm, slopes
 
 
-def motions(
-    rng: np.random.Generator, count: int, angle_deg: float = 2.5, shift_mm: float = 0.2
-) -> list[Transform]:
+def motions(rng: np.random.Generator, count: int) -> list[Transform]:
     """Random rigid motions of one angle about any axis, and one shift in any direction."""
     found = []
     for _ in range(count):
         axis, way = (v / np.linalg.norm(v) for v in rng.standard_normal((2, 3)))
         motion = np.eye(4)
-        motion[:3, :3] = Rotation.from_rotvec(np.radians(angle_deg) * axis).as_matrix()
-        motion[:3, 3] = shift_mm * way
+        motion[:3, :3] = Rotation.from_rotvec(np.radians(MOTION_DEG) * axis).as_matrix()
+        motion[:3, 3] = MOTION_MM * way
         found.append(motion)
     return found
 
@@ -240,13 +240,12 @@ def cube_corner(press_mm: float = 1.0) -> Thing:
     return Thing(name="cube corner", field=_convex(normals, normals @ tip), start_mm=_below(3.0))
 
 
-def bar_edges(press_mm: float = 0.6) -> Thing:
+def bar_edges() -> Thing:
     """A key: a flat 5 x 2.4 mm face with chamfered sides."""
     oblique = Rotation.from_euler("z", OBLIQUE_DEG, degrees=True).as_matrix()
     normals = np.array([[0, 0, -1.0], [1, 0, -0.7], [-1, 0, -0.7], [0, 1, -0.7], [0, -1, -0.7]])
-    corners = np.array(
-        [[0, 0, 0.0], [2.5, 0, 0], [-2.5, 0, 0], [0, 1.2, 0], [0, -1.2, 0]]
-    ) + np.array([0, 0, -press_mm])
+    corners = np.array([[0, 0, 0.0], [2.5, 0, 0], [-2.5, 0, 0], [0, 1.2, 0], [0, -1.2, 0]])
+    corners[:, 2] = -0.6
     lengths = np.linalg.norm(normals, axis=1)
     return Thing(
         name="bar with edges",
@@ -255,9 +254,9 @@ def bar_edges(press_mm: float = 0.6) -> Thing:
     )
 
 
-def shallow_texture(press_mm: float = 0.25, amplitude_mm: float = 0.02) -> Thing:
+def shallow_texture() -> Thing:
     """A nearly flat face of 13 mm with a random texture and a round rim."""
-    waves = Waves.random(2, 12, (0.8, 2.5), amplitude_mm)
+    waves, press_mm = Waves.random(2, 12, (0.8, 2.5), amplitude_mm=0.02), 0.25
 
     def field(points: Points) -> tuple[Values, Points]:
         texture, along = waves(points)
@@ -273,11 +272,9 @@ def shallow_texture(press_mm: float = 0.25, amplitude_mm: float = 0.02) -> Thing
     return Thing(name="shallow texture", field=field, start_mm=_below(1.5))
 
 
-def bead(
-    radius_mm: float = 5.0, press_mm: float = 0.8, amplitude_mm: float = 0.02, seed: int = 5
-) -> Thing:
+def bead(radius_mm: float = 5.0, press_mm: float = 0.8, amplitude_mm: float = 0.02) -> Thing:
     """A ball with a random texture; with no amplitude a smooth one, whose rolling nobody sees."""
-    waves = Waves.random(seed, 16, (0.8, 2.5), amplitude_mm)
+    waves = Waves.random(5, 16, (0.8, 2.5), amplitude_mm)
     center = np.array([0, 0, radius_mm - press_mm])
 
     def field(points: Points) -> tuple[Values, Points]:

@@ -220,7 +220,7 @@ def _laser_table(design: Wedge) -> str:
 def _resistor_table(design: Wedge) -> str:
     rows = ["| array | LEDs | resistor | each LED | whole array |", "|---|---|---|---|---|"]
     rows += [
-        f"| {item.color} | {item.leds} | {item.label} | {item.led_current_ma():.1f} mA |"
+        f"| {item.color} | {item.leds} | {item.label} | {item.led_current_ma:.1f} mA |"
         f" {item.total_current_ma:.0f} mA |"
         for item in ballasts(design)
     ]

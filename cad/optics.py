@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from sensor.design import Camera, Wedge
 
 Array = NDArray[np.float64]
+STEPS = 21
+"""Points along each side of the pad, between which a pixel's millimetres are measured."""
 
 
 @dataclass(frozen=True)
@@ -136,11 +138,11 @@ def keystone(pixels: Array, count: int) -> float:
     return float(np.ptp(v[0]) / np.ptp(v[-1]))
 
 
-def mm_per_px(design: Wedge, count: int = 21) -> tuple[tuple[float, float], tuple[float, float]]:
+def mm_per_px(design: Wedge) -> tuple[tuple[float, float], tuple[float, float]]:
     """Smallest and largest millimetres a pixel, along the finger and across it."""
-    grid = pad_grid(design, count)
-    pixels = trace(design, grid).pixels.reshape(count, count, 2)
-    points = grid.reshape(count, count, 2)
+    grid = pad_grid(design, STEPS)
+    shape = (STEPS, STEPS, 2)
+    pixels, points = trace(design, grid).pixels.reshape(shape), grid.reshape(shape)
     ranges = []
     for axis in (0, 1):
         mm = np.linalg.norm(np.diff(points, axis=axis), axis=-1)

@@ -77,7 +77,7 @@ def check_electronics(design: Wedge, boards: list[Board]) -> list[Result]:
         results += [
             Result("resistor", f"{ballast.color} {ballast.label}", ballast.power_w, "W", RATED_W,
                    "at most", f"{ballast.total_current_ma:.1f} mA for {ballast.leds} LEDs"),
-            Result("resistor", f"{ballast.color} LED current", ballast.led_current_ma(), "mA",
+            Result("resistor", f"{ballast.color} LED current", ballast.led_current_ma, "mA",
                    asked + 1e-9, "at most", f"designed for {asked:g} mA"),
         ]  # fmt: skip
     return results

@@ -61,15 +61,15 @@ class Ballast:
     """The next larger value of the E24 series."""
     supply_v: float
 
-    def led_current_ma(self, forward_v: float | None = None) -> float:
-        """Current of each LED, at the typical forward voltage by default."""
-        drop = self.supply_v - (self.forward_v if forward_v is None else forward_v)
-        return max(drop, 0.0) / self.ohm / self.leds * 1000
+    @property
+    def led_current_ma(self) -> float:
+        """Current of each LED, at the typical forward voltage."""
+        return (self.supply_v - self.forward_v) / self.ohm / self.leds * 1000
 
     @property
     def total_current_ma(self) -> float:
         """Current of the array."""
-        return self.led_current_ma() * self.leds
+        return self.led_current_ma * self.leds
 
     @property
     def power_w(self) -> float:

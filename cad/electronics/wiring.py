@@ -56,7 +56,7 @@ def wiring_svg(design: Wedge) -> bytes:
             *_wire(430, y + 34, 560, y + 34, "#222", f"J2.{2 * index + 2}  cathode"),
             _box(560, y - 20, 235, 70, "#f6f6f6", ""),
             f'<text x="572" y="{y}">{side}: {ballast.leds} LEDs in parallel</text>',
-            f'<text x="572" y="{y + 18}">{ballast.led_current_ma():.1f} mA each,'
+            f'<text x="572" y="{y + 18}">{ballast.led_current_ma:.1f} mA each,'
             f" {ballast.total_current_ma:.0f} mA in all</text>",
             *(
                 f'<rect x="{572 + 14 * led}" y="{y + 26}" width="11" height="9" fill="{ink}"/>'
