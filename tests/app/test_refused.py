@@ -9,8 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from app._sources import refuse_few
 from recon.calibration import calibrate
 from recon.presses import read_presses
+from sensor.errors import WedgeError
 from tests.app.test_commands import refused
 from tests.synthetic import SIZE_PX, make_dataset
 
@@ -173,3 +175,11 @@ def test_a_damaged_truth_is_refused_in_one_sentence(
     sentence = refused(capsys, *(word.format(**places) for word in words))
     assert "npy is not a whole numpy array" in sentence
     assert [path.name for path in tmp_path.iterdir()] == ["set"]
+
+
+@pytest.mark.parametrize("seconds", [0.0, -1.0, 2e9, float("nan")])
+def test_too_few_seconds_and_too_many_are_refused_by_both_bounds(seconds):
+    with pytest.raises(WedgeError, match=r"^--seconds .* must be above zero and below 1e\+09\.$"):
+        refuse_few("seconds", seconds)
+    refuse_few("seconds", 1e8)
+    refuse_few("seconds", None)

@@ -384,9 +384,7 @@ def test_what_cannot_be_streamed_is_a_sentence(
     assert "call it felt.mcap" in refused(capsys, *felt)
     (tmp_path / "kept.mcap").write_bytes(b"kept")
     assert "exists" in refused(capsys, "record", clip, "--out", tmp_path / "kept.mcap")
-    for speed in ("0", "2e9"):
-        bounds = "must be above zero and below 1e+09"
-        assert bounds in refused(capsys, "replay", clip, "--speed", speed)
+    assert "must be above zero" in refused(capsys, "replay", clip, "--speed", 0)
     with ScriptedServer(b"") as taken:
         assert "cannot listen on" in refused(capsys, "replay", clip, "--port", taken.port)
     assert not (tmp_path / "a.mcap").exists()
