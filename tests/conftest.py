@@ -1,14 +1,26 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What every test shares: the same examples at every run, none judged by the clock, one cache."""
+"""What every test shares: the same examples at every run, none judged by the clock, one cache, and
+one browser for all pages."""
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import hypothesis
+import pytest
+
+from tests.browser import close_browsers
 
 # Kept from run to run, as imports and compiling take a while; the user's own stays as it is.
 os.environ["WEDGE_CACHE"] = str(Path(__file__).resolve().parents[1] / "build" / "test-cache")
 
 hypothesis.settings.register_profile("same-every-run", derandomize=True, deadline=None)
 hypothesis.settings.load_profile("same-every-run")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def browsers() -> Iterator[None]:
+    """Those that tests have started end with the last test."""
+    yield
+    close_browsers()

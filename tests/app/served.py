@@ -5,7 +5,6 @@
 import contextlib
 import os
 import re
-import shutil
 import subprocess
 import sys
 import threading
@@ -14,17 +13,14 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Page, expect, sync_playwright
+from playwright.sync_api import Page, expect
 
+from tests.browser import chromium
 from tests.recon.stream.servers import free_port
 
-CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 ROOT = Path(__file__).resolve().parents[2]
 PATIENCE_MS = 60_000
 expect.set_options(timeout=30_000)
-needs_chromium = pytest.mark.skipif(
-    CHROMIUM is None, reason="no Chromium on this machine: apt install chromium"
-)
 
 
 @contextlib.contextmanager
@@ -68,12 +64,10 @@ def opened(
     address: str, width_px: int = 1400, height_px: int = 800, *, part: str = "#heading"
 ) -> Iterator[Page]:
     """The page in a browser, its heading or another part there."""
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+    with chromium() as browser:
         page = browser.new_page(viewport={"width": width_px, "height": height_px})
         page.set_default_timeout(PATIENCE_MS)
         until_it_answers(address)
         page.goto(address)
         page.locator(part).filter(has_text=re.compile(r"\S")).first.wait_for()
         yield page
-        browser.close()

@@ -14,7 +14,8 @@ from app import bench
 from app.__main__ import main
 from app.test import CHECKS, ROOT, _passes
 from benchmarks.measurement import Measurement
-from tests.app.served import needs_chromium, opened
+from tests.app.served import opened
+from tests.browser import needs_chromium
 
 PAGES = {"index.md": "# Start\n\n[On](other.md#end)\n", "other.md": "# Other\n\n## End\n\nGlue.\n"}
 Built = Callable[[dict[str, str]], bool]

@@ -18,7 +18,8 @@ from recon.labels.label_book import LabelBook
 from recon.presses import press_reader, read_background
 from sensor.dataset import BallLabel, Dataset, read_dataset, write_card, write_labels
 from sensor.errors import WedgeError
-from tests.app.served import needs_chromium, opened, served, serving
+from tests.app.served import opened, served, serving
+from tests.browser import needs_chromium
 from tests.synthetic import KEYSTONE_PX, make_dataset
 
 ROOT = Path(__file__).resolve().parents[2]

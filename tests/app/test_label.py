@@ -29,7 +29,8 @@ from recon.labels.label_book import CERTAIN, LabelBook, doubtful_first, pressed_
 from recon.presses import press_reader
 from sensor.dataset import BallLabel, Dataset, read_dataset, write_card, write_labels
 from sensor.errors import WedgeError
-from tests.app.served import needs_chromium, opened, served
+from tests.app.served import opened, served
+from tests.browser import needs_chromium
 from tests.synthetic import BALL_RADIUS_MM, make_dataset
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -12,7 +12,8 @@ from playwright.sync_api import Page, expect
 
 from recon.labels.label_book import CERTAIN, LabelBook
 from sensor.dataset import BallLabel, Dataset, read_dataset, write_labels
-from tests.app.served import needs_chromium, opened, served
+from tests.app.served import opened, served
+from tests.browser import needs_chromium
 from tests.synthetic import make_dataset
 
 pytestmark = needs_chromium

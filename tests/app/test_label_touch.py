@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import expect
 
-from tests.app.served import needs_chromium, opened, served
+from tests.app.served import opened, served
 from tests.app.test_label_page import labels, shown_file
+from tests.browser import needs_chromium
 from tests.synthetic import make_dataset
 
 pytestmark = needs_chromium

@@ -7,7 +7,6 @@ import contextlib
 import math
 import os
 import re
-import shutil
 import signal
 import subprocess
 import sys
@@ -20,7 +19,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Page
 
 from app.__main__ import main
 from app.pages import pictures
@@ -36,6 +35,7 @@ from recon.stream.jpeg import decode_jpeg
 from sensor.dataset import Dataset
 from sensor.errors import WedgeError
 from tests.app.served import serving, until_it_answers
+from tests.browser import CHROMIUM, chromium
 from tests.recon.fast.units import blank_frame, make_unit, pressed
 from tests.recon.stream.servers import free_port
 from tests.synthetic import digitized, gradient_of, make_dataset, shaded
@@ -71,16 +71,12 @@ def live(*words: object) -> Iterator[str]:
 
 @pytest.fixture(scope="module")
 def browser_page() -> Iterator[Page]:
-    chromium = shutil.which("chromium")
-    if chromium is None:
+    if CHROMIUM is None:
         pytest.skip("chromium is not installed: see requirements/debian.txt")
-    options = ["--no-sandbox", "--use-gl=swiftshader", "--enable-webgl", "--ignore-gpu-blocklist"]
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium, args=options)
+    with chromium("--use-gl=swiftshader", "--enable-webgl", "--ignore-gpu-blocklist") as browser:
         page = browser.new_page(viewport={"width": 1400, "height": 1000})
         page.set_default_timeout(PATIENCE_MS)
         yield page
-        browser.close()
 
 
 def open_page(page: Page, url: str) -> list[str]:

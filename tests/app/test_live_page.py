@@ -12,7 +12,8 @@ import pytest
 from playwright.sync_api import Page, WebSocket, expect
 
 from recon.images import write_image
-from tests.app.served import needs_chromium, opened, serving, until_it_answers
+from tests.app.served import opened, serving, until_it_answers
+from tests.browser import needs_chromium
 from tests.recon.fast.units import make_unit, pressed
 
 pytestmark = needs_chromium

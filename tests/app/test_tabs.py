@@ -16,7 +16,8 @@ from recon.presses import read_background
 from sensor.dataset import BallLabel, Dataset, read_dataset, write_card, write_labels
 from sensor.errors import WedgeError
 from sensor.toml import Pair
-from tests.app.served import needs_chromium, opened, served
+from tests.app.served import opened, served
+from tests.browser import needs_chromium
 from tests.synthetic import KEYSTONE_PX, make_dataset
 
 AFTER = "after your change, which is not undone"

@@ -5,7 +5,6 @@
 import io
 import json
 import re
-import shutil
 from base64 import b64decode
 from collections.abc import Iterator
 from pathlib import Path
@@ -16,10 +15,9 @@ import pytest
 from cad.build import Model
 from cad.exports.page import view_files
 from sensor.design import FINGER
+from tests.browser import CHROMIUM, chromium
 from validation.report.fabrication import fabrication_section
 from validation.report.page import write_report
-
-CHROMIUM = shutil.which("chromium")
 
 
 def test_the_model_holds_the_bodies_to_a_few_micrometres(finger: Model) -> None:
@@ -40,13 +38,8 @@ def test_the_model_holds_the_bodies_to_a_few_micrometres(finger: Model) -> None:
 def page() -> Iterator[object]:
     if CHROMIUM is None:
         pytest.skip("chromium is not installed")
-    sync_api = pytest.importorskip("playwright.sync_api")
-    with sync_api.sync_playwright() as driver:
-        browser = driver.chromium.launch(
-            executable_path=CHROMIUM, args=["--no-sandbox", "--enable-unsafe-swiftshader"]
-        )
+    with chromium("--enable-unsafe-swiftshader") as browser:
         yield browser.new_page(viewport={"width": 900, "height": 700})
-        browser.close()
 
 
 def picture(page: object, part: object = None) -> np.ndarray:

@@ -13,7 +13,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
-from playwright.sync_api import sync_playwright
 from scipy import ndimage
 
 from benchmarks.integrators import BOUNDARIES, CAPS_MM_PER_PX, bump_error, integrated_caps
@@ -24,7 +23,7 @@ from recon.pixels import Pixels
 from recon.presses import read_presses
 from sensor.design import FINGER, STANDARD
 from sensor.errors import WedgeError
-from tests.app.served import CHROMIUM, needs_chromium
+from tests.browser import chromium, needs_chromium
 from tests.synthetic import make_dataset, make_fabrication
 from validation import folds
 from validation.error_table import Row, configurations, error_table
@@ -169,15 +168,13 @@ def test_contents_lead_to_every_section(text: str) -> None:
 @needs_chromium
 def test_words_in_pictures_stay_legible_on_a_phone(text: str, tmp_path: Path) -> None:
     (tmp_path / "page.html").write_text(text)
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+    with chromium() as browser:
         page = browser.new_page(viewport={"width": 375, "height": 800})
         page.goto((tmp_path / "page.html").as_uri())
         assert page.evaluate("document.documentElement.scrollWidth") == 375
         shown = page.locator("figure img").evaluate_all(
             "all => all.map(x => [x.clientWidth, x.closest('figure').matches('.wide')])"
         )
-        browser.close()
     assert {is_wide for _, is_wide in shown} == {False, True}
     for width_px, is_wide in shown:
         assert TICK_PT / 72 * width_px / (FULL_IN if is_wide else HALF_IN) >= 9.5

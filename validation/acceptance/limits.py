@@ -91,7 +91,7 @@ LIMITS = (
         unit="°",
         grade_a=7.0,
         grade_b=12.0,
-        reason="1.5 to 1.75 times that of all lights: each colour must contribute its share",
+        reason="up to three quarters more than with all lights: each colour must contribute its share",
     ),
     Limit(
         group="Errors",
