@@ -91,7 +91,8 @@ LIMITS = (
         unit="°",
         grade_a=7.0,
         grade_b=12.0,
-        reason="up to three quarters more than with all lights: each colour must contribute its share",
+        reason="up to three quarters more than with all lights: each colour must contribute its"
+        " share",
     ),
     Limit(
         group="Errors",
