@@ -86,7 +86,7 @@ def whole_frames(source: "FrameSource", most: int) -> "Iterator[tuple[TimedFrame
         try:
             image = frame.image()
         except WedgeError as error:
-            source.counts.corrupt += 1
+            source.counts.add_corrupt()
             flaw = flaw or f"{source.name}, frame {frame.index}: {error}"
             continue
         whole += 1
