@@ -16,7 +16,9 @@ STYLE = """
 .frame .name { flex: 1; min-width: 0; overflow: hidden; white-space: nowrap;
     text-overflow: ellipsis; }
 .frame .material-icons { font-size: 1.25rem; }
+.frame > * { pointer-events: none; }
 """
+"""A pointer meets the row itself: what is in it may be written anew within a click."""
 STEPPED = """(e) => {
     if (e.key != "ArrowUp" && e.key != "ArrowDown") return;
     e.preventDefault();

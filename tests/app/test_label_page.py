@@ -279,6 +279,20 @@ def test_a_long_list_keeps_its_rows_and_follows_the_frame(tmp_path: Path) -> Non
         expect(page.locator("#frames [aria-selected=true]")).to_have_count(1)
 
 
+def test_a_click_on_a_row_counts_though_it_is_written_anew_meanwhile(
+    tmp_path: Path,
+) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=2)
+    with served("label", dataset.folder) as address, opened(address) as page:
+        row = page.locator("#frames [aria-selected=false]")
+        name = row.locator(".name").inner_text()
+        row.locator(".name").hover(force=True)
+        page.mouse.down()
+        row.evaluate("row => { row.innerHTML = row.innerHTML; }")
+        page.mouse.up()
+        expect(page.locator("#heading")).to_contain_text(name)
+
+
 @pytest.mark.parametrize("width_px", [375, 700, 1280, 1920])
 def test_narrow_windows_and_zoom_leave_all_parts_in_view(width_px: int, tmp_path: Path) -> None:
     dataset = make_dataset(tmp_path / "set", presses=3)
