@@ -245,7 +245,8 @@ def bar_edges() -> Thing:
     oblique = Rotation.from_euler("z", OBLIQUE_DEG, degrees=True).as_matrix()
     normals = np.array([[0, 0, -1.0], [1, 0, -0.7], [-1, 0, -0.7], [0, 1, -0.7], [0, -1, -0.7]])
     corners = np.array([[0, 0, 0.0], [2.5, 0, 0], [-2.5, 0, 0], [0, 1.2, 0], [0, -1.2, 0]])
-    corners[:, 2] = -0.6
+    press_mm = 0.6
+    corners[:, 2] = -press_mm
     lengths = np.linalg.norm(normals, axis=1)
     return Thing(
         name="bar with edges",
