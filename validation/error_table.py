@@ -220,7 +220,11 @@ def run_task(task: Task) -> TaskResult:
     taught = FEW if len(task.split.train) <= FEW else FEW + 1
     lessons = _lessons(task.folder, task.seed, task.estimator, taught)
     train = join([lessons[index] for index in task.split.train])
-    estimator = fit_estimator(task.estimator, train, task.channels, task.seed)
+    # Doubt is shown of all lights only.
+    with_doubt = task.channels == lit
+    estimator = fit_estimator(
+        task.estimator, train, task.channels, task.seed, with_doubt=with_doubt
+    )
     del train
     measured: dict[tuple[MissingAxis, PixelSet], list[PressErrors]] = {}
     depth: list[DepthErrors] = []

@@ -128,7 +128,9 @@ def hold_out(
     (split,) = splits(len(presses.presses), 1, seed)
     channels, missing = lit_channels(dataset)
     train = lesson_of(estimator, presses.presses, split.train, seed)
-    fitted = fit_estimator(estimator, train, channels, seed, lambda share: progress(share / 2))
+    fitted = fit_estimator(
+        estimator, train, channels, seed, lambda share: progress(share / 2), with_doubt=False
+    )
     judged = _judge(
         fitted,
         dataset,

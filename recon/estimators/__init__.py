@@ -73,8 +73,8 @@ class GradientEstimator(Protocol):
 
 Teach = Callable[[BallPress, int, int, int], Pixels]
 """The pixels to learn from; the press' index and a seed draw them, and it is one of so many."""
-Fit = Callable[[Pixels, str, int, Progress], GradientEstimator]
-"""Learn from labelled pixels, for some channels, with a seed."""
+Fit = Callable[[Pixels, str, int, Progress, bool], GradientEstimator]
+"""Learn from labelled pixels, for some channels, with a seed; perhaps how unsure it is, too."""
 Restore = Callable[[Mapping[str, np.ndarray], str], GradientEstimator]
 
 
@@ -122,15 +122,30 @@ def lesson_of(name: str, presses: Sequence[BallPress], chosen: Sequence[int], se
 
 
 def fit_estimator(
-    name: str, pixels: Pixels, channels: str, seed: int, progress: Progress = lambda _: None
+    name: str,
+    pixels: Pixels,
+    channels: str,
+    seed: int,
+    progress: Progress = lambda _: None,
+    *,
+    with_doubt: bool = True,
 ) -> GradientEstimator:
     """Fit the estimator of that name, to all pixels but those under dots.
+
+    Args:
+        name: from ``ESTIMATORS``.
+        pixels: labelled.
+        channels: of "RGB", in that order.
+        seed: of what is drawn.
+        progress: called with the share that is done.
+        with_doubt: measure its ``half_width``, too, which takes ``default`` half as long again; its
+            slopes are the same without.
 
     Raises:
         WedgeError: as ``refuse_unfittable``.
     """
     refuse_unfittable(name)
-    return kind_of(name).fit(pixels[~pixels.hidden], channels, seed, progress)
+    return kind_of(name).fit(pixels[~pixels.hidden], channels, seed, progress, with_doubt)
 
 
 def restore_estimator(

@@ -74,8 +74,9 @@ class Default:
     layers: tuple[Layer, ...]
     gel: Lean
     """How far the untouched gel leans against the slopes that balls are labelled with."""
-    error90: Float32[np.ndarray, "k 2"]
-    """Half the width of the interval that held 90 % of unseen truths, at ``SLOPE_KNOTS``."""
+    error90: Float32[np.ndarray, "k 2"] | None
+    """Half the width of the interval that held 90 % of unseen truths, at ``SLOPE_KNOTS``; ``None``
+    where that was not measured."""
     reach: float = REACH
     """How far gel follows what moved, in shares of the frame's shorter side; farther it is flat."""
 
@@ -105,11 +106,13 @@ class Default:
         """The dent's slopes less those of what is pressed in, mm/mm; zero on a flat gel."""
         return lean_at(self.gel, position)
 
-    def half_width(self, slopes: Float32[np.ndarray, "*n 2"]) -> Float32[np.ndarray, "*n 2"]:
-        """Half the width of each slope's 90 % interval, mm/mm.
+    def half_width(self, slopes: Float32[np.ndarray, "*n 2"]) -> Float32[np.ndarray, "*n 2"] | None:
+        """Half the width of each slope's 90 % interval, mm/mm; ``None`` if not measured.
 
         In nine of ten pixels of a press not learnt from, the truth lies inside.
         """
+        if self.error90 is None:
+            return None
         steepness = np.linalg.norm(slopes, axis=-1)
         columns = [np.interp(steepness, SLOPE_KNOTS, column) for column in self.error90.T]
         return np.stack(columns, -1).astype(np.float32)
@@ -124,7 +127,7 @@ class Default:
 
     def tensors(self) -> dict[str, np.ndarray]:
         """Everything it learnt."""
-        named = {key: getattr(self, key) for key in ARRAYS}
+        named = {key: getattr(self, key) for key in ARRAYS if getattr(self, key) is not None}
         named["reach"] = np.array([self.reach], np.float32)
         for index, (weight, bias) in enumerate(self.layers):
             named |= {f"weight{index}": weight, f"bias{index}": bias}

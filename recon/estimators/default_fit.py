@@ -53,8 +53,12 @@ Progress = Callable[[float], None]
 Inputs = Float32[np.ndarray, "n f"]
 
 
-def fit_default(pixels: Pixels, channels: str, seed: int, progress: Progress) -> Default:
+def fit_default(
+    pixels: Pixels, channels: str, seed: int, progress: Progress, with_doubt: bool
+) -> Default:
     """Fit the networks to labelled pixels of prepared colours.
+
+    Its error is measured by one more network, which takes half as long again.
 
     Raises:
         WedgeError: the rendered pixels are damaged.
@@ -62,7 +66,8 @@ def fit_default(pixels: Pixels, channels: str, seed: int, progress: Progress) ->
     from recon.estimators.default_training import train
 
     told = _told(pixels, channels, seed)
-    layers = train(told.inputs, normal_of(told.slopes), _choices(told), seed, progress)
+    unfitted = 0 if with_doubt else 1
+    layers = train(told.inputs, normal_of(told.slopes), _choices(told), unfitted, seed, progress)
     return Default(
         channels=channels,
         light=told.light,
@@ -70,7 +75,7 @@ def fit_default(pixels: Pixels, channels: str, seed: int, progress: Progress) ->
         spread=told.spread,
         layers=members_of(layers, slice(told.members)),
         gel=told.gel,
-        error90=_measured_error90(told, layers),
+        error90=_measured_error90(told, layers) if with_doubt else None,
         reach=reach_of(collar_of(pixels)),
     )
 

@@ -30,6 +30,7 @@ def train(
     inputs: Float32[np.ndarray, "n f"],
     wanted: Float32[np.ndarray, "n o"],
     taught: Sequence[Int[np.ndarray, " _"]],
+    unfitted: int,
     seed: int,
     progress: Callable[[float], None],
 ) -> tuple[Layer, ...]:
@@ -37,16 +38,27 @@ def train(
 
     The mean and not the median, as a median is biased where noise is skewed, and a bias of slopes
     adds up to depth. The same seed gives the same layers.
+
+    Args:
+        inputs: of every pixel.
+        wanted: of every pixel.
+        taught: which pixels each network learns from.
+        unfitted: so many of the last networks are only drawn for, so that the others become what
+            they would be beside them.
+        seed: of first weights and batches.
+        progress: called with the share that is done.
     """
     random = torch.Generator().manual_seed(seed)
     x, y = torch.from_numpy(inputs), torch.from_numpy(wanted)
     own = [torch.from_numpy(chosen) for chosen in taught]
-    first = [
+    fitted = len(own) - unfitted
+    drawn = [
         (uniform((len(own), i, o), i, random), uniform((len(own), 1, o), i, random))
         for i, o in pairwise((x.shape[1], *HIDDEN, y.shape[1]))
     ]
+    first = [(weight[:fitted], bias[:fitted]) for weight, bias in drawn]
     with one_thread():
-        every = _batches(x, y, own, STEPS, random)
+        every = _batches(x, y, own, fitted, STEPS, random)
         layers = descend(first, RECTIFIER, every, STEPS, progress, decaying(soap_rule, DECAY))
     return tuple((weight.numpy().copy(), bias[:, 0].numpy().copy()) for weight, bias in layers)
 
@@ -55,14 +67,15 @@ def _batches(
     x: torch.Tensor,
     y: torch.Tensor,
     own: Sequence[torch.Tensor],
+    fitted: int,
     steps: int,
     random: torch.Generator,
 ) -> Iterator[Batch]:
-    """Pixels drawn for each network from its own."""
+    """Pixels drawn for each network from its own, those of the first to be fitted."""
     every, counts = torch.cat(list(own)), [len(pixels) for pixels in own]
     begins = torch.tensor([0, *counts[:-1]]).cumsum(0)[:, None]
     for _ in range(steps):
         drawn = [torch.randint(count, (BATCH,), generator=random) for count in counts]
-        rows = every.index_select(0, (torch.stack(drawn) + begins).view(-1))
+        rows = every.index_select(0, (torch.stack(drawn) + begins)[:fitted].view(-1))
         seen, answer = (table.index_select(0, rows) for table in (x, y))
-        yield seen.view(len(own), BATCH, -1), answer.view(len(own), BATCH, -1)
+        yield seen.view(fitted, BATCH, -1), answer.view(fitted, BATCH, -1)

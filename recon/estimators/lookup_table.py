@@ -87,6 +87,7 @@ def fit_lookup_table(
     channels: str,
     seed: int,
     progress: Callable[[float], None],
+    with_doubt: bool,
 ) -> LookupTable:
     """Fill the table from labelled pixels; nothing is random."""
     seen = pixels.color[:, channel_indices(channels)]

@@ -10,7 +10,13 @@ from recon.estimators.mlp import Mlp, channel_indices
 from recon.pixels import Pixels
 
 
-def fit_mlp(pixels: Pixels, channels: str, seed: int, progress: Callable[[float], None]) -> Mlp:
+def fit_mlp(
+    pixels: Pixels,
+    channels: str,
+    seed: int,
+    progress: Callable[[float], None],
+    with_doubt: bool,
+) -> Mlp:
     """Fit the network to labelled pixels."""
     from recon.estimators.mlp_training import train
 

@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float32, Float64
 from scipy import ndimage
 
 from recon.arrays import Difference
-from recon.labels.circles import START, Circle, refit_circle
+from recon.labels.circles import START, Circle, refit_circle, refit_circles
 from recon.labels.outline import outline_of
 from sensor.errors import WedgeError
 from sensor.toml import Pair
@@ -154,8 +154,7 @@ def _searched_pitch_mm(size_px: tuple[int, int], mm_per_px: Pair) -> float:
 
 def candidates(small: Small, ball_px: float) -> list[Circle]:
     """Every proposed disc, fitted to the ball's shading; right ones have the higher quality."""
-    proposed = _proposals(_change(small), ball_px)
-    return [refit_circle(small, (x, y), radius, ball_px) for x, y, radius in proposed]
+    return refit_circles(small, _proposals(_change(small), ball_px), ball_px)
 
 
 def _is_inside(small: Small, points_px: Points) -> Bool[np.ndarray, " n"]:

@@ -265,19 +265,19 @@ def test_errors_are_of_the_presses_that_were_not_learnt_where_they_are_enough(
     kept |= {"depth_rmse_mm": 0.01, "depth_peak_truth_mm": 0.5, "contact_curvature": 0.8}
     card = replace(calibration.card, learnt_frames=learnt, metrics=kept)
     found = accepted_on(replace(calibration, card=card), today)
-    assert (found.learnt, found.presses, found.is_fresh) == (PRESSES - fresh, PRESSES, is_judged)
-    judged = {error.file for error in found.errors.depth["table"]}
-    first = {press.file for press in presses[:fresh]}
-    assert judged == (first if is_judged else {press.file for press in presses})
-    (row,) = [row for row in found.errors.rows if row.pixels == "contact"]
-    seen = row.errors.values["theta_x_deg"]
-    assert found.values["theta_x_deg"] == {"": seen if is_judged else 7.5}
-    if not is_judged:  # of the depth of the presses that were held out, not of those here
-        assert found.values["depth_rmse_share"] == {"": 0.02}
+    assert (found.learnt, found.presses) == (PRESSES - fresh, PRESSES)
+    if is_judged:
+        judged = [error.file for error in found.errors.depth["table"]]
+        assert judged == [press.file for press in presses[:fresh]]
+        (row,) = [row for row in found.errors.rows if row.pixels == "contact"]
+        seen_deg, curvature = row.errors.values["theta_x_deg"], row.errors.curvature
+    else:  # also of the depth of the presses that were held out, not of those here
+        assert found.errors is None and found.values["depth_rmse_share"] == {"": 0.02}
+        seen_deg, curvature = 7.5, 0.8
+    assert found.values["theta_x_deg"] == {"": seen_deg}
+    assert found.values["ball_radius_share"] == {"": abs(1 / curvature - 1)}
     assert found.held_out == (fresh if is_judged else None)
     chosen = presses[:fresh] if is_judged else presses
-    curvature = row.errors.curvature if is_judged else 0.8
-    assert found.values["ball_radius_share"] == {"": abs(1 / curvature - 1)}
     for name, value in steepest_values(chosen).items():
         assert found.values[name] == value
 
@@ -312,7 +312,8 @@ def test_a_wrong_corner_makes_discs_oval(tmp_path):
 def test_a_sensor_of_two_lights_is_not_blamed_for_the_third(tmp_path):
     lights_deg = {"R": 90.0, "B": -90.0}
     dataset = good_set(tmp_path / "set", lights_deg=lights_deg)
-    metrics = {"contact_theta_x_deg": 5.0, "contact_theta_y_deg": 1.0, "depth_rmse_mm": 0.01}
+    metrics = {"contact_theta_x_deg": 5.0, "contact_theta_y_deg": 1.0}
+    metrics |= {"depth_rmse_mm": 0.01, "depth_peak_truth_mm": 0.5}
     unit = unit_of(dataset, **metrics)
     found = accepted_on(unit, dataset)
     assert not failed_of(found)
@@ -320,7 +321,7 @@ def test_a_sensor_of_two_lights_is_not_blamed_for_the_third(tmp_path):
     assert set(found.values["contrast_gray_levels"]) == {"R", "B"}
     assert "ball_radius_share" in found.absent
     card = replace(unit.card, metrics=metrics | {"contact_theta_x_deg": 20.0})
-    assert grades(error_values(found.errors, card, False))["inferred_axis_deg"] == "fail"
+    assert grades(error_values(None, card))["inferred_axis_deg"] == "fail"
 
 
 @pytest.mark.parametrize(("dead", "axis"), [(0, "y"), (1, "x")])

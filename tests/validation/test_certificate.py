@@ -17,6 +17,7 @@ from matplotlib.text import Text
 import app.accept
 from app.__main__ import main
 from recon.images import read_image
+from recon.presses import LeftOut
 from recon.stream import Recorder, TimedFrame
 from sensor.dataset import write_labels
 from tests.validation.sensors import change_frames
@@ -99,23 +100,26 @@ def test_every_form_of_the_certificate_says_the_same(calibration, accepted):
 def test_a_unit_keeps_the_intervals_of_its_errors(calibration, accepted):
     errors = accepted.errors
     card = replace(calibration.card, metrics=held_out_metrics(errors, fitted_presses=12))
-    kept = error_intervals(errors, card, held_out=False)
-    assert kept == error_intervals(errors, card, held_out=True) == accepted.intervals
+    kept = error_intervals(None, card)
+    assert kept == error_intervals(errors, card) == accepted.intervals
     assert set(kept) == {"theta_x_deg", "theta_y_deg", "depth_rmse_share"}
     for name, (low, high) in kept.items():
-        assert 0 < low < error_values(errors, card, held_out=False)[name][""] < high
+        assert 0 < low < error_values(None, card)[name][""] < high
 
 
 def test_every_form_says_what_is_doubtful_and_what_was_left_out(calibration, accepted):
     card = calibration.card
-    pairs = tuple((f"press{i}.png", "it is the same picture as press1.png") for i in range(2, 7))
+    left_out = tuple(
+        LeftOut(file=f"press{i}.png", reason="it is the same picture as press1.png")
+        for i in range(2, 7)
+    )
     found = replace(
         accepted,
         doubts=("2 presses: too few to trust.",),
-        errors=replace(accepted.errors, left_out=pairs),
+        left_out=left_out,
     )
     said = document(card, SET, found)
-    assert said["left_out"][4] == {"file": "press6.png", "reason": pairs[4][1]}
+    assert said["left_out"][4] == {"file": "press6.png", "reason": left_out[4].reason}
     assert said["doubts"] == list(found.doubts)
     assert said["mean_abs_gradient"] == accepted.mean_abs_gradient > 0.1
     steep = f"{accepted.mean_abs_gradient:.2f} on average (mean |G|)"
@@ -143,7 +147,7 @@ def test_a_design_that_nobody_named_has_no_hash_on_the_certificate(calibration, 
 
 def test_every_form_says_on_how_many_presses_errors_rest_and_when(calibration, accepted):
     card = calibration.card
-    few = replace(accepted, learnt=12, held_out=2, intervals={}, is_fresh=False)
+    few = replace(accepted, learnt=12, held_out=2, intervals={}, errors=None)
     for found, said, there in (
         (few, "measured on 2 presses held out, too few for an interval.", False),
         (accepted, "12 presses that it was not calibrated on, with 95 % intervals", True),
@@ -157,7 +161,7 @@ def test_every_form_says_on_how_many_presses_errors_rest_and_when(calibration, a
         kept = document(card, SET, found)
         assert kept["held_out_presses"] == found.held_out and kept["judged"] == "2026-02-03"
         assert kept["learnt_presses"] == found.learnt and "held_out" not in kept
-        assert kept["errors_from"] == ("dataset" if found.is_fresh else "calibration")
+        assert kept["errors_from"] == ("dataset" if found.errors else "calibration")
         ends = {entry["name"]: entry["ci95"] for entry in kept["measurements"] if entry["ci95"]}
         assert ends == {name: list(pair) for name, pair in found.intervals.items()}
     unsaid = replace(few, held_out=8)
@@ -185,7 +189,7 @@ def test_a_press_and_its_error_fit_their_scales(calibration, accepted, rim_mm, t
         depth_truth_mm=shown.depth_truth_mm + np.float32(rim_mm),
     )
     found = replace(accepted, press=replace(accepted.press, picture=read))
-    axes = picture(found, calibration.card.mm_per_px).axes
+    axes = picture(calibration.card, found).axes
     images = {x.get_title("left"): image for x in axes for image in x.images}
     low, high = images["its depth"].get_clim()
     assert low == 0 < high and read.depth_mm.max() <= high
@@ -212,11 +216,8 @@ def test_everything_lies_on_the_sheet_and_nothing_on_another(calibration, accept
         for limit in LIMITS
     }
     doubts = tuple("So much may be said of it. " * lines for lines in (3, 7, 7, 7))
-    errors = replace(
-        accepted.errors,
-        left_out=(("press-0000.png", "no contact is visible inside its circle"),) * 9,
-    )
-    found = replace(accepted, values=spoilt, doubts=doubts, errors=errors)
+    unseen = LeftOut(file="press-0000.png", reason="no contact is visible inside its circle")
+    found = replace(accepted, values=spoilt, doubts=doubts, left_out=(unseen,) * 9)
     card = replace(calibration.card, serial=serial)
     figure = sheet(card, SET, found)
     renderer = FigureCanvasAgg(figure).get_renderer()

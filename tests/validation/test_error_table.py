@@ -161,9 +161,9 @@ def test_result_does_not_depend_on_what_runs_the_tasks(tmp_path):
 def test_no_press_is_judged_by_what_it_taught(tmp_path, one_thread, monkeypatch):
     taught, fit = [], module.fit_estimator
 
-    def spy(name, pixels, channels, seed):
+    def spy(name, pixels, channels, seed, **options):
         taught.append(set(pixels.press.tolist()))
-        return fit(name, pixels, channels, seed)
+        return fit(name, pixels, channels, seed, **options)
 
     monkeypatch.setattr(module, "fit_estimator", spy)
     table = measured(tmp_path, one_thread, folds=5)
@@ -258,7 +258,7 @@ def test_presses_teach_as_few_or_many_as_a_fold_learns_from_not_as_the_set_holds
     told = []
     taught = lesson_of("default", read_presses(read_dataset(folder)).presses, split.train, 0)
 
-    def fitted(estimator, pixels, channels, seed):
+    def fitted(estimator, pixels, channels, seed, with_doubt):
         told.append(pixels)
         raise InterruptedError
 

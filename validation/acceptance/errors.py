@@ -18,7 +18,7 @@ from validation.depth import rmse_interval_mm
 from validation.error_table import ErrorTable, Task, TaskResult, run_task
 from validation.evaluation import kept_interval
 from validation.intervals import Interval
-from validation.metrics import mean_errors
+from validation.metrics import Errors, mean_errors
 from validation.splits import splits
 
 FLATTEST = 1e-3
@@ -28,30 +28,32 @@ FEWER = ("RG", "RB", "R")
 AXES: tuple[Axis, ...] = ("x", "y")
 
 
-def error_values(errors: ErrorTable, card: UnitCard, held_out: bool) -> dict[str, Parts]:
-    """Errors of slope and depth on presses that the unit has not learnt from."""
-    (row,) = [row for row in errors.rows if row.pixels == "contact"]
-    (depth,) = errors.depth.values()
-    if held_out:
-        found: Mapping[str, float] = row.errors.values
+def error_values(errors: ErrorTable | None, card: UnitCard) -> dict[str, Parts]:
+    """Errors of slope and depth on presses that the unit has not learnt from.
+
+    Args:
+        errors: the unit's on such presses; ``None`` for those that its calibration measured.
+        card: the unit's.
+    """
+    if errors is not None:
+        (depth,) = errors.depth.values()
+        found: Mapping[str, float] = _on_contact(errors).values
         rmse_mm = fmean(error.rmse_mm for error in depth)
     else:
-        names = ("theta_x_deg", "theta_y_deg")
-        found = {key: float(card.metrics.get(f"contact_{key}", np.nan)) for key in names}
-        rmse_mm = float(card.metrics.get("depth_rmse_mm", np.nan))
-    deepest_mm = _deepest_mm(errors, card, held_out)
+        found = {key: _kept(card, f"contact_{key}") for key in ("theta_x_deg", "theta_y_deg")}
+        rmse_mm = _kept(card, "depth_rmse_mm")
+    deepest_mm = _deepest_mm(errors, card)
     values: dict[str, Parts] = {"depth_rmse_share": {"": rmse_mm / deepest_mm}}
     for axis in AXES:
         values[_angle_limit(card, axis)] = {"": found[f"theta_{axis}_deg"]}
     return values
 
 
-def error_intervals(errors: ErrorTable, card: UnitCard, held_out: bool) -> dict[str, Interval]:
+def error_intervals(errors: ErrorTable | None, card: UnitCard) -> dict[str, Interval]:
     """95 % intervals of ``error_values``, of those that have one."""
-    if held_out:
-        (row,) = [row for row in errors.rows if row.pixels == "contact"]
+    if errors is not None:
         (depth,) = errors.depth.values()
-        angles = row.errors.ci95
+        angles = _on_contact(errors).ci95
         rmse_mm = rmse_interval_mm(depth, errors.seed)
     else:
         angles = {
@@ -60,17 +62,16 @@ def error_intervals(errors: ErrorTable, card: UnitCard, held_out: bool) -> dict[
         rmse_mm = kept_interval(card, "depth_rmse_mm")
     found = {_angle_limit(card, axis): angles[f"theta_{axis}_deg"] for axis in AXES}
     if rmse_mm is not None:
-        deepest_mm = _deepest_mm(errors, card, held_out)
+        deepest_mm = _deepest_mm(errors, card)
         found["depth_rmse_share"] = (rmse_mm[0] / deepest_mm, rmse_mm[1] / deepest_mm)
     return {name: interval for name, interval in found.items() if interval is not None}
 
 
-def mean_abs_gradient(errors: ErrorTable, card: UnitCard, held_out: bool) -> float:
+def mean_abs_gradient(errors: ErrorTable | None, card: UnitCard) -> float:
     """Mean |G| on the contacts that ``error_values`` rest on; NaN where the unit does not say."""
-    if held_out:
-        (row,) = [row for row in errors.rows if row.pixels == "contact"]
-        return row.errors.mean_abs_gradient
-    return float(card.metrics.get("contact_mean_abs_gradient", np.nan))
+    if errors is not None:
+        return _on_contact(errors).mean_abs_gradient
+    return _kept(card, "contact_mean_abs_gradient")
 
 
 def steepest_values(presses: Sequence[BallPress]) -> dict[str, Parts]:
@@ -80,9 +81,9 @@ def steepest_values(presses: Sequence[BallPress]) -> dict[str, Parts]:
     return {"steepest_deg": {"": float(np.degrees(np.arcsin(widest)))}}
 
 
-def held_out_presses(errors: ErrorTable, card: UnitCard, held_out: bool) -> int | None:
+def held_out_presses(errors: ErrorTable | None, card: UnitCard) -> int | None:
     """How many presses ``error_values`` rest on; ``None`` where the unit does not say."""
-    if held_out:
+    if errors is not None:
         return errors.test
     kept = card.metrics.get("held_out_presses")
     return None if kept is None else int(kept)
@@ -94,15 +95,23 @@ def _angle_limit(card: UnitCard, axis: Axis) -> str:
     return "inferred_axis_deg" if axis == unseen else f"theta_{axis}_deg"
 
 
-def _deepest_mm(errors: ErrorTable, card: UnitCard, held_out: bool) -> float:
-    """How deep the presses are on which depth was judged, on average.
+def _on_contact(errors: ErrorTable) -> Errors:
+    """A unit's errors of slope within the contacts."""
+    (row,) = [row for row in errors.rows if row.pixels == "contact"]
+    return row.errors
 
-    Those of this set, in place of a calibration's whose unit does not say how deep they were.
-    """
+
+def _kept(card: UnitCard, name: str) -> float:
+    """What calibration measured; NaN where the unit does not say, which no limit lets pass."""
+    return float(card.metrics.get(name, np.nan))
+
+
+def _deepest_mm(errors: ErrorTable | None, card: UnitCard) -> float:
+    """How deep the presses are on which depth was judged, on average."""
+    if errors is None:
+        return _kept(card, "depth_peak_truth_mm")
     (depth,) = errors.depth.values()
-    here_mm = fmean(error.peak_truth_mm for error in depth)
-    kept_mm = here_mm if held_out else float(card.metrics.get("depth_peak_truth_mm", here_mm))
-    return max(kept_mm, 1e-6)
+    return fmean(error.peak_truth_mm for error in depth)
 
 
 def fewer_lights(card: UnitCard) -> list[str]:
@@ -168,16 +177,15 @@ def fewer_lights_values(
     return dict(values)
 
 
-def ball_radius_values(errors: ErrorTable, card: UnitCard, held_out: bool) -> dict[str, Parts]:
+def ball_radius_values(errors: ErrorTable | None, card: UnitCard) -> dict[str, Parts]:
     """How far the radius of the ball that slopes fit is from the ball's, on the median press.
 
-    Infinite where the slopes fit no ball; of presses of this set, which the unit has learnt from,
-    in place of a calibration's whose unit does not keep it.
+    Infinite where the slopes fit no ball.
     """
     if unseen_axis(card.lights_deg, card.channels) is not None:
         return {}
-    (row,) = [row for row in errors.rows if row.pixels == "contact"]
-    curvature = row.errors.curvature
-    if not held_out:
-        curvature = float(card.metrics.get("contact_curvature", curvature))
-    return {"ball_radius_share": {"": abs(1 / curvature - 1) if curvature > FLATTEST else np.inf}}
+    if errors is not None:
+        curvature = _on_contact(errors).curvature
+    else:
+        curvature = _kept(card, "contact_curvature")
+    return {"ball_radius_share": {"": np.inf if curvature <= FLATTEST else abs(1 / curvature - 1)}}

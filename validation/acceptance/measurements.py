@@ -14,7 +14,7 @@ from recon.calibration import Calibration
 from recon.labels.press_doubts import press_doubts
 from recon.lights import unseen_axis
 from recon.markers.tracking import marker_tracker
-from recon.presses import PressSet, read_presses
+from recon.presses import LeftOut, PressSet, read_presses
 from sensor.dataset import Dataset
 from sensor.unit import UnitCard
 from validation.acceptance.errors import (
@@ -63,12 +63,12 @@ class Acceptance:
     """Why a measurement was not made, by the names of ``limits.LIMITS``."""
     presses: int
     """How many could be used."""
-    errors: ErrorTable
-    """On those of them that were judged: all, or where ``is_fresh``, those not learnt from."""
+    left_out: tuple[LeftOut, ...]
+    """Those that could not."""
     learnt: int
     """How many of the presses the unit has learnt from."""
-    is_fresh: bool
-    """Whether the errors are of presses that it has not learnt from; else calibration's."""
+    errors: ErrorTable | None
+    """On those that it has not; of too few, ``None``, and calibration's errors stand."""
     mean_abs_gradient: float
     """Mean \\|G\\| on the contacts that the errors rest on; NaN where the unit does not say."""
     doubts: tuple[str, ...]
@@ -119,11 +119,12 @@ def accept_unit(
     refuse_other_sensor(calibration, dataset, presses)
     fewer = fit_fewer_lights(card, dataset, len(presses.presses), seed=seed, executor=executor)
     learnt = learnt_presses(card, dataset, presses)
-    judged = _judged(card, presses, learnt)
-    is_fresh = not learnt or judged is not presses
-    errors = judge_presses(
-        calibration, dataset, judged, seed=seed, progress=lambda x: progress(0.1 + 0.3 * x)
-    )
+    fresh = _fresh(card, presses, learnt)
+    errors = None
+    if fresh is not None:
+        errors = judge_presses(
+            calibration, dataset, fresh, seed=seed, progress=lambda x: progress(0.1 + 0.3 * x)
+        )
     unseen = unseen_axis(card.lights_deg, channels)
     blank = presses.unwarp(presses.background)
     gel = without_dots(blank, presses.dots)
@@ -139,9 +140,9 @@ def accept_unit(
     pictured, absent = picture_values(presses, before, now, roundness(presses.presses, seed))
     progress(0.5)
     values: dict[str, Parts] = {
-        **error_values(errors, card, is_fresh),
-        **ball_radius_values(errors, card, is_fresh),
-        **steepest_values(judged.presses),
+        **error_values(errors, card),
+        **ball_radius_values(errors, card),
+        **steepest_values((fresh or presses).presses),
         "usable_presses": {"": float(len(presses.presses))},
         **light_values(response, channels, card.lights_deg, unseen is None),
         **still,
@@ -171,13 +172,13 @@ def accept_unit(
         },
         absent={**_reasons(values, len(times_ns), len(presses.presses)), **absent},
         presses=len(presses.presses),
-        errors=errors,
+        left_out=presses.left_out,
         learnt=learnt,
-        is_fresh=is_fresh,
-        mean_abs_gradient=mean_abs_gradient(errors, card, is_fresh),
+        errors=errors,
+        mean_abs_gradient=mean_abs_gradient(errors, card),
         doubts=press_doubts(presses, dataset.labels),
-        held_out=held_out_presses(errors, card, is_fresh),
-        intervals=error_intervals(errors, card, is_fresh),
+        held_out=held_out_presses(errors, card),
+        intervals=error_intervals(errors, card),
         blank=blank,
         gel=gel,
         covered=covered,
@@ -186,12 +187,14 @@ def accept_unit(
     )
 
 
-def _judged(card: UnitCard, presses: PressSet, learnt: int) -> PressSet:
-    """The presses to judge a unit on: those that it has not learnt from, where they are enough."""
-    if not learnt or card.learnt_frames is None:
+def _fresh(card: UnitCard, presses: PressSet, learnt: int) -> PressSet | None:
+    """The presses that a unit has not learnt from, where they are enough to judge it."""
+    if not learnt:
         return presses
-    fresh = tuple(x for x in presses.presses if x.fingerprint not in card.learnt_frames)
-    return replace(presses, presses=fresh) if len(fresh) >= LEAST_FRESH else presses
+    if card.learnt_frames is None:
+        return None
+    others = tuple(x for x in presses.presses if x.fingerprint not in card.learnt_frames)
+    return replace(presses, presses=others) if len(others) >= LEAST_FRESH else None
 
 
 def _reasons(values: Measured, frames: int, presses: int) -> dict[str, str]:

@@ -80,10 +80,10 @@ def document(card: UnitCard, occasion: Occasion, found: Acceptance) -> dict[str,
         "dataset_sha256": occasion.dataset_sha256,
         "presses": found.presses,
         "learnt_presses": found.learnt,
-        "errors_from": "dataset" if found.is_fresh else "calibration",
+        "errors_from": "dataset" if found.errors else "calibration",
         "held_out_presses": found.held_out,
         "mean_abs_gradient": _finite(found.mean_abs_gradient),
-        "left_out": [{"file": file, "reason": reason} for file, reason in found.errors.left_out],
+        "left_out": [{"file": press.file, "reason": press.reason} for press in found.left_out],
         "doubts": list(found.doubts),
         "grade": verdict(found.values),
         "measurements": [
@@ -223,10 +223,10 @@ def page_html(card: UnitCard, occasion: Occasion, found: Acceptance, pictures: s
 
 def remarks(found: Acceptance) -> list[str]:
     """What is doubtful about the presses, and which of them were left out."""
-    left_out = found.errors.left_out
+    left_out = found.left_out
     if not left_out:
         return list(found.doubts)
-    named = "; ".join(f"{file}: {reason}" for file, reason in left_out[:MOST_NAMED])
+    named = "; ".join(f"{press.file}: {press.reason}" for press in left_out[:MOST_NAMED])
     more = f"; and {len(left_out) - MOST_NAMED} more" if len(left_out) > MOST_NAMED else ""
     return [*found.doubts, f"Left out {counted(len(left_out))}: {named}{more}."]
 
@@ -247,7 +247,7 @@ def _rests_on(found: Acceptance) -> str:
         return " that it was not calibrated on"
     count = "all" if found.learnt == found.presses else f"{found.learnt}"
     learnt = f", {count} of which it was calibrated on: errors are those"
-    if found.is_fresh:
+    if found.errors:
         return f"{learnt} of the {found.errors.test} others"
     presses = "presses" if found.held_out is None else counted(found.held_out)
     return f"{learnt} that the calibration measured on {presses} held out"

@@ -30,7 +30,7 @@ def write_certificate(out: Path, card: UnitCard, occasion: Occasion, found: Acce
     """
     _, sheet = certificate_files(out)
     shown = Picture(
-        content=frames_bytes(picture(found, card.mm_per_px)),
+        content=frames_bytes(picture(card, found)),
         alt="The blank gel, its weakest light, the areas that are covered by presses and usable; "
         "a press, its depth and its depth error",
         caption=f"Unit {card.serial}, {occasion.dataset}, {counted(found.presses)}; below: "

@@ -63,10 +63,10 @@ FLATTER_THAN = 0.02
 
 
 @styled
-def picture(found: Acceptance, mm_per_px: Pair) -> Figure:
+def picture(card: UnitCard, found: Acceptance) -> Figure:
     """The blank gel, its weakest light, where it serves; a press, its depth, its error."""
-    figure = blank(PAGE_IN[0], 2 * _row_height_in(found, mm_per_px, TALLEST_IN) + 0.35)
-    _pictures(figure, found, mm_per_px, 0.3, TALLEST_IN)
+    figure = blank(PAGE_IN[0], 2 * _row_height_in(found, card.mm_per_px, TALLEST_IN) + 0.35)
+    _pictures(figure, card, found, 0.3, TALLEST_IN)
     return figure
 
 
@@ -111,7 +111,7 @@ def sheet(card: UnitCard, occasion: Occasion, found: Acceptance) -> Figure:
     rows = len(found.values) + len(GROUPS)
     room = bottom - TALLEST_ROW_IN * rows - top - 2 * (TITLE_IN + 0.04) - 0.28
     tall = min(max(room / 2, LOWEST_IN), TALLEST_IN)
-    _pictures(figure, found, card.mm_per_px, top + 0.13, tall)
+    _pictures(figure, card, found, top + 0.13, tall)
     top += 2 * _row_height_in(found, card.mm_per_px, tall) + 0.28
     top = _table(figure, found, top, bottom)
     for note in notes:
@@ -157,8 +157,9 @@ def _say(
 
 
 def _pictures(
-    figure: Figure, found: Acceptance, mm_per_px: Pair, top_in: float, tallest_in: float
+    figure: Figure, card: UnitCard, found: Acceptance, top_in: float, tallest_in: float
 ) -> None:
+    mm_per_px = card.mm_per_px
     even = smooth(found.gel, SMOOTHING_PX)
     even = even / np.maximum(np.quantile(even, 0.98, axis=(0, 1)), 1e-6)
     shown = found.press.picture
@@ -168,7 +169,7 @@ def _pictures(
     worst_mm = max(float(np.nanmax(np.abs(error_mm))), flat_mm)
     width = _picture_width_in()
     gray = found.blank.mean(-1)
-    lit = [index for index in range(3) if "RGB"[index] in found.errors.rows[0].configuration]
+    lit = [index for index in range(3) if "RGB"[index] in card.channels]
     weakest = even[..., lit].min(-1)
     maps = (
         ("blank gel", found.blank.clip(0, 1), "gray", (0.0, 1.0), ""),

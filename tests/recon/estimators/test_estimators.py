@@ -155,6 +155,16 @@ def test_the_same_seed_learns_the_same(pixels, name):
         np.testing.assert_array_equal(values, two[key])
 
 
+@EVERY
+def test_slopes_are_the_same_where_nobody_asks_how_unsure_they_are(fitted, pixels, name):
+    train = pixels(name)[pixels(name).press < 10]
+    bare = fit_estimator(name, train, "RGB", seed=0, with_doubt=False)
+    color, position = random_pixels(2, 500, name)
+    slopes = bare.slopes(color, position)
+    np.testing.assert_allclose(slopes, fitted(name).slopes(color, position), atol=1e-3)
+    assert bare.half_width(slopes) is None
+
+
 def test_another_seed_trains_another_network(pixels):
     one, two = (fit_estimator("mlp", pixels("mlp"), "RGB", seed=seed).tensors() for seed in (5, 6))
     assert not np.array_equal(one["weight0"], two["weight0"])
@@ -302,7 +312,7 @@ def test_a_bin_holds_the_mean_of_its_pixels_and_an_empty_one_its_neighbours():
     red = np.array([-1, -1, -1, 1], np.float32)
     gradient = np.array([[1, 0], [2, 0], [6, 3], [-5, 5]], np.float32)
     made = pixels_of(np.stack([red, 0 * red, 0 * red], 1), gradient)
-    table = fit_lookup_table(made, "R", 0, lambda _: None)
+    table = fit_lookup_table(made, "R", 0, lambda _: None, with_doubt=False)
     probe = np.zeros((2, 3), np.float32)
     probe[:, 0] = [-1 + 0.4, 1 - 0.4]
     np.testing.assert_allclose(table.slopes(probe, np.zeros((2, 2), np.float32)), [[3, 1], [-5, 5]])
@@ -312,7 +322,7 @@ def test_a_bin_holds_the_mean_of_its_pixels_and_an_empty_one_its_neighbours():
 def test_the_table_tells_apart_all_colours_but_the_outermost_thousandth():
     red = np.linspace(-0.3, 0.3, 20_001, dtype=np.float32)
     made = pixels_of(np.stack([red, 0 * red, 0 * red], 1), np.stack([2 * red, -red], 1))
-    table = fit_lookup_table(made, "R", 0, lambda _: None)
+    table = fit_lookup_table(made, "R", 0, lambda _: None, with_doubt=False)
     probe = np.zeros((3, 3), np.float32)
     probe[:, 0] = [-0.29, 0.0, 0.29]
     found = table.slopes(probe, np.zeros((3, 2), np.float32))

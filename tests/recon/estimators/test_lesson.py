@@ -153,7 +153,7 @@ def test_the_less_a_light_is_like_a_rendered_one_the_more_of_its_own_collars_are
         rendered.append(count)
         return rendered_of(0), unexplained
 
-    def trained(inputs, wanted, taught, seed, progress):
+    def trained(inputs, wanted, taught, *_):
         learnt.append(wanted[taught[0]])
         raise InterruptedError
 
@@ -177,7 +177,7 @@ def test_of_the_networks_one_leaves_a_third_of_all_out_and_the_others_none(
 ):
     taught = []
 
-    def trained(inputs, wanted, chosen, seed, progress):
+    def trained(inputs, wanted, chosen, *_):
         taught.extend(chosen)
         raise InterruptedError
 
@@ -207,7 +207,7 @@ def test_half_of_the_balls_are_taught_as_of_other_sizes_in_nothing_but_what_lies
 ):
     learnt = []
 
-    def trained(inputs, wanted, chosen, seed, progress):
+    def trained(inputs, wanted, chosen, *_):
         learnt.append((inputs, wanted))
         raise InterruptedError
 

@@ -5,7 +5,8 @@
 import numpy as np
 import pytest
 
-from recon.labels.circles import refit_circle
+from recon.labels import circles
+from recon.labels.circles import refit_circle, refit_circles
 from tests.shading import pressed
 
 SIZE_PX = (160, 120)
@@ -51,3 +52,17 @@ def test_a_second_contact_lowers_the_quality() -> None:
 def test_noise_alone_has_no_quality() -> None:
     noise = np.random.default_rng(0).normal(0, 0.02, (120, 160, 3)).astype(np.float32)
     assert refit_circle(noise, (80.0, 60.0), 20.0, BALL_PX).quality < 0.1
+
+
+def test_a_circle_far_from_the_ball_costs_one_round_and_takes_nothing_from_the_best(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    difference = pressed(SIZE_PX, (45.0, 60.0), 15.0, BALL_PX)
+    right, wrong = (47.0, 58.0, 16.0), (120.0, 60.0, 16.0)
+    rounds, better = [], circles._better
+    monkeypatch.setattr(circles, "_better", lambda fit: rounds.append(fit.x[0]) or better(fit))
+    together = refit_circles(difference, [wrong, right], BALL_PX)
+    assert len(rounds) == circles.ROUNDS + 1
+    assert together[1] == refit_circle(difference, right[:2], right[2], BALL_PX)
+    assert together[0].quality < 0.1 < 0.7 < together[1].quality
+    assert refit_circles(difference, [], BALL_PX) == []
