@@ -3,7 +3,7 @@
 """Where a ball touched, from its own shading: mends circles that were drawn by hand."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -17,6 +17,8 @@ from sensor.toml import Pair
 Column = Float64[np.ndarray, " n"]
 Table = Float64[np.ndarray, "n k"]
 Energy = Float32[np.ndarray, "h w"]
+Drawn = tuple[float, float, float]
+"""x and y of a circle's centre, and its radius."""
 
 FARTHEST_SHIFT = 1 / 3
 """Of the circle's radius."""
@@ -24,12 +26,13 @@ START = 0.85
 """Of the drawn radius: circles are drawn round the visible disc, which is too wide."""
 LARGEST = 0.95
 """Of the ball's radius: no gel follows a ball up to its equator."""
-PIXELS = 2000
-ROUNDS = 3
+PIXELS, ROUNDS = 2000, 3
+GLANCED = 500
+"""Pixels of a first look at each of several circles, in one round."""
 HOPELESS = 0.5
-"""Of the best quality of a frame's circles after the first round: what then explains less is not
-the ball. On 200 presses of five sets, every circle is the one that is found if all are fitted to
-the end (``python -m validation.circles``)."""
+"""Of the best quality at that look: what explains less is not the ball. On 200 presses of five
+sets, every circle is the one that is found if all are fitted to the end
+(``python -m validation.circles``)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,17 +92,14 @@ def refit_circle(
         ball_radius_px: of the ball.
         reach: pixels up to this many drawn radii from the drawn centre are looked at.
     """
-    (circle,) = refit_circles(difference, [(*center_px, radius_px)], ball_radius_px, reach)
-    return circle
+    start = (*center_px, radius_px)
+    return _fitted(difference, _energy(difference), start, ball_radius_px, reach, PIXELS, ROUNDS)
 
 
 def refit_circles(
-    difference: Difference,
-    drawn: Iterable[tuple[float, float, float]],
-    ball_radius_px: float,
-    reach: float = 2.0,
+    difference: Difference, drawn: Iterable[Drawn], ball_radius_px: float, reach: float = 2.0
 ) -> list[Circle]:
-    """The same of several circles of one frame; the hopeless are left as they come out first.
+    """The same of several circles of one frame, only glanced at where they can be no ball.
 
     Args:
         difference: frame minus background, in the gel plane.
@@ -107,94 +107,62 @@ def refit_circles(
         ball_radius_px: of the ball.
         reach: as for one.
     """
-    energy = _energy(difference)
-    begun = [_begin(difference, (x, y), r, ball_radius_px, reach) for x, y, r in drawn]
-    fits = [_better(fit) for fit in begun]
-    first = [_circle(fit, energy) for fit in fits]
-    best = max((circle.quality for circle in first), default=0.0)
+    starts, energy = list(drawn), _energy(difference)
+
+    def fitted(start: Drawn, pixels: int, rounds: int) -> Circle:
+        return _fitted(difference, energy, start, ball_radius_px, reach, pixels, rounds)
+
+    glanced = [fitted(start, GLANCED, 1) for start in starts]
+    best = max((circle.quality for circle in glanced), default=0.0)
     return [
-        circle if circle.quality < HOPELESS * best else _circle(_last(fit), energy)
-        for circle, fit in zip(first, fits, strict=True)
+        circle if circle.quality < HOPELESS * best else fitted(start, PIXELS, ROUNDS)
+        for circle, start in zip(glanced, starts, strict=True)
     ]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Fit:
-    """A circle that is being fitted, and the pixels that it is fitted to."""
-
-    x: Column
-    y: Column
-    color: Table
-    weight: Column
-    """Of each pixel, in the next round."""
-    unexplained: float = 1.0
-    """Mean square of the colours that the last round left, by their new weights."""
-    parameters: np.ndarray
-    lowest: np.ndarray
-    highest: np.ndarray
-    ball_radius_px: float
-
-
-def _begin(
-    difference: Difference, center_px: Pair, radius_px: float, ball_radius_px: float, reach: float
-) -> _Fit:
-    """A circle as it was drawn, and how far it may go."""
-    x, y, color = _pixels_near(difference, center_px, reach * radius_px)
+def _fitted(
+    difference: Difference,
+    energy: Energy,
+    start: Drawn,
+    ball_radius_px: float,
+    reach: float,
+    pixels: int,
+    rounds: int,
+) -> Circle:
+    """A drawn circle after so many rounds, by so many pixels near it."""
+    center_px, radius_px = start[:2], start[2]
+    x, y, color = _pixels_near(difference, center_px, reach * radius_px, pixels)
     shift = FARTHEST_SHIFT * radius_px
     lowest = np.array([center_px[0] - shift, center_px[1] - shift, 0.4 * radius_px, np.log(0.5)])
     largest = min(1.8 * radius_px, LARGEST * ball_radius_px)
     highest = np.array([center_px[0] + shift, center_px[1] + shift, largest, np.log(radius_px)])
-    start = np.array([*center_px, START * radius_px, np.log(radius_px / 4)])
-    return _Fit(
-        x=x,
-        y=y,
-        color=color,
-        weight=np.ones(len(x)),
-        parameters=np.clip(start, lowest + 1e-6, highest - 1e-6),
-        lowest=lowest,
-        highest=highest,
-        ball_radius_px=ball_radius_px,
-    )
-
-
-def _better(fit: _Fit) -> _Fit:
-    """The circle after one round, and what its rest says of each pixel."""
-    seen = (fit.x, fit.y, fit.color, fit.weight, fit.ball_radius_px)
-    parameters = least_squares(
-        _unexplained,
-        fit.parameters,
-        bounds=(fit.lowest, fit.highest),
-        x_scale=[1, 1, 1, 0.3],
-        diff_step=1e-3,
-        max_nfev=40,
-        args=seen,
-    ).x
-    rest = _unexplained(parameters, *seen)
-    error = np.sqrt((rest.reshape(fit.color.shape) ** 2).sum(1)) / fit.weight
-    scale = max(1.4826 * float(np.median(error)), 1e-9)
-    weight = 1 / np.sqrt(1 + (error / (2 * scale)) ** 2)
-    unexplained = float(((weight * error) ** 2).mean())
-    return replace(fit, parameters=parameters, weight=weight, unexplained=unexplained)
-
-
-def _last(fit: _Fit) -> _Fit:
-    """The circle after the other rounds."""
-    for _ in range(ROUNDS - 1):
-        fit = _better(fit)
-    return fit
-
-
-def _circle(fit: _Fit, energy: Energy) -> Circle:
-    """The circle and its quality."""
-    center_x, center_y, radius, _ = fit.parameters
+    first = np.array([*center_px, START * radius_px, np.log(radius_px / 4)])
+    parameters = np.clip(first, lowest + 1e-6, highest - 1e-6)
+    weight = np.ones(len(x))
+    for _ in range(rounds):
+        parameters = least_squares(
+            _unexplained,
+            parameters,
+            bounds=(lowest, highest),
+            x_scale=[1, 1, 1, 0.3],
+            diff_step=1e-3,
+            max_nfev=40,
+            args=(x, y, color, weight, ball_radius_px),
+        ).x
+        rest = _unexplained(parameters, x, y, color, weight, ball_radius_px)
+        error = np.sqrt((rest.reshape(color.shape) ** 2).sum(1)) / weight
+        scale = max(1.4826 * float(np.median(error)), 1e-9)
+        weight = 1 / np.sqrt(1 + (error / (2 * scale)) ** 2)
+    center_x, center_y, radius, _ = parameters
     # Weighted alike, so that neither printed dots nor another object's outline pass as explained.
-    signal = max(float((fit.weight**2 * (fit.color**2).sum(1)).mean()), 1e-12)
+    unexplained = float(((weight * error) ** 2).mean())
+    signal = max(float((weight**2 * (color**2).sum(1)).mean()), 1e-12)
     center = (float(center_x), float(center_y))
     near = _share_near(energy, center, 2.2 * radius)
     return Circle(
         center_px=center,
         radius_px=float(radius),
-        quality=max(0.0, 1 - fit.unexplained / signal) * near,
+        quality=max(0.0, 1 - unexplained / signal) * near,
     )
 
 
@@ -238,14 +206,14 @@ def _shading(
 
 
 def _pixels_near(
-    difference: Difference, center_px: Pair, reach_px: float
+    difference: Difference, center_px: Pair, reach_px: float, most: int
 ) -> tuple[Column, Column, Table]:
-    """Positions and colours of some pixels near a centre."""
+    """Positions and colours of pixels near a centre, of so many at most."""
     height, width = difference.shape[:2]
     y, x = np.mgrid[0:height, 0:width]
     near = np.flatnonzero(np.hypot(x - center_px[0], y - center_px[1]) < reach_px)
-    if len(near) > PIXELS:  # drawn, as a regular grid would be blind to doubled pixels
-        near = np.random.default_rng(0).choice(near, PIXELS, replace=False)
+    if len(near) > most:  # drawn, as a regular grid would be blind to doubled pixels
+        near = np.random.default_rng(0).choice(near, most, replace=False)
     color = difference.reshape(-1, 3)[near].astype(np.float64)
     return x.ravel()[near].astype(np.float64), y.ravel()[near].astype(np.float64), color
 

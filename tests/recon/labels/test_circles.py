@@ -54,15 +54,19 @@ def test_noise_alone_has_no_quality() -> None:
     assert refit_circle(noise, (80.0, 60.0), 20.0, BALL_PX).quality < 0.1
 
 
-def test_a_circle_far_from_the_ball_costs_one_round_and_takes_nothing_from_the_best(
+def test_a_circle_far_from_the_ball_is_glanced_at_and_takes_nothing_from_the_best(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     difference = pressed(SIZE_PX, (45.0, 60.0), 15.0, BALL_PX)
     right, wrong = (47.0, 58.0, 16.0), (120.0, 60.0, 16.0)
-    rounds, better = [], circles._better
-    monkeypatch.setattr(circles, "_better", lambda fit: rounds.append(fit.x[0]) or better(fit))
+    looks, near = [], circles._pixels_near
+    monkeypatch.setattr(circles, "_pixels_near", lambda *of: looks.append(of[1:]) or near(*of))
     together = refit_circles(difference, [wrong, right], BALL_PX)
-    assert len(rounds) == circles.ROUNDS + 1
+    assert [(look[0], look[2]) for look in looks] == [
+        (wrong[:2], circles.GLANCED),
+        (right[:2], circles.GLANCED),
+        (right[:2], circles.PIXELS),
+    ]
     assert together[1] == refit_circle(difference, right[:2], right[2], BALL_PX)
     assert together[0].quality < 0.1 < 0.7 < together[1].quality
     assert refit_circles(difference, [], BALL_PX) == []
