@@ -26,13 +26,14 @@ START = 0.85
 """Of the drawn radius: circles are drawn round the visible disc, which is too wide."""
 LARGEST = 0.95
 """Of the ball's radius: no gel follows a ball up to its equator."""
+REACH = 2.0
+"""Drawn radii from the drawn centre, up to which pixels are looked at."""
 PIXELS, ROUNDS = 2000, 3
 GLANCED = 500
 """Pixels of a first look at each of several circles, in one round."""
 HOPELESS = 0.5
-"""Of the best quality at that look: what explains less is not the ball. On 200 presses of five
-sets, every circle is the one that is found if all are fitted to the end
-(``python -m validation.circles``)."""
+"""Of the best quality at that look: what explains less is not the ball. With 0 all are fitted to
+the end, and of 200 presses of five sets ``python -m validation.circles`` prints the same."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,7 +76,7 @@ def refit_circle(
     center_px: Pair,
     radius_px: float,
     ball_radius_px: float,
-    reach: float = 2.0,
+    reach: float = REACH,
 ) -> Circle:
     """Move and resize a circle until a ball of known radius explains the shading best.
 
@@ -97,7 +98,7 @@ def refit_circle(
 
 
 def refit_circles(
-    difference: Difference, drawn: Iterable[Drawn], ball_radius_px: float, reach: float = 2.0
+    difference: Difference, drawn: Iterable[Drawn], ball_radius_px: float
 ) -> list[Circle]:
     """The same of several circles of one frame, only glanced at where they can be no ball.
 
@@ -105,12 +106,11 @@ def refit_circles(
         difference: frame minus background, in the gel plane.
         drawn: x and y of each circle's centre, and its radius.
         ball_radius_px: of the ball.
-        reach: as for one.
     """
     starts, energy = list(drawn), _energy(difference)
 
     def fitted(start: Drawn, pixels: int, rounds: int) -> Circle:
-        return _fitted(difference, energy, start, ball_radius_px, reach, pixels, rounds)
+        return _fitted(difference, energy, start, ball_radius_px, REACH, pixels, rounds)
 
     glanced = [fitted(start, GLANCED, 1) for start in starts]
     best = max((circle.quality for circle in glanced), default=0.0)

@@ -153,7 +153,10 @@ def _searched_pitch_mm(size_px: tuple[int, int], mm_per_px: Pair) -> float:
 
 
 def candidates(small: Small, ball_px: float) -> list[Circle]:
-    """Every proposed disc, fitted to the ball's shading; right ones have the higher quality."""
+    """Every proposed disc, fitted to the ball's shading, or glanced at where it can be no ball.
+
+    Right ones have the higher quality.
+    """
     return refit_circles(small, _proposals(_change(small), ball_px), ball_px)
 
 

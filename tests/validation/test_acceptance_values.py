@@ -13,6 +13,8 @@ from recon.presses import read_presses
 from sensor.dataset import read_dataset, write_labels
 from tests.validation.sensors import accepted_on, dotted_set, failed_of, unit_of
 from validation.acceptance.errors import (
+    ball_radius_values,
+    error_values,
     fewer_lights,
     fit_fewer_lights,
     steepest_values,
@@ -31,7 +33,7 @@ from validation.acceptance.gel import (
     usable_area,
 )
 from validation.acceptance.lights import Response, light_values, turn_deg
-from validation.acceptance.limits import DEAD_GRAY_LEVELS
+from validation.acceptance.limits import DEAD_GRAY_LEVELS, grades
 from validation.acceptance.measurements import _reasons
 from validation.acceptance.place import (
     LEAST_DOTS,
@@ -365,3 +367,12 @@ def test_few_presses_fail_their_own_limit_however_small_their_errors(calibration
     failed = {name for name in failed_of(found) if not name.startswith("fewer_lights")}
     assert {"usable_presses"} <= failed <= {"usable_presses", "covered_share"}
     assert any("4 presses: too few to trust" in doubt for doubt in found.doubts)
+
+
+@pytest.mark.parametrize("metrics", [{}, {"depth_rmse_mm": 0.01}, {"depth_peak_truth_mm": 0.0}])
+def test_a_unit_that_does_not_say_its_errors_fails_by_each_of_them(calibration, metrics):
+    zeros = {"depth_rmse_mm": 0.01, "contact_curvature": 0.0} if metrics else {}
+    card = replace(calibration.card, metrics=zeros | metrics)
+    values = error_values(None, card) | ball_radius_values(None, card)
+    expected = {"theta_x_deg", "theta_y_deg", "depth_rmse_share", "ball_radius_share"}
+    assert {name for name, grade in grades(values).items() if grade == "fail"} == expected

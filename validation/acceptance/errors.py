@@ -23,6 +23,8 @@ from validation.splits import splits
 
 FLATTEST = 1e-3
 """Of the ball's curvature; slopes that are flatter, or a hollow's, fit no ball."""
+LEAST_DEPTH_MM = 1e-6
+"""That a depth error is divided by, whatever a unit's file says."""
 FEWER = ("RG", "RB", "R")
 """The paper's light configurations beside all lights; others' lights were not set for them."""
 AXES: tuple[Axis, ...] = ("x", "y")
@@ -108,8 +110,8 @@ def _kept(card: UnitCard, name: str) -> float:
 
 def _deepest_mm(errors: ErrorTable | None, card: UnitCard) -> float:
     """How deep the presses are on which depth was judged, on average."""
-    if errors is None:
-        return _kept(card, "depth_peak_truth_mm")
+    if errors is None:  # what is no number stays none
+        return max(_kept(card, "depth_peak_truth_mm"), LEAST_DEPTH_MM)
     (depth,) = errors.depth.values()
     return fmean(error.peak_truth_mm for error in depth)
 
