@@ -197,18 +197,20 @@ def noisy(
 
 def cases(shape: str, count: int, seed: int = SEED) -> Iterator[Case]:
     """So many meshes of a shape, each touched in every way."""
-    for number in range(count):
-        for index, kind in enumerate(KINDS):
-            rng = np.random.default_rng([seed, list(SHAPES).index(shape), number, index])
-            mesh = SHAPES[shape](rng)
-            pose = lying(
-                mesh, Rotation.random(random_state=rng).as_matrix(), rng.uniform(*PRESS_MM)
-            )
-            pose[:2, 3] += rng.uniform(-2, 2, 2)
-            if kind.startswith("cut"):
-                pose = cut_off(mesh, pose, rng.uniform(*LEFT_SHARE), rng)
-            touch = noisy(mesh, pose, rng, 0.0 if kind.endswith("white") else ALIKE_PX)
-            yield Case(shape=shape, kind=kind, mesh=mesh, pose=pose, touch=touch)
+    return (drawn_case(shape, number, seed) for number in range(count * len(KINDS)))
+
+
+def drawn_case(shape: str, number: int, seed: int = SEED) -> Case:
+    """One of them, by its place among all."""
+    which, way = divmod(number, len(KINDS))
+    rng = np.random.default_rng([seed, list(SHAPES).index(shape), which, way])
+    mesh, kind = SHAPES[shape](rng), KINDS[way]
+    pose = lying(mesh, Rotation.random(random_state=rng).as_matrix(), rng.uniform(*PRESS_MM))
+    pose[:2, 3] += rng.uniform(-2, 2, 2)
+    if kind.startswith("cut"):
+        pose = cut_off(mesh, pose, rng.uniform(*LEFT_SHARE), rng)
+    touch = noisy(mesh, pose, rng, 0.0 if kind.endswith("white") else ALIKE_PX)
+    return Case(shape=shape, kind=kind, mesh=mesh, pose=pose, touch=touch)
 
 
 def off(case: Case, found: Transform, rotations: list[Transform]) -> tuple[float, float]:

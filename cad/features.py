@@ -22,7 +22,7 @@ SEGMENTS = {
 def box(x: Point, y: Point, z: Point) -> cq.Workplane:
     """A box from its three ranges."""
     size = (x[1] - x[0], y[1] - y[0], z[1] - z[0])
-    return cq.Workplane().box(*size, centered=False).translate((x[0], y[0], z[0]))
+    return cq.Workplane(cq.Solid.makeBox(*size, cq.Vector(x[0], y[0], z[0])))
 
 
 def both_sides(half: cq.Workplane) -> cq.Workplane:

@@ -7,13 +7,14 @@ than half of that deep, and nothing as thick as a wall can be passed over.
 """
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 import manifold3d
 import numpy as np
 
 from cad.assembly import Assembly, Step
-from cad.checks.fit import TOLERANCE_MM3, boxes_meet
-from cad.motions import Pose, Way, moved, poses
+from cad.checks.fit import TOLERANCE_MM3
+from cad.motions import Way, poses
 from cad.result import Result
 
 STEP_MM = 0.2
@@ -36,9 +37,9 @@ def check_insertion(assembly: Assembly, bodies: Bodies) -> list[Result]:
 def _worst_on_the_way(assembly: Assembly, step: Step, bodies: Bodies) -> tuple[float, str]:
     worst, where, count = 0.0, "", 0
     for name in assembly.moving(step):
-        way = assembly.way(step, name)
+        stops = _stops(bodies[name], assembly.way(step, name))
         for other in assembly.standing(step):
-            for travelled, volume in overlaps(bodies[name], bodies[other], way):
+            for travelled, volume in _overlaps(bodies[name], bodies[other], stops):
                 count += 1
                 if volume > worst:
                     worst = volume
@@ -47,31 +48,43 @@ def _worst_on_the_way(assembly: Assembly, step: Step, bodies: Bodies) -> tuple[f
     return worst, where if worst > TOLERANCE_MM3 else fine
 
 
-def overlaps(
-    body: manifold3d.Manifold, other: manifold3d.Manifold, way: Way
-) -> Iterator[tuple[float, float]]:
-    """(distance in mm from its place, common volume in mm³) wherever the two come close."""
+@dataclass(frozen=True)
+class _Stops:
+    """Where a body is looked at on its way in, from its place outward."""
+
+    travelled_mm: np.ndarray
+    """(n,) distance from its place."""
+    poses: np.ndarray
+    """(n, 4, 4)."""
+    low_mm: np.ndarray
+    high_mm: np.ndarray
+    """(n, 3) corners of the box that the body's own box has there."""
+
+
+def _stops(body: manifold3d.Manifold, way: Way) -> _Stops:
     box = np.array(body.bounding_box()).reshape(2, 3)
     corners = np.array(np.meshgrid(*box.T)).reshape(3, -1).T
-    other_box = np.array(other.bounding_box())
-    stops = [
-        (travelled, pose)
-        for travelled, pose in poses(way, box, STEP_MM)
-        if boxes_meet(_box(moved(corners, pose)), other_box)
-    ]
-    if not stops:
+    travelled, places = zip(*poses(way, box, STEP_MM), strict=True)
+    stacked = np.stack(places)
+    turned = corners @ stacked[:, :3, :3].transpose(0, 2, 1) + stacked[:, None, :3, 3]
+    return _Stops(np.array(travelled), stacked, turned.min(axis=1), turned.max(axis=1))
+
+
+def _overlaps(
+    body: manifold3d.Manifold, other: manifold3d.Manifold, stops: _Stops
+) -> Iterator[tuple[float, float]]:
+    """(distance in mm from its place, common volume in mm³) wherever the two come close."""
+    low, high = np.array(other.bounding_box()).reshape(2, 3)
+    close = ((stops.low_mm < high) & (low < stops.high_mm)).all(axis=1)
+    if not close.any():
         return
-    near = _piece(other, [_box(moved(corners, pose)) for _, pose in stops])
-    for travelled, pose in stops:
-        yield travelled, float((body.transform(pose[:3]) ^ near).volume())
+    near = _piece(other, stops.low_mm[close].min(axis=0), stops.high_mm[close].max(axis=0))
+    for travelled, pose in zip(stops.travelled_mm[close], stops.poses[close], strict=True):
+        yield float(travelled), float((body.transform(pose[:3]) ^ near).volume())
 
 
-def _box(corners: Pose) -> np.ndarray:
-    """Lowest and highest of (n, 3) points, as (6,)."""
-    return np.concatenate([corners.min(axis=0), corners.max(axis=0)])
-
-
-def _piece(other: manifold3d.Manifold, boxes: list[np.ndarray]) -> manifold3d.Manifold:
-    """The part of a body that the boxes reach."""
-    low, high = np.min(boxes, axis=0)[:3], np.max(boxes, axis=0)[3:]
-    return other ^ manifold3d.Manifold.cube(tuple(high - low)).translate(tuple(low))
+def _piece(
+    other: manifold3d.Manifold, low_mm: np.ndarray, high_mm: np.ndarray
+) -> manifold3d.Manifold:
+    """The part of a body that lies in a box."""
+    return other ^ manifold3d.Manifold.cube(tuple(high_mm - low_mm)).translate(tuple(low_mm))

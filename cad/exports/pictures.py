@@ -79,6 +79,7 @@ class Painter:
         image = vtkWindowToImageFilter()
         image.SetInput(self._window)
         image.ReadFrontBufferOff()
+        image.ShouldRerenderOff()
         writer = vtkPNGWriter()
         writer.WriteToMemoryOn()
         writer.SetInputConnection(image.GetOutputPort())

@@ -11,10 +11,12 @@ import threading
 import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TextIO
 
 import pytest
 from playwright.sync_api import Page, expect
 
+from tests.app.forked import running
 from tests.browser import chromium
 from tests.recon.stream.servers import free_port
 
@@ -26,13 +28,14 @@ expect.set_options(timeout=30_000)
 @contextlib.contextmanager
 def served(*words: object) -> Iterator[str]:
     """The address of the page that a command serves."""
-    with serving(*words) as (address, _):
-        yield address
+    port = free_port()
+    with running(*words, "--port", port) as output:
+        yield _address(output, port)
 
 
 @contextlib.contextmanager
 def serving(*words: object) -> Iterator[tuple[str, "subprocess.Popen[str]"]]:
-    """That address, and the process that serves it."""
+    """That address, and the process that serves it: one as users start it, which takes longer."""
     port = free_port()
     command = [sys.executable, "-P", "-m", "app", *map(str, words), "--port", str(port)]
     # NiceGUI serves otherwise where it sees pytest.
@@ -42,10 +45,15 @@ def serving(*words: object) -> Iterator[tuple[str, "subprocess.Popen[str]"]]:
     ) as server:
         try:
             assert server.stdout is not None
-            next(line for line in server.stdout if line.startswith("Open "))
-            yield f"http://127.0.0.1:{port}", server
+            yield _address(server.stdout, port), server
         finally:
             server.terminate()
+
+
+def _address(output: TextIO, port: int) -> str:
+    """Where the page will be, once the command says so."""
+    next(line for line in output if line.startswith("Open "))
+    return f"http://127.0.0.1:{port}"
 
 
 def until_it_answers(address: str) -> None:

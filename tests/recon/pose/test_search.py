@@ -1,14 +1,13 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
 
-import itertools
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from benchmarks.pose_search import block, cases, cut_off, held, lying, noisy, off, polyhedron
+from benchmarks.pose_search import block, cut_off, drawn_case, held, lying, noisy, off, polyhedron
 from recon.pose.estimate import PoseEstimate
 from recon.pose.joint import Joint
 from recon.pose.mesh import Mesh
@@ -25,10 +24,10 @@ def searched(mesh: Mesh, touch) -> PoseEstimate:
 
 @pytest.mark.parametrize("number", [1, 6, 26, 31])
 def test_a_random_pose_of_a_random_polyhedron_is_found(number):
-    case = next(itertools.islice(cases("polyhedra", 12), number, None))
-    found = searched(case.mesh, case.touch)
+    touched = drawn_case("polyhedra", number)
+    found = searched(touched.mesh, touched.touch)
     assert found.words == "tracking"
-    angle, away = off(case, found.T_sensor_object, own_rotations(case.mesh))
+    angle, away = off(touched, found.T_sensor_object, own_rotations(touched.mesh))
     assert angle < 1 and away < 0.05
 
 
@@ -81,23 +80,24 @@ def test_every_picture_that_a_search_draws_is_compared(monkeypatch):
 
     monkeypatch.setattr(MeshModel, "_rendered", drawing)
     monkeypatch.setattr(Joint, "align", comparing)
-    case = next(itertools.islice(cases("polyhedra", 12), 1, None))
-    assert searched(case.mesh, case.touch).words == "tracking"
+    touched = drawn_case("polyhedra", 1)
+    assert searched(touched.mesh, touched.touch).words == "tracking"
     assert {id(item.prepared) for item in drawn} == {id(item) for item in compared}
 
 
 @pytest.mark.parametrize("number", [0, 6, 8])
 def test_a_pose_is_off_by_as_much_as_its_covariance_says(number):
     """Where sides are cliffs, where edges run between pixels, and where the frame cuts it off."""
-    case = next(itertools.islice(cases("polyhedra", 12), number, None))
-    told = Tracker("joint", MeshModel(mesh=case.mesh, registration=Joint()), case.pose)(case.touch)
-    assert held(case, told, [np.eye(4)]) < 3
+    touched = drawn_case("polyhedra", number)
+    model = MeshModel(mesh=touched.mesh, registration=Joint())
+    told = Tracker("joint", model, touched.pose)(touched.touch)
+    assert held(touched, told, [np.eye(4)]) < 3
 
 
 def test_a_pose_of_which_a_shift_is_not_seen_is_a_rival_still():
-    case = next(itertools.islice(cases("bolts", 2), 4, None))
-    found = searched(case.mesh, case.touch)
-    angle, away = off(case, found.T_sensor_object, own_rotations(case.mesh))
+    touched = drawn_case("bolts", 4)
+    found = searched(touched.mesh, touched.touch)
+    angle, away = off(touched, found.T_sensor_object, own_rotations(touched.mesh))
     assert found.state == "weak" or (angle < 5 and away < 0.5)
 
 
