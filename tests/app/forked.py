@@ -16,7 +16,9 @@ from typing import TextIO
 from app.__main__ import main
 
 _FORKS = multiprocessing.get_context("forkserver")
-_FORKS.set_forkserver_preload(["app.label", "app.pages.label", "app.pages.corners"])
+_FORKS.set_forkserver_preload(
+    ["app.label", "app.live"] + [f"app.pages.{page}" for page in ("label", "corners", "live")]
+)
 
 
 @contextlib.contextmanager

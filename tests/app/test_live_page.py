@@ -12,7 +12,7 @@ import pytest
 from playwright.sync_api import Page, WebSocket, expect
 
 from recon.images import write_image
-from tests.app.served import opened, serving, until_it_answers
+from tests.app.served import opened, served, serving, until_it_answers
 from tests.browser import needs_chromium
 from tests.recon.fast.units import make_unit, pressed
 
@@ -35,7 +35,7 @@ def live(folder: Path, *words: object) -> Iterator[tuple[Page, str]]:
     for index in range(20):
         write_image(folder / "frames" / f"{index}.png", pressed(blank, (60, 60), index))
     words = (folder / "frames", *words, "--captures", folder / "kept")
-    with serving("live", *words) as (address, _), opened(address, part=".state") as page:
+    with served("live", *words) as address, opened(address, part=".state") as page:
         yield page, address
 
 
