@@ -31,6 +31,7 @@ def quick_training(monkeypatch):
     monkeypatch.setattr(mlp_training, "EPOCHS", 20)
     monkeypatch.setattr(mlp_training, "BATCH", 128)
     monkeypatch.setattr(default_training, "STEPS", 600)
+    monkeypatch.setattr(default_training, "BATCH", 128)
     monkeypatch.setattr(app.calibrate, "process_pool", in_this_process)
 
 
@@ -46,6 +47,7 @@ def workplace(tmp_path_factory):
     make_dataset(folder / "set", presses=12)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(default_training, "STEPS", 600)
+        patch.setattr(default_training, "BATCH", 128)
         patch.setattr(app.calibrate, "process_pool", in_this_process)
         assert run("calibrate", folder / "set", "--out", folder / "unit") == 0
     return folder
