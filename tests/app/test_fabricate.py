@@ -14,7 +14,9 @@ import app.fabricate
 import cad.build
 from app._fabricate import MissingExtraError
 from app.fabricate import main
+from cad.build import Model
 from cad.checks import Result
+from sensor.design import FINGER
 from sensor.errors import WedgeError
 
 
@@ -55,16 +57,24 @@ def test_without_the_solid_modeller_the_extra_is_named(
     assert not any(tmp_path.iterdir())
 
 
+@pytest.fixture(scope="module")
+def finger() -> Model:
+    return cad.build.model(FINGER)
+
+
 @pytest.mark.parametrize(("value", "status"), [(0.9, 0), (0.7, 1)])
 def test_a_failed_check_fails_the_command(
     value: float,
     status: int,
+    finger: Model,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     result = Result("wall", "case", value, "mm", 0.8, "at least")
     monkeypatch.setattr(cad.build, "run_checks", lambda built: [result])
+    monkeypatch.setattr(cad.build, "model", lambda design: finger)
+    monkeypatch.setattr(cad.build, "write_files", lambda *_: None)
     monkeypatch.setattr(cad.build, "write_pictures", lambda *_: lambda: None)
     figures = tmp_path / "figures.json"
     assert main(design="finger", out=tmp_path / "out", json=figures) == status

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from cad.build import model, run_checks
 from cad.checks.sight import check_sight
 from cad.electronics.resistors import ADAPTER_MA, ADAPTER_V, RATED_W, ballasts
-from cad.exports.laser import area_mm2, laser_files, outline
+from cad.exports.laser import area_mm2, outline, sheet_dxf, sheets
 from cad.refusals import refuse_unbuildable
 from sensor.design import FINGER, STANDARD, Wedge
 from sensor.design_file import load_design
@@ -203,7 +203,7 @@ def test_every_kerf_is_cut_or_refused(pin: float, press: float) -> None:
             assert kerf > closes - 0.051
             continue
         assert kerf < closes
-        dict(laser_files(cut))
+        sheet_dxf(sheets(cut)[0], kerf)
         # What the beam leaves of the grown outline has its notches.
         grown = (piece.length + kerf) * (piece.width + kerf)
         notches = grown - area_mm2(outline(piece, kerf / 2))
