@@ -10,6 +10,7 @@ from pathlib import Path
 import hypothesis
 import pytest
 
+import tests.signatures  # noqa: F401  (jaxtyping looks for it when recon is imported)
 from tests.browser import close_browsers
 
 # Kept from run to run, as imports and compiling take a while; the user's own stays as it is.

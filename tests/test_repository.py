@@ -222,6 +222,11 @@ def test_no_test_writes_into_the_user_s_cache() -> None:
     assert code_folder().is_relative_to(ROOT / "build")
 
 
-def test_shapes_are_checked_at_every_call() -> None:
+def test_shapes_are_checked_at_every_call(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(jaxtyping.TypeCheckError):
         recon.ball.normals(np.zeros((4, 5, 3)))
+    gradient = np.ones((4, 5, 2))
+    recon.ball.normals(gradient)
+    monkeypatch.setattr(np, "concatenate", lambda *_: gradient)
+    with pytest.raises(jaxtyping.TypeCheckError):  # of what is returned, too
+        recon.ball.normals(gradient)
