@@ -17,7 +17,12 @@ from recon.estimators.default import (
     raw_inputs,
     slopes_of,
 )
-from recon.estimators.elsewhere import covered_by, here_and_elsewhere, times_elsewhere
+from recon.estimators.elsewhere import (
+    COVERED,
+    covered_by,
+    here_and_elsewhere,
+    times_elsewhere,
+)
 from recon.estimators.lean import Lean, fit_lean, lean_at
 from recon.estimators.lesson import FEW
 from recon.estimators.mlp import channel_indices
@@ -100,8 +105,13 @@ class _Told:
     """Those of them that it is measured by: of balls where they were pressed."""
     measured_inputs: Float32[np.ndarray, "m f"]
     """What those show, of balls of their own size."""
+    here: Bool[np.ndarray, " n"]
+    """Which are of balls where they were pressed, or of the rendered, in proportion."""
     members: int
     """Networks whose mean is taken."""
+    here_alone: int
+    """The first of them, which learn from those only: what the others learn beside them, by a model
+    of the light, errs in other ways."""
 
 
 def dents(pixels: Pixels, columns: list[int]) -> tuple[Taught, Light, Lean]:
@@ -150,7 +160,8 @@ def _told(pixels: Pixels, channels: str, seed: int) -> _Told:
     taught, light, gel = dents(pixels, chosen)
     presses = len(np.unique(pixels.press))
     few = presses <= FEW
-    times = times_elsewhere(presses, covered_by(pixels))
+    times = times_elsewhere(presses)
+    members = MEMBERS_OF_FEW if few else MEMBERS
     for_one = RENDERED_BESIDE_FEW if few else RENDERED
     count = round(for_one * (1 + times) * len(pixels))
     other, unexplained = rendered_pixels(taught, light, collar_of(pixels), count, seed)
@@ -182,7 +193,14 @@ def _told(pixels: Pixels, channels: str, seed: int) -> _Told:
             [np.flatnonzero(unseen), len(resized) + np.flatnonzero(unseen_others)]
         ),
         measured_inputs=(np.concatenate([own[unseen], others[unseen_others]]) - mean) / spread,
-        members=MEMBERS_OF_FEW if few else MEMBERS,
+        here=np.concatenate(
+            [
+                np.arange(len(resized)) < len(own),
+                np.arange(len(others)) % (1 + times) == 0,
+            ]
+        ),
+        members=members,
+        here_alone=members // 2 if covered_by(pixels) >= COVERED else 0,
     )
 
 
@@ -195,11 +213,16 @@ def _sizes(count: int, seed: int) -> Float32[np.ndarray, " n"]:
 
 
 def _choices(told: _Told) -> list[Int[np.ndarray, " _"]]:
-    """What each network learns from: members from everything, the last without the unseen."""
+    """What each network learns from: the last from what is not unseen."""
     # Of balls all, where the presses left out are all there are.
     none_left = not (told.of_balls & ~told.unseen).any()
     part = np.flatnonzero(~told.unseen | (told.of_balls & none_left))
-    return [np.arange(len(told.inputs))] * told.members + [part]
+    here, everything = np.flatnonzero(told.here), np.arange(len(told.inputs))
+    return [
+        *[here] * told.here_alone,
+        *[everything] * (told.members - told.here_alone),
+        part,
+    ]
 
 
 def _measured_error90(told: _Told, layers: tuple[Layer, ...]) -> Float32[np.ndarray, "k 2"]:

@@ -4,9 +4,8 @@
 
 Networks that are told where a pixel lies learn by heart what single presses show there: a circle
 that is a little off, dots that were filled in. Where many balls were pressed at one place that
-averages out. Few balls that leave most of the pad untouched are taught all over it: what their
-colours would change on the way the model of the light (``shading``) says, and what it does not
-explain of them comes along.
+averages out. So few balls are taught all over the pad: what their colours would change on the way
+the model of the light (``shading``) says, and what it does not explain of them comes along.
 """
 
 from dataclasses import replace
@@ -29,8 +28,8 @@ from recon.pixels import Pixels
 MOST = 3
 """Times that a ball is taught elsewhere."""
 COVERED = 0.42
-"""Of the pad: where contacts touch more of it, little is left to learn by heart, and the model of
-the light may err more."""
+"""Of the pad: where contacts touch more of it, less is learnt by heart, and the model of the light
+may err more. So half of the networks are then taught nothing elsewhere."""
 CELLS = 32
 """Of the pad along each axis, which a contact touches or not."""
 RIDGE = 1e-2
@@ -40,14 +39,9 @@ Around = Float32[np.ndarray, "n a"]
 Answers = Float64[np.ndarray, "n t k"]
 
 
-def times_elsewhere(presses: int, covered: float) -> int:
-    """How often so many presses are taught elsewhere: they are then ``2 * FEW`` at most.
-
-    Args:
-        presses: that are taught.
-        covered: what share of the pad their contacts touch.
-    """
-    return max(0, min(MOST, 2 * FEW // presses - 1)) if covered < COVERED else 0
+def times_elsewhere(presses: int) -> int:
+    """How often so many presses are taught elsewhere: they are then ``2 * FEW`` at most."""
+    return max(0, min(MOST, 2 * FEW // presses - 1))
 
 
 def covered_by(pixels: Pixels) -> float:
