@@ -105,8 +105,8 @@ class _Told:
     """Those of them that it is measured by: of balls where they were pressed."""
     measured_inputs: Float32[np.ndarray, "m f"]
     """What those show, of balls of their own size."""
-    here: Bool[np.ndarray, " n"]
-    """Which are of balls where they were pressed, or of the rendered, in proportion."""
+    copies: int
+    """Times that each ball is taught: where it was pressed, first, and elsewhere."""
     members: int
     """Networks whose mean is taken."""
     here_alone: int
@@ -193,12 +193,7 @@ def _told(pixels: Pixels, channels: str, seed: int) -> _Told:
             [np.flatnonzero(unseen), len(resized) + np.flatnonzero(unseen_others)]
         ),
         measured_inputs=(np.concatenate([own[unseen], others[unseen_others]]) - mean) / spread,
-        here=np.concatenate(
-            [
-                np.arange(len(resized)) < len(own),
-                np.arange(len(others)) % (1 + times) == 0,
-            ]
-        ),
+        copies=1 + times,
         members=members,
         here_alone=members // 2 if covered_by(pixels) >= COVERED else 0,
     )
@@ -217,12 +212,17 @@ def _choices(told: _Told) -> list[Int[np.ndarray, " _"]]:
     # Of balls all, where the presses left out are all there are.
     none_left = not (told.of_balls & ~told.unseen).any()
     part = np.flatnonzero(~told.unseen | (told.of_balls & none_left))
-    here, everything = np.flatnonzero(told.here), np.arange(len(told.inputs))
-    return [
-        *[here] * told.here_alone,
-        *[everything] * (told.members - told.here_alone),
-        part,
-    ]
+    here = [_here(told, number) for number in range(told.here_alone)]
+    others = [np.arange(len(told.inputs))] * (told.members - told.here_alone)
+    return [*here, *others, part]
+
+
+def _here(told: _Told, number: int) -> Int[np.ndarray, " _"]:
+    """Balls where they were pressed, and of the rendered a share, another for each network."""
+    balls = int(told.of_balls.sum())
+    rendered = np.arange(balls, len(told.inputs))
+    pressed = np.arange(balls // told.copies)
+    return np.concatenate([pressed, rendered[number % told.copies :: told.copies]])
 
 
 def _measured_error90(told: _Told, layers: tuple[Layer, ...]) -> Float32[np.ndarray, "k 2"]:

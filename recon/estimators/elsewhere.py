@@ -27,7 +27,7 @@ from recon.pixels import Pixels
 
 MOST = 3
 """Times that a ball is taught elsewhere."""
-COVERED = 0.42
+COVERED = 0.3
 """Of the pad: where contacts touch more of it, less is learnt by heart, and the model of the light
 may err more. So half of the networks are then taught nothing elsewhere."""
 CELLS = 32

@@ -196,8 +196,9 @@ def test_of_the_networks_one_leaves_a_third_out_and_some_all_that_is_elsewhere(
     press = np.tile(pixels.press, copies)  # elsewhere they are left out as well
     everything = set(range(len(press) + 6))  # the rendered pixels come last
     # Of the rendered, too, who learns from a part of the balls' pixels learns from as small a part.
-    here = set(range(len(pixels))) | {len(press) + k for k in range(0, 6, copies)}
-    assert members == [here] * here_alone + [everything] * (number - here_alone)
+    pressed = set(range(len(pixels)))
+    here = [pressed | {len(press) + k for k in range(one, 6, copies)} for one in range(here_alone)]
+    assert members == [*here, *[everything] * (number - here_alone)]
     rendered = {len(press), len(press) + 3}
     assert everything - last == rendered | set(np.flatnonzero(press % 3 == 0).tolist())
     # The error is measured where balls were pressed, not where they are thought to be elsewhere.
@@ -364,7 +365,7 @@ def test_how_wrong_steep_slopes_are_is_told_by_what_shows_them(monkeypatch, othe
         unseen=unseen,
         measured=np.flatnonzero(unseen),
         measured_inputs=read[unseen],
-        here=np.ones(len(read), bool),
+        copies=1,
         members=MEMBERS,
         here_alone=0,
     )
