@@ -110,8 +110,8 @@ class _Told:
     members: int
     """Networks whose mean is taken."""
     here_alone: int
-    """The first of them, which learn from those only: what the others learn beside them, by a model
-    of the light, errs in other ways."""
+    """The first of them, which are taught balls only where they were pressed: what they learn by
+    heart and what the model of the light tells the others wrongly are errors of two kinds."""
 
 
 def dents(pixels: Pixels, columns: list[int]) -> tuple[Taught, Light, Lean]:
@@ -208,7 +208,7 @@ def _sizes(count: int, seed: int) -> Float32[np.ndarray, " n"]:
 
 
 def _choices(told: _Told) -> list[Int[np.ndarray, " _"]]:
-    """What each network learns from: the last from what is not unseen."""
+    """What each network learns from: some nothing elsewhere, the last nothing that is unseen."""
     # Of balls all, where the presses left out are all there are.
     none_left = not (told.of_balls & ~told.unseen).any()
     part = np.flatnonzero(~told.unseen | (told.of_balls & none_left))
@@ -218,7 +218,7 @@ def _choices(told: _Told) -> list[Int[np.ndarray, " _"]]:
 
 
 def _here(told: _Told, number: int) -> Int[np.ndarray, " _"]:
-    """Balls where they were pressed, and of the rendered a share, another for each network."""
+    """Balls where they were pressed, and as many of the rendered for each as everybody has."""
     balls = int(told.of_balls.sum())
     rendered = np.arange(balls, len(told.inputs))
     pressed = np.arange(balls // told.copies)
