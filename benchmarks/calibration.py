@@ -13,8 +13,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from benchmarks.measurement import Measurement
-from recon.arrays import Difference
+from recon.arrays import Difference, Frame
 from recon.calibration import Calibration, calibrate
+from recon.images import read_frame
 from recon.presses import read_presses
 from sensor.dataset import read_dataset
 from validation.datasets import shared_folder
@@ -22,6 +23,8 @@ from validation.evaluation import held_out_metrics, hold_out
 from validation.importers.wedge_lab import BALL_RADIUS_MM
 
 PRESSES = 40
+LEFT_OUT = 4
+"""Of so many presses one."""
 
 
 def measure(folder: Path) -> tuple[Calibration, Difference, list[Measurement]]:
@@ -48,6 +51,28 @@ def measure(folder: Path) -> tuple[Calibration, Difference, list[Measurement]]:
         bar=60,
     )
     return unit, presses.presses[0].difference, [figure]
+
+
+def by_two_lights(folder: Path) -> tuple[Calibration, list[Frame]]:
+    """A unit with our estimator that red and blue alone light, and frames that it was not taught.
+
+    Args:
+        folder: a set of balls on a sensor on which they are opposite each other.
+    """
+    whole = read_dataset(folder)
+    lights_deg = {c: deg for c, deg in (whole.card.lights_deg or {}).items() if c in "RB"}
+    kept = [label for i, label in enumerate(whole.labels) if i % LEFT_OUT]
+    dataset = replace(whole, card=replace(whole.card, lights_deg=lights_deg), labels=tuple(kept))
+    unit = calibrate(
+        dataset,
+        read_presses(dataset),
+        estimator="default",
+        serial="bench",
+        created="2000-01-01",
+        metrics={},
+        seed=0,
+    )
+    return unit, [read_frame(folder, label.file) for label in whole.labels[::LEFT_OUT]]
 
 
 def raw_to_certificate() -> Iterator[Measurement]:
