@@ -87,7 +87,7 @@ class UnitFrames:
         self._until = UntilInterrupted(frames)
         self._counts = counts
         self._came = self._useless = self._still = 0
-        self._flaw = ""
+        self._flaw = self._earlier = ""
         self._failed: WedgeError | None = None
         self.live = live
         """Whether they have no end of their own."""
@@ -105,9 +105,13 @@ class UnitFrames:
         import numpy as np
 
         before: Frame | None = None
+        latest_ns: int | None = None
         try:
             for frame in self._until:
                 self._came += 1
+                if self.timed and latest_ns is not None and frame.time_ns < latest_ns:
+                    self._earlier = self._earlier or frame.name
+                latest_ns = frame.time_ns
                 if frame.image is None:
                     self._useless += 1
                     self._flaw = self._flaw or f"{frame.name}: {frame.flaw}"
@@ -142,6 +146,11 @@ class UnitFrames:
             said.append(
                 f"The stream stood still: {self._still} of {self._came} frames are identical to "
                 "the one before, to the last bit."
+            )
+        if self._earlier:
+            said.append(
+                f"Times go backwards, first at frame {self._earlier}: what is told in seconds may "
+                "be wrong."
             )
         if self._counts is not None and self._counts.dropped:
             said.append(f"Lost in transmission: {self._counts.dropped} frames.")

@@ -20,6 +20,7 @@ from types import ModuleType
 
 import matplotlib
 import pytest
+import trimesh
 
 import app.__main__
 from app._words import understood
@@ -45,7 +46,7 @@ def ids(page: Path) -> str:
 
 @pytest.fixture(scope="module")
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with what the pages speak of: presses, a unit, two frames, a design."""
+    """A folder with what the pages speak of: presses, a unit, two frames, a design, a mesh."""
     folder = tmp_path_factory.mktemp("desk")
     dataset = make_dataset(folder / "balls")
     for name, source in {"background": "background", "press": "press00"}.items():
@@ -63,6 +64,7 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     unit.save(folder / "units" / "wedge-001")
     (text,) = [text for text in blocks(DOCS / "howto" / "design.md", "toml") if "base" in text]
     (folder / "thin.toml").write_text(text)
+    trimesh.creation.box((8, 6, 4)).export(folder / "part.stl")
     return folder
 
 

@@ -143,7 +143,7 @@ def _shared_step(steps: Points, nearest: float) -> Float64[np.ndarray, " 2"] | N
         return None
     both = np.concatenate([steps, -steps])
     tree = KDTree(both)
-    support = np.array([len(near) for near in tree.query_ball_point(steps, SAME_STEP * nearest)])
+    support = tree.query_ball_point(steps, SAME_STEP * nearest, return_length=True)
     best = int(np.argmax(support / np.linalg.norm(steps, axis=1)))
     return both[tree.query_ball_point(steps[best], SAME_STEP * nearest)].mean(0)
 

@@ -136,9 +136,10 @@ class MarkerTracker:
         far = bool(len(step)) and float(np.median(step)) > LONGEST_STEP * self.markers.spacing_px
         return self._tracked(moved, seen, jumped=unsure or far or bool(torn.any()))
 
-    def hidden(self, tracked: Tracked) -> ContactMask:
+    def hidden(self, tracked: Tracked | None = None) -> ContactMask:
         """The pixels whose difference to the blank a dot spoils: there at rest, or there now."""
-        return self.shapes.hidden(tracked.displacement_px)
+        moved = np.zeros((len(self.markers), 2)) if tracked is None else tracked.displacement_px
+        return self.shapes.hidden(moved)
 
     def _places(self, image: Unwarped) -> Places:
         """Of the spots that may be dots."""

@@ -8,6 +8,11 @@ from recon.arrays import Unwarped
 from recon.markers.detection import unexpected_dots
 from recon.markers.tracking import MarkerTracker, Tracked, marker_tracker
 
+FINE = 0.4
+"""Of the frame: dots that hide more at rest may hide nearly all of it once they have moved."""
+MOST_HIDDEN = 0.8
+"""Of the frame: what lies between so many dots is not enough to tell of a contact."""
+
 
 class DotWatch:
     """Finds the dots of one gel on its blank frame, and has the word on those of each frame."""
@@ -22,12 +27,13 @@ class DotWatch:
         self.blank = blank
         self.tracker = marker_tracker(blank)
         self._misfit = misfit(recorded, self.tracker)
+        self._fine = self.tracker is not None and self.tracker.hidden().mean() > FINE
 
     def word(self, dots: Tracked | None) -> str:
-        """A word on a frame: "tracked", "jumped", "lost", or what does not fit the unit.
+        """A word on a frame: "tracked", "jumped", "lost", or what is wrong with the gel.
 
-        Dots that are lost come first, as the frame alone tells that. Then what is wrong with the
-        gel, which puts in doubt what its dots say.
+        Dots that are lost come first, as the frame alone tells that. Then what does not fit the
+        unit, which puts in doubt what its dots say, and dots that leave hardly any gel to see.
 
         Args:
             dots: of the frame; ``None`` where the blank frame has none.
@@ -36,7 +42,13 @@ class DotWatch:
             The word; empty where only ``unexpected`` can tell.
         """
         word = "" if dots is None else dots.word
-        return word if word == "lost" else self._misfit or word
+        return word if word == "lost" else self._misfit or self._too_fine(dots) or word
+
+    def _too_fine(self, dots: Tracked | None) -> str:
+        if not self._fine or self.tracker is None or dots is None:
+            return ""
+        hidden = float(self.tracker.hidden(dots).mean())
+        return f"they hide {hidden:.0%} of the gel, touched or not" if hidden > MOST_HIDDEN else ""
 
     def unexpected(self, image: Unwarped) -> str:
         """The word on a frame where no dots should be: "none", or which there are.

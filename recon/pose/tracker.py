@@ -52,6 +52,7 @@ REGISTRATIONS: Mapping[str, Registration] = {
 """Ways to compare touches, by name; the first is ours."""
 
 LEAST_CONTACT_PX = 120
+"""A smaller contact shows too little to be followed."""
 LEAST_SHARE = 0.1
 """Of the largest contact so far: a last remnant, or the gel's slow return, is not the object."""
 LEAST_IN_FRAME = 0.5
@@ -139,12 +140,13 @@ class Tracker:
         contact_px = int(np.count_nonzero(touch.contact))
         self._most_px = max(self._most_px, contact_px)
         if contact_px < LEAST_CONTACT_PX:
-            self._estimate = PoseEstimate(state="lost", reason="nothing touches")
+            reason = "too little touches to be followed" if contact_px else "nothing touches"
+            self._estimate = PoseEstimate(state="lost", reason=reason)
             self._sought = None
         elif contact_px < LEAST_SHARE * self._most_px:
             self._estimate = PoseEstimate(state="lost", reason="too little of the object touches")
-        elif not np.isfinite(touch.gradient).all():
-            self._estimate = PoseEstimate(state="lost", reason="slopes are not finite")
+        elif not (np.isfinite(touch.gradient).all() and np.isfinite(touch.depth_mm).all()):
+            self._estimate = PoseEstimate(state="lost", reason="slopes or depths are not finite")
         elif before is not None and np.array_equal(before.gradient, touch.gradient):
             if self._estimate.state != "lost":
                 return replace(self._estimate, state="frozen", reason="the stream stands still")

@@ -172,6 +172,24 @@ def test_a_stream_that_stands_still_is_said(command: str, unit: Path, tmp_path: 
     )
 
 
+@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize(("seconds", "said"), [((0, 1, 1, 2), False), ((0, 2, 1, 3), True)])
+def test_times_that_go_backwards_are_said(
+    command: str, seconds: tuple[int, ...], said: bool, unit: Path, tmp_path: Path
+) -> None:
+    clip = tmp_path / "clip.mcap"
+    with Recorder(clip, {"wedge": None}) as recorder:
+        for i, (image, second) in enumerate(zip(pictures(unit, 4), seconds, strict=True)):
+            frame = TimedFrame(
+                index=i, jpeg=encode_jpeg(image, 95), time_ns=second * 10**9, arrived_ns=i * 10**9
+            )
+            recorder.add("wedge", frame)
+    document, _ = ran(command, unit, clip, tmp_path)
+    remarks = [remark for remark in document["remarks"] if "Times go backwards" in remark]
+    assert len(remarks) == said
+    assert all("frame 00002" in remark for remark in remarks)
+
+
 @pytest.mark.parametrize(
     ("number", "word"), [(signal.SIGINT, "Ctrl-C"), (signal.SIGTERM, "SIGTERM")]
 )

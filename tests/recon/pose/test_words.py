@@ -15,8 +15,11 @@ from recon.pose.tracker import LEAST_CONTACT_PX, LONGEST_STEP_DEG, LONGEST_STEP_
 from tests.recon.pose.touched import bead_pair, coarse_bead, corner, touch
 
 
-@pytest.mark.parametrize(("fewer", "reason"), [(1, "nothing touches"), (0, "")])
-def test_a_contact_of_few_pixels_is_none(fewer, reason):
+@pytest.mark.parametrize(
+    ("fewer", "reason"),
+    [(LEAST_CONTACT_PX, "nothing touches"), (1, "too little touches to be followed"), (0, "")],
+)
+def test_a_contact_of_few_pixels_is_not_followed(fewer, reason):
     first = bead_pair(0)[0]
     rows, columns = np.indices(first.contact.shape)
     middle = [part[first.contact].mean() for part in (rows, columns)]
