@@ -186,6 +186,21 @@ def test_both_designs_take_every_fit_of_the_coupons(
     refuse_unbuildable(changed(design, "printing", **fit))
 
 
+@pytest.mark.parametrize(
+    ("design", "press", "widest"),
+    [(STANDARD, press, 0.38) for press in (0.05, 0.1, 0.15)]
+    + [(FINGER, 0.05, 0.2), (FINGER, 0.1, 0.2), (FINGER, 0.15, 0.15)],
+)
+def test_sliding_gaps_as_wide_as_the_guide_allows_are_the_widest(
+    design: Wedge, press: float, widest: float
+) -> None:
+    """docs/howto/build.md, Fit your printer and laser."""
+    fit = {"press_clearance_mm": press}
+    refuse_unbuildable(changed(design, "printing", sliding_clearance_mm=widest, **fit))
+    with pytest.raises(WedgeError):
+        refuse_unbuildable(changed(design, "printing", sliding_clearance_mm=widest + 0.02, **fit))
+
+
 @pytest.mark.parametrize("pin", [0.6, 0.7, 0.8])
 @pytest.mark.parametrize("press", [0.05, 0.15])
 def test_every_kerf_is_cut_or_refused(pin: float, press: float) -> None:
