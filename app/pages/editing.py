@@ -67,7 +67,10 @@ def run_page(build: Callable[[], object], title: str, port: int) -> None:
             heading().set_text(str(error))
 
     with suppress(KeyboardInterrupt):  # so it ends, as said
-        print(f"Open http://127.0.0.1:{port} and end with Ctrl-C; every change is saved at once.")
+        print(
+            f"Open http://127.0.0.1:{port} and end with Ctrl-C; every change is saved at once.",
+            flush=True,
+        )
         run(title, "127.0.0.1", port, show=False)
 
 
