@@ -29,6 +29,16 @@ def test_a_contact_of_few_pixels_is_not_followed(fewer, reason):
     assert Tracker()(replace(first, contact=few)).reason == reason
 
 
+@pytest.mark.parametrize("part", ["gradient", "depth_mm"])
+def test_a_touch_that_is_not_finite_is_not_the_object(part):
+    first, second = bead_pair(0)[:2]
+    broken = getattr(first, part).copy()
+    broken[3, 4] = np.nan
+    track = Tracker()
+    assert track(replace(first, **{part: broken})).reason == "slopes or depths are not finite"
+    assert not track.begun and track(second).state != "lost"
+
+
 def test_a_pose_that_was_given_is_followed_and_not_searched_for():
     smooth = bead(press_mm=1.4, amplitude_mm=0.0)
     start = rigid(np.eye(3), np.array([1.0, 2, 3]))
