@@ -38,6 +38,9 @@ LEVEL = 0.75
 show no slope there..."""
 MANY = 0.3
 """...if they make up so much of what the lines' deepest come to: single lines err."""
+REST = 0.5
+"""Of the disturbed gel along a line: a line that single pixels leave deep up to the edge, over
+farther than this, lacks a flank rather than runs on over flat ground."""
 HIGH = 0.1
 """Of the difference between the deepest row and the highest: about as high."""
 
@@ -57,7 +60,7 @@ def rows_beyond(
         hinted: whether the estimator looks around a pixel.
     """
     slopes, depth = _along_lines(disturbed, gradient, unseen)
-    least = (CUT, WHOLE) if hinted else (CUT_BY_PIXELS, WHOLE_BY_PIXELS)
+    least = (CUT, WHOLE, np.inf) if hinted else (CUT_BY_PIXELS, WHOLE_BY_PIXELS, REST)
     before, after = cut_edges(slopes, depth, *least)
     rows = len(slopes)
     if before and after:
@@ -66,7 +69,9 @@ def rows_beyond(
     return rows * before, rows * after
 
 
-def cut_edges(slopes: Slopes, depth: Slopes, least: float, whole: float) -> tuple[bool, bool]:
+def cut_edges(
+    slopes: Slopes, depth: Slopes, least: float, whole: float, rest: float
+) -> tuple[bool, bool]:
     """Whether something is cut by the first row, and by the last.
 
     Args:
@@ -74,12 +79,15 @@ def cut_edges(slopes: Slopes, depth: Slopes, least: float, whole: float) -> tupl
         depth: their sum along each line, nowhere negative.
         least: share of their deepest at which steep lines are cut.
         whole: share of all lines' deepest that lines which are cut have at the edge, at least.
+        rest: share of the disturbed gel along a line that it may lie away from the edge.
     """
-    deepest = depth.max(axis=0, initial=0)
+    deepest, seen = depth.max(axis=0, initial=0), slopes != 0
+    seen_px = np.maximum(seen.sum(axis=0), 1)
 
     def cut(edge: int, steep: Lines) -> bool:
         deep = depth[edge]
-        level = deep > LEVEL * deepest
+        rests_px = (seen if edge == 0 else seen[::-1]).argmax(axis=0)
+        level = (deep > LEVEL * deepest) & (rests_px / seen_px <= rest)
         if deep[steep | level].sum() <= whole * deepest.sum():
             return False
         return bool(

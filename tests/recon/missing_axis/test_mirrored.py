@@ -60,13 +60,14 @@ def test_a_few_steep_lines_at_the_edge_do_not_mirror_a_whole_contact(unseen) -> 
     assert rows_beyond(disturbed, gradient, unseen, hinted=True) == (0, 0)
 
 
+@pytest.mark.parametrize("hinted", [True, False])
 @pytest.mark.parametrize("unseen", ["x", "y"])
-def test_a_crest_that_shows_no_colour_at_the_edge_is_cut_all_the_same(unseen) -> None:
+def test_a_crest_that_shows_no_colour_at_the_edge_is_cut_all_the_same(unseen, hinted) -> None:
     cap = cap_at(50.0, -0.5, unseen)
     slope = np.abs(cap.gradient[..., 1 if unseen == "x" else 0])
     seen = cap.contact & (slope > 0.2)
     assert not (seen[0].any() if unseen == "x" else seen[:, 0].any())
-    assert rows_beyond(seen, cap.gradient, unseen, hinted=True) == (lines_px(unseen), 0)
+    assert rows_beyond(seen, cap.gradient, unseen, hinted=hinted) == (lines_px(unseen), 0)
 
 
 @pytest.mark.parametrize("unseen", ["x", "y"])
@@ -110,3 +111,12 @@ def test_an_edge_that_is_not_deep_counts_as_one_only_of_an_estimator_that_looks_
     cap = cap_at(50.0, 0.85 * RADIUS_PX, unseen)
     assert any(rows_beyond(cap.contact, cap.gradient, unseen, hinted=True))
     assert not any(rows_beyond(cap.contact, cap.gradient, unseen, hinted=False))
+
+
+@pytest.mark.parametrize("unseen", ["x", "y"])
+def test_a_flank_that_single_pixels_miss_does_not_cut_what_is_far_from_the_edge(unseen) -> None:
+    """Their lines stay deep up to the edge, though nothing changed its colour near it."""
+    cap = cap_at(50.0, lines_px(unseen) / 2, unseen)
+    down = np.maximum(cap.gradient, 0)
+    assert any(rows_beyond(cap.contact, down, unseen, hinted=True))
+    assert not any(rows_beyond(cap.contact, down, unseen, hinted=False))
