@@ -16,6 +16,8 @@ from recon.medians import median
 from sensor.toml import Pair
 
 SMOOTHING_PX = 2.0
+FINE_PX = 200
+"""Of the shorter side: contacts in smaller frames have fewer pixels, so less is smoothed."""
 NOISE_FACTOR = 8.0
 """A contact must change the colour by this many standard deviations of the blank gel..."""
 LEAST_CHANGE = 0.03
@@ -30,8 +32,12 @@ BEYOND_ANY_GRIP = 0.9
 """Of the frame: with more disturbed gel it is dark, another sensor's, or of a camera that moved."""
 LEAST_AREA = 8e-4
 """Smaller patches, as a share of the frame, are dust..."""
+LEAST_PX = 12.0
+"""...and in small frames, such ones are noise..."""
 BESIDE_PX = 5
 """...unless a larger one lies so near: one light sees a small contact as two halves."""
+HAIR_PX = 2
+"""What is not wider than twice this is a hair."""
 CROSS = np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8)
 """A pixel and its four neighbours."""
 DEVIATION = 1.4826
@@ -78,16 +84,17 @@ def disturbed_in(colors: Float32[np.ndarray, "3 h w"]) -> ContactMask:
     changed = np.zeros(colors.shape[1:], bool)
     if not (lit := lit_planes(colors)):
         return changed
+    smoothing_px = SMOOTHING_PX * _fineness(changed)
     colors = colors[lit]
     smooth = np.zeros_like(colors)
     for plane, blurred in zip(colors, smooth, strict=True):
-        cv2.GaussianBlur(plane, (0, 0), SMOOTHING_PX, dst=blurred)
+        cv2.GaussianBlur(plane, (0, 0), smoothing_px, dst=blurred)
     middle = np.array([median(plane) for plane in smooth], np.float32)
     away = smooth - middle[:, None, None]
     spread = spread_of(np.abs(away, out=away))
     steps = np.diff(colors, axis=2)
     grain = DEVIATION * median(np.abs(steps, out=steps)) / np.sqrt(2)
-    smooth_grain = grain / (2 * np.sqrt(np.pi) * SMOOTHING_PX)  # white noise after the blur
+    smooth_grain = grain / (2 * np.sqrt(np.pi) * smoothing_px)  # white noise after the blur
     least = least_change(spread, smooth_grain)
     for plane, drift in zip(smooth, drift_of(middle), strict=True):
         plane -= drift
@@ -115,17 +122,24 @@ def large_patches(mask: ContactMask) -> ContactMask:
     if not mask.size:
         return mask
     whole = np.pad(mask, 1).view(np.uint8)  # beyond the frame nothing is changed
-    inside = cv2.morphologyEx(whole, cv2.MORPH_OPEN, CROSS, iterations=2)[1:-1, 1:-1]
-    return filled_patches(inside.view(bool), BESIDE_PX)
+    steps = round(HAIR_PX * _fineness(mask))
+    inside = cv2.morphologyEx(whole, cv2.MORPH_OPEN, CROSS, iterations=steps)[1:-1, 1:-1]
+    least_px = max(LEAST_AREA * mask.size, LEAST_PX)
+    return filled_patches(inside.view(bool), BESIDE_PX, least_px)
 
 
-def filled_patches(mask: ContactMask, beside_px: int) -> ContactMask:
-    """The mask with holes filled, without specks that lie farther than that from all patches."""
+def _fineness(mask: ContactMask) -> float:
+    """How far to smooth a frame, from half for the smallest ones to 1."""
+    return float(np.clip(min(mask.shape) / FINE_PX, 0.5, 1))
+
+
+def filled_patches(mask: ContactMask, beside_px: int, least_px: float) -> ContactMask:
+    """The mask with holes filled, without smaller specks that lie so far from all patches."""
     whole = np.pad(mask, 1).view(np.uint8)
     _, gaps = cv2.connectedComponents(1 - whole, connectivity=4)
     filled = (gaps != gaps[0, 0]).view(np.uint8)[1:-1, 1:-1]
     _, patches, boxes, _ = cv2.connectedComponentsWithStats(filled, connectivity=4)
-    large = boxes[:, cv2.CC_STAT_AREA] >= LEAST_AREA * mask.size
+    large = boxes[:, cv2.CC_STAT_AREA] >= least_px
     large[0] = False
     near = cv2.dilate(large[patches].view(np.uint8), CROSS, iterations=beside_px)
     large[patches[near > 0]] = True

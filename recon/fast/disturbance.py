@@ -16,6 +16,7 @@ from jaxtyping import Bool, Float32, UInt8
 from recon.contact.mask import (
     BESIDE_PX,
     DEVIATION,
+    LEAST_AREA,
     SMOOTHING_PX,
     drift_of,
     filled_patches,
@@ -63,7 +64,8 @@ class FrameDisturbance:
         grain = DEVIATION * median(np.abs(pairs))
         grain /= math.sqrt(2) * 2 * math.sqrt(math.pi) * SMOOTHING_PX
         _exceeding(smooth, least_change(spread, grain), self._changed)
-        return filled_patches(self._changed.view(bool), BESIDE_PX // SIDE_PX)
+        least = LEAST_AREA * self._changed.size
+        return filled_patches(self._changed.view(bool), BESIDE_PX // SIDE_PX, least)
 
 
 def border_of(disturbed: QuarterMask) -> Boundary:

@@ -1,5 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given
@@ -96,6 +97,28 @@ def test_a_ball_that_covers_most_of_the_pad_is_found(radius):
     found = disturbed_mask((change + noise).astype(np.float32))
     assert overlap(found, cap.contact) >= 0.75
     assert boundary_of(found) == "neumann"
+
+
+@pytest.mark.parametrize("fewer", [2, 3, 4])
+@pytest.mark.parametrize("channels", ["RGB", "R"])
+def test_a_small_ball_is_found_with_fewer_pixels_too(fewer, channels):
+    """Blur and opening, made for 320 x 240, would leave nothing of a contact of a few pixels."""
+    cap = ball_cap((320, 240), (150.0, 110.0), 1.5, 3.0, (0.1, 0.1))
+    lit = np.array([channel in channels for channel in "RGB"])
+    change = lit * (0.3 * cap.gradient @ np.array([[0.0, -1.0, 0.0], [1.0, 0.0, -1.0]]))
+    size_px = (320 // fewer, 240 // fewer)
+    rng = np.random.default_rng(0)
+    coarse = cv2.resize(change, size_px, interpolation=cv2.INTER_AREA)
+    coarse += lit * 0.002 * rng.standard_normal(coarse.shape)
+    found = disturbed_mask(coarse.astype(np.float32))
+    whole = disturbed_mask(change.astype(np.float32)).astype(np.float32)
+    assert overlap(found, cv2.resize(whole, size_px, interpolation=cv2.INTER_AREA) > 0.5) >= 0.8
+
+
+@given(seeds, st.floats(0, 0.2), st.sampled_from([(60, 80), (80, 107), (120, 90)]))
+def test_blank_gel_is_not_in_contact_in_small_frames_either(seed, noise, shape):
+    grain = noise * np.random.default_rng(seed).standard_normal((*shape, 3))
+    assert not disturbed_mask(grain.astype(np.float32)).any()
 
 
 @given(seeds, st.lists(st.floats(-0.025, 0.025), min_size=3, max_size=3))
