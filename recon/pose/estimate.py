@@ -7,12 +7,12 @@ from typing import Literal
 
 import numpy as np
 
-from recon.pose.rigid import Covariance, Transform, greatest_std
+from recon.pose.rigid import Covariance, Points, Transform, applied, greatest_std, inverse
 
 State = Literal["tracking", "weak", "frozen", "lost"]
 """``weak``: a pose with a warning; ``frozen``: the stream stands still; ``lost``: no pose."""
 WEAK_DEG, WEAK_MM = 1.5, 0.15
-"""Standard deviations that deserve a warning."""
+"""Standard deviations that deserve a warning, of a shift where the object touches."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,8 +52,14 @@ class PoseEstimate:
         )
 
 
-def is_certain(found: PoseEstimate) -> bool:
-    """Whether no direction of a pose is in doubt."""
-    assert found.covariance is not None
-    turn_deg, shift_mm = greatest_std(found.covariance)
+def is_certain(found: PoseEstimate, middle_mm: Points) -> bool:
+    """Whether no direction of a pose is in doubt.
+
+    Args:
+        found: a pose.
+        middle_mm: (3,), of the contact, in the gel frame: the place whose shift counts.
+    """
+    assert found.covariance is not None and found.T_sensor_object is not None
+    place_mm = applied(inverse(found.T_sensor_object), middle_mm)
+    turn_deg, shift_mm = greatest_std(found.covariance, place_mm)
     return turn_deg < WEAK_DEG and shift_mm < WEAK_MM

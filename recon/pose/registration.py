@@ -63,22 +63,33 @@ class OwnTouch:
     """Pixel pitch along x and y."""
 
 
-def own(touch: Touch) -> OwnTouch:
+def own(touch: Touch, like: Touch | None = None) -> OwnTouch:
     """A copy, unless it is one: a fast reconstructor writes its next touch where the last one was.
 
     Raises:
-        WedgeError: it is a frame.
+        WedgeError: it is a frame, or its pixels are not those of the touch that it should be like.
     """
-    if isinstance(touch, OwnTouch):
-        return touch
     if isinstance(touch, np.ndarray):
         raise WedgeError("a touch is what a Reconstructor makes of a frame: reconstruct it first.")
+    if like is not None and _grid(touch) != _grid(like):
+        raise WedgeError(
+            f"this touch has {_grid(touch)}, those before {_grid(like)}:"
+            " a tracker follows what one sensor feels."
+        )
+    if isinstance(touch, OwnTouch):
+        return touch
     return OwnTouch(
         gradient=touch.gradient.copy(),
         depth_mm=touch.depth_mm.copy(),
         contact=touch.contact.copy(),
         mm_per_px=touch.mm_per_px,
     )
+
+
+def _grid(touch: Touch) -> str:
+    """A touch's pixels in words."""
+    height, width = touch.depth_mm.shape
+    return f"{width} x {height} pixels of {' x '.join(f'{mm:.5g}' for mm in touch.mm_per_px)} mm"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -68,8 +68,14 @@ def turned_covariance(covariance: Covariance, T_a_b: Transform) -> Covariance:
     return back @ covariance @ back.T
 
 
-def greatest_std(covariance: Covariance) -> tuple[float, float]:
-    """Standard deviations in the directions of most doubt: of the turn, deg, and the shift, mm."""
+def greatest_std(covariance: Covariance, point_mm: Float[np.ndarray, "3"]) -> tuple[float, float]:
+    """Standard deviations in the directions of most doubt: of the turn, deg, and the shift, mm.
+
+    Args:
+        covariance: of a twist.
+        point_mm: whose shift is asked for, in the frame of the twist.
+    """
+    covariance = turned_covariance(covariance, rigid(np.eye(3), point_mm))
     turn, shift_mm = (
         float(np.sqrt(max(np.linalg.eigvalsh(block)[-1], 0)))
         for block in (covariance[:3, :3], covariance[3:, 3:])
@@ -102,7 +108,7 @@ def straightened(transform: Transform) -> Transform:
 
 
 def is_rigid(transform: np.ndarray) -> bool:
-    """Whether a matrix is a rotation and a shift, and finite."""
+    """Whether it is a matrix of a rotation and a shift, and finite."""
     if transform.shape != (4, 4) or not np.isfinite(transform).all():
         return False
     rotation = transform[:3, :3]

@@ -17,6 +17,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from recon.pose.agreement import agreement
 from recon.pose.estimate import WEAK_DEG, WEAK_MM, PoseEstimate, is_certain
@@ -92,7 +93,7 @@ class Tracker:
         self,
         registration: str = "joint",
         model: ObjectModel | None = None,
-        T_sensor_object: Transform | None = None,
+        T_sensor_object: ArrayLike | None = None,
     ) -> None:
         """Start without having seen anything.
 
@@ -103,22 +104,29 @@ class Tracker:
                 touch is the model, and searched where there is a model.
 
         Raises:
-            WedgeError: the registration is unknown, or the pose is not a rigid transform.
+            WedgeError: the registration is unknown, the model is none, or the pose is not a rigid
+                transform.
         """
         if registration not in REGISTRATIONS:
             raise WedgeError(
                 f"there is no tracker {registration!r}: choose one of {', '.join(REGISTRATIONS)}."
             )
-        if T_sensor_object is not None and not is_rigid(T_sensor_object):
+        if not isinstance(model, ObjectModel | None):
+            raise WedgeError("a model is a MeshModel(mesh=..., registration=...) or a TouchModel.")
+        start = None if T_sensor_object is None else np.array(T_sensor_object, float)
+        if start is not None and not is_rigid(start):
             raise WedgeError("T_sensor_object is not rigid: give a 4 x 4 transform [R t; 0 0 0 1].")
         self.registration = REGISTRATIONS[registration]
         self.model: ObjectModel = TouchModel() if model is None else model
+        given = self.model.surest_first()
+        self._like: Touch | None = given[0].pyramid.touch if given else None
+        """Whose pixels all touches share."""
         self.begun = False
         """Whether a pose was found yet."""
         self._knows_nothing = model is None
         self._searches = model is not None
-        self._start = T_sensor_object
-        self._last: Transform | None = T_sensor_object
+        self._start = start
+        self._last: Transform | None = start
         self._before: Touch | None = None
         self._estimate = PoseEstimate(state="lost", reason="nothing touches")
         self._keyframe: Keyframe | None = None
@@ -133,9 +141,10 @@ class Tracker:
         """Take in the next touch.
 
         Raises:
-            WedgeError: it is a frame, or the model is a mesh with more in it than can be drawn.
+            WedgeError: it is a frame or of another sensor, or the model is a mesh with more in it
+                than can be drawn.
         """
-        touch = own(touch)
+        touch = self._like = own(touch, self._like)
         before, self._before = self._before, touch
         contact_px = int(np.count_nonzero(touch.contact))
         self._most_px = max(self._most_px, contact_px)
@@ -239,7 +248,7 @@ class Tracker:
     def _made_sure(self, seen: Keyframe, found: PoseEstimate) -> PoseEstimate:
         """Where there is doubt, ask the keyframe whose pose is surest; else say it."""
         assert found.T_sensor_object is not None
-        if found.state == "tracking" and is_certain(found):
+        if found.state == "tracking" and is_certain(found, seen.middle):
             return found
         reached = (
             item
@@ -249,7 +258,7 @@ class Tracker:
         surest = next(reached, None)
         if surest is not None:
             again = self._compared(surest, seen, found.T_sensor_object)
-            if again.state == "tracking" and is_certain(again):
+            if again.state == "tracking" and is_certain(again, seen.middle):
                 self._keyframe = surest
                 return again
         if found.state != "tracking":
@@ -276,7 +285,7 @@ class Tracker:
         for known in self.model.surest_first()[:RECOGNIZED]:
             found = self._compared(known, seen, known.T_sensor_object)
             sure = found.state == "tracking" and found.explained > FOUND_AGAIN
-            if sure and found.overlap > KEYFRAME_OVERLAP and is_certain(found):
+            if sure and found.overlap > KEYFRAME_OVERLAP and is_certain(found, seen.middle):
                 self._keyframe = known
                 return found
         return doubtful
@@ -362,20 +371,11 @@ class Tracker:
             return PoseEstimate(state="lost", reason="does not match what was seen before")
         judged = agreement(known.pyramid, seen.pyramid, found.T_current_reference)
         overlap, explained = judged.overlap, judged.explained
-        if overlap < LEAST_OVERLAP:
-            return PoseEstimate(
-                state="lost",
-                reason="too little in common with what was seen before",
-                overlap=overlap,
-                explained=explained,
-            )
-        if explained < LEAST_EXPLAINED:
-            return PoseEstimate(
-                state="lost",
-                reason="does not match what was seen before",
-                overlap=overlap,
-                explained=explained,
-            )
+        if overlap < LEAST_OVERLAP or explained < LEAST_EXPLAINED:
+            reason = "does not match what was seen before"
+            if overlap < LEAST_OVERLAP:
+                reason = "too little in common with what was seen before"
+            return PoseEstimate(state="lost", reason=reason, overlap=overlap, explained=explained)
         added = turned_covariance(found.covariance, known.T_sensor_object)
         estimate = PoseEstimate(
             state="tracking",
@@ -388,7 +388,7 @@ class Tracker:
             return replace(estimate, state="weak", reason=UNLIKE)
         if explained < FOUND_AGAIN:
             return replace(estimate, state="weak", reason="matches in part what was seen before")
-        turn_deg, shift_mm = greatest_std(found.covariance)
+        turn_deg, shift_mm = greatest_std(found.covariance, known.middle)
         if not turn_deg < WEAK_DEG:
             return replace(estimate, state="weak", reason="a rotation is not seen by this touch")
         if not shift_mm < WEAK_MM:

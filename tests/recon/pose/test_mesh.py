@@ -16,7 +16,7 @@ from recon.pose.joint import Joint
 from recon.pose.mesh import CONTACT_DEPTH_MM, Mesh, averaged, read_mesh, render, under_side
 from recon.pose.models import MeshModel
 from recon.pose.pyramid import Pyramid
-from recon.pose.rigid import angle_deg, inverse, motion, rigid, shift_mm
+from recon.pose.rigid import angle_deg, applied, inverse, motion, rigid, shift_mm
 from recon.pose.tracker import Tracker
 from sensor.errors import WedgeError
 from tests.recon.pose.touched import (
@@ -159,13 +159,18 @@ def test_depth_that_slopes_do_not_show_is_doubted_as_far():
     assert (doubtful[:3] < 1.5 * sure[:3]).all()
 
 
-def test_a_mesh_is_followed_from_a_known_pose():
-    track = Tracker("joint", MeshModel(mesh=cube(), registration=Joint()), standing())
-    pose = motion(np.array([0.02, -0.02, 0.02, 0.1, 0.1, -0.05])) @ standing()
-    found = track(corner())
-    assert found.state == "tracking" and angle_deg(inverse(standing()) @ found.T_sensor_object) < 1
-    moved = touch(cube_corner(2.0), pose @ inverse(standing()), 4)
-    assert angle_deg(inverse(pose) @ track(moved).T_sensor_object) < 1
+@pytest.mark.parametrize("away_mm", [0.0, 500.0])
+def test_a_mesh_is_followed_from_a_known_pose_wherever_its_frame_begins(away_mm):
+    """Doubt about the turn is no doubt about where it touches, though the origin be far away."""
+    T_mesh_corner = rigid(np.eye(3), np.array([away_mm, 0, 0]))
+    first = standing() @ inverse(T_mesh_corner)
+    mesh = replace(cube(), vertices_mm=applied(T_mesh_corner, cube().vertices_mm))
+    track = Tracker("joint", MeshModel(mesh=mesh, registration=Joint()), first)
+    moved = motion(np.array([0.02, -0.02, 0.02, 0.1, 0.1, -0.05]))
+    for pose, seen in ((np.eye(4), corner()), (moved, touch(cube_corner(2.0), moved, 4))):
+        found = track(seen)
+        assert found.state == "tracking"
+        assert angle_deg(inverse(pose @ first) @ found.T_sensor_object) < 1
 
 
 def test_a_pose_is_found_from_all_sides():

@@ -14,6 +14,7 @@ from recon.pose.rigid import (
     motion,
     rigid,
     straightened,
+    turned_covariance,
 )
 
 twists = st.lists(st.floats(-3, 3), min_size=6, max_size=6).map(np.array)
@@ -70,4 +71,14 @@ def test_rounding_errors_are_taken_out():
 def test_the_greatest_doubt_is_that_of_its_direction_wherever_that_points(twist):
     turn = adjoint(rigid(motion(twist)[:3, :3], np.zeros(3)))
     stated = np.diag(np.square([*np.radians([1.0, 3.0, 2.0]), 0.1, 0.2, 0.4]))
-    np.testing.assert_allclose(greatest_std(turn @ stated @ turn.T), (3.0, 0.4), rtol=1e-9)
+    doubt = greatest_std(turn @ stated @ turn.T, np.zeros(3))
+    np.testing.assert_allclose(doubt, (3.0, 0.4), rtol=1e-9)
+
+
+@given(twists, twists)
+def test_the_doubt_about_a_point_s_shift_is_the_same_wherever_the_frame_begins(twist, stated):
+    """Though a turn in doubt shifts a frame's origin the more, the farther away that lies."""
+    root = np.diag(np.abs(stated) + 0.01)
+    T_a_b, point = motion(twist), np.array([1.0, -2.0, 0.5])
+    there = greatest_std(turned_covariance(root, T_a_b), applied(inverse(T_a_b), point))
+    np.testing.assert_allclose(there, greatest_std(root, point), rtol=1e-6)

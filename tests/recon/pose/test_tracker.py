@@ -391,5 +391,7 @@ def test_bad_arguments_are_one_sentence():
         Tracker("magic")
     with pytest.raises(WedgeError, match="rigid"):
         Tracker(T_sensor_object=2 * np.eye(4))
+    with pytest.raises(WedgeError, match="MeshModel"):
+        inspect.unwrap(Tracker.__init__)(None, model=corner())
     with pytest.raises(WedgeError, match="reconstruct it first"):
         inspect.unwrap(own)(np.zeros((8, 8, 3), np.uint8))  # else the tests' check of types does

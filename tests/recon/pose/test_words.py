@@ -7,12 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.touches import SyntheticTouch, bead
+from benchmarks.touches import SyntheticTouch, bead, pressed
 from recon.pose.joint import Joint
 from recon.pose.models import touches
 from recon.pose.rigid import motion, rigid, turned_covariance
 from recon.pose.tracker import LEAST_CONTACT_PX, LONGEST_STEP_DEG, LONGEST_STEP_MM, Tracker
-from tests.recon.pose.touched import bead_pair, coarse_bead, corner, touch
+from sensor.errors import WedgeError
+from tests.recon.pose.touched import MM_PER_PX, bead_pair, coarse_bead, corner, touch
 
 
 @pytest.mark.parametrize(
@@ -37,6 +38,25 @@ def test_a_touch_that_is_not_finite_is_not_the_object(part):
     track = Tracker()
     assert track(replace(first, **{part: broken})).reason == "slopes or depths are not finite"
     assert not track.begun and track(second).state != "lost"
+
+
+@pytest.mark.parametrize("model", ["its first touch", "touches before"])
+def test_a_touch_of_another_sensor_is_refused(model):
+    first, second = bead_pair(0)[:2]
+    track = Tracker(model=touches([(first, np.eye(4))], Joint()) if "before" in model else None)
+    if model == "its first touch":
+        track(first)
+    with pytest.raises(WedgeError, match="one sensor"):
+        track(replace(second, mm_per_px=(0.1, 0.2)))
+    with pytest.raises(WedgeError, match="one sensor"):
+        track(pressed(coarse_bead(), np.eye(4), None, size_px=(80, 60), mm_per_px=MM_PER_PX))
+    assert track(second).state == "tracking"
+
+
+def test_a_pose_may_be_lists_of_numbers():
+    pose = motion(np.array([0.1, 0, 0, 1, 2, 3]))
+    found = Tracker(T_sensor_object=pose.tolist())(bead_pair(0)[0])
+    np.testing.assert_array_equal(found.T_sensor_object, pose)
 
 
 def test_a_pose_that_was_given_is_followed_and_not_searched_for():
