@@ -53,7 +53,7 @@ def main(
     Without a mesh, the object is what the first touch shows. Its pose there is the identity, so
     poses tell how it has moved since. With a mesh in mm, poses are those of the mesh; if --start
     gives no first pose, and again after a loss, a touch is compared with the mesh from all sides,
-    which takes seconds, and minutes if the mesh has over 100 000 triangles. A pose maps object
+    which takes seconds, and half a minute if the mesh has 300 000 triangles. A pose maps object
     coordinates to the gel frame: x along the columns, y down, z out of the gel.
 
     Every frame gets a state: tracking; weak (a pose, but the touch does not show every motion: a
