@@ -8,7 +8,7 @@ from math import hypot
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from app._lights import unlit_remark, with_designed_lights
+from app._lights import lights_remark, with_designed_lights
 from app._output import command_line, print_left_out
 from app._pad import refuse_other_pad
 from app._progress import progress
@@ -63,7 +63,7 @@ def import_source(
     else:
         _import_frames(source, out, mm_per_px, ball_radius_mm, pad_size_mm, design)
     card = read_dataset(out).card
-    if remark := unlit_remark(card.lights_deg, design):
+    if remark := lights_remark(card.lights_deg, design):
         print(remark)
         write_card(out / CARD_FILE, with_designed_lights(card, design))
     print(f"Dataset: {out}")

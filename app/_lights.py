@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Colours that no press shows a light of: of a sensor with fewer lights, or with a dead one."""
+"""Colours that no press shows a light of, or one of a light that the sensor does not have."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -16,14 +16,16 @@ NUMBERS = ("no light", "one light", "two lights")
 
 
 def with_designed_lights(card: "DatasetCard", design: Wedge | None) -> "DatasetCard":
-    """The card with the lights that its design has and no press shows, where they should sit.
+    """The card with the lights of its design: where presses show them, else where they should sit.
 
     Whoever calibrates by it then learns from a dead light as from any, and `wedge accept` fails it.
+    A colour that shows the light of another, as a camera's filters overlap, has none of its own.
     """
     if design is None or card.lights_deg is None:
         return card
     designed: dict[str, float] = {c: at for c, at in design.lights.azimuths_deg.items()}
-    return replace(card, lights_deg=designed | dict(card.lights_deg))
+    shown = {c: at for c, at in card.lights_deg.items() if c in designed}
+    return replace(card, lights_deg=designed | shown)
 
 
 def with_dead_lights(dataset: "Dataset", design: Wedge | None) -> tuple["DatasetCard", str]:
@@ -40,14 +42,15 @@ def with_dead_lights(dataset: "Dataset", design: Wedge | None) -> tuple["Dataset
         return card, ""
     alive = {**(lit(dataset).lights_deg or {}), **card.lights_deg}
     every = with_designed_lights(replace(card, lights_deg=alive), design).lights_deg or {}
-    kept = {
-        color: at for color, at in every.items() if color in card.lights_deg or color not in alive
-    }
-    return replace(card, lights_deg=kept), unlit_remark(alive, design)
+    dead = {color: at for color, at in every.items() if color not in alive}
+    remark = lights_remark({c: at for c, at in alive.items() if c in every}, design)
+    return replace(card, lights_deg=dict(card.lights_deg) | dead), remark
 
 
-def unlit_remark(lights_deg: Mapping[str, float] | None, design: Wedge | None) -> str:
-    """What to say of colours without a light; empty where there is nothing to say.
+def lights_remark(lights_deg: Mapping[str, float] | None, design: Wedge | None) -> str:
+    """What to say of colours without a light, and of colours that no light should have.
+
+    Empty where there is nothing to say.
 
     Args:
         lights_deg: where presses show lights; ``None`` where nobody said.
@@ -55,6 +58,11 @@ def unlit_remark(lights_deg: Mapping[str, float] | None, design: Wedge | None) -
     """
     if lights_deg is None:
         return ""
+    remarks = [_dark(lights_deg, design), _not_designed(lights_deg, design)]
+    return " ".join(remark for remark in remarks if remark)
+
+
+def _dark(lights_deg: Mapping[str, float], design: Wedge | None) -> str:
     wanted = COLORS if design is None else design.lights.azimuths_deg
     dark = [COLORS[color] for color in COLORS if color in wanted and color not in lights_deg]
     if not dark:
@@ -67,4 +75,19 @@ def unlit_remark(lights_deg: Mapping[str, float] | None, design: Wedge | None) -
     return (
         f"{shown}: the sensor is taken to have {NUMBERS[len(lights_deg)]}; if it should have "
         f"{'that one' if one else 'them'} too, {dead}."
+    )
+
+
+def _not_designed(lights_deg: Mapping[str, float], design: Wedge | None) -> str:
+    if design is None:
+        return ""
+    designed = design.lights.azimuths_deg
+    others = [COLORS[color] for color in COLORS if color in lights_deg and color not in designed]
+    if not others:
+        return ""
+    one = len(others) == 1
+    return (
+        f"{' and '.join(others).capitalize()} {'changes' if one else 'change'} with the presses, "
+        f"but the design {design.name} has no such light: what {'it shows' if one else 'they show'}"
+        f" is taken for light of other colours and left out."
     )

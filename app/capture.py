@@ -13,7 +13,7 @@ import tyro
 
 from app._capture_session import CaptureSession, assumed
 from app._captured import Captured
-from app._lights import unlit_remark
+from app._lights import lights_remark
 from app._output import command_line
 from sensor.dataset import CARD_FILE, Dataset, read_dataset
 from sensor.errors import WedgeError
@@ -242,7 +242,7 @@ def _finish(
         print(
             f"With the current corners, scale and ball, no ball was found in {', '.join(unknown)}."
         )
-    if remark := unlit_remark(captured.lights_deg, design):
+    if remark := lights_remark(captured.lights_deg, design):
         print(remark)
     card = captured.card
     if scale is not None:

@@ -54,23 +54,12 @@ def follow(design: Wedge, pixels: Points, view: View | None, depth_mm: Map | Non
         depth_mm: its indentation.
     """
     origin, ray, reflected = _from_camera(design, pixels)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        entry = origin + ray * (-origin[:, 2] / ray[:, 2])[:, None]
     downward = (ray[:, 2] < 0) & (origin[:, 2] > 0)
+    entry, point = _through_layers(design, origin, ray, view, depth_mm)
     acrylic, gel = design.acrylic, design.gel
     sine = np.hypot(ray[:, 0], ray[:, 1])
-    in_acrylic = _bent(ray, acrylic.refractive_index)
-    in_gel = _bent(ray, gel.refractive_index)
-    foot = entry[:, :2] + in_acrylic * acrylic.thickness_mm
-    center_mm = acrylic.tip_offset_mm + acrylic.length_mm / 2
-    start = np.stack([center_mm - foot[:, 0], foot[:, 1]], 1)  # gel x runs to the tip
-    step = np.stack([-in_gel[:, 0], in_gel[:, 1]], 1)
-    point = start + step * gel.thickness_mm
-    for _ in range(MEETINGS):
-        point = start + step * _thickness_mm(design, point, view, depth_mm)[:, None]
     half = np.array([gel.pad_length_mm, gel.pad_width_mm]) / 2
-    inside = np.abs(entry[:, :2] - [center_mm, 0]) <= np.array([acrylic.length_mm,
-                                                               acrylic.width_mm]) / 2  # fmt: skip
+    inside = np.abs(entry) <= np.array([acrylic.length_mm, acrylic.width_mm]) / 2
     met = downward & inside.all(1) & (np.abs(point) <= half).all(1)
     share = _through(sine, 1.0, acrylic.refractive_index)
     share = share * _through(sine, acrylic.refractive_index, gel.refractive_index)
@@ -126,7 +115,7 @@ def corners_px(design: Wedge, size_mm: Pair) -> tuple[Pair, Pair, Pair, Pair]:
     """Corners in the raw frame, in the same order, of a rectangle around the pad's centre."""
     half = np.array(size_mm) / 2
     signs = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
-    # A hair inside, so that the search never steps off the pad.
+    # A hair inside, so that what is seen there is the pad.
     found = pixels_of(design, signs * half * (1 - 1e-6))
     first, second, third, fourth = ((float(x), float(y)) for x, y in found)
     return first, second, third, fourth
@@ -163,7 +152,9 @@ def pixels_of(design: Wedge, points_mm: Points) -> Points:
     )
     found = np.einsum("ni,nij->nj", points_mm, planes[:, :2]) + planes[:, 2]
     for _ in range(8):
-        here = follow(design, found, None, None).point_mm
+        origin, ray, _ = _from_camera(design, found)
+        # Not `follow`: a step may lead past the pad's edge, where that sees nothing, and back.
+        here = _through_layers(design, origin, ray, None, None)[1]
         step = np.einsum("ni,nij->nj", points_mm - here, planes[:, :2])
         found = found + np.nan_to_num(step)
     return found
@@ -236,6 +227,24 @@ def directions(camera: Camera, pixels: Points) -> Rays:
     azimuth = offset / np.maximum(radius, 1e-12)[:, None]
     aside = azimuth[:, :1] * up + azimuth[:, 1:] * across
     return np.cos(angle)[:, None] * forward + np.sin(angle)[:, None] * aside
+
+
+def _through_layers(
+    design: Wedge, origin: Rays, ray: Rays, view: View | None, depth_mm: Map | None
+) -> tuple[Points, Points]:
+    """Where rays enter the acrylic, and where they would meet a skin without edges; gel frame."""
+    acrylic, gel = design.acrylic, design.gel
+    with np.errstate(divide="ignore", invalid="ignore"):
+        there = origin + ray * (-origin[:, 2] / ray[:, 2])[:, None]
+    center_mm = acrylic.tip_offset_mm + acrylic.length_mm / 2
+    to_tip = np.array([-1.0, 1.0])  # gel x runs to the tip
+    entry = (there[:, :2] - [center_mm, 0]) * to_tip
+    start = entry + _bent(ray, acrylic.refractive_index) * acrylic.thickness_mm * to_tip
+    step = _bent(ray, gel.refractive_index) * to_tip
+    point = start + step * gel.thickness_mm
+    for _ in range(MEETINGS):
+        point = start + step * _thickness_mm(design, point, view, depth_mm)[:, None]
+    return entry, point
 
 
 def _bent(ray: Rays, index: float) -> Points:

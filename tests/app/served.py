@@ -38,8 +38,12 @@ def serving(*words: object) -> Iterator[tuple[str, "subprocess.Popen[str]"]]:
     """That address, and the process that serves it: one as users start it, which takes longer."""
     port = free_port()
     command = [sys.executable, "-P", "-m", "app", *map(str, words), "--port", str(port)]
-    # NiceGUI serves otherwise where it sees pytest.
-    environment = {key: value for key, value in os.environ.items() if "PYTEST" not in key}
+    # NiceGUI serves otherwise where it sees pytest, and few users have lines written at once.
+    environment = {
+        key: value
+        for key, value in os.environ.items()
+        if "PYTEST" not in key and key != "PYTHONUNBUFFERED"
+    }
     with subprocess.Popen(
         command, cwd=ROOT, stdout=subprocess.PIPE, text=True, env=environment
     ) as server:

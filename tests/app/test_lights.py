@@ -11,7 +11,7 @@ import pytest
 
 import app._workers
 import app.calibrate
-from app._lights import unlit_remark
+from app._lights import lights_remark
 from recon.labels.circles import Circle
 from sensor.dataset import read_dataset, write_card
 from sensor.design import FINGER
@@ -89,6 +89,27 @@ def test_a_light_that_the_design_has_and_no_press_shows_is_dead(
         assert read_unit_card(tmp_path / unit).channels == ("RGB" if greens else "RB")
 
 
+def test_a_colour_whose_light_the_design_does_not_have_is_left_out(
+    frames: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A camera's filters overlap: blue shows some of red's light, and would pass for a light."""
+    design = tmp_path / "own.toml"
+    design.write_text(
+        'base = "finger"\n'
+        f"[gel]\npad_length_mm = {0.1 * SIZE_PX[0]}\n"
+        "[lights]\ngreen_base_leds = 0\nblue_side_leds = 0\n"
+    )
+    words = ("--ball-radius-mm", BALL_RADIUS_MM, "--design", design)
+    said = "Blue changes with the presses, but the design own has no such light"
+    assert run("capture", frames, "--out", tmp_path / "set", *words) == 0
+    assert said in capsys.readouterr().out
+    assert set(read_dataset(tmp_path / "set").card.lights_deg or ()) == {"R"}
+    fitted = ("--estimator", "table", "--out", tmp_path / "unit")
+    assert run("calibrate", frames, *words, *fitted) == 0
+    assert said in capsys.readouterr().out
+    assert read_unit_card(tmp_path / "unit").channels == "R"
+
+
 def test_a_light_that_a_card_leaves_out_on_purpose_is_not_dead(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -103,7 +124,13 @@ def test_a_light_that_a_card_leaves_out_on_purpose_is_not_dead(
 
 
 def test_several_dark_colours_are_one_sentence() -> None:
-    assert unlit_remark({"R": 90.0}, FINGER).startswith("Green and blue show no light, but the")
-    assert "taken to have one light" in unlit_remark({"B": -90.0}, None)
-    assert not unlit_remark(dict.fromkeys("RGB", 0.0), FINGER)
-    assert not unlit_remark(None, None)
+    assert lights_remark({"R": 90.0}, FINGER).startswith("Green and blue show no light, but the")
+    assert "taken to have one light" in lights_remark({"B": -90.0}, None)
+    assert not lights_remark(dict.fromkeys("RGB", 0.0), FINGER)
+    lights = replace(FINGER.lights, red_side_leds=0)
+    assert lights_remark({"R": 90.0, "B": -90.0}, replace(FINGER, lights=lights)) == (
+        "Green shows no light, but the design finger has one: its LED is dead. Red changes with "
+        "the presses, but the design finger has no such light: what it shows is taken for light of "
+        "other colours and left out."
+    )
+    assert not lights_remark(None, None)
