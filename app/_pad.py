@@ -50,6 +50,22 @@ def refuse_other_pad(
         )
 
 
+def refuse_smaller_pad(
+    size_px: tuple[int, int], mm_per_px: Pair, design: Wedge, where: str
+) -> None:
+    """Refuse a design whose pad is smaller than frames of the gel plane show.
+
+    Raises:
+        WedgeError: names ``where``, both sizes, and what to do.
+    """
+    shown_mm = size_px[0] * mm_per_px[0], size_px[1] * mm_per_px[1]
+    if max(s / pad for s, pad in zip(shown_mm, design.pad_size_mm, strict=True)) >= 1 + OTHER_PAD:
+        raise WedgeError(
+            f"The frames of {where} show gel of {_sizes(shown_mm, design)}: name the sensor's own "
+            "design, or correct mm_per_px."
+        )
+
+
 def pad_remark(pad_size_mm: Pair | None, design: Wedge | None) -> str:
     """What to say of a pad that is not quite its design's; empty where there is nothing to say."""
     if design is None or pad_size_mm is None or _off(pad_size_mm, design) < NOTED:

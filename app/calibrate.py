@@ -62,10 +62,11 @@ def main(
         json: Write the errors on the held-out presses here as JSON.
     """
     from app._lights import with_dead_lights
-    from app._pad import pad_remark, refuse_other_pad
+    from app._pad import pad_remark, refuse_other_pad, refuse_smaller_pad
     from recon.estimators import refuse_unfittable
     from recon.labels.ball_size import refuse_small_ball
     from recon.labels.press_doubts import press_doubts
+    from recon.presses import press_reader
     from sensor.design_file import load_design
     from validation.datasets import dataset_folder
     from validation.table_text import table_document
@@ -80,6 +81,9 @@ def main(
     folder = _dataset_of(Path(dataset), out, built_from, ball_radius_mm)
     source = read_dataset(folder or dataset_folder(dataset))
     refuse_other_pad(source.card.pad_size_mm, built_from, str(source.folder / CARD_FILE))
+    if built_from is not None and source.card.pad_size_mm is None:
+        size_px, mm_per_px = press_reader(source).unwarp.size_px, source.card.mm_per_px
+        refuse_smaller_pad(size_px, mm_per_px, built_from, dataset)
     try:
         refuse_small_ball(source.labels, source.card)
     except WedgeError as error:

@@ -126,8 +126,8 @@ def main(
     print(
         f"{balls} labelled press{'' if balls == 1 else 'es'}, "
         f"{others} {'shape with its' if others == 1 else 'shapes with their'} truth: {out}\n"
-        f"{recipe.engine.variant}, {samples} samples per pixel, design {wanted.name}."
-        + (f" Next: {command_line('table', out)}" if usable > 1 else "")
+        f"{recipe.engine.variant}, {samples} sample{'' if samples == 1 else 's'} per pixel, "
+        f"design {wanted.name}." + (f" Next: {command_line('table', out)}" if usable > 1 else "")
     )
 
 

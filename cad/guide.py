@@ -18,6 +18,8 @@ from cad.guide_words import design_words
 from cad.manifest import size_words
 from cad.optics import keystone, pad_grid, pixel_margin, trace
 from sensor.design import Wedge
+from sensor.design_file import DESIGNS
+from sensor.wire import SIZES_PX
 
 _HOW = {
     "case": "Compare the digits in its roof with the first ones of this guide's design, {hash}:"
@@ -128,6 +130,9 @@ def guide_text(
     template = files("cad").joinpath("data", "guide.md").read_text(encoding="utf-8")
     parts = manifest["parts"]
     gel = next(part for part in parts if part["id"] == "gel")
+    frame_px = design.camera.width_px, design.camera.height_px
+    sent_px = " or ".join(map(_by, SIZES_PX))
+    included = design == DESIGNS.get(design.name)
     return template.format(
         name=design.name,
         width=f"{design.outer_width_mm:g}",
@@ -153,7 +158,17 @@ def guide_text(
         keystone=f"{keystone(pixels, 21):.2f}",
         margin=f"{pixel_margin(design.camera, pixels):.0f}",
         view=f"{design.camera.diagonal_view_deg:g}",
+        frame=_by(frame_px),
+        sent=""
+        if frame_px in SIZES_PX
+        else f" (The server sends {sent_px} pixels only: such frames need a program of your own.)",
+        typed=design.name if included else f"{design.name}.toml",
+        own="" if included else " (the path of your design's file)",
     )
+
+
+def _by(size_px: tuple[int, int]) -> str:
+    return f"{size_px[0]} × {size_px[1]}"
 
 
 def _warning(failed: Sequence[str]) -> str:

@@ -74,7 +74,7 @@ def _refuse_mirror(place: Layout) -> None:
         "mirror.length_mm",
         mirror.length_mm,
         (place.window_x1 - place.slide - mirror.foot_x_mm) / cosine,
-        "the mirror is inserted through the window below it",
+        "the mirror, from foot_x_mm on, is inserted through the window below it",
     )
 
 

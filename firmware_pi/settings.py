@@ -14,7 +14,7 @@ from typing import Any
 from sensor.errors import WedgeError
 from sensor.files import clear_leftovers, write_atomic
 from sensor.toml import finite, located, read_toml, refuse_unknown_keys, toml_text
-from sensor.wire import DEFAULT_PORT
+from sensor.wire import DEFAULT_PORT, SIZES_PX
 
 NOISE_REDUCTIONS = {
     "off": "Off",
@@ -23,7 +23,6 @@ NOISE_REDUCTIONS = {
     "high quality": "HighQuality",
 }
 SYNCS = {"off": "Off", "server": "Server", "client": "Client"}
-SIZES_PX = ((640, 480), (320, 240))
 US_PER_S = 1_000_000
 OF_THE_PI = ("camera", "camera_id", "sync", "address", "port", "max_clients")
 """Which camera it is and where its stream is served, whatever the gel asks for."""

@@ -11,7 +11,7 @@ from sensor.toml import Pair
 
 COLUMNS, ROWS = 5, 4
 FAR = 0.25
-"""Of the pad's width. Ten presses led over the pad leave no cell's middle farther than 0.23 on 14
+"""Of the pad's length. Ten presses led over the pad leave no cell's middle farther than 0.23 on 14
 of 15 draws from three sets; ten drawn without looking leave one at 0.18 to 0.49."""
 
 
@@ -78,10 +78,13 @@ class Coverage:
         if not far.any():
             return None
         where = place_in_words(*_largest(gaps_px))
+        count = int(far.sum())
+        places = f"1 of {far.size} places of the pad, {where}, lies" if count == 1 else (
+            f"{count} of {far.size} places of the pad, such as {where}, lie"
+        )  # fmt: skip
         return (
-            f"{far.sum()} of {far.size} places of the pad, such as {where}, lie farther than "
-            f"{FAR:g} of its width from every press: no press shows the colours there. Press the "
-            "ball over the whole pad."
+            f"{places} farther than {FAR:g} of its length from every press: no press shows the "
+            "colours there. Press the ball over the whole pad."
         )
 
     @property

@@ -66,7 +66,8 @@ def _refuse_name(name: str) -> None:
 
 def _override(base: Any, changes: Mapping[str, Any], prefix: str) -> Any:
     known = [item.name for item in fields(base)]
-    refuse_unknown_keys({prefix + key: 0 for key in changes}, [prefix + key for key in known], "")
+    keys = [prefix + key for key in known] if prefix else ["base", *known]
+    refuse_unknown_keys({prefix + key: 0 for key in changes}, keys, "")
     values: dict[str, Any] = {}
     for key, value in changes.items():
         current = getattr(base, key)

@@ -12,6 +12,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 DEFAULT_PORT = 8080
+SIZES_PX = ((640, 480), (320, 240))
+"""Width and height of the frames that the Pi sends."""
 STREAM_PATH = "/stream.mjpg"
 SNAPSHOT_PATH = "/snapshot.jpg"
 SETTINGS_PATH = "/settings"

@@ -99,7 +99,8 @@ class _Page:
             f"only the case is drawn; with cover and gripper adapter {size_words(sizes_mm)}",
             f"mirror {mirror.length_mm:g} x {mirror.width_mm:g} x {mirror.thickness_mm:g} at"
             f" {mirror.angle_deg:g}°, its foot {mirror.foot_height_mm:g} above the acrylic",
-            f"camera pitch {camera.pitch_deg:g}°, view {camera.diagonal_view_deg:g}°",
+            f"camera pitch {camera.pitch_deg:g}°, view {camera.diagonal_view_deg:g}°,"
+            f" frames of {camera.width_px} x {camera.height_px} px",
             f"gel {shape}, {gel.corner_thickness_mm:.2f} thick at the corners",
             f"gaps per side: {self.place.slide:g} sliding, {self.place.press:g} pressed;"
             f" threads {self.place.screw.screw}, drilled {self.place.screw.tap_mm:g}",

@@ -4,6 +4,7 @@
 
 import base64
 import json
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html import escape
 from importlib.resources import files
@@ -100,9 +101,7 @@ def page_html(
         "PARTS": _parts(manifest["parts"], names),
         "CHECKS": _checks(manifest["checks"]),
     }
-    for key, value in values.items():
-        template = template.replace(f"@{key}@", value)
-    return template
+    return _filled(template, values)
 
 
 def guide_html(guide: str) -> str:
@@ -110,7 +109,12 @@ def guide_html(guide: str) -> str:
     template = files("cad").joinpath("data", "guide.html").read_text(encoding="utf-8")
     title = escape(guide.partition("\n")[0].removeprefix("# "))
     body = MarkdownIt("commonmark", {"html": False}).enable("table").render(guide)
-    return template.replace("@TITLE@", title).replace("@BODY@", body)
+    return _filled(template, {"TITLE": title, "BODY": body})
+
+
+def _filled(template: str, values: Mapping[str, str]) -> str:
+    """The template with its @NAMES@ replaced, not what looks like one in a design's own name."""
+    return re.sub("@([A-Z]+)@", lambda found: values[found[1]], template)
 
 
 def _warning(failed: int) -> str:

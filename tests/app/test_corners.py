@@ -302,19 +302,21 @@ def test_turning_quickly_leaves_no_picture_out_and_a_drag_sends_none_again(tmp_p
 
 
 @needs_chromium
-@pytest.mark.parametrize("width_px", [375, 700, 1280, 1920])
-def test_a_fine_pitch_leaves_room_for_the_raw_frame(width_px: int, tmp_path: Path) -> None:
+def test_a_fine_pitch_leaves_room_for_the_raw_frame(tmp_path: Path) -> None:
     folder = raw_set(tmp_path / "set", quality=0.9).folder
     card = read_dataset(folder).card
     x, y = card.mm_per_px
     write_labels(folder / "labels.csv", [])
     write_card(folder / "dataset.toml", replace(card, mm_per_px=(x / 15, y / 15)))
-    with served("label", folder, "--corners") as address, opened(address, width_px) as page:
+    with served("label", folder, "--corners") as address, opened(address) as page:
         page.wait_for_function("document.querySelector('#preview img').naturalWidth > 1000")
-        for part in ("#raw", "#preview"):
-            assert 300 < page.locator(part).evaluate("x => x.clientWidth") < width_px
-        assert page.locator("#raw").evaluate(FILLS)
-        assert page.evaluate("document.documentElement.scrollWidth") <= width_px
+        for width_px in (375, 700, 1280, 1920):
+            page.set_viewport_size({"width": width_px, "height": 800})
+            page.wait_for_function(f"window.innerWidth === {width_px}")
+            for part in ("#raw", "#preview"):
+                assert 300 < page.locator(part).evaluate("x => x.clientWidth") < width_px
+            assert page.locator("#raw").evaluate(FILLS)
+            assert page.evaluate("document.documentElement.scrollWidth") <= width_px
 
 
 @needs_chromium

@@ -14,7 +14,7 @@ from recon.presses import deep_presses, read_presses
 from sensor.dataset import read_dataset, write_card, write_labels
 from sensor.unit import read_unit_card
 from tests.app.test_commands import refused, run
-from tests.synthetic import KEYSTONE_PX, MM_PER_PX, make_dataset, make_deeper_set
+from tests.synthetic import KEYSTONE_PX, MM_PER_PX, SIZE_PX, make_dataset, make_deeper_set
 
 
 @pytest.fixture(autouse=True)
@@ -114,6 +114,19 @@ def test_a_design_of_another_pad_than_the_card_s_is_refused(tmp_path, capsys):
     assert not (tmp_path / "unit").exists()
     assert run(*words) == 0
     assert read_unit_card(tmp_path / "unit").design_sha256 is None
+
+
+def test_a_design_of_a_smaller_pad_than_frames_of_the_gel_plane_show_is_refused(tmp_path, capsys):
+    dataset = make_dataset(tmp_path / "set", presses=3)
+    small, large = tmp_path / "small.toml", tmp_path / "large.toml"
+    for path, share in ((small, 0.8), (large, 0.9)):
+        length_mm = share * SIZE_PX[0] * MM_PER_PX[0]
+        path.write_text(f'base = "finger"\n[gel]\npad_length_mm = {length_mm}\n')
+    words = ("calibrate", dataset.folder, "--out", tmp_path / "unit", "--estimator", "table")
+    sentence = refused(capsys, *words, "--design", small)
+    assert "show gel of" in sentence and "the design small one of" in sentence
+    assert not (tmp_path / "unit").exists()
+    assert run(*words, "--design", large) == 0
 
 
 def test_frames_by_an_assumed_scale_are_refused_with_the_assumption(tmp_path, capsys):

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from cad.bounds import at_least
 from cad.build import model, run_checks
 from cad.checks.sight import check_sight
 from cad.electronics.resistors import ADAPTER_MA, ADAPTER_V, RATED_W, ballasts
@@ -168,6 +169,13 @@ def test_the_hole_before_the_lens_shows_the_whole_pad(design: Wedge) -> None:
 def test_the_mark_in_the_roof_leaves_a_wall_over_a_camera_that_looks_up() -> None:
     with pytest.raises(WedgeError, match=r"roof_z_mm = 9.4 must be at least 9.5"):
         refuse_unbuildable(changed(FINGER, "camera", pitch_deg=-7.0))
+
+
+def test_a_bound_that_the_field_can_never_keep_is_not_asked_for_alone() -> None:
+    with pytest.raises(WedgeError, match=r"at most -\d.*, but may not be below 5: .*another field"):
+        refuse_unbuildable(changed(FINGER, "mirror", foot_x_mm=16.0))
+    with pytest.raises(WedgeError, match=r"at least \d+.*, but may be 60 at most: .*another field"):
+        at_least("housing.roof_z_mm", 60.0, 66.6441, "because")
 
 
 def test_the_finger_s_cover_stays_behind_its_gel() -> None:

@@ -265,8 +265,9 @@ def test_words_from_outside_are_text_on_the_pages(finger: Model) -> None:
     part = manifest["parts"][0]["id"]
     names = names_of(finger) | {part: "<i>a"}
     paths = [f"part_{part}.png", "step_01.png", "<i>.csv"]
-    page = page_html(replace(FINGER, name="<i>"), manifest, names, ["<i>b"], paths)
+    page = page_html(replace(FINGER, name="<i>@HASH@"), manifest, names, ["<i>b"], paths)
     assert "<i>" not in page and page.count("&lt;i&gt;a") == 3 and "&lt;i&gt;b" in page
+    assert 'data-name="&lt;i&gt;@HASH@"' in page
     guide = guide_html("# A <i>\n\nTake <script>care</script>.\n")
     assert "<i>" not in guide and "&lt;script&gt;care" in guide
 

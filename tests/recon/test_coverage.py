@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The map of presses leads over the whole pad and says what they leave out."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -48,3 +50,12 @@ def test_what_lies_far_from_every_press_is_named() -> None:
     assert upper.left_out is not None
     assert upper.left_out.startswith("5 of 20 places of the pad, such as bottom, left (base), lie")
     assert Coverage((320, 240)).left_out is not None
+
+
+def test_a_single_place_that_is_left_out_is_named_as_one() -> None:
+    most = Coverage((320, 240))
+    for row, column in itertools.product(range(ROWS), range(COLUMNS)):
+        if row < 2 or column > 1:
+            most.add(((column + 0.5) * 64, (row + 0.5) * 60))
+    assert most.left_out is not None
+    assert most.left_out.startswith("1 of 20 places of the pad, bottom, left (base), lies farther")

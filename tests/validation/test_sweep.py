@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A sweep varies what it says, renders nothing twice, and gives one answer wherever it runs."""
 
+import itertools
 from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 
@@ -272,3 +273,16 @@ def test_contrast_is_in_grey_levels_of_the_contact() -> None:
     contact = np.zeros((4, 4), bool)
     contact[1] = True
     assert contrast(difference, contact) == pytest.approx(20, rel=1e-5)
+
+
+def test_values_are_drawn_in_their_order_with_ticks_that_can_be_read() -> None:
+    values = ("4.5", "0.05", "0.01", "0.02", "1")
+    errors, area = sweep_figure("gel.thickness_mm", [point(value, 1) for value in values]).axes
+    for line in [bars.lines[0] for bars in errors.containers] + list(area.lines):
+        assert list(line.get_xdata()) == sorted(line.get_xdata())
+        assert max(line.get_ydata()) < line.axes.get_ylim()[1]
+    figure = errors.figure
+    figure.canvas.draw()
+    boxes = [label.get_window_extent() for label in errors.get_xticklabels() if label.get_text()]
+    assert len(boxes) >= 3
+    assert all(one.x1 < other.x0 for one, other in itertools.pairwise(boxes))
