@@ -161,7 +161,7 @@ def guide_text(
         frame=_by(frame_px),
         sent=""
         if frame_px in SIZES_PX
-        else f" (The server sends {sent_px} pixels only: such frames need a program of your own.)",
+        else f" (The server sends {sent_px} pixels only: others need a program of your own.)",
         typed=design.name if included else f"{design.name}.toml",
         own="" if included else " (the path of your design's file)",
     )
