@@ -89,5 +89,5 @@ def _not_designed(lights_deg: Mapping[str, float], design: Wedge | None) -> str:
     return (
         f"{' and '.join(others).capitalize()} {'changes' if one else 'change'} with the presses, "
         f"but the design {design.name} has no such light: what {'it shows' if one else 'they show'}"
-        f" is taken for light of other colours and left out."
+        " is taken for light of other colours and left out."
     )

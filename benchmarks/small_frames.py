@@ -10,7 +10,6 @@ averaged to the same size, and how many of ``--blanks`` noisy blank frames show 
 """
 
 import argparse
-from collections.abc import Iterator
 
 import cv2
 import numpy as np
@@ -19,13 +18,12 @@ from recon.arrays import Difference, Frame
 from recon.contact.mask import disturbed_mask
 from recon.presses import press_reader, read_presses
 from sensor.dataset import Dataset, read_dataset
-from validation.contact import drifted, iou, noisy
+from validation.contact import blank_images, iou
 from validation.datasets import dataset_folder
 from validation.shapes import known_shapes
 
 COLUMNS = (160, 107, 80)
 PRESSES_EVERY = 4
-BLANKS_EVERY = 20
 
 
 def averaged(image: np.ndarray, columns: int) -> np.ndarray:
@@ -44,16 +42,10 @@ def overlaps(differences: list[Difference], columns: int) -> list[float]:
     return found
 
 
-def blanks(background: Frame, count: int) -> Iterator[Difference]:
-    """Differences of noisy blank frames from the mean of four others."""
-    rng = np.random.default_rng(0)
-    for number in range(count):
-        if number % BLANKS_EVERY == 0:
-            quality = int(rng.integers(75, 98))
-            four = [noisy(background, quality, rng) for _ in range(4)]
-            blank = np.mean(four, axis=0, dtype=np.float32)
-        seen = noisy(drifted(background, rng), quality, rng)
-        yield ((seen - blank) / 255).astype(np.float32)
+def blanks_in_contact(background: Frame, count: int) -> int:
+    """How many of so many noisy blank frames are taken for a contact."""
+    pairs = blank_images(background, lambda frame: frame.astype(np.float32) / 255, count)
+    return sum(bool(disturbed_mask(image - blank).any()) for image, blank in pairs)
 
 
 def touched(dataset: Dataset) -> list[Difference]:
@@ -77,8 +69,7 @@ def main() -> None:
         for columns in COLUMNS:
             found = overlaps(differences, columns)
             means[columns].append(float(np.mean(found)))
-            small = averaged(background, columns)
-            wrong = sum(bool(disturbed_mask(blank).any()) for blank in blanks(small, asked.blanks))
+            wrong = blanks_in_contact(averaged(background, columns), asked.blanks)
             print(
                 f"{name:16}{columns:>9}{len(found):>8}{means[columns][-1]:>7.2f}"
                 f"{min(found):>7.2f}{wrong:>6} of {asked.blanks}",

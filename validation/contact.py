@@ -2,13 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Contact masks against labelled balls and rendered shapes, and against blank gel."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
-from recon.arrays import ContactMask, Difference, Frame
+from recon.arrays import ContactMask, Difference, Frame, Unwarped
 from recon.ball import offsets_mm
 from recon.contact.mask import disturbed_mask
 from recon.markers.filling import fill_gradients
@@ -88,22 +88,31 @@ def blank_frames(
 ) -> Iterator[tuple[Difference, ContactMask | None]]:
     """Noisy blank frames of a sensor as differences, and what dots hide in them.
 
-    The blank gel that they are compared with is the mean of four such frames of the same JPEG
-    quality, as a camera would give both, taken before colours drifted.
+    See ``blank_images`` for what they are compared with.
     """
-    background = reader.background
-    rng = np.random.default_rng(seed)
-    for number in range(count):
-        if number % BLANKS_EVERY == 0:
-            quality = int(rng.integers(*JPEG_QUALITY))
-            seen = [reader.unwarp(noisy(background, quality, rng)) for _ in range(4)]
-            blank = np.mean(seen, axis=0, dtype=np.float32)
-        image = reader.unwarp(noisy(drifted(background, rng), quality, rng))
+    for image, blank in blank_images(reader.background, reader.unwarp, count, seed):
         difference, hidden = image - blank, None
         if reader.dots is not None:
             hidden = reader.dots.hidden(reader.dots.track(image))
             difference = fill_gradients(difference, hidden, "harmonic")
         yield difference, hidden
+
+
+def blank_images(
+    background: Frame, unwarp: Callable[[Frame], Unwarped], count: int, seed: int = 0
+) -> Iterator[tuple[Unwarped, Unwarped]]:
+    """Unwarped noisy blank frames, each with the blank gel that it is compared with.
+
+    That is the mean of four such frames of the same JPEG quality, as a camera would give both,
+    taken before colours drifted.
+    """
+    rng = np.random.default_rng(seed)
+    for number in range(count):
+        if number % BLANKS_EVERY == 0:
+            quality = int(rng.integers(*JPEG_QUALITY))
+            seen = [unwarp(noisy(background, quality, rng)) for _ in range(4)]
+            blank = np.asarray(np.mean(seen, axis=0, dtype=np.float32))
+        yield unwarp(noisy(drifted(background, rng), quality, rng)), blank
 
 
 def drifted(blank: Frame, rng: np.random.Generator) -> Frame:

@@ -134,7 +134,7 @@ def _fineness(mask: ContactMask) -> float:
 
 
 def filled_patches(mask: ContactMask, beside_px: int, least_px: float) -> ContactMask:
-    """The mask with holes filled, without smaller specks that lie so far from all patches."""
+    """The mask with holes filled, without smaller specks that lie farther away from all patches."""
     whole = np.pad(mask, 1).view(np.uint8)
     _, gaps = cv2.connectedComponents(1 - whole, connectivity=4)
     filled = (gaps != gaps[0, 0]).view(np.uint8)[1:-1, 1:-1]

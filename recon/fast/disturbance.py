@@ -16,6 +16,7 @@ from jaxtyping import Bool, Float32, UInt8
 from recon.contact.mask import (
     BESIDE_PX,
     DEVIATION,
+    FINE_PX,
     LEAST_AREA,
     SMOOTHING_PX,
     drift_of,
@@ -29,8 +30,9 @@ from recon.integration.poisson import Boundary
 from recon.medians import median
 
 SIDE_PX = 4
-LEAST_SIDE_PX = 200
-"""Of frames with a shorter side than this, a quarter has too few pixels to tell contacts apart."""
+LEAST_SIDE_PX = FINE_PX
+"""Of frames with a shorter side than this, a quarter has too few pixels to tell contacts apart, and
+the reference smooths them less."""
 LEAST_STILL_PX = 100
 """And of even smaller ones too few to tell where slopes matter: they are worked out everywhere."""
 QuarterMask = Bool[np.ndarray, "qh qw"]

@@ -15,6 +15,8 @@ from sensor.toml import Pair
 
 PRIOR_DEG, PRIOR_MM = 5.0, 0.5
 """Standard deviation of a motion nobody saw: where the touch says nothing, the guess stays."""
+SAME_PITCH = 0.05
+"""Share by which the pixel pitch of one sensor may differ from calibration to calibration."""
 PRIOR = np.diag([np.radians(PRIOR_DEG) ** 2] * 3 + [PRIOR_MM**2] * 3)
 
 
@@ -67,11 +69,11 @@ def own(touch: Touch, like: Touch | None = None) -> OwnTouch:
     """A copy, unless it is one: a fast reconstructor writes its next touch where the last one was.
 
     Raises:
-        WedgeError: it is a frame, or its pixels are not those of the touch that it should be like.
+        WedgeError: it is a frame, or of another sensor than the touch that it should be like.
     """
     if isinstance(touch, np.ndarray):
         raise WedgeError("a touch is what a Reconstructor makes of a frame: reconstruct it first.")
-    if like is not None and _grid(touch) != _grid(like):
+    if like is not None and not _of_one_sensor(touch, like):
         raise WedgeError(
             f"this touch has {_grid(touch)}, those before {_grid(like)}:"
             " a tracker follows what one sensor feels."
@@ -84,6 +86,13 @@ def own(touch: Touch, like: Touch | None = None) -> OwnTouch:
         contact=touch.contact.copy(),
         mm_per_px=touch.mm_per_px,
     )
+
+
+def _of_one_sensor(touch: Touch, other: Touch) -> bool:
+    """Whether both have as many pixels, of about the same pitch."""
+    pitches = zip(touch.mm_per_px, other.mm_per_px, strict=True)
+    near = all(abs(one / two - 1) <= SAME_PITCH for one, two in pitches)
+    return near and touch.depth_mm.shape == other.depth_mm.shape
 
 
 def _grid(touch: Touch) -> str:
