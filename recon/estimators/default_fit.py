@@ -19,6 +19,7 @@ from recon.estimators.default import (
 )
 from recon.estimators.elsewhere import (
     COVERED,
+    UNTOLD,
     covered_by,
     here_and_elsewhere,
     times_elsewhere,
@@ -105,8 +106,11 @@ class _Told:
     """Those of them that it is measured by: of balls where they were pressed."""
     measured_inputs: Float32[np.ndarray, "m f"]
     """What those show, of balls of their own size."""
-    copies: int
-    """Times that each ball is taught: where it was pressed, first, and elsewhere."""
+    times: int
+    """That a network is taught each ball elsewhere."""
+    ways: int
+    """Of moving balls there, each for some networks. Balls come where they were pressed first, then
+    so many times elsewhere for each way."""
     members: int
     """Networks whose mean is taken."""
     here_alone: int
@@ -161,6 +165,8 @@ def _told(pixels: Pixels, channels: str, seed: int) -> _Told:
     presses = len(np.unique(pixels.press))
     few = presses <= FEW
     times = times_elsewhere(presses)
+    wide = covered_by(pixels) >= COVERED
+    ways = UNTOLD[:1] if wide else UNTOLD
     members = MEMBERS_OF_FEW if few else MEMBERS
     for_one = RENDERED_BESIDE_FEW if few else RENDERED
     count = round(for_one * (1 + times) * len(pixels))
@@ -175,7 +181,8 @@ def _told(pixels: Pixels, channels: str, seed: int) -> _Told:
     balls = beside
     if times:
         shading = fit_shading(taught, light)
-        balls, around = here_and_elsewhere(beside, around, light, shading, times, seed)
+        untold = np.repeat(ways, times)
+        balls, around = here_and_elsewhere(beside, around, light, shading, untold, seed)
     sized = of_other_sizes(around, _sizes(len(around), seed))
     resized = raw_inputs(balls.color, sized, light, balls.position)
     unseen = np.unique(beside.press, return_inverse=True)[1] % LEFT_OUT == 0
@@ -188,14 +195,15 @@ def _told(pixels: Pixels, channels: str, seed: int) -> _Told:
         inputs=(np.concatenate([resized, others]) - mean) / spread,
         slopes=np.concatenate([balls.slopes, other.slopes]),
         of_balls=np.arange(len(resized) + len(others)) < len(resized),
-        unseen=np.concatenate([np.tile(unseen, 1 + times), unseen_others]),
+        unseen=np.concatenate([np.tile(unseen, len(resized) // len(unseen)), unseen_others]),
         measured=np.concatenate(
             [np.flatnonzero(unseen), len(resized) + np.flatnonzero(unseen_others)]
         ),
         measured_inputs=(np.concatenate([own[unseen], others[unseen_others]]) - mean) / spread,
-        copies=1 + times,
+        times=times,
+        ways=len(ways),
         members=members,
-        here_alone=members // 2 if covered_by(pixels) >= COVERED else 0,
+        here_alone=members // 2 if wide else 0,
     )
 
 
@@ -211,18 +219,26 @@ def _choices(told: _Told) -> list[Int[np.ndarray, " _"]]:
     """What each network learns from: some nothing elsewhere, the last nothing that is unseen."""
     # Of balls all, where the presses left out are all there are.
     none_left = not (told.of_balls & ~told.unseen).any()
-    part = np.flatnonzero(~told.unseen | (told.of_balls & none_left))
-    here = [_here(told, number) for number in range(told.here_alone)]
-    others = [np.arange(len(told.inputs))] * (told.members - told.here_alone)
-    return [*here, *others, part]
+    elsewhere = [_elsewhere(told, number) for number in range(told.members - told.here_alone)]
+    first = elsewhere[0]
+    part = first[~told.unseen[first] | (told.of_balls[first] & none_left)]
+    return [*(_here(told, number) for number in range(told.here_alone)), *elsewhere, part]
+
+
+def _elsewhere(told: _Told, number: int) -> Int[np.ndarray, " _"]:
+    """Balls where they were pressed and elsewhere, each way in turn, and all rendered things."""
+    balls, rendered = np.flatnonzero(told.of_balls), np.flatnonzero(~told.of_balls)
+    pressed, *moved = np.split(balls, 1 + told.times * told.ways)
+    first = told.times * (number % told.ways)
+    return np.concatenate([pressed, *moved[first : first + told.times], rendered])
 
 
 def _here(told: _Told, number: int) -> Int[np.ndarray, " _"]:
     """Balls where they were pressed, and as many of the rendered for each as everybody has."""
-    balls = int(told.of_balls.sum())
-    rendered = np.arange(balls, len(told.inputs))
-    pressed = np.arange(balls // told.copies)
-    return np.concatenate([pressed, rendered[number % told.copies :: told.copies]])
+    balls, rendered = np.flatnonzero(told.of_balls), np.flatnonzero(~told.of_balls)
+    pressed = balls[: len(balls) // (1 + told.times * told.ways)]
+    shared = 1 + told.times
+    return np.concatenate([pressed, rendered[number % shared :: shared]])
 
 
 def _measured_error90(told: _Told, layers: tuple[Layer, ...]) -> Float32[np.ndarray, "k 2"]:

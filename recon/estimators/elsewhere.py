@@ -30,6 +30,9 @@ MOST = 3
 COVERED = 0.3
 """Of the pad: where contacts touch more of it, less is learnt by heart, and the model of the light
 may err more. So half of the networks are then taught nothing elsewhere."""
+UNTOLD = 1.0, 2.0
+"""How strongly what the model of the light does not explain of a colour comes along, for each half
+of the networks where contacts touch less: the stronger, the less of it is learnt by heart."""
 CELLS = 32
 """Of the pad along each axis, which a contact touches or not."""
 RIDGE = 1e-2
@@ -56,7 +59,7 @@ def here_and_elsewhere(
     around: Around,
     light: Light,
     shading: Shading,
-    times: int,
+    untold: Float64[np.ndarray, " times"],
     seed: int,
 ) -> tuple[Taught, Float32[np.ndarray, "m a"]]:
     """Pixels of dents as they are, then that many times elsewhere, and what lies around each.
@@ -66,12 +69,12 @@ def here_and_elsewhere(
         around: what lies around them, all colours of each aspect.
         light: of the blank gel.
         shading: how its colours answer tilt.
-        times: that each is taught elsewhere.
+        untold: how strongly what that does not explain of a colour comes along, each time.
         seed: draws the places.
     """
     random = np.random.default_rng([seed, 3])
     every = [(taught, around)]
-    every += [elsewhere(taught, around, light, shading, random) for _ in range(times)]
+    every += [elsewhere(taught, around, light, shading, some, random) for some in untold]
     joined = {
         name: np.concatenate([getattr(some, name) for some, _ in every]) for name in vars(taught)
     }
@@ -79,7 +82,12 @@ def here_and_elsewhere(
 
 
 def elsewhere(
-    taught: Taught, around: Around, light: Light, shading: Shading, random: np.random.Generator
+    taught: Taught,
+    around: Around,
+    light: Light,
+    shading: Shading,
+    untold: float,
+    random: np.random.Generator,
 ) -> tuple[Taught, Around]:
     """The same dents, every pixel at a random place of its own, and what lies around it.
 
@@ -88,6 +96,7 @@ def elsewhere(
         around: what lies around them, all colours of each aspect.
         light: of the blank gel.
         shading: how its colours answer tilt.
+        untold: how strongly what that does not explain of a colour comes along.
         random: draws the places.
     """
     start = taught.position
@@ -97,10 +106,10 @@ def elsewhere(
     tilts = tilt_terms(taught.slopes)
     told_here, told_there = (np.einsum("nt,ntk->nk", tilts, answers) for answers in (here, there))
     on_the_way = _mixes(here, there, tilts[tilts.any(1)])
-    untold = np.einsum("nk,nkl->nl", taught.color / before - told_here, on_the_way)
+    beyond = np.einsum("nk,nkl->nl", taught.color / before - told_here, on_the_way)
     aspects = around.reshape(len(around), -1, taught.color.shape[1]) / before[:, None]
     moved = np.einsum("nak,nkl->nal", aspects, on_the_way) * after[:, None]
-    color = ((told_there + untold) * after).astype(np.float32)
+    color = ((told_there + untold * beyond) * after).astype(np.float32)
     around_there = moved.reshape(around.shape).astype(np.float32)
     return replace(taught, color=color, position=end), around_there
 

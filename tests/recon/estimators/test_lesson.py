@@ -3,6 +3,7 @@
 """What the default estimator learns from, and what it says of its own errors."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -23,7 +24,7 @@ from recon.estimators.default_fit import (
     collar_of,
     with_some_collars,
 )
-from recon.estimators.elsewhere import COVERED, MOST, times_elsewhere
+from recon.estimators.elsewhere import COVERED, MOST, UNTOLD, times_elsewhere
 from recon.estimators.lean import FLAT
 from recon.estimators.lesson import (
     DEEP_FLAT_FROM,
@@ -149,7 +150,7 @@ def test_the_less_a_light_is_like_a_rendered_one_the_more_of_its_own_collars_are
         return rendered_of(0), unexplained
 
     def trained(inputs, wanted, taught, *_):
-        learnt.append(wanted)
+        learnt.append(wanted[taught[-2]])  # by one of those who learn from everything
         raise InterruptedError
 
     monkeypatch.setattr("recon.estimators.default_fit.rendered_pixels", drawn)
@@ -191,20 +192,26 @@ def test_of_the_networks_one_leaves_a_third_out_and_some_all_that_is_elsewhere(
     with pytest.raises(InterruptedError):
         fit_estimator("default", pixels, "RGB", 0)
     *members, last = [set(chosen.tolist()) for chosen in taught]
-    copies = 1 + times_elsewhere(presses)
-    assert (copies > 1) == (presses <= FEW)
+    times = times_elsewhere(presses)
+    assert (times > 0) == (presses <= FEW)
+    ways = 1 if here_alone else len(UNTOLD)
+    copies = 1 + times * ways
     press = np.tile(pixels.press, copies)  # elsewhere they are left out as well
-    everything = set(range(len(press) + 6))  # the rendered pixels come last
-    # Of the rendered, too, who learns from a part of the balls' pixels learns from as small a part.
+    rendered = set(range(len(press), len(press) + 6))  # which come last
     pressed = set(range(len(pixels)))
-    here = [pressed | {len(press) + k for k in range(one, 6, copies)} for one in range(here_alone)]
-    assert members == [*here, *[everything] * (number - here_alone)]
-    rendered = {len(press), len(press) + 3}
-    assert everything - last == rendered | set(np.flatnonzero(press % 3 == 0).tolist())
+    # Of the rendered, too, who learns from a part of the balls' pixels learns from as small a part.
+    here = [pressed | set(sorted(rendered)[one :: 1 + times]) for one in range(here_alone)]
+    at = len(pixels) * (1 + times * np.arange(ways + 1))
+    moved = [set(range(a, b)) for a, b in pairwise(at)]
+    turns = [pressed | moved[turn % ways] | rendered for turn in range(number - here_alone)]
+    assert members == [*here, *turns]
+    unseen = {len(press), len(press) + 3}
+    assert turns[0] - last == turns[0] & (unseen | set(np.flatnonzero(press % 3 == 0).tolist()))
+    assert last < turns[0]
     # The error is measured where balls were pressed, not where they are thought to be elsewhere.
     told = default_fit._told(pixels, "RGB", 0)
     pressed = set(np.flatnonzero(pixels.press % 3 == 0).tolist())
-    assert set(told.measured.tolist()) == rendered | pressed
+    assert set(told.measured.tolist()) == unseen | pressed
 
 
 def test_half_of_the_balls_are_taught_as_of_other_sizes_in_nothing_but_what_lies_around(
@@ -365,7 +372,8 @@ def test_how_wrong_steep_slopes_are_is_told_by_what_shows_them(monkeypatch, othe
         unseen=unseen,
         measured=np.flatnonzero(unseen),
         measured_inputs=read[unseen],
-        copies=1,
+        times=0,
+        ways=1,
         members=MEMBERS,
         here_alone=0,
     )
