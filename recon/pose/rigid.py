@@ -8,6 +8,7 @@ A twist is (rotation vector in rad, translation in mm). Formulas: Lynch and Park
 
 import numpy as np
 from jaxtyping import Float
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 Transform = Float[np.ndarray, "4 4"]
@@ -105,6 +106,15 @@ def shift_mm(transform: Transform) -> float:
 def straightened(transform: Transform) -> Transform:
     """The rigid transform nearest to one with rounding errors; in long products they would grow."""
     return rigid(Rotation.from_matrix(transform[:3, :3]).as_matrix(), transform[:3, 3])
+
+
+def rigid_or_none(given: ArrayLike) -> Transform | None:
+    """What somebody gave as a rigid transform; ``None`` where it is none."""
+    try:
+        transform = np.array(given, float)
+    except (TypeError, ValueError):  # ragged lists, words
+        return None
+    return transform if is_rigid(transform) else None
 
 
 def is_rigid(transform: np.ndarray) -> bool:

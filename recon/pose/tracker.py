@@ -39,6 +39,7 @@ from recon.pose.rigid import (
     greatest_std,
     inverse,
     is_rigid,
+    rigid_or_none,
     straightened,
     turned_covariance,
 )
@@ -113,8 +114,8 @@ class Tracker:
             )
         if not isinstance(model, ObjectModel | None):
             raise WedgeError("a model is a MeshModel(mesh=..., registration=...) or a TouchModel.")
-        start = None if T_sensor_object is None else np.array(T_sensor_object, float)
-        if start is not None and not is_rigid(start):
+        start = None if T_sensor_object is None else rigid_or_none(T_sensor_object)
+        if start is None and T_sensor_object is not None:
             raise WedgeError("T_sensor_object is not rigid: give a 4 x 4 transform [R t; 0 0 0 1].")
         self.registration = REGISTRATIONS[registration]
         self.model: ObjectModel = TouchModel() if model is None else model

@@ -389,8 +389,9 @@ def test_derivatives_are_those_of_a_moved_object():
 def test_bad_arguments_are_one_sentence():
     with pytest.raises(WedgeError, match="no tracker"):
         Tracker("magic")
-    with pytest.raises(WedgeError, match="rigid"):
-        Tracker(T_sensor_object=2 * np.eye(4))
+    for given in (2 * np.eye(4), np.eye(3), [[1, 0], [0]], "identity", np.full((4, 4), np.nan)):
+        with pytest.raises(WedgeError, match="rigid"):
+            Tracker(T_sensor_object=given)
     with pytest.raises(WedgeError, match="MeshModel"):
         inspect.unwrap(Tracker.__init__)(None, model=corner())
     with pytest.raises(WedgeError, match="reconstruct it first"):
