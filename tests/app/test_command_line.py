@@ -189,28 +189,49 @@ def test_set_up_never_empties_what_a_link_leads_to(checkout_without_python: Path
     assert (others / "lib").is_dir()
 
 
-PIP_THAT_FAILS = """#!/bin/sh
+INSTALLERS = """#!/bin/sh
 [ "$2" != venv ] || { mkdir -p "$4/bin" && cp "$0" "$4/bin/python"; }
 case "$*" in
-  *require-hashes*) echo try >>"$TRIES"; echo 'ERROR: the server is away'
-    [ "$(wc -l <"$TRIES")" -gt "$FAILURES" ] ;;
+  *"-m pip"*uv.txt) [ "$UV" != missing ] && grep -q '^uv==' "${*##* }" ;;
+  *"-m uv"*lock.txt) echo uv >>"$TRIES"; [ "$UV" = works ] ;;
+  *"-m pip"*lock.txt) echo pip >>"$TRIES"; echo 'ERROR: the server is away'
+    [ "$(grep -c pip "$TRIES")" -gt "$FAILURES" ] ;;
   *"-m app"*) echo 'the command ran' >&2 ;;
 esac
 """
 
 
-@pytest.mark.parametrize(("failures", "status"), [(0, 0), (2, 0), (3, 2)])
-def test_set_up_outlasts_a_server_that_is_away_for_a_moment(
-    checkout_without_python: Path, failures: int, status: int
-) -> None:
+@pytest.fixture
+def checkout_with_installers(checkout_without_python: Path) -> Path:
+    """The same with a Python whose uv and pip note that they were asked, and fail where told."""
     folder = checkout_without_python / "bin"
-    for tool in ("cp", "mkdir", "rm", "tail", "wc"):
+    for tool in ("cp", "grep", "mkdir", "rm", "sed", "tail"):
         (folder / tool).symlink_to(shutil.which(tool) or "")
-    for name, script in (("python3.12", PIP_THAT_FAILS), ("sleep", "#!/bin/sh\n")):
+    for name, script in (("python3.12", INSTALLERS), ("sleep", "#!/bin/sh\n")):
         (folder / name).write_text(script)
         (folder / name).chmod(0o755)
-    tries = checkout_without_python / "tries"
-    done, said = set_up(checkout_without_python, TRIES=str(tries), FAILURES=str(failures))
+    return checkout_without_python
+
+
+@pytest.mark.parametrize(
+    ("uv", "tries"), [("works", ["uv"]), ("fails", ["uv", "pip"]), ("missing", ["pip"])]
+)
+def test_what_uv_cannot_install_pip_does(
+    checkout_with_installers: Path, uv: str, tries: list[str]
+) -> None:
+    noted = checkout_with_installers / "tries"
+    done, said = set_up(checkout_with_installers, TRIES=str(noted), UV=uv, FAILURES="0")
+    assert (done, noted.read_text().split()) == (0, tries)
+    assert "the command ran" in said
+
+
+@pytest.mark.parametrize(("failures", "status"), [(0, 0), (2, 0), (3, 2)])
+def test_set_up_outlasts_a_server_that_is_away_for_a_moment(
+    checkout_with_installers: Path, failures: int, status: int
+) -> None:
+    tries = checkout_with_installers / "tries"
+    environment = {"TRIES": str(tries), "UV": "missing", "FAILURES": str(failures)}
+    done, said = set_up(checkout_with_installers, **environment)
     assert done == status
     assert len(tries.read_text().splitlines()) == min(failures + 1, 3)
     assert ("the command ran" in said) == (status == 0)
