@@ -109,7 +109,7 @@ class _Told:
     times: int
     """That a network is taught each ball elsewhere."""
     ways: int
-    """Of moving balls there, each for some networks. Balls come where they were pressed first, then
+    """Of moving balls there, each for some networks. Balls come first where they were pressed, then
     so many times elsewhere for each way."""
     members: int
     """Networks whose mean is taken."""

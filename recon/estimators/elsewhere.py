@@ -32,7 +32,8 @@ COVERED = 0.3
 may err more. So half of the networks are then taught nothing elsewhere."""
 UNTOLD = 1.0, 2.0
 """How strongly what the model of the light does not explain of a colour comes along, for each half
-of the networks where contacts touch less: the stronger, the less of it is learnt by heart."""
+of the networks: the stronger, the less of it is learnt by heart. Where contacts touch more, as
+strongly as the first for all."""
 CELLS = 32
 """Of the pad along each axis, which a contact touches or not."""
 RIDGE = 1e-2
