@@ -24,7 +24,7 @@ from recon.estimators.default_fit import (
     collar_of,
     with_some_collars,
 )
-from recon.estimators.elsewhere import COVERED, MOST, UNTOLD, times_elsewhere
+from recon.estimators.elsewhere import COVERED, MOST, UNTOLD, here_and_elsewhere, times_elsewhere
 from recon.estimators.lean import FLAT
 from recon.estimators.lesson import (
     DEEP_FLAT_FROM,
@@ -188,6 +188,13 @@ def test_of_the_networks_one_leaves_a_third_out_and_some_all_that_is_elsewhere(
     )
     monkeypatch.setattr("recon.estimators.default_training.train", trained)
     monkeypatch.setattr("recon.estimators.default_fit.covered_by", lambda _: covered)
+    strengths = []
+
+    def moved_by(*given):
+        strengths.extend(given[4].tolist())
+        return here_and_elsewhere(*given)
+
+    monkeypatch.setattr("recon.estimators.default_fit.here_and_elsewhere", moved_by)
     pixels = lessons(presses)
     with pytest.raises(InterruptedError):
         fit_estimator("default", pixels, "RGB", 0)
@@ -195,6 +202,7 @@ def test_of_the_networks_one_leaves_a_third_out_and_some_all_that_is_elsewhere(
     times = times_elsewhere(presses)
     assert (times > 0) == (presses <= FEW)
     ways = 1 if here_alone else len(UNTOLD)
+    assert strengths == [strength for strength in UNTOLD[:ways] for _ in range(times)]
     copies = 1 + times * ways
     press = np.tile(pixels.press, copies)  # elsewhere they are left out as well
     rendered = set(range(len(press), len(press) + 6))  # which come last
