@@ -8,6 +8,7 @@ from statistics import fmean
 
 from recon.calibration import Calibration, lit_channels
 from recon.estimators import GradientEstimator, fit_estimator, lesson_of
+from recon.geometry.caliper import of_one_scale
 from recon.pixels import label_pixels
 from recon.presses import PressReader, PressSet
 from sensor.dataset import Dataset
@@ -21,10 +22,6 @@ from validation.reconstructed import reconstruct_press
 from validation.splits import splits
 
 Progress = Callable[[float], None]
-
-
-MOST_SCALE = 0.05
-"""Of a pixel's length: a caliper's scale, measured twice, may differ by a few hundredths."""
 
 
 def refuse_other_sensor(
@@ -43,8 +40,7 @@ def refuse_other_sensor(
             f"{dataset.folder / dataset.card.background[0]} is {seen[0]}x{seen[1]} pixels, but "
             f"frames of the unit {card.serial} are {needed[0]}x{needed[1]}: it is another sensor's."
         )
-    pairs = zip(dataset.card.mm_per_px, card.mm_per_px, strict=True)
-    if any(abs(its / ours - 1) > MOST_SCALE for its, ours in pairs):
+    if not of_one_scale(dataset.card.mm_per_px, card.mm_per_px):
         its, ours = ("{:.4g} x {:.4g}".format(*c.mm_per_px) for c in (dataset.card, card))
         raise WedgeError(
             f"{dataset.folder}: its pixels are {its} mm, but those of the unit {card.serial} are "

@@ -27,6 +27,8 @@ Profile = Float32[np.ndarray, "rows columns"]
 Near = Float32[np.ndarray, "rows near"]
 Row = Float32[np.ndarray, " columns"]
 
+SAME_SCALE = 0.05
+"""Share of a pixel's length by which a scale that is measured twice may differ."""
 COARSE_SIDE_PX = 110  # of the frame in which angles are searched
 COARSE_STEP_DEG = 3.0
 FEWEST_ROWS = 12
@@ -43,6 +45,12 @@ EDGE_PX = 0.4
 LEAST_ALIKE = 0.65
 """Of one edge's slope over the other's: 0.72 to 0.92 for jaws, up to 0.44 for balls."""
 LEAST_TURN_DEG = 30.0
+
+
+def of_one_scale(mm_per_px: Pair, other_mm_per_px: Pair) -> bool:
+    """Whether two scales may be one sensor's, measured twice."""
+    pairs = zip(mm_per_px, other_mm_per_px, strict=True)
+    return all(abs(one / two - 1) <= SAME_SCALE for one, two in pairs)
 
 
 @dataclass(frozen=True, kw_only=True)

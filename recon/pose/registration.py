@@ -9,14 +9,13 @@ import numpy as np
 from jaxtyping import Float
 
 from recon.arrays import ContactMask, DepthMap, GradientField
+from recon.geometry.caliper import of_one_scale
 from recon.pose.rigid import Covariance, Points, Transform, adjoint, rigid
 from sensor.errors import WedgeError
 from sensor.toml import Pair
 
 PRIOR_DEG, PRIOR_MM = 5.0, 0.5
 """Standard deviation of a motion nobody saw: where the touch says nothing, the guess stays."""
-SAME_PITCH = 0.05
-"""Share by which the pixel pitch of one sensor may differ from calibration to calibration."""
 PRIOR = np.diag([np.radians(PRIOR_DEG) ** 2] * 3 + [PRIOR_MM**2] * 3)
 
 
@@ -90,9 +89,8 @@ def own(touch: Touch, like: Touch | None = None) -> OwnTouch:
 
 def _of_one_sensor(touch: Touch, other: Touch) -> bool:
     """Whether both have as many pixels, of about the same pitch."""
-    pitches = zip(touch.mm_per_px, other.mm_per_px, strict=True)
-    near = all(abs(one / two - 1) <= SAME_PITCH for one, two in pitches)
-    return near and touch.depth_mm.shape == other.depth_mm.shape
+    same_size = touch.depth_mm.shape == other.depth_mm.shape
+    return same_size and of_one_scale(touch.mm_per_px, other.mm_per_px)
 
 
 def _grid(touch: Touch) -> str:
