@@ -12,7 +12,6 @@ import tyro
 from app._output import OutputFile, keep_inputs, print_table, refuse_unit_folder, write_json
 from app._progress import progress
 from app._seed import Seed
-from app._workers import process_pool
 from sensor.errors import WedgeError
 from sensor.files import check_outputs
 
@@ -101,12 +100,11 @@ def _measured(
     from validation.acceptance.measurements import accept_unit
 
     times_ns, indices = _times(stream, calibration.unwarp)
-    with process_pool() as executor, progress(f"acceptance of {calibration.card.serial}") as show:
+    with progress(f"acceptance of {calibration.card.serial}") as show:
         return accept_unit(
             calibration,
             source,
             seed=seed,
-            executor=executor,
             times_ns=times_ns,
             indices=indices,
             progress=lambda share: show(share, "measuring"),

@@ -12,7 +12,6 @@ import tyro
 from app._output import OutputFile, command_line, keep_inputs, print_error_table, write_json
 from app._progress import progress
 from app._seed import Seed
-from app._workers import process_pool
 from sensor.dataset import CARD_FILE, Dataset, read_dataset
 from sensor.design import Wedge
 from sensor.errors import WedgeError
@@ -122,30 +121,31 @@ def _fit(
     from recon.estimators import fit_estimator, lesson_of
     from recon.presses import read_presses
     from validation.evaluation import held_out_metrics, hold_out
+    from validation.fits import side_by_side
 
-    with process_pool() as pool, progress(f"calibration on {called}") as show:
+    with progress(f"calibration on {called}") as show:
         presses = read_presses(source, lambda share: show(0.2 * share, "reading presses"))
         everything = lesson_of(estimator, presses.presses, range(len(presses.presses)), seed)
         lit, _ = lit_channels(source)
-        kept = pool.submit(fit_estimator, estimator, everything, lit, seed)  # beside what follows
-        measured = hold_out(
-            source,
-            presses,
-            estimator,
-            seed=seed,
-            progress=lambda share: show(0.2 + 0.7 * share, "measuring held-out presses"),
-        )
-        show(0.9, "fitting all presses")
+        with side_by_side() as fits:
+            kept = fits.begin(
+                lambda report: fit_estimator(estimator, everything, lit, seed, report)
+            )
+            measured = fits.begin(
+                lambda report: hold_out(source, presses, estimator, seed=seed, progress=report)
+            )
+            fits.wait(lambda share: show(0.2 + 0.8 * share, "fitting, measuring held-out presses"))
+        table = measured.result()
         unit = unit_of(
             source,
             presses,
             kept.result(),
             serial=serial,
             created=datetime.now(UTC).date().isoformat(),
-            metrics=held_out_metrics(measured, fitted_presses=len(presses.presses)),
+            metrics=held_out_metrics(table, fitted_presses=len(presses.presses)),
             design=design,
         )
-    return unit, presses, measured
+    return unit, presses, table
 
 
 def _dataset_of(

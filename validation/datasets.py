@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from recon.labels import circles
+from recon.labels import ball_fit, circles
 from sensor.dataset import CARD_FILE, read_dataset
 from sensor.design import FINGER, STANDARD
 from sensor.errors import WedgeError
@@ -48,7 +48,8 @@ class KnownDataset:
             WedgeError: the source cannot be read.
         """
         files = [source] if source.is_file() else [p for p in source.rglob("*") if p.is_file()]
-        code = [*Path(taxim.__file__).parent.glob("*.py"), Path(circles.__file__)]
+        fits = Path(ball_fit.__file__), Path(circles.__file__)
+        code = [*Path(taxim.__file__).parent.glob("*.py"), *fits]
         try:
             frames = sha256_of_files({str(p.relative_to(source.parent)): p for p in files})
             importers = sha256_of_files({p.name: p for p in code})

@@ -23,6 +23,7 @@ from recon.estimators import (
     fit_estimator,
     training_pixels,
 )
+from recon.estimators.effort import Effort
 from recon.estimators.lesson import FEW
 from recon.lights import sits_like_wedge, unseen_axis
 from recon.pipeline import Reconstruction
@@ -221,10 +222,8 @@ def run_task(task: Task) -> TaskResult:
     lessons = _lessons(task.folder, task.seed, task.estimator, taught)
     train = join([lessons[index] for index in task.split.train])
     # Doubt is shown of all lights only.
-    with_doubt = task.channels == lit
-    estimator = fit_estimator(
-        task.estimator, train, task.channels, task.seed, with_doubt=with_doubt
-    )
+    effort = Effort.WHOLE if task.channels == lit else Effort.SLOPES
+    estimator = fit_estimator(task.estimator, train, task.channels, task.seed, effort=effort)
     del train
     measured: dict[tuple[MissingAxis, PixelSet], list[PressErrors]] = {}
     depth: list[DepthErrors] = []

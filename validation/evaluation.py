@@ -8,6 +8,7 @@ from statistics import fmean
 
 from recon.calibration import Calibration, lit_channels
 from recon.estimators import GradientEstimator, fit_estimator, lesson_of
+from recon.estimators.effort import Effort
 from recon.geometry.caliper import of_one_scale
 from recon.pixels import label_pixels
 from recon.presses import PressReader, PressSet
@@ -125,7 +126,7 @@ def hold_out(
     channels, missing = lit_channels(dataset)
     train = lesson_of(estimator, presses.presses, split.train, seed)
     fitted = fit_estimator(
-        estimator, train, channels, seed, lambda share: progress(share / 2), with_doubt=False
+        estimator, train, channels, seed, lambda share: progress(share / 2), effort=Effort.SLOPES
     )
     judged = _judge(
         fitted,

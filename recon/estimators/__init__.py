@@ -14,6 +14,7 @@ from jaxtyping import Float32
 from recon.arrays import Difference, GradientField
 from recon.estimators.default import Default
 from recon.estimators.default_fit import fit_default
+from recon.estimators.effort import Effort
 from recon.estimators.learnt import refuse_absurd
 from recon.estimators.lesson import lesson_pixels
 from recon.estimators.lookup_table import LookupTable, fit_lookup_table
@@ -73,8 +74,8 @@ class GradientEstimator(Protocol):
 
 Teach = Callable[[BallPress, int, int, int], Pixels]
 """The pixels to learn from; the press' index and a seed draw them, and it is one of so many."""
-Fit = Callable[[Pixels, str, int, Progress, bool], GradientEstimator]
-"""Learn from labelled pixels, for some channels, with a seed; perhaps how unsure it is, too."""
+Fit = Callable[[Pixels, str, int, Progress, Effort], GradientEstimator]
+"""Learn from labelled pixels, for some channels, with a seed."""
 Restore = Callable[[Mapping[str, np.ndarray], str], GradientEstimator]
 
 
@@ -128,7 +129,7 @@ def fit_estimator(
     seed: int,
     progress: Progress = lambda _: None,
     *,
-    with_doubt: bool = True,
+    effort: Effort = Effort.WHOLE,
 ) -> GradientEstimator:
     """Fit the estimator of that name, to all pixels but those under dots.
 
@@ -138,14 +139,13 @@ def fit_estimator(
         channels: of "RGB", in that order.
         seed: of what is drawn.
         progress: called with the share that is done.
-        with_doubt: measure its ``half_width``, too, which takes ``default`` half as long again; its
-            slopes are the same without.
+        effort: whether its ``half_width`` is measured, too, and how long it is trained.
 
     Raises:
         WedgeError: as ``refuse_unfittable``.
     """
     refuse_unfittable(name)
-    return kind_of(name).fit(pixels[~pixels.hidden], channels, seed, progress, with_doubt)
+    return kind_of(name).fit(pixels[~pixels.hidden], channels, seed, progress, effort)
 
 
 def restore_estimator(

@@ -17,6 +17,7 @@ from recon.estimators.default import (
     raw_inputs,
     slopes_of,
 )
+from recon.estimators.effort import Effort
 from recon.estimators.elsewhere import (
     COVERED,
     UNTOLD,
@@ -51,6 +52,8 @@ FEWEST_COLLARS = 3
 OTHER_SIZES = 0.8, 1.8
 """Half of the balls' pixels are taught as those of a ball so many times as large: balls of one size
 would teach that size."""
+HASTY = 0.5
+"""Of the training, where nobody asks for more."""
 UNLIKE = 0.25
 """Of the balls' change of colour: a rendered sensor that leaves as much of it unexplained does not
 say how the gel beside a contact looks."""
@@ -60,11 +63,11 @@ Inputs = Float32[np.ndarray, "n f"]
 
 
 def fit_default(
-    pixels: Pixels, channels: str, seed: int, progress: Progress, with_doubt: bool
+    pixels: Pixels, channels: str, seed: int, progress: Progress, effort: Effort
 ) -> Default:
     """Fit the networks to labelled pixels of prepared colours.
 
-    Its error is measured by one more network, which takes half as long again.
+    Its error is measured by one more network.
 
     Raises:
         WedgeError: the rendered pixels are damaged.
@@ -72,8 +75,16 @@ def fit_default(
     from recon.estimators.default_training import train
 
     told = _told(pixels, channels, seed)
-    unfitted = 0 if with_doubt else 1
-    layers = train(told.inputs, normal_of(told.slopes), _choices(told), unfitted, seed, progress)
+    with_doubt = effort is Effort.WHOLE
+    layers = train(
+        told.inputs,
+        normal_of(told.slopes),
+        _choices(told),
+        told.members + with_doubt,
+        seed,
+        progress,
+        HASTY if effort is Effort.HASTY else 1.0,
+    )
     return Default(
         channels=channels,
         light=told.light,

@@ -30,9 +30,10 @@ def train(
     inputs: Float32[np.ndarray, "n f"],
     wanted: Float32[np.ndarray, "n o"],
     taught: Sequence[Int[np.ndarray, " _"]],
-    unfitted: int,
+    fitted: int,
     seed: int,
     progress: Callable[[float], None],
+    share: float = 1.0,
 ) -> tuple[Layer, ...]:
     """Fit a network to each choice of pixels, by mean squared error.
 
@@ -43,23 +44,23 @@ def train(
         inputs: of every pixel.
         wanted: of every pixel.
         taught: which pixels each network learns from.
-        unfitted: so many of the last networks are only drawn for, so that the others become what
+        fitted: so many of the networks. The others are only drawn for, so that these become what
             they would be beside them.
         seed: of first weights and batches.
         progress: called with the share that is done.
+        share: of the steps.
     """
     random = torch.Generator().manual_seed(seed)
     x, y = torch.from_numpy(inputs), torch.from_numpy(wanted)
-    own = [torch.from_numpy(chosen) for chosen in taught]
-    fitted = len(own) - unfitted
+    own, steps = [torch.from_numpy(chosen) for chosen in taught], round(share * STEPS)
     drawn = [
         (uniform((len(own), i, o), i, random), uniform((len(own), 1, o), i, random))
         for i, o in pairwise((x.shape[1], *HIDDEN, y.shape[1]))
     ]
     first = [(weight[:fitted], bias[:fitted]) for weight, bias in drawn]
     with one_thread():
-        every = _batches(x, y, own, fitted, STEPS, random)
-        layers = descend(first, RECTIFIER, every, STEPS, progress, decaying(soap_rule, DECAY))
+        every = _batches(x, y, own, fitted, steps, random)
+        layers = descend(first, RECTIFIER, every, steps, progress, decaying(soap_rule, DECAY))
     return tuple((weight.numpy().copy(), bias[:, 0].numpy().copy()) for weight, bias in layers)
 
 
@@ -72,10 +73,11 @@ def _batches(
     random: torch.Generator,
 ) -> Iterator[Batch]:
     """Pixels drawn for each network from its own, those of the first to be fitted."""
-    every, counts = torch.cat(list(own)), [len(pixels) for pixels in own]
+    every, counts = torch.cat(list(own)), [len(chosen) for chosen in own]
+    pixels = torch.cat([x, y], 1)  # side by side, as memory takes its time for each
     begins = torch.tensor([0, *counts[:-1]]).cumsum(0)[:, None]
     for _ in range(steps):
         drawn = [torch.randint(count, (BATCH,), generator=random) for count in counts]
         rows = every.index_select(0, (torch.stack(drawn) + begins)[:fitted].view(-1))
-        seen, answer = (table.index_select(0, rows) for table in (x, y))
-        yield seen.view(fitted, BATCH, -1), answer.view(fitted, BATCH, -1)
+        batch = pixels.index_select(0, rows).view(fitted, BATCH, -1)
+        yield batch[..., : x.shape[1]], batch[..., x.shape[1] :]

@@ -16,6 +16,7 @@ from jaxtyping import Float32, Int
 from scipy import ndimage
 
 from recon.arrays import Difference
+from recon.estimators.effort import Effort
 from recon.estimators.mlp import channel_indices
 from recon.pixels import Pixels
 
@@ -87,7 +88,7 @@ def fit_lookup_table(
     channels: str,
     seed: int,
     progress: Callable[[float], None],
-    with_doubt: bool,
+    effort: Effort,
 ) -> LookupTable:
     """Fill the table from labelled pixels; nothing is random."""
     seen = pixels.color[:, channel_indices(channels)]

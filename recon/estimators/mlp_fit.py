@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from recon.estimators.effort import Effort
 from recon.estimators.mlp import Mlp, channel_indices
 from recon.pixels import Pixels
 
@@ -15,7 +16,7 @@ def fit_mlp(
     channels: str,
     seed: int,
     progress: Callable[[float], None],
-    with_doubt: bool,
+    effort: Effort,
 ) -> Mlp:
     """Fit the network to labelled pixels."""
     from recon.estimators.mlp_training import train

@@ -116,10 +116,10 @@ def _follow(state: State, side: str, gradient: torch.Tensor, step: int) -> None:
     if step % TURN_EVERY == 0:
         _sort(state, side)
         before = state[side]
-        state[side] = torch.linalg.qr(state[f"{side}_squares"] @ before)[0].contiguous()
-        turn = before.mT @ state[side]
+        state[side] = torch.linalg.qr(torch.bmm(state[f"{side}_squares"], before))[0].contiguous()
+        turn = torch.bmm(before.mT, state[side])
         mean = state["mean"]
-        state["mean"] = turn.mT @ mean if side == "rows" else mean @ turn
+        state["mean"] = torch.bmm(turn.mT, mean) if side == "rows" else torch.bmm(mean, turn)
 
 
 def _sort(state: State, side: str) -> None:
@@ -147,8 +147,8 @@ def _turned(
 ) -> torch.Tensor:
     """Values along axes of their rows and of their columns, one axis a column."""
     if rows is not None:
-        values = rows.mT @ values
-    return values if columns is None else values @ columns
+        values = torch.bmm(rows.mT, values)
+    return values if columns is None else torch.bmm(values, columns)
 
 
 class Soap:

@@ -3,6 +3,7 @@
 """Where a ball touched, found without a hint: discs proposed, fitted to shading and outline."""
 
 from collections.abc import Iterator
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -47,6 +48,7 @@ ROUNDS, CENTER_REACH = 2, 1.3
 """Of the last fits to the shading: nearer the disc, where no cast shadow leans on it."""
 
 Change = Float32[np.ndarray, "h w"]
+Kernel = Float32[np.ndarray, "k k"]
 Points = Float64[np.ndarray, "n 2"]
 Small = Float32[np.ndarray, "rows columns 3"]
 """A difference image in square pixels, its longest side at most 320."""
@@ -203,7 +205,8 @@ def _proposals(change: Change, ball_px: float) -> Iterator[tuple[float, float, f
     """Centre and radius of discs that may be contacts, without near repetitions."""
     largest = 0.98 * ball_px
     kept: list[tuple[float, float, float]] = []
-    discs = [_best_disc(change, r) for r in np.geomspace(min(SMALLEST_PX, largest), largest, RADII)]
+    radii = np.geomspace(min(SMALLEST_PX, largest), largest, RADII).tolist()
+    discs = [_best_disc(change, radius) for radius in radii]
     for x, y, r in [*discs, *_largest_patch(change, ball_px)]:
         if all(
             np.hypot(x - a, y - b) > NEAR_PX or abs(np.log(r / c)) > NEAR_RADIUS for a, b, c in kept
@@ -214,22 +217,32 @@ def _proposals(change: Change, ball_px: float) -> Iterator[tuple[float, float, f
 
 def _best_disc(change: Change, radius_px: float) -> tuple[float, float, float]:
     """Where a disc of this radius stands out most from the ring around it."""
-    reach = int(np.ceil(RING[1] * radius_px))
-    y, x = np.mgrid[-reach : reach + 1, -reach : reach + 1]
-    distance = np.hypot(x, y) / radius_px
-    contrast = _mean_over(change, distance <= 1) - _mean_over(
-        change, (distance > RING[0]) & (distance <= RING[1])
+    disc, ring = (
+        cv2.filter2D(change, -1, shape, borderType=cv2.BORDER_CONSTANT) / inside
+        for shape, inside in _disc_and_ring(change.shape[:2], radius_px)
     )
+    contrast = disc - ring
     row, column = np.unravel_index(contrast.argmax(), contrast.shape)
     return float(column), float(row), float(radius_px)
 
 
-def _mean_over(change: Change, shape: np.ndarray) -> Change:
-    """Mean over a shape laid at each pixel, of what lies inside the frame."""
-    kernel = shape.astype(np.float32)
-    total = cv2.filter2D(change, -1, kernel, borderType=cv2.BORDER_CONSTANT)
-    count = cv2.filter2D(np.ones_like(change), -1, kernel, borderType=cv2.BORDER_CONSTANT)
-    return np.asarray(total / np.maximum(count, 1), np.float32)
+@lru_cache(maxsize=2 * RADII)
+def _disc_and_ring(
+    shape: tuple[int, int], radius_px: float
+) -> tuple[tuple[Kernel, Change], tuple[Kernel, Change]]:
+    """A disc and the ring around it, and how much of each lies in the frame, laid at each pixel."""
+    reach = int(np.ceil(RING[1] * radius_px))
+    y, x = np.mgrid[-reach : reach + 1, -reach : reach + 1]
+    distance = np.hypot(x, y) / radius_px
+    disc = (distance <= 1).astype(np.float32)
+    ring = ((distance > RING[0]) & (distance <= RING[1])).astype(np.float32)
+    everywhere = np.ones(shape, np.float32)
+
+    def inside(kernel: Kernel) -> Change:
+        count = cv2.filter2D(everywhere, -1, kernel, borderType=cv2.BORDER_CONSTANT)
+        return np.maximum(count, 1, dtype=np.float32)
+
+    return (disc, inside(disc)), (ring, inside(ring))
 
 
 def _largest_patch(change: Change, ball_px: float) -> list[tuple[float, float, float]]:

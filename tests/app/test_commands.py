@@ -8,17 +8,14 @@ And with bad input: one sentence that names the file and the fault, status 2, no
 import json
 import os
 import shutil
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-import app.calibrate
 import recon.estimators.default_training as default_training
 import recon.estimators.mlp_training as mlp_training
 from app.__main__ import main
-from app._workers import process_pool
 from recon.calibration import calibrate, load_calibration
 from recon.images import read_image, write_image
 from recon.presses import read_presses
@@ -32,12 +29,6 @@ def quick_training(monkeypatch):
     monkeypatch.setattr(mlp_training, "BATCH", 128)
     monkeypatch.setattr(default_training, "STEPS", 600)
     monkeypatch.setattr(default_training, "BATCH", 128)
-    monkeypatch.setattr(app.calibrate, "process_pool", in_this_process)
-
-
-def in_this_process():
-    """A process of its own would know nothing of what is patched here."""
-    return ThreadPoolExecutor(1)
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +39,6 @@ def workplace(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(default_training, "STEPS", 600)
         patch.setattr(default_training, "BATCH", 128)
-        patch.setattr(app.calibrate, "process_pool", in_this_process)
         assert run("calibrate", folder / "set", "--out", folder / "unit") == 0
     return folder
 
@@ -109,8 +99,7 @@ def test_presses_to_depth(tmp_path, capsys, options, words):
     assert picture.std() > 10
 
 
-def test_the_process_beside_fits_what_this_one_would(tmp_path, monkeypatch):
-    monkeypatch.setattr(app.calibrate, "process_pool", process_pool)
+def test_what_is_fitted_beside_is_what_one_would_fit_alone(tmp_path):
     dataset = make_dataset(tmp_path / "set", presses=12)
     words = ["--estimator", "table", "--seed", 3, "--out", tmp_path / "unit"]
     assert run("calibrate", dataset.folder, *words) == 0

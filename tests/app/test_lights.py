@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 import app._workers
-import app.calibrate
 from app._lights import lights_remark
 from recon.labels.circles import Circle
 from sensor.dataset import read_dataset, write_card
@@ -24,8 +23,7 @@ RED_AND_BLUE = {"R": 90.0, "B": -90.0}
 
 @pytest.fixture(autouse=True)
 def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
-    for module in (app._workers, app.calibrate):
-        monkeypatch.setattr(module, "process_pool", lambda: ThreadPoolExecutor(1))
+    monkeypatch.setattr(app._workers, "process_pool", lambda: ThreadPoolExecutor(1))
 
 
 @pytest.fixture

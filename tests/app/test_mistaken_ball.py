@@ -9,7 +9,6 @@ from dataclasses import replace
 import pytest
 
 import app._workers
-import app.calibrate
 from recon.presses import deep_presses, read_presses
 from sensor.dataset import read_dataset, write_card, write_labels
 from sensor.unit import read_unit_card
@@ -19,8 +18,7 @@ from tests.synthetic import KEYSTONE_PX, MM_PER_PX, SIZE_PX, make_dataset, make_
 
 @pytest.fixture(autouse=True)
 def in_this_process(monkeypatch):
-    for module in (app._workers, app.calibrate):
-        monkeypatch.setattr(module, "process_pool", lambda: ThreadPoolExecutor(1))
+    monkeypatch.setattr(app._workers, "process_pool", lambda: ThreadPoolExecutor(1))
 
 
 def stated(dataset, ball_radius_mm):

@@ -5,7 +5,6 @@
 import html
 import json
 import shutil
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from xml.etree import ElementTree
 
@@ -14,7 +13,6 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
-import app.accept
 from app.__main__ import main
 from recon.images import read_image
 from recon.presses import LeftOut
@@ -235,7 +233,6 @@ def test_everything_lies_on_the_sheet_and_nothing_on_another(calibration, accept
 def test_a_recording_tells_the_rate_and_what_has_no_times_is_refused(
     calibration, broken, tmp_path, capsys, monkeypatch
 ):
-    monkeypatch.setattr(app.accept, "process_pool", lambda: ThreadPoolExecutor(1))
     calibration.save(tmp_path / "unit")
     frame = read_image(broken.folder / "background.png")
     for name, untimed in (("A.MCAP", ()), ("folder.mcap", ("wedge",))):
@@ -260,7 +257,6 @@ def test_a_recording_tells_the_rate_and_what_has_no_times_is_refused(
 
 
 def test_the_command_exits_zero_only_on_a_pass(calibration, broken, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(app.accept, "process_pool", lambda: ThreadPoolExecutor(1))
     calibration.save(tmp_path / "wedge-007")
     shutil.copy(broken.folder / "press11.png", broken.folder / "twice.png")
     again = [*broken.labels, replace(broken.labels[-1], file="twice.png")]

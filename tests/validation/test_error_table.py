@@ -258,7 +258,7 @@ def test_presses_teach_as_few_or_many_as_a_fold_learns_from_not_as_the_set_holds
     told = []
     taught = lesson_of("default", read_presses(read_dataset(folder)).presses, split.train, 0)
 
-    def fitted(estimator, pixels, channels, seed, with_doubt):
+    def fitted(estimator, pixels, channels, seed, effort):
         told.append(pixels)
         raise InterruptedError
 

@@ -2,23 +2,26 @@
 # SPDX-License-Identifier: Apache-2.0
 """Errors on balls: of slope per axis and per light configuration, of depth, of the radius."""
 
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor, Future
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Future
+from functools import partial
 from statistics import fmean
 
 import numpy as np
 
+from recon.estimators import fit_estimator, lesson_of
+from recon.estimators.effort import Effort
 from recon.labels.ball_size import WIDEST
 from recon.lights import Axis, sits_like_wedge, unseen_axis
-from recon.pixels import BallPress
-from sensor.dataset import Dataset
+from recon.pixels import BallPress, Pixels, label_pixels
 from sensor.unit import UnitCard
 from validation.acceptance.limits import Parts
 from validation.depth import rmse_interval_mm
-from validation.error_table import ErrorTable, Task, TaskResult, run_task
+from validation.error_table import ErrorTable, measure_press
 from validation.evaluation import kept_interval
+from validation.fits import Fits, Progress
 from validation.intervals import Interval
-from validation.metrics import Errors, mean_errors
+from validation.metrics import PIXEL_SETS, Errors, PressErrors, mean_errors
 from validation.splits import splits
 
 FLATTEST = 1e-3
@@ -124,58 +127,61 @@ def fewer_lights(card: UnitCard) -> list[str]:
 
 
 def fit_fewer_lights(
-    card: UnitCard, dataset: Dataset, usable: int, *, seed: int, executor: Executor
-) -> dict[str, Future[TaskResult]]:
+    card: UnitCard, presses: Sequence[BallPress], fits: Fits, *, seed: int
+) -> dict[str, Future[list[PressErrors]]]:
     """Begin to fit estimators to some of the lights, and to judge them on presses held out.
 
     Args:
-        card: the unit's; its estimator is fitted again to most presses of the dataset.
-        dataset: where the presses come from.
-        usable: how many of them can be used.
+        card: the unit's; its estimator is fitted again to most of the presses.
+        presses: of the unit.
+        fits: where they are begun.
         seed: of the split and the drawn pixels.
-        executor: fits the configurations side by side.
 
     Returns:
         What becomes known of each configuration; nothing of lights that do not sit as a Wedge's.
     """
     configurations = fewer_lights(card)
-    if not configurations or usable < 2:
+    if not configurations or len(presses) < 2:
         return {}
-    (split,) = splits(usable, 1, seed)
+    (split,) = splits(len(presses), 1, seed)
+    lesson = lesson_of(card.estimator, presses, split.train, seed)
+    held_out = [(presses[index], label_pixels(presses[index], index, seed)) for index in split.test]
     return {
-        channels: executor.submit(
-            run_task,
-            Task(
-                folder=dataset.folder,
-                estimator=card.estimator,
-                channels=channels,
-                missing_axes=("none",),
-                split=split,
-                seed=seed,
-            ),
-        )
+        channels: fits.begin(partial(_errors_by, card, channels, lesson, held_out, seed))
         for channels in configurations
     }
 
 
-def fewer_lights_values(
+def _errors_by(
     card: UnitCard,
-    futures: Mapping[str, Future[TaskResult]],
+    channels: str,
+    lesson: Pixels,
+    held_out: Sequence[tuple[BallPress, Pixels]],
     seed: int,
-    progress: Callable[[float], None],
+    progress: Progress,
+) -> list[PressErrors]:
+    """On contact, of the unit's estimator once it is fitted to some of the lights."""
+    fitted = fit_estimator(card.estimator, lesson, channels, seed, progress, effort=Effort.HASTY)
+    errors = [
+        measure_press(fitted, press, pixels, "none", card.lights_deg) for press, pixels in held_out
+    ]
+    return [of_press[PIXEL_SETS.index("contact")] for of_press in errors]
+
+
+def fewer_lights_values(
+    card: UnitCard, errors: Mapping[str, Future[list[PressErrors]]], seed: int
 ) -> dict[str, Parts]:
-    """Angle errors on contact of what ``fit_fewer_lights`` began; waits for it.
+    """Angle errors on contact of what ``fit_fewer_lights`` began.
 
     Only the axes that these lights see are judged.
     """
     values: dict[str, dict[str, float]] = {}
-    for done, (channels, future) in enumerate(futures.items(), start=1):
-        found = mean_errors(future.result().presses["none", "contact"], seed).values
+    for channels, of_presses in errors.items():
+        found = mean_errors(of_presses.result(), seed).values
         for axis in AXES:
             if axis != unseen_axis(card.lights_deg, channels):
                 parts = values.setdefault(f"fewer_lights_{axis}_deg", {})
                 parts[channels] = found[f"theta_{axis}_deg"]
-        progress(done / len(futures))
     return dict(values)
 
 

@@ -3,7 +3,6 @@
 """What is measured of a unit: its errors on balls, its lights, its gel, its camera's place."""
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from statistics import median
 
@@ -45,6 +44,7 @@ from validation.acceptance.roundness import roundness
 from validation.error_table import ErrorTable
 from validation.evaluation import judge_presses, learnt_presses, refuse_other_sensor
 from validation.examples import Example, example
+from validation.fits import side_by_side
 from validation.intervals import Interval
 
 LEAST_FRESH = 5
@@ -92,7 +92,6 @@ def accept_unit(
     dataset: Dataset,
     *,
     seed: int,
-    executor: Executor,
     times_ns: Sequence[int] = (),
     indices: Sequence[int] = (),
     progress: Callable[[float], None] = lambda _: None,
@@ -106,7 +105,6 @@ def accept_unit(
         calibration: the unit.
         dataset: presses of it, best of another day.
         seed: of splits, drawn pixels and intervals.
-        executor: fits fewer lights side by side, while the rest is measured here.
         times_ns: when frames of the unit were taken, where that is known.
         indices: the numbers of those frames, where they bear some.
         progress: called with the share that is done.
@@ -114,10 +112,28 @@ def accept_unit(
     Raises:
         WedgeError: the dataset cannot be used, or comes from another sensor.
     """
-    card, channels = calibration.card, calibration.card.channels
     presses = read_presses(dataset, lambda share: progress(0.1 * share))
     refuse_other_sensor(calibration, dataset, presses)
-    fewer = fit_fewer_lights(card, dataset, len(presses.presses), seed=seed, executor=executor)
+    with side_by_side() as fits:  # beside what is measured here
+        fewer = fit_fewer_lights(calibration.card, presses.presses, fits, seed=seed)
+        found = _but_fewer_lights(calibration, dataset, presses, seed, times_ns, indices, progress)
+        fits.wait(lambda share: progress(0.5 + 0.5 * share))
+    values = {**found.values, **fewer_lights_values(calibration.card, fewer, seed)}
+    absent = {**_reasons(values, len(times_ns), len(presses.presses)), **found.absent}
+    return replace(found, values=_in_order(values), absent=absent)
+
+
+def _but_fewer_lights(
+    calibration: Calibration,
+    dataset: Dataset,
+    presses: PressSet,
+    seed: int,
+    times_ns: Sequence[int],
+    indices: Sequence[int],
+    progress: Callable[[float], None],
+) -> Acceptance:
+    """All that ``accept_unit`` measures but the errors by fewer lights."""
+    card, channels = calibration.card, calibration.card.channels
     learnt = learnt_presses(card, dataset, presses)
     fresh = _fresh(card, presses, learnt)
     errors = None
@@ -161,16 +177,11 @@ def accept_unit(
     typical = median(press.contact_radius_px for press in presses.presses)
     shown = min(presses.presses, key=lambda press: abs(press.contact_radius_px - typical))
     pictured_press = example(calibration.estimator, card.missing_axis, dataset, presses, shown)
-    values |= fewer_lights_values(card, fewer, seed, lambda share: progress(0.5 + 0.5 * share))
     if np.array_equal(before, now):  # a picture held against itself has changed in nothing
         absent |= dict.fromkeys(SINCE_CALIBRATION, "the blank picture is the calibration's own")
     return Acceptance(
-        values={
-            limit.name: values[limit.name]
-            for limit in LIMITS
-            if limit.name in values and limit.name not in absent
-        },
-        absent={**_reasons(values, len(times_ns), len(presses.presses)), **absent},
+        values={name: parts for name, parts in values.items() if name not in absent},
+        absent=absent,
         presses=len(presses.presses),
         left_out=presses.left_out,
         learnt=learnt,
@@ -185,6 +196,11 @@ def accept_unit(
         usable=usable,
         press=pictured_press,
     )
+
+
+def _in_order(values: Measured) -> dict[str, Parts]:
+    """As the limits are listed."""
+    return {limit.name: values[limit.name] for limit in LIMITS if limit.name in values}
 
 
 def _fresh(card: UnitCard, presses: PressSet, learnt: int) -> PressSet | None:

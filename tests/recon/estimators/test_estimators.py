@@ -21,6 +21,7 @@ from recon.estimators import (
     slopes_at,
 )
 from recon.estimators.default import Default, prepared_colors
+from recon.estimators.effort import Effort
 from recon.estimators.lookup_table import BINS, fit_lookup_table
 from recon.estimators.mlp import Mlp
 from recon.estimators.surroundings import ASPECTS
@@ -170,11 +171,24 @@ def test_the_same_seed_learns_the_same(pixels, name):
 @EVERY
 def test_slopes_are_the_same_where_nobody_asks_how_unsure_they_are(fitted, pixels, name):
     train = pixels(name)[pixels(name).press < 10]
-    bare = fit_estimator(name, train, "R", seed=0, with_doubt=False)
+    bare = fit_estimator(name, train, "R", seed=0, effort=Effort.SLOPES)
     color, position = random_pixels(2, 500, name)
     slopes = bare.slopes(color, position)
     np.testing.assert_allclose(slopes, fitted(name, "R").slopes(color, position), atol=1e-3)
     assert bare.half_width(slopes) is None
+
+
+def test_a_hasty_fit_takes_half_of_the_steps_and_tells_no_doubt(pixels, monkeypatch):
+    from recon.estimators import default_training
+
+    taken, descend = [], default_training.descend
+    monkeypatch.setattr(
+        default_training, "descend", lambda *of: taken.append(of[3]) or descend(*of)
+    )
+    efforts = Effort.SLOPES, Effort.HASTY
+    made = [fit_estimator("default", pixels("default"), "RGB", 0, effort=one) for one in efforts]
+    assert taken == [FEW_STEPS, FEW_STEPS // 2]
+    assert made[1].half_width(np.zeros((1, 2), np.float32)) is None
 
 
 def test_another_seed_trains_another_network(pixels):
@@ -324,7 +338,7 @@ def test_a_bin_holds_the_mean_of_its_pixels_and_an_empty_one_its_neighbours():
     red = np.array([-1, -1, -1, 1], np.float32)
     gradient = np.array([[1, 0], [2, 0], [6, 3], [-5, 5]], np.float32)
     made = pixels_of(np.stack([red, 0 * red, 0 * red], 1), gradient)
-    table = fit_lookup_table(made, "R", 0, lambda _: None, with_doubt=False)
+    table = fit_lookup_table(made, "R", 0, lambda _: None, Effort.WHOLE)
     probe = np.zeros((2, 3), np.float32)
     probe[:, 0] = [-1 + 0.4, 1 - 0.4]
     np.testing.assert_allclose(table.slopes(probe, np.zeros((2, 2), np.float32)), [[3, 1], [-5, 5]])
@@ -334,7 +348,7 @@ def test_a_bin_holds_the_mean_of_its_pixels_and_an_empty_one_its_neighbours():
 def test_the_table_tells_apart_all_colours_but_the_outermost_thousandth():
     red = np.linspace(-0.3, 0.3, 20_001, dtype=np.float32)
     made = pixels_of(np.stack([red, 0 * red, 0 * red], 1), np.stack([2 * red, -red], 1))
-    table = fit_lookup_table(made, "R", 0, lambda _: None, with_doubt=False)
+    table = fit_lookup_table(made, "R", 0, lambda _: None, Effort.WHOLE)
     probe = np.zeros((3, 3), np.float32)
     probe[:, 0] = [-0.29, 0.0, 0.29]
     found = table.slopes(probe, np.zeros((3, 2), np.float32))
