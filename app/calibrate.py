@@ -121,13 +121,13 @@ def _fit(
     from recon.estimators import fit_estimator, lesson_of
     from recon.presses import read_presses
     from validation.evaluation import held_out_metrics, hold_out
-    from validation.fits import side_by_side
+    from validation.fits import concurrent_fits
 
     with progress(f"calibration on {called}") as show:
         presses = read_presses(source, lambda share: show(0.2 * share, "reading presses"))
         everything = lesson_of(estimator, presses.presses, range(len(presses.presses)), seed)
         lit, _ = lit_channels(source)
-        with side_by_side() as fits:
+        with concurrent_fits() as fits:
             kept = fits.begin(
                 lambda report: fit_estimator(estimator, everything, lit, seed, report)
             )

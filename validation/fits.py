@@ -57,7 +57,7 @@ class Fits:
 
 
 @contextmanager
-def side_by_side() -> Iterator[Fits]:
+def concurrent_fits() -> Iterator[Fits]:
     """Fits that are begun in the block end with it, those that nobody waited for unfinished."""
     ended = Event()
     pool = ThreadPoolExecutor(MOST)

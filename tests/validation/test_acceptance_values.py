@@ -41,7 +41,7 @@ from validation.acceptance.place import (
     timing_values,
 )
 from validation.acceptance.roundness import Roundness, roundness
-from validation.fits import side_by_side
+from validation.fits import concurrent_fits
 from validation.lighting import GRAY_LEVELS
 
 WEDGE = {"R": 90.0, "G": 180.0, "B": -90.0}
@@ -289,7 +289,7 @@ def test_dots_are_no_change_of_the_lights(tmp_path):
 
 def test_one_press_cannot_judge_fewer_lights(calibration, today):
     presses = read_presses(today).presses
-    with side_by_side() as fits:
+    with concurrent_fits() as fits:
         for usable in (0, 1):
             assert fit_fewer_lights(calibration.card, presses[:usable], fits, seed=0) == {}
 

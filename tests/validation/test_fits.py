@@ -7,7 +7,7 @@ from threading import Event
 
 import pytest
 
-from validation.fits import MOST, Progress, side_by_side
+from validation.fits import MOST, Progress, concurrent_fits
 
 LONG_S = 60.0
 """Longer than any of these tests may take."""
@@ -21,7 +21,7 @@ def test_each_result_is_its_own_and_all_fits_run_at_once() -> None:
         return number if all(other.wait(LONG_S) for other in begun) else -1
 
     told: list[float] = []
-    with side_by_side() as fits:
+    with concurrent_fits() as fits:
         results = [fits.begin(lambda _, number=number: fit(number)) for number in range(MOST)]
         fits.wait(told.append)
     assert [result.result() for result in results] == list(range(MOST))
@@ -41,7 +41,7 @@ def test_who_waits_is_told_the_mean_share_that_is_done() -> None:
         if share == 0.75:
             seen.set()
 
-    with side_by_side() as fits:
+    with concurrent_fits() as fits:
         fits.begin(half)
         fits.begin(lambda progress: progress(1.0))
         fits.wait(hear)
@@ -51,7 +51,7 @@ def test_who_waits_is_told_the_mean_share_that_is_done() -> None:
 
 def test_nothing_to_wait_for_is_done() -> None:
     told: list[float] = []
-    with side_by_side() as fits:
+    with concurrent_fits() as fits:
         fits.wait(told.append)
     assert told == [1.0]
 
@@ -64,7 +64,7 @@ def test_a_fit_that_nobody_waits_for_ends_with_the_block_and_those_behind_it_do_
         while True:
             progress(0.0)
 
-    with pytest.raises(KeyboardInterrupt), side_by_side() as fits:
+    with pytest.raises(KeyboardInterrupt), concurrent_fits() as fits:
         running = [fits.begin(endless) for _ in range(MOST)]
         behind = fits.begin(endless)
         assert begun.wait(LONG_S)
@@ -81,7 +81,7 @@ def test_a_fault_of_one_is_raised_where_they_are_waited_for_and_ends_the_others(
     def faulty(progress: Progress) -> None:
         raise ValueError("no such light")
 
-    with pytest.raises(ValueError, match="no such light"), side_by_side() as fits:
+    with pytest.raises(ValueError, match="no such light"), concurrent_fits() as fits:
         other = fits.begin(endless)
         fits.begin(faulty)
         fits.wait(lambda share: None)

@@ -44,7 +44,7 @@ from validation.acceptance.roundness import roundness
 from validation.error_table import ErrorTable
 from validation.evaluation import judge_presses, learnt_presses, refuse_other_sensor
 from validation.examples import Example, example
-from validation.fits import side_by_side
+from validation.fits import concurrent_fits
 from validation.intervals import Interval
 
 LEAST_FRESH = 5
@@ -114,7 +114,7 @@ def accept_unit(
     """
     presses = read_presses(dataset, lambda share: progress(0.1 * share))
     refuse_other_sensor(calibration, dataset, presses)
-    with side_by_side() as fits:  # beside what is measured here
+    with concurrent_fits() as fits:  # beside what is measured here
         fewer = fit_fewer_lights(calibration.card, presses.presses, fits, seed=seed)
         found = _but_fewer_lights(calibration, dataset, presses, seed, times_ns, indices, progress)
         fits.wait(lambda share: progress(0.5 + 0.5 * share))
