@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from jaxtyping import Float32
+from jaxtyping import Bool, Float32
 
 from recon.arrays import Difference
 from recon.labels.ball_fit import Near, fit_ball, unexplained
@@ -157,12 +157,11 @@ def _fitted(
 
 def _pixels_near(difference: Difference, center_px: Pair, reach_px: float, most: int) -> Near:
     """Pixels near a centre, of so many at most."""
-    height, width = difference.shape[:2]
-    y, x = np.mgrid[0:height, 0:width]
-    near = np.flatnonzero(np.hypot(x - center_px[0], y - center_px[1]) < reach_px)
+    width = difference.shape[1]
+    near = np.flatnonzero(_within(difference.shape[:2], center_px, reach_px))
     if len(near) > most:  # drawn, as a regular grid would be blind to doubled pixels
         near = np.random.default_rng(0).choice(near, most, replace=False)
-    x_px, y_px = (places.ravel()[near].astype(np.float64) for places in (x, y))
+    y_px, x_px = (places.astype(np.float64) for places in np.divmod(near, width))
     color = np.ascontiguousarray(difference.reshape(-1, 3)[near].T, np.float64)
     return Near(x_px=x_px, y_px=y_px, color=color)
 
@@ -177,7 +176,13 @@ def _energy(difference: Difference) -> Energy:
 def _share_near(energy: Energy, center_px: Pair, reach_px: float) -> float:
     """Share of the frame's shading that lies near a centre; its frame ignored."""
     edge = max(1, min(energy.shape) // 24)
-    y, x = np.mgrid[0 : energy.shape[0], 0 : energy.shape[1]]
-    y, x, energy = (part[edge:-edge, edge:-edge] for part in (y, x, energy))
-    near = np.hypot(x - center_px[0], y - center_px[1]) < reach_px
+    near = _within(energy.shape, center_px, reach_px)[edge:-edge, edge:-edge]
+    energy = energy[edge:-edge, edge:-edge]
     return float(energy[near].sum() / max(energy.sum(), 1e-12))
+
+
+def _within(shape: tuple[int, ...], center_px: Pair, reach_px: float) -> Bool[np.ndarray, "h w"]:
+    """Which pixels of a frame lie near a centre."""
+    x, y = (np.arange(count) - center for count, center in zip(shape[::-1], center_px, strict=True))
+    within: Bool[np.ndarray, "h w"] = np.sqrt(x**2 + (y**2)[:, None]) < reach_px
+    return within

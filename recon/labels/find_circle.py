@@ -31,6 +31,9 @@ LEAST_QUALITY = 0.4
 Half of the wrong fits to 61 real presses score below 0.25, 95 % of the right ones above 0.79; the
 best fits to 212 presses of seven sensors, real and rendered, all score above 0.51.
 """
+ALIKE = 0.998
+"""Of the best quality: of circles that explain as much, the narrowest is taken. Where the scale is
+wrong and the disc therefore oval, a wide circle beside it may explain a hair more."""
 DOUBTFUL = 0.7
 """Below this quality somebody should look."""
 RIM_POINTS = 360
@@ -81,7 +84,7 @@ def find_circle(difference: Difference, ball_radius_mm: float, mm_per_px: Pair) 
     height, width = difference.shape[:2]
     refuse_ball((width, height), ball_radius_mm, mm_per_px)
     small, ball_px = search_image(difference, ball_radius_mm, mm_per_px)
-    circle = max(candidates(small, ball_px), key=lambda one: one.quality, default=None)
+    circle = _likeliest(candidates(small, ball_px))
     if circle is None or circle.quality < LEAST_QUALITY or _strength(small, circle) < LEAST_CHANGE:
         return None
     shading_px = _shading_center(small, circle, ball_px)
@@ -160,6 +163,13 @@ def candidates(small: Small, ball_px: float) -> list[Circle]:
     Right ones have the higher quality.
     """
     return refit_circles(small, _proposals(_change(small), ball_px), ball_px)
+
+
+def _likeliest(circles: list[Circle]) -> Circle | None:
+    """The circle that explains most of the shading; of several alike, the narrowest."""
+    enough = ALIKE * max((circle.quality for circle in circles), default=0.0)
+    alike = (circle for circle in circles if circle.quality >= enough)
+    return min(alike, key=lambda circle: circle.radius_px, default=None)
 
 
 def _is_inside(small: Small, points_px: Points) -> Bool[np.ndarray, " n"]:

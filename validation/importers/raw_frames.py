@@ -11,14 +11,23 @@ them.
 """
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
 from recon.arrays import Frame
-from recon.geometry.caliper import Scale, find_gap, scale_of, shading_response, slopes_of
+from recon.geometry.caliper import (
+    Gap,
+    Response,
+    Scale,
+    find_gap,
+    scale_of,
+    shading_response,
+    slopes_of,
+)
 from recon.geometry.lens import read_lens, write_lens
 from recon.geometry.pad import base_side, find_pad, gel_corners
 from recon.geometry.unwarp import Corners, prepare_unwarp
@@ -219,7 +228,7 @@ def _scale(
             f"radius is {reader.dataset.card.ball_radius_mm:g} mm and the pad about {length:g} x "
             f"{width:g} mm, as is assumed until the caliper is measured."
         )
-    return measured_scale(source, pictures.caliper, reader, some)
+    return measured_scale(source, pictures.caliper, reader, some, pool.map)
 
 
 def _circles(
@@ -340,8 +349,16 @@ def measured_scale(
     caliper: Sequence[tuple[str, float]],
     reader: PressReader,
     labels: Sequence[BallLabel],
+    each: Callable[[Callable[[str], Gap | None], Iterable[str]], Iterable[Gap | None]] = map,
 ) -> Scale:
     """The scale from the caliper's pictures, slopes told apart by some presses' shading.
+
+    Args:
+        source: folder of the caliper's pictures.
+        caliper: their names, and the gaps that these tell.
+        reader: of the presses.
+        labels: of the presses.
+        each: looks at each picture; ``map``, or that of a pool.
 
     Raises:
         WedgeError: a picture is missing, names another gap, or they do not determine a scale.
@@ -353,15 +370,18 @@ def measured_scale(
             f"{source}: the caliper's pictures name gaps of "
             f"{' and '.join(f'{x:g} mm' for x in sorted(widths_mm))}: keep those with one gap."
         )
-    gaps = []
-    for name, _ in caliper:
-        try:
-            difference = reader.unwarp(read_image(source / name)) - reader.blank
-        except WedgeError as error:
-            raise located(source / name, error) from error
-        gap = find_gap(slopes_of(difference, response))
-        gaps += [gap] if gap is not None else []
+    found = each(partial(_gap_in, source, reader, response), [name for name, _ in caliper])
+    gaps = [gap for gap in found if gap is not None]
     try:
         return scale_of(gaps, widths_mm.pop())
     except WedgeError as error:
         raise WedgeError(f"{source}: {error}") from error
+
+
+def _gap_in(source: Path, reader: PressReader, response: Response, name: str) -> Gap | None:
+    """The gap in one of the caliper's pictures."""
+    try:
+        difference = reader.unwarp(read_image(source / name)) - reader.blank
+    except WedgeError as error:
+        raise located(source / name, error) from error
+    return find_gap(slopes_of(difference, response))

@@ -5,7 +5,14 @@
 import numpy as np
 import pytest
 
-from recon.labels.find_circle import DOUBTFUL, LEAST_BALL_PX, MOST_BALL, find_circle
+from recon.labels.circles import Circle
+from recon.labels.find_circle import (
+    DOUBTFUL,
+    LEAST_BALL_PX,
+    MOST_BALL,
+    _likeliest,
+    find_circle,
+)
 from recon.labels.outline import Outline
 from sensor.errors import WedgeError
 from tests.shading import pressed
@@ -129,3 +136,14 @@ def test_the_largest_ball_is_searched_for_and_a_larger_one_refused() -> None:
     find_circle(difference, MOST_BALL * width_mm, MM_PER_PX)
     with pytest.raises(WedgeError, match=r"times as long as the frames, 16 mm at 0\.1 mm/px"):
         find_circle(difference, 1.01 * MOST_BALL * width_mm, MM_PER_PX)
+
+
+@pytest.mark.parametrize(("quality", "chosen"), [(0.9005, 0), (0.91, 1)])
+def test_of_circles_that_explain_as_much_the_narrowest_is_taken(quality, chosen):
+    circles = [
+        Circle(center_px=(80.0, 60.0), radius_px=12.0, quality=0.9),
+        Circle(center_px=(80.0, 50.0), radius_px=18.0, quality=quality),
+        Circle(center_px=(40.0, 60.0), radius_px=6.0, quality=0.5),
+    ]
+    assert _likeliest(circles) is circles[chosen]
+    assert _likeliest([]) is None
