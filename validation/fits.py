@@ -17,7 +17,7 @@ Progress = Callable[[float], None]
 Result = TypeVar("Result")
 
 MOST = 3
-"""At once: each keeps its pixels, some 200 MB."""
+"""At once. Two, of 40 and of 32 presses at 320 pixels of width, take 0.7 GB with all else."""
 LOOK_EVERY_S = 0.2
 """How often somebody who waits is told how far they are."""
 

@@ -56,16 +56,10 @@ def fit_ball(
     """
     seen = near.color * weight
 
-    def rest(parameters: np.ndarray) -> np.ndarray:
-        return _without(seen, _terms(*_normal(parameters, near, ball_radius_px)) * weight).ravel()
-
-    def change(parameters: np.ndarray) -> np.ndarray:
-        return _change(parameters, near, seen, weight, ball_radius_px)
-
     found: Parameters = least_squares(
-        rest,
+        lambda parameters: _rest(parameters, near, seen, weight, ball_radius_px).ravel(),
         first,
-        jac=change,
+        jac=lambda parameters: _change(parameters, near, seen, weight, ball_radius_px),
         bounds=bounds,
         x_scale=SCALE,
         ftol=enough,
@@ -79,12 +73,17 @@ def unexplained(
     parameters: Parameters, near: Near, weight: Column, ball_radius_px: float
 ) -> Colors:
     """Weighted colours less what the contact's shading explains of them."""
-    return _without(
-        near.color * weight, _terms(*_normal(parameters, near, ball_radius_px)) * weight
-    )
+    return _rest(parameters, near, near.color * weight, weight, ball_radius_px)
 
 
 # What follows is called thousands of times, so shapes are not checked at every call.
+def _rest(
+    parameters: np.ndarray, near: Near, seen: np.ndarray, weight: np.ndarray, ball_radius_px: float
+) -> np.ndarray:
+    """What is unexplained of weighted colours."""
+    return _without(seen, _terms(*_normal(parameters, near, ball_radius_px)) * weight)
+
+
 def _normal(
     parameters: np.ndarray, near: Near, ball_radius_px: float
 ) -> tuple[np.ndarray, np.ndarray]:

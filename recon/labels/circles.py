@@ -31,7 +31,7 @@ GLANCED, ENOUGH_GLANCED = 500, 1e-3
 """Pixels of a first look at each of several circles, in one round, and when that ends."""
 HOPELESS = 0.5
 """Of the best quality at that look: what explains less is not the ball. With 0 all are fitted to
-the end, and of 200 presses of five sets ``python -m validation.circles`` prints the same."""
+the end, and of 70 presses of two sets ``python -m validation.circles`` prints the same."""
 
 
 @dataclass(frozen=True, kw_only=True)

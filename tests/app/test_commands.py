@@ -101,13 +101,13 @@ def test_presses_to_depth(tmp_path, capsys, options, words):
 
 def test_what_is_fitted_beside_is_what_one_would_fit_alone(tmp_path):
     dataset = make_dataset(tmp_path / "set", presses=12)
-    words = ["--estimator", "table", "--seed", 3, "--out", tmp_path / "unit"]
+    words = ["--estimator", "default", "--seed", 3, "--out", tmp_path / "unit"]
     assert run("calibrate", dataset.folder, *words) == 0
     kept = load_calibration(tmp_path / "unit")
     here = calibrate(
         dataset,
         read_presses(dataset),
-        estimator="table",
+        estimator="default",
         serial="unit",
         created=kept.card.created,
         metrics=kept.card.metrics,
