@@ -260,7 +260,7 @@ def test_a_scheduler_that_is_lost_is_a_sentence(tmp_path: Path, capfd, caplog) -
 
         place = ("--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(card))
         scheduler = started("dask_scheduler", *place)
-        until(card.exists)
+        until(lambda: card.exists() and bool(card.read_text()))  # made empty, then written
         address = json.loads(card.read_text())["address"]
         started("dask_worker", address, "--no-nanny")
         with distributed.Client(address, set_as_default=False) as client:
