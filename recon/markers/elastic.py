@@ -18,7 +18,8 @@ import cv2
 import numpy as np
 from jaxtyping import Float, Float32, Float64, Int64
 from scipy import ndimage
-from scipy.linalg import cho_solve_banded, cholesky_banded
+from scipy.linalg import cholesky_banded
+from scipy.linalg.lapack import dpbtrs
 from scipy.spatial import KDTree
 
 from recon.arrays import ContactMask
@@ -35,7 +36,7 @@ WIDEST_GROUP = 1.5
 LARGEST_PX = 500
 TILE_PX = 16
 """Hidden pixels that hang together are cut into tiles of this side where they are more."""
-EVERY_SIDE = np.ones((3, 3), bool)
+EVERY_SIDE = np.ones((3, 3), np.uint8)
 
 FEW = 0.3
 """Share of dots up to which those alone are filled around which not all is zero, as it is around
@@ -69,13 +70,11 @@ class ElasticFill:
         self._repeatable = repeatable
         self._dots = _placed_dots(hidden, method, aspect, self._together)
         self._made: Made = self._dots, [], []
-        reached = np.zeros(self._together * hidden.size, bool)
+        far = hidden.copy()
         for dot in self._dots:
-            reached[dot.places] = True
+            far.flat[dot.places // self._together] = False
         # In the midst of a wide hidden area nothing is known within the ring.
-        far = hidden & ~reached[:: self._together].reshape(hidden.shape)
-        around = ndimage.binary_dilation(hidden, EVERY_SIDE) & ~hidden
-        self._far = nearest_known(far, around) if far.any() else None
+        self._far = nearest_known(far, beside(hidden)) if far.any() else None
 
     def __call__(self, field: Field) -> Field:
         """A new field with hidden pixels filled; two slopes, or any values but for ``surface``."""
@@ -141,6 +140,11 @@ def _multiply(values: Float[np.ndarray, "_ _"], block: Block) -> None:
             values[places[one]] = weights[one] @ known[one]
 
 
+def beside(hidden: ContactMask) -> ContactMask:
+    """The pixels around dots."""
+    return np.asarray(cv2.dilate(hidden.view(np.uint8), EVERY_SIDE).view(bool) & ~hidden)
+
+
 def nearest_known(
     hidden: ContactMask, around: ContactMask
 ) -> tuple[Int64[np.ndarray, " n"], Int64[np.ndarray, " n"]]:
@@ -161,27 +165,51 @@ class _Dot:
 
 def _placed_dots(hidden: ContactMask, method: str, aspect: float, together: int) -> list[_Dot]:
     """Every dot with something known around it; ``together`` values a pixel."""
-    ring_px = RING_PX[method]
-    width = hidden.shape[1]
-    around = np.ones((2 * ring_px + 1, 2 * ring_px + 1), np.uint8)
-    dots = _parts(hidden)
+    ring_px, width = RING_PX[method], hidden.shape[1]
+    dots, covered = _parts(hidden), hidden.view(np.uint8)
     found: list[_Dot] = []
     for number, place in enumerate(ndimage.find_objects(dots), start=1):
         if place is None:
             continue
         top, left = (max(side.start - ring_px, 0) for side in place)
         window = np.s_[top : place[0].stop + ring_px, left : place[1].stop + ring_px]
-        dot = dots[window] == number
-        known = cv2.dilate(dot.view(np.uint8), around).view(bool) & ~hidden[window]
-        if not known.any():
-            continue
-        places, sources = (
-            _each((rows + top) * width + columns + left, together)
-            for rows, columns in map(np.nonzero, (dot, known))
-        )
-        shape = _shape(dot.tobytes(), known.tobytes(), dot.shape, method, aspect)
-        found.append(_Dot(places=places, sources=sources, shape=shape))
+        seen = covered[window] + (dots[window] == number)
+        dot = _dot_in(seen.tobytes(), seen.shape, width, method, aspect)
+        if dot is not None:
+            corner = together * (top * width + left)
+            moved = dot.places + corner, dot.sources + corner
+            found.append(_Dot(places=moved[0], sources=moved[1], shape=dot.shape))
     return found
+
+
+@lru_cache(maxsize=1024)
+def _dot_in(
+    seen: bytes, shape: tuple[int, int], width: int, method: str, aspect: float
+) -> _Dot | None:
+    """The dot in the upper left of a frame of that width, unless nothing is known around it.
+
+    Args:
+        seen: 2 under the dot, 1 under others, else 0.
+        shape: of what is seen.
+        width: of the frame.
+        method: a key of ``RING_PX``.
+        aspect: of a pixel's height to its width.
+    """
+    window, side = np.frombuffer(seen, np.uint8).reshape(shape), 2 * RING_PX[method] + 1
+    dot = window == 2
+    known = cv2.dilate(dot.view(np.uint8), np.ones((side, side), np.uint8)).view(bool)
+    known &= window == 0
+    if not known.any():
+        return None
+    together = 2 if method == "surface" else 1
+    places, sources = (
+        _each(rows * width + columns, together) for rows, columns in map(np.nonzero, (dot, known))
+    )
+    return _Dot(
+        places=places,
+        sources=sources,
+        shape=_shape(dot.tobytes(), known.tobytes(), shape, method, aspect),
+    )
 
 
 def _each(pixels: Int64[np.ndarray, " n"], together: int) -> Int64[np.ndarray, " m"]:
@@ -205,6 +233,8 @@ def _parts(hidden: ContactMask) -> Int64[np.ndarray, "h w"]:
     dots, count = ndimage.label(hidden, EVERY_SIDE)
     sizes = np.bincount(dots.ravel())
     sizes[0] = 0
+    if sizes.max() <= LARGEST_PX:
+        return dots.astype(np.int64)
     rows, columns = np.indices(hidden.shape) // TILE_PX
     tile = rows * (columns.max() + 1) + columns
     large = (sizes > LARGEST_PX)[dots]
@@ -253,7 +283,8 @@ class _Shape:
         return rows[:, self._listened].astype(np.float32)
 
     def _solution(self, pull: Float64[np.ndarray, "n k"]) -> Float64[np.ndarray, "n k"]:
-        return np.asarray(cho_solve_banded((self._factors, True), pull, check_finite=False))
+        # LAPACK itself: scipy's cho_solve_banded takes three times as long to call it.
+        return np.asarray(dpbtrs(self._factors, pull, lower=1)[0])
 
 
 Terms = tuple[np.ndarray, float, np.ndarray]
@@ -298,12 +329,10 @@ def _band(terms: list[Terms], size: int) -> Float64[np.ndarray, "b n"]:
     """The sum of all terms as LAPACK's lower band of a symmetric matrix."""
     rows, columns, values = [], [], []
     for places, factor, weights in terms:
-        first, second = np.broadcast_arrays(places[:, :, None], places[:, None, :])
-        product = np.broadcast_to(factor * np.outer(weights, weights), first.shape)
-        lower = first >= second
-        rows.append(first[lower])
-        columns.append(second[lower])
-        values.append(product[lower])
+        term, first, second = np.nonzero(places[:, :, None] >= places[:, None, :])
+        rows.append(places[term, first])
+        columns.append(places[term, second])
+        values.append((factor * np.outer(weights, weights))[first, second])
     column = np.concatenate(columns)
     below = np.concatenate(rows) - column
     height = int(below.max(initial=0)) + 1
@@ -332,8 +361,9 @@ def _terms(
     number: Int64[np.ndarray, "h w"], stencil: Stencil
 ) -> tuple[Int64[np.ndarray, "t s"], Float64[np.ndarray, " s"]]:
     """The numbers at every place where the whole stencil is on numbered pixels; its weights."""
-    padded = np.pad(number, ((0, 2), (0, 2)), constant_values=-1)
     height, width = number.shape
+    padded = np.full((height + 2, width + 2), -1)
+    padded[:height, :width] = number
     places = np.stack(
         [padded[row : row + height, column : column + width] for row, column, _ in stencil], -1
     )

@@ -12,11 +12,10 @@ from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
-from scipy import ndimage
 from scipy.interpolate import griddata
 
 from recon.arrays import ContactMask
-from recon.markers.elastic import EVERY_SIDE, ElasticFill, Field, Planes, nearest_known
+from recon.markers.elastic import ElasticFill, Field, Planes, beside, nearest_known
 from sensor.errors import WedgeError
 from sensor.toml import Pair
 
@@ -79,7 +78,7 @@ def prepare_fill(
     """
     if method not in METHODS:
         raise WedgeError(f"no way of filling is called {method!r}: known are {', '.join(METHODS)}.")
-    around = ndimage.binary_dilation(hidden, EVERY_SIDE) & ~hidden
+    around = beside(hidden)
     if method == "zero" or not around.any():
         return lambda field: np.where(hidden[..., None], field.dtype.type(0), field)
     if method == "nearest":

@@ -234,3 +234,18 @@ def test_repeatable_filling_rounds_alike_whatever_was_filled_before(method):
         fill_gradients(field, HIDDEN, method)
     after = fill_gradients(field, HIDDEN, method, repeatable=True)
     np.testing.assert_array_equal(after, first)
+
+
+@pytest.mark.parametrize("method", ELASTIC)
+def test_a_dot_is_filled_alike_wherever_it_lies_however_wide_the_frame(method):
+    # The same gel in the corner of a narrow frame, then in the midst of wider ones, in one go.
+    gel = np.random.default_rng(0).normal(size=(20, 20, 2))
+    hidden = dots(size=(20, 20), at=(10.0, 9.0))
+    alone = fill_gradients(gel, hidden, method, repeatable=True)
+    for top, left, width in ((20, 20, WIDTH), (5, 40, WIDTH), (20, 20, WIDTH + 7)):
+        field, covered = np.ones((HEIGHT, width, 2)), np.zeros((HEIGHT, width), bool)
+        there = np.s_[top : top + 20, left : left + 20]
+        field[there], covered[there] = gel, hidden
+        found = fill_gradients(field, covered, method, repeatable=True)
+        np.testing.assert_array_equal(found[there], alone)
+        np.testing.assert_array_equal(found[~covered], field[~covered])
