@@ -7,6 +7,7 @@ bracket is put in order.
 """
 
 import numpy as np
+from jaxtyping import Float32
 
 SAMPLE = 4000
 BRACKET = 0.03
@@ -32,3 +33,8 @@ def median(values: np.ndarray) -> float:
     if every.size % 2 == 1:
         return middle
     return (middle + float(parted[:rank].max())) / 2
+
+
+def channel_medians(image: Float32[np.ndarray, "h w 3"]) -> Float32[np.ndarray, "3"]:
+    """Of each colour of an image."""
+    return np.array([median(plane) for plane in np.moveaxis(image, -1, 0)], np.float32)

@@ -19,7 +19,7 @@ from jaxtyping import Float64
 from scipy.stats import rankdata
 
 from recon.images import read_frame
-from recon.labels.find_circle import candidates, find_circle, search_image
+from recon.labels.find_circle import candidates, color_change, find_circle, search_image
 from recon.presses import PressReader, press_reader
 from sensor.dataset import BallLabel, read_dataset
 from sensor.documents import json_bytes
@@ -87,7 +87,7 @@ def look(reader: PressReader, label: BallLabel) -> Found:
     small, ball_px = search_image(difference, ball_mm, pitch_mm)
     shrunk = small.shape[1] / difference.shape[1]
     fits = []
-    for one in candidates(small, ball_px):
+    for one in candidates(small, color_change(small), ball_px):
         away_px = np.hypot(*((np.array(one.center_px) + 0.5) / shrunk - 0.5 - truth)) * scale
         ratio = one.radius_px / shrunk / label.contact_radius_px
         is_right = away_px < RIGHT_WITHIN_PX and RIGHT_RADIUS[0] < ratio < RIGHT_RADIUS[1]

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64
+from scipy.linalg.lapack import dposv
 from scipy.optimize import least_squares
 
 Column = Float64[np.ndarray, " n"]
@@ -126,8 +127,12 @@ def _shares(values: np.ndarray, terms: np.ndarray) -> np.ndarray:
 
     Normal equations: few and well scaled, and many times faster here than an orthogonal basis.
     """
-    shares: np.ndarray = np.linalg.lstsq(terms @ terms.T, terms @ values.T, rcond=None)[0].T
-    return shares
+    square, products = terms @ terms.T, terms @ values.T
+    _, shares, fault = dposv(square, products)
+    if fault:  # terms that depend on each other
+        shares = np.linalg.lstsq(square, products, rcond=None)[0]
+    found: np.ndarray = shares.T
+    return found
 
 
 def _without(values: np.ndarray, terms: np.ndarray) -> np.ndarray:

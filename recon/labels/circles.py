@@ -10,7 +10,8 @@ import numpy as np
 from jaxtyping import Bool, Float32
 
 from recon.arrays import Difference
-from recon.labels.ball_fit import Near, fit_ball, unexplained
+from recon.labels.ball_fit import Column, Near, Parameters, fit_ball, unexplained
+from recon.medians import channel_medians
 from sensor.dataset import BallLabel
 from sensor.toml import Pair
 
@@ -93,6 +94,14 @@ def refit_circle(
     return _fitted(difference, _energy(difference), start, ball_radius_px, reach, glance=False)
 
 
+def refit_center(
+    difference: Difference, drawn: Drawn, ball_radius_px: float, reach: float
+) -> Drawn:
+    """The same circle, which nobody asks how well it explains the picture; arguments as above."""
+    x, y, radius, _ = _contact(difference, drawn, ball_radius_px, reach, glance=False).parameters
+    return float(x), float(y), float(radius)
+
+
 def refit_circles(
     difference: Difference, drawn: Iterable[Drawn], ball_radius_px: float
 ) -> list[Circle]:
@@ -125,6 +134,35 @@ def _fitted(
     *,
     glance: bool,
 ) -> Circle:
+    """A drawn circle fitted to the pixels near it, and how well its ball explains them."""
+    contact = _contact(difference, start, ball_radius_px, reach, glance=glance)
+    near, weight, error = contact.near, contact.weight, contact.error
+    # Weighted alike, so that neither printed dots nor another object's outline pass as explained.
+    left = float(((weight * error) ** 2).mean())
+    signal = max(float((weight**2 * (near.color**2).sum(0)).mean()), 1e-12)
+    center_x, center_y, radius, _ = contact.parameters
+    center = (float(center_x), float(center_y))
+    return Circle(
+        center_px=center,
+        radius_px=float(radius),
+        quality=max(0.0, 1 - left / signal) * _share_near(energy, center, 2.2 * radius),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Contact:
+    """A ball's contact, fitted to the pixels near it."""
+
+    parameters: Parameters
+    near: Near
+    weight: Column
+    """Of each pixel, by its error."""
+    error: Column
+
+
+def _contact(
+    difference: Difference, start: Drawn, ball_radius_px: float, reach: float, *, glance: bool
+) -> _Contact:
     """A drawn circle fitted to the pixels near it."""
     pixels, rounds, enough = (GLANCED, 1, ENOUGH_GLANCED) if glance else (PIXELS, ROUNDS, ENOUGH)
     center_px, radius_px = start[:2], start[2]
@@ -142,17 +180,7 @@ def _fitted(
         error = np.sqrt((rest**2).sum(0)) / weight
         scale = max(1.4826 * float(np.median(error)), 1e-9)
         weight = 1 / np.sqrt(1 + (error / (2 * scale)) ** 2)
-    center_x, center_y, radius, _ = parameters
-    # Weighted alike, so that neither printed dots nor another object's outline pass as explained.
-    left = float(((weight * error) ** 2).mean())
-    signal = max(float((weight**2 * (near.color**2).sum(0)).mean()), 1e-12)
-    center = (float(center_x), float(center_y))
-    share = _share_near(energy, center, 2.2 * radius)
-    return Circle(
-        center_px=center,
-        radius_px=float(radius),
-        quality=max(0.0, 1 - left / signal) * share,
-    )
+    return _Contact(parameters=parameters, near=near, weight=weight, error=error)
 
 
 def _pixels_near(difference: Difference, center_px: Pair, reach_px: float, most: int) -> Near:
@@ -169,7 +197,7 @@ def _pixels_near(difference: Difference, center_px: Pair, reach_px: float, most:
 def _energy(difference: Difference) -> Energy:
     """How much each pixel is shaded, squared; dots and noise ignored."""
     smooth = cv2.GaussianBlur(cv2.medianBlur(difference, 5), (0, 0), 3)
-    energy: Energy = ((smooth - np.median(smooth, (0, 1))) ** 2).sum(2)
+    energy: Energy = ((smooth - channel_medians(smooth)) ** 2).sum(2)
     return energy
 
 

@@ -11,8 +11,9 @@ from jaxtyping import Bool, Float32, Float64
 from scipy import ndimage
 
 from recon.arrays import Difference
-from recon.labels.circles import START, Circle, refit_circle, refit_circles
+from recon.labels.circles import START, Circle, refit_center, refit_circles
 from recon.labels.outline import outline_of
+from recon.medians import channel_medians
 from sensor.errors import WedgeError
 from sensor.toml import Pair
 
@@ -84,15 +85,16 @@ def find_circle(difference: Difference, ball_radius_mm: float, mm_per_px: Pair) 
     height, width = difference.shape[:2]
     refuse_ball((width, height), ball_radius_mm, mm_per_px)
     small, ball_px = search_image(difference, ball_radius_mm, mm_per_px)
-    circle = _likeliest(candidates(small, ball_px))
+    change = color_change(small)
+    circle = _likeliest(candidates(small, change, ball_px))
     if circle is None or circle.quality < LEAST_QUALITY or _strength(small, circle) < LEAST_CHANGE:
         return None
     shading_px = _shading_center(small, circle, ball_px)
-    outline = outline_of(_change(small, OUTLINE_SMOOTH_PX), shading_px, circle.radius_px)
+    outline = outline_of(color_change(small, OUTLINE_SMOOTH_PX), shading_px, circle.radius_px)
     center_px = shading_px if outline is None else outline.center_px
     if not _is_inside(small, np.array([center_px])).all():
         return None
-    is_sure = _is_sure(small, circle, center_px)
+    is_sure = _is_sure(change, circle, center_px)
     scale = np.array([width / small.shape[1], height / small.shape[0]])
 
     def in_frame(place_px: Pair) -> Pair:
@@ -157,12 +159,12 @@ def _searched_pitch_mm(size_px: tuple[int, int], mm_per_px: Pair) -> float:
     return max(*mm_per_px, longer_mm / LONGEST_SIDE_PX)
 
 
-def candidates(small: Small, ball_px: float) -> list[Circle]:
+def candidates(small: Small, change: Change, ball_px: float) -> list[Circle]:
     """Every proposed disc, fitted to the ball's shading, or glanced at where it can be no ball.
 
     Right ones have the higher quality.
     """
-    return refit_circles(small, _proposals(_change(small), ball_px), ball_px)
+    return refit_circles(small, _proposals(change, ball_px), ball_px)
 
 
 def _likeliest(circles: list[Circle]) -> Circle | None:
@@ -172,22 +174,21 @@ def _likeliest(circles: list[Circle]) -> Circle | None:
     return min(alike, key=lambda circle: circle.radius_px, default=None)
 
 
-def _is_inside(small: Small, points_px: Points) -> Bool[np.ndarray, " n"]:
+def _is_inside(frame: Small | Change, points_px: Points) -> Bool[np.ndarray, " n"]:
     """Which points lie in the frame."""
-    height, width = small.shape[:2]
+    height, width = frame.shape[:2]
     x, y = points_px.T
     return (x >= -0.5) & (x <= width - 0.5) & (y >= -0.5) & (y <= height - 0.5)
 
 
-def _is_sure(small: Small, circle: Circle, center_px: Pair) -> bool:
+def _is_sure(change: Change, circle: Circle, center_px: Pair) -> bool:
     """Whether a circle, last centred here, shows its radius, and is what changed most.
 
     At the frame's edge a ball's shading may explain what is none, or another radius as much.
     """
     angle = np.linspace(0, 2 * np.pi, RIM_POINTS, endpoint=False)
     outward = np.stack([np.cos(angle), np.sin(angle)], -1)
-    rim = _is_inside(small, center_px + circle.radius_px * outward).mean()
-    change = _change(small)
+    rim = _is_inside(change, center_px + circle.radius_px * outward).mean()
     y, x = np.unravel_index(change.argmax(), change.shape)
     strongest = np.hypot(x - center_px[0], y - center_px[1]) / circle.radius_px
     shift = np.hypot(*np.subtract(center_px, circle.center_px)) / circle.radius_px
@@ -196,17 +197,15 @@ def _is_sure(small: Small, circle: Circle, center_px: Pair) -> bool:
 
 def _shading_center(small: Small, circle: Circle, ball_px: float) -> Pair:
     """The shading's centre, fitted again closer to the disc."""
-    shading = circle
+    (x, y), radius = circle.center_px, circle.radius_px
     for _ in range(ROUNDS):
-        shading = refit_circle(
-            small, shading.center_px, shading.radius_px / START, ball_px, CENTER_REACH
-        )
-    return shading.center_px
+        x, y, radius = refit_center(small, (x, y, radius / START), ball_px, CENTER_REACH)
+    return x, y
 
 
-def _change(difference: Difference, smooth_px: float = SMOOTH_PX) -> Change:
+def color_change(difference: Difference, smooth_px: float = SMOOTH_PX) -> Change:
     """How much the colour changed; printed dots and dust removed, noise smoothed."""
-    centered = difference - np.median(difference, (0, 1))
+    centered = difference - channel_medians(difference)
     smooth = cv2.GaussianBlur(cv2.medianBlur(centered.astype(np.float32), 5), (0, 0), smooth_px)
     return np.sqrt((smooth**2).sum(2), dtype=np.float32)
 
@@ -273,5 +272,5 @@ def _strength(difference: Difference, circle: Circle) -> float:
     height, width = difference.shape[:2]
     y, x = np.mgrid[0:height, 0:width]
     near = np.hypot(x - circle.center_px[0], y - circle.center_px[1]) < RING[1] * circle.radius_px
-    smooth = cv2.GaussianBlur(difference - np.median(difference, (0, 1)), (0, 0), 1)
+    smooth = cv2.GaussianBlur(difference - channel_medians(difference), (0, 0), 1)
     return float(np.sqrt((smooth[near] ** 2).sum(-1).mean())) if near.any() else 0.0
