@@ -108,18 +108,13 @@ def depth_of(
     """
     unseen = unseen_axis(lights_deg, estimator.channels)
     if hidden is not None:
-        # Slopes of which one is not seen are not yet those of one surface.
-        method = "surface" if unseen is None else "biharmonic"
-        gradient = fill_gradients(gradient, hidden, method, mm_per_px, repeatable=repeatable)
+        gradient = beneath_dots(gradient, hidden, unseen, mm_per_px, repeatable=repeatable)
     if missing == "network" and unseen is not None:
         if infer is None:
             hinted = estimator.looks_around
             infer = partial(inferred_depth, unseen=unseen, mm_per_px=mm_per_px, hinted=hinted)
         return infer(gradient, disturbed)
-    if estimator.reach is not None:
-        gradient = without_still(gradient, disturbed, estimator.reach)
-    if missing == "zero" and unseen is not None:
-        gradient = without(unseen, gradient)
+    gradient = of_moved_gel(gradient, disturbed, estimator, missing, unseen)
     boundary = boundary_of(disturbed if estimator.reach is None else np.asarray(gradient.any(-1)))
     depth_mm = integrate(gradient, mm_per_px, boundary)
     rests = np.zeros_like(disturbed)
@@ -128,6 +123,35 @@ def depth_of(
         depth_mm = weighed_depth(depth_mm, gradient, mm_per_px, boundary, rests=rests)
     level_mm = 0.0 if rests.any() else untouched_depth(depth_mm, disturbed, boundary)
     return Depth(gradient=gradient, depth_mm=depth_mm - level_mm, boundary=boundary)
+
+
+def beneath_dots(
+    gradient: GradientField,
+    hidden: ContactMask,
+    unseen: Axis | None,
+    mm_per_px: Pair,
+    *,
+    repeatable: bool,
+) -> GradientField:
+    """The gradient field, filled where dots hid the colour from slopes around them."""
+    # Slopes of which one is not seen are not yet those of one surface.
+    method = "surface" if unseen is None else "biharmonic"
+    return fill_gradients(gradient, hidden, method, mm_per_px, repeatable=repeatable)
+
+
+def of_moved_gel(
+    gradient: GradientField,
+    disturbed: ContactMask,
+    estimator: GradientEstimator,
+    missing: MissingAxis,
+    unseen: Axis | None,
+) -> GradientField:
+    """The gradient field, zero where gel rests and, if that stands in for it, where unseen."""
+    if estimator.reach is not None:
+        gradient = without_still(gradient, disturbed, estimator.reach)
+    if missing == "zero" and unseen is not None:
+        gradient = without(unseen, gradient)
+    return gradient
 
 
 def inferred_depth(

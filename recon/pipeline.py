@@ -109,8 +109,7 @@ def reconstruct(
             anew from slopes around them.
         repeatable: as in ``recon.markers.filling.fill_gradients``.
     """
-    lit = np.array([channel in estimator.channels for channel in "RGB"], np.float32)
-    disturbed = disturbed_mask(difference * lit)
+    disturbed = disturbed_in(difference, estimator)
     found = depth_of(
         gradient_field(estimator, difference),
         disturbed,
@@ -132,3 +131,9 @@ def reconstruct(
         doubt=found.doubt,
         estimator=estimator,
     )
+
+
+def disturbed_in(difference: Difference, estimator: GradientEstimator) -> ContactMask:
+    """Where the colours changed that an estimator looks at."""
+    lit = np.array([channel in estimator.channels for channel in "RGB"], np.float32)
+    return disturbed_mask(difference * lit)

@@ -11,9 +11,11 @@ from collections.abc import Mapping
 import numpy as np
 from jaxtyping import Float32
 
-from recon.estimators import GradientEstimator, as_labelled, slopes_at
+from recon.arrays import GradientField
+from recon.depth import beneath_dots, of_moved_gel
+from recon.estimators import GradientEstimator, as_labelled, gradient_field, slopes_at
 from recon.lights import unseen_axis
-from recon.pipeline import Reconstruction, reconstruct
+from recon.pipeline import Reconstruction, disturbed_in, reconstruct
 from recon.pixels import BallPress, Pixels
 from sensor.unit import MissingAxis
 
@@ -47,7 +49,7 @@ def reconstruct_press(
 
 def slopes_in(found: Reconstruction, estimator: GradientEstimator, pixels: Pixels) -> Slopes:
     """Gradients (mm/mm) of some pixels of a reconstructed press, as their labels mean them."""
-    return as_labelled(estimator, found.gradient.reshape(-1, 2)[pixels.place], pixels)
+    return _at(pixels, found.gradient, estimator)
 
 
 def slopes_of(
@@ -57,12 +59,24 @@ def slopes_of(
     missing: MissingAxis,
     lights_deg: Mapping[str, float] | None,
 ) -> Slopes:
-    """The same of a press not yet reconstructed; the rest of the frame only where it matters."""
-    if missing == "network" or estimator.reach is not None or press.hidden is not None:
+    """The same of a press not yet reconstructed; depth and the rest only where it matters."""
+    unseen = unseen_axis(lights_deg, estimator.channels)
+    if missing == "network" and unseen is not None:
         found = reconstruct_press(press, estimator, missing, lights_deg)
         return slopes_in(found, estimator, pixels)
+    if estimator.reach is not None or press.hidden is not None:
+        gradient = gradient_field(estimator, press.difference)
+        if press.hidden is not None:
+            pitch_mm = press.mm_per_px
+            gradient = beneath_dots(gradient, press.hidden, unseen, pitch_mm, repeatable=True)
+        disturbed = disturbed_in(press.difference, estimator)
+        gradient = of_moved_gel(gradient, disturbed, estimator, missing, unseen)
+        return _at(pixels, gradient, estimator)
     slopes = slopes_at(estimator, press.difference, pixels)
-    unseen = unseen_axis(lights_deg, estimator.channels)
     if missing == "zero" and unseen:
         slopes[:, "xy".index(unseen)] = 0
     return slopes
+
+
+def _at(pixels: Pixels, gradient: GradientField, estimator: GradientEstimator) -> Slopes:
+    return as_labelled(estimator, gradient.reshape(-1, 2)[pixels.place], pixels)

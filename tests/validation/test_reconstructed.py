@@ -9,6 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from recon.estimators import fit_estimator, lesson_of
+from recon.estimators.lookup_table import LookupTable
 from recon.images import read_frame
 from recon.pipeline import Reconstructor
 from recon.pixels import label_pixels
@@ -20,7 +22,7 @@ from validation.error_table import error_table, measure_press
 from validation.examples import example, held_out
 from validation.folds import Fold
 from validation.metrics import press_errors
-from validation.reconstructed import slopes_in
+from validation.reconstructed import reconstruct_press, slopes_in, slopes_of
 from validation.side_by_side import unseen_slopes
 from validation.table_text import table_document
 
@@ -71,6 +73,26 @@ def test_a_table_judges_slopes_as_a_user_gets_them(dataset, unit, shown):
         as_seen = press_errors(press.file, seen, pixels.gradient, np.ones(len(pixels), bool))
         found = measure_press(unit.estimator, press, pixels, "none", None)[0]
         assert np.allclose(found.absolute, as_seen.absolute, rtol=1e-4)
+
+
+class Reaching(LookupTable):
+    """One by whom gel far from what moved is flat."""
+
+    reach = 0.03
+
+
+@pytest.mark.parametrize("channels, missing", [("RGB", "none"), ("RB", "none"), ("RB", "zero")])
+@pytest.mark.parametrize("kind", [LookupTable, Reaching])
+def test_slopes_are_judged_as_depth_is_integrated_from_them(dataset, kind, channels, missing):
+    presses, lights_deg = read_presses(dataset).presses, dataset.card.lights_deg
+    fitted = fit_estimator("table", lesson_of("table", presses, range(3), 0), channels, 0)
+    estimator = kind(**vars(fitted))
+    for index, press in enumerate(presses[3:]):
+        for seen in (press, replace(press, hidden=None)):
+            pixels = label_pixels(seen, index, 0)
+            found = slopes_of(estimator, seen, pixels, missing, lights_deg)
+            whole = reconstruct_press(seen, estimator, missing, lights_deg)
+            assert np.array_equal(found, slopes_in(whole, estimator, pixels))
 
 
 def test_what_stands_under_dots_is_judged_by_nobody(dataset, unit):
