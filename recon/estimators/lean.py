@@ -23,6 +23,9 @@ FOLDS = 4
 """Parts of the presses, each of which is left out once to learn how certain a lean is."""
 FEWEST_PRESSES = 8
 
+BESIDE = 5
+"""Columns of the equations beside those of shading: 1, x, y, and the slopes along x and y."""
+
 Lean = Float32[np.ndarray, "2 2"]
 """For x and for y: the lean in the frame's middle, and how much more it is at the frame's edge."""
 
@@ -54,19 +57,30 @@ def fit_lean(pixels: Pixels, columns: list[int], axes: list[int]) -> Lean:
     if len(chosen) > LOOKED_AT:
         random = np.random.default_rng(0)
         chosen = chosen[np.sort(random.choice(len(chosen), LOOKED_AT, replace=False))]
-    terms = _shading_terms(chosen, columns)
+    equations = _equations(chosen, columns)
     fold = np.searchsorted(presses, chosen.press) % FOLDS
     free = np.zeros((2, 2), bool)
     free[axes] = [len(columns) > len(axes), True]
-    whole = _fitted(terms, chosen, free)
-    parts = np.stack([_fitted(terms[fold != k], chosen[fold != k], free) for k in range(FOLDS)])
+    # What is fitted to a part of the presses is fitted to the triangle of its equations as well.
+    triangles = [np.linalg.qr(equations[fold == k], mode="r") for k in range(FOLDS)]
+    least = len(chosen) * np.finfo(np.float64).eps
+    whole = _fitted(np.concatenate(triangles), free, least)
+    parts = np.stack(
+        [
+            _fitted(np.concatenate(triangles[:k] + triangles[k + 1 :]), free, least)
+            for k in range(FOLDS)
+        ]
+    )
     variance = (FOLDS - 1) * parts.var(0)  # the jackknife's
     certain = np.maximum(0, 1 - variance / np.maximum(whole**2, 1e-12))
     return np.asarray(whole * certain, np.float32)
 
 
-def _shading_terms(pixels: Pixels, columns: list[int]) -> Float64[np.ndarray, "n t"]:
-    """Products of one to three colours with a quadratic polynomial of the place."""
+def _equations(pixels: Pixels, columns: list[int]) -> Float64[np.ndarray, "n t"]:
+    """Of each pixel all that a slope may depend on, then the labelled slopes along x and y.
+
+    That is products of one to three colours with a quadratic polynomial of the place, 1, x and y.
+    """
     color = pixels.color[:, columns].astype(np.float64)
     color /= np.maximum(color.std(0), 1e-6)
     shades = [
@@ -76,19 +90,24 @@ def _shading_terms(pixels: Pixels, columns: list[int]) -> Float64[np.ndarray, "n
     ]
     x, y = pixels.position.T.astype(np.float64)
     places = [x**i * y**j for i in range(3) for j in range(3 - i)]
-    return np.stack([shade * place for shade in shades for place in places], 1)
+    own = [np.ones_like(x), x, y, *pixels.gradient.T]
+    return np.stack([*(shade * place for shade in shades for place in places), *own], 1)
 
 
 def _fitted(
-    terms: Float64[np.ndarray, "n t"], pixels: Pixels, free: Bool[np.ndarray, "2 2"]
+    equations: Float64[np.ndarray, "n t"], free: Bool[np.ndarray, "2 2"], least: float
 ) -> Float64[np.ndarray, "2 2"]:
-    """The lean by least squares; what is not ``free`` is zero."""
-    lean = np.zeros((2, 2))
+    """The lean by least squares; what is not ``free`` is zero.
+
+    Args:
+        equations: of ``_equations``, or the triangles of their parts.
+        free: for x and for y, whether its lean in the middle is, and whether its growth is.
+        least: singular values below that share of the largest are none.
+    """
+    terms, lean = equations.shape[1] - BESIDE, np.zeros((2, 2))
     for axis in np.flatnonzero(free.any(1)):
-        along = pixels.position[:, axis].astype(np.float64)
-        own = np.stack([np.ones_like(along), along], 1)[:, free[axis]]
-        found = np.linalg.lstsq(
-            np.concatenate([terms, own], 1), pixels.gradient[:, axis].astype(float), rcond=None
-        )[0]
-        lean[axis, free[axis]] = -found[terms.shape[1] :]
+        own = np.array([terms, terms + 1 + axis])[free[axis]]
+        known = equations[:, [*range(terms), *own]]
+        found = np.linalg.lstsq(known, equations[:, terms + 3 + axis], rcond=least)[0]
+        lean[axis, free[axis]] = -found[terms:]
     return lean

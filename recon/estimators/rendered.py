@@ -29,8 +29,10 @@ from recon.estimators.shading import (
     Shading,
     Taught,
     blank_colors,
+    changes_by,
     color_changes,
     fit_shading,
+    shading_terms,
 )
 from recon.estimators.surroundings import ASPECTS
 from recon.tensor_files import read_tensors
@@ -270,10 +272,8 @@ def drawn_evenly(random: np.random.Generator, things: int, count: int) -> Int64[
 
 def _changes(shading: Shadings, taught: Taught) -> tuple[Colors, Colors]:
     """Of the colours under shallow balls, and what the balls' depth adds to them."""
-    shallow, deep = (
-        color_changes(answer, taught.slopes, taught.position)
-        for answer in (shading.shallow, shading.deep)
-    )
+    terms = shading_terms(taught.slopes, taught.position)
+    shallow, deep = (changes_by(answer, terms) for answer in (shading.shallow, shading.deep))
     least, most = shading.caps
     deeper = np.clip((taught.cap - least) / (most - least), *BETWEEN)
     return shallow, (deep - shallow) * deeper[:, None]

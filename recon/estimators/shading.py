@@ -65,7 +65,19 @@ class Taught:
 
 def color_changes(shading: Shading, slopes: Pairs, position: Pairs) -> Colors:
     """Of the colours, as shares of the blank gel's, where it has some slopes at some positions."""
-    return np.asarray(_terms(slopes, position) @ shading, np.float32)
+    return changes_by(shading, shading_terms(slopes, position))
+
+
+def changes_by(shading: Shading, terms: Float64[np.ndarray, "n t"]) -> Colors:
+    """The same from what ``shading_terms`` gives."""
+    return np.asarray(terms @ shading, np.float32)
+
+
+def shading_terms(slopes: Pairs, position: Pairs) -> Float64[np.ndarray, "n t"]:
+    """Each product of up to three of the normal's components with each power of the place."""
+    places = _powers(position.astype(np.float64), PLACE_POWERS)
+    products = tilt_terms(slopes)[:, :, None] * places[:, None, :]
+    return products.reshape(len(slopes), products.shape[1] * products.shape[2])
 
 
 def fit_shading(taught: Taught, light: Light) -> Shading:
@@ -74,7 +86,7 @@ def fit_shading(taught: Taught, light: Light) -> Shading:
     Gel that is taught as flat is not looked at: the model is exact there.
     """
     tilted = taught[np.flatnonzero(taught.slopes.any(1))]
-    terms = _terms(tilted.slopes, tilted.position)
+    terms = shading_terms(tilted.slopes, tilted.position)
     blank = np.maximum(blank_colors(light, tilted.position), DARKEST)
     wanted = (tilted.color / blank).astype(np.float64)
     fold = np.unique(tilted.press, return_inverse=True)[1] % FOLDS
@@ -117,13 +129,6 @@ def _powers(position: np.ndarray, powers: tuple[tuple[int, int], ...]) -> np.nda
     highest = 1 + max(i for i, _ in powers)
     x, y = ([along**i for i in range(highest)] for along in position.T)
     return np.stack([x[i] * y[j] for i, j in powers], 1)
-
-
-def _terms(slopes: Pairs, position: Pairs) -> Float64[np.ndarray, "n t"]:
-    """Each product of up to three of the normal's components with each power of the place."""
-    places = _powers(position.astype(np.float64), PLACE_POWERS)
-    products = tilt_terms(slopes)[:, :, None] * places[:, None, :]
-    return products.reshape(len(slopes), products.shape[1] * products.shape[2])
 
 
 def _solved(square: Float64[np.ndarray, "t t"], product: Float64[np.ndarray, "t c"]) -> np.ndarray:
