@@ -2,8 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """`wedge calibrate`: ball presses to a unit folder."""
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from datetime import UTC, datetime
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -77,7 +79,7 @@ def main(
     keep_inputs([dataset, design], [json])
     refuse_unfittable(estimator)
     built_from = None if design is None else load_design(design)
-    folder = _dataset_of(Path(dataset), out, built_from, ball_radius_mm)
+    folder = _dataset_of(Path(dataset), out, built_from, ball_radius_mm, estimator)
     source = read_dataset(folder or dataset_folder(dataset))
     refuse_other_pad(source.card.pad_size_mm, built_from, str(source.folder / CARD_FILE))
     if built_from is not None and source.card.pad_size_mm is None:
@@ -149,11 +151,16 @@ def _fit(
 
 
 def _dataset_of(
-    frames: Path, out: Path, design: Wedge | None, ball_radius_mm: float | None
+    frames: Path, out: Path, design: Wedge | None, ball_radius_mm: float | None, estimator: str
 ) -> Path | None:
-    """The dataset made from a folder of raw frames; ``None`` where it is none."""
+    """The dataset made from a folder of raw frames; ``None`` where it is none.
+
+    Other processes find the circles. What the estimator is fitted with takes seconds to import:
+    that is begun meanwhile.
+    """
     from app._importing import import_source
     from app._pad import assumed_pad_mm
+    from recon.estimators import kind_of
     from validation.datasets import dataset_folder
 
     if not frames.is_dir() or (frames / CARD_FILE).exists():
@@ -172,6 +179,8 @@ def _dataset_of(
             f"{presses} holds the presses of an earlier run: continue with "
             f"`{command_line('calibrate', presses, '--out', out)}`, or name another --out."
         )
+    if kind_of(estimator).needs_torch:
+        ThreadPoolExecutor(1).submit(import_module, "torch")
     import_source(
         frames,
         presses,

@@ -52,7 +52,7 @@ FEWEST_COLLARS = 3
 OTHER_SIZES = 0.8, 1.8
 """Half of the balls' pixels are taught as those of a ball so many times as large: balls of one size
 would teach that size."""
-HASTY = 0.5
+HASTY = 1 / 3
 """Of the training, where nobody asks for more."""
 UNLIKE = 0.25
 """Of the balls' change of colour: a rendered sensor that leaves as much of it unexplained does not

@@ -13,4 +13,4 @@ class Effort(Enum):
     SLOPES = auto()
     """The same slopes alone: of ``default`` in two thirds of the time."""
     HASTY = auto()
-    """Slopes alone, trained half as long: good for a verdict, not for a unit."""
+    """Slopes alone, trained a third as long: good for a verdict, not for a unit."""

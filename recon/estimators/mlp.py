@@ -17,7 +17,7 @@ from jaxtyping import Float32
 from recon.arrays import Difference
 
 HIDDEN = (32, 32, 32)
-CHUNK_ROWS = 8192
+CHUNK_ROWS = 2048
 """Rows evaluated at a time: the activations of one chunk stay in the cache."""
 
 Layer = tuple[np.ndarray, np.ndarray]

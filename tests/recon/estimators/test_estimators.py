@@ -178,7 +178,7 @@ def test_slopes_are_the_same_where_nobody_asks_how_unsure_they_are(fitted, pixel
     assert bare.half_width(slopes) is None
 
 
-def test_a_hasty_fit_takes_half_of_the_steps_and_tells_no_doubt(pixels, monkeypatch):
+def test_a_hasty_fit_takes_a_third_of_the_steps_and_tells_no_doubt(pixels, monkeypatch):
     from recon.estimators import default_training
 
     taken, descend = [], default_training.descend
@@ -187,7 +187,7 @@ def test_a_hasty_fit_takes_half_of_the_steps_and_tells_no_doubt(pixels, monkeypa
     )
     efforts = Effort.SLOPES, Effort.HASTY
     made = [fit_estimator("default", pixels("default"), "RGB", 0, effort=one) for one in efforts]
-    assert taken == [FEW_STEPS, FEW_STEPS // 2]
+    assert taken == [FEW_STEPS, FEW_STEPS // 3]
     assert made[1].half_width(np.zeros((1, 2), np.float32)) is None
 
 
