@@ -11,6 +11,7 @@ import sysconfig
 import tomllib
 from collections.abc import Iterator
 from fnmatch import fnmatch
+from itertools import pairwise
 from pathlib import Path
 
 import jaxtyping
@@ -149,6 +150,23 @@ def test_no_array_file_may_run_code() -> None:
     # ruff refuses pickle, eval, exec and shells; numpy's way around that is an argument.
     found = [path for path in PYTHON_FILES if "allow_pickle=" + "True" in path.read_text()]
     assert names(found) == []
+
+
+def test_no_end_of_a_sentence_is_left_behind() -> None:
+    # A string by itself says something of the module, the class, the function or the name before
+    # it; after anything else it is the rest of one that nobody joined.
+    left: list[str] = []
+    for path in PYTHON_FILES:
+        for node in ast.walk(ast.parse(path.read_text())):
+            body = getattr(node, "body", None)
+            for before, after in pairwise(body if isinstance(body, list) else []):
+                text = after.value if isinstance(after, ast.Expr) else None
+                alone = isinstance(text, ast.JoinedStr) or (
+                    isinstance(text, ast.Constant) and isinstance(text.value, str)
+                )
+                if alone and not isinstance(before, ast.Assign | ast.AnnAssign):
+                    left.append(f"{path.relative_to(ROOT)}:{after.lineno}")
+    assert left == []
 
 
 def test_every_subcommand_is_a_module_and_every_module_a_subcommand() -> None:

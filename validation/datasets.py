@@ -158,8 +158,9 @@ def _shared(name: str) -> Callable[[], Path | None]:
 
 
 def _shared_sought(name: str) -> str:
-    return f"put {name}/ into the folder named by WEDGE_DATA, or into shared/data next to the"
-    " checkout"
+    return (
+        f"put {name}/ into the folder named by WEDGE_DATA, or into shared/data next to the checkout"
+    )
 
 
 DATASETS = (
