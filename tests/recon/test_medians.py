@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from recon.medians import SAMPLE, median
+from recon.medians import SAMPLE, channel_medians, median
 
 FLOATS = st.floats(-1e3, 1e3, width=32)
 
@@ -44,3 +44,8 @@ def test_of_none_it_is_zero() -> None:
 def test_of_an_image_it_is_that_of_all_its_pixels() -> None:
     image = np.random.default_rng(0).normal(size=(90, 120, 3))
     assert median(image[:, ::2]) == np.median(image[:, ::2])
+
+
+def test_of_each_colour() -> None:
+    image = np.random.default_rng(0).normal([0, 5, -3], size=(50, 60, 3)).astype(np.float32)
+    assert channel_medians(image) == pytest.approx(np.median(image, (0, 1)), abs=1e-6)
