@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from recon.labels import circles
+from recon.labels.ball_fit import Near, unexplained
 from recon.labels.circles import refit_circle, refit_circles
 from tests.shading import pressed
 
@@ -70,3 +71,13 @@ def test_a_circle_far_from_the_ball_is_glanced_at_and_takes_nothing_from_the_bes
     assert together[1] == refit_circle(difference, right[:2], right[2], BALL_PX)
     assert together[0].quality < 0.1 < 0.7 < together[1].quality
     assert refit_circles(difference, [], BALL_PX) == []
+
+
+def test_pixels_on_one_line_are_explained_as_far_as_they_tell():
+    # Their normals have no part across the line, so some of the colour's terms are zero or alike.
+    x = np.linspace(-9.0, 9.0, 60)
+    lean = -x / BALL_PX  # of a ball's normal along the line
+    color = np.stack([0.5 * lean, 0.2 * lean**2, lean - lean**3])
+    near = Near(x_px=x, y_px=np.zeros_like(x), color=color)
+    contact = np.array([0.0, 0.0, 12.0, 1.0])
+    assert np.abs(unexplained(contact, near, np.ones_like(x), BALL_PX)).max() < 1e-9
