@@ -99,7 +99,7 @@ def main(
     )
     unit.save(out)
     print_error_table(measured)
-    remarks = (pad_remark(source.card.pad_size_mm, built_from), unlit)
+    remarks = (pad_remark(source.card.pad_size_mm, built_from), unlit, _light_remark(unit))
     for sentence in (*filter(None, remarks), *press_doubts(presses, source.labels)):
         print(sentence)
     print(f"Unit folder: {out}")
@@ -107,6 +107,16 @@ def main(
         print(f"Next: {command_line('accept', out, folder, '--out', f'{out}-certificate')}")
         print("Judge presses from another day instead to see what has changed since.")
     write_json(json, table_document(measured))
+
+
+def _light_remark(unit: "Calibration") -> str | None:
+    """Say it where the unit's light is known, as its contact masks then come from another way."""
+    from recon.touched import in_known_light
+
+    card = unit.card
+    if card.markers or not in_known_light(unit.estimator, card.size_px, card.mm_per_px):
+        return None
+    return "Its balls are lit as the rendered standard's: contact masks use that light, too."
 
 
 def _fit(

@@ -10,14 +10,32 @@ import numpy as np
 from jaxtyping import Bool
 
 from recon.arrays import ContactMask, DepthMap, Difference, GradientField
-from recon.contact.mask import contact_mask
+from recon.contact.known_light import held_in_light, is_known
+from recon.contact.mask import contact_mask, dents
 from recon.contact.patches import ContactPatch, contact_patches
 from recon.contact.shadows import cast_shadows
 from recon.depth_error import slope_error
 from recon.estimators import GradientEstimator
+from recon.estimators.default import Default
+from recon.estimators.shading import blank_colors
 from recon.integration.poisson import Boundary
 from recon.markers.tracking import Tracked
+from recon.pixels import positions
 from sensor.toml import Pair
+
+
+def in_known_light(
+    estimator: GradientEstimator | None, size_px: tuple[int, int], mm_per_px: Pair
+) -> Default | None:
+    """The estimator, if its sensor is lit as the rendered standard and shows as much of the pad.
+
+    Args:
+        estimator: that reads the slopes; ``None`` where nobody said.
+        size_px: (width, height) of the frames.
+        mm_per_px: pixel pitch along x and y.
+    """
+    ours = estimator if isinstance(estimator, Default) else None
+    return ours if ours and is_known(ours.unlike, size_px, mm_per_px) else None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,7 +66,20 @@ class Touched:
     @cached_property
     def contact(self) -> ContactMask:
         """Where something touches; worked out when first asked for."""
-        return contact_mask(self.disturbed, self.depth_mm, self.gradient, self.mm_per_px)
+        return self._held_of(self.disturbed)
+
+    def _held_of(self, disturbed: ContactMask) -> ContactMask:
+        """What something holds of the disturbed gel, by colours too where their light is known."""
+        size_px = self.depth_mm.shape[::-1]
+        ours = in_known_light(self.estimator, size_px, self.mm_per_px)
+        if ours is None or self.dots is not None:  # what dots hide has no colour of its own
+            return contact_mask(disturbed, self.depth_mm, self.gradient, self.mm_per_px)
+        where = positions(size_px)
+        blank = blank_colors(ours.light, where.reshape(-1, 2)).reshape(*where.shape[:2], 3)
+        patches, _ = dents(disturbed, self.depth_mm)
+        return held_in_light(
+            self.difference, blank, self.depth_mm, self.gradient, self.mm_per_px, patches > 0
+        )
 
     @property
     def deepest_mm(self) -> float:

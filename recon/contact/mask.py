@@ -182,13 +182,10 @@ def contact_mask(
         gradient: (h, w, 2), mm/mm.
         mm_per_px: pixel pitch along x and y.
     """
-    dented = depth > SHALLOWEST * max(float(depth.max(initial=0)), 0.0)
-    count, patches = cv2.connectedComponents(dented.astype(np.uint8), connectivity=8)
-    touched = np.zeros(count, bool)
-    touched[patches[disturbed & dented]] = True
-    if not touched.any():
-        return np.zeros_like(disturbed)
-    inside = touched[patches]
+    patches, count = dents(disturbed, depth)
+    inside = patches > 0
+    if not inside.any():
+        return inside
     owner = patches[inside]
     deepest = np.zeros(count)
     np.maximum.at(deepest, owner, depth[inside])
@@ -199,6 +196,18 @@ def contact_mask(
     within[inside] = share > edge_levels(owner, share, steep, count)[owner]
     found = held(depth, gradient, mm_per_px, inside)
     return with_crests(within, found, gradient, depth, pressure)
+
+
+def dents(disturbed: ContactMask, depth: DepthMap) -> tuple[Int[np.ndarray, "h w"], int]:
+    """The patches of dented gel that hold some that is disturbed, numbered, and one more than all.
+
+    Elsewhere 0. What lies shallower than ``SHALLOWEST`` belongs to none.
+    """
+    dented = depth > SHALLOWEST * max(float(depth.max(initial=0)), 0.0)
+    count, patches = cv2.connectedComponents(dented.astype(np.uint8), connectivity=8)
+    touched = np.zeros(count, bool)
+    touched[patches[disturbed & dented]] = True
+    return np.where(touched[patches], patches, 0), count
 
 
 def with_crests(

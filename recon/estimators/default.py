@@ -79,6 +79,9 @@ class Default:
     where that was not measured."""
     reach: float = REACH
     """How far gel follows what moved, in shares of the frame's shorter side; farther it is flat."""
+    unlike: float | None = None
+    """What the rendered standard's light leaves unexplained of the balls' squared change of colour;
+    ``None`` with few lights, and in units made before."""
 
     def prepared(self, difference: Difference) -> Prepared:
         """The difference without the frame's drift and grain, and what lies around."""
@@ -129,6 +132,8 @@ class Default:
         """Everything it learnt."""
         named = {key: getattr(self, key) for key in ARRAYS if getattr(self, key) is not None}
         named["reach"] = np.array([self.reach], np.float32)
+        if self.unlike is not None:
+            named["unlike"] = np.array([self.unlike], np.float32)
         for index, (weight, bias) in enumerate(self.layers):
             named |= {f"weight{index}": weight, f"bias{index}": bias}
         return named
@@ -161,11 +166,15 @@ class Default:
         reach = tensors.get("reach", np.array([REACH], np.float32))  # units made before have none
         if reach.shape != (1,) or not 0 <= reach[0] <= FARTHEST:
             raise ValueError(f"reach is {reach}, not one share from 0 to {FARTHEST}")
+        unlike = tensors.get("unlike")
+        if unlike is not None and (unlike.shape != (1,) or unlike[0] < 0):
+            raise ValueError(f"unlike is {unlike}, not one share from 0 up")
         return cls(
             channels=channels,
             **{key: tensors[key] for key in ARRAYS},
             layers=tuple(layers),
             reach=float(reach[0]),
+            unlike=None if unlike is None else float(unlike[0]),
         )
 
 

@@ -29,7 +29,7 @@ from recon.estimators.lean import Lean, fit_lean, lean_at
 from recon.estimators.lesson import FEW
 from recon.estimators.mlp import channel_indices
 from recon.estimators.networks import Layer, answers, members_of
-from recon.estimators.rendered import rendered_pixels
+from recon.estimators.rendered import rendered_pixels, unlike
 from recon.estimators.shading import Light, Taught, fit_light, fit_shading
 from recon.estimators.shown import shown_axes
 from recon.estimators.surroundings import columns_around, of_other_sizes
@@ -54,6 +54,8 @@ OTHER_SIZES = 0.8, 1.8
 would teach that size."""
 HASTY = 1 / 3
 """Of the training, where nobody asks for more."""
+STANDARD, COLORS = "standard", "RGB"
+"""The rendered sensor whose light is compared as it is, where all colours are looked at."""
 UNLIKE = 0.25
 """Of the balls' change of colour: a rendered sensor that leaves as much of it unexplained does not
 say how the gel beside a contact looks."""
@@ -94,6 +96,7 @@ def fit_default(
         gel=told.gel,
         error90=_measured_error90(told, layers) if with_doubt else None,
         reach=reach_of(collar_of(pixels)),
+        unlike=told.unlike,
     )
 
 
@@ -124,6 +127,8 @@ class _Told:
     so many times elsewhere for each way."""
     members: int
     """Networks whose mean is taken."""
+    unlike: float | None
+    """As ``Default.unlike``."""
     here_alone: int
     """The first of them, which are taught balls only where they were pressed: what they learn by
     heart and what the model of the light tells the others wrongly are errors of two kinds."""
@@ -213,6 +218,7 @@ def _told(pixels: Pixels, channels: str, seed: int) -> _Told:
         measured_inputs=(np.concatenate([own[unseen], others[unseen_others]]) - mean) / spread,
         times=times,
         ways=len(ways),
+        unlike=unlike(STANDARD, taught, light) if channels == COLORS else None,
         members=members,
         here_alone=members // 2 if wide else 0,
     )

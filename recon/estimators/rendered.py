@@ -79,6 +79,7 @@ class Shadings:
 class RenderedSensor:
     """Pixels of one rendered sensor; colours change by shares of its blank gel's."""
 
+    name: str
     change: Float32[np.ndarray, "n 3"]
     around: Float32[np.ndarray, "n a"]
     """What lies around, in shares of the blank gel at the pixel itself."""
@@ -157,10 +158,8 @@ def matched_light(shading: Shadings, taught: Taught, light: Light) -> Match:
     At one slope the floor of a deep dent has other colours than that of a shallow one: lights graze
     it, walls shade and brighten it. Taken for a mix, that would change the colours of everything.
     """
-    steepness = np.linalg.norm(taught.slopes, axis=1)
-    some = taught[np.flatnonzero((steepness > GENTLEST) & (steepness < STEEPEST))]
+    some, wanted = _tilted(taught, light)
     level, deeper = (_placed(change, some.position) for change in _changes(shading, some))
-    wanted = (some.color / np.maximum(blank_colors(light, some.position), DARKEST)).astype(float)
     total = float((wanted**2).sum())
 
     def found(deepness: float) -> Match:
@@ -173,6 +172,29 @@ def matched_light(shading: Shadings, taught: Taught, light: Light) -> Match:
         return Match(mix=mix, deepness=deepness, unexplained=unexplained)
 
     return min((found(deepness) for deepness in DEEPNESS), key=lambda match: match.unexplained)
+
+
+def unlike(name: str, taught: Taught, light: Light) -> float:
+    """What a rendered sensor's light, as it is, leaves unexplained of all three colours' changes.
+
+    A share of the balls' squared change of colour: 0 where a sensor is lit as that one is.
+
+    Raises:
+        WedgeError: the pixels that come with this package are missing or damaged.
+    """
+    shading = next(sensor.shading for sensor in rendered_sensors() if sensor.name == name)
+    some, wanted = _tilted(taught, light)
+    level, deeper = _changes(shading, some)
+    total = float((wanted**2).sum())
+    return float(((wanted - level - deeper) ** 2).sum()) / total if total > 0 else 1.0
+
+
+def _tilted(taught: Taught, light: Light) -> tuple[Taught, Float64[np.ndarray, "m c"]]:
+    """The balls' tilted pixels, and how their colours changed in shares of the blank gel's."""
+    steepness = np.linalg.norm(taught.slopes, axis=1)
+    some = taught[np.flatnonzero((steepness > GENTLEST) & (steepness < STEEPEST))]
+    blank = np.maximum(blank_colors(light, some.position), DARKEST)
+    return some, (some.color / blank).astype(float)
 
 
 def left_by_mix(
@@ -205,14 +227,14 @@ def read_rendered(path: Path) -> Sequence[RenderedSensor]:
     arrays = rendered_arrays(path)
     names = sorted({name.partition(".")[0] for name in arrays})
     return tuple(
-        _restored({key: arrays[f"{name}.{key}"].astype(np.float32) for key in WANTED})
+        _restored(name, {key: arrays[f"{name}.{key}"].astype(np.float32) for key in WANTED})
         for name in names
     )
 
 
-def _restored(arrays: dict[str, np.ndarray]) -> RenderedSensor:
+def _restored(name: str, arrays: dict[str, np.ndarray]) -> RenderedSensor:
     shading = Shadings(**{key: arrays.pop(key) for key in OF_SHADING})
-    return RenderedSensor(shading=shading, **arrays)
+    return RenderedSensor(name=name, shading=shading, **arrays)
 
 
 def rendered_arrays(path: Path) -> dict[str, np.ndarray]:

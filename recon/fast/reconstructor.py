@@ -16,7 +16,7 @@ from jaxtyping import Float32
 
 from recon.arrays import ContactMask, DepthMap, Frame
 from recon.calibration import Calibration, load_calibration
-from recon.contact.mask import boundary_of, contact_mask, disturbed_in
+from recon.contact.mask import boundary_of, disturbed_in
 from recon.depth import Depth, depth_of, fewer_px, untouched_depth
 from recon.estimators import gradient_field
 from recon.estimators.default import Default
@@ -75,7 +75,7 @@ class Touch(Touched):
         disturbed = self.disturbed
         if disturbed.shape != self.depth_mm.shape:
             disturbed = in_pixels(disturbed, (width, height))
-        return contact_mask(disturbed, self.depth_mm, self.gradient, self.mm_per_px)
+        return self._held_of(disturbed)
 
     @property
     def markers(self) -> str:

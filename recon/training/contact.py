@@ -32,7 +32,7 @@ from recon.training.loss_curve import refuse_weights, write_curve
 from recon.training.random_presses import log_uniform, random_press
 from recon.training.resumable import DEVICE, ResumableTraining, checkpoint_of
 from recon.training.torch_layers import UNetLayers, batch_makers, made_ahead
-from recon.unet.weights import save_weights
+from recon.unet.weights import Purpose, save_weights
 from sensor.extras import how_to_install
 
 try:
@@ -60,7 +60,7 @@ CUT = 0.02
 """Of the deepest point: a skin deeper than this on the border is cut by it."""
 TESTED = 200
 
-Batch = tuple[Float32[np.ndarray, "n 4 h w"], Bool[np.ndarray, "n h w"]]
+Batch = tuple[Float32[np.ndarray, "n maps h w"], Bool[np.ndarray, "n h w"]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,17 +84,18 @@ COURSES = (
 
 
 class ContactNet(UNetLayers):
-    """The network of ``recon.contact.network``, for training."""
+    """The network of ``recon.contact.network``, or another for a mask, for training."""
 
-    def __init__(self, channels: tuple[int, ...]) -> None:
-        super().__init__(channels, CONTACT.inputs, CONTACT.outputs, CONTACT.fine)
+    def __init__(self, channels: tuple[int, ...], purpose: Purpose = CONTACT) -> None:
+        super().__init__(channels, purpose.inputs, purpose.outputs, purpose.fine)
+        self.fine = len(purpose.fine)
         nn.init.constant_(self.layers["last"].get_parameter("bias"), FIRST_SCORE)
 
-    def forward(self, maps: Float[Tensor, "n 4 h w"]) -> Float[Tensor, "n h w"]:
+    def forward(self, maps: Float[Tensor, "n maps h w"]) -> Float[Tensor, "n h w"]:
         """Log odds of being held."""
         found = functional.pixel_shuffle(self.layers["out"](self.features(maps)), 2).relu()
         found = torch.cat([maps, found], dim=1)
-        for layer in range(len(CONTACT.fine)):
+        for layer in range(self.fine):
             found = self.layers[f"fine{layer}"](found).relu()
         score: Tensor = self.layers["last"](found)[:, 0]
         return score

@@ -23,6 +23,7 @@ from recon.estimators.rendered import (
     read_rendered,
     rendered_pixels,
     rendered_sensors,
+    unlike,
 )
 from recon.estimators.shading import Taught, blank_colors, color_changes, fit_light
 from recon.estimators.surroundings import ASPECTS
@@ -103,7 +104,7 @@ def test_the_shipped_sensors_have_slopes_that_no_ball_shows_and_gel_that_is_flat
         assert sensor.around.shape == (len(sensor.slopes), 3 * ASPECTS)
         assert np.abs(sensor.position).max() <= 1
         arrays = {**vars(sensor), **vars(sensor.shading)}
-        del arrays["shading"]
+        del arrays["name"], arrays["shading"]
         assert all(np.isfinite(values).all() for values in arrays.values())
 
 
@@ -229,6 +230,20 @@ def test_the_less_a_light_is_like_any_rendered_one_the_fewer_pixels_come():
     dark = Taught(**{**vars(taught), "color": np.zeros_like(taught.color)})
     none, everything = rendered_pixels(dark, light, np.nan, 1000, seed=0)
     assert len(none.slopes) == 0 and everything == 1
+
+
+def test_only_a_sensor_lit_as_the_rendered_one_is_like_it():
+    standard = next(sensor for sensor in rendered_sensors() if sensor.name == "standard")
+    taught, light = balls(standard)
+    assert unlike("standard", taught, light) > 0.2  # its colours are mixed
+    own = color_changes(standard.shading.shallow, taught.slopes, taught.position)
+    blank = blank_colors(light, taught.position)
+    as_rendered = replace(taught, color=own * blank)
+    assert unlike("standard", as_rendered, light) < 1e-6
+    brighter = replace(taught, color=2 * own * blank), fit_light(taught.position, 2 * blank / 1.2)
+    assert unlike("standard", *brighter) == pytest.approx((1 - 1 / 1.2) ** 2, abs=0.02)
+    assert unlike("finger", as_rendered, light) > 0.05
+    assert unlike("standard", replace(taught, color=0 * taught.color), light) == 1
 
 
 @settings(deadline=None)

@@ -1,0 +1,52 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A unit whose light is known, from its presses to its masks."""
+
+import numpy as np
+import pytest
+
+import recon.estimators.default_training as default_training
+from app.__main__ import main
+from recon.calibration import load_calibration
+from recon.contact.known_light import MOST_UNLIKE
+from recon.contact.mask import contact_mask
+from recon.fast.reconstructor import FastReconstructor
+from recon.images import read_frame
+from recon.pipeline import Reconstructor
+from tests.synthetic import make_dataset
+from validation.contact import iou
+from validation.datasets import dataset_folder
+
+SENTENCE = "lit as the rendered standard's"
+
+
+@pytest.fixture(autouse=True)
+def quick_training(monkeypatch):
+    pytest.importorskip("torch")
+    monkeypatch.setattr(default_training, "STEPS", 600)
+    monkeypatch.setattr(default_training, "BATCH", 128)
+
+
+def calibrated(folder, out, capsys):
+    with pytest.raises(SystemExit) as stop:
+        main(["calibrate", str(folder), "--out", str(out)])
+    assert stop.value.code == 0
+    return capsys.readouterr().out
+
+
+def test_the_standards_unit_says_that_its_light_is_known_and_masks_by_it(tmp_path, capsys):
+    folder = dataset_folder("twin-standard")
+    assert SENTENCE in calibrated(folder, tmp_path / "unit", capsys)
+    assert 0 < load_calibration(tmp_path / "unit").estimator.unlike < MOST_UNLIKE
+    frame = read_frame(folder, "prism.jpg")
+    exact = Reconstructor.load(tmp_path / "unit")(frame)
+    by_slopes = contact_mask(exact.disturbed, exact.depth_mm, exact.gradient, exact.mm_per_px)
+    assert exact.contact.any() and not np.array_equal(exact.contact, by_slopes)
+    quick = FastReconstructor.load(tmp_path / "unit")(frame)
+    assert iou(quick.contact, exact.contact) > 0.97
+
+
+def test_a_unit_of_another_light_says_nothing_of_it(tmp_path, capsys):
+    make_dataset(tmp_path / "set", presses=12)
+    assert SENTENCE not in calibrated(tmp_path / "set", tmp_path / "unit", capsys)
+    assert load_calibration(tmp_path / "unit").estimator.unlike > MOST_UNLIKE
