@@ -4,7 +4,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from jaxtyping import Bool
@@ -20,7 +20,6 @@ from recon.estimators.default import Default
 from recon.estimators.shading import blank_colors
 from recon.integration.poisson import Boundary
 from recon.markers.tracking import Tracked
-from recon.pixels import positions
 from sensor.toml import Pair
 
 
@@ -74,11 +73,14 @@ class Touched:
         ours = in_known_light(self.estimator, size_px, self.mm_per_px)
         if ours is None or self.dots is not None:  # what dots hide has no colour of its own
             return contact_mask(disturbed, self.depth_mm, self.gradient, self.mm_per_px)
-        where = positions(size_px)
-        blank = blank_colors(ours.light, where.reshape(-1, 2)).reshape(*where.shape[:2], 3)
         patches, _ = dents(disturbed, self.depth_mm)
         return held_in_light(
-            self.difference, blank, self.depth_mm, self.gradient, self.mm_per_px, patches > 0
+            self.difference,
+            partial(blank_colors, ours.light),
+            self.depth_mm,
+            self.gradient,
+            self.mm_per_px,
+            patches > 0,
         )
 
     @property

@@ -10,6 +10,7 @@ not asked: ``Default.unlike`` tells how far a sensor's own balls have other colo
 """
 
 import math
+from collections.abc import Callable
 from typing import Final
 
 import cv2
@@ -36,7 +37,7 @@ PAD_MM: Final = (34.0, 25.5)
 """Of the standard, along x and y: a place has its light only where the frame spans the same pad."""
 PAD_TOLERANCE: Final = 0.02
 MOST_UNLIKE: Final = 0.1
-"""Of the balls' squared change of colour. The twin's standard has 0.04, its finger 0.18, the three
+"""Of the balls' squared change of colour. The twin's standard has 0.03, its finger 0.19, the three
 real sensors at hand 1.1 to 3.3."""
 PITCH_MM: Final = 34.0 / 320
 """Of the pixels that it learnt from; other frames are looked at in such."""
@@ -84,7 +85,7 @@ def light_input(
 
 def held_in_light(
     difference: Float32[np.ndarray, "h w 3"],
-    blank: Float32[np.ndarray, "h w 3"],
+    blank_at: Callable[[Float32[np.ndarray, "n 2"]], Float32[np.ndarray, "n 3"]],
     depth_mm: DepthMap,
     gradient: GradientField,
     mm_per_px: Pair,
@@ -94,7 +95,7 @@ def held_in_light(
 
     Args:
         difference: to the blank gel, in shares of full scale.
-        blank: colours of the blank gel.
+        blank_at: colours of the blank gel at some positions (-1 to 1).
         depth_mm: of the skin.
         gradient: mm/mm.
         mm_per_px: pixel pitch along x and y.
@@ -112,12 +113,13 @@ def held_in_light(
     )
     height, width = (part.stop - part.start for part in window)
     rows, columns = (max(1, round(length * share)) for length in (height, width))
-    seen = [
+    change, position, depth_px, slopes = (
         _resized(np.asarray(maps[window], np.float32), rows, columns)
-        for maps in (difference, blank, positions(near.shape[::-1]), depth_mm / PITCH_MM, gradient)
-    ]
+        for maps in (difference, positions(near.shape[::-1]), depth_mm / PITCH_MM, gradient)
+    )
+    blank = blank_at(position.reshape(-1, 2)).reshape(rows, columns, 3)
     beside = ((0, 0), (0, -rows % stride), (0, -columns % stride))
-    maps = np.pad(light_input(*seen), beside)
+    maps = np.pad(light_input(change, blank, position, depth_px, slopes), beside)
     score = unet.through_layers(weights, maps)[0, :rows, :columns]
     found[window] = (_resized(score, height, width) > 0) & near[window]
     return found

@@ -124,7 +124,7 @@ def test_a_finer_frame_is_answered_as_the_one_learnt_from(touched):
 
 
 def test_held_gel_is_found_near_and_nowhere_else_in_a_known_light(touched):
-    maps = touched.difference, np.full_like(touched.difference, 0.4), touched.depth_mm
+    maps = touched.difference, lambda at: np.full((len(at), 3), 0.4, np.float32), touched.depth_mm
     left = touched.depth_mm > 0.1
     left[:, 160:] = False
     assert not held_in_light(*maps, touched.gradient, PITCH, left)[~left].any()
