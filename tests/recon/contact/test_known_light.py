@@ -29,6 +29,10 @@ from recon.pipeline import reconstruct
 from recon.presses import press_reader, read_presses
 from recon.unet.weights import shipped_weights
 from sensor.dataset import read_dataset
+from sensor.design import STANDARD
+from simulation.indenters import shapes
+from simulation.presses import Press, skin_under
+from simulation.skin import View
 from validation.contact import iou
 from validation.datasets import dataset_folder
 
@@ -116,6 +120,14 @@ def test_the_standards_mask_is_that_of_its_light_and_of_no_other_sensor(touched)
     )
     dots = Tracked(markers=markers, position_px=nowhere, seen=np.zeros(0, bool), jumped=False)
     np.testing.assert_array_equal(replace(touched, dots=dots).contact, general)
+
+
+def test_a_known_light_shows_more_of_the_truth(touched):
+    cap = shapes(STANDARD.pad_size_mm)["screw_cap"]
+    press = Press(name="cap", indenter=cap, center_mm=(0.0, 0.0), depth_mm=cap.depth_mm)
+    truth = skin_under(STANDARD, View(size_px=SIZE_PX, mm_per_px=PITCH), press).contact
+    general = contact_mask(touched.disturbed, touched.depth_mm, touched.gradient, PITCH)
+    assert iou(touched.contact, truth) > max(0.86, iou(general, truth))
 
 
 def test_a_finer_frame_is_answered_as_the_one_learnt_from(touched):
