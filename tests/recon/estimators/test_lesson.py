@@ -383,6 +383,7 @@ def test_how_wrong_steep_slopes_are_is_told_by_what_shows_them(monkeypatch, othe
         times=0,
         ways=1,
         members=MEMBERS,
+        unlike=None,
         here_alone=0,
     )
     monkeypatch.setattr(default_fit, "answers", lambda _layers, _member, rows: normal_of(rows))
