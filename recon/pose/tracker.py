@@ -55,8 +55,9 @@ REGISTRATIONS: Mapping[str, Registration] = {
 
 LEAST_CONTACT_PX = 120
 """A smaller contact shows too little to be followed."""
-LEAST_SHARE = 0.1
-"""Of the largest contact so far: a last remnant, or the gel's slow return, is not the object."""
+LEAST_SHARE, LEAST_DEPTH = 0.1, 0.03
+"""Of the largest and of the deepest contact so far: a last remnant, or the gel's slow return, is
+not the object. Prints that real ones left in a gel were at most 0.02 as deep."""
 LEAST_IN_FRAME = 0.5
 """Of the largest contact so far, where the frame's border cuts it off: the end of an edge may lie
 beyond, and what is left of it slides along it unseen."""
@@ -136,7 +137,7 @@ class Tracker:
         """A touch for which no pose was found."""
         self._unsure = False
         """Whether the last search left doubt: poses that follow from it keep it."""
-        self._most_px = 0
+        self._most_px, self._most_mm = 0, 0.0
 
     def __call__(self, touch: Touch) -> PoseEstimate:
         """Take in the next touch.
@@ -148,12 +149,14 @@ class Tracker:
         touch = self._like = own(touch, self._like)
         before, self._before = self._before, touch
         contact_px = int(np.count_nonzero(touch.contact))
+        deepest_mm = float(touch.depth_mm[touch.contact].max(initial=0))
         self._most_px = max(self._most_px, contact_px)
+        self._most_mm = max(self._most_mm, deepest_mm)
         if contact_px < LEAST_CONTACT_PX:
             reason = "too little touches to be followed" if contact_px else "nothing touches"
             self._estimate = PoseEstimate(state="lost", reason=reason)
             self._sought = None
-        elif contact_px < LEAST_SHARE * self._most_px:
+        elif contact_px < LEAST_SHARE * self._most_px or deepest_mm < LEAST_DEPTH * self._most_mm:
             self._estimate = PoseEstimate(state="lost", reason="too little of the object touches")
         elif not (np.isfinite(touch.gradient).all() and np.isfinite(touch.depth_mm).all()):
             self._estimate = PoseEstimate(state="lost", reason="slopes or depths are not finite")
