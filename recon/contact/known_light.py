@@ -3,10 +3,10 @@
 """Where gel is held, by a network that knows how the standard design is lit.
 
 Slopes say less than the colours that they were read from: an estimator that serves every sensor
-reads ridges of some pixels too gentle or too steep. Where the light is known, a network sees it
-for itself. It learnt from random objects pressed into the twin of the standard
-(``recon.training.contact_in_light``), of which a real Wedge is as wide and lit as evenly or it is
-not asked: ``Default.unlike`` tells how far a sensor's own balls have other colours.
+reads ridges of some pixels too gentle or too steep. This network sees the colours as well. It
+learnt from random objects pressed into the twin of the standard
+(``recon.training.contact_in_light``), and is asked of sensors alone whose balls have the colours
+that they would have there (``Default.unlike``).
 """
 
 import math
@@ -39,7 +39,7 @@ PAD_TOLERANCE: Final = 0.02
 MOST_UNLIKE: Final = 0.1
 """Of the balls' squared change of colour. The twin's standard has 0.03, its finger 0.19, the three
 real sensors at hand 1.1 to 3.3."""
-PITCH_MM: Final = 34.0 / 320
+PITCH_MM: Final = PAD_MM[0] / 320
 """Of the pixels that it learnt from; other frames are looked at in such."""
 MARGIN_PX: Final = 24
 """Looked at beside the gel that may be held."""

@@ -12,6 +12,7 @@ from recon.contact.known_light import (
     CONTACT_IN_LIGHT,
     DARK,
     MOST_UNLIKE,
+    PAD_MM,
     PITCH_MM,
     held_in_light,
     is_known,
@@ -32,7 +33,7 @@ from sensor.dataset import read_dataset
 from sensor.design import STANDARD
 from simulation.indenters import shapes
 from simulation.presses import Press, skin_under
-from simulation.skin import View
+from simulation.skin import View, gel_view
 from validation.contact import iou
 from validation.datasets import dataset_folder
 
@@ -54,6 +55,11 @@ PITCH = (PITCH_MM, PITCH_MM)
 )
 def test_a_light_is_known_where_balls_and_pad_say_so(unlike, size_px, mm_per_px, known):
     assert is_known(unlike, size_px, mm_per_px) is known
+
+
+def test_the_pad_is_the_standard_designs():
+    assert PAD_MM == STANDARD.pad_size_mm
+    assert gel_view(STANDARD, SIZE_PX[0]).mm_per_px == pytest.approx(PITCH)
 
 
 def test_the_network_sees_what_the_other_does_then_shares_of_the_blank_gel_then_the_place():

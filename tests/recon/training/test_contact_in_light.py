@@ -74,7 +74,10 @@ def test_a_short_training_learns_what_is_held(pad):
     assert np.mean(losses[-3:]) < 0.9 * losses[0]
     weights, same_losses = training.train(presses, pad, 12, 0)
     assert losses == same_losses
-    assert 0 <= training.overlap(weights, presses, pad) <= 1
+    weights = {**weights, "last.weight": 0 * weights["last.weight"]}
+    for score, expected in ((1, np.mean([press.held.mean() for press in presses])), (-1, 0)):
+        weights["last.bias"] = np.float32([score])  # all of the gel is held, or none
+        assert training.overlap(weights, presses, pad) == pytest.approx(expected)
 
 
 def test_presses_are_read_by_every_calibration(tmp_path, monkeypatch):
