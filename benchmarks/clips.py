@@ -19,7 +19,7 @@ from recon.arrays import Frame
 from recon.calibration import Calibration, calibrate
 from recon.pipeline import Reconstruction
 from recon.pose.estimate import PoseEstimate
-from recon.pose.registration import contact_points
+from recon.pose.registration import contact_middle
 from recon.pose.rigid import angle_deg, applied, inverse
 from recon.pose.tracker import Tracker
 from recon.presses import read_presses
@@ -159,7 +159,7 @@ def _apart(touch: Reconstruction, one: PoseEstimate, other: PoseEstimate) -> Pai
     if one.T_sensor_object is None or other.T_sensor_object is None:
         return np.inf, np.inf
     between = other.T_sensor_object @ inverse(one.T_sensor_object)
-    middle = contact_points(touch).mean(0)
+    middle = contact_middle(touch)
     return angle_deg(between), float(np.linalg.norm(applied(between, middle) - middle))
 
 

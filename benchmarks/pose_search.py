@@ -39,7 +39,7 @@ from recon.pose.estimate import PoseEstimate
 from recon.pose.joint import Joint
 from recon.pose.mesh import Mesh, render, under_side
 from recon.pose.models import Keyframe, MeshModel
-from recon.pose.registration import Touch, contact_points
+from recon.pose.registration import Touch, contact_middle, contact_points
 from recon.pose.rigid import Transform, angle_deg, applied, inverse, rigid
 from recon.pose.symmetry import nearest_turn, own_rotations
 from recon.pose.tracker import ALIKE, FITS, Tracker
@@ -215,7 +215,7 @@ def drawn_case(shape: str, number: int, seed: int = SEED) -> Case:
 
 def off(case: Case, found: Transform, rotations: list[Transform]) -> tuple[float, float]:
     """Degrees, and mm at the middle of the contact, from the nearest pose that looks the same."""
-    middle = contact_points(case.touch).mean(0)
+    middle = contact_middle(case.touch)
     turn = nearest_turn(found, case.pose, rotations)
     left = found @ turn @ inverse(case.pose)
     return angle_deg(left), float(np.linalg.norm(applied(left, middle) - middle))

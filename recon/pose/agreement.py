@@ -8,8 +8,9 @@ import numpy as np
 from jaxtyping import Float32
 
 from recon.pose.level import looked_up
-from recon.pose.pyramid import LEAST_PX, Pyramid, residuals
+from recon.pose.pyramid import LEAST_PX, Pyramid
 from recon.pose.rigid import Transform, applied
+from recon.pose.template import residuals
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,11 +55,11 @@ def _alike(
     reference: Pyramid, current: Pyramid, T_current_reference: Transform, index: int
 ) -> tuple[float, int]:
     """Correlation of details at one resolution, and how many pixels have any."""
-    template, level = reference.templates[index], current.level(index)
-    moved = applied(T_current_reference, template.points).astype(np.float32)
-    seen = looked_up(level, moved)[:, 3] > 0.5
-    there = looked_up(reference.level(index).detail, template.points[seen])[:, :2]
-    here = looked_up(level.detail, moved[seen])[:, :2] @ T_current_reference[:2, :2]
+    template, detail = reference.templates[index], current.level(index).detail
+    found = looked_up(detail, applied(T_current_reference, template.points))
+    seen = found[:, 3] > 0.5
+    there = reference.details(index)[seen]
+    here = found[seen, :2] @ T_current_reference[:2, :2]
     product = float(np.linalg.norm(there) * np.linalg.norm(here))
     return float((there * here).sum()) / max(product, 1e-9), int(there.any(1).sum())
 

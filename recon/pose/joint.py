@@ -18,20 +18,21 @@ error as large as all of it, and weigh so much less.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import partial
 
 import numpy as np
-from jaxtyping import Float32
+from jaxtyping import Float, Float32
 
 from recon.pose.level import Level
 from recon.pose.noise import LENGTHS_MM, Variances, noise_between
-from recon.pose.pyramid import LEAST_PX, STENCIL, TILES, Pyramid, Template, residuals
-from recon.pose.registration import PRIOR, Alignment, Touch, prior_root
+from recon.pose.pyramid import LEAST_PX, Pyramid
+from recon.pose.registration import PRIOR, Alignment, Touch
 from recon.pose.rigid import Covariance, Transform, Twist, motion
 from recon.pose.rim import rim
+from recon.pose.template import STENCIL, TILES, Template, residuals
 
 STEPS_PER_LEVEL = 8
-STILL = 3e-5
+STILL = 1e-4
 """A step of so many radians, and ten times as many mm, ends the finest level."""
 ALMOST_STILL = 10 * STILL
 """The same of the levels before, which serve as its guess."""
@@ -111,22 +112,12 @@ class _Equations:
     depth_share: float
     """Of depths' weights, what the doubt of the reference's depth leaves."""
 
-    @cached_property
-    def prior(self) -> Covariance:
-        """A root of the prior; in its units that is the identity."""
-        return prior_root(self.template.points.mean(0).astype(float))
-
-    @cached_property
-    def rigidity(self) -> Covariance:
-        """What the prior adds to the normal equations."""
-        back = np.linalg.inv(self.prior)
-        return self.variance * back.T @ back
-
     def step(self, away: Twist) -> Twist:
         """The twist, when the guess is ``away`` from where the search began."""
         weighted = (self.weight * self.residual).reshape(-1)
-        pull = (self.template.change.reshape(-1, 6).T @ weighted).astype(float)
-        twist: Twist = np.linalg.solve(self.normal + self.rigidity, pull - self.rigidity @ away)
+        pull = (self.template.by_twist @ weighted).astype(float)
+        rigidity = self.variance * self.template.rigidity
+        twist: Twist = np.linalg.solve(self.normal + rigidity, pull - rigidity @ away)
         return twist
 
     def covariance(
@@ -152,19 +143,16 @@ class _Equations:
             shown: how much of what the derivatives say of a motion is seen when it is made; asked
                 of the least certain one. With less than a half they tell of noise, or of pixels.
         """
-        share, prior = float(self.weight[0].mean()), self.prior
+        share, prior = float(self.weight[0].mean()), self.template.prior
         learned = self.normal - pretended * self.noise**2 / 2 * share * self.template.noise_change
         known, axes = np.linalg.eigh(prior.T @ learned @ prior / self.variance)
         known = np.maximum(known, 0)
         if shown is not None and shown(prior @ axes[:, 0]) < LEAST_SHOWN:
             known[0] = 0
-        equations = np.zeros(self.template.change.shape[1:], np.float32)
-        for error, change in zip(self.weight * self.residual, self.template.change, strict=True):
-            equations += error[:, None] * change
+        pulls = self.template.by_twist * (self.weight * self.residual).reshape(-1)
+        pulls = pulls.reshape(6, 3, -1).sum(1)
         tiles = self.template.tiles
-        sums = np.stack(
-            [np.bincount(tiles, column, minlength=TILES**2) for column in equations.T], -1
-        )
+        sums = np.stack([np.bincount(tiles, row, minlength=TILES**2) for row in pulls], -1)
         scatter = ((sums - sums.mean(0)) @ prior @ axes / self.variance) ** 2
         growth = np.maximum(scatter.sum(0) / np.maximum(known, 1e-12), 1)
         deviation = np.sqrt(known / growth + 1)
@@ -218,26 +206,33 @@ def _linearized(template: Template, level: Level, guess: Transform) -> _Equation
     residual, seen = residuals(template, level, guess)
     if np.count_nonzero(seen) < LEAST_PX:
         return None
-    slope_error = np.hypot(residual[0], residual[1])
-    noise = float(np.median(slope_error[seen])) / RAYLEIGH_MEDIAN + LEAST_NOISE
-    depth_noise = 1.4826 * float(np.median(np.abs(residual[2][seen]))) + 1e-6
-    slope_weight = seen / (1 + (slope_error / (OUTLIER * noise)) ** 2)
-    depth_weight = seen / (1 + (residual[2] / (OUTLIER * depth_noise)) ** 2)
+    squares = np.stack([residual[0] ** 2 + residual[1] ** 2, residual[2] ** 2])
+    slope_median, depth_median = np.sqrt(_median(squares[:, seen]))
+    noise = slope_median / RAYLEIGH_MEDIAN + LEAST_NOISE
+    depth_noise = 1.4826 * depth_median + 1e-6
+    limits = OUTLIER * np.array([[noise], [depth_noise]])
+    slope_weight, depth_weight = seen / (1 + squares / (limits**2).astype(np.float32))
     variance = noise**2 * CORRELATED_PX[level.halvings]
     depth_weight *= template.depth_weight
     depth_share = _undoubted(template, variance, float(depth_weight.sum()))
     weight = np.stack([slope_weight, slope_weight, depth_share * depth_weight])
-    weight = weight.astype(np.float32)
-    change = template.change.reshape(-1, 6)
+    weight = weight.astype(np.float32, copy=False)
+    change = template.by_twist
     return _Equations(
         template=template,
         weight=weight,
         residual=residual,
-        normal=((weight.reshape(-1, 1) * change).T @ change).astype(float),
+        normal=((weight.reshape(-1) * change) @ change.T).astype(float),
         noise=noise,
         variance=variance,
         depth_share=depth_share,
     )
+
+
+def _median(squares: Float32[np.ndarray, "2 n"]) -> Float[np.ndarray, "2"]:
+    """Of each row; of an even number the larger of the two in the middle."""
+    middle = squares.shape[1] // 2
+    return np.partition(squares, middle, axis=1)[:, middle].astype(float)
 
 
 def _undoubted(template: Template, variance: float, weight: float) -> float:

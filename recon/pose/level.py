@@ -7,12 +7,15 @@ from functools import cached_property
 
 import cv2
 import numpy as np
-from jaxtyping import Float, Float32, Int32
+from jaxtyping import Float, Float32
 
 from recon.pose.rigid import Points
 from sensor.toml import Pair
 
 DETAIL_PX = 2.0
+CONTINUATION_SIGMA_PX = 1.0
+CUBIC = np.array([[1, -3, 3, -1], [4, 0, -6, 3], [1, 3, 3, -3], [0, 0, 0, 1]], np.float32) / 6
+"""Weights of a cubic B-spline by powers of how far a point lies beyond the second of its pixels."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,18 +30,27 @@ class Level:
     y_mm: Float[np.ndarray, " h"]
     halvings: int
 
-    @property
+    @cached_property
     def pitch_mm(self) -> Pair:
         """Between neighbours along x and y."""
         return float(self.x_mm[1] - self.x_mm[0]), float(self.y_mm[1] - self.y_mm[0])
 
-    def place(self, points: Points) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
+    def place(self, points: Points) -> Float32[np.ndarray, "2 n"]:
         """Columns and rows of points, not rounded."""
-        pitch_x, pitch_y = self.pitch_mm
-        return (
-            (points[:, 0] - np.float32(self.x_mm[0])) * np.float32(1 / pitch_x),
-            (points[:, 1] - np.float32(self.y_mm[0])) * np.float32(1 / pitch_y),
-        )
+        (first, scale), across = self._grid, points[:, :2].T.astype(np.float32, copy=False)
+        place: Float32[np.ndarray, "2 n"] = (across - first) * scale
+        return place
+
+    @cached_property
+    def _grid(self) -> tuple[Float32[np.ndarray, "2 1"], Float32[np.ndarray, "2 1"]]:
+        """Where the first column and row lie, and pixels per mm."""
+        first = np.array([[self.x_mm[0]], [self.y_mm[0]]], np.float32)
+        return first, np.float32(1) / np.array(self.pitch_mm, np.float32)[:, None]
+
+    @cached_property
+    def planes(self) -> Float32[np.ndarray, "4 hw"]:
+        """The samples, map after map."""
+        return np.ascontiguousarray(self.samples.reshape(-1, 4).T)
 
     @cached_property
     def detail(self) -> "Level":
@@ -58,43 +70,35 @@ def looked_up(level: Level, points: Points) -> Float32[np.ndarray, "n 4"]:
     toward where it happens to lie between them. So at full resolution the weights are those of a
     cubic B-spline, whose blur is the same everywhere (variance 1/3 pixel squared; Unser, IEEE
     Signal Processing Magazine 16(6), 1999). Coarser levels are smooth enough.
+
+    Many points take long by their number, few by how often an array is touched: what is done for
+    one map or one axis is done for all of them at once, and each lies in one piece.
     """
     height, width = level.samples.shape[:2]
-    x, y = level.place(points)
-    weights = _bilinear if level.halvings else _cubic
-    left, across = weights(x)
-    top, down = weights(y)
+    place = level.place(points)
+    pixel = np.floor(place)
+    across, down = (_bilinear if level.halvings else _cubic)(place - pixel).swapaxes(0, 1)
     taps = len(across)
-    inside = (left >= 0) & (top >= 0) & (left <= width - taps) & (top <= height - taps)
-    flat = level.samples.reshape(-1, 4)
-    place = (top * inside) * width + left * inside
-    found = np.zeros((len(points), 4), np.float32)
-    for row in range(taps):
-        line = across[0][:, None] * flat[place]
-        for column in range(1, taps):
-            line += across[column][:, None] * flat[place + column]
-        found += down[row][:, None] * line
-        place = place + width
-    return found * inside[:, None]
+    first = pixel.astype(np.int32) - (taps // 2 - 1)
+    inside = ((first >= 0) & (first <= np.array([[width - taps], [height - taps]]))).all(0)
+    left, top = first * inside
+    share = (down[:, None] * across).reshape(taps * taps, -1)
+    steps = np.add.outer(np.arange(taps) * width, np.arange(taps)).reshape(-1, 1)
+    near = level.planes.take(top * width + left + steps, axis=1)
+    near *= share * inside
+    found: Float32[np.ndarray, "n 4"] = near.sum(1).T
+    return found
 
 
-Taps = tuple[Int32[np.ndarray, " n"], list[Float32[np.ndarray, " n"]]]
-"""The first pixel that a reading weighs, and the weights of it and its successors."""
+def _bilinear(share: Float32[np.ndarray, "2 n"]) -> Float32[np.ndarray, "2 2 n"]:
+    """Weights of the pixel before and of the one after, by axis."""
+    return np.stack([1 - share, share])
 
 
-def _bilinear(along: Float32[np.ndarray, " n"]) -> Taps:
-    first = np.floor(along)
-    share = along - first
-    return first.astype(np.int32), [1 - share, share]
-
-
-def _cubic(along: Float32[np.ndarray, " n"]) -> Taps:
-    second = np.floor(along)
-    share = along - second
-    rest = 1 - share
-    ends = [rest**3 / 6, share**3 / 6]
-    inner = [2 / 3 - part**2 * (1 - part / 2) for part in (share, rest)]
-    return second.astype(np.int32) - 1, [ends[0], *inner, ends[1]]
+def _cubic(share: Float32[np.ndarray, "2 n"]) -> Float32[np.ndarray, "4 2 n"]:
+    """Weights of two pixels before and of two after, by axis."""
+    powers = np.stack([np.ones_like(share), share, share**2, share**3])
+    return (CUBIC @ powers.reshape(4, -1)).reshape(powers.shape)
 
 
 def blurred(
@@ -105,3 +109,12 @@ def blurred(
     total = cv2.GaussianBlur(values * mask[..., None], (0, 0), sigma_px)
     blurred: Float32[np.ndarray, "h w c"] = total.reshape(values.shape) / share[..., None]
     return blurred
+
+
+def continued(
+    values: Float32[np.ndarray, "h w c"], mask: Float32[np.ndarray, "h w"]
+) -> Float32[np.ndarray, "h w c"]:
+    """The values inside the mask, continued to its outside."""
+    outside = blurred(values, mask, CONTINUATION_SIGMA_PX)
+    whole: Float32[np.ndarray, "h w c"] = np.where(mask[..., None] > 0, values, outside)
+    return whole

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from recon.pose.mesh import Mesh, averaged
 from recon.pose.pyramid import Pyramid
-from recon.pose.registration import Registration, Touch, contact_points
+from recon.pose.registration import Registration, Touch, contact_middle
 from recon.pose.rigid import (
     Covariance,
     Points,
@@ -51,7 +51,7 @@ class Keyframe:
     @cached_property
     def middle(self) -> Points:
         """(3,), of the contact, in mm, gel frame."""
-        return contact_points(self.pyramid.touch).mean(0)
+        return contact_middle(self.pyramid.touch)
 
 
 def keyframe(
@@ -139,7 +139,7 @@ class TouchModel:
 
     def guesses(self, touch: Touch) -> Iterator[tuple[Keyframe, Transform]]:
         """Those given, each as it was, and turned about the gel's normal, moved to the contact."""
-        center = contact_points(touch).mean(0)
+        center = contact_middle(touch)
         for item in self.keyframes[: self._stay]:
             yield item, item.T_sensor_object
             for yaw in np.arange(YAWS) * 2 * np.pi / YAWS:

@@ -1,30 +1,21 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""One touch at several resolutions: as what is looked at, and as a reference with derivatives.
+"""One touch at several resolutions: as what is looked at, and as a reference with derivatives."""
 
-A rigid motion with twist (w, v) moves the point p = (x, y, -d) of the skin by u = w x p + v. With
-m = (Gx, Gy, 1), the depth seen at a fixed pixel then changes by ``-u . m``, and the slopes seen
-there by the derivatives of that along x and y::
-
-    depth    -[p x m, m] . (w, v)
-    slope x  -[p_x x m + p x m_x, m_x] . (w, v)      p_x = (1, 0, -Gx), m_x = dm/dx
-    slope y  -[p_y x m + p x m_y, m_y] . (w, v)      p_y = (0, 1, -Gy), m_y = dm/dy
-"""
-
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import cv2
 import numpy as np
-from jaxtyping import Bool, Float, Float32, Int
+from jaxtyping import Float, Float32
 
 from recon.arrays import ContactMask
 from recon.integration.integrable import integrable
-from recon.pose.level import Level, blurred, looked_up
+from recon.pose.level import Level, continued, looked_up
 from recon.pose.mesh import MeshTouch
 from recon.pose.noise import Coarse, coarse, sums_in_waves, wave_variances
 from recon.pose.registration import Touch, pixel_grid_mm
-from recon.pose.rigid import Covariance, Points, Transform
+from recon.pose.template import Template, template_of
 from recon.windows import window_about
 from sensor.toml import Pair
 
@@ -33,55 +24,17 @@ FULL_RESOLUTION_PX = 4000
 """Contacts of fewer pixels are read at full resolution, larger ones at half."""
 LEAST_PX = 40
 """Of a level that takes part."""
-MOST_PX = 6000
-CONTINUATION_SIGMA_PX = 1.0
 CONTINUED_PX = 8
 """Beyond the contact, at full resolution."""
 BESIDE_PX, BESIDE_SIGMA_PX = 3, 3.0
 """The gel right beside is so far beyond the contact: masks end before a gentle flank does."""
 LEAST_BESIDE = 0.001
 """Share of that mean's weights on gel: with less, none is near."""
-TILES = 5
-"""Along each side of the contact."""
-STENCIL = np.array([[1, -8, 0, 8, -1]], np.float32) / 12
+COARSEST = 2 ** (LEVELS - 1)
+BESIDE_COARSE_PX = 6 * COARSEST
+"""Around the contact, of coarse levels: gel farther away goes into no pixel of it."""
 ON_PIXEL = np.array([1, 4, 1], np.float32) / 6
 """Weights of a cubic B-spline at a pixel."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Template:
-    """Pixels of a reference at one level, and how motions change what is seen there."""
-
-    points: Float32[np.ndarray, "n 3"]
-    slopes: Float32[np.ndarray, "n 2"]
-    change: Float32[np.ndarray, "3 n 6"]
-    """Of slope x, slope y and depth, per twist."""
-    steepness: Float32[np.ndarray, " n"]
-    """|(Gx, Gy, 1)|."""
-    noise_change: Covariance
-    """What white slope noise of unit variance adds to ``change.T @ change`` of the slopes."""
-    depth_weight: float
-    depth_doubt_mm2: float
-    """Variance of an error that all depths share, besides noise."""
-
-    def thinned(self, every: int) -> "Template":
-        """One of so many of its pixels."""
-        return replace(
-            self,
-            points=self.points[::every],
-            slopes=self.slopes[::every],
-            change=self.change[:, ::every],
-            steepness=self.steepness[::every],
-        )
-
-    @cached_property
-    def tiles(self) -> Int[np.ndarray, " n"]:
-        """Which of ``TILES`` x ``TILES`` tiles of the contact's extent each pixel lies in."""
-        place = self.points[:, :2] - self.points[:, :2].min(0)
-        column, row = np.minimum(
-            place * (TILES / np.maximum(place.max(0), 1e-6)), TILES - 1
-        ).T.astype(int)
-        return row * TILES + column
 
 
 class Pyramid:
@@ -93,6 +46,7 @@ class Pyramid:
         self.touch = touch
         self._values = _values(touch, self.finest)
         self._coarse = _coarse_levels(touch, self._values)
+        self._details: dict[int, Float32[np.ndarray, "n 2"]] = {}
 
     def level(self, halvings: int) -> Level:
         """The touch at one resolution."""
@@ -115,7 +69,7 @@ class Pyramid:
             for side in (2 * BESIDE_PX + 1, 2 * BESIDE_PX - 1)
         )
         ring = (wide - narrow).astype(np.float32)
-        depth = self._values[rows, columns, 2]
+        depth = self._values[2, rows, columns]
         share = cv2.GaussianBlur(ring, (0, 0), BESIDE_SIGMA_PX)
         total = cv2.GaussianBlur(depth * ring, (0, 0), BESIDE_SIGMA_PX)
         height = depth - total / np.where(share > LEAST_BESIDE, share, np.nan)
@@ -133,11 +87,20 @@ class Pyramid:
     @cached_property
     def templates(self) -> dict[int, Template]:
         """By level, those of too few pixels left out, the coarsest first."""
+        weight, touch = depth_weight(self.touch), self.touch
+        doubt_mm2 = touch.unseen_mm**2 if isinstance(touch, MeshTouch) else 0.0
         made = {
-            index: _template(self.level(index), self.touch)
+            index: template_of(self.level(index), weight, doubt_mm2)
             for index in range(LEVELS - 1, self.finest - 1, -1)
         }
         return {index: item for index, item in made.items() if len(item.points) >= LEAST_PX}
+
+    def details(self, halvings: int) -> Float32[np.ndarray, "n 2"]:
+        """Texture and edges at the pixels of a template."""
+        if halvings not in self._details:
+            points = self.templates[halvings].points
+            self._details[halvings] = looked_up(self.level(halvings).detail, points)[:, :2]
+        return self._details[halvings]
 
     def pulls(self, depth_share: float) -> Float[np.ndarray, "l 6 6"]:
         """Covariances of what slope errors pull at a twist, of variance 1 by ``LENGTHS_MM``.
@@ -167,73 +130,65 @@ class Pyramid:
         return (waves * wave_variances(shape, pitch_mm)[:, None]) @ waves.T
 
 
-def residuals(
-    template: Template, level: Level, guess: Transform
-) -> tuple[Float32[np.ndarray, "3 n"], Bool[np.ndarray, " n"]]:
-    """What is seen less what the guess predicts, in the reference's frame, and where both touch."""
-    rotation = guess[:3, :3].astype(np.float32)
-    moved = template.points @ rotation.T + guess[:3, 3].astype(np.float32)
-    found = looked_up(level, moved)
-    normal = np.concatenate([found[:, :2], np.ones_like(found[:, :1])], 1)
-    back = normal @ rotation
-    upright = back[:, 2] > 0.1
-    slopes = back[:, :2] / np.where(upright, back[:, 2], 1.0)[:, None]
-    gap = -found[:, 2] - moved[:, 2]
-    depth = -gap * template.steepness / np.linalg.norm(normal, axis=1)
-    residual = np.stack([*(slopes - template.slopes).T, depth])
-    return residual, (found[:, 3] > 0.5) & upright
-
-
-def _full_level(touch: Touch, values: Float32[np.ndarray, "h w 3"]) -> Level:
+def _full_level(touch: Touch, values: Float32[np.ndarray, "3 h w"]) -> Level:
     """Every pixel; beside the contact the gel only follows, so it is continued from inside."""
-    mask = touch.contact.astype(np.float32)
-    height, width = mask.shape
-    x_mm, y_mm = pixel_grid_mm((width, height), touch.mm_per_px)
+    x_mm, y_mm = pixel_grid_mm(touch.contact.shape[::-1], touch.mm_per_px)
     rows, columns = _window(touch.contact, CONTINUED_PX)
-    mask, values = mask[rows, columns], values[rows, columns]
-    samples = np.dstack([_continued(values, mask), mask])
+    mask = touch.contact[rows, columns].astype(np.float32)
+    inside = np.moveaxis(values[:, rows, columns], 0, -1)
+    samples = np.dstack([continued(inside, mask), mask])
     smoothed = cv2.sepFilter2D(samples, -1, ON_PIXEL, ON_PIXEL)
     smoothed[..., 3] = mask
     return Level(values=smoothed, samples=samples, x_mm=x_mm[columns], y_mm=y_mm[rows], halvings=0)
 
 
-def _coarse_levels(touch: Touch, values: Float32[np.ndarray, "h w 3"]) -> list[Level]:
+def _coarse_levels(touch: Touch, values: Float32[np.ndarray, "3 h w"]) -> list[Level]:
     """Halved again and again, from pixels of the contact alone."""
-    mask = touch.contact.astype(np.float32)
-    height, width = mask.shape
-    x_mm, y_mm = pixel_grid_mm((width, height), touch.mm_per_px)
+    x_mm, y_mm = pixel_grid_mm(touch.contact.shape[::-1], touch.mm_per_px)
+    rows, columns = (
+        slice(part.start // COARSEST * COARSEST, part.stop)
+        for part in _window(touch.contact, BESIDE_COARSE_PX)
+    )
+    x_mm, y_mm = x_mm[columns], y_mm[rows]
+    mask = touch.contact[rows, columns].astype(np.float32)
+    maps = [item[rows, columns] for item in values]
     levels = []
     for halvings in range(1, LEVELS):
         share = cv2.pyrDown(mask)
-        total = cv2.pyrDown(values * mask[..., None])
-        values = (total / np.maximum(share, 1e-3)[..., None]).astype(np.float32)
+        counted = np.maximum(share, np.float32(1e-3))
+        maps = [cv2.pyrDown(item * mask) / counted for item in maps]
         mask = (share > 0.5).astype(np.float32)
         x_mm, y_mm = x_mm[::2], y_mm[::2]
-        whole = np.dstack([values, mask])
+        whole = np.moveaxis(np.stack([*maps, mask]), 0, -1)
         levels.append(Level(values=whole, samples=whole, x_mm=x_mm, y_mm=y_mm, halvings=halvings))
     return levels
 
 
-def _values(touch: Touch, finest: int) -> Float32[np.ndarray, "h w 3"]:
-    """Slopes of a surface, and depth above the gel that lies still around.
+def _values(touch: Touch, finest: int) -> Float32[np.ndarray, "3 h w"]:
+    """Slopes of a surface, and depth above the gel that lies still around; zero beyond that.
 
     What no depth can have is taken out of the slopes, as finely as they will be read. The gel
     around serves only by being continuous there, so its collar may follow as it likes.
     """
-    values = np.dstack([touch.gradient, touch.depth_mm]).astype(np.float32)
-    window = still_window(touch.contact)
-    slopes = values[*window, :2]
+    window, contact = still_window(touch.contact), touch.contact
+    gradient = touch.gradient[window].astype(np.float32, copy=False)
     if finest == 0:
-        slopes[:] = integrable(slopes, touch.mm_per_px)
+        slopes = list(np.moveaxis(integrable(gradient, touch.mm_per_px), -1, 0))
     else:
-        half = cv2.pyrDown(slopes)
+        slopes = [np.ascontiguousarray(item) for item in np.moveaxis(gradient, -1, 0)]
+        half = np.stack([cv2.pyrDown(item) for item in slopes], -1)
         swirl = half - integrable(half, (2 * touch.mm_per_px[0], 2 * touch.mm_per_px[1]))
-        slopes -= cv2.pyrUp(swirl, dstsize=slopes.shape[1::-1])
-    still = np.ones_like(touch.contact[window])
+        size_px = slopes[0].shape[::-1]
+        slopes = [
+            item - cv2.pyrUp(np.ascontiguousarray(part), dstsize=size_px)
+            for item, part in zip(slopes, np.moveaxis(swirl, -1, 0), strict=True)
+        ]
+    depth_mm = touch.depth_mm[window].astype(np.float32, copy=False)
+    still = ~contact[window]
     still[1:-1, 1:-1] = False
-    still &= ~touch.contact[window]
-    if still.any():
-        values[..., 2] -= values[*window, 2][still].mean()
+    values = np.zeros((3, *contact.shape), np.float32)
+    values[0][window], values[1][window] = slopes
+    values[2][window] = depth_mm - (depth_mm[still].mean() if still.any() else 0)
     return values
 
 
@@ -282,72 +237,6 @@ def _mirrored(
 def _window(contact: ContactMask, margin_px: int) -> tuple[slice, slice]:
     """Rows and columns of the contact with a margin; all of them where there is none."""
     return window_about(contact if contact.any() else np.ones_like(contact), margin_px)
-
-
-def _template(level: Level, touch: Touch) -> Template:
-    mask = level.values[..., 3]
-    rows, columns = np.nonzero(mask)
-    keep = slice(None, None, max(1, -(-len(rows) // MOST_PX)))
-    rows, columns = rows[keep], columns[keep]
-    second = [_derivatives(level.values[..., axis], mask, level.pitch_mm) for axis in (0, 1)]
-    xx, yy = second[0][0][rows, columns], second[1][1][rows, columns]
-    xy = (second[0][1][rows, columns] + second[1][0][rows, columns]) / 2
-    slope_x, slope_y, depth, _ = level.values[rows, columns].T
-    zero, one = np.zeros_like(depth), np.ones_like(depth)
-    points = np.stack([level.x_mm[columns], level.y_mm[rows], -depth], -1).astype(np.float32)
-    upright = np.stack([slope_x, slope_y, one], -1)
-
-    def change(along: np.ndarray, bend: np.ndarray) -> np.ndarray:
-        turn = np.cross(along, upright) + np.cross(points, bend)
-        return -np.concatenate([turn, bend], -1)
-
-    seen = np.stack(
-        [
-            change(np.stack([one, zero, -slope_x], -1), np.stack([xx, xy, zero], -1)),
-            change(np.stack([zero, one, -slope_y], -1), np.stack([xy, yy, zero], -1)),
-            -np.concatenate([np.cross(points, upright), upright], -1),
-        ]
-    ).astype(np.float32)
-    return Template(
-        points=points,
-        slopes=upright[:, :2],
-        change=seen,
-        steepness=np.linalg.norm(upright, axis=1),
-        noise_change=_noise_change(points, level.pitch_mm),
-        depth_weight=depth_weight(touch),
-        depth_doubt_mm2=touch.unseen_mm**2 if isinstance(touch, MeshTouch) else 0.0,
-    )
-
-
-def _derivatives(
-    values: Float32[np.ndarray, "h w"], mask: Float32[np.ndarray, "h w"], pitch_mm: Pair
-) -> tuple[Float32[np.ndarray, "h w"], Float32[np.ndarray, "h w"]]:
-    """Along x and y, of fourth order: a smoother one would see less of a thread's motion."""
-    whole = _continued(values[..., None], mask)[..., 0]
-    along_x, along_y = (cv2.filter2D(whole, -1, kernel) for kernel in (STENCIL, STENCIL.T))
-    return along_x / np.float32(pitch_mm[0]), along_y / np.float32(pitch_mm[1])
-
-
-def _continued(
-    values: Float32[np.ndarray, "h w c"], mask: Float32[np.ndarray, "h w"]
-) -> Float32[np.ndarray, "h w c"]:
-    """The values inside the mask, continued to its outside."""
-    outside = blurred(values, mask, CONTINUATION_SIGMA_PX)
-    whole: Float32[np.ndarray, "h w c"] = np.where(mask[..., None] > 0, values, outside)
-    return whole
-
-
-def _noise_change(points: Points, pitch_mm: Pair) -> Covariance:
-    impulse = np.zeros((21, 21), np.float32)
-    impulse[10, 10] = 1
-    along_x, along_y = _derivatives(impulse, np.ones_like(impulse), pitch_mm)
-    total = np.zeros((6, 6))
-    for axis, energy in ((0, (along_x**2).sum()), (1, (along_y**2).sum())):
-        unit = np.zeros(3)
-        unit[axis] = 1
-        rows = np.concatenate([np.cross(points, unit), np.broadcast_to(unit, points.shape)], -1)
-        total += 2 * float(energy) * rows.T @ rows
-    return total
 
 
 def depth_weight(touch: Touch) -> float:

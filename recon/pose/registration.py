@@ -136,6 +136,14 @@ def reaches_border(contact: ContactMask) -> bool:
     return bool(contact[[0, -1]].any() or contact[:, [0, -1]].any())
 
 
+def contact_middle(touch: Touch) -> Points:
+    """Mean (3,) of the points of the touched skin in mm, gel frame; zero where nothing touches."""
+    x_mm, y_mm = pixel_grid_mm(touch.contact.shape[::-1], touch.mm_per_px)
+    columns, rows = (np.count_nonzero(touch.contact, axis=axis) for axis in (0, 1))
+    depth_mm = touch.depth_mm.sum(where=touch.contact, dtype=float)
+    return np.array([columns @ x_mm, rows @ y_mm, -depth_mm]) / max(columns.sum(), 1)
+
+
 def contact_points(touch: Touch) -> Points:
     """Points (n, 3) of the touched skin in mm, gel frame."""
     height, width = touch.depth_mm.shape

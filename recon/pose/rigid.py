@@ -6,16 +6,21 @@ A twist is (rotation vector in rad, translation in mm). Formulas: Lynch and Park
 2017, chapter 3.
 """
 
+import math
+
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
-from scipy.spatial.transform import Rotation
 
 Transform = Float[np.ndarray, "4 4"]
 Twist = Float[np.ndarray, "6"]
 Covariance = Float[np.ndarray, "6 6"]
 """Of a twist."""
 Points = Float[np.ndarray, "*n 3"]
+
+LAST_ROW = np.array([0.0, 0.0, 0.0, 1.0])
+MOST_OFF = 1e-6
+"""Of a rigid transform's numbers, by rounding."""
 
 
 def rigid(rotation: Float[np.ndarray, "3 3"], translation_mm: Float[np.ndarray, "3"]) -> Transform:
@@ -28,18 +33,18 @@ def rigid(rotation: Float[np.ndarray, "3 3"], translation_mm: Float[np.ndarray, 
 
 def motion(twist: Twist) -> Transform:
     """The rigid motion along a twist for one unit of time (the exponential)."""
-    turn = twist[:3]
-    angle = float(np.linalg.norm(turn))
-    cross = skew(turn)
-    if angle < 1e-6:
-        along = np.eye(3) + cross / 2
+    cross = skew(twist[:3])
+    square = cross @ cross
+    angle = math.sqrt(-0.5 * np.trace(square))
+    if angle < 1e-6:  # what is left out is less than rounding takes
+        sine, versine, rest = 1.0, 0.5, 1 / 6
     else:
-        along = (
-            np.eye(3)
-            + (1 - np.cos(angle)) / angle**2 * cross
-            + (angle - np.sin(angle)) / angle**3 * cross @ cross
-        )
-    return rigid(Rotation.from_rotvec(turn).as_matrix(), along @ twist[3:])
+        sine = math.sin(angle) / angle
+        versine = 2 * (math.sin(angle / 2) / angle) ** 2
+        rest = (1 - sine) / angle**2
+    eye = np.eye(3)
+    along = eye + versine * cross + rest * square
+    return rigid(eye + sine * cross + versine * square, along @ twist[3:])
 
 
 def inverse(transform: Transform) -> Transform:
@@ -105,7 +110,8 @@ def shift_mm(transform: Transform) -> float:
 
 def straightened(transform: Transform) -> Transform:
     """The rigid transform nearest to one with rounding errors; in long products they would grow."""
-    return rigid(Rotation.from_matrix(transform[:3, :3]).as_matrix(), transform[:3, 3])
+    left, _, right = np.linalg.svd(transform[:3, :3])
+    return rigid(left @ right, transform[:3, 3])
 
 
 def rigid_or_none(given: ArrayLike) -> Transform | None:
@@ -122,7 +128,6 @@ def is_rigid(transform: np.ndarray) -> bool:
     if transform.shape != (4, 4) or not np.isfinite(transform).all():
         return False
     rotation = transform[:3, :3]
-    straight = np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6)
-    return bool(
-        straight and np.linalg.det(rotation) > 0 and np.allclose(transform[3], [0, 0, 0, 1])
-    )
+    bent, moved = rotation @ rotation.T - np.eye(3), transform[3] - LAST_ROW
+    off = max(np.abs(bent).max(), np.abs(moved).max())
+    return bool(off < MOST_OFF and np.linalg.det(rotation) > 0)

@@ -20,7 +20,7 @@ from scipy.spatial.transform import Rotation
 
 from recon.arrays import ContactMask, DepthMap, GradientField
 from recon.pose.mesh import Mesh, render
-from recon.pose.registration import Touch, contact_points
+from recon.pose.registration import Touch, contact_middle, contact_points
 from recon.pose.rigid import Points, Transform, rigid
 
 DIRECTIONS, YAWS = 600, 36
@@ -85,7 +85,7 @@ def sifted(mesh: Mesh, touch: Touch, own: Sequence[Transform], most: int) -> lis
     yaw, number = np.unravel_index(best, unlike.shape)
     poses = _about_z(_yaws()[yaw]) @ np.stack([pose for pose, _ in drawn])[number]
     poses[:, :2, 3] += view.middles_mm[middle[yaw, number]]
-    center = np.array([*contact_points(touch).mean(0)[:2], -view.deepest_mm / 2])
+    center = np.array([*contact_middle(touch)[:2], -view.deepest_mm / 2])
     return _apart(poses, own, center, most)
 
 

@@ -40,7 +40,7 @@ def test_where_much_is_seen_it_hardly_matters_where_the_search_began() -> None:
 def test_no_direction_is_less_certain_than_before_the_touch(share: float) -> None:
     seen = equations()
     found = seen.covariance(pull=share * seen.variance * seen.normal)
-    units = np.linalg.inv(seen.prior)
+    units = np.linalg.inv(seen.template.prior)
     doubts = np.linalg.eigvalsh(units @ found @ units.T)
     assert 0 < doubts[0] and doubts[-1] < 1 + 1e-9
     least = np.linalg.eigvalsh(units @ (found - seen.covariance()) @ units.T)[0]

@@ -21,7 +21,7 @@ from recon.pose.models import (
     TouchModel,
     keyframe,
 )
-from recon.pose.registration import contact_points
+from recon.pose.registration import contact_middle, contact_points
 from recon.pose.rigid import applied, motion
 from tests.recon.pose.touched import bead_pair
 
@@ -89,3 +89,10 @@ def test_a_mesh_is_drawn_anew_where_it_turned_or_shifted_by_more(close, most_deg
             if way == "shift":
                 moved = shifted_mm(share * most_mm)
             assert (model.near(moved @ start, like, close=close) is first) == again
+
+
+def test_the_middle_of_a_contact_is_that_of_its_points() -> None:
+    seen = bead_pair(0)[0]
+    np.testing.assert_allclose(contact_middle(seen), contact_points(seen).mean(0), atol=1e-6)
+    empty = replace(seen, contact=np.zeros_like(seen.contact))
+    np.testing.assert_array_equal(contact_middle(empty), np.zeros(3))

@@ -4,6 +4,7 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
@@ -11,15 +12,13 @@ from benchmarks.touches import SyntheticTouch, pressed
 from recon.pose.level import Level
 from recon.pose.pyramid import (
     FULL_RESOLUTION_PX,
-    TILES,
     Pyramid,
-    Template,
     _mirrored,
-    residuals,
     still_window,
 )
 from recon.pose.registration import pixel_grid_mm
 from recon.pose.rigid import applied, motion
+from recon.pose.template import TILES, Template, residuals
 from tests.recon.pose.touched import coarse_bead
 
 FEW, MANY = ((0.11, 0.15), (180, 100)), ((0.04, 0.08), (450, 200))
@@ -28,6 +27,30 @@ FEW, MANY = ((0.11, 0.15), (180, 100)), ((0.04, 0.08), (450, 200))
 
 def exact(pitch_mm: tuple[float, float], size_px: tuple[int, int]) -> SyntheticTouch:
     return pressed(coarse_bead(), np.eye(4), None, size_px=size_px, mm_per_px=pitch_mm)
+
+
+def halved(touch: SyntheticTouch, level: Level) -> np.ndarray:
+    """A touch's slopes at the pixels of a level of half its resolution."""
+    x_mm, y_mm = pixel_grid_mm(touch.contact.shape[::-1], touch.mm_per_px)
+    left, top = np.searchsorted(x_mm, level.x_mm[0]), np.searchsorted(y_mm, level.y_mm[0])
+    height, width = level.values.shape[:2]
+    found: np.ndarray = touch.gradient[top::2, left::2][:height, :width]
+    return found
+
+
+@pytest.mark.parametrize("frame", [FEW, MANY])
+def test_a_level_is_of_all_gel_that_is_held(frame) -> None:
+    touch = exact(*frame)
+    held = {
+        tuple(place)
+        for place in np.argwhere(touch.contact[::2, ::2] & (cv2.pyrDown(touch.contact * 1.0) > 0.6))
+    }
+    level = Pyramid(touch).level(1)
+    x_mm, y_mm = pixel_grid_mm(touch.contact.shape[::-1], touch.mm_per_px)
+    row, column = np.nonzero(level.values[..., 3])
+    left, top = np.searchsorted(x_mm, level.x_mm[0]) // 2, np.searchsorted(y_mm, level.y_mm[0]) // 2
+    np.testing.assert_allclose(level.x_mm, x_mm[::2][left : left + len(level.x_mm)], atol=1e-9)
+    assert held <= set(zip(row + top, column + left, strict=True))
 
 
 @pytest.mark.parametrize("frame", [FEW, MANY])
@@ -39,7 +62,7 @@ def test_slopes_of_a_surface_lose_nothing(frame) -> None:
     inside = level.values[..., 3] > 0
     inside[:, 1:-1] &= inside[:, 2:] & inside[:, :-2]
     inside[1:-1] &= inside[2:] & inside[:-2]
-    truth = touch.gradient[::2, ::2]
+    truth = halved(touch, level)
     off = (level.values[..., :2] - truth)[inside]
     assert (np.mean(off**2, 0) < 0.07**2 * np.mean(truth[inside] ** 2, 0)).all()
 

@@ -3,6 +3,7 @@
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.linalg import expm
 
 from recon.pose.rigid import (
     adjoint,
@@ -13,6 +14,7 @@ from recon.pose.rigid import (
     is_rigid,
     motion,
     rigid,
+    skew,
     straightened,
     turned_covariance,
 )
@@ -25,6 +27,14 @@ def test_a_motion_is_rigid_and_its_inverse_undoes_it(twist):
     moved = motion(twist)
     assert is_rigid(moved)
     np.testing.assert_allclose(moved @ inverse(moved), np.eye(4), atol=1e-12)
+
+
+@given(twists, st.integers(-8, 0))
+def test_a_motion_is_the_exponential_of_its_twist(twist, power):
+    turn = twist * 10.0 ** np.array([power] * 3 + [0] * 3)
+    generator = np.zeros((4, 4))
+    generator[:3, :3], generator[:3, 3] = skew(turn[:3]), turn[3:]
+    np.testing.assert_allclose(motion(turn), expm(generator), atol=1e-12)
 
 
 @given(twists, twists)

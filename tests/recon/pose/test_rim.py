@@ -20,7 +20,7 @@ from benchmarks.touches import (
 )
 from recon.integration.poisson import integrate
 from recon.pose.joint import Joint
-from recon.pose.pyramid import Pyramid, residuals
+from recon.pose.pyramid import Pyramid
 from recon.pose.registration import pixel_grid_mm
 from recon.pose.rigid import angle_deg, inverse, shift_mm
 from recon.pose.rim import Rim, rim
