@@ -3,8 +3,9 @@
 """Tracking: steps of known size on five objects, a bead's whole roll, real clips there and back."""
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
+from itertools import cycle
 from statistics import median
 
 import numpy as np
@@ -175,21 +176,29 @@ def _clips() -> Iterator[Measurement]:
 
 
 def _time() -> Iterator[Measurement]:
-    """Time of one step beside that of GICP, in turn."""
+    """Time of one step beside GICP's, and of all that a tracker does with a touch, in turn."""
     rng = np.random.default_rng(SEED)
     for name in BARS:
         thing = things()[name]
         first = pressed(thing, np.eye(4), rng)
-        second = pressed(thing, motions(rng, 1)[0], rng)
-        calls = []
+        second, third = (pressed(thing, moved, rng) for moved in motions(rng, 2))
+        track = Tracker()
+        track(first)
+        calls: list[Callable[[], object]] = [partial(next, map(track, cycle([second, third])))]
         for registration in REGISTRATIONS.values():
             reference = registration.prepare(first)
             calls.append(partial(_step, registration, reference, second))
-        ours, gicp, _ = interleaved_ms(calls, rounds=15)
+        whole, ours, gicp, _ = interleaved_ms(calls, rounds=15)
         yield Measurement(
             name=f"joint: one step on a {name} against GICP",
             value=ours / gicp,
             unit=f"ratio ({ours:.1f} ms)",
+        )
+        yield Measurement(
+            name=f"joint: a tracker's answer to a touch of a {name}, 320x240",
+            value=whole,
+            unit=f"ms ({1e3 / whole:.0f} touches/s)",
+            bar=10.0,
         )
 
 

@@ -41,27 +41,26 @@ def agreement(reference: Pyramid, current: Pyramid, T_current_reference: Transfo
     slopes = template.slopes[seen]
     expected, found = _across(slopes), _across(slopes + residual[:2, seen].T)
     energy, left = float((expected**2).sum()), float(((found - expected) ** 2).sum())
-    alike, details_px = _alike(reference, current, T_current_reference, index)
-    if details_px < LEAST_PX and index != reference.finest:
-        alike, _ = _alike(reference, current, T_current_reference, reference.finest)
+    has_details = np.count_nonzero(reference.details(index)[seen].any(1)) >= LEAST_PX
+    looked_at = index if has_details else reference.finest
     return Agreement(
         overlap=min(common / max(min(contacts), 1), 1.0),
         explained=1 - left / max(energy, 1e-9),
-        alike=alike,
+        alike=_alike(reference, current, T_current_reference, looked_at),
     )
 
 
 def _alike(
     reference: Pyramid, current: Pyramid, T_current_reference: Transform, index: int
-) -> tuple[float, int]:
-    """Correlation of details at one resolution, and how many pixels have any."""
+) -> float:
+    """Correlation of details at one resolution."""
     template, detail = reference.templates[index], current.level(index).detail
     found = looked_up(detail, applied(T_current_reference, template.points))
     seen = found[:, 3] > 0.5
     there = reference.details(index)[seen]
     here = found[seen, :2] @ T_current_reference[:2, :2]
     product = float(np.linalg.norm(there) * np.linalg.norm(here))
-    return float((there * here).sum()) / max(product, 1e-9), int(there.any(1).sum())
+    return float((there * here).sum()) / max(product, 1e-9)
 
 
 def _across(slopes: Float32[np.ndarray, "n 2"]) -> Float32[np.ndarray, "n 2"]:

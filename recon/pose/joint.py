@@ -29,7 +29,7 @@ from recon.pose.pyramid import LEAST_PX, Pyramid
 from recon.pose.registration import PRIOR, Alignment, Touch
 from recon.pose.rigid import Covariance, Transform, Twist, motion
 from recon.pose.rim import rim
-from recon.pose.template import STENCIL, TILES, Template, residuals
+from recon.pose.template import STENCIL, TILES, Template, residuals, sums_by_tile
 
 STEPS_PER_LEVEL = 8
 STILL = 1e-4
@@ -151,8 +151,7 @@ class _Equations:
             known[0] = 0
         pulls = self.template.by_twist * (self.weight * self.residual).reshape(-1)
         pulls = pulls.reshape(6, 3, -1).sum(1)
-        tiles = self.template.tiles
-        sums = np.stack([np.bincount(tiles, row, minlength=TILES**2) for row in pulls], -1)
+        sums = sums_by_tile(pulls, self.template.tiles, TILES**2)
         scatter = ((sums - sums.mean(0)) @ prior @ axes / self.variance) ** 2
         growth = np.maximum(scatter.sum(0) / np.maximum(known, 1e-12), 1)
         deviation = np.sqrt(known / growth + 1)
@@ -206,7 +205,8 @@ def _linearized(template: Template, level: Level, guess: Transform) -> _Equation
     residual, seen = residuals(template, level, guess)
     if np.count_nonzero(seen) < LEAST_PX:
         return None
-    squares = np.stack([residual[0] ** 2 + residual[1] ** 2, residual[2] ** 2])
+    squares = residual[1:] ** 2
+    squares[0] += residual[0] ** 2
     slope_median, depth_median = np.sqrt(_median(squares[:, seen]))
     noise = slope_median / RAYLEIGH_MEDIAN + LEAST_NOISE
     depth_noise = 1.4826 * depth_median + 1e-6
@@ -215,8 +215,8 @@ def _linearized(template: Template, level: Level, guess: Transform) -> _Equation
     variance = noise**2 * CORRELATED_PX[level.halvings]
     depth_weight *= template.depth_weight
     depth_share = _undoubted(template, variance, float(depth_weight.sum()))
-    weight = np.stack([slope_weight, slope_weight, depth_share * depth_weight])
-    weight = weight.astype(np.float32, copy=False)
+    weight = np.empty_like(residual)
+    weight[:2], weight[2] = slope_weight, depth_share * depth_weight
     change = template.by_twist
     return _Equations(
         template=template,

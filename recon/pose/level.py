@@ -97,7 +97,9 @@ def _bilinear(share: Float32[np.ndarray, "2 n"]) -> Float32[np.ndarray, "2 2 n"]
 
 def _cubic(share: Float32[np.ndarray, "2 n"]) -> Float32[np.ndarray, "4 2 n"]:
     """Weights of two pixels before and of two after, by axis."""
-    powers = np.stack([np.ones_like(share), share, share**2, share**3])
+    powers = np.ones((4, *share.shape), np.float32)
+    powers[1], powers[2] = share, share**2
+    powers[3] = powers[2] * share
     return (CUBIC @ powers.reshape(4, -1)).reshape(powers.shape)
 
 

@@ -22,6 +22,7 @@ from jaxtyping import Bool, Float32
 from recon.pose.level import looked_up
 from recon.pose.pyramid import BESIDE_PX, Pyramid
 from recon.pose.rigid import Covariance, Transform, applied
+from recon.pose.template import sums_by_tile
 
 SKIPPED_PX = 1
 """Rows of pixels that the outline may cross; the rim is the next."""
@@ -56,14 +57,14 @@ class Rim:
         """
         place = self.points[:, :2] - self.points[:, :2].min(0)
         place /= np.maximum(place.max(0), np.float32(1e-6))
+        rows = np.concatenate([self.residual[None], self.change.T])
         shares = []
         for count in TILES:
             column, row = np.minimum(place * count, count - 1).T.astype(int)
             tile = row * count + column
             pixels = np.bincount(tile, minlength=count**2)
             used = pixels > 0
-            rows = np.column_stack([self.residual, self.change])
-            sums = np.stack([np.bincount(tile, item, minlength=count**2) for item in rows.T], -1)
+            sums = sums_by_tile(rows, tile, count**2)
             mean, change = np.split(sums[used] / pixels[used, None], [1], 1)
             doubt = ((change @ pose) * change).sum(1)
             noise = variance / self.weight / pixels[used]

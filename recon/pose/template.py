@@ -16,7 +16,7 @@ from functools import cached_property
 
 import cv2
 import numpy as np
-from jaxtyping import Bool, Float32, Int
+from jaxtyping import Bool, Float, Float32, Int
 
 from recon.pose.level import Level, continued, looked_up
 from recon.pose.registration import prior_root
@@ -148,6 +148,16 @@ def template_of(level: Level, depth_weight: float, depth_doubt_mm2: float) -> Te
         depth_weight=depth_weight,
         depth_doubt_mm2=depth_doubt_mm2,
     )
+
+
+def sums_by_tile(
+    rows: Float[np.ndarray, "k n"], tile: Int[np.ndarray, " n"], tiles: int
+) -> Float[np.ndarray, "tiles k"]:
+    """Sums of each row over the pixels of each tile."""
+    count = len(rows)
+    place = tile + tiles * np.arange(count)[:, None]
+    sums = np.bincount(place.reshape(-1), rows.reshape(-1), minlength=count * tiles)
+    return sums.reshape(count, tiles).T
 
 
 def _last_axis_outermost(array: np.ndarray) -> np.ndarray:
