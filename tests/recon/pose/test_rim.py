@@ -24,6 +24,7 @@ from recon.pose.pyramid import Pyramid
 from recon.pose.registration import pixel_grid_mm
 from recon.pose.rigid import angle_deg, inverse, shift_mm
 from recon.pose.rim import Rim, rim
+from recon.pose.template import residuals
 from tests.recon.pose.touched import MM_PER_PX, SIZE_PX
 
 PAIRS = 5
