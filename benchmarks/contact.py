@@ -3,20 +3,21 @@
 """Where it touches, against the twin's truth, labelled balls and blank gel.
 
 ``python -m benchmarks.contact`` prints the overlap of contact masks with the truth on the twin's
-shapes and of shadows with those of traced rays; ``--balls`` adds the labelled balls of every set
-that is here, ``--blanks N`` noisy blank frames of every sensor.
+shapes and of shadows with those of traced rays; ``--twin FOLDER DESIGN`` takes a set that was
+rendered anew instead (``wedge simulate --scene set``), ``--balls`` adds the labelled balls of every
+set that is here, ``--blanks N`` noisy blank frames of every sensor.
 """
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from recon.presses import read_presses
 from sensor.dataset import read_dataset
-from sensor.design_file import DESIGNS
+from sensor.design_file import load_design
 from sensor.documents import json_bytes
 from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_atomic
@@ -25,7 +26,7 @@ from validation.contact_shapes import ShapeContact, shape_contacts
 from validation.datasets import dataset_folder
 from validation.folds import fit_folds
 
-TWINS = {"twin-standard": "standard", "twin-finger": "finger"}
+TWINS = (("twin-standard", "standard"), ("twin-finger", "finger"))
 BALLS = ("taxim-gelsight", "known-depth", "wedge-lab", "twin-standard", "twin-finger")
 FOLDS = 3
 BLANK_GELS = (
@@ -35,13 +36,23 @@ BLANK_GELS = (
 )
 
 
-def shape_rows(estimators: Sequence[str]) -> list[dict[str, object]]:
-    """Every shape of both twins with every estimator."""
+def shape_rows(
+    estimators: Sequence[str], twins: Iterable[tuple[str, str]] = TWINS
+) -> list[dict[str, object]]:
+    """Every shape of each set with every estimator.
+
+    Args:
+        estimators: names.
+        twins: dataset and design; names, or a folder and a file.
+
+    Raises:
+        WedgeError: a dataset or a design cannot be used.
+    """
     rows: list[dict[str, object]] = []
-    for dataset, design in TWINS.items():
-        folder = dataset_folder(dataset)
+    for dataset, design in twins:
+        folder, wedge = dataset_folder(dataset), load_design(design)
         for estimator in estimators:
-            found = shape_contacts(read_dataset(folder), DESIGNS[design], estimator=estimator)
+            found = shape_contacts(read_dataset(folder), wedge, estimator=estimator)
             rows += [_row(dataset, estimator, shape) for shape in found]
             mean, exact = (
                 float(np.mean([getattr(shape, name) for shape in found]))
@@ -128,6 +139,13 @@ def main() -> None:
     parser.add_argument(
         "--estimator", default="mlp,default", help="names, with commas between them"
     )
+    parser.add_argument(
+        "--twin",
+        nargs=2,
+        action="append",
+        metavar=("FOLDER", "DESIGN"),
+        help="shapes of this set in place of both; once for each set",
+    )
     parser.add_argument("--balls", action="store_true", help="labelled balls too; minutes")
     parser.add_argument("--blanks", type=int, default=0, help="so many blank frames too")
     parser.add_argument("--json", type=Path, help="write the numbers here")
@@ -136,7 +154,7 @@ def main() -> None:
     try:
         check_outputs(options.json)
         document = {
-            "shapes": shape_rows(estimators),
+            "shapes": shape_rows(estimators, options.twin or TWINS),
             "balls": ball_rows(estimators[0]) if options.balls and estimators else [],
             "blanks": blank_rows(options.blanks) if options.blanks > 0 else [],
         }

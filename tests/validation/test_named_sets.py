@@ -25,6 +25,7 @@ COMMANDS = (
     "validation.markers SET",
     "validation.rims SET",
     "benchmarks.agreement SET",
+    "benchmarks.contact --estimator table --twin SET standard",
     "benchmarks.few_lights SET",
     "benchmarks.rendered_pixels --sensor one SET SET SET --out unwritten",
 )
