@@ -7,6 +7,8 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from benchmarks.touches import SyntheticTouch, pressed
 from recon.pose.level import Level
@@ -18,7 +20,7 @@ from recon.pose.pyramid import (
 )
 from recon.pose.registration import pixel_grid_mm
 from recon.pose.rigid import applied, motion
-from recon.pose.template import TILES, Template, residuals
+from recon.pose.template import TILES, Template, residuals, sums_by_tile
 from tests.recon.pose.touched import coarse_bead
 
 FEW, MANY = ((0.11, 0.15), (180, 100)), ((0.04, 0.08), (450, 200))
@@ -156,3 +158,12 @@ def test_a_border_s_points_are_their_own_mirror_images(axis: int, side: int) -> 
     # A sum of one depth counts it once, and a slope into the border is none.
     np.testing.assert_allclose(shares.sum(1)[[1 - axis, 2]], np.sqrt(2))
     np.testing.assert_allclose(shares.sum(1)[axis], 0)
+
+
+@given(seed=st.integers(0, 10_000))
+def test_sums_by_tile_are_those_of_each_tiles_pixels(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    rows, tile = rng.standard_normal((3, 40)), rng.integers(0, 6, 40)
+    sums = sums_by_tile(rows, tile, 7)
+    wanted = [rows[:, tile == index].sum(1) for index in range(7)]
+    np.testing.assert_allclose(sums, wanted, atol=1e-12)
