@@ -43,8 +43,6 @@ LEAST_NOISE = 0.002
 """Of slopes: what no real gel is better than."""
 LEAST_SHOWN = 0.5
 """Of what derivatives say of the least certain motion, to be believed: as much as noise tells."""
-SHOWN_BY = 1000
-"""Points at most: of more, each second, third and so on."""
 SHOWN_PX, SHOWN_SLOPE, LARGEST_SHOWN = 1.5, 0.1, 4.0
 """It moves pixels so far in the mean, unless slopes change by more, or it were far from likely."""
 CORRELATED_PX = (8.0, 6.7, 6.7)
@@ -173,8 +171,7 @@ def _shown(equations: _Equations, level: Level, guess: Transform, twist: Twist) 
     The correlation of both, weighted as in the equations. Of a round thing that spins, too, the
     derivatives say something, by how edges lie between the pixels: farther on they lie otherwise.
     """
-    every = -(-len(equations.template.points) // SHOWN_BY)
-    template, weight = equations.template.thinned(every), equations.weight[:, ::every]
+    template, weight = equations.template.few, equations.weight[:, :: equations.template.every]
     moved = np.cross(twist[:3], template.points)[:, :2] + twist[3:5]
     told = template.change @ twist.astype(np.float32)
     far_mm, steep = (

@@ -24,6 +24,8 @@ from recon.pose.rigid import Covariance, Points, Transform
 from sensor.toml import Pair
 
 MOST_PX = 6000
+FEW = 1000
+"""Pixels at most that tell whether what derivatives say of a motion is seen."""
 TILES = 5
 """Along each side of the contact."""
 STENCIL = np.array([[1, -8, 0, 8, -1]], np.float32) / 12
@@ -55,14 +57,20 @@ class Template:
         for name in ("points", "slopes", "change"):
             object.__setattr__(self, name, _last_axis_outermost(getattr(self, name)))
 
-    def thinned(self, every: int) -> "Template":
-        """One of so many of its pixels."""
+    @property
+    def every(self) -> int:
+        """One of so many pixels is one of ``few``."""
+        return max(1, -(-len(self.points) // FEW))
+
+    @cached_property
+    def few(self) -> "Template":
+        """Each pixel, or each second, third and so on."""
         return replace(
             self,
-            points=self.points[::every],
-            slopes=self.slopes[::every],
-            change=self.change[:, ::every],
-            steepness=self.steepness[::every],
+            points=self.points[:: self.every],
+            slopes=self.slopes[:: self.every],
+            change=self.change[:, :: self.every],
+            steepness=self.steepness[:: self.every],
         )
 
     @cached_property
