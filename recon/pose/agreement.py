@@ -9,8 +9,8 @@ from jaxtyping import Float32
 
 from recon.pose.level import looked_up
 from recon.pose.pyramid import LEAST_PX, Pyramid
-from recon.pose.rigid import Transform, applied
-from recon.pose.template import residuals
+from recon.pose.rigid import Transform
+from recon.pose.template import carried, residuals
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,10 +38,10 @@ def agreement(reference: Pyramid, current: Pyramid, T_current_reference: Transfo
         int(np.count_nonzero(item.values[..., 3])) for item in (reference.level(index), level)
     ]
     common = int(np.count_nonzero(seen)) * contacts[0] / len(template.points)
-    slopes = template.slopes[seen]
-    expected, found = _across(slopes), _across(slopes + residual[:2, seen].T)
-    energy, left = float((expected**2).sum()), float(((found - expected) ** 2).sum())
-    has_details = np.count_nonzero(reference.details(index)[seen].any(1)) >= LEAST_PX
+    slopes = template.slopes.T
+    expected, found = _across(slopes), _across(slopes + residual[:2])
+    energy, left = (float((part**2 @ seen).sum()) for part in (expected, found - expected))
+    has_details = np.count_nonzero(reference.details(index).any(1) & seen) >= LEAST_PX
     looked_at = index if has_details else reference.finest
     return Agreement(
         overlap=min(common / max(min(contacts), 1), 1.0),
@@ -55,15 +55,14 @@ def _alike(
 ) -> float:
     """Correlation of details at one resolution."""
     template, detail = reference.templates[index], current.level(index).detail
-    found = looked_up(detail, applied(T_current_reference, template.points))
-    seen = found[:, 3] > 0.5
-    there = reference.details(index)[seen]
-    here = found[seen, :2] @ T_current_reference[:2, :2]
+    found = looked_up(detail, carried(template.points, T_current_reference).T).T
+    there = reference.details(index).T * (found[3] > 0.5)
+    here = T_current_reference[:2, :2].T.astype(np.float32) @ found[:2] * (found[3] > 0.5)
     product = float(np.linalg.norm(there) * np.linalg.norm(here))
     return float((there * here).sum()) / max(product, 1e-9)
 
 
-def _across(slopes: Float32[np.ndarray, "n 2"]) -> Float32[np.ndarray, "n 2"]:
+def _across(slopes: Float32[np.ndarray, "2 n"]) -> Float32[np.ndarray, "2 n"]:
     """Unit normals along x and y: slopes of a steep side would outweigh all others."""
-    across: Float32[np.ndarray, "n 2"] = slopes / np.sqrt(1 + (slopes**2).sum(1, keepdims=True))
+    across: Float32[np.ndarray, "2 n"] = slopes / np.sqrt(1 + (slopes**2).sum(0))
     return across

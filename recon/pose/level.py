@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Slopes and depth at one resolution, and how they are read between pixels."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -59,7 +60,7 @@ class Level:
         slopes = self.values[..., :2]
         inner = (cv2.GaussianBlur(mask, (0, 0), DETAIL_PX) > 0.9) * mask  # a mean needs both sides
         fine = (slopes - blurred(slopes, mask, DETAIL_PX)) * inner[..., None]
-        values = np.dstack([fine, np.zeros_like(mask), mask])
+        values = by_plane([fine[..., 0], fine[..., 1], np.zeros_like(mask), mask])
         return replace(self, values=values, samples=values)
 
 
@@ -103,14 +104,18 @@ def _cubic(share: Float32[np.ndarray, "2 n"]) -> Float32[np.ndarray, "4 2 n"]:
     return (CUBIC @ powers.reshape(4, -1)).reshape(powers.shape)
 
 
+def by_plane(maps: Sequence[Float32[np.ndarray, "h w"]]) -> Float32[np.ndarray, "h w c"]:
+    """Maps beside each other, each in one piece."""
+    return np.moveaxis(np.stack(maps), 0, -1)
+
+
 def blurred(
     values: Float32[np.ndarray, "h w c"], mask: Float32[np.ndarray, "h w"], sigma_px: float
 ) -> Float32[np.ndarray, "h w c"]:
     """A Gaussian mean over the pixels inside the mask."""
     share = np.maximum(cv2.GaussianBlur(mask, (0, 0), sigma_px), np.float32(1e-3))
-    total = cv2.GaussianBlur(values * mask[..., None], (0, 0), sigma_px)
-    blurred: Float32[np.ndarray, "h w c"] = total.reshape(values.shape) / share[..., None]
-    return blurred
+    maps = np.moveaxis(values, -1, 0)
+    return by_plane([cv2.GaussianBlur(item * mask, (0, 0), sigma_px) / share for item in maps])
 
 
 def continued(

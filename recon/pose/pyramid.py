@@ -11,7 +11,7 @@ from jaxtyping import Float, Float32
 
 from recon.arrays import ContactMask
 from recon.integration.integrable import integrable
-from recon.pose.level import Level, continued, looked_up
+from recon.pose.level import Level, by_plane, continued, looked_up
 from recon.pose.mesh import MeshTouch
 from recon.pose.noise import Coarse, coarse, sums_in_waves, wave_variances
 from recon.pose.registration import Touch, pixel_grid_mm
@@ -159,7 +159,7 @@ def _coarse_levels(touch: Touch, values: Float32[np.ndarray, "3 h w"]) -> list[L
         maps = [cv2.pyrDown(item * mask) / counted for item in maps]
         mask = (share > 0.5).astype(np.float32)
         x_mm, y_mm = x_mm[::2], y_mm[::2]
-        whole = np.moveaxis(np.stack([*maps, mask]), 0, -1)
+        whole = by_plane([*maps, mask])
         levels.append(Level(values=whole, samples=whole, x_mm=x_mm, y_mm=y_mm, halvings=halvings))
     return levels
 

@@ -100,12 +100,20 @@ class Template:
         return row * TILES + column
 
 
+def carried(
+    points: Float32[np.ndarray, "n 3"], T_current_reference: Transform
+) -> Float32[np.ndarray, "3 n"]:
+    """Where a motion puts points, coordinate by coordinate."""
+    motion = T_current_reference.astype(np.float32)
+    moved: Float32[np.ndarray, "3 n"] = motion[:3, :3] @ points.T + motion[:3, 3:]
+    return moved
+
+
 def residuals(
     template: Template, level: Level, guess: Transform
 ) -> tuple[Float32[np.ndarray, "3 n"], Bool[np.ndarray, " n"]]:
     """What is seen less what the guess predicts, in the reference's frame, and where both touch."""
-    rotation = guess[:3, :3].astype(np.float32)
-    moved = rotation @ template.points.T + guess[:3, 3:].astype(np.float32)
+    rotation, moved = guess[:3, :3].astype(np.float32), carried(template.points, guess)
     found = looked_up(level, moved.T).T
     slope_x, slope_y, depth_mm, touched = found
     back = rotation[:2].T @ found[:2] + rotation[2][:, None]
