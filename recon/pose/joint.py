@@ -34,8 +34,8 @@ from recon.pose.template import STENCIL, TILES, Template, residuals, sums_by_til
 STEPS_PER_LEVEL = 8
 STILL = 1e-4
 """A step of so many radians, and ten times as many mm, ends the finest level."""
-ALMOST_STILL = 10 * STILL
-"""The same of the levels before, which serve as its guess."""
+ALMOST_STILL = 30 * STILL
+"""The same of the levels before, which serve as its guess: half a pixel or less."""
 OUTLIER = 3.0
 """Residuals of so many standard deviations weigh half."""
 RAYLEIGH_MEDIAN = 1.1774
