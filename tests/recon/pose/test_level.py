@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Maps read between their pixels: as SciPy's splines read them, and zero where there is no map."""
+"""Readings between pixels: as SciPy's splines, exact for planes up to the border, zero beyond."""
 
 import numpy as np
 import pytest
@@ -8,56 +8,78 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.ndimage import map_coordinates
 
-from recon.pose.level import Level, looked_up
+from recon.pose.level import Level, blurred, looked_up
+from recon.pose.registration import pixel_grid_mm
 
-WIDTH, HEIGHT = 23, 17
-PITCH_MM = (0.1, 0.13)
+SIZE_PX, PITCH_MM = (9, 7), (0.1, 0.13)
+RIM_PX = {0: 1, 1: 0}
+"""Pixels at the border between which a reading has too few neighbours, by halvings."""
 
 
-def level(maps: np.ndarray, halvings: int) -> Level:
-    x_mm, y_mm = (
-        pitch * (np.arange(count) - 0.5 * count)
-        for pitch, count in zip(PITCH_MM, (WIDTH, HEIGHT), strict=True)
+def plane_of(points: np.ndarray) -> np.ndarray:
+    x, y = points[..., 0], points[..., 1]
+    return np.stack([2 + 3 * x - 5 * y, x + y, 7 * y, np.ones_like(x)], -1).astype(np.float32)
+
+
+@pytest.mark.parametrize("halvings", [0, 1])
+def test_a_plane_is_read_as_it_is_up_to_the_border_and_as_zero_beyond(halvings: int) -> None:
+    x_mm, y_mm = pixel_grid_mm(SIZE_PX, PITCH_MM)
+    values = plane_of(np.stack(np.meshgrid(x_mm, y_mm), -1))
+    level = Level(values=values, samples=values, x_mm=x_mm, y_mm=y_mm, halvings=halvings)
+    every = np.stack(np.meshgrid(np.arange(-1.95, 11, 0.3), np.arange(-1.95, 9, 0.3)), -1).reshape(
+        -1, 2
     )
-    maps = maps.astype(np.float32)
-    return Level(values=maps, samples=maps, x_mm=x_mm, y_mm=y_mm, halvings=halvings)
-
-
-def points(there: Level, column: np.ndarray, row: np.ndarray) -> np.ndarray:
-    x_mm = there.x_mm[0] + PITCH_MM[0] * column
-    y_mm = there.y_mm[0] + PITCH_MM[1] * row
-    return np.stack([x_mm, y_mm, np.zeros_like(x_mm)], -1).astype(np.float32)
+    places = (every - (np.array(SIZE_PX) - 1) / 2) * PITCH_MM
+    points = np.column_stack([places, 0 * places[:, 0]]).astype(np.float32)
+    rim = RIM_PX[halvings]
+    inside = ((every > rim) & (every < np.array(SIZE_PX) - 1 - rim)).all(1)
+    found = looked_up(level, points)
+    assert 100 < np.count_nonzero(inside) < len(points) - 100
+    np.testing.assert_allclose(found[inside], plane_of(points)[inside], atol=1e-5)
+    assert not found[~inside].any()
 
 
 @pytest.mark.parametrize(("halvings", "order"), [(0, 3), (1, 1), (2, 1)])
 @given(seed=st.integers(0, 10_000))
 def test_a_map_is_read_as_by_a_spline(halvings: int, order: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
-    maps = rng.standard_normal((HEIGHT, WIDTH, 4))
-    column, row = rng.uniform(1.01, WIDTH - 2.01, 50), rng.uniform(1.01, HEIGHT - 2.01, 50)
-    there = level(maps, halvings)
-    found = looked_up(there, points(there, column, row))
+    maps = rng.standard_normal((*SIZE_PX[::-1], 4)).astype(np.float32)
+    x_mm, y_mm = pixel_grid_mm(SIZE_PX, PITCH_MM)
+    level = Level(values=maps, samples=maps, x_mm=x_mm, y_mm=y_mm, halvings=halvings)
+    column, row = (rng.uniform(1.01, count - 2.01, 50) for count in SIZE_PX)
+    x, y = x_mm[0] + PITCH_MM[0] * column, y_mm[0] + PITCH_MM[1] * row
+    found = looked_up(level, np.stack([x, y, 0 * x], -1).astype(np.float32))
     for index, one in enumerate(np.moveaxis(maps, -1, 0)):
         wanted = map_coordinates(one, [row, column], order=order, prefilter=False)
         np.testing.assert_allclose(found[:, index], wanted, atol=1e-4)
 
 
-@pytest.mark.parametrize(("halvings", "beyond"), [(0, 1.0), (1, 0.0)])
-@pytest.mark.parametrize("axis", [0, 1])
-@pytest.mark.parametrize("upper", [False, True])
-def test_a_map_ends_where_a_pixel_that_is_weighed_is_missing(
-    halvings: int, beyond: float, axis: int, upper: bool
-) -> None:
-    there, last = level(np.ones((HEIGHT, WIDTH, 4)), halvings), (WIDTH, HEIGHT)[axis] - 1
-    middle, end = np.array([8.0, 8.0]), last - beyond if upper else beyond
-    for inward, seen in ((0.1, 1.0), (-0.1, 0.0)):
-        middle[axis] = end - inward if upper else end + inward
-        found = looked_up(there, points(there, middle[:1], middle[1:]))
-        np.testing.assert_allclose(found, seen, atol=1e-5)
-
-
 @pytest.mark.parametrize("place", [-1e6, 1e6])
 @pytest.mark.parametrize("halvings", [0, 1])
 def test_a_point_far_away_reads_nothing(place: float, halvings: int) -> None:
-    there = level(np.ones((HEIGHT, WIDTH, 4)), halvings)
-    assert not looked_up(there, np.full((1, 3), place, np.float32)).any()
+    x_mm, y_mm = pixel_grid_mm(SIZE_PX, PITCH_MM)
+    ones = np.ones((*SIZE_PX[::-1], 4), np.float32)
+    level = Level(values=ones, samples=ones, x_mm=x_mm, y_mm=y_mm, halvings=halvings)
+    assert not looked_up(level, np.full((1, 3), place, np.float32)).any()
+
+
+def test_a_mean_inside_a_mask_is_of_what_lies_there() -> None:
+    mask = np.zeros((12, 15), np.float32)
+    mask[3:8, 4:9] = 1
+    values = np.where(mask[..., None] > 0, np.float32([2, -3]), np.float32(1e6))
+    found = blurred(values, mask, 1.5)
+    np.testing.assert_allclose(found[mask > 0], np.tile([2, -3], (25, 1)), rtol=1e-5)
+
+
+def test_an_even_bend_is_no_detail_of_a_contact() -> None:
+    rows, columns = np.indices((40, 50))
+    mask = np.hypot(columns - 24, rows - 20) < 15
+    bent = np.dstack([0.01 * columns, -0.01 * rows, 0 * rows, mask]).astype(np.float32)
+    fine = bent.copy()
+    fine[..., 0] += 0.01 * (columns % 2) * mask
+    x_mm, y_mm = pixel_grid_mm((50, 40), PITCH_MM)
+    even, textured = (
+        Level(values=item, samples=item, x_mm=x_mm, y_mm=y_mm, halvings=0).detail.values
+        for item in (bent, fine)
+    )
+    assert np.abs(even[..., :2]).max() < 0.005 < np.abs(textured[..., 0]).max()
