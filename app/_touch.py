@@ -68,7 +68,7 @@ def touch_sections(
             overlaps[name] = future.result()
             show(done / (len(judged) + 1), name)
         found = curves.result() if curves else []
-        shapes = [shape_contact_section(TWIN, held.result())] if held else []
+        shapes = [shape_contact_section(TWIN, estimator, held.result())] if held else []
     return [contact_section(overlaps, found), *shapes, *sections]
 
 

@@ -13,8 +13,14 @@ from validation.report.page import Picture, Section, code, figure_html, paragrap
 from validation.shapes import name_in_words
 
 
-def shape_contact_section(dataset: str, shapes: Sequence[ShapeContact]) -> Section:
-    """How masks and shadows fit what is known of the twin's shapes."""
+def shape_contact_section(dataset: str, estimator: str, shapes: Sequence[ShapeContact]) -> Section:
+    """How masks and shadows fit what is known of the twin's shapes.
+
+    Args:
+        dataset: its name.
+        estimator: the name of the one that read the slopes.
+        shapes: as found.
+    """
     mean = float(np.mean([shape.iou for shape in shapes]))
     rows = [
         [
@@ -38,8 +44,8 @@ def shape_contact_section(dataset: str, shapes: Sequence[ShapeContact]) -> Secti
     return Section(
         title="Where shapes touch",
         html=paragraph(
-            f"Shapes of {dataset}, by an estimator that was trained on balls only. The truth is "
-            "where the skin lies on the object; skin that bridges a groove does not count."
+            f"Shapes of {dataset}, by {estimator}, trained on balls only. The truth is where the "
+            "skin lies on the object; skin that bridges a groove does not count."
         )
         + table_html(
             "Overlap of the mask with the truth, as measured and from the exact skin; then the"
