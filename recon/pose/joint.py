@@ -35,7 +35,7 @@ STEPS_PER_LEVEL = 8
 STILL = 1e-4
 """A step of so many radians, and ten times as many mm, ends the finest level."""
 ALMOST_STILL = 30 * STILL
-"""The same of the levels before, which serve as its guess: half a pixel or less."""
+"""The same of the levels before, which only serve as its guess."""
 OUTLIER = 3.0
 """Residuals of so many standard deviations weigh half."""
 RAYLEIGH_MEDIAN = 1.1774
