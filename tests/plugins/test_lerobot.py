@@ -5,7 +5,6 @@
 import importlib
 import re
 import sys
-import time
 import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -19,6 +18,7 @@ from PIL import Image
 
 from recon.stream import FolderSource, open_source
 from tests.plugins.streams import Stream
+from tests.plugins.turns import play_by_turns
 
 STUBS = Path(__file__).parent / "stubs"
 DISTRIBUTION = Path(__file__).parents[2] / "plugins" / "lerobot_camera_gelsight_wedge"
@@ -117,17 +117,19 @@ def test_it_is_connected_once_and_closed_once(plugin: ModuleType) -> None:
 
 
 def test_a_folder_plays_at_its_pace_and_is_connected_until_it_is_closed(
-    plugin: ModuleType, tmp_path: Path
+    plugin: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    turns = play_by_turns(monkeypatch)
     for level in range(12):
         Image.fromarray(np.full((48, 64, 3), level, np.uint8)).save(tmp_path / f"{level}.png")
     seen = []
     with connected(plugin, tmp_path) as camera:
         with pytest.raises(TimeoutError, match=f"{tmp_path}.* has ended"):
             while True:
+                turns.taken.release()
                 seen.append(camera.read().mean())
-                time.sleep(0.01)  # a third of the time to the next frame
-        assert seen == sorted(set(seen)) and len(seen) > 6  # a busy machine may skip some
+        assert seen == list(range(1, 12))  # the first one told the size
+        assert turns.due_s == pytest.approx(np.arange(12) / 30)
         assert camera.is_connected  # else LeRobot's arm would not let go of its motors
         camera.disconnect()
         assert not camera.is_connected
