@@ -22,7 +22,7 @@ from packaging.requirements import Requirement
 
 import app.__main__
 import recon.ball
-from recon.fast.kernels import code_folder
+from recon.kernels import code_folder
 from validation.datasets import cache_folder
 
 ROOT = Path(__file__).resolve().parent.parent

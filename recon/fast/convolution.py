@@ -18,8 +18,8 @@ from numba.extending import intrinsic
 
 from recon import unet
 from recon.fast.floating import NEURONS, Rectified, packed
-from recon.fast.kernels import compiled
 from recon.fast.vectors import ADDRESS, LANES, VECTOR_BYTES, VECTORS, Vectors, room, summed
+from recon.kernels import compiled
 
 STEP = LANES * VECTORS
 """Pixels that are summed together."""

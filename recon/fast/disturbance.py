@@ -25,8 +25,8 @@ from recon.contact.mask import (
     lit_planes,
     spread_of,
 )
-from recon.fast.kernels import compiled
 from recon.integration.poisson import Boundary
+from recon.kernels import compiled
 from recon.medians import median
 
 SIDE_PX = 4

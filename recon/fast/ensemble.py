@@ -34,8 +34,8 @@ from recon.estimators.surroundings import (
 from recon.fast import floating
 from recon.fast.disturbance import SIDE_PX, QuarterMask
 from recon.fast.floating import last_layer, rectified_layer
-from recon.fast.kernels import compiled
 from recon.fast.vectors import BLOCK
+from recon.kernels import compiled
 from recon.pixels import positions
 
 COLORS, AROUND = 3, 3 * ASPECTS

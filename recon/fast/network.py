@@ -11,8 +11,8 @@ from recon.estimators.mlp import HIDDEN, Layer, Mlp, channel_indices
 from recon.fast import fixed_point, floating
 from recon.fast.fixed_point import first_layer, hidden_layer
 from recon.fast.floating import tanh_layer
-from recon.fast.kernels import compiled
 from recon.fast.vectors import BLOCK
+from recon.kernels import compiled
 from recon.pixels import positions
 
 INPUTS = 5

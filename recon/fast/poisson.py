@@ -14,8 +14,8 @@ from jaxtyping import Float32
 from scipy import fft
 
 from recon.arrays import DepthMap
-from recon.fast.kernels import compiled
 from recon.integration.poisson import Boundary, margins_px
+from recon.kernels import compiled
 from sensor.toml import Pair
 
 

@@ -9,8 +9,8 @@ import numpy as np
 from jaxtyping import Float32
 
 from recon.arrays import Frame, Unwarped
-from recon.fast.kernels import compiled
 from recon.geometry.unwarp import Unwarp
+from recon.kernels import compiled
 
 FULL_SCALE = np.arange(256, dtype=np.float32) / 255
 """Each byte as the reference scales it: half of them times 1 / 255 are another float."""

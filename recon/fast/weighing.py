@@ -8,7 +8,6 @@ import numpy as np
 from jaxtyping import Float32
 
 from recon.arrays import DepthMap
-from recon.fast.kernels import compiled
 from recon.integration.poisson import Boundary
 from recon.integration.weighed import (
     MEASURED,
@@ -24,6 +23,7 @@ from recon.integration.weighed import (
     spread,
     without_ring,
 )
+from recon.kernels import compiled
 from recon.lights import Axis
 from sensor.toml import Pair
 

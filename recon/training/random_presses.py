@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float32
 
-from recon.fast.kernels import compiled
+from recon.kernels import compiled
 
 Map = Float32[np.ndarray, "h w"]
 Plane = tuple[Map, Map]

@@ -15,12 +15,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from recon import unet
+from recon import kernels, unet
 from recon.contact.mask import boundary_of, disturbed_mask
 from recon.estimators import GradientEstimator, gradient_field
 from recon.estimators.default import MEMBERS, MEMBERS_OF_FEW, settled
 from recon.estimators.mlp import Mlp
-from recon.fast import fixed_point, kernels, network
+from recon.fast import fixed_point, network
 from recon.fast.convolution import STEP, CompiledLayers, plane_px, taps
 from recon.fast.disturbance import FrameDisturbance, border_of, in_pixels, in_quarters
 from recon.fast.ensemble import FrameEnsemble
@@ -322,10 +322,10 @@ def test_a_quarter_s_pixel_is_set_where_any_of_the_frame_s_is(seed, height, widt
 def test_code_is_compiled_anew_when_a_file_changes_whose_constants_are_in_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for file in ("fast/kernels.py", "estimators/networks.py"):
+    for file in ("pose/level.py", "estimators/networks.py"):
         (tmp_path / file).parent.mkdir()
         (tmp_path / file).write_text("HIDDEN = (32,)")
-    monkeypatch.setattr(kernels, "__file__", str(tmp_path / "fast" / "kernels.py"))
+    monkeypatch.setattr(kernels, "__file__", str(tmp_path / "kernels.py"))
     before = kernels.code_folder()
     assert kernels.code_folder() == before
     (tmp_path / "estimators" / "networks.py").write_text("HIDDEN = (48,)")
@@ -356,7 +356,7 @@ def test_a_new_folder_of_code_takes_the_place_of_those_long_unused(tmp_path: Pat
 
 def test_a_cache_that_cannot_be_written_is_done_without(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("no folder")
-    code = "from recon.fast.kernels import compiled; print(compiled(lambda x: x + 1)(1))"
+    code = "from recon.kernels import compiled; print(compiled(lambda x: x + 1)(1))"
     done = subprocess.run(
         [sys.executable, "-c", code],
         env={**os.environ, "WEDGE_CACHE": str(tmp_path / "file")},

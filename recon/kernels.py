@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Loops that a frame passes at camera rate, compiled for this processor when first used.
+"""Loops that every frame passes, compiled for this processor when first used.
 
 Machine code is kept in the user's cache.
 """
@@ -21,7 +21,7 @@ from sensor.extras import how_to_install
 try:
     import numba
 except ModuleNotFoundError as error:
-    raise WedgeError(f"depth at camera rate needs numba: {how_to_install('live')}.") from error
+    raise WedgeError(f"compiled loops need numba: {how_to_install('live')}.") from error
 
 
 OF_CODE = re.compile(r"[0-9a-f]{12}")
@@ -34,7 +34,7 @@ def code_folder() -> Path:
     """Where machine code is kept, by what it was made from: constants of other files are in it."""
     base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     cache = os.environ.get("WEDGE_CACHE") or base / "gelsight-wedge"
-    sources = sorted(Path(__file__).parents[1].rglob("*.py"))
+    sources = sorted(Path(__file__).parent.rglob("*.py"))
     made_from = hashlib.sha256(b"".join(path.read_bytes() for path in sources))
     return Path(cache) / "compiled" / made_from.hexdigest()[:12]
 
