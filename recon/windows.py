@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Windows about what a map holds."""
 
+import cv2
 import numpy as np
 from jaxtyping import Bool
 
@@ -19,11 +20,11 @@ def window_about(
         IndexError: there is none.
     """
     along_x, along_y = (margin_px, margin_px) if isinstance(margin_px, int) else margin_px
-    rows, columns = np.asarray(some.any(1)), np.asarray(some.any(0))
-    return _reach(rows, along_y), _reach(columns, along_x)
-
-
-def _reach(some: Bool[np.ndarray, " n"], margin_px: int) -> slice:
-    places = np.flatnonzero(some)
-    first, last = int(places[0]) - margin_px, int(places[-1]) + margin_px + 1
-    return slice(max(0, first), min(len(some), last))
+    left, top, width, height = cv2.boundingRect(some.view(np.uint8))
+    if width == 0:
+        raise IndexError("a window is about something, and the map holds nothing")
+    rows, columns = some.shape
+    return (
+        slice(max(0, top - along_y), min(rows, top + height + along_y)),
+        slice(max(0, left - along_x), min(columns, left + width + along_x)),
+    )

@@ -5,8 +5,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float32
+from jaxtyping import Bool, Float32
 
+from recon.kernels import compiled
 from recon.pose.level import looked_up
 from recon.pose.pyramid import LEAST_PX, Pyramid
 from recon.pose.rigid import Transform
@@ -34,14 +35,10 @@ def agreement(reference: Pyramid, current: Pyramid, T_current_reference: Transfo
     residual, seen = residuals(template, level, T_current_reference)
     if not seen.any():
         return Agreement()
-    contacts = [
-        int(np.count_nonzero(item.values[..., 3])) for item in (reference.level(index), level)
-    ]
+    contacts = reference.level(index).contact_px, level.contact_px
     common = int(np.count_nonzero(seen)) * contacts[0] / len(template.points)
-    slopes = template.slopes.T
-    expected, found = _across(slopes), _across(slopes + residual[:2])
-    energy, left = (float((part**2 @ seen).sum()) for part in (expected, found - expected))
-    has_details = np.count_nonzero(reference.details(index).any(1) & seen) >= LEAST_PX
+    energy, left = _energies(template.slopes.T, residual, seen)
+    has_details = np.count_nonzero(reference.details(index).any(0) & seen) >= LEAST_PX
     looked_at = index if has_details else reference.finest
     return Agreement(
         overlap=min(common / max(min(contacts), 1), 1.0),
@@ -55,14 +52,33 @@ def _alike(
 ) -> float:
     """Correlation of details at one resolution."""
     template, detail = reference.templates[index], current.level(index).detail
-    found = looked_up(detail, carried(template.points, T_current_reference).T).T
-    there = reference.details(index).T * (found[3] > 0.5)
+    found = looked_up(detail, carried(template.points, T_current_reference))
+    there = reference.details(index) * (found[3] > 0.5)
     here = T_current_reference[:2, :2].T.astype(np.float32) @ found[:2] * (found[3] > 0.5)
     product = float(np.linalg.norm(there) * np.linalg.norm(here))
     return float((there * here).sum()) / max(product, 1e-9)
 
 
-def _across(slopes: Float32[np.ndarray, "2 n"]) -> Float32[np.ndarray, "2 n"]:
-    """Unit normals along x and y: slopes of a steep side would outweigh all others."""
-    across: Float32[np.ndarray, "2 n"] = slopes / np.sqrt(1 + (slopes**2).sum(0))
-    return across
+def _take_energies(
+    slopes: Float32[np.ndarray, "2 n"],
+    residual: Float32[np.ndarray, "3 n"],
+    seen: Bool[np.ndarray, " n"],
+) -> tuple[float, float]:
+    """Of unit normals' parts along the gel, and of what is left over of them.
+
+    Slopes of a steep side would outweigh all others.
+    """
+    one = np.float32(1)
+    energy = left = np.float32(0)
+    for k in range(len(seen)):
+        x, y = slopes[0, k], slopes[1, k]
+        found_x, found_y = x + residual[0, k], y + residual[1, k]
+        square, found = x * x + y * y, one / np.sqrt(one + found_x * found_x + found_y * found_y)
+        expected = one / np.sqrt(one + square)
+        off_x, off_y = found_x * found - x * expected, found_y * found - y * expected
+        energy += seen[k] * square * expected * expected
+        left += seen[k] * (off_x * off_x + off_y * off_y)
+    return float(energy), float(left)
+
+
+_energies = compiled(_take_energies)

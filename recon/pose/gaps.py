@@ -13,10 +13,8 @@ import numpy as np
 from jaxtyping import Float
 
 from recon.arrays import GradientField
+from recon.pose.cells import LENGTHS_MM, Coarse, Variances
 from recon.pose.noise import (
-    LENGTHS_MM,
-    Coarse,
-    Variances,
     depth_variances,
     pixels,
     sums_in_waves,

@@ -8,8 +8,8 @@ from typing import Any, Literal
 import cv2
 import numpy as np
 
+from recon.pose.cells import coarse, noise_between
 from recon.pose.gaps import FARTHEST_MM, PointCloud, gaps_between
-from recon.pose.noise import coarse, noise_between
 from recon.pose.registration import PRIOR, Alignment, Touch, contact_points
 from recon.pose.rigid import Transform, motion
 from sensor.errors import WedgeError

@@ -10,13 +10,14 @@ import cv2
 import numpy as np
 from jaxtyping import Float, Float32
 
+from recon.kernels import compiled
 from recon.pose.rigid import Points
 from sensor.toml import Pair
 
 DETAIL_PX = 2.0
+LEAST_AROUND = 0.9
+"""Of a mean's weights, to be one of both sides."""
 CONTINUATION_SIGMA_PX = 1.0
-CUBIC = np.array([[1, -3, 3, -1], [4, 0, -6, 3], [1, 3, 3, -3], [0, 0, 0, 1]], np.float32) / 6
-"""Weights of a cubic B-spline by powers of how far a point lies beyond the second of its pixels."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,7 +27,10 @@ class Level:
     values: Float32[np.ndarray, "h w 4"]
     """Slopes, depth in mm, and 1 inside the contact, as read at the pixels."""
     samples: Float32[np.ndarray, "h w 4"]
-    """What readings between pixels are weighed from; at full resolution not smoothed yet."""
+    """What readings between pixels are weighed from; at full resolution not smoothed yet.
+
+    In one piece, pixel after pixel.
+    """
     x_mm: Float[np.ndarray, " w"]
     y_mm: Float[np.ndarray, " h"]
     halvings: int
@@ -36,92 +40,148 @@ class Level:
         """Between neighbours along x and y."""
         return float(self.x_mm[1] - self.x_mm[0]), float(self.y_mm[1] - self.y_mm[0])
 
+    @cached_property
+    def contact_px(self) -> int:
+        """Of the contact."""
+        return int(np.count_nonzero(self.values[..., 3]))
+
     def place(self, points: Points) -> Float32[np.ndarray, "2 n"]:
         """Columns and rows of points, not rounded."""
-        (first, scale), across = self._grid, points[:, :2].T.astype(np.float32, copy=False)
-        place: Float32[np.ndarray, "2 n"] = (across - first) * scale
+        (first_mm, px_per_mm), across = self.grid, points[:, :2].T.astype(np.float32, copy=False)
+        place: Float32[np.ndarray, "2 n"] = (across - first_mm[:, None]) * px_per_mm[:, None]
         return place
 
     @cached_property
-    def _grid(self) -> tuple[Float32[np.ndarray, "2 1"], Float32[np.ndarray, "2 1"]]:
-        """Where the first column and row lie, and pixels per mm."""
-        first = np.array([[self.x_mm[0]], [self.y_mm[0]]], np.float32)
-        return first, np.float32(1) / np.array(self.pitch_mm, np.float32)[:, None]
-
-    @cached_property
-    def planes(self) -> Float32[np.ndarray, "4 hw"]:
-        """The samples, map after map."""
-        return np.ascontiguousarray(self.samples.reshape(-1, 4).T)
+    def grid(self) -> Float32[np.ndarray, "2 2"]:
+        """Along x and y, where the first pixel lies, and how many lie in a millimetre."""
+        (pitch_x, pitch_y), first = self.pitch_mm, (self.x_mm[0], self.y_mm[0])
+        return np.array([first, (1 / pitch_x, 1 / pitch_y)], np.float32)
 
     @cached_property
     def detail(self) -> "Level":
         """The same slopes less their mean around: texture and edges, without the large shape."""
-        mask = self.values[..., 3]
-        slopes = self.values[..., :2]
-        inner = (cv2.GaussianBlur(mask, (0, 0), DETAIL_PX) > 0.9) * mask  # a mean needs both sides
-        fine = (slopes - blurred(slopes, mask, DETAIL_PX)) * inner[..., None]
-        values = by_plane([fine[..., 0], fine[..., 1], np.zeros_like(mask), mask])
+        *slopes, _, mask = cv2.split(self.values)
+        share = cv2.GaussianBlur(mask, (0, 0), DETAIL_PX)
+        inner = (share > LEAST_AROUND) * mask
+        fine = [
+            (item - mean) * inner
+            for item, mean in zip(slopes, blurred(slopes, mask, DETAIL_PX, share), strict=True)
+        ]
+        values = cv2.merge([*fine, np.zeros_like(mask), mask])
         return replace(self, values=values, samples=values)
 
 
-def looked_up(level: Level, points: Points) -> Float32[np.ndarray, "n 4"]:
+def looked_up(level: Level, points: Float32[np.ndarray, "3 n"]) -> Float32[np.ndarray, "4 n"]:
     """A level's values at points; zero outside the frame.
 
     Bilinear reading blurs more between pixels than on them, which bends a step such as an edge's
     toward where it happens to lie between them. So at full resolution the weights are those of a
     cubic B-spline, whose blur is the same everywhere (variance 1/3 pixel squared; Unser, IEEE
     Signal Processing Magazine 16(6), 1999). Coarser levels are smooth enough.
-
-    Many points take long by their number, few by how often an array is touched: what is done for
-    one map or one axis is done for all of them at once, and each lies in one piece.
     """
-    height, width = level.samples.shape[:2]
-    place = level.place(points)
-    pixel = np.floor(place)
-    across, down = (_bilinear if level.halvings else _cubic)(place - pixel).swapaxes(0, 1)
-    taps = len(across)
-    first = pixel.astype(np.int32) - (taps // 2 - 1)
-    inside = ((first >= 0) & (first <= np.array([[width - taps], [height - taps]]))).all(0)
-    left, top = first * inside
-    share = (down[:, None] * across).reshape(taps * taps, -1)
-    steps = np.add.outer(np.arange(taps) * width, np.arange(taps)).reshape(-1, 1)
-    near = level.planes.take(top * width + left + steps, axis=1)
-    near *= share * inside
-    found: Float32[np.ndarray, "n 4"] = near.sum(1).T
+    found = np.empty((4, points.shape[1]), np.float32)
+    (_linear if level.halvings else _cubic)(level.samples, level.grid, points, found)
     return found
 
 
-def _bilinear(share: Float32[np.ndarray, "2 n"]) -> Float32[np.ndarray, "2 2 n"]:
-    """Weights of the pixel before and of the one after, by axis."""
-    return np.stack([1 - share, share])
+def _take_linear(
+    samples: Float32[np.ndarray, "h w 4"],
+    grid: Float32[np.ndarray, "2 2"],
+    points: Float32[np.ndarray, "3 n"],
+    found: Float32[np.ndarray, "4 n"],
+) -> None:
+    """Read from the two pixels around along each axis."""
+    height, width = samples.shape[:2]
+    flat, one, pixel = samples.reshape(-1), np.float32(1), np.uintp(4)
+    for k in range(points.shape[1]):
+        x = (points[0, k] - grid[0, 0]) * grid[1, 0]
+        y = (points[1, k] - grid[0, 1]) * grid[1, 1]
+        left, top = int(np.floor(x)), int(np.floor(y))
+        if left < 0 or top < 0 or left > width - 2 or top > height - 2:
+            found[:, k] = 0
+            continue
+        x, y = x - np.float32(left), y - np.float32(top)
+        above = np.uintp(4 * (top * width + left))
+        below = above + np.uintp(4 * width)
+        for channel in range(4):
+            c = np.uintp(channel)
+            found[channel, k] = (one - y) * (
+                (one - x) * flat[above + c] + x * flat[above + pixel + c]
+            ) + y * ((one - x) * flat[below + c] + x * flat[below + pixel + c])
 
 
-def _cubic(share: Float32[np.ndarray, "2 n"]) -> Float32[np.ndarray, "4 2 n"]:
-    """Weights of two pixels before and of two after, by axis."""
-    powers = np.ones((4, *share.shape), np.float32)
-    powers[1], powers[2] = share, share**2
-    powers[3] = powers[2] * share
-    return (CUBIC @ powers.reshape(4, -1)).reshape(powers.shape)
+def _take_weights(
+    share: np.float32,
+) -> tuple[np.float32, np.float32, np.float32, np.float32]:
+    """Of a cubic B-spline for two pixels before a point, the second by so much, and two after."""
+    rest, sixth = np.float32(1) - share, np.float32(1 / 6)
+    square, cube = share * share, share * share * share
+    return (
+        rest * rest * rest * sixth,
+        (np.float32(4) - np.float32(6) * square + np.float32(3) * cube) * sixth,
+        (np.float32(1) + np.float32(3) * (share + square - cube)) * sixth,
+        cube * sixth,
+    )
 
 
-def by_plane(maps: Sequence[Float32[np.ndarray, "h w"]]) -> Float32[np.ndarray, "h w c"]:
-    """Maps beside each other, each in one piece."""
-    return np.moveaxis(np.stack(maps), 0, -1)
+def _take_cubic(
+    samples: Float32[np.ndarray, "h w 4"],
+    grid: Float32[np.ndarray, "2 2"],
+    points: Float32[np.ndarray, "3 n"],
+    found: Float32[np.ndarray, "4 n"],
+) -> None:
+    """Read from the four pixels around along each axis."""
+    height, width = samples.shape[:2]
+    flat, nothing = samples.reshape(-1), np.float32(0)
+    for k in range(points.shape[1]):
+        x = (points[0, k] - grid[0, 0]) * grid[1, 0]
+        y = (points[1, k] - grid[0, 1]) * grid[1, 1]
+        left, top = int(np.floor(x)) - 1, int(np.floor(y)) - 1
+        if left < 0 or top < 0 or left > width - 4 or top > height - 4:
+            found[:, k] = 0
+            continue
+        across, down = _weights(x - np.float32(left + 1)), _weights(y - np.float32(top + 1))
+        row = np.uintp(4 * (top * width + left))
+        a = b = c = d = nothing
+        for j in range(4):
+            for i in range(4):
+                share, at = down[j] * across[i], row + np.uintp(4 * i)
+                a += share * flat[at]
+                b += share * flat[at + np.uintp(1)]
+                c += share * flat[at + np.uintp(2)]
+                d += share * flat[at + np.uintp(3)]
+            row += np.uintp(4 * width)
+        found[0, k], found[1, k], found[2, k], found[3, k] = a, b, c, d
+
+
+_weights = compiled(_take_weights)
+_linear, _cubic = compiled(_take_linear), compiled(_take_cubic)
 
 
 def blurred(
-    values: Float32[np.ndarray, "h w c"], mask: Float32[np.ndarray, "h w"], sigma_px: float
-) -> Float32[np.ndarray, "h w c"]:
-    """A Gaussian mean over the pixels inside the mask."""
-    share = np.maximum(cv2.GaussianBlur(mask, (0, 0), sigma_px), np.float32(1e-3))
-    maps = np.moveaxis(values, -1, 0)
-    return by_plane([cv2.GaussianBlur(item * mask, (0, 0), sigma_px) / share for item in maps])
+    maps: Sequence[Float32[np.ndarray, "h w"]],
+    mask: Float32[np.ndarray, "h w"],
+    sigma_px: float,
+    share: Float32[np.ndarray, "h w"] | None = None,
+) -> list[Float32[np.ndarray, "h w"]]:
+    """Gaussian means over the pixels inside the mask.
+
+    Args:
+        maps: any number.
+        mask: 1 inside, else 0.
+        sigma_px: of the Gaussian.
+        share: the mask's own mean, where it is known.
+    """
+    if share is None:
+        share = cv2.GaussianBlur(mask, (0, 0), sigma_px)
+    share = np.maximum(share, np.float32(1e-3))
+    return [cv2.GaussianBlur(item * mask, (0, 0), sigma_px) / share for item in maps]
 
 
 def continued(
-    values: Float32[np.ndarray, "h w c"], mask: Float32[np.ndarray, "h w"]
-) -> Float32[np.ndarray, "h w c"]:
-    """The values inside the mask, continued to its outside."""
-    outside = blurred(values, mask, CONTINUATION_SIGMA_PX)
-    whole: Float32[np.ndarray, "h w c"] = np.where(mask[..., None] > 0, values, outside)
-    return whole
+    maps: Sequence[Float32[np.ndarray, "h w"]], mask: Float32[np.ndarray, "h w"]
+) -> list[Float32[np.ndarray, "h w"]]:
+    """The maps inside the mask, continued to its outside."""
+    inside = mask > 0
+    outside = blurred(maps, mask, CONTINUATION_SIGMA_PX)
+    return [np.where(inside, *both) for both in zip(maps, outside, strict=True)]

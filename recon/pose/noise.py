@@ -1,134 +1,20 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How slope errors of neighbouring pixels go together, and what sums of slopes and depths vary by.
+"""What sums of slopes and depths vary by, given how slope errors of neighbours go together.
 
-Colours are smoothed and lights drift, so errors of slopes are alike over several pixels, and the
-longer, the less do many pixels tell more than a few. Errors are taken for a sum of white noise and
-of white noise smoothed by Gaussians (``LENGTHS_MM``). How much there is of each shows in the means
-over blocks of a few sizes of what two touches of one sensor differ by: beside both contacts as they
-are, and within them once the motion is undone. White noise's mean over n pixels varies by 1 / n of
-what one pixel does, and smooth noise's by nearly as much as one pixel, up to its length.
+How much there is of which errors, ``recon.pose.cells`` tells.
 """
 
-from dataclasses import dataclass
 from functools import lru_cache
 
-import cv2
 import numpy as np
-from jaxtyping import Bool, Float, Float32, Int
-from scipy.optimize import nnls
+from jaxtyping import Float, Int
 
-from recon.arrays import GradientField
-from recon.contact.mask import COLLAR_MM
 from recon.depth_error import depth_noise
 from recon.integration.poisson import eigenvalues
-from recon.pose.registration import Touch
-from recon.pose.rigid import Points, Transform
+from recon.pose.cells import LENGTHS_MM, cell_px
+from recon.pose.rigid import Points
 from sensor.toml import Pair
-
-CELL_MM = 0.25
-"""Noise is looked at and summed in cells so wide; a fine texture's waves still have several."""
-SIDES = (1, 2, 4, 8)
-"""Of blocks, in cells."""
-LENGTHS_MM = (0.0, 0.125, 0.25, 0.5)
-"""Standard deviations of the Gaussians: none, and half the side of all blocks but the largest."""
-BESIDE_MM = 3 * COLLAR_MM
-"""Gel farther from the contact than this does not follow it."""
-LEAST_BLOCKS = 8
-"""Fewer do not tell how they scatter."""
-MOST_BLOCKS = 1000
-"""So many tell it as all would."""
-ALL = 0.999
-"""Of a share, but for rounding."""
-RAYLEIGH_SQUARE = 2 * np.log(2)
-"""Median of the squared length of two normal numbers of variance 1."""
-
-Variances = Float[np.ndarray, "4"]
-"""Of one slope's errors at one pixel, by ``LENGTHS_MM``."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Coarse:
-    """A touch in cells."""
-
-    gradient: Float32[np.ndarray, "r c 2"]
-    """Mean slopes, as they were reconstructed."""
-    depth_mm: Float32[np.ndarray, "r c"]
-    """In their middle."""
-    inside: Bool[np.ndarray, "r c"]
-    """Cells whose corners lie within the contact."""
-    apart: Bool[np.ndarray, "r c"]
-    """Cells of gel that lies still."""
-    x_mm: Float32[np.ndarray, " c"]
-    y_mm: Float32[np.ndarray, " r"]
-    side_px: tuple[int, int]
-    mm_per_px: Pair
-
-
-def coarse(touch: Touch) -> Coarse:
-    """Take the means of a touch over cells; what is less than a cell at two borders is left out."""
-    wide, high = cell_px(touch.mm_per_px)
-    height, width = touch.contact.shape
-    columns, rows = width // wide, height // high
-    whole = slice(rows * high), slice(columns * wide)
-    corners = [
-        touch.contact[whole][row::high, column::wide]
-        for row in {0, high - 1}
-        for column in {0, wide - 1}
-    ]
-    touched = np.logical_or.reduce(corners).view(np.uint8)
-    reach = [
-        2 * int(np.ceil(BESIDE_MM / (side * pitch))) + 1
-        for side, pitch in zip((high, wide), touch.mm_per_px[::-1], strict=True)
-    ]
-    x_mm, y_mm = (
-        ((np.arange(cells) * side + (side - count) / 2) * pitch).astype(np.float32)
-        for cells, side, count, pitch in zip(
-            (columns, rows), (wide, high), (width, height), touch.mm_per_px, strict=True
-        )
-    )
-    depth_mm = touch.depth_mm[whole][high // 2 :: high, wide // 2 :: wide]
-    return Coarse(
-        gradient=cv2.resize(
-            np.ascontiguousarray(touch.gradient[whole], np.float32),
-            (columns, rows),
-            interpolation=cv2.INTER_AREA,
-        ),
-        depth_mm=depth_mm.astype(np.float32, copy=False),
-        inside=np.logical_and.reduce(corners),
-        apart=cv2.dilate(touched, np.ones(reach, np.uint8)) == 0,
-        x_mm=x_mm,
-        y_mm=y_mm,
-        side_px=(wide, high),
-        mm_per_px=touch.mm_per_px,
-    )
-
-
-def noise_between(
-    reference: Coarse, current: Coarse, T_current_reference: Transform
-) -> Variances | None:
-    """Variances of the errors by which the slopes of two touches differ.
-
-    Where gel beside the contacts and the surface within them say different things, the larger
-    counts. Within small contacts nothing is looked at: their outlines and edges would be taken for
-    noise. ``None`` where neither says anything: there is no such gel, or an estimator has taken it
-    for flat.
-    """
-    apart = reference.apart & current.apart
-    beside = _scatter(current.gradient - reference.gradient, apart)
-    scatter = beside
-    if np.count_nonzero(reference.inside) >= 4 * LEAST_BLOCKS:
-        within = _scatter(*_left(reference, current, T_current_reference))
-        if np.isfinite(within[1]):
-            scatter = np.fmax(beside, within)
-    known = int(np.count_nonzero(scatter > 0))
-    if known < 2:
-        return None
-    shares = _scatter_of_noise(reference.side_px, reference.mm_per_px)[:known, :known]
-    weight = 1 / (scatter[:known] * SIDES[:known])  # as many blocks tell it as closely
-    found = np.zeros(len(LENGTHS_MM))
-    found[:known] = nnls(shares * weight[:, None], scatter[:known] * weight)[0]
-    return found
 
 
 def sums_in_waves(
@@ -188,11 +74,6 @@ def depth_variances(shape: tuple[int, int], mm_per_px: Pair) -> Float[np.ndarray
     return np.stack([white, *(_sines(height) ** 2 @ smooth @ _sines(width) ** 2)])
 
 
-def cell_px(mm_per_px: Pair) -> tuple[int, int]:
-    """Width and height of a cell."""
-    return max(1, round(CELL_MM / mm_per_px[0])), max(1, round(CELL_MM / mm_per_px[1]))
-
-
 def pixels(
     points: Points, shape: tuple[int, int], mm_per_px: Pair, side_px: tuple[int, int] = (1, 1)
 ) -> tuple[Int[np.ndarray, " n"], Int[np.ndarray, " n"]]:
@@ -204,90 +85,6 @@ def pixels(
         for axis, count in ((0, width), (1, height))
     )
     return row, column
-
-
-def _left(
-    reference: Coarse, current: Coarse, T_current_reference: Transform
-) -> tuple[GradientField, Bool[np.ndarray, "r c"]]:
-    """Slopes as seen less those that the motion predicts, and which lie within both contacts.
-
-    In cells of the reference, around its contact.
-    """
-    spans = [np.flatnonzero(reference.inside.any(axis)) for axis in (1, 0)]
-    rows, columns = (slice(span[0], span[-1] + 1) for span in spans)
-    turn = T_current_reference[:3, :3].astype(np.float32)
-    shift_mm = T_current_reference[:3, 3].astype(np.float32)
-    depth_mm = reference.depth_mm[rows, columns]
-    along_x, along_y = (
-        (
-            turn[axis, 0] / pitch * reference.x_mm[columns]
-            + (turn[axis, 1] / pitch * reference.y_mm[rows] + (shift_mm[axis] - first) / pitch)[
-                :, None
-            ]
-            - turn[axis, 2] / pitch * depth_mm
-        )
-        for axis, first, pitch in (
-            (0, current.x_mm[0], np.float32(current.side_px[0] * current.mm_per_px[0])),
-            (1, current.y_mm[0], np.float32(current.side_px[1] * current.mm_per_px[1])),
-        )
-    )
-    found = cv2.remap(
-        cv2.merge((current.gradient, current.inside.astype(np.float32))),
-        along_x,
-        along_y,
-        cv2.INTER_LINEAR,
-    )
-    x, y, z = turn
-    normal = cv2.transform(found, np.stack([x, y, np.zeros(3), z], 1))
-    slopes = normal[..., :2] / np.maximum(normal[..., 2:], np.float32(0.1))
-    both = reference.inside[rows, columns] & (found[..., 2] > ALL)
-    return slopes - reference.gradient[rows, columns], both
-
-
-def _scatter(difference: GradientField, counted: Bool[np.ndarray, "r c"]) -> Float[np.ndarray, "4"]:
-    """Variance of a slope's mean over blocks by ``SIDES``, robust; NaN where there are too few."""
-    found = np.full(len(SIDES), np.nan)
-    squares = difference[..., 0] ** 2 + difference[..., 1] ** 2
-    share = (counted & (squares > 0)).astype(np.float32)  # gel taken for flat tells nothing
-    for index in range(len(SIDES)):
-        whole = squares[share > ALL]
-        if len(whole) < LEAST_BLOCKS:
-            break
-        whole = whole[:: -(-len(whole) // MOST_BLOCKS)]
-        half = len(whole) // 2
-        found[index] = np.partition(whole, half)[half] / RAYLEIGH_SQUARE
-        rows, columns = (count // 2 for count in share.shape)
-        if min(rows, columns) < 1:
-            break
-        difference, share = (
-            cv2.resize(
-                item[: 2 * rows, : 2 * columns], (columns, rows), interpolation=cv2.INTER_AREA
-            )
-            for item in (difference, share)
-        )
-        squares = difference[..., 0] ** 2 + difference[..., 1] ** 2
-    return found
-
-
-@lru_cache(maxsize=8)
-def _scatter_of_noise(side_px: tuple[int, int], mm_per_px: Pair) -> Float[np.ndarray, "s l"]:
-    """Variance of the mean over blocks by ``SIDES`` of noise by ``LENGTHS_MM``, of variance 1."""
-
-    def along(count: int, length_px: float) -> float:
-        away = np.arange(1 - count, count)
-        alike = np.exp(-((away / 2 / length_px) ** 2)) if length_px else away == 0
-        return float(((count - np.abs(away)) * alike).sum() / count**2)
-
-    return np.array(
-        [
-            [
-                along(side * side_px[0], length_mm / mm_per_px[0])
-                * along(side * side_px[1], length_mm / mm_per_px[1])
-                for length_mm in LENGTHS_MM
-            ]
-            for side in SIDES
-        ]
-    )
 
 
 def _spectra(

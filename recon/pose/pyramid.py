@@ -7,13 +7,15 @@ from functools import cached_property
 
 import cv2
 import numpy as np
-from jaxtyping import Float, Float32
+from jaxtyping import Float, Float32, Shaped
+from scipy.fft import next_fast_len
 
 from recon.arrays import ContactMask
 from recon.integration.integrable import integrable
-from recon.pose.level import Level, by_plane, continued, looked_up
+from recon.pose.cells import Coarse, coarse
+from recon.pose.level import Level, continued, looked_up
 from recon.pose.mesh import MeshTouch
-from recon.pose.noise import Coarse, coarse, sums_in_waves, wave_variances
+from recon.pose.noise import sums_in_waves, wave_variances
 from recon.pose.registration import Touch, pixel_grid_mm
 from recon.pose.template import Template, template_of
 from recon.windows import window_about
@@ -46,7 +48,7 @@ class Pyramid:
         self.touch = touch
         self._values = _values(touch, self.finest)
         self._coarse = _coarse_levels(touch, self._values)
-        self._details: dict[int, Float32[np.ndarray, "n 2"]] = {}
+        self._details: dict[int, Float32[np.ndarray, "2 n"]] = {}
 
     def level(self, halvings: int) -> Level:
         """The touch at one resolution."""
@@ -60,7 +62,7 @@ class Pyramid:
     def beside(self) -> Level:
         """Full resolution, with heights above the gel right beside the contact for depth.
 
-        They run on across the outline, and are NaN where no gel is near.
+        They run on across the outline. The last map says where gel is near: 1 there, else 0.
         """
         rows, columns = _window(self.touch.contact, CONTINUED_PX)
         contact = self.touch.contact[rows, columns].astype(np.uint8)
@@ -69,14 +71,14 @@ class Pyramid:
             for side in (2 * BESIDE_PX + 1, 2 * BESIDE_PX - 1)
         )
         ring = (wide - narrow).astype(np.float32)
-        depth = self._values[2, rows, columns]
+        depth = self._values[2][rows, columns]
         share = cv2.GaussianBlur(ring, (0, 0), BESIDE_SIGMA_PX)
         total = cv2.GaussianBlur(depth * ring, (0, 0), BESIDE_SIGMA_PX)
-        height = depth - total / np.where(share > LEAST_BESIDE, share, np.nan)
-        level = self.level(0)
-        values, samples = level.values.copy(), level.samples.copy()
-        values[..., 2] = cv2.sepFilter2D(height, -1, ON_PIXEL, ON_PIXEL)
-        samples[..., 2] = height
+        level, near = self.level(0), share > LEAST_BESIDE
+        samples = level.samples.copy()
+        samples[..., 2] = (depth - total / np.maximum(share, LEAST_BESIDE)) * near
+        samples[..., 3] = near
+        values = cv2.sepFilter2D(samples, -1, ON_PIXEL, ON_PIXEL)
         return replace(level, values=values, samples=samples)
 
     @cached_property
@@ -95,11 +97,11 @@ class Pyramid:
         }
         return {index: item for index, item in made.items() if len(item.points) >= LEAST_PX}
 
-    def details(self, halvings: int) -> Float32[np.ndarray, "n 2"]:
+    def details(self, halvings: int) -> Float32[np.ndarray, "2 n"]:
         """Texture and edges at the pixels of a template."""
         if halvings not in self._details:
             points = self.templates[halvings].points
-            self._details[halvings] = looked_up(self.level(halvings).detail, points)[:, :2]
+            self._details[halvings] = looked_up(self.level(halvings).detail, points.T)[:2]
         return self._details[halvings]
 
     def pulls(self, depth_share: float) -> Float[np.ndarray, "l 6 6"]:
@@ -121,7 +123,8 @@ class Pyramid:
         grid = pixel_grid_mm(contact.shape[::-1], pitch_mm)
         middle = [axis[span].mean() for axis, span in zip(grid, window[::-1], strict=True)]
         weights = np.array([[1, 1, 0], [0, 0, template.depth_weight]])
-        shares = np.concatenate([template.change * part[:, None, None] for part in weights], -1)
+        change = np.moveaxis(template.change, 0, -1)
+        shares = np.concatenate([change * part[:, None, None] for part in weights], -1)
         points = template.points - np.array([*middle, 0], np.float32)
         for axis, side, cut in _borders(contact):
             if cut:
@@ -130,19 +133,18 @@ class Pyramid:
         return (waves * wave_variances(shape, pitch_mm)[:, None]) @ waves.T
 
 
-def _full_level(touch: Touch, values: Float32[np.ndarray, "3 h w"]) -> Level:
+def _full_level(touch: Touch, values: list[Float32[np.ndarray, "h w"]]) -> Level:
     """Every pixel; beside the contact the gel only follows, so it is continued from inside."""
     x_mm, y_mm = pixel_grid_mm(touch.contact.shape[::-1], touch.mm_per_px)
     rows, columns = _window(touch.contact, CONTINUED_PX)
     mask = touch.contact[rows, columns].astype(np.float32)
-    inside = np.moveaxis(values[:, rows, columns], 0, -1)
-    samples = np.dstack([continued(inside, mask), mask])
+    samples = cv2.merge([*continued([item[rows, columns] for item in values], mask), mask])
     smoothed = cv2.sepFilter2D(samples, -1, ON_PIXEL, ON_PIXEL)
     smoothed[..., 3] = mask
     return Level(values=smoothed, samples=samples, x_mm=x_mm[columns], y_mm=y_mm[rows], halvings=0)
 
 
-def _coarse_levels(touch: Touch, values: Float32[np.ndarray, "3 h w"]) -> list[Level]:
+def _coarse_levels(touch: Touch, values: list[Float32[np.ndarray, "h w"]]) -> list[Level]:
     """Halved again and again, from pixels of the contact alone."""
     x_mm, y_mm = pixel_grid_mm(touch.contact.shape[::-1], touch.mm_per_px)
     rows, columns = (
@@ -159,12 +161,12 @@ def _coarse_levels(touch: Touch, values: Float32[np.ndarray, "3 h w"]) -> list[L
         maps = [cv2.pyrDown(item * mask) / counted for item in maps]
         mask = (share > 0.5).astype(np.float32)
         x_mm, y_mm = x_mm[::2], y_mm[::2]
-        whole = by_plane([*maps, mask])
+        whole = cv2.merge([*maps, mask])
         levels.append(Level(values=whole, samples=whole, x_mm=x_mm, y_mm=y_mm, halvings=halvings))
     return levels
 
 
-def _values(touch: Touch, finest: int) -> Float32[np.ndarray, "3 h w"]:
+def _values(touch: Touch, finest: int) -> list[Float32[np.ndarray, "h w"]]:
     """Slopes of a surface, and depth above the gel that lies still around; zero beyond that.
 
     What no depth can have is taken out of the slopes, as finely as they will be read. The gel
@@ -173,23 +175,36 @@ def _values(touch: Touch, finest: int) -> Float32[np.ndarray, "3 h w"]:
     window, contact = still_window(touch.contact), touch.contact
     gradient = touch.gradient[window].astype(np.float32, copy=False)
     if finest == 0:
-        slopes = list(np.moveaxis(integrable(gradient, touch.mm_per_px), -1, 0))
+        slopes = cv2.split(integrable(gradient, touch.mm_per_px))
     else:
-        slopes = [np.ascontiguousarray(item) for item in np.moveaxis(gradient, -1, 0)]
-        half = np.stack([cv2.pyrDown(item) for item in slopes], -1)
+        slopes = cv2.split(gradient)
+        half = np.dstack([cv2.pyrDown(item) for item in slopes])
         swirl = half - integrable(half, (2 * touch.mm_per_px[0], 2 * touch.mm_per_px[1]))
         size_px = slopes[0].shape[::-1]
         slopes = [
-            item - cv2.pyrUp(np.ascontiguousarray(part), dstsize=size_px)
-            for item, part in zip(slopes, np.moveaxis(swirl, -1, 0), strict=True)
+            item - cv2.pyrUp(part, dstsize=size_px)
+            for item, part in zip(slopes, cv2.split(swirl), strict=True)
         ]
     depth_mm = touch.depth_mm[window].astype(np.float32, copy=False)
-    still = ~contact[window]
-    still[1:-1, 1:-1] = False
-    values = np.zeros((3, *contact.shape), np.float32)
-    values[0][window], values[1][window] = slopes
-    values[2][window] = depth_mm - (depth_mm[still].mean() if still.any() else 0)
-    return values
+    still_mm = _border(depth_mm)[~_border(contact[window])]
+    above = depth_mm - (still_mm.mean() if len(still_mm) else 0)
+    return [_framed(item, window, contact.shape) for item in (*slopes, above)]
+
+
+def _border(whole: Shaped[np.ndarray, "r c"]) -> Shaped[np.ndarray, " n"]:
+    """The outermost pixels."""
+    return np.concatenate([whole[0], whole[-1], whole[1:-1, 0], whole[1:-1, -1]])
+
+
+def _framed(
+    inside: Float32[np.ndarray, "r c"], window: tuple[slice, slice], shape: tuple[int, int]
+) -> Float32[np.ndarray, "h w"]:
+    """A map of a whole frame, zero outside a window."""
+    if inside.shape == shape:
+        return inside
+    whole = np.zeros(shape, np.float32)
+    whole[window] = inside
+    return whole
 
 
 def still_window(contact: ContactMask) -> tuple[slice, slice]:
@@ -197,7 +212,19 @@ def still_window(contact: ContactMask) -> tuple[slice, slice]:
 
     Around a disc that is 2.8 radii from its middle: there the collar has ended.
     """
-    return _window(contact, round(np.sqrt(np.count_nonzero(contact))))
+    margin_px = round(np.sqrt(np.count_nonzero(contact)))
+    rows, columns = (
+        _widened(span, count)
+        for span, count in zip(_window(contact, margin_px), contact.shape, strict=True)
+    )
+    return rows, columns
+
+
+def _widened(span: slice, count: int) -> slice:
+    """A span of so many pixels in all, of a length whose transform is fast, as is its half's."""
+    wanted = 2 * next_fast_len(-(-(span.stop - span.start) // 2), real=True)
+    start = min(max(span.start - (wanted - span.stop + span.start) // 2, 0), max(count - wanted, 0))
+    return slice(start, min(start + wanted, count))
 
 
 def _borders(contact: ContactMask) -> list[tuple[int, int, bool]]:

@@ -18,6 +18,7 @@ Covariance = Float[np.ndarray, "6 6"]
 """Of a twist."""
 Points = Float[np.ndarray, "*n 3"]
 
+IDENTITY = np.eye(4)
 LAST_ROW = np.array([0.0, 0.0, 0.0, 1.0])
 MOST_OFF = 1e-6
 """Of a rigid transform's numbers, by rounding."""
@@ -33,18 +34,18 @@ def rigid(rotation: Float[np.ndarray, "3 3"], translation_mm: Float[np.ndarray, 
 
 def motion(twist: Twist) -> Transform:
     """The rigid motion along a twist for one unit of time (the exponential)."""
-    cross = skew(twist[:3])
-    square = cross @ cross
-    angle = math.sqrt(-0.5 * np.trace(square))
+    wx, wy, wz, vx, vy, vz = twist.tolist()
+    change = np.array([[0, -wz, wy, vx], [wz, 0, -wx, vy], [-wy, wx, 0, vz], [0, 0, 0, 0.0]])
+    angle = math.sqrt(wx * wx + wy * wy + wz * wz)
     if angle < 1e-6:  # what is left out is less than rounding takes
-        sine, versine, rest = 1.0, 0.5, 1 / 6
+        versine, rest = 0.5, 1 / 6
     else:
-        sine = math.sin(angle) / angle
         versine = 2 * (math.sin(angle / 2) / angle) ** 2
-        rest = (1 - sine) / angle**2
-    eye = np.eye(3)
-    along = eye + versine * cross + rest * square
-    return rigid(eye + sine * cross + versine * square, along @ twist[3:])
+        rest = (1 - math.sin(angle) / angle) / angle**2
+    # Of a turn's generator, cube = -angle^2 x itself; so the series is one of three terms.
+    square = change @ change
+    moved: Transform = IDENTITY + change + versine * square + rest * (square @ change)
+    return moved
 
 
 def inverse(transform: Transform) -> Transform:
@@ -81,12 +82,10 @@ def greatest_std(covariance: Covariance, point_mm: Float[np.ndarray, "3"]) -> tu
         covariance: of a twist.
         point_mm: whose shift is asked for, in the frame of the twist.
     """
-    covariance = turned_covariance(covariance, rigid(np.eye(3), point_mm))
-    turn, shift_mm = (
-        float(np.sqrt(max(np.linalg.eigvalsh(block)[-1], 0)))
-        for block in (covariance[:3, :3], covariance[3:, 3:])
-    )
-    return float(np.degrees(turn)), shift_mm
+    shift = np.concatenate([-skew(point_mm), IDENTITY[:3, :3]], 1)  # of the point, by a twist
+    blocks = np.stack([covariance[:3, :3], shift @ covariance @ shift.T])
+    turn, shift_mm = np.sqrt(np.maximum(np.linalg.eigvalsh(blocks)[:, -1], 0))
+    return float(np.degrees(turn)), float(shift_mm)
 
 
 def skew(vector: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3 3"]:

@@ -21,16 +21,18 @@ from jaxtyping import Bool, Float32
 
 from recon.pose.level import looked_up
 from recon.pose.pyramid import BESIDE_PX, Pyramid
-from recon.pose.rigid import Covariance, Transform, applied
-from recon.pose.template import sums_by_tile
+from recon.pose.rigid import Covariance, Transform
+from recon.pose.template import carried, sums_by_tile
 
 SKIPPED_PX = 1
 """Rows of pixels that the outline may cross; the rim is the next."""
 WIDTH_PX = SKIPPED_PX + BESIDE_PX + 0.5
 """From the rim to the gel beside."""
 LEAST_PX = 12
-TILES = (1, 2, 4)
-"""Along each side of the rim's extent."""
+ALL = 0.999
+"""Of a share, but for rounding."""
+FINEST = 4
+"""Tiles along each side of the rim's extent; they are looked at one by one, then by fours."""
 CROSS = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
 
 
@@ -57,21 +59,23 @@ class Rim:
         """
         place = self.points[:, :2] - self.points[:, :2].min(0)
         place /= np.maximum(place.max(0), np.float32(1e-6))
-        rows = np.concatenate([self.residual[None], self.change.T])
+        column, row = np.minimum(place * FINEST, FINEST - 1).T.astype(int)
+        rows = np.concatenate([self.residual[None], self.change.T, np.ones((1, len(place)))])
+        sums = sums_by_tile(rows, row * FINEST + column, FINEST**2).reshape(FINEST, FINEST, -1)
         shares = []
-        for count in TILES:
-            column, row = np.minimum(place * count, count - 1).T.astype(int)
-            tile = row * count + column
-            pixels = np.bincount(tile, minlength=count**2)
-            used = pixels > 0
-            sums = sums_by_tile(rows, tile, count**2)
-            mean, change = np.split(sums[used] / pixels[used, None], [1], 1)
+        while True:
+            used = sums[..., -1] > 0
+            pixels = sums[used, -1]
+            means = sums[used] / pixels[:, None]
+            mean, change = means[:, 0], means[:, 1:-1]
             doubt = ((change @ pose) * change).sum(1)
-            noise = variance / self.weight / pixels[used]
-            part = pixels[used] / len(tile)
-            excess = float(part @ (mean[:, 0] ** 2 - doubt - noise))
-            shares.append(float(part @ noise) / (float(part @ noise) + max(excess, 0.0)))
-        return min(shares)
+            noise, part = variance / self.weight / pixels, pixels / len(place)
+            explained = float(part @ noise)
+            excess = float(part @ (mean**2 - doubt - noise))
+            shares.append(explained / (explained + max(excess, 0.0)))
+            if len(sums) == 1:
+                return min(shares)
+            sums = sums[::2, ::2] + sums[1::2, ::2] + sums[::2, 1::2] + sums[1::2, 1::2]
 
 
 def rim(
@@ -93,12 +97,12 @@ def rim(
     common = np.zeros(level.values.shape[:2], np.uint8)
     common[row[seen], column[seen]] = 1
     outer = cv2.erode(common, CROSS, iterations=SKIPPED_PX)
-    height = level.values[row, column, 2]
-    pixels = (outer > cv2.erode(outer, CROSS))[row, column] & np.isfinite(height)
+    height, near = level.values[row, column, 2:].T
+    pixels = (outer > cv2.erode(outer, CROSS))[row, column] & (near > ALL)
     points = np.column_stack([template.points[pixels, :2], -height[pixels]])
-    moved = applied(guess, points).astype(np.float32)
-    residual = looked_up(current.beside, moved)[:, 2] + moved[:, 2]
-    known = np.isfinite(residual)
+    moved = carried(points, guess)
+    found = looked_up(current.beside, moved)
+    residual, known = found[2] + moved[2], found[3] > ALL
     pixels[pixels] = known
     if np.count_nonzero(pixels) < LEAST_PX:
         return None
@@ -106,7 +110,7 @@ def rim(
     return Rim(
         pixels=pixels,
         residual=residual[known],
-        change=template.change[2, pixels],
+        change=template.change[:, 2, pixels].T,
         points=points[known],
         weight=1 / (WIDTH_PX * pitch_x * pitch_y),
     )

@@ -18,6 +18,7 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Int
 
+from recon.kernels import compiled
 from recon.pose.level import Level, continued, looked_up
 from recon.pose.registration import prior_root
 from recon.pose.rigid import Covariance, Points, Transform
@@ -29,6 +30,7 @@ FEW = 1000
 TILES = 5
 """Along each side of the contact."""
 STENCIL = np.array([[1, -8, 0, 8, -1]], np.float32) / 12
+HALF = np.float32(0.5)
 LEAST_UPRIGHT = np.float32(0.1)
 """Upward part of a normal (Gx, Gy, 1) in the reference's frame; with less it shows its back."""
 
@@ -37,13 +39,13 @@ LEAST_UPRIGHT = np.float32(0.1)
 class Template:
     """Pixels of a reference at one level, and how motions change what is seen there.
 
-    Every coordinate, and every part of a twist, is laid out in one piece.
+    Every coordinate is laid out in one piece, and so is what every part of a twist changes.
     """
 
     points: Float32[np.ndarray, "n 3"]
     slopes: Float32[np.ndarray, "n 2"]
-    change: Float32[np.ndarray, "3 n 6"]
-    """Of slope x, slope y and depth, per twist."""
+    change: Float32[np.ndarray, "6 3 n"]
+    """Per part of a twist, of slope x, slope y and depth."""
     steepness: Float32[np.ndarray, " n"]
     """|(Gx, Gy, 1)|."""
     noise_change: Covariance
@@ -54,8 +56,9 @@ class Template:
 
     def __post_init__(self) -> None:
         """Lay the arrays out."""
-        for name in ("points", "slopes", "change"):
-            object.__setattr__(self, name, _last_axis_outermost(getattr(self, name)))
+        for name in ("points", "slopes"):
+            object.__setattr__(self, name, np.ascontiguousarray(getattr(self, name).T).T)
+        object.__setattr__(self, "change", np.ascontiguousarray(self.change))
 
     @property
     def every(self) -> int:
@@ -69,14 +72,9 @@ class Template:
             self,
             points=self.points[:: self.every],
             slopes=self.slopes[:: self.every],
-            change=self.change[:, :: self.every],
+            change=self.change[..., :: self.every],
             steepness=self.steepness[:: self.every],
         )
-
-    @cached_property
-    def by_twist(self) -> Float32[np.ndarray, "6 m"]:
-        """``change`` of all pixels, slopes and depth one after another."""
-        return np.moveaxis(self.change, -1, 0).reshape(6, -1)
 
     @cached_property
     def prior(self) -> Covariance:
@@ -104,24 +102,56 @@ def carried(
     points: Float32[np.ndarray, "n 3"], T_current_reference: Transform
 ) -> Float32[np.ndarray, "3 n"]:
     """Where a motion puts points, coordinate by coordinate."""
-    motion = T_current_reference.astype(np.float32)
-    moved: Float32[np.ndarray, "3 n"] = motion[:3, :3] @ points.T + motion[:3, 3:]
+    moved = np.empty(points.shape[::-1], np.float32)
+    _carry(points.T, T_current_reference.astype(np.float32), moved)
     return moved
+
+
+def _take_carried(
+    points: Float32[np.ndarray, "3 n"],
+    motion: Float32[np.ndarray, "4 4"],
+    moved: Float32[np.ndarray, "3 n"],
+) -> None:
+    for axis in range(3):
+        x, y, z, shift = motion[axis]
+        for k in range(points.shape[1]):
+            moved[axis, k] = x * points[0, k] + y * points[1, k] + z * points[2, k] + shift
 
 
 def residuals(
     template: Template, level: Level, guess: Transform
 ) -> tuple[Float32[np.ndarray, "3 n"], Bool[np.ndarray, " n"]]:
     """What is seen less what the guess predicts, in the reference's frame, and where both touch."""
-    rotation, moved = guess[:3, :3].astype(np.float32), carried(template.points, guess)
-    found = looked_up(level, moved.T).T
-    slope_x, slope_y, depth_mm, touched = found
-    back = rotation[:2].T @ found[:2] + rotation[2][:, None]
-    steepness = np.sqrt(1 + slope_x**2 + slope_y**2)
-    residual = np.empty((3, len(template.points)), np.float32)
-    np.subtract(back[:2] / np.maximum(back[2], LEAST_UPRIGHT), template.slopes.T, residual[:2])
-    np.multiply(depth_mm + moved[2], template.steepness / steepness, residual[2])
-    return residual, (touched > 0.5) & (back[2] > LEAST_UPRIGHT)
+    moved = carried(template.points, guess)
+    residual, seen = np.empty(moved.shape, np.float32), np.empty(moved.shape[1], bool)
+    turn, found = guess[:3, :3].astype(np.float32), looked_up(level, moved)
+    slopes, steepness = template.slopes.T, template.steepness
+    _residuals(turn, moved[2], found, slopes, steepness, residual, seen)
+    return residual, seen
+
+
+def _take_residuals(
+    turn: Float32[np.ndarray, "3 3"],
+    height_mm: Float32[np.ndarray, " n"],
+    found: Float32[np.ndarray, "4 n"],
+    slopes: Float32[np.ndarray, "2 n"],
+    steepness: Float32[np.ndarray, " n"],
+    residual: Float32[np.ndarray, "3 n"],
+    seen: Bool[np.ndarray, " n"],
+) -> None:
+    """Turn the normals that are found back, and compare."""
+    for k in range(len(seen)):
+        x, y = found[0, k], found[1, k]
+        upright = turn[0, 2] * x + turn[1, 2] * y + turn[2, 2]
+        whole = max(upright, LEAST_UPRIGHT)
+        residual[0, k] = (turn[0, 0] * x + turn[1, 0] * y + turn[2, 0]) / whole - slopes[0, k]
+        residual[1, k] = (turn[0, 1] * x + turn[1, 1] * y + turn[2, 1]) / whole - slopes[1, k]
+        aslant = steepness[k] / np.sqrt(np.float32(1) + x * x + y * y)
+        residual[2, k] = (found[2, k] + height_mm[k]) * aslant
+        seen[k] = (found[3, k] > HALF) & (upright > LEAST_UPRIGHT)
+
+
+_carry, _residuals = compiled(_take_carried), compiled(_take_residuals)
 
 
 def template_of(level: Level, depth_weight: float, depth_doubt_mm2: float) -> Template:
@@ -158,7 +188,7 @@ def template_of(level: Level, depth_weight: float, depth_doubt_mm2: float) -> Te
     return Template(
         points=points,
         slopes=upright[:, :2],
-        change=seen,
+        change=np.moveaxis(seen, -1, 0),
         steepness=np.linalg.norm(upright, axis=1),
         noise_change=_noise_change(points, level.pitch_mm),
         depth_weight=depth_weight,
@@ -170,22 +200,27 @@ def sums_by_tile(
     rows: Float[np.ndarray, "k n"], tile: Int[np.ndarray, " n"], tiles: int
 ) -> Float[np.ndarray, "tiles k"]:
     """Sums of each row over the pixels of each tile."""
-    count = len(rows)
-    place = tile + tiles * np.arange(count)[:, None]
-    sums = np.bincount(place.reshape(-1), rows.reshape(-1), minlength=count * tiles)
-    return sums.reshape(count, tiles).T
+    sums = np.zeros((tiles, len(rows)))
+    _sum_tiles(rows, tile, sums)
+    return sums
 
 
-def _last_axis_outermost(array: np.ndarray) -> np.ndarray:
-    """The same array, in memory by its last axis first."""
-    return np.moveaxis(np.ascontiguousarray(np.moveaxis(array, -1, 0)), 0, -1)
+def _take_tiles(
+    rows: Float[np.ndarray, "k n"], tile: Int[np.ndarray, " n"], sums: Float[np.ndarray, "tiles k"]
+) -> None:
+    for row in range(len(rows)):
+        for k in range(len(tile)):
+            sums[tile[k], row] += rows[row, k]
+
+
+_sum_tiles = compiled(_take_tiles)
 
 
 def _derivatives(
     values: Float32[np.ndarray, "h w"], mask: Float32[np.ndarray, "h w"], pitch_mm: Pair
 ) -> tuple[Float32[np.ndarray, "h w"], Float32[np.ndarray, "h w"]]:
     """Along x and y, of fourth order: a smoother one would see less of a thread's motion."""
-    whole = continued(values[..., None], mask)[..., 0]
+    (whole,) = continued([values], mask)
     along_x, along_y = (cv2.filter2D(whole, -1, kernel) for kernel in (STENCIL, STENCIL.T))
     return along_x / np.float32(pitch_mm[0]), along_y / np.float32(pitch_mm[1])
 

@@ -16,6 +16,7 @@ only if it explains the slopes that are seen.
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
+import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -149,7 +150,7 @@ class Tracker:
         touch = self._like = own(touch, self._like)
         before, self._before = self._before, touch
         contact_px = int(np.count_nonzero(touch.contact))
-        deepest_mm = float(touch.depth_mm[touch.contact].max(initial=0))
+        deepest_mm = max(cv2.minMaxLoc(touch.depth_mm, touch.contact.view(np.uint8))[1], 0.0)
         self._most_px = max(self._most_px, contact_px)
         self._most_mm = max(self._most_mm, deepest_mm)
         if contact_px < LEAST_CONTACT_PX:
@@ -218,19 +219,9 @@ class Tracker:
             return found
         step = found.T_sensor_object @ inverse(last)
         if angle_deg(step) > LONGEST_STEP_DEG or moved_mm(known, step) > LONGEST_STEP_MM:
-            return PoseEstimate(
-                state="lost",
-                reason="the object jumped",
-                overlap=found.overlap,
-                explained=found.explained,
-            )
+            return _lost("the object jumped", found)
         if not self._believable(found):
-            return PoseEstimate(
-                state="lost",
-                reason="not sure that it is the same object again",
-                overlap=found.overlap,
-                explained=found.explained,
-            )
+            return _lost("not sure that it is the same object again", found)
         self._keyframe = known
         assert found.covariance is not None
         self._recent = replace(
@@ -398,3 +389,9 @@ class Tracker:
         if not shift_mm < WEAK_MM:
             return replace(estimate, state="weak", reason="a shift is not seen by this touch")
         return estimate
+
+
+def _lost(reason: str, found: PoseEstimate) -> PoseEstimate:
+    """No pose, and what was found of one that is not believed."""
+    overlap, explained = found.overlap, found.explained
+    return PoseEstimate(state="lost", reason=reason, overlap=overlap, explained=explained)

@@ -8,16 +8,15 @@ import numpy as np
 import pytest
 
 from benchmarks.touches import SyntheticTouch
-from recon.pose.noise import (
+from recon.pose.cells import (
     BESIDE_MM,
     CELL_MM,
     SIDES,
     _scatter,
     coarse,
     noise_between,
-    sums_in_waves,
-    wave_variances,
 )
+from recon.pose.noise import sums_in_waves, wave_variances
 from recon.pose.registration import pixel_grid_mm
 from tests.recon.pose.touched import bead_pair
 

@@ -33,7 +33,7 @@ def test_a_plane_is_read_as_it_is_up_to_the_border_and_as_zero_beyond(halvings: 
     points = np.column_stack([places, 0 * places[:, 0]]).astype(np.float32)
     rim = RIM_PX[halvings]
     inside = ((every > rim) & (every < np.array(SIZE_PX) - 1 - rim)).all(1)
-    found = looked_up(level, points)
+    found = looked_up(level, points.T).T
     assert 100 < np.count_nonzero(inside) < len(points) - 100
     np.testing.assert_allclose(found[inside], plane_of(points)[inside], atol=1e-5)
     assert not found[~inside].any()
@@ -48,7 +48,7 @@ def test_a_map_is_read_as_by_a_spline(halvings: int, order: int, seed: int) -> N
     level = Level(values=maps, samples=maps, x_mm=x_mm, y_mm=y_mm, halvings=halvings)
     column, row = (rng.uniform(1.01, count - 2.01, 50) for count in SIZE_PX)
     x, y = x_mm[0] + PITCH_MM[0] * column, y_mm[0] + PITCH_MM[1] * row
-    found = looked_up(level, np.stack([x, y, 0 * x], -1).astype(np.float32))
+    found = looked_up(level, np.stack([x, y, 0 * x]).astype(np.float32)).T
     for index, one in enumerate(np.moveaxis(maps, -1, 0)):
         wanted = map_coordinates(one, [row, column], order=order, prefilter=False)
         np.testing.assert_allclose(found[:, index], wanted, atol=1e-4)
@@ -60,14 +60,14 @@ def test_a_point_far_away_reads_nothing(place: float, halvings: int) -> None:
     x_mm, y_mm = pixel_grid_mm(SIZE_PX, PITCH_MM)
     ones = np.ones((*SIZE_PX[::-1], 4), np.float32)
     level = Level(values=ones, samples=ones, x_mm=x_mm, y_mm=y_mm, halvings=halvings)
-    assert not looked_up(level, np.full((1, 3), place, np.float32)).any()
+    assert not looked_up(level, np.full((3, 1), place, np.float32)).any()
 
 
 def test_a_mean_inside_a_mask_is_of_what_lies_there() -> None:
     mask = np.zeros((12, 15), np.float32)
     mask[3:8, 4:9] = 1
     values = np.where(mask[..., None] > 0, np.float32([2, -3]), np.float32(1e6))
-    found = blurred(values, mask, 1.5)
+    found = np.dstack(blurred(list(np.moveaxis(values, -1, 0)), mask, 1.5))
     np.testing.assert_allclose(found[mask > 0], np.tile([2, -3], (25, 1)), rtol=1e-5)
 
 

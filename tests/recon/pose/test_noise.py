@@ -13,10 +13,8 @@ from benchmarks.pose_doubt import Step, by_axis, errors_of, smooth_noise, square
 from benchmarks.touches import SyntheticTouch, cube_corner, motions, shallow_texture
 from recon.contact.mask import boundary_of
 from recon.integration.poisson import integrate
+from recon.pose.cells import LENGTHS_MM, coarse, noise_between
 from recon.pose.noise import (
-    LENGTHS_MM,
-    coarse,
-    noise_between,
     sums_in_waves,
     wave_variances,
 )
@@ -78,7 +76,7 @@ def test_pulls_of_errors_are_stated_also_where_the_frame_cuts_the_contact_off(sh
         along_y, along_x = np.gradient(depth, MM_PER_PX[1], MM_PER_PX[0])
         height = template.depth_weight * (depth - depth[window][beside].mean())
         parts = [part[row, column] for part in (along_x, along_y, height)]
-        drawn.append(np.einsum("cn,cnk->k", parts, template.change))
+        drawn.append(np.einsum("cn,kcn->k", parts, template.change))
     stated = np.diag(pyramid.pulls(1.0)[number])
     share = np.mean(np.square(drawn), axis=0) / stated
     assert 0.4 < share.min() and share.max() < 2

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.fft import next_fast_len
 
 from benchmarks.touches import SyntheticTouch, pressed
 from recon.pose.level import Level
@@ -69,6 +70,22 @@ def test_slopes_of_a_surface_lose_nothing(frame) -> None:
     assert (np.mean(off**2, 0) < 0.07**2 * np.mean(truth[inside] ** 2, 0)).all()
 
 
+@given(
+    box=st.tuples(*[st.integers(0, 89)] * 2, *[st.integers(1, 60)] * 2),
+    size=st.tuples(st.integers(90, 400), st.integers(90, 300)),
+)
+def test_a_still_window_lies_around_and_its_waves_are_soon_found(box, size) -> None:
+    contact = np.zeros(size, bool)
+    contact[box[0] : box[0] + box[2], box[1] : box[1] + box[3]] = True
+    margin = round(np.sqrt(contact.sum()))
+    for span, count, axis in zip(still_window(contact), size, (1, 0), strict=True):
+        held = np.flatnonzero(contact.any(axis))
+        assert 0 <= span.start <= max(held[0] - margin, 0)
+        assert min(held[-1] + margin + 1, count) <= span.stop <= count
+        length = span.stop - span.start
+        assert length == count or next_fast_len(length // 2) == length / 2
+
+
 def test_heights_are_above_the_gel_around_and_not_above_a_collar() -> None:
     touch = exact(*FEW)
     collar = np.zeros_like(touch.contact)
@@ -109,7 +126,7 @@ def sloped(slopes: np.ndarray) -> Template:
     return Template(
         points=np.column_stack([x, y, -slopes[0] * x - slopes[1] * y]).astype(np.float32),
         slopes=np.tile(slopes, (len(x), 1)).astype(np.float32),
-        change=np.zeros((3, len(x), 6), np.float32),
+        change=np.zeros((6, 3, len(x)), np.float32),
         steepness=np.full(len(x), np.sqrt(1 + slopes @ slopes), np.float32),
         noise_change=np.eye(6),
         depth_weight=1.0,

@@ -125,27 +125,46 @@ def test_what_noise_does_not_explain_is_added_to_the_variance():
     assert doubted.believed(noise_mm**2, np.eye(6)) == 1.0  # the pose may be as far off
 
 
-def test_the_rim_lies_beside_gel_and_its_height_is_taken_above_it():
+def plateau(last_column: int) -> Pyramid:
     height, width = SIZE_PX[::-1]
     column = np.arange(width)
-    plateau = np.broadcast_to(np.where((column > 10) & (column < 40), 0.3, 0.0), (height, width))
+    raised = np.where((column > 10) & (column < last_column), 0.3, 0.0)
+    raised = np.broadcast_to(raised, (height, width))
     drift = 0.001 * column  # of depth, along the frame
-    seen = SyntheticTouch(
-        gradient=np.zeros((height, width, 2), np.float32),
-        depth_mm=(plateau + drift).astype(np.float32),
-        contact=plateau > 0,
-        mm_per_px=MM_PER_PX,
+    return Pyramid(
+        SyntheticTouch(
+            gradient=np.zeros((height, width, 2), np.float32),
+            depth_mm=(raised + drift).astype(np.float32),
+            contact=raised > 0,
+            mm_per_px=MM_PER_PX,
+        )
     )
-    both = Pyramid(seen)
-    _, common = residuals(both.templates[0], both.level(0), np.eye(4))
-    edge = rim(both, both, common, np.eye(4))
+
+
+def rim_of(reference: Pyramid, current: Pyramid) -> tuple[Rim, np.ndarray, np.ndarray]:
+    """Where both touch as they are, and its columns and rows."""
+    _, common = residuals(reference.templates[0], current.level(0), np.eye(4))
+    edge = rim(reference, current, common, np.eye(4))
     assert edge is not None
     columns, rows = (
         np.rint(edge.points[:, axis] / MM_PER_PX[axis] + (count - 1) / 2)
         for axis, count in enumerate(SIZE_PX)
     )
-    from_border = np.minimum(rows, height - 1 - rows)
+    return edge, columns, rows
+
+
+def test_the_rim_lies_beside_gel_and_its_height_is_taken_above_it():
+    both = plateau(40)
+    edge, columns, rows = rim_of(both, both)
+    from_border = np.minimum(rows, SIZE_PX[1] - 1 - rows)
     assert set(columns[from_border > 3]) == {12, 38}
     assert not np.any(abs(columns - 25) < 5)  # the frame's border cuts there, and no gel is near
     np.testing.assert_allclose(-edge.points[:, 2], 0.3, atol=0.01)
+    np.testing.assert_allclose(edge.residual, 0, atol=0.002)
+
+
+def test_where_the_other_touch_has_no_gel_near_nothing_is_compared():
+    edge, columns, rows = rim_of(plateau(40), plateau(80))
+    from_border = np.minimum(rows, SIZE_PX[1] - 1 - rows)
+    assert set(columns[from_border > 3]) == {12}
     np.testing.assert_allclose(edge.residual, 0, atol=0.002)
