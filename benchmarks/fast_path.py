@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 from scipy import fft
 
-from benchmarks.measurement import Measurement
+from benchmarks.measurement import Measurement, one_thread
 from recon.arrays import Frame
 from recon.calibration import CHANNELS, Calibration
 from recon.estimators.default import MEMBERS, MEMBERS_OF_FEW, SLOPE_KNOTS, Default
@@ -51,15 +51,11 @@ def measure(
         two_lights: a unit with our estimator and lights on one axis alone, and frames of it. What
             its slopes are tells in its time, as a contact that seems cut is mirrored.
     """
-    threads = cv2.getNumThreads()
-    cv2.setNumThreads(1)
-    try:
+    with one_thread():
         yield from _agreement(unit, frames)
         for size_px in (LARGE, SMALL):
             yield from _times(*resized(unit, frames, size_px), size_px)
             yield _ours("red and blue alone", *resized(*two_lights, size_px), size_px)
-    finally:
-        cv2.setNumThreads(threads)
 
 
 def resized(

@@ -3,9 +3,12 @@
 """One measured figure and the bar it is held against."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from statistics import median
+
+import cv2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,6 +25,17 @@ class Measurement:
     def passed(self) -> bool:
         """Whether the figure is within its bar."""
         return self.bar is None or self.value <= self.bar
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """OpenCV's loops on one core for as long; those of numpy are bound where Python starts."""
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        yield
+    finally:
+        cv2.setNumThreads(threads)
 
 
 def interleaved_ms(calls: Sequence[Callable[[], object]], rounds: int) -> list[float]:
