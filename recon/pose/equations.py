@@ -41,7 +41,7 @@ class Equations:
     residual: Float32[np.ndarray, "3 n"]
     normal: Covariance
     pull: Twist
-    """What the normal equations' twist is multiplied to."""
+    """What residuals pull at the twist, by their weights."""
     noise: float
     """Standard deviation of a slope's residual."""
     variance: float

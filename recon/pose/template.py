@@ -112,6 +112,7 @@ def _take_carried(
     motion: Float32[np.ndarray, "4 4"],
     moved: Float32[np.ndarray, "3 n"],
 ) -> None:
+    """Multiply and add in one go."""
     for axis in range(3):
         x, y, z, shift = motion[axis]
         for k in range(points.shape[1]):
@@ -208,6 +209,7 @@ def sums_by_tile(
 def _take_tiles(
     rows: Float[np.ndarray, "k n"], tile: Int[np.ndarray, " n"], sums: Float[np.ndarray, "tiles k"]
 ) -> None:
+    """Add each pixel to its tile."""
     for row in range(len(rows)):
         for k in range(len(tile)):
             sums[tile[k], row] += rows[row, k]
