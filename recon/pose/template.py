@@ -58,7 +58,8 @@ class Template:
         """Lay the arrays out."""
         for name in ("points", "slopes"):
             object.__setattr__(self, name, np.ascontiguousarray(getattr(self, name).T).T)
-        object.__setattr__(self, "change", np.ascontiguousarray(self.change))
+        for name in ("change", "steepness"):
+            object.__setattr__(self, name, np.ascontiguousarray(getattr(self, name)))
 
     @property
     def every(self) -> int:
