@@ -21,7 +21,7 @@ from scipy.optimize import nnls
 from recon.arrays import GradientField
 from recon.contact.mask import COLLAR_MM
 from recon.kernels import compiled
-from recon.pose.level import Level, looked_up
+from recon.pose.level import ALL, Level, looked_up
 from recon.pose.registration import Touch
 from recon.pose.rigid import Transform
 from recon.pose.template import LEAST_UPRIGHT, carried
@@ -39,8 +39,6 @@ LEAST_BLOCKS = 8
 """Fewer do not tell how they scatter."""
 MOST_BLOCKS = 1000
 """So many tell it as all would."""
-ALL = 0.999
-"""Of a share, but for rounding."""
 FLAT = np.float32(3e-5)
 """Slopes that differ by no more do so by the rounding of places where they are read."""
 RAYLEIGH_SQUARE = 2 * np.log(2)

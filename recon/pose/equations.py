@@ -7,13 +7,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float, Float32, Int
+from jaxtyping import Bool, Float32
 
 from recon.kernels import compiled
 from recon.pose.level import Level
 from recon.pose.pyramid import LEAST_PX
 from recon.pose.rigid import Covariance, Transform, Twist
-from recon.pose.template import TILES, Template, residuals
+from recon.pose.template import TILES, Template, residuals, sums_by_tile
 
 OUTLIER = 3.0
 """Residuals of so many standard deviations weigh half."""
@@ -84,8 +84,8 @@ class Equations:
         known = np.maximum(known, 0)
         if shown is not None and shown(prior @ axes[:, 0]) < LEAST_SHOWN:
             known[0] = 0
-        template, sums = self.template, np.zeros((TILES**2, 6))
-        _tile_sums(template.change, self.residual, self.weight, template.tiles, sums)
+        pulls = np.einsum("jkn,kn->jn", self.template.change, self.weight[ROWS] * self.residual)
+        sums = sums_by_tile(pulls, self.template.tiles, TILES**2)
         scatter = ((sums - sums.sum(0) / len(sums)) @ prior @ axes / self.variance) ** 2
         growth = np.maximum(scatter.sum(0) / np.maximum(known, 1e-12), 1)
         deviation = np.sqrt(known / growth + 1)
@@ -204,24 +204,7 @@ def _take_sums(
         sums[i, 6] = total
 
 
-def _take_tile_sums(
-    change: Float32[np.ndarray, "6 3 n"],
-    residual: Float32[np.ndarray, "3 n"],
-    weight: Float32[np.ndarray, "2 n"],
-    tile: Int[np.ndarray, " n"],
-    sums: Float[np.ndarray, "tiles 6"],
-) -> None:
-    """The products with the residuals, by tile."""
-    for i in range(6):
-        for k in range(len(tile)):
-            slopes = change[i, 0, k] * residual[0, k] + change[i, 1, k] * residual[1, k]
-            depths = weight[1, k] * change[i, 2, k] * residual[2, k]
-            sums[tile[k], i] += weight[0, k] * slopes + depths
-
-
-_squares, _weights, _sums, _tile_sums = (
-    compiled(loop) for loop in (_take_squares, _take_weights, _take_sums, _take_tile_sums)
-)
+_squares, _weights, _sums = (compiled(loop) for loop in (_take_squares, _take_weights, _take_sums))
 
 
 def undoubted(template: Template, variance: float, weight: float) -> float:

@@ -15,6 +15,8 @@ from recon.pose.rigid import Points
 from sensor.toml import Pair
 
 DETAIL_PX = 2.0
+ALL = 0.999
+"""Of a share that is read between pixels, but for rounding."""
 LEAST_AROUND = 0.9
 """Of a mean's weights, to be one of both sides."""
 CONTINUATION_SIGMA_PX = 1.0

@@ -19,7 +19,7 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float32
 
-from recon.pose.level import looked_up
+from recon.pose.level import ALL, looked_up
 from recon.pose.pyramid import BESIDE_PX, Pyramid
 from recon.pose.rigid import Covariance, Transform
 from recon.pose.template import carried, sums_by_tile
@@ -29,8 +29,6 @@ SKIPPED_PX = 1
 WIDTH_PX = SKIPPED_PX + BESIDE_PX + 0.5
 """From the rim to the gel beside."""
 LEAST_PX = 12
-ALL = 0.999
-"""Of a share, but for rounding."""
 FINEST = 4
 """Tiles along each side of the rim's extent; they are looked at one by one, then by fours."""
 CROSS = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
