@@ -45,6 +45,9 @@ EDGE_PX = 0.4
 LEAST_ALIKE = 0.65
 """Of one edge's slope over the other's: 0.72 to 0.92 for jaws, up to 0.44 for balls."""
 LEAST_TURN_DEG = 30.0
+LEAST_UNEXPLAINED = 0.005
+"""Of a press's squared slopes: the best of three seen in frames without noise have as much."""
+TINY = 1e-12
 
 
 def of_one_scale(mm_per_px: Pair, other_mm_per_px: Pair) -> bool:
@@ -74,12 +77,26 @@ class Scale:
 
 
 def shading_response(presses: Sequence[BallPress]) -> Response:
-    """Slopes per colour change: the linear least squares fit over the balls' contacts."""
+    """Slopes per colour change: the linear least squares fit over the balls' contacts.
+
+    A press counts by the inverse square of the share of its slopes that a fit to it alone leaves
+    unexplained: where the scale is not known yet, some circles are not the balls'.
+    """
     pixels = join([label_pixels(press, index, seed=0) for index, press in enumerate(presses)])
-    color, gradient = pixels.color[pixels.contact], pixels.gradient[pixels.contact]
-    response: Response = np.linalg.lstsq(
-        color.astype(np.float64), gradient.astype(np.float64), rcond=None
-    )[0]
+    colors, slopes = [], []
+    for index in range(len(presses)):
+        its = pixels.contact & (pixels.press == index)
+        color, gradient = pixels.color[its].astype(float), pixels.gradient[its].astype(float)
+        rest = gradient - color @ _fitted(color, gradient)
+        unexplained = (rest**2).sum() / max((gradient**2).sum(), TINY)
+        weight = 1 / max(unexplained, LEAST_UNEXPLAINED) / np.sqrt(max(len(color), 1))
+        colors.append(weight * color)
+        slopes.append(weight * gradient)
+    return _fitted(np.concatenate(colors), np.concatenate(slopes))
+
+
+def _fitted(color: Float64[np.ndarray, "n 3"], gradient: Float64[np.ndarray, "n 2"]) -> Response:
+    response: Response = np.linalg.lstsq(color, gradient, rcond=None)[0]
     return response
 
 

@@ -370,12 +370,15 @@ def measured_scale(
             f"{source}: the caliper's pictures name gaps of "
             f"{' and '.join(f'{x:g} mm' for x in sorted(widths_mm))}: keep those with one gap."
         )
-    found = each(partial(_gap_in, source, reader, response), [name for name, _ in caliper])
-    gaps = [gap for gap in found if gap is not None]
+    names = [name for name, _ in caliper]
+    found = dict(zip(names, each(partial(_gap_in, source, reader, response), names), strict=True))
+    gaps = [gap for gap in found.values() if gap is not None]
     try:
         return scale_of(gaps, widths_mm.pop())
     except WedgeError as error:
-        raise WedgeError(f"{source}: {error}") from error
+        missed = [name for name, gap in found.items() if gap is None]
+        seen = f" (no jaws were recognised in {', '.join(missed)})" if gaps and missed else ""
+        raise WedgeError(f"{source}{seen}: {error}") from error
 
 
 def _gap_in(source: Path, reader: PressReader, response: Response, name: str) -> Gap | None:

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A caliper's gap is measured at any angle, on the twin's elastic skin and in closed form."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -81,17 +83,32 @@ def test_the_gap_is_found_on_the_skin_of_the_twin() -> None:
     assert matches(find_gap(np.stack([right, down], -1).astype(np.float32)), angle_deg, 0.1)
 
 
-def test_neither_balls_nor_blank_gel_have_a_gap() -> None:
-    ball = pressed_ball((240, 180), (100.0, 90.0), 20.0, 30.0)
-    press = BallPress(
+def ball_press(x_px: float, y_px: float, radius_px: float) -> BallPress:
+    """A ball's press, by a circle that lies where it touched."""
+    return BallPress(
         file="ball.png",
-        difference=ball,
-        center_px=(100.0, 90.0),
-        contact_radius_px=20.0,
+        difference=pressed_ball((240, 180), (x_px, y_px), radius_px, 30.0),
+        center_px=(x_px, y_px),
+        contact_radius_px=radius_px,
         ball_radius_mm=3.0,
         mm_per_px=(0.1, 0.1),
     )
-    response = shading_response([press])
+
+
+def test_circles_that_are_not_the_balls_hardly_change_how_colours_are_read() -> None:
+    right = [ball_press(60.0, 60.0, 16.0), ball_press(150.0, 110.0, 18.0)]
+    pressed = ball_press(110.0, 90.0, 14.0)
+    wrong = replace(pressed, center_px=(115.0, 72.0), contact_radius_px=27.0)
+    known = shading_response(right)
+    read = shading_response([*right, wrong])
+    assert np.abs(read - known).max() < 0.05 * np.abs(known).max()
+    # ... although it has as many pixels as both others, and a reading of its own.
+    assert np.abs(shading_response([wrong]) - known).max() > 0.5 * np.abs(known).max()
+
+
+def test_neither_balls_nor_blank_gel_have_a_gap() -> None:
+    press = ball_press(100.0, 90.0, 20.0)
+    ball, response = press.difference, shading_response([press])
     assert find_gap(slopes_of(ball, response)) is None
     assert find_gap(np.zeros((120, 160, 2), np.float32)) is None
     noise = np.random.default_rng(1).normal(0, 0.02, (180, 240, 2)).astype(np.float32)

@@ -55,8 +55,12 @@ def caliper(along_x: bool) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def frames(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("frames") / "mine"
-    truth = make_dataset(folder / "truth", presses=4, corners_px=KEYSTONE_PX, seed=3)
+    return raw_frames(tmp_path_factory.mktemp("frames") / "mine", presses=4, seed=3)
+
+
+def raw_frames(folder: Path, *, presses: int, seed: int) -> Path:
+    """A blank frame, presses, and pictures of a caliper, with their true labels in truth/."""
+    truth = make_dataset(folder / "truth", presses=presses, corners_px=KEYSTONE_PX, seed=seed)
     pictures = {name: read_image(truth.folder / name) for name in ("background.png",)}
     pictures |= {x.file: read_image(truth.folder / x.file) for x in truth.labels}
     pictures |= {"3mm-1.png": caliper(True), "3mm-2.png": caliper(False)}
@@ -95,6 +99,38 @@ def test_raw_frames_become_a_labelled_dataset(frames: Path, tmp_path: Path) -> N
     assert np.linalg.norm(off, axis=1).max() < 1.0
     assert made.card.lights_deg is not None
     assert set(made.card.lights_deg) == {"R", "G", "B"}
+
+
+def test_a_pad_of_a_third_of_the_assumed_size_is_measured(tmp_path: Path) -> None:
+    """At that scale a ball is sought that is a third as large, and some circles are not its own."""
+    frames = raw_frames(tmp_path / "mine", presses=10, seed=6)
+    with ThreadPoolExecutor(1) as pool:
+        import_raw_frames(
+            frames,
+            tmp_path / "made",
+            pool,
+            ball_radius_mm=BALL_RADIUS_MM,
+            pad_size_mm=(34.0, 25.5),
+        )
+    made = read_dataset(tmp_path / "made")
+    assert made.card.pad_size_mm == pytest.approx(pad_size_mm()[::-1], rel=0.03)
+
+
+def test_pictures_without_jaws_are_named_where_the_others_say_too_little(
+    frames: Path, tmp_path: Path
+) -> None:
+    for path in frames.glob("*.png"):
+        blank = "background.png" if path.name == "3mm-2.png" else path.name
+        write_image(tmp_path / "mine" / path.name, read_image(frames / blank))
+    with ThreadPoolExecutor(1) as pool, pytest.raises(WedgeError) as refused:
+        import_raw_frames(
+            tmp_path / "mine",
+            tmp_path / "out",
+            pool,
+            ball_radius_mm=BALL_RADIUS_MM,
+            pad_size_mm=(9.9, 11.0),
+        )
+    assert "(no jaws were recognised in 3mm-2.png): every picture" in str(refused.value)
 
 
 def test_a_card_is_judged_by_what_the_caliper_says_before_circles_are_sought(
