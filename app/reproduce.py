@@ -46,9 +46,7 @@ KNOWN_DEPTH = {"known-depth": "known-depth-spheres"}
 """Presses of known depth, by the set that their unit learns from. It is there for its depth: its
 lights do not sit as the Wedge's, so that it is judged with all of them alone."""
 ESTIMATORS = ("default", "mlp", "table")
-"""The first makes the units and the pictures."""
-TOUCHED = "mlp"
-"""What contact is found with: gentle slopes, which end a contact, are read best by it."""
+"""The first makes the units, the masks and the pictures."""
 SIDE_BY_SIDE = ("taxim-gelsight", "wedge-lab")
 """Real sets on which every estimator is looked at closely."""
 FEW_LIGHTS = ("ball_array", "lego", "m2_screw", "screw_cap")
@@ -161,7 +159,7 @@ def _measure_all(out: Path, present: "Sequence[KnownDataset]", folds: int, seed:
         likeness = [twins_beside_sensors(TWINS, executor)] if shapes else []
         touches = dict(zip(shapes, (future.result() for future in few_lights), strict=True))
         tracking = executor.submit(_tracking)
-        touch = touch_sections(results, TOUCHED, executor)
+        touch = touch_sections(results, ESTIMATORS[0], executor)
         tracked = tracking.result()
     return _Measured(
         results=results,

@@ -26,6 +26,7 @@ Response = Float64[np.ndarray, "3 2"]
 Profile = Float32[np.ndarray, "rows columns"]
 Near = Float32[np.ndarray, "rows near"]
 Row = Float32[np.ndarray, " columns"]
+Points = Float32[np.ndarray, "points 2"]
 
 SAME_SCALE = 0.05
 """Share of a pixel's length by which a scale that is measured twice may differ."""
@@ -42,8 +43,14 @@ LEAST_CLEAR = 4.0
 SMOOTH_PX = 1.0
 EDGE_PX = 0.4
 """Standard deviation of one edge that is well seen; found on synthetic and real jaws alike."""
-LEAST_ALIKE = 0.65
-"""Of one edge's slope over the other's: 0.72 to 0.92 for jaws, up to 0.44 for balls."""
+LEAST_ALIKE = 0.4
+"""Of one edge's slope over the other's: of jaws 0.77 to 1 on a real sensor, and 0.52 to 1 on the
+twins, where one light alone lies along an axis and shows the edge that faces away too gently."""
+MOST_BENT = 1 / 320
+"""Of the frame's shorter side, or so many pixels where that is less than ``MOST_BENT_PX``: standard
+deviation of an edge from a line. In frames of 240 rows jaws have 0.1 to 0.6 px, and those balls of
+five sensors whose edges are as alike as jaws' 1 to 2 px, but for one."""
+MOST_BENT_PX = 0.75
 LEAST_TURN_DEG = 30.0
 LEAST_UNEXPLAINED = 0.005
 """Of a press's squared slopes: the best of three seen in frames without noise have as much."""
@@ -126,7 +133,8 @@ def find_gap(slopes: Slopes) -> Gap | None:
     turn_deg = _turn_deg(across, places)
     across = _across(smooth, angle_deg + turn_deg)
     rows = _rows(across, places)
-    if rows.sum() < FEWEST_ROWS:
+    straight_px = max(MOST_BENT_PX, MOST_BENT * min(height, width))
+    if rows.sum() < FEWEST_ROWS or _bent_px(across, places) > straight_px:
         return None
     profile = across[rows].mean(0)
     left, right = _onset(-profile, places[0], -1), _onset(profile, places[1], 1)
@@ -241,15 +249,30 @@ def _near(across: Profile, place: float) -> Near:
 
 def _turn_deg(across: Profile, places: Sequence[float]) -> float:
     """How far the edges lean from the columns, mean of both, each by a robust line."""
-    rows = np.flatnonzero(_rows(across, places))
     leans = []
-    for sign, place in zip((-1, 1), places, strict=True):
-        steep = np.maximum(sign * _near(across, place)[rows], 0) ** 2
-        columns = (steep * np.arange(steep.shape[1])).sum(1) / steep.sum(1)
-        points = np.column_stack([rows, columns]).astype(np.float32)
+    for points in _edges(across, places):
         along, lean, _, _ = cv2.fitLine(points, cv2.DIST_HUBER, 0, 0.01, 0.01).ravel()
         leans.append(float(lean / along) if abs(along) > 0.5 else 0.0)
     return -float(np.degrees(np.arctan(np.mean(leans))))
+
+
+def _bent_px(across: Profile, places: Sequence[float]) -> float:
+    """How far from a line of its own each edge lies, that of the less straight one."""
+    return max(
+        float(np.std(column - np.polyval(np.polyfit(row, column, 1), row)))
+        for row, column in (points.T for points in _edges(across, places))
+    )
+
+
+def _edges(across: Profile, places: Sequence[float]) -> list[Points]:
+    """Row and column of the fall and of the rise, in every row where both are clear."""
+    rows = np.flatnonzero(_rows(across, places))
+    edges: list[Points] = []
+    for sign, place in zip((-1, 1), places, strict=True):
+        steep = np.maximum(sign * _near(across, place)[rows], 0) ** 2
+        columns = (steep * np.arange(steep.shape[1])).sum(1) / steep.sum(1)
+        edges.append(np.column_stack([rows, columns]).astype(np.float32))
+    return edges
 
 
 def _onset(profile: Row, place: float, outward: int) -> float:

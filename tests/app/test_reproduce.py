@@ -55,7 +55,6 @@ def known(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(datasets, "DATASETS", sets)
     monkeypatch.setattr(reproduce, "NAMES", ("here", "elsewhere"))
     monkeypatch.setattr(reproduce, "ESTIMATORS", ("table",))
-    monkeypatch.setattr(reproduce, "TOUCHED", "table")
     monkeypatch.setattr(reproduce, "SIDE_BY_SIDE", ("here",))
     monkeypatch.setattr(reproduce, "fabricate", fabricate_quickly)
     monkeypatch.setattr(reproduce, "_tracking", lambda: Section(title="Pose tracking", html=""))

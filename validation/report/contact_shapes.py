@@ -58,5 +58,5 @@ def shape_contact_section(dataset: str, estimator: str, shapes: Sequence[ShapeCo
             rows,
         )
         + figure_html(picture)
-        + code("python -m benchmarks.contact"),
+        + code(f"python -m benchmarks.contact --estimator {estimator}"),
     )

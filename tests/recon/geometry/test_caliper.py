@@ -83,6 +83,22 @@ def test_the_gap_is_found_on_the_skin_of_the_twin() -> None:
     assert matches(find_gap(np.stack([right, down], -1).astype(np.float32)), angle_deg, 0.1)
 
 
+@pytest.mark.parametrize("faces_away", [-1, 1])
+def test_a_lone_light_may_show_one_edge_half_as_steep(faces_away: int) -> None:
+    seen = jaws(0.0)
+    seen[faces_away * seen > 0] *= 0.55
+    assert matches(find_gap(seen), 0.0, 0.05)
+
+
+def test_the_rim_of_a_hole_is_no_gap() -> None:
+    """Its sides face each other and are alike, but they are round."""
+    x, y = (axis - at for axis, at in zip(VIEW.grid_mm, CENTER_MM, strict=True))
+    inward_mm = GAP_MM / 2 - np.hypot(x, y)
+    steep = np.where(inward_mm > 0, np.exp(-inward_mm / COLLAR_MM), 0.0)
+    outward = np.stack([x, y], -1) / np.maximum(np.hypot(x, y), 1e-9)[..., None]
+    assert find_gap((steep[..., None] * outward).astype(np.float32)) is None
+
+
 def ball_press(x_px: float, y_px: float, radius_px: float) -> BallPress:
     """A ball's press, by a circle that lies where it touched."""
     return BallPress(
