@@ -286,7 +286,8 @@ def _by_caliper(
 ) -> "tuple[Dataset, Scale]":
     """A dataset by the scale of a caliper's pictures, its circles found anew, and that scale."""
     from recon.presses import press_reader
-    from validation.importers.raw_frames import measured_scale, rescaled, spread_over
+    from validation.importers.caliper import measured_scale, spread_over
+    from validation.importers.raw_frames import rescaled
 
     few = spread_over(before.labels)
     if not few:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from app._lights import lights_remark, with_designed_lights
 from app._output import command_line, print_left_out
-from app._pad import refuse_other_pad
+from app._pad import proportion_remark, refuse_other_pad
 from app._progress import progress
 from sensor.dataset import CARD_FILE, LENS_FILE
 from sensor.errors import WedgeError
@@ -18,6 +18,7 @@ from sensor.files import check_new_folder, new_folder
 from sensor.toml import Pair
 
 if TYPE_CHECKING:
+    from recon.geometry.caliper import Scale
     from sensor.dataset import BallLabel, DatasetCard
     from sensor.design import Wedge
     from validation.importers.calibrations import Found
@@ -176,6 +177,25 @@ def _flat_scale(card: "DatasetCard", given_mm_per_px: float | None, pad_size_mm:
     )
 
 
+def _scale_words(card: "DatasetCard", scale: "Scale", pictures: int) -> str:
+    """What a caliper's pictures tell, the doubt beside each axis that they measure."""
+    pitches = zip("xy", scale.mm_per_px, scale.sigma_mm_per_px, strict=True)
+    doubts = [0.0 if axis == scale.unseen else sigma / mm for axis, mm, sigma in pitches]
+
+    def told(sides: Pair, digits: int) -> tuple[str, ...]:
+        return tuple(
+            f"{side:.{digits}f}{f' ± {doubt * side:.{digits}f}' if doubt else ''}"
+            for side, doubt in zip(sides, doubts, strict=True)
+        )
+
+    words = f"Scale from {scale.gaps} of {pictures} pictures of the caliper:"
+    if card.pad_size_mm is None:
+        x, y = told(scale.mm_per_px, 5)
+        return f"{words} {x} mm/px along x and {y} mm/px along y."
+    length, width = told(card.pad_size_mm, 2)
+    return f"{words} the pad is {length} mm long and {width} mm wide."
+
+
 def _say(prepared: "Prepared", out: Path, flat_scale: str) -> None:
     """What was found out, in sentences that say what to doubt."""
     from recon.labels.find_circle import DOUBTFUL
@@ -195,17 +215,9 @@ def _say(prepared: "Prepared", out: Path, flat_scale: str) -> None:
     if prepared.lens:
         print(f"The lens is read from the {LENS_FILE} in the folder of the frames.")
     if scale is not None:
-        shares = [s / mm for s, mm in zip(scale.sigma_mm_per_px, scale.mm_per_px, strict=True)]
-        words = f"Scale from {scale.gaps} of {prepared.caliper} pictures of the caliper:"
-        if card.pad_size_mm is not None:
-            length, width = card.pad_size_mm
-            print(
-                f"{words} the pad is {length:.2f} ± {shares[0] * length:.2f} mm long and "
-                f"{width:.2f} ± {shares[1] * width:.2f} mm wide."
-            )
-        else:
-            x, y = scale.mm_per_px
-            print(f"{words} {x:.5f} x {y:.5f} mm/px, ± {shares[0]:.1%} and {shares[1]:.1%}.")
+        print(_scale_words(card, scale, prepared.caliper))
+        if remark := proportion_remark(scale.unseen):
+            print(remark)
     elif card.pad_size_mm is not None:
         length, width = card.pad_size_mm
         print(

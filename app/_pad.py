@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """How large a pad is taken to be that nothing has measured, and whether it is the design's."""
 
+from recon.lights import Axis
 from sensor.design import STANDARD, Wedge
 from sensor.errors import WedgeError
 from sensor.toml import Pair
@@ -72,6 +73,17 @@ def pad_remark(pad_size_mm: Pair | None, design: Wedge | None) -> str:
     if design is None or pad_size_mm is None or _off(pad_size_mm, design) < NOTED:
         return ""
     return f"The sensor has a pad of {_sizes(pad_size_mm, design)}: check that the design is right."
+
+
+def proportion_remark(unseen: Axis | None) -> str:
+    """What to say of a scale that a caliper measured along one axis alone; empty otherwise."""
+    if unseen is None:
+        return ""
+    seen = "y" if unseen == "x" else "x"
+    return (
+        f"No light shows slopes along {unseen}: the caliper measured {seen} alone, and {unseen} "
+        "follows in the proportion of the pad that is assumed (--design gives its own)."
+    )
 
 
 def _off(pad_size_mm: Pair, design: Wedge) -> float:

@@ -15,6 +15,7 @@ from app._capture_session import CaptureSession, assumed
 from app._captured import Captured
 from app._lights import lights_remark
 from app._output import command_line
+from app._pad import assumed_pad_mm, proportion_remark
 from sensor.dataset import CARD_FILE, Dataset, read_dataset
 from sensor.errors import WedgeError
 
@@ -72,7 +73,6 @@ def main(
         ball_radius_mm: Radius of the ball; needed without --like, or if the ball is another one.
         background: A picture of the blank gel, if the stream shows none.
     """
-    from app._pad import assumed_pad_mm
     from app._sources import open_live
     from recon.stream import Newest, shown_address
     from sensor.design_file import load_design
@@ -246,11 +246,13 @@ def _finish(
         print(remark)
     card = captured.card
     if scale is not None:
-        x, y = (s / mm for s, mm in zip(scale.sigma_mm_per_px, scale.mm_per_px, strict=True))
+        sigmas = zip("xy", scale.sigma_mm_per_px, scale.mm_per_px, strict=True)
+        known = [f"{s / mm:.1%} along {axis}" for axis, s, mm in sigmas if axis != scale.unseen]
         print(
-            f"Scale from {scale.gaps} pictures of the caliper, accurate to {x:.1%} along x and "
-            f"{y:.1%} along y."
+            f"Scale from {scale.gaps} pictures of the caliper, accurate to {' and '.join(known)}."
         )
+        if remark := proportion_remark(scale.unseen):
+            print(remark)
     elif is_new:
         print(assumed(card))
 

@@ -4,10 +4,11 @@
 
     python -m benchmarks.caliper
 
-Jaws 5 mm apart are pressed into the middle of each design's pad, twice along and twice across, and
-balls beside; raw frames are traced, and read as ``wedge calibrate FOLDER`` reads them, by a pad
-that is assumed to be the design's own and by one that is assumed to be the standard's. Then every
-ball press of the known sets is looked at as if it were named as a caliper's.
+Jaws 5 mm apart are pressed into the middle of each design's pad, and of a finger's without green
+light, twice along and twice across, and balls beside. Raw frames are traced, and read as ``wedge
+calibrate FOLDER`` reads them, by a pad that is assumed to be the design's own and by one that is
+assumed to be the standard's. Then every ball press of the known sets is looked at as if it were
+named as a caliper's.
 """
 
 import multiprocessing
@@ -16,6 +17,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -25,8 +27,7 @@ import numpy as np
 from recon.geometry.caliper import find_gap, shading_response, slopes_of
 from recon.presses import read_presses
 from sensor.dataset import read_dataset
-from sensor.design import STANDARD, Wedge
-from sensor.design_file import load_design
+from sensor.design import FINGER, STANDARD, Wedge
 from sensor.errors import WedgeError
 from sensor.toml import Pair
 from simulation.dataset import Recipe, write_set
@@ -35,9 +36,13 @@ from simulation.indenters import CALIBRATION_BALL_MM, Indenter, calibration_ball
 from simulation.presses import Press, ball_presses
 from simulation.skin import gel_view
 from validation.datasets import dataset_folder
-from validation.importers.raw_frames import import_raw_frames, spread_over
+from validation.importers.caliper import spread_over
+from validation.importers.raw_frames import import_raw_frames
 
-DESIGNS: Final = ("standard", "finger")
+DARK_X: Final = replace(
+    FINGER, name="finger without green", lights=replace(FINGER.lights, green_base_leds=0)
+)
+DESIGNS: Final = (STANDARD, FINGER, DARK_X)
 BALL_SETS: Final = ("taxim-gelsight", "known-depth", "wedge-lab", "twin-standard", "twin-finger")
 GAP_MM: Final = 5.0
 JAW_MM: Final = 2.0
@@ -122,14 +127,14 @@ def rows() -> Iterator[str]:
     """Line after line of what was measured."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as executor:
-        for design in map(load_design, DESIGNS):
+        for design in DESIGNS:
             with tempfile.TemporaryDirectory() as folder:
                 render(Path(folder), design, executor)
                 for assumed in {one.name: one for one in (design, STANDARD)}.values():
                     pad, seen, of = measured_pad(Path(folder), assumed.pad_size_mm, executor)
                     yield (
                         f"{design.name}, {design.pad_size_mm[0]:g} x {design.pad_size_mm[1]:g} mm, "
-                        f"taken to be the {assumed.name}'s at first: {pad[0]:.2f} x {pad[1]:.2f} "
+                        f"pad assumed as of {assumed.name}: {pad[0]:.2f} x {pad[1]:.2f} "
                         f"mm by {seen} of {of} pictures"
                     )
     for name in BALL_SETS:

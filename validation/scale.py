@@ -19,7 +19,7 @@ from sensor.dataset import read_dataset
 from sensor.errors import WedgeError
 from sensor.toml import Pair
 from validation.datasets import dataset_folder, shared_folder
-from validation.importers.raw_frames import spread_over
+from validation.importers.caliper import spread_over
 
 NAME, PICTURES, GAP_MM = "wedge-lab", "calibration/5mm-*.jpg", 5.0
 

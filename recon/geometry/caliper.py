@@ -17,6 +17,7 @@ from scipy.optimize import least_squares
 from scipy.special import erfc
 
 from recon.arrays import Difference
+from recon.lights import Axis
 from recon.pixels import BallPress, join, label_pixels
 from sensor.errors import WedgeError
 from sensor.toml import Pair
@@ -81,6 +82,8 @@ class Scale:
     mm_per_px: Pair
     sigma_mm_per_px: Pair
     gaps: int
+    unseen: Axis | None = None
+    """The axis along which no light shows slopes: its pitch follows the other's in proportion."""
 
 
 def shading_response(presses: Sequence[BallPress]) -> Response:
@@ -166,22 +169,15 @@ def scale_of(gaps: Sequence[Gap], gap_mm: float) -> Scale:
     Raises:
         WedgeError: no gap, one of no width, or all of them measure the same direction.
     """
-    if gap_mm <= 0:
-        raise WedgeError(
-            f"a caliper's gap of {gap_mm:g} mm measures nothing: name its pictures after its "
-            "width, such as 5mm-1.png."
-        )
-    if not gaps:
-        raise WedgeError("the caliper's jaws were recognised in no picture: press them harder.")
-    turns = np.degrees(np.arctan2([gap.normal[1] for gap in gaps], [gap.normal[0] for gap in gaps]))
+    width, normal = _measured(gaps, gap_mm)
+    turns = np.degrees(np.arctan2(normal[:, 1], normal[:, 0]))
     apart = np.abs((turns[:, None] - turns + 90) % 180 - 90).max()
     if apart < LEAST_TURN_DEG:
         raise WedgeError(
             "every picture of the caliper measures the same direction, but x and y have a scale "
             "each: turn the caliper by 90 degrees and take one more."
         )
-    width = np.array([gap.width_px for gap in gaps])
-    terms = np.square([gap.normal for gap in gaps]) * gap_mm**2
+    terms = np.square(normal) * gap_mm**2
     weight = 1 / (2 * width)  # so that every gap counts by its own pixels
     inverse = np.linalg.inv((terms * weight[:, None]).T @ (terms * weight[:, None]))
     solved = inverse @ ((terms * weight[:, None]).T @ (weight * width**2))
@@ -189,10 +185,7 @@ def scale_of(gaps: Sequence[Gap], gap_mm: float) -> Scale:
         raise WedgeError(
             "the caliper's gaps contradict each other: was each as wide as its name says?"
         )
-    rest_px = weight * (width**2 - terms @ solved)
-    spare = len(gaps) - 2
-    scatter_px = np.sqrt((rest_px**2).sum() / spare) if spare else 0.0
-    sigma_px = max(float(np.sqrt(2) * EDGE_PX), float(scatter_px))
+    sigma_px = _sigma_px(weight * (width**2 - terms @ solved), unknowns=2)
     pitch = 1 / np.sqrt(solved)
     sigma = 0.5 * pitch**3 * sigma_px * np.sqrt(np.diag(inverse))
     return Scale(
@@ -200,6 +193,56 @@ def scale_of(gaps: Sequence[Gap], gap_mm: float) -> Scale:
         sigma_mm_per_px=(float(sigma[0]), float(sigma[1])),
         gaps=len(gaps),
     )
+
+
+def scale_in_proportion(gaps: Sequence[Gap], gap_mm: float, mm_per_px: Pair, unseen: Axis) -> Scale:
+    """Pixel pitch where slopes along one axis do not show: a multiple k of one in proportion.
+
+    The mean over the gaps, by their pixels, of ``k = gap_mm / w * hypot(a / sx, b / sy)``.
+
+    Args:
+        gaps: as seen by slopes along the other axis.
+        gap_mm: their width.
+        mm_per_px: pitch along x and y, in the right proportion.
+        unseen: the axis.
+
+    Raises:
+        WedgeError: no gap, or one of no width.
+    """
+    width, normal = _measured(gaps, gap_mm)
+    exact_px = gap_mm * np.hypot(*(normal / mm_per_px).T)  # at the given pitch
+    multiple = float(exact_px @ width / (width @ width))
+    sigma_px = _sigma_px(width - exact_px / multiple, unknowns=1)
+    share = multiple * sigma_px / float(np.linalg.norm(exact_px))
+    x, y = (multiple * pitch for pitch in mm_per_px)
+    return Scale(
+        mm_per_px=(x, y), sigma_mm_per_px=(share * x, share * y), gaps=len(gaps), unseen=unseen
+    )
+
+
+def _measured(
+    gaps: Sequence[Gap], gap_mm: float
+) -> tuple[Float64[np.ndarray, " n"], Float64[np.ndarray, "n 2"]]:
+    """Widths in pixels and normals.
+
+    Raises:
+        WedgeError: there is none, or the gap has no width.
+    """
+    if gap_mm <= 0:
+        raise WedgeError(
+            f"a caliper's gap of {gap_mm:g} mm measures nothing: name its pictures after its "
+            "width, such as 5mm-1.png."
+        )
+    if not gaps:
+        raise WedgeError("the caliper's jaws were recognised in no picture: press them harder.")
+    return np.array([gap.width_px for gap in gaps]), np.array([gap.normal for gap in gaps])
+
+
+def _sigma_px(rest_px: Float64[np.ndarray, " n"], unknowns: int) -> float:
+    """Standard deviation of a gap's width: of its two edges, or of the scatter if that is more."""
+    spare = len(rest_px) - unknowns
+    scatter_px = np.sqrt((rest_px**2).sum() / spare) if spare > 0 else 0.0
+    return max(float(np.sqrt(2) * EDGE_PX), float(scatter_px))
 
 
 def _across(slopes: Slopes, angle_deg: float) -> Profile:

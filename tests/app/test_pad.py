@@ -4,9 +4,20 @@
 
 import pytest
 
-from app._pad import NOTED, OTHER_PAD, assumed_pad_mm, pad_remark, refuse_other_pad
+from app._importing import _scale_words
+from app._pad import (
+    NOTED,
+    OTHER_PAD,
+    assumed_pad_mm,
+    pad_remark,
+    proportion_remark,
+    refuse_other_pad,
+)
+from recon.geometry.caliper import Scale
+from sensor.dataset import DatasetCard
 from sensor.design import FINGER, STANDARD
 from sensor.errors import WedgeError
+from tests.synthetic import KEYSTONE_PX
 
 
 def pad(along_x, along_y):
@@ -44,3 +55,30 @@ def test_nothing_is_said_of_a_pad_like_the_designs_or_where_one_is_unknown():
     for measured, design in ((None, FINGER), (pad(1, 1), None), (None, None)):
         refuse_other_pad(measured, design, "here")
         assert not pad_remark(measured, design)
+
+
+def test_an_axis_that_a_caliper_could_not_measure_is_said():
+    assert not proportion_remark(None)
+    assert "along x: the caliper measured y alone, and x follows" in proportion_remark("x")
+    assert "along y: the caliper measured x alone, and y follows" in proportion_remark("y")
+
+
+@pytest.mark.parametrize("corners_px", [None, KEYSTONE_PX])
+def test_no_doubt_is_said_of_an_axis_that_was_not_measured(corners_px):
+    pad_mm = None if corners_px is None else (12.0, 9.0)
+    card = DatasetCard(
+        name="here",
+        source="test",
+        licence="CC0",
+        mm_per_px=(0.1, 0.1),
+        ball_radius_mm=2.4,
+        background=("background.png",),
+        corners_px=corners_px,
+        pad_size_mm=pad_mm,
+    )
+    for unseen, doubts in ((None, 2), ("x", 1), ("y", 1)):
+        pitch = {"mm_per_px": (0.1, 0.1), "sigma_mm_per_px": (0.001, 0.001)}
+        words = _scale_words(card, Scale(**pitch, gaps=2, unseen=unseen), 3)
+        assert words.startswith("Scale from 2 of 3 pictures")
+        assert words.count(" ± ") == doubts
+        assert ("mm long and" in words) == (pad_mm is not None)

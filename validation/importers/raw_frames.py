@@ -11,23 +11,13 @@ them.
 """
 
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
-from typing import TypeVar
 
 from recon.arrays import Frame
-from recon.geometry.caliper import (
-    Gap,
-    Response,
-    Scale,
-    find_gap,
-    scale_of,
-    shading_response,
-    slopes_of,
-)
+from recon.geometry.caliper import Scale
 from recon.geometry.lens import read_lens, write_lens
 from recon.geometry.pad import base_side, find_pad, gel_corners
 from recon.geometry.unwarp import Corners, prepare_unwarp
@@ -49,9 +39,8 @@ from sensor.dataset import (
 )
 from sensor.errors import WedgeError
 from sensor.toml import Pair, located
+from validation.importers.caliper import measured_scale, spread_over
 from validation.importers.folder import copy_frames, plain_name, write_dataset
-
-Item = TypeVar("Item")
 
 BACKGROUND = re.compile(
     r"^(background|blank|bg|ref|reference|empty)\d*([-_ ].*)?$", re.IGNORECASE | re.DOTALL
@@ -62,8 +51,6 @@ CAPTURED, OWN = "captured from a sensor", "your own"
 """Source and licence of what somebody took."""
 WIDTH_PX = 320
 """Of the unwarped frames: as many as a small camera frame has."""
-RESPONSE_PRESSES = 8
-"""Whose shading tells a fall from a rise on the caliper's pictures."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -337,54 +324,3 @@ def _reader(folder: Path, card: DatasetCard) -> PressReader:
     write_card(folder / CARD_FILE, card)
     write_labels(folder / LABELS_FILE, [])
     return press_reader(read_dataset(folder))
-
-
-def spread_over(presses: Sequence[Item]) -> Sequence[Item]:
-    """At least ``RESPONSE_PRESSES`` of a list, evenly, where it has as many."""
-    return presses[:: max(1, len(presses) // RESPONSE_PRESSES)]
-
-
-def measured_scale(
-    source: Path,
-    caliper: Sequence[tuple[str, float]],
-    reader: PressReader,
-    labels: Sequence[BallLabel],
-    each: Callable[[Callable[[str], Gap | None], Iterable[str]], Iterable[Gap | None]] = map,
-) -> Scale:
-    """The scale from the caliper's pictures, slopes told apart by some presses' shading.
-
-    Args:
-        source: folder of the caliper's pictures.
-        caliper: their names, and the gaps that these tell.
-        reader: of the presses.
-        labels: of the presses.
-        each: looks at each picture; ``map``, or that of a pool.
-
-    Raises:
-        WedgeError: a picture is missing, names another gap, or they do not determine a scale.
-    """
-    response = shading_response([reader.read(label) for label in labels])
-    widths_mm = {gap_mm for _, gap_mm in caliper}
-    if len(widths_mm) > 1:
-        raise WedgeError(
-            f"{source}: the caliper's pictures name gaps of "
-            f"{' and '.join(f'{x:g} mm' for x in sorted(widths_mm))}: keep those with one gap."
-        )
-    names = [name for name, _ in caliper]
-    found = dict(zip(names, each(partial(_gap_in, source, reader, response), names), strict=True))
-    gaps = [gap for gap in found.values() if gap is not None]
-    try:
-        return scale_of(gaps, widths_mm.pop())
-    except WedgeError as error:
-        missed = [name for name, gap in found.items() if gap is None]
-        seen = f" (no jaws were recognised in {', '.join(missed)})" if gaps and missed else ""
-        raise WedgeError(f"{source}{seen}: {error}") from error
-
-
-def _gap_in(source: Path, reader: PressReader, response: Response, name: str) -> Gap | None:
-    """The gap in one of the caliper's pictures."""
-    try:
-        difference = reader.unwarp(read_image(source / name)) - reader.blank
-    except WedgeError as error:
-        raise located(source / name, error) from error
-    return find_gap(slopes_of(difference, response))

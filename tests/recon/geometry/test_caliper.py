@@ -3,11 +3,20 @@
 """A caliper's gap is measured at any angle, on the twin's elastic skin and in closed form."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 
-from recon.geometry.caliper import Gap, find_gap, scale_of, shading_response, slopes_of
+from recon.geometry.caliper import (
+    Gap,
+    find_gap,
+    scale_in_proportion,
+    scale_of,
+    shading_response,
+    slopes_of,
+)
+from recon.lights import Axis
 from recon.pixels import BallPress
 from sensor.design import STANDARD
 from sensor.errors import WedgeError
@@ -146,6 +155,20 @@ def test_scale_along_both_axes_follows_from_exact_gaps() -> None:
     assert 0 < scale.sigma_mm_per_px[0] < 0.02 * pitch[0]
 
 
+@pytest.mark.parametrize("unseen", ["x", "y"])
+def test_a_pitch_in_known_proportion_follows_from_gaps_of_one_direction(unseen: Axis) -> None:
+    pitch, across = np.array([0.08, 0.13]), 90.0 if unseen == "x" else 0.0
+    gaps = [exact_gap(across + lean, (0.08, 0.13)) for lean in (-3, 0, 4)]
+    x, y = 0.7 * pitch
+    scale = scale_in_proportion(gaps, GAP_MM, (float(x), float(y)), unseen)
+    assert scale.mm_per_px == pytest.approx(tuple(pitch), rel=1e-9)
+    assert scale.unseen == unseen
+    shares = np.divide(scale.sigma_mm_per_px, pitch)
+    assert shares[0] == pytest.approx(shares[1])
+    one = scale_in_proportion(gaps[:1], GAP_MM, (float(x), float(y)), unseen)
+    assert shares[0] == pytest.approx(one.sigma_mm_per_px[0] / pitch[0] / np.sqrt(3), rel=0.01)
+
+
 def test_uncertainty_covers_the_error() -> None:
     rng = np.random.default_rng(2)
     pitch, pulls = np.array([0.1, 0.11]), []
@@ -180,6 +203,11 @@ def test_the_gap_s_middle_lies_where_both_jaws_are(angle_deg: float) -> None:
 
 
 def test_one_direction_and_no_picture_are_refused() -> None:
+    for no_gaps in (scale_of, partial(scale_in_proportion, mm_per_px=(0.1, 0.1), unseen="x")):
+        with pytest.raises(WedgeError, match="in no picture"):
+            no_gaps([], GAP_MM)
+        with pytest.raises(WedgeError, match="measures nothing"):
+            no_gaps([exact_gap(0, (0.1, 0.1))], 0.0)
     with pytest.raises(WedgeError, match="same direction"):
         scale_of([exact_gap(angle, (0.1, 0.1)) for angle in (2, 178, 9)], GAP_MM)
     with pytest.raises(WedgeError, match="no picture"):

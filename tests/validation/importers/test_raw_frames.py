@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A folder of raw frames gives corners, scale and circles of its own accord."""
 
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from sensor.errors import WedgeError
 from tests.synthetic import (
     BALL_RADIUS_MM,
     KEYSTONE_PX,
+    LIGHTS_DEG,
     MM_PER_PX,
     digitized,
     gel_pixels_of_raw,
@@ -34,7 +36,7 @@ def off_pad() -> np.ndarray:
     return (columns < -0.5) | (rows < -0.5) | (columns > width - 0.5) | (rows > height - 0.5)
 
 
-def caliper(along_x: bool) -> np.ndarray:
+def caliper(along_x: bool, lights_deg: Mapping[str, float] = LIGHTS_DEG) -> np.ndarray:
     """A raw frame of two jaws, their gap about the middle of the pad."""
     columns, rows = gel_pixels_of_raw(KEYSTONE_PX)
     x, y = columns * MM_PER_PX[0] - 6.1, rows * MM_PER_PX[1] - 4.4
@@ -49,7 +51,7 @@ def caliper(along_x: bool) -> np.ndarray:
         slope -= sign * np.where(away < -JAW_MM, hung, 0)
     slope = np.where(np.abs(along) < 3, slope, 0)
     still = np.zeros_like(slope)
-    light = shaded(np.stack([slope, still] if along_x else [still, slope], -1))
+    light = shaded(np.stack([slope, still] if along_x else [still, slope], -1), lights_deg)
     return digitized(light + np.random.default_rng(int(along_x)).normal(0, 0.5 / 255, light.shape))
 
 
@@ -58,12 +60,18 @@ def frames(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return raw_frames(tmp_path_factory.mktemp("frames") / "mine", presses=4, seed=3)
 
 
-def raw_frames(folder: Path, *, presses: int, seed: int) -> Path:
+def raw_frames(
+    folder: Path, *, presses: int, seed: int, lights_deg: Mapping[str, float] = LIGHTS_DEG
+) -> Path:
     """A blank frame, presses, and pictures of a caliper, with their true labels in truth/."""
-    truth = make_dataset(folder / "truth", presses=presses, corners_px=KEYSTONE_PX, seed=seed)
+    known = {"corners_px": KEYSTONE_PX, "lights_deg": lights_deg}
+    truth = make_dataset(folder / "truth", presses=presses, seed=seed, **known)
     pictures = {name: read_image(truth.folder / name) for name in ("background.png",)}
     pictures |= {x.file: read_image(truth.folder / x.file) for x in truth.labels}
-    pictures |= {"3mm-1.png": caliper(True), "3mm-2.png": caliper(False)}
+    pictures |= {
+        f"3mm-{number}.png": caliper(along_x, lights_deg)
+        for number, along_x in ((1, True), (2, False))
+    }
     dark = off_pad()
     for name, picture in pictures.items():
         write_image(folder / name, np.where(dark[..., None], np.uint8(8), picture))
@@ -114,6 +122,26 @@ def test_a_pad_of_a_third_of_the_assumed_size_is_measured(tmp_path: Path) -> Non
         )
     made = read_dataset(tmp_path / "made")
     assert made.card.pad_size_mm == pytest.approx(pad_size_mm()[::-1], rel=0.03)
+
+
+@pytest.mark.parametrize("unseen", [0, 1])
+def test_the_pitch_that_no_light_shows_follows_the_other_s(unseen: int, tmp_path: Path) -> None:
+    """As the pad's proportions are known; x and y of the set are the truth's y and x."""
+    lights_deg = {"R": 0.0, "B": 180.0} if unseen == 0 else {"R": 90.0, "B": -90.0}
+    frames = raw_frames(tmp_path / "mine", presses=8, seed=3, lights_deg=lights_deg)
+    width_mm, length_mm = pad_size_mm()
+    with ThreadPoolExecutor(1) as pool:
+        prepared = import_raw_frames(
+            frames,
+            tmp_path / "made",
+            pool,
+            ball_radius_mm=BALL_RADIUS_MM,
+            pad_size_mm=(1.5 * length_mm, 1.5 * width_mm),
+        )
+    assert prepared.scale is not None
+    assert (prepared.scale.unseen, prepared.scale.gaps) == ("xy"[unseen], 1)
+    made = read_dataset(tmp_path / "made").card.pad_size_mm
+    assert made == pytest.approx((length_mm, width_mm), rel=0.03)
 
 
 def test_pictures_without_jaws_are_named_where_the_others_say_too_little(
