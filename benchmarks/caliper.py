@@ -4,8 +4,8 @@
 
     python -m benchmarks.caliper
 
-Jaws 5 mm apart are pressed into the middle of each design's pad, and of a finger's without green
-light, twice along and twice across, and balls beside. Raw frames are traced, and read as ``wedge
+Jaws 5 mm apart are pressed into the middle of each design's pad, and of a finger's with fewer
+lights, twice along and twice across, and balls beside. Raw frames are traced, and read as ``wedge
 calibrate FOLDER`` reads them, by a pad that is assumed to be the design's own and by one that is
 assumed to be the standard's. Then every ball press of the known sets is looked at as if it were
 named as a caliper's.
@@ -39,10 +39,15 @@ from validation.datasets import dataset_folder
 from validation.importers.caliper import spread_over
 from validation.importers.raw_frames import import_raw_frames
 
-DARK_X: Final = replace(
-    FINGER, name="finger without green", lights=replace(FINGER.lights, green_base_leds=0)
+DESIGNS: Final = (STANDARD, FINGER)
+FEW_LIGHTS: Final = (
+    replace(FINGER, name="finger, red and blue", lights=replace(FINGER.lights, green_base_leds=0)),
+    replace(
+        FINGER,
+        name="finger, red",
+        lights=replace(FINGER.lights, green_base_leds=0, blue_side_leds=0),
+    ),
 )
-DESIGNS: Final = (STANDARD, FINGER, DARK_X)
 BALL_SETS: Final = ("taxim-gelsight", "known-depth", "wedge-lab", "twin-standard", "twin-finger")
 GAP_MM: Final = 5.0
 JAW_MM: Final = 2.0
@@ -127,7 +132,7 @@ def rows() -> Iterator[str]:
     """Line after line of what was measured."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as executor:
-        for design in DESIGNS:
+        for design in (*DESIGNS, *FEW_LIGHTS):
             with tempfile.TemporaryDirectory() as folder:
                 render(Path(folder), design, executor)
                 for assumed in {one.name: one for one in (design, STANDARD)}.values():

@@ -34,6 +34,8 @@ SAME_SCALE = 0.05
 COARSE_SIDE_PX = 110  # of the frame in which angles are searched
 COARSE_STEP_DEG = 3.0
 FEWEST_ROWS = 12
+BORDER = 1 / 24
+"""Of the shorter side: so near to the frame's edge no jaw leaves room for its own width."""
 NEAR_PX, WINDOW_PX = 6, 10
 NARROWEST, WIDEST = 0.05, 0.8
 """Gap, in shares of the frame's shorter side."""
@@ -118,7 +120,7 @@ def slopes_of(difference: Difference, response: Response) -> Slopes:
 def find_gap(slopes: Slopes) -> Gap | None:
     """The gap between two jaws at any angle; ``None`` where no two edges face each other."""
     height, width = slopes.shape[:2]
-    smooth = cv2.GaussianBlur(slopes, (0, 0), SMOOTH_PX)
+    smooth = _within_border(cv2.GaussianBlur(slopes, (0, 0), SMOOTH_PX))
     shrink = max(1.0, min(height, width) / COARSE_SIDE_PX)
     coarse = np.asarray(
         cv2.resize(
@@ -157,6 +159,14 @@ def find_gap(slopes: Slopes) -> Gap | None:
         normal=(float(normal[0]), float(normal[1])),
         center_px=(float(center[0]), float(center[1])),
     )
+
+
+def _within_border(slopes: Slopes) -> Slopes:
+    """Without what the pad's own edge shows, where corners are a little off."""
+    edge = max(1, int(BORDER * min(slopes.shape[:2])))
+    inner = np.zeros_like(slopes)
+    inner[edge:-edge, edge:-edge] = slopes[edge:-edge, edge:-edge]
+    return inner
 
 
 def scale_of(gaps: Sequence[Gap], gap_mm: float) -> Scale:

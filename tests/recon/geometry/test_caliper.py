@@ -99,6 +99,12 @@ def test_a_lone_light_may_show_one_edge_half_as_steep(faces_away: int) -> None:
     assert matches(find_gap(seen), 0.0, 0.05)
 
 
+def test_what_the_edge_of_the_pad_shows_is_no_jaw() -> None:
+    seen = jaws(90.0)
+    seen[-4:, :, 1] += 2.0
+    assert matches(find_gap(seen), 90.0, 0.05)
+
+
 def test_the_rim_of_a_hole_is_no_gap() -> None:
     """Its sides face each other and are alike, but they are round."""
     x, y = (axis - at for axis, at in zip(VIEW.grid_mm, CENTER_MM, strict=True))
