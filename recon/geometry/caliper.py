@@ -47,13 +47,12 @@ SMOOTH_PX = 1.0
 EDGE_PX = 0.4
 """Standard deviation of one edge that is well seen; found on synthetic and real jaws alike."""
 LEAST_ALIKE = 0.4
-"""Of one edge's slope over the other's: of jaws 0.77 to 1 on a real sensor, and 0.52 to 1 on the
-twins, where one light alone lies along an axis and shows the edge that faces away too gently."""
-MOST_BENT = 1 / 320
-"""Of the frame's shorter side, or so many pixels where that is less than ``MOST_BENT_PX``: standard
-deviation of an edge from a line. In frames of 240 rows jaws have 0.1 to 0.6 px, and those balls of
-five sensors whose edges are as alike as jaws' 1 to 2 px, but for one."""
-MOST_BENT_PX = 0.75
+"""Of one edge's slope over the other's. On a real sensor jaws have 0.77 to 1; on the twins 0.52 to
+1, as a light that is alone along an axis shows the edge that faces away too gently."""
+MOST_BENT, MOST_BENT_PX = 1 / 320, 0.75
+"""Standard deviation of an edge from a line: the larger of this share of the frame's shorter side
+and so many pixels. In frames of 240 rows jaws have 0.1 to 0.6 px; the edges of balls that are as
+alike as jaws' mostly 1 to 2 px."""
 LEAST_TURN_DEG = 30.0
 LEAST_UNEXPLAINED = 0.005
 """Of a press's squared slopes: the best of three seen in frames without noise have as much."""
