@@ -44,8 +44,8 @@ def shape_contact_section(dataset: str, estimator: str, shapes: Sequence[ShapeCo
     return Section(
         title="Where shapes touch",
         html=paragraph(
-            f"Shapes of {dataset}, by {estimator}, trained on balls only. The truth is where the "
-            "skin lies on the object; skin that bridges a groove does not count."
+            f"Shapes of {dataset}, by the estimator {estimator}, trained on balls only. The truth "
+            "is where the skin lies on the object; skin that bridges a groove does not count."
         )
         + table_html(
             "Overlap of the mask with the truth, as measured and from the exact skin; then the"
