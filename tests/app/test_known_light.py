@@ -47,6 +47,6 @@ def test_the_standards_unit_says_that_its_light_is_known_and_masks_by_it(tmp_pat
 
 
 def test_a_unit_of_another_light_says_nothing_of_it(tmp_path, capsys):
-    make_dataset(tmp_path / "set", presses=12)
+    make_dataset(tmp_path / "set", presses=12, lights_deg={"R": 30.0, "G": 150.0, "B": -90.0})
     assert SENTENCE not in calibrated(tmp_path / "set", tmp_path / "unit", capsys)
-    assert load_calibration(tmp_path / "unit").estimator.unlike > MOST_UNLIKE
+    assert load_calibration(tmp_path / "unit").estimator.unlike > 3 * MOST_UNLIKE

@@ -131,7 +131,8 @@ def test_a_whole_frame_gives_a_gradient_field_of_its_shape(fitted, presses, name
     one = label_pixels(press, 0, 0)
     rows, columns = np.unravel_index(one.place, press.difference.shape[:2])
     direct = slopes_at(fitted(name), press.difference, one)
-    np.testing.assert_allclose(field[rows, columns], direct, atol=1e-5)
+    as_meant = as_labelled(fitted(name), field[rows, columns], one)
+    np.testing.assert_allclose(as_meant, direct, atol=1e-5)
 
 
 def test_at_half_a_large_frame_s_resolution_slopes_are_those_of_every_pixel(fitted, presses):
