@@ -59,6 +59,11 @@ def watching(
     return watcher
 
 
+def noisy(index: int) -> np.ndarray:
+    """No two alike, however many are skipped between them."""
+    return FRAME + np.random.default_rng(index).integers(0, 2, FRAME.shape, np.uint8)
+
+
 def until(true: Callable[[], object]) -> None:
     pause = threading.Event()
     for _ in range(2000):
@@ -102,7 +107,7 @@ def test_a_background_that_cannot_be_written_is_not_used(
 ) -> None:
     captures = tmp_path / "captures"
     captures.write_text("a file where the folder should be")
-    watcher = watching(monkeypatch, captures, lambda: _Endless(lambda i: FRAME + i % 2))
+    watcher = watching(monkeypatch, captures, lambda: _Endless(noisy))
     watcher.start()
     try:
         until(lambda: watcher.live)
@@ -111,6 +116,7 @@ def test_a_background_that_cannot_be_written_is_not_used(
         number = watcher.glimpse.number
         until(lambda: watcher.glimpse.number > number + BLANK_FRAMES)
         assert "The background was not taken" in watcher.remark and watcher.live
+        assert str(captures) in watcher.remark
         assert watcher.message == (0, "")
         captures.unlink()
         watcher.take_background()
