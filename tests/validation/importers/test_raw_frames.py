@@ -5,6 +5,7 @@
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -14,6 +15,7 @@ from recon.images import read_image, write_image
 from recon.labels.ball_size import refuse_small_ball
 from sensor.dataset import BallLabel, DatasetCard, read_dataset
 from sensor.errors import WedgeError
+from sensor.toml import Pair
 from tests.synthetic import (
     BALL_RADIUS_MM,
     KEYSTONE_PX,
@@ -25,7 +27,7 @@ from tests.synthetic import (
     pad_size_mm,
     shaded,
 )
-from validation.importers.raw_frames import import_raw_frames, sort_pictures
+from validation.importers.raw_frames import Prepared, import_raw_frames, sort_pictures
 
 GAP_MM, JAW_MM, COLLAR_MM = 3.0, 2.0, 0.3
 
@@ -78,6 +80,13 @@ def raw_frames(
     return folder
 
 
+def imported(frames: Path, out: Path, *, pad_size_mm: Pair = (9.9, 11.0), **how: Any) -> Prepared:
+    """Frames as a dataset, the pad taken to be a little off its true size unless said otherwise."""
+    how = {"ball_radius_mm": BALL_RADIUS_MM, "pad_size_mm": pad_size_mm, **how}
+    with ThreadPoolExecutor(1) as pool:
+        return import_raw_frames(frames, out, pool, **how)
+
+
 def raw_places(card: DatasetCard, labels: tuple[BallLabel, ...]) -> np.ndarray:
     """Labelled centres in raw pixels."""
     size = card.unwarped_size_px
@@ -90,10 +99,7 @@ def raw_places(card: DatasetCard, labels: tuple[BallLabel, ...]) -> np.ndarray:
 
 
 def test_raw_frames_become_a_labelled_dataset(frames: Path, tmp_path: Path) -> None:
-    with ThreadPoolExecutor(1) as pool:
-        prepared = import_raw_frames(
-            frames, tmp_path, pool, ball_radius_mm=BALL_RADIUS_MM, pad_size_mm=(9.9, 11.0)
-        )
+    prepared = imported(frames, tmp_path)
     made, truth = read_dataset(tmp_path), read_dataset(frames / "truth")
     corners = np.array(made.card.corners_px)
     away = np.linalg.norm(corners[:, None] - np.array(KEYSTONE_PX), axis=2)
@@ -112,14 +118,7 @@ def test_raw_frames_become_a_labelled_dataset(frames: Path, tmp_path: Path) -> N
 def test_a_pad_of_a_third_of_the_assumed_size_is_measured(tmp_path: Path) -> None:
     """At that scale a ball is sought that is a third as large, and some circles are not its own."""
     frames = raw_frames(tmp_path / "mine", presses=10, seed=6)
-    with ThreadPoolExecutor(1) as pool:
-        import_raw_frames(
-            frames,
-            tmp_path / "made",
-            pool,
-            ball_radius_mm=BALL_RADIUS_MM,
-            pad_size_mm=(34.0, 25.5),
-        )
+    imported(frames, tmp_path / "made", pad_size_mm=(34.0, 25.5))
     made = read_dataset(tmp_path / "made")
     assert made.card.pad_size_mm == pytest.approx(pad_size_mm()[::-1], rel=0.03)
 
@@ -130,14 +129,8 @@ def test_the_pitch_that_no_light_shows_follows_the_other_s(unseen: int, tmp_path
     lights_deg = {"R": 0.0, "B": 180.0} if unseen == 0 else {"R": 90.0, "B": -90.0}
     frames = raw_frames(tmp_path / "mine", presses=8, seed=3, lights_deg=lights_deg)
     width_mm, length_mm = pad_size_mm()
-    with ThreadPoolExecutor(1) as pool:
-        prepared = import_raw_frames(
-            frames,
-            tmp_path / "made",
-            pool,
-            ball_radius_mm=BALL_RADIUS_MM,
-            pad_size_mm=(1.5 * length_mm, 1.5 * width_mm),
-        )
+    assumed_mm = (1.5 * length_mm, 1.5 * width_mm)
+    prepared = imported(frames, tmp_path / "made", pad_size_mm=assumed_mm)
     assert prepared.scale is not None
     assert (prepared.scale.unseen, prepared.scale.gaps) == ("xy"[unseen], 1)
     made = read_dataset(tmp_path / "made").card.pad_size_mm
@@ -150,14 +143,8 @@ def test_pictures_without_jaws_are_named_where_the_others_say_too_little(
     for path in frames.glob("*.png"):
         blank = "background.png" if path.name == "3mm-2.png" else path.name
         write_image(tmp_path / "mine" / path.name, read_image(frames / blank))
-    with ThreadPoolExecutor(1) as pool, pytest.raises(WedgeError) as refused:
-        import_raw_frames(
-            tmp_path / "mine",
-            tmp_path / "out",
-            pool,
-            ball_radius_mm=BALL_RADIUS_MM,
-            pad_size_mm=(9.9, 11.0),
-        )
+    with pytest.raises(WedgeError) as refused:
+        imported(tmp_path / "mine", tmp_path / "out")
     assert "(no jaws were recognised in 3mm-2.png): every picture" in str(refused.value)
 
 
@@ -170,13 +157,10 @@ def test_a_card_is_judged_by_what_the_caliper_says_before_circles_are_sought(
         seen.append(card)
         raise WedgeError("another design's")
 
-    with ThreadPoolExecutor(1) as pool, pytest.raises(WedgeError, match="another design's"):
-        import_raw_frames(
+    with pytest.raises(WedgeError, match="another design's"):
+        imported(
             frames,
             tmp_path,
-            pool,
-            ball_radius_mm=BALL_RADIUS_MM,
-            pad_size_mm=(9.9, 11.0),
             check=refuse,
             progress=lambda share, step: "circles" in step and pytest.fail("they were sought"),
         )
@@ -189,15 +173,7 @@ def test_a_pitch_that_somebody_gives_stands_above_a_pad_that_seems_to_show(
     for path in frames.glob("*.png"):
         if "mm-" not in path.name:
             write_image(tmp_path / "mine" / path.name, read_image(path))
-    with ThreadPoolExecutor(1) as pool:
-        prepared = import_raw_frames(
-            tmp_path / "mine",
-            tmp_path / "out",
-            pool,
-            ball_radius_mm=BALL_RADIUS_MM,
-            pad_size_mm=(9.9, 11.0),
-            mm_per_px=0.1,
-        )
+    prepared = imported(tmp_path / "mine", tmp_path / "out", mm_per_px=0.1)
     card = read_dataset(tmp_path / "out").card
     assert card.corners_px is None and card.pad_size_mm is None and card.mm_per_px == (0.1, 0.1)
     assert prepared.left_aside is not None
@@ -263,10 +239,8 @@ def test_presses_that_are_named_as_a_caliper_s_or_lie_elsewhere_are_said_to_be_s
     for name in ("background.png", "balls/1.png", ".thumbnails/1.png"):
         write_image(tmp_path / name, np.zeros((8, 8, 3), np.uint8))
     for is_there in (True, False):
-        with ThreadPoolExecutor(1) as pool, pytest.raises(WedgeError) as refused:
-            import_raw_frames(
-                tmp_path, tmp_path / "out", pool, ball_radius_mm=4.0, pad_size_mm=(9.9, 11.0)
-            )
+        with pytest.raises(WedgeError) as refused:
+            imported(tmp_path, tmp_path / "out")
         assert (f"Pictures in {tmp_path / 'balls'} are not" in str(refused.value)) == is_there
         (tmp_path / "balls" / "1.png").unlink(missing_ok=True)
 
@@ -278,14 +252,8 @@ def test_a_ball_that_is_not_recognised_beside_a_caliper_is_asked_for_by_its_radi
     for name in ("background.png", "3mm-1.png", "3mm-2.png"):
         write_image(tmp_path / "mine" / name, read_image(frames / name))
     write_image(tmp_path / "mine" / "press.png", read_image(frames / "background.png"))
-    with ThreadPoolExecutor(1) as pool, pytest.raises(WedgeError) as refused:
-        import_raw_frames(
-            tmp_path / "mine",
-            tmp_path / "out",
-            pool,
-            ball_radius_mm=BALL_RADIUS_MM,
-            pad_size_mm=(9.9, 11.0),
-        )
+    with pytest.raises(WedgeError) as refused:
+        imported(tmp_path / "mine", tmp_path / "out")
     assert "in press.png: check that the ball's radius is 4 mm" in str(refused.value)
     assert "nothing measured" not in str(refused.value)
 
@@ -293,10 +261,8 @@ def test_a_ball_that_is_not_recognised_beside_a_caliper_is_asked_for_by_its_radi
 def test_a_name_that_would_mean_a_frame_of_an_archive_is_refused(tmp_path: Path) -> None:
     for name in ("background.png", "press #1.png"):
         write_image(tmp_path / name, np.zeros((8, 8, 3), np.uint8))
-    with ThreadPoolExecutor(1) as pool, pytest.raises(WedgeError, match=r"press #1\.png.*rename"):
-        import_raw_frames(
-            tmp_path, tmp_path / "out", pool, ball_radius_mm=4.0, pad_size_mm=(9.9, 11.0)
-        )
+    with pytest.raises(WedgeError, match=r"press #1\.png.*rename"):
+        imported(tmp_path, tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 
