@@ -55,7 +55,7 @@ and so many pixels. In frames of 240 rows jaws have 0.1 to 0.6 px; the edges of 
 alike as jaws' mostly 1 to 2 px."""
 LEAST_TURN_DEG = 30.0
 LEAST_UNEXPLAINED = 0.005
-"""Of a press's squared slopes: the best of three seen in frames without noise have as much."""
+"""Of a press's squared slopes: the best presses of drawn sensors leave as much."""
 TINY = 1e-12
 
 

@@ -133,7 +133,7 @@ def test_circles_that_are_not_the_balls_hardly_change_how_colours_are_read() -> 
     known = shading_response(right)
     read = shading_response([*right, wrong])
     assert np.abs(read - known).max() < 0.05 * np.abs(known).max()
-    # ... although it has as many pixels as both others, and a reading of its own.
+    # ... although it has more pixels than both others, and a reading of its own.
     assert np.abs(shading_response([wrong]) - known).max() > 0.5 * np.abs(known).max()
 
 
