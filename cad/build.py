@@ -48,20 +48,23 @@ class Model:
         return boards(self.design)
 
     @cached_property
-    def body_meshes(self) -> dict[str, trimesh.Trimesh]:
-        """Bodies of the assembly in their places."""
-        return {name: mesh_of(solid) for name, solid in self.bodies.items()}
+    def printed_meshes(self) -> dict[str, trimesh.Trimesh]:
+        """Printed parts in the frame they are modelled in."""
+        return {name: mesh_of(solid) for name, solid in self.printed.items()}
 
     @cached_property
-    def on_bed(self) -> dict[str, cq.Solid]:
-        """Printed parts as they stand on the bed."""
-        parts = printed_parts(self.design)
-        return {part.id: on_the_bed(part, self.printed[part.id]) for part in parts}
+    def body_meshes(self) -> dict[str, trimesh.Trimesh]:
+        """Bodies of the assembly in their places; printed ones are modelled there."""
+        return {
+            name: self.printed_meshes[name] if name in self.printed else mesh_of(solid)
+            for name, solid in self.bodies.items()
+        }
 
     @cached_property
     def bed_meshes(self) -> dict[str, trimesh.Trimesh]:
-        """The same as meshes."""
-        return {name: mesh_of(solid) for name, solid in self.on_bed.items()}
+        """Printed parts as they stand on the bed."""
+        parts = printed_parts(self.design)
+        return {part.id: on_the_bed(part, self.printed_meshes[part.id]) for part in parts}
 
 
 def model(design: Wedge) -> Model:
@@ -81,14 +84,14 @@ def model(design: Wedge) -> Model:
 
 def run_checks(built: Model) -> list[checks.Result]:
     """Every check of a design."""
-    design, meshes = built.design, built.body_meshes
+    design, meshes, printed = built.design, built.body_meshes, built.printed_meshes
     bodies = {name: manifold_of(mesh) for name, mesh in meshes.items()}
-    results = checks.check_solids(built.on_bed, built.bed_meshes)
+    results = checks.check_solids(built.printed, built.bed_meshes)
     results += checks.check_closed_forms(design, built.printed)
     molds = ("mold_curved", "mold_flat")
-    halves = {name: mesh_of(built.printed[name]) for name in molds if name in built.printed}
+    halves = {name: printed[name] for name in molds if name in printed}
     results += checks.check_mold(design, halves)
-    results += checks.check_relief(halves, mesh_of(built.printed["mold_lid"]))
+    results += checks.check_relief(halves, printed["mold_lid"])
     results += [checks.check_walls(name, mesh) for name, mesh in built.bed_meshes.items()]
     results += [checks.check_overhang(name, mesh) for name, mesh in built.bed_meshes.items()]
     results += checks.check_fasteners(design, built.printed)

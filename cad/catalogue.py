@@ -6,6 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import cadquery as cq
+import numpy as np
+import trimesh
+from scipy.spatial.transform import Rotation
 
 from cad.parts.camera_holder import camera_holder
 from cad.parts.case import case
@@ -29,7 +32,7 @@ Turn = tuple[tuple[float, float, float], float]
 
 @dataclass(frozen=True)
 class Printed:
-    """One printed part. ``turn`` is the axis and angle in degrees from model to bed."""
+    """One printed part. ``turn`` is the axis and angle from model to bed, in quarters of a turn."""
 
     id: str
     title: str
@@ -76,11 +79,9 @@ def printed_parts(design: Wedge) -> tuple[Printed, ...]:
     return tuple(part for part in PRINTED if design.gel.curved or part.id != "mold_curved")
 
 
-def on_the_bed(part: Printed, solid: cq.Solid) -> cq.Solid:
+def on_the_bed(part: Printed, mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     """The part turned for printing, its lowest point at z = 0 and its corner at the origin."""
     axis, angle_deg = part.turn
-    turned = solid.rotate(cq.Vector(0, 0, 0), cq.Vector(*axis), angle_deg) if angle_deg else solid
-    low = turned.BoundingBox()
-    moved = turned.translate(cq.Vector(-low.xmin, -low.ymin, -low.zmin))
-    assert isinstance(moved, cq.Solid)
-    return moved
+    turn = np.round(Rotation.from_rotvec(angle_deg * np.array(axis), degrees=True).as_matrix())
+    turned = mesh.vertices @ turn.T
+    return trimesh.Trimesh(turned - turned.min(axis=0), mesh.faces, process=False)

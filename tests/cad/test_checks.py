@@ -124,9 +124,9 @@ def test_an_open_mesh_is_found(finger: Model) -> None:
     name = "camera_holder"
     whole = finger.bed_meshes[name]
     torn = trimesh.Trimesh(whole.vertices, whole.faces[1:], process=False)
-    found = checks.check_solids({name: finger.on_bed[name]}, {name: torn})
+    found = checks.check_solids({name: finger.printed[name]}, {name: torn})
     assert len(failed(found)) == len(found) == 2  # what is open has no volume either
-    assert not failed(checks.check_solids({name: finger.on_bed[name]}, {name: whole}))
+    assert not failed(checks.check_solids({name: finger.printed[name]}, {name: whole}))
 
 
 def test_a_part_in_pieces_a_wrong_mesh_and_a_solid_that_is_none_are_found() -> None:
