@@ -15,6 +15,9 @@ CUT_GAP_MM = 4.0
 SHEET_HEAD_MM = 34.0
 """Of a sheet's depth, for what is engraved and for the kerf comb, with a gap beside each."""
 
+GUESSED = "2026-11"
+"""Month of the guess that a product which fits costs as much as the one that does not."""
+
 
 def parts_for(design: Wedge, parts: Sequence[BoughtPart]) -> list[BoughtPart]:
     """The rows with the design's sizes; a row whose product has another size says so.
@@ -60,7 +63,7 @@ def _without_misfit(part: BoughtPart, groups: dict[str, object]) -> BoughtPart:
     if not misfits:
         return part
     usual = f"{part.brand} {part.number}".removeprefix("any ")
-    reason = f"not {usual}: {' and '.join(misfits)}"
+    reason = f"not {usual}: {' and '.join(misfits)}; {part.alternative}"
     return replace(
         part,
         brand="any",
@@ -68,5 +71,6 @@ def _without_misfit(part: BoughtPart, groups: dict[str, object]) -> BoughtPart:
         distributor_brand="",
         distributor_number="",
         basis="estimate",
+        date=GUESSED,
         alternative=reason,
     )

@@ -52,12 +52,17 @@ _HOW = {
     " reached later. Connect it to a Raspberry Pi as in section 8, break the glue at the lens's"
     " thread, and turn the lens until small print {focus} mm in front of it is sharp: that is"
     " where the camera will see the skin ({seen} mm away). Fix the thread with a speck of glue."
+    " Find out which way round the head goes in, for it fits in four ways: the picture's long side"
+    " must stand at a right angle to the acrylic. Hold head and holder as they will be in the"
+    " sensor, gel down, and move a finger up and down before the lens: in the picture it must move"
+    " along the long side; which end of the picture is up does not matter."
     " Then press the head into the holder from the back, lens first, with the ribbon leaving"
     " toward the back, until it stops at the front plate. It must not turn in the holder.",
     "camera_into_case": "Lead the wires through the notches in the flange and slide the holder in"
     " until the flange lies flat on the case.",
     "rear_screws": "Tighten them by hand until they stop, no further: the thread is plastic.",
-    "adapter": "Take the adapter for your gripper. The plate's wide end points away from the tip.",
+    "adapter": "Take the adapter for your gripper, its four small recesses up and toward the tip:"
+    " they are for the screws of the next step.",
     "roof_screws": "Tighten them crosswise. Bolt the plate to the gripper now, from below, with the"
     " heads sunk in the plate: later the cover is in the way. It takes {gripper_screws}. Take"
     " shorter ones if the gripper's holes are less deep.",
@@ -71,8 +76,8 @@ _HOW = {
     " camera's ribbon in through its front notch. Solder the wires straight into the holes of the"
     " resistor board. Plug the ribbon into the adapter: open the socket's latch, push the ribbon"
     " in straight, with its bare contacts toward those of the socket, and close the latch. Only"
-    " then wrap the resistor board in insulating tape and lay it over the screws: it covers the"
-    " latch.",
+    " then wrap the resistor board in insulating tape and lay it on the socket, between the"
+    " adapter's screws: it covers the latch.",
     "cover_into_place": "Fold wires and ribbon into the compartment without pinching any between"
     " cover and adapter. The board's HDMI socket then faces out at the back.",
     "cover_screws": "Use a screwdriver with a long shaft: the heads sit deep.",

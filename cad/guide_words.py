@@ -8,6 +8,7 @@ from cad.assembly import Assembly
 from cad.electronics.resistors import ADAPTER_V, supply_words, takes_adapters_supply
 from cad.layout import Layout
 from cad.optics import pad_grid, seen_mm, trace
+from cad.parts.electronics_cover import POSTS
 from cad.parts.gripper_adapter import (
     GRIPPER_SCREW_LENGTH,
     LAB,
@@ -29,7 +30,8 @@ _FILMS = {"gray_filter": "gray filter", "diffuser": "diffuser"}
 def design_words(design: Wedge, assembly: Assembly) -> dict[str, str]:
     """Words by the name under which the guide's texts ask for them."""
     place = Layout(design)
-    paths = trace(design, pad_grid(design, 21))
+    lights, paths = design.lights, trace(design, pad_grid(design, 21))
+    (front_x, front_y), *_, (back_x, back_y) = POSTS
     seen, films = seen_mm(design, paths), [_FILMS[film] for film in place.films]
     colors = [row.color for row in place.light_rows()]
     step = {step.id: f"{number}" for number, step in enumerate(assembly.steps, start=1)}
@@ -41,6 +43,12 @@ def design_words(design: Wedge, assembly: Assembly) -> dict[str, str]:
         if takes_adapters_supply(design)
         else "",
         "lights_power": "" if takes_adapters_supply(design) else ", and the one for the lights",
+        "post_front": f"{2 * abs(front_y):g}",
+        "post_back": f"{2 * abs(back_y):g}",
+        "post_rows": f"{back_x - front_x:g}",
+        "led_room": f"{lights.led_height_mm + lights.backing_thickness_mm:.2f}",
+        "head": f"{design.camera.head_size_mm:g}",
+        "barrel": f"{design.camera.barrel_diameter_mm:g}",
         "sides": _sides(colors),
         "lit": _lit(colors),
         "strips": "Stick each strip over the gray filter." if len(films) > 1 else _EACH_STRIP,

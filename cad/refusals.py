@@ -318,7 +318,7 @@ def _refuse_compartment(place: Layout) -> None:
     at_least(
         "compartment.height_mm",
         place.design.compartment.height_mm,
-        compartment_height_mm(place),
+        compartment_height_mm(),
         "it must hold the boards and the plug on top of each other",
     )
     at_most(

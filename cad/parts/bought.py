@@ -14,7 +14,9 @@ from cad.tables import fastener
 from sensor.design import Wedge
 
 BOARD = (24.0, 29.0, 1.6)
-"""The CSI-to-HDMI adapter, x, y, z: no drawing of it was found, measure yours."""
+"""The CSI-to-HDMI adapter, x, y, z: an assumption, measure yours."""
+SOCKET = (5.0, 20.0, 2.0)
+"""Its socket for the ribbon, at its front edge: an assumption, too."""
 RESISTOR_BOARD_HEIGHT = 3.0
 """With its resistors, wires soldered straight into the holes."""
 TAPE = 0.3
@@ -123,20 +125,20 @@ def screw(size: str, under_head: Vector, direction: Vector, length: float) -> cq
 
 
 def resistor_board(design: Wedge) -> cq.Solid:
-    """The resistor board over the screws of the CSI-to-HDMI board, in front of its plug."""
+    """The resistor board on the CSI-to-HDMI board's socket, between its screws and its plug."""
     place = Layout(design)
     length, width = boards(design)[0].size
     x0 = board_x(place) + BOARD[0] / 2 - RESISTOR_BOARD_INSET - length
-    z = board_z(place) + BOARD[2] + place.screw.head_height_mm + TAPE
+    z = board_z(place) + BOARD[2] + SOCKET[2] + TAPE
     return one_solid(
         box((x0, x0 + length), (-width / 2, width / 2), (z, z + RESISTOR_BOARD_HEIGHT)),
         "the resistor board",
     )
 
 
-def compartment_height_mm(place: Layout) -> float:
+def compartment_height_mm() -> float:
     """Least height of the compartment over all that lies in it."""
-    pile = max(PLUG[1], place.screw.head_height_mm + TAPE + RESISTOR_BOARD_HEIGHT)
+    pile = max(PLUG[1], SOCKET[2] + TAPE + RESISTOR_BOARD_HEIGHT)
     return WALL + POST_HEIGHT + BOARD[2] + pile + TAPE
 
 
@@ -146,7 +148,7 @@ def compartment_length_mm() -> float:
 
 
 def csi_hdmi_board(design: Wedge) -> cq.Solid:
-    """The CSI-to-HDMI adapter with its plug."""
+    """The CSI-to-HDMI adapter with its socket and its plug."""
     place = Layout(design)
     x, z = board_x(place), board_z(place)
     length, width, thickness = BOARD
@@ -157,8 +159,14 @@ def csi_hdmi_board(design: Wedge) -> cq.Solid:
         (-PLUG[0] / 2, PLUG[0] / 2),
         (z + thickness - 0.01, z + thickness + PLUG[1]),
     )
+    front = x - length / 2
+    socket = box(
+        (front, front + SOCKET[0]),
+        (-SOCKET[1] / 2, SOCKET[1] / 2),
+        (z + thickness - 0.01, z + thickness + SOCKET[2]),
+    )
     holes = union_of(
         cylinder((x + along, across, z - 1), (0, 0, 1), place.screw.clearance_mm / 2, 2 + thickness)
         for along, across in POSTS
     )
-    return one_solid(board.cut(holes).union(plug), "the CSI-to-HDMI board")
+    return one_solid(board.cut(holes).union(plug).union(socket), "the CSI-to-HDMI board")

@@ -73,9 +73,14 @@ def test_a_product_of_another_size_is_not_ordered_and_the_row_says_why(
     for key in parts:
         reason = found[key].alternative
         assert reason.startswith("not ") and table[key].number in reason
-        assert reason.endswith(f": its {group}.{field} is {known:g}, not {value:g}")
+        why, _, instead = reason.partition("; ")
+        assert why.endswith(f": its {group}.{field} is {known:g}, not {value:g}")
         assert (found[key].brand, found[key].number) == ("any", "of this size")
-        assert found[key].basis == "estimate"
+        assert (found[key].basis, found[key].date) == ("estimate", "2026-11")
+        if key == "camera":  # what any head must be stays
+            assert "OV5647" in found[key].name and "15 contacts" in instead
+        else:
+            assert instead.split()[0] == table[key].alternative.split()[0]
     assert {key: row for key, row in found.items() if key not in parts} == {
         key: row for key, row in table.items() if key not in parts
     }

@@ -150,6 +150,25 @@ def test_the_guide_says_the_voltage_of_the_design(finger: Model) -> None:
     assert "supply of 5 V" in supply.name
 
 
+def test_the_guide_has_measured_what_may_not_fit_before_anything_is_printed(finger: Model) -> None:
+    said = " ".join(guide_of(finger).partition("## 1.")[0].split())
+    posts = r"two (\d+) mm apart in front, two (\d+) mm .* and (\d+) mm from row"
+    one, two, three = map(float, re.findall(posts, said)[0])
+    room = float(re.findall(r"has room for ([\d.]+) mm", said)[0])
+    holes = [
+        edge.arcCenter()
+        for edge in finger.bodies["csi_hdmi_board"].Edges()
+        if edge.geomType() == "CIRCLE"
+    ]
+    front, back = min(hole.x for hole in holes), max(hole.x for hole in holes)
+    assert back - front == pytest.approx(three)
+    for row, apart in ((front, one), (back, two)):
+        across = [hole.y for hole in holes if abs(hole.x - row) < 1e-6]
+        assert max(across) - min(across) == pytest.approx(apart)
+    array = finger.bodies["red_leds"].BoundingBox(tolerance=1e-4)
+    assert 0 < room - array.ylen < 0.2  # for the tape
+
+
 def test_the_guide_says_how_many_contacts_ribbon_and_socket_have(finger: Model) -> None:
     said = " ".join(guide_of(finger).partition("## 1.")[0].split())
     assert "22 contacts, 0.5 mm apart" in said and "B0091 takes 15" in said

@@ -177,3 +177,16 @@ def test_the_pad_sits_in_the_middle_of_the_acrylic() -> None:
     x = pad_grid(STANDARD, 3)[:, 0]
     assert (x.min() + x.max()) / 2 == pytest.approx(pad_center_x_mm(STANDARD))
     assert np.ptp(x) == pytest.approx(STANDARD.gel.pad_length_mm)
+
+
+@DESIGNS
+def test_the_picture_s_long_side_stands_on_the_acrylic(design: Wedge) -> None:
+    """By which the guide has a builder turn the camera's head; a quarter more cuts corners off."""
+    camera = design.camera
+    forward, *_ = camera_axes(camera)
+    low, high = project(camera, np.array([forward, forward + np.array([0, 0, 0.1])]))
+    assert camera.width_px > camera.height_px and abs(high - low)[0] > 10 * abs(high - low)[1]
+    pixels = trace(design, pad_grid(design, 9)).pixels
+    center = np.array([camera.width_px, camera.height_px]) / 2
+    turned = center + (pixels - center)[:, ::-1]
+    assert pixel_margin(camera, turned) < 0.3 * pixel_margin(camera, pixels)

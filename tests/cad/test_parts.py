@@ -243,13 +243,28 @@ def test_ribbon_plug_and_sunk_heads_have_their_openings(
 
 @pytest.mark.parametrize("design", [STANDARD, FINGER], ids=lambda design: design.name)
 def test_the_least_compartment_just_holds_its_boards_under_tape(design: Wedge) -> None:
-    least = bought.compartment_height_mm(Layout(design))
+    least = bought.compartment_height_mm()
     tight = replace(design, compartment=replace(design.compartment, height_mm=least))
     tops = [
         part(tight).BoundingBox(tolerance=1e-4).zmax
         for part in (bought.resistor_board, bought.csi_hdmi_board)
     ]
     assert max(tops) + bought.TAPE == pytest.approx(design.housing.roof_z_mm, abs=1e-2)
+
+
+@pytest.mark.parametrize("screw", ["M2", "M2.5"])
+def test_the_resistor_board_lies_on_the_socket_and_beside_the_screws(screw: str) -> None:
+    design = replace(STANDARD, fastening=replace(STANDARD.fastening, screw=screw))
+    adapter, board = bought.csi_hdmi_board(design), bought.resistor_board(design)
+    reach = board.BoundingBox()
+    below = board.translate(cq.Vector(0, 0, -bought.TAPE - 0.01))
+    assert below.intersect(adapter).Volume() > 0.01 * 5 * reach.ylen * 0.5  # on the socket
+    assert board.intersect(adapter).Volume() == pytest.approx(0, abs=1e-9)
+    head = fastener(screw).head_diameter_mm / 2
+    place = Layout(design)
+    for along, across in electronics_cover.POSTS:
+        if electronics_cover.board_x(place) + along + head > reach.xmin:
+            assert abs(across) - head > reach.ymax
 
 
 @pytest.mark.parametrize("length_mm", [40.0, 42.0, 60.0])
