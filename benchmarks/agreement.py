@@ -9,7 +9,6 @@ and reconstructed both ways. Depth is off by so much of the frame's peak, at mos
 """
 
 import argparse
-import sys
 from dataclasses import replace
 
 import cv2
@@ -21,8 +20,8 @@ from recon.fast import FastReconstructor
 from recon.images import read_frame
 from recon.pipeline import Reconstructor
 from recon.presses import read_presses
+from sensor.arguments import ending_in_a_sentence
 from sensor.dataset import read_dataset
-from sensor.errors import WedgeError
 from validation.datasets import dataset_folder
 
 SIZES_PX = ((320, 240), (200, 150), (160, 120), (97, 83), (64, 48))
@@ -79,7 +78,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.agreement", description=__doc__)
     parser.add_argument("datasets", nargs="+", help="rendered sets, such as twin-standard")
     options = parser.parse_args()
-    try:
+    with ending_in_a_sentence(parser):
         for name in options.datasets:
             unit, frames = taught(name)
             for size_px in SIZES_PX:
@@ -88,8 +87,6 @@ def main() -> None:
                     f"{name}, {size_px[0]}x{size_px[1]}: depth off by {np.median(off):.2%} of its "
                     f"peak, {max(off):.2%} at most (n {len(off)})"
                 )
-    except WedgeError as error:
-        sys.exit(str(error))
 
 
 if __name__ == "__main__":

@@ -10,7 +10,6 @@ twin's shapes it is the true one with white noise, judged where the skin is deep
 """
 
 import argparse
-import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from functools import lru_cache
@@ -32,9 +31,9 @@ from recon.missing_axis.inference import infer_missing_axis
 from recon.missing_axis.moved import may_have_moved
 from recon.pixels import BallPress, label_pixels
 from recon.presses import read_presses
+from sensor.arguments import ending_in_a_sentence
 from sensor.dataset import read_dataset
 from sensor.documents import json_bytes
-from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_atomic
 from sensor.toml import Pair
 from validation.datasets import dataset_folder
@@ -154,7 +153,7 @@ def main() -> None:
     parser.add_argument("--json", type=Path, help="write the figures here")
     options = parser.parse_args()
     found: list[Answered] = []
-    try:
+    with ending_in_a_sentence(parser):
         check_outputs(options.json)
         print("| gradients | missing | n |" + "".join(f" {name} |" for name in ANSWERS))
         print("|---|---|--:|" + "--:|" * len(ANSWERS))
@@ -167,8 +166,6 @@ def main() -> None:
         if options.json:
             content = {"axis_question": [asdict(item) for item in found]}
             write_atomic(options.json, json_bytes(content))
-    except WedgeError as error:
-        sys.exit(str(error))
 
 
 if __name__ == "__main__":

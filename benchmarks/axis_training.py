@@ -10,7 +10,6 @@ twin's shapes, as ``benchmarks.axis_question`` has them, and ideal balls under w
 """
 
 import argparse
-import sys
 import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -23,8 +22,8 @@ from recon import unet
 from recon.missing_axis.inference import infer_missing_axis
 from recon.training.missing_axis import Settings, share_of_zeros_error, train
 from recon.training.random_surfaces import Recipe
+from sensor.arguments import ending_in_a_sentence
 from sensor.documents import json_bytes
-from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_atomic
 
 STEPS = 600
@@ -89,7 +88,7 @@ def main() -> None:
     parser.add_argument("--json", type=Path, help="write the figures here")
     options = parser.parse_args()
     found: list[Trained] = []
-    try:
+    with ending_in_a_sentence(parser):
         check_outputs(options.json)
         for name in VARIANTS:
             item = trained(name, options.steps)
@@ -102,8 +101,6 @@ def main() -> None:
         if options.json:
             content = {"axis_training": [asdict(item) for item in found]}
             write_atomic(options.json, json_bytes(content))
-    except WedgeError as error:
-        sys.exit(str(error))
 
 
 if __name__ == "__main__":

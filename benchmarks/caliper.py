@@ -11,6 +11,7 @@ assumed to be the standard's. Then every ball press of the known sets is looked 
 named as a caliper's.
 """
 
+import argparse
 import multiprocessing
 import os
 import sys
@@ -26,9 +27,9 @@ import numpy as np
 
 from recon.geometry.caliper import find_gap, shading_response, slopes_of
 from recon.presses import read_presses
+from sensor.arguments import ending_in_a_sentence
 from sensor.dataset import read_dataset
 from sensor.design import FINGER, STANDARD, Wedge
-from sensor.errors import WedgeError
 from sensor.toml import Pair
 from simulation.dataset import Recipe, write_set
 from simulation.engine import best_engine
@@ -149,11 +150,11 @@ def rows() -> Iterator[str]:
 
 def main() -> None:
     """Measure and print."""
-    try:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.caliper", description=__doc__)
+    parser.parse_args()
+    with ending_in_a_sentence(parser):
         for row in rows():
             print(row, flush=True)
-    except WedgeError as error:
-        sys.exit(str(error))
 
 
 if __name__ == "__main__":

@@ -9,13 +9,13 @@ set that is here, ``--blanks N`` noisy blank frames of every sensor.
 """
 
 import argparse
-import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from recon.presses import read_presses
+from sensor.arguments import ending_in_a_sentence
 from sensor.dataset import read_dataset
 from sensor.design_file import load_design
 from sensor.documents import json_bytes
@@ -151,7 +151,7 @@ def main() -> None:
     parser.add_argument("--json", type=Path, help="write the numbers here")
     options = parser.parse_args()
     estimators = [name for name in options.estimator.split(",") if name]
-    try:
+    with ending_in_a_sentence(parser):
         check_outputs(options.json)
         document = {
             "shapes": shape_rows(estimators, options.twin or TWINS),
@@ -160,8 +160,6 @@ def main() -> None:
         }
         if options.json is not None:
             write_atomic(options.json, json_bytes(document))
-    except WedgeError as error:
-        sys.exit(str(error))
 
 
 if __name__ == "__main__":

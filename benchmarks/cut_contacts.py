@@ -15,7 +15,7 @@ longer than the network sees.
 """
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -30,12 +30,12 @@ from recon.lights import unseen_axis
 from recon.missing_axis.mirrored import rows_beyond
 from recon.pixels import BallPress
 from recon.presses import read_presses
+from sensor.arguments import at_least, ending_in_a_sentence
 from sensor.dataset import read_dataset
 from validation.datasets import dataset_folder
-from validation.shapes import known_shapes
+from validation.shapes import DEEPER_THAN_MM, known_shapes
 
 LEAST_PX = 40
-DEEPER_MM = 0.02
 Cut = tuple[slice, slice]
 
 
@@ -82,7 +82,7 @@ def left_of(unit: Calibration, press: BallPress, beside: float) -> Iterator[tupl
     uncut_mm = depth_mm_of(unit, gradient, disturbed)
     for name, part in cuts(press, beside):
         wanted_mm = uncut_mm[part]
-        deeper = wanted_mm > DEEPER_MM
+        deeper = wanted_mm > DEEPER_THAN_MM
         if min(wanted_mm.shape) < LEAST_PX or not deeper.any():
             continue
         found_mm = depth_mm_of(unit, gradient[part], disturbed[part])
@@ -108,33 +108,37 @@ def _seen(unit: Calibration, difference: Difference) -> tuple[GradientField, Con
 
 def main() -> None:
     """Print a table."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.cut_contacts", description=__doc__)
     parser.add_argument("unit", type=Path)
     parser.add_argument("dataset")
-    parser.add_argument("--presses", type=int, default=16)
+    parser.add_argument("--presses", type=at_least(1), default=16)
     parser.add_argument("--beside", type=float, nargs="+", default=[0.0, 0.4, 0.9])
     asked = parser.parse_args()
-    unit = load_calibration(asked.unit)
-    dataset = read_dataset(dataset_folder(asked.dataset))
-    every, shapes = read_presses(dataset).presses, list(known_shapes(dataset))
-    for name, touches in (("presses", every), ("shapes", shapes)):
-        count = sum(is_mirrored(unit, touch.difference) for touch in touches)
-        print(f"uncut: {count} of {len(touches)} {name} mirrored", flush=True)
-    presses = every[: asked.presses]
-    for beside in asked.beside:
-        found: dict[str, list[Left]] = {}
-        for press in presses:
-            for name, left in left_of(unit, press, beside):
-                found.setdefault(name, []).append(left)
-        for name, lefts in found.items():
-            shares, rmses_mm = [left.share for left in lefts], [left.rmse_mm for left in lefts]
-            least = max(shares, key=lambda share: abs(share - 1))
-            print(
-                f"{beside:4.1f} radii  {name:14} {len(lefts):3} presses  "
-                f"{np.mean(shares):.2f} (worst {least:.2f}) of the peak  "
-                f"{np.mean(rmses_mm):.4f} mm",
-                flush=True,
-            )
+    with ending_in_a_sentence(parser):
+        dataset = read_dataset(dataset_folder(asked.dataset))
+        every, shapes = read_presses(dataset).presses, list(known_shapes(dataset))
+        unit = load_calibration(asked.unit)
+        for name, touches in (("presses", every), ("shapes", shapes)):
+            count = sum(is_mirrored(unit, touch.difference) for touch in touches)
+            print(f"uncut: {count} of {len(touches)} {name} mirrored", flush=True)
+        for beside in asked.beside:
+            _print(unit, every[: asked.presses], beside)
+
+
+def _print(unit: Calibration, presses: Sequence[BallPress], beside: float) -> None:
+    found: dict[str, list[Left]] = {}
+    for press in presses:
+        for name, left in left_of(unit, press, beside):
+            found.setdefault(name, []).append(left)
+    for name, lefts in found.items():
+        shares, rmses_mm = [left.share for left in lefts], [left.rmse_mm for left in lefts]
+        least = max(shares, key=lambda share: abs(share - 1))
+        print(
+            f"{beside:4.1f} radii  {name:14} {len(lefts):3} presses  "
+            f"{np.mean(shares):.2f} (worst {least:.2f}) of the peak  "
+            f"{np.mean(rmses_mm):.4f} mm",
+            flush=True,
+        )
 
 
 if __name__ == "__main__":

@@ -12,7 +12,6 @@ they come to on each ball, surface, shape or press alone.
 """
 
 import argparse
-import sys
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from itertools import cycle
@@ -33,6 +32,7 @@ from recon.training.contact_surfaces import surface_gradient
 from recon.training.few_lights import measure
 from recon.training.random_balls import SQUARE, random_ball
 from recon.training.random_surfaces import RECIPES
+from sensor.arguments import ending_in_a_sentence
 from sensor.dataset import read_dataset
 from sensor.documents import json_bytes
 from sensor.errors import WedgeError
@@ -213,7 +213,7 @@ def main() -> None:
     parser.add_argument("--json", type=Path, help="write the figures here")
     options = parser.parse_args()
     found: list[Told] = []
-    try:
+    with ending_in_a_sentence(parser):
         check_outputs(options.json)
         print(
             "| gradients | n | largest tenth to smaller half | of each | doubt to error | of each |"
@@ -225,8 +225,6 @@ def main() -> None:
         if options.json:
             content = {"doubt": [asdict(row) for row in found]}
             write_atomic(options.json, json_bytes(content))
-    except WedgeError as error:
-        sys.exit(str(error))
 
 
 if __name__ == "__main__":

@@ -10,7 +10,6 @@ the rendered shapes where they are deeper than 0.02 mm.
 """
 
 import argparse
-import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -33,6 +32,7 @@ from recon.missing_axis.moved import may_have_moved
 from recon.pipeline import reconstruct
 from recon.pixels import BallPress, label_pixels
 from recon.presses import read_presses
+from sensor.arguments import ending_in_a_sentence
 from sensor.dataset import Dataset, read_dataset
 from sensor.documents import json_bytes
 from sensor.errors import WedgeError
@@ -225,7 +225,7 @@ def main() -> None:
     parser.add_argument("--json", type=Path, help="write the figures here")
     options = parser.parse_args()
     found: list[Comparison] = []
-    try:
+    with ending_in_a_sentence(parser):
         check_outputs(options.json)
         for name in options.datasets:
             for comparison in compare(name, options.estimator):
@@ -234,8 +234,6 @@ def main() -> None:
         if options.json:
             content = {"few_lights": [asdict(comparison) for comparison in found]}
             write_atomic(options.json, json_bytes(content))
-    except WedgeError as error:
-        sys.exit(str(error))
 
 
 def _print(comparison: Comparison, real: bool) -> None:

@@ -13,7 +13,6 @@ in another such file. What made the file that comes with this package is in
 
 import argparse
 import json
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -33,6 +32,7 @@ from recon.pixels import Pixels, positions
 from recon.presses import read_presses
 from recon.rendered_presses import RenderedPress, depth_files, rendered_presses
 from recon.unet.weights import sha256_of
+from sensor.arguments import ending_in_a_sentence
 from sensor.dataset import read_dataset
 from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_atomic
@@ -153,7 +153,7 @@ def main() -> None:
     options = parser.parse_args()
     if any(len(words) < 4 for words in options.sensor):
         parser.error("--sensor takes a name, two sets of balls, and one or more rendered sets")
-    try:
+    with ending_in_a_sentence(parser):
         check_outputs(options.out)
         arrays = rendered_arrays(options.beside) if options.beside else {}
         for name, balls, deep, *sets in options.sensor:
@@ -166,8 +166,6 @@ def main() -> None:
         made = json.dumps({"version": VERSION, "sha256": sha256_of(arrays)})
         # One entry only: safetensors writes several in an order of chance.
         write_atomic(options.out, save(arrays, {"rendered": made}))
-    except WedgeError as error:
-        sys.exit(str(error))
     print(f"sha256 {sha256_of(arrays)}")
 
 

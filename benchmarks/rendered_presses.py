@@ -25,9 +25,9 @@ from typing import Final
 import numpy as np
 
 from recon.training.random_presses import NOTHING_PX, random_objects
+from sensor.arguments import ending_in_a_sentence
 from sensor.design import Wedge
 from sensor.design_file import load_design
-from sensor.errors import WedgeError
 from sensor.files import new_folder
 from simulation.dataset import Recipe, write_set
 from simulation.engine import best_engine
@@ -164,7 +164,7 @@ def main() -> None:
     parser.add_argument("--samples", type=int, default=128, help="light paths a pixel")
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
-    try:
+    with ending_in_a_sentence(parser):
         design = load_design(options.design)
         recipe = Recipe(
             engine=best_engine(),
@@ -195,8 +195,6 @@ def main() -> None:
             for press in presses:
                 held = skin_under(design, recipe.view, press).contact
                 np.save(folder / "held" / f"{press.name}.npy", held)
-    except WedgeError as error:
-        parser.error(str(error))
 
 
 if __name__ == "__main__":

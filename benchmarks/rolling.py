@@ -10,7 +10,6 @@ is that of the rendered twin, whose ball presses are in the repository.
 """
 
 import argparse
-import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
@@ -24,9 +23,9 @@ from recon.pipeline import Reconstructor
 from recon.pose.rigid import Transform, angle_deg, inverse, rigid
 from recon.pose.tracker import Tracker
 from recon.presses import read_presses
+from sensor.arguments import ending_in_a_sentence
 from sensor.dataset import read_dataset
 from sensor.design import STANDARD
-from sensor.errors import WedgeError
 from sensor.files import write_atomic
 from simulation.camera import expose, photograph
 from simulation.dataset import Dent, Recipe, around, bands, set_in, trace_part
@@ -117,12 +116,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.rolling", description=__doc__)
     parser.add_argument("folder", type=Path, help="for the frames")
     options = parser.parse_args()
-    try:
+    with ending_in_a_sentence(parser):
         for name in render_roll(options.folder):
             print(name, end="\r", flush=True)
         found = followed(options.folder)
-    except WedgeError as error:
-        sys.exit(str(error))
     for name, errors in found.items():
         before = round(315 / STEP_DEG)
         print(

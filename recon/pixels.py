@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Float32, Int, Int32
 
 from recon.arrays import ContactMask, Difference, Unwarped
-from recon.ball import offsets_mm
+from recon.ball import DistanceMap, offsets_mm
 from sensor.toml import Pair
 
 RIM_PX = 1.0
@@ -59,6 +59,11 @@ class BallPress:
         """Radius of the contact circle."""
         return self.contact_radius_px * float(np.sqrt(np.prod(self.mm_per_px)))
 
+    @property
+    def offsets_mm(self) -> tuple[DistanceMap, DistanceMap]:
+        """X and y of every pixel from the ball's centre."""
+        return offsets_mm(self.size_px, self.center_px, self.mm_per_px)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Pixels:
@@ -101,7 +106,7 @@ def positions(size_px: tuple[int, int]) -> Float32[np.ndarray, "h w 2"]:
 
 def label_pixels(press: BallPress, index: int, seed: int) -> Pixels:
     """The labelled pixels of one press; ``index`` and ``seed`` draw the others."""
-    x_mm, y_mm = offsets_mm(press.size_px, press.center_px, press.mm_per_px)
+    x_mm, y_mm = press.offsets_mm
     distance_mm = np.hypot(x_mm, y_mm)
     pitch_mm = press.contact_radius_mm / press.contact_radius_px
     ball_mm = press.ball_radius_mm

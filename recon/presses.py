@@ -10,7 +10,6 @@ import cv2
 import numpy as np
 
 from recon.arrays import Frame, Unwarped
-from recon.ball import offsets_mm
 from recon.coverage import Coverage
 from recon.geometry.lens import Lens, read_lens
 from recon.geometry.unwarp import Unwarp, is_within, prepare_unwarp
@@ -178,7 +177,7 @@ def unusable(press: BallPress) -> str | None:
     """Why a press cannot be used; ``None`` where it can."""
     if press.contact_radius_px < LEAST_RADIUS_PX:
         return f"the contact circle is smaller than {LEAST_RADIUS_PX:g} pixels"
-    away_mm = np.hypot(*offsets_mm(press.size_px, press.center_px, press.mm_per_px))
+    away_mm = np.hypot(*press.offsets_mm)
     inside = away_mm < press.contact_radius_mm * (1 - RIM_PX / press.contact_radius_px)
     if inside.all():
         return "the contact circle encloses the frame, so that no rim shows how deep it is"

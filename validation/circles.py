@@ -7,7 +7,6 @@ minute and a half.
 """
 
 import argparse
-import sys
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from dataclasses import asdict, dataclass, replace
@@ -21,6 +20,7 @@ from scipy.stats import rankdata
 from recon.images import read_frame
 from recon.labels.find_circle import candidates, color_change, find_circle, search_image
 from recon.presses import PressReader, press_reader
+from sensor.arguments import ending_in_a_sentence
 from sensor.dataset import BallLabel, read_dataset
 from sensor.documents import json_bytes
 from sensor.errors import WedgeError
@@ -209,14 +209,12 @@ def main() -> None:
     parser.add_argument("sets", nargs="*", help="by default every one with circles that is here")
     parser.add_argument("--json", type=Path, help="write the numbers here")
     arguments = parser.parse_args()
-    try:
+    with ending_in_a_sentence(parser):
         check_outputs(arguments.json)
         with ProcessPoolExecutor(2) as pool:
             numbers = measure(arguments.sets or on_this_machine(SETS), pool)
         if arguments.json:
             write_atomic(arguments.json, json_bytes(numbers))
-    except WedgeError as error:
-        sys.exit(str(error))
 
 
 if __name__ == "__main__":

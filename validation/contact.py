@@ -9,7 +9,6 @@ import cv2
 import numpy as np
 
 from recon.arrays import ContactMask, Difference, Frame, Unwarped
-from recon.ball import offsets_mm
 from recon.contact.mask import disturbed_mask
 from recon.markers.filling import fill_gradients
 from recon.pipeline import reconstruct
@@ -73,7 +72,7 @@ def ball_overlaps(
 
 def disc(press: BallPress) -> ContactMask:
     """The labelled contact of a press."""
-    away_mm = np.hypot(*offsets_mm(press.size_px, press.center_px, press.mm_per_px))
+    away_mm = np.hypot(*press.offsets_mm)
     return np.asarray(away_mm < press.contact_radius_mm)
 
 

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from recon.arrays import DepthMap
-from recon.ball import BallCap, ball_cap, offsets_mm
+from recon.ball import BallCap, ball_cap
 from recon.pixels import BallPress
 from recon.rendered_presses import read_depth
 from validation.intervals import Interval, bootstrap_intervals
@@ -128,5 +128,5 @@ def read_truth(folder: Path, press: BallPress) -> DepthMap | None:
 
 
 def _distance_mm(press: BallPress) -> DepthMap:
-    x_mm, y_mm = offsets_mm(press.size_px, press.center_px, press.mm_per_px)
+    x_mm, y_mm = press.offsets_mm
     return np.hypot(x_mm, y_mm)

@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 
 from recon.arrays import Unwarped
-from recon.ball import offsets_mm
 from recon.estimators import fit_estimator
 from recon.pixels import BallPress, Pixels, join, label_pixels
 from recon.presses import dataset_unwarp, read_background, read_dataset_lens, read_presses
@@ -112,7 +111,7 @@ def likeness(folder: Path, corners_px: Sequence[Pair] | None = None) -> Likeness
 
 def grain_of(press: BallPress) -> float:
     """Standard deviation of the untouched gel's difference image, pixel to pixel, grey levels."""
-    x_mm, y_mm = offsets_mm(press.size_px, press.center_px, press.mm_per_px)
+    x_mm, y_mm = press.offsets_mm
     away = np.hypot(x_mm, y_mm) > CLEAR_OF_COLLAR * press.contact_radius_mm
     steps = np.diff(press.difference, axis=1)[away[:, 1:] & away[:, :-1]]
     return float(GRAY_LEVELS * steps.std() / np.sqrt(2))

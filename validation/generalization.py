@@ -14,7 +14,6 @@ Deviations are errors of depth, each by what is expected of it, root mean square
 """
 
 import argparse
-import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
@@ -32,6 +31,7 @@ from recon.estimators.default import Default
 from recon.pipeline import Reconstruction
 from recon.pixels import BallPress, label_pixels
 from recon.presses import read_presses
+from sensor.arguments import ending_in_a_sentence
 from sensor.dataset import Dataset, read_dataset
 from sensor.documents import json_bytes
 from sensor.errors import WedgeError
@@ -311,14 +311,12 @@ def main() -> None:
         "fewer": lambda: fewer(first, names, options.presses or 10, options.seed),
         "intervals": lambda: intervals(first, options.lights),
     }
-    try:
+    with ending_in_a_sentence(parser):
         check_outputs(options.json)
         rows = measures[options.what]()
         if options.json:
             document = {"what": options.what, "dataset": options.dataset, "rows": rows}
             write_atomic(options.json, json_bytes(document))
-    except WedgeError as error:
-        sys.exit(str(error))
     for row in rows:
         print("  ".join(f"{key} {_text(value)}" for key, value in row.items()))
 

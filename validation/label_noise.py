@@ -13,7 +13,6 @@ so ``contact+5%`` is judged without that collar as well. ``--json FILE`` keeps t
 """
 
 import argparse
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,14 +22,13 @@ import numpy as np
 from jaxtyping import Bool
 from scipy.optimize import minimize
 
-from recon.ball import offsets_mm
 from recon.calibration import lit_channels
 from recon.estimators.lesson import FLAT_FROM
 from recon.pixels import BallPress, Pixels, ball_slopes, label_pixels
 from recon.presses import read_presses
+from sensor.arguments import ending_in_a_sentence
 from sensor.dataset import read_dataset
 from sensor.documents import json_bytes
-from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_atomic
 from sensor.toml import Pair
 from validation.datasets import dataset_folder
@@ -154,7 +152,7 @@ def _judged(read: Read, name: str) -> Bool[np.ndarray, " n"]:
     if name == "contact+5%":
         return np.ones_like(contact)
     press = read.press
-    away_mm = np.hypot(*offsets_mm(press.size_px, press.center_px, press.mm_per_px))
+    away_mm = np.hypot(*press.offsets_mm)
     flat = away_mm.ravel()[read.pixels.place] >= FLAT_FROM * press.contact_radius_mm
     return np.asarray(contact | flat)
 
@@ -169,13 +167,11 @@ def main() -> None:
     names = options.estimator.split(",")
     if len(names) != 2:
         parser.error("--estimator takes two names with a comma between them")
-    try:
+    with ending_in_a_sentence(parser):
         check_outputs(options.json)
         rows = label_noise(options.dataset, (names[0], names[1]))
         if options.json:
             write_atomic(options.json, json_bytes(rows))
-    except WedgeError as error:
-        sys.exit(str(error))
     for row in rows:
         cells = [f"{k} {v:.3f}" if isinstance(v, float) else f"{k} {v}" for k, v in row.items()]
         print("  ".join(cells))

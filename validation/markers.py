@@ -9,25 +9,27 @@ from every dot. Presses are judged by estimators that have not seen them.
 """
 
 import argparse
-import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float, Int
 
-from recon.ball import ball_cap, offsets_mm
-from recon.estimators import GradientEstimator, fit_estimator, gradient_field
-from recon.markers.filling import METHODS, fill_gradients
-from recon.pixels import RIM_PX, STEEPEST, BallPress, join, label_pixels
+from recon.arrays import GradientField
+from recon.estimators import GradientEstimator, as_labelled, gradient_field
+from recon.markers.filling import fill_gradients
+from recon.pixels import BallPress, label_pixels
 from recon.presses import read_presses
+from sensor.arguments import ending_in_a_sentence
 from sensor.dataset import Dataset, read_dataset
 from sensor.errors import WedgeError
 from validation.datasets import dataset_folder
+from validation.folds import fit_folds
 
 SEED, FOLDS = 0, 5
 CLEAR_PX = 2
+FILLED_BY = ("zero", "nearest", "harmonic", "biharmonic", "surface")
 RINGS = 12
 """Distances from the ball's centre are compared in so many steps."""
 
@@ -45,36 +47,21 @@ class DotCost:
     """Under dots, in contacts, at distances where there is gel without dots nearby as well."""
 
 
-def dot_cost(
-    dataset: Dataset,
-    *,
-    estimator: str = "mlp",
-    methods: Sequence[str] = ("zero", "nearest", "harmonic", "biharmonic", "surface"),
-) -> DotCost:
+def dot_cost(dataset: Dataset, *, estimator: str = "mlp") -> DotCost:
     """Judge every press of a marker gel by an estimator that has not seen it.
 
     Raises:
-        WedgeError: the gel shows no dots or nothing else, or a method has no such name.
+        WedgeError: the gel shows no dots or nothing else.
     """
-    for method in methods:
-        if method not in METHODS:
-            raise WedgeError(f"no way of filling is called {method!r}: known are {METHODS}.")
     presses = read_presses(dataset)
     if presses.dots is None:
         raise WedgeError(f"{dataset.folder} shows no dots: their cost cannot be measured on it.")
-    order = np.random.default_rng(SEED).permutation(len(presses.presses))
-    rings: dict[str, list[np.ndarray]] = {name: [] for name in ("clear", *methods)}
-    errors: dict[str, list[np.ndarray]] = {name: [] for name in ("clear", *methods)}
-    for fold in range(FOLDS):
-        judged = order[fold::FOLDS]
-        train = [
-            label_pixels(presses.presses[i], k, SEED)
-            for k, i in enumerate(np.setdiff1d(order, judged))
-        ]
-        fitted = fit_estimator(estimator, join(train), "RGB", SEED)
-        for index in judged:
-            press = presses.presses[index]
-            for name, (ring, error) in _press_errors(press, fitted, methods).items():
+    rings: dict[str, list[np.ndarray]] = {name: [] for name in ("clear", *FILLED_BY)}
+    errors: dict[str, list[np.ndarray]] = {name: [] for name in rings}
+    for fold in fit_folds(presses.presses, estimator, "RGB", folds=FOLDS, seed=SEED):
+        for index in fold.test:
+            found = _press_errors(presses.presses[index], fold.estimator)
+            for name, (ring, error) in found.items():
                 rings[name].append(ring)
                 errors[name].append(error)
     mean, pixels = compared(
@@ -82,7 +69,9 @@ def dot_cost(
     )
     if not pixels:
         raise WedgeError(f"{dataset.folder} shows no gel without dots nearby to compare with.")
-    return DotCost(clear=mean.pop("clear"), filled=mean, presses=len(order), pixels=pixels)
+    return DotCost(
+        clear=mean.pop("clear"), filled=mean, presses=len(presses.presses), pixels=pixels
+    )
 
 
 def compared(
@@ -107,35 +96,27 @@ def compared(
 
 
 def _press_errors(
-    press: BallPress, fitted: GradientEstimator, methods: Sequence[str]
+    press: BallPress, fitted: GradientEstimator
 ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Ring and error of every judged pixel, of clear gel and under dots by method."""
+    """Ring and error of every contact pixel: of clear gel, and under dots by how it was filled."""
     assert press.hidden is not None
-    touched, ring = _contact(press)
-    truth = ball_cap(
-        press.size_px,
-        press.center_px,
-        min(press.contact_radius_mm, 0.999 * press.ball_radius_mm),
-        press.ball_radius_mm,
-        press.mm_per_px,
-    ).gradient
-    near = cv2.dilate(press.hidden.astype(np.uint8), np.ones((2 * CLEAR_PX + 1,) * 2, np.uint8))
-    clear, under = touched & ~near.astype(bool), touched & press.hidden
+    labelled = label_pixels(press, 0, SEED)
+    pixels = labelled[labelled.contact]
+    away_mm = np.hypot(*press.offsets_mm).ravel()[pixels.place]
+    ring = np.minimum((RINGS * away_mm / away_mm.max()).astype(int), RINGS - 1)
+    around = np.ones((2 * CLEAR_PX + 1,) * 2, np.uint8)
+    near = cv2.dilate(press.hidden.astype(np.uint8), around).ravel()[pixels.place] > 0
     slopes = gradient_field(fitted, press.difference)
-    found = {"clear": (ring[clear], np.abs(slopes - truth).mean(-1)[clear])}
-    for method in methods:
+
+    def errors(field: GradientField) -> Float[np.ndarray, " n"]:
+        found = as_labelled(fitted, field.reshape(-1, 2)[pixels.place], pixels)
+        return np.asarray(np.abs(found - pixels.gradient).mean(-1))
+
+    found = {"clear": (ring[~near], errors(slopes)[~near])}
+    for method in FILLED_BY:
         filled = fill_gradients(slopes, press.hidden, method, press.mm_per_px)
-        found[method] = (ring[under], np.abs(filled - truth).mean(-1)[under])
+        found[method] = (ring[pixels.hidden], errors(filled)[pixels.hidden])
     return found
-
-
-def _contact(press: BallPress) -> tuple[Bool[np.ndarray, "h w"], np.ndarray]:
-    """The contact's pixels as the error table counts them, and each pixel's ring."""
-    away_mm = np.hypot(*offsets_mm(press.size_px, press.center_px, press.mm_per_px))
-    pitch_mm = press.contact_radius_mm / press.contact_radius_px
-    reach_mm = min(press.contact_radius_mm - RIM_PX * pitch_mm, STEEPEST * press.ball_radius_mm)
-    ring = np.minimum((RINGS * away_mm / reach_mm).astype(int), RINGS - 1)
-    return away_mm < reach_mm, ring
 
 
 def main() -> None:
@@ -144,11 +125,9 @@ def main() -> None:
     parser.add_argument("dataset", help="such as wedge-lab; see `wedge data list`")
     parser.add_argument("--estimator", default="mlp")
     options = parser.parse_args()
-    try:
+    with ending_in_a_sentence(parser):
         dataset = read_dataset(dataset_folder(options.dataset))
         cost = dot_cost(dataset, estimator=options.estimator)
-    except WedgeError as error:
-        sys.exit(str(error))
     print(f"{cost.presses} presses, {cost.pixels} pixels under dots; mean slope errors in mm/mm")
     print(f"without dots nearby {cost.clear:.4f}")
     for name, filled in cost.filled.items():

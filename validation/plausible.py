@@ -10,7 +10,6 @@ keeps the numbers.
 """
 
 import argparse
-import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import cycle
@@ -29,9 +28,9 @@ from recon.pipeline import reconstruct
 from recon.plausible import MOST_OFF, is_implausible, slopes_of_no_surface
 from recon.presses import press_reader, read_presses
 from recon.rendered_presses import depth_files
+from sensor.arguments import ending_in_a_sentence
 from sensor.dataset import Dataset, read_dataset
 from sensor.documents import json_bytes
-from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_atomic
 from validation.contact import blank_frames
 from validation.datasets import dataset_folder
@@ -157,7 +156,7 @@ def main() -> None:
     parser.add_argument("--json", type=Path, help="write the numbers here")
     options = parser.parse_args()
     rows: list[Row] = []
-    try:
+    with ending_in_a_sentence(parser):
         check_outputs(options.json)
         for name in options.dataset:
             for estimator in options.estimator.split(","):
@@ -169,8 +168,6 @@ def main() -> None:
                     )
         if options.json:
             write_atomic(options.json, json_bytes(rows))
-    except WedgeError as error:
-        sys.exit(str(error))
 
 
 if __name__ == "__main__":

@@ -9,7 +9,6 @@ by five folds and prints both slopes.
 """
 
 import argparse
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -17,11 +16,10 @@ import numpy as np
 from jaxtyping import Float
 
 from recon.arrays import GradientField
-from recon.ball import offsets_mm
 from recon.pixels import BallPress, positions
 from recon.presses import read_presses
+from sensor.arguments import ending_in_a_sentence
 from sensor.dataset import read_dataset
-from sensor.errors import WedgeError
 from validation.datasets import dataset_folder
 from validation.depth import cap_of
 from validation.folds import fit_folds
@@ -66,7 +64,7 @@ def rim_profile(presses: Sequence[BallPress], fields: Sequence[GradientField]) -
 
 
 def _ring_means(press: BallPress, field: GradientField) -> Float[np.ndarray, "2 k"]:
-    x_mm, y_mm = offsets_mm(press.size_px, press.center_px, press.mm_per_px)
+    x_mm, y_mm = press.offsets_mm
     away_mm = np.hypot(x_mm, y_mm)
     ring = np.digitize(away_mm / press.contact_radius_mm, RINGS) - 1
     inside = (ring >= 0) & (ring < len(RINGS) - 1)
@@ -100,10 +98,8 @@ def main() -> None:
     parser.add_argument("dataset")
     parser.add_argument("--estimator", default="default")
     options = parser.parse_args()
-    try:
+    with ending_in_a_sentence(parser):
         profile = held_out_profile(options.dataset, options.estimator)
-    except WedgeError as error:
-        sys.exit(str(error))
     print(f"{profile.presses} presses; the slope found peaks at {profile.steepest_at:.2f} radii")
     for row in zip(profile.middles, profile.labelled, profile.found, strict=True):
         print("radii {:.3f}  labelled {:.3f}  found {:.3f}".format(*row))

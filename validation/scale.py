@@ -6,7 +6,6 @@
 """
 
 import argparse
-import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -15,8 +14,8 @@ import numpy as np
 from recon.geometry.caliper import Gap, Scale, find_gap, scale_of, shading_response, slopes_of
 from recon.images import read_image
 from recon.presses import press_reader
+from sensor.arguments import ending_in_a_sentence
 from sensor.dataset import read_dataset
-from sensor.errors import WedgeError
 from sensor.toml import Pair
 from validation.datasets import dataset_folder, shared_folder
 from validation.importers.caliper import spread_over
@@ -68,13 +67,12 @@ def measure(folder: Path, pictures: list[Path], gap_mm: float) -> TwoRulers:
 
 def main() -> None:
     """Measure and print."""
-    argparse.ArgumentParser(prog="python -m validation.scale", description=__doc__).parse_args()
+    parser = argparse.ArgumentParser(prog="python -m validation.scale", description=__doc__)
+    parser.parse_args()
     pictures = sorted((shared_folder() / NAME).glob(PICTURES))
-    try:
+    with ending_in_a_sentence(parser):
         folder = dataset_folder(NAME)
         rulers = measure(folder, pictures, GAP_MM)
-    except WedgeError as error:
-        sys.exit(str(error))
     for gap in rulers.gaps:
         angle = np.degrees(np.arctan2(gap.normal[1], gap.normal[0])) % 180
         print(f"gap {gap.width_px:.2f} px across {angle:.1f} degrees at {np.round(gap.center_px)}")

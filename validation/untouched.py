@@ -11,7 +11,6 @@ remain. It prints one row a set and takes some minutes.
 
 import argparse
 import operator
-import sys
 from collections.abc import Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from dataclasses import asdict, dataclass
@@ -26,9 +25,9 @@ from recon.arrays import Difference
 from recon.images import read_frame
 from recon.labels.find_circle import find_circle
 from recon.presses import press_reader
+from sensor.arguments import ending_in_a_sentence
 from sensor.dataset import BallLabel, read_dataset
 from sensor.documents import json_bytes
-from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_atomic
 from validation.contact import drifted, noisy
 from validation.datasets import dataset_folder, on_this_machine
@@ -160,14 +159,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m validation.untouched", description=__doc__)
     parser.add_argument("--json", type=Path, help="write the numbers here")
     arguments = parser.parse_args()
-    try:
+    with ending_in_a_sentence(parser):
         check_outputs(arguments.json)
         with ProcessPoolExecutor(2) as pool:
             rows = measure(pool)
         if arguments.json:
             write_atomic(arguments.json, json_bytes([asdict(row) for row in rows]))
-    except WedgeError as error:
-        sys.exit(str(error))
     blank = _total(rows, ("before the grip", "seen again"))
     print(f"balls found on blank frames: {blank}; beside presses: ", end="")
     print(_total(rows, ("beside a press",)))

@@ -22,7 +22,6 @@ import numpy as np
 from jaxtyping import Float
 from scipy.optimize import least_squares
 
-from recon.ball import offsets_mm
 from recon.estimators.default import prepared_colors
 from recon.pixels import (
     DEEPEST,
@@ -65,7 +64,7 @@ def lesson_pixels(press: BallPress, index: int, seed: int, presses: int) -> Pixe
     seen = prepared_colors(press.difference)
     contact_fit = fit_elastic(replace(press, difference=seen[..., :3]))
     radius_mm = contact_fit.radius_mm
-    x_mm, y_mm = offsets_mm(press.size_px, press.center_px, press.mm_per_px)
+    x_mm, y_mm = press.offsets_mm
     distance_mm = np.hypot(x_mm, y_mm)
     ball_mm = press.ball_radius_mm
     random = np.random.default_rng([seed, index])
@@ -127,7 +126,7 @@ class ElasticContact:
 
 def fit_elastic(press: BallPress) -> ElasticContact:
     """The contact for which ball and elastic collar explain the shading best."""
-    x_mm, y_mm = offsets_mm(press.size_px, press.center_px, press.mm_per_px)
+    x_mm, y_mm = press.offsets_mm
     labelled = press.contact_radius_mm
     if labelled > DEEPEST * press.ball_radius_mm:
         radius_mm = labelled * (1 - RIM_PX / press.contact_radius_px)

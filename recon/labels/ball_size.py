@@ -13,7 +13,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from recon.ball import offsets_mm
 from recon.pixels import RIM_PX, BallPress
 from sensor.dataset import BallLabel, DatasetCard
 from sensor.errors import WedgeError
@@ -85,7 +84,7 @@ def answer_to_lean(presses: Sequence[BallPress]) -> float:
     """
     answers = []
     for press in presses:
-        x_mm, y_mm = offsets_mm(press.size_px, press.center_px, press.mm_per_px)
+        x_mm, y_mm = press.offsets_mm
         rim_mm = RIM_PX * press.contact_radius_mm / press.contact_radius_px
         reach_mm = min(press.contact_radius_mm - rim_mm, UPRIGHT * press.ball_radius_mm)
         inside = np.hypot(x_mm, y_mm) < reach_mm

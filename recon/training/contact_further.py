@@ -19,7 +19,6 @@ import numpy as np
 
 from recon import unet
 from recon.contact.network import CONTACT
-from recon.training.arguments import ending_in_a_sentence
 from recon.training.contact import (
     COURSES,
     FRAME_PX,
@@ -41,6 +40,7 @@ from recon.training.further_courses import (
 from recon.training.loss_curve import refuse_weights, write_curve
 from recon.training.resumable import DEVICE, checkpoint_of
 from recon.unet.weights import load_weights, save_weights, sha256_of
+from sensor.arguments import ending_in_a_sentence
 from sensor.extras import how_to_install
 
 try:

@@ -32,12 +32,12 @@ from recon.pipeline import reconstruct
 from recon.pixels import positions
 from recon.presses import read_presses
 from recon.rendered_presses import rendered_presses
-from recon.training.arguments import at_least, ending_in_a_sentence
 from recon.training.contact import Batch, ContactNet, Course, follow
 from recon.training.further_courses import digest_of
 from recon.training.loss_curve import refuse_weights, write_curve
 from recon.training.resumable import DEVICE, checkpoint_of
 from recon.unet.weights import save_weights
+from sensor.arguments import at_least, ending_in_a_sentence
 from sensor.dataset import read_dataset
 from sensor.errors import WedgeError
 from sensor.extras import how_to_install

@@ -11,7 +11,7 @@ from typing import TypeVar
 import numpy as np
 
 from recon import unet
-from recon.training.arguments import at_least
+from sensor.arguments import at_least
 from sensor.errors import WedgeError
 
 P = TypeVar("P")

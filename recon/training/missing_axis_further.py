@@ -22,7 +22,6 @@ from pathlib import Path
 import numpy as np
 
 from recon import unet
-from recon.training.arguments import ending_in_a_sentence
 from recon.training.further_courses import (
     between,
     command_of,
@@ -47,6 +46,7 @@ from recon.training.missing_axis import (
 from recon.training.missing_axis_doubt import LEAST_MOVED_PX, train_doubt
 from recon.training.resumable import DEVICE, ResumableTraining, checkpoint_of
 from recon.unet.weights import load_weights, save_weights, sha256_of
+from sensor.arguments import ending_in_a_sentence
 from sensor.extras import how_to_install
 
 try:

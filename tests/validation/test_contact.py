@@ -11,6 +11,7 @@ from tests.dotted import dotted, grid_px, pad
 from tests.synthetic import make_dataset
 from validation.contact import blank_frames_in_contact, iou
 from validation.datasets import dataset_folder
+from tests.validation.sensors import dotted_set
 from validation.dots import score_detection
 
 REAL = ("taxim-gelsight", "known-depth", "wedge-lab", "marker-balls-a", "twin-standard")
@@ -62,11 +63,20 @@ def test_what_dots_cost_is_told_where_there_is_clear_gel_beside_them():
     assert compared({"clear": (clear[0][3:], clear[1][3:]), "zero": under})[1] == 0
 
 
+@pytest.mark.parametrize("estimator", ["default", "mlp"])
+def test_dots_cost_little_where_they_are_filled_smoothly(tmp_path, monkeypatch, estimator):
+    from validation.markers import dot_cost
+
+    monkeypatch.setattr("recon.estimators.default_training.STEPS", 150)
+    monkeypatch.setattr("recon.estimators.mlp_training.EPOCHS", 6)
+    cost = dot_cost(dotted_set(tmp_path / "set", presses=10), estimator=estimator)
+    assert cost.presses == 10 and cost.pixels > 100
+    assert 0 < cost.clear <= cost.filled["surface"] < cost.filled["nearest"] < cost.filled["zero"]
+
+
 def test_presses_of_clear_gel_cannot_tell_what_dots_cost(tmp_path):
     from validation.markers import dot_cost
 
     dataset = make_dataset(tmp_path / "set", presses=3)
     with pytest.raises(WedgeError, match="shows no dots"):
         dot_cost(dataset)
-    with pytest.raises(WedgeError, match="no way of filling"):
-        dot_cost(dataset, methods=("telea",))

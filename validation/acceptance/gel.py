@@ -9,7 +9,6 @@ import numpy as np
 from jaxtyping import Float64
 
 from recon.arrays import ContactMask, Difference, Unwarped
-from recon.ball import offsets_mm
 from recon.labels.capture import SATURATED_LEVEL
 from recon.markers.filling import fill_gradients
 from recon.markers.tracking import MarkerTracker
@@ -178,7 +177,7 @@ def covered_area(presses: Sequence[BallPress]) -> ContactMask:
     """Where the pad lies near a press."""
     covered = np.zeros(presses[0].difference.shape[:2], bool)
     for press in presses:
-        x_mm, y_mm = offsets_mm(press.size_px, press.center_px, press.mm_per_px)
+        x_mm, y_mm = press.offsets_mm
         covered |= np.hypot(x_mm, y_mm) < REACH * press.contact_radius_mm
     return covered
 
@@ -196,7 +195,7 @@ def smooth(image: Difference, sigma_px: float) -> Difference:
 
 def untouched(press: BallPress) -> ContactMask:
     """Where a press does not reach, and no dot hides the gel."""
-    x_mm, y_mm = offsets_mm(press.size_px, press.center_px, press.mm_per_px)
+    x_mm, y_mm = press.offsets_mm
     flat = np.hypot(x_mm, y_mm) > FLAT_FROM * press.contact_radius_mm
     return flat if press.hidden is None else flat & ~press.hidden
 

@@ -66,7 +66,7 @@ def test_weights_that_cannot_be_written_in_the_end_are_a_sentence(
     monkeypatch.setattr("recon.unet.stride", lambda _: 1)
     with pytest.raises(SystemExit, match="2"):
         training.main()
-    assert f"error: {weights} cannot be written: Is a directory." in capsys.readouterr().err
+    assert f": {weights} cannot be written: Is a directory." in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == [weights.name]
 
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the training programs ask of the words they are given, and how they end early."""
+"""What programs beside `wedge` ask of the words they are given, and how they end early."""
 
 import argparse
 from collections.abc import Callable, Collection, Iterator
@@ -41,6 +41,6 @@ def ending_in_a_sentence(parser: argparse.ArgumentParser) -> Iterator[None]:
     try:
         yield
     except WedgeError as error:
-        parser.error(str(error))
+        parser.exit(2, f"{parser.prog}: {error}\n")
     except KeyboardInterrupt as interrupted:
         parser.exit(130, f"{parser.prog}: {str(interrupted) or 'interrupted'}\n")
