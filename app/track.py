@@ -262,7 +262,7 @@ def _pose(path: Path) -> "np.ndarray":
     """A transform from a text file."""
     import numpy as np
 
-    from recon.pose.rigid import is_rigid
+    from recon.pose.rigid import rigid_or_none
 
     try:
         numbers = np.array(path.read_text(encoding="utf-8").replace(",", " ").split(), float)
@@ -270,9 +270,10 @@ def _pose(path: Path) -> "np.ndarray":
         raise WedgeError(f"{path} does not hold 16 numbers: {error}.") from error
     if numbers.size != 16:
         raise WedgeError(f"{path} holds {numbers.size} numbers, not the 16 of a 4 x 4 pose.")
-    if not is_rigid(numbers.reshape(4, 4)):
+    pose = rigid_or_none(numbers.reshape(4, 4))
+    if pose is None:
         raise WedgeError(f"{path} is not a rigid transform: give a 4 x 4 [R t; 0 0 0 1], t in mm.")
-    return numbers.reshape(4, 4)
+    return pose
 
 
 def _row(frame: UnitFrame, item: "PoseEstimate", markers: str) -> list[Any]:

@@ -3,7 +3,7 @@
 """Alignment of point clouds by small_gicp: the paper's way to track, and the measure for ours."""
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import cv2
 import numpy as np
@@ -35,6 +35,7 @@ class Icp:
     kind: Literal["PLANE_ICP", "GICP"]
     spacing_mm: float = 0.06
     """Points are thinned to about this distance."""
+    prepares: ClassVar[type] = PointCloud
 
     def prepare(self, touch: Touch) -> PointCloud:
         """Points of the contact, thinned, with normals from their neighbours.

@@ -19,6 +19,7 @@ error as large as all of it, and weigh so much less.
 import math
 from dataclasses import dataclass
 from functools import partial
+from typing import ClassVar
 
 import numpy as np
 
@@ -47,6 +48,8 @@ WHITE_LEFT = (0.25, 0.075, 0.015)
 @dataclass(frozen=True, kw_only=True)
 class Joint:
     """Slopes and depth together."""
+
+    prepares: ClassVar[type] = Pyramid
 
     def prepare(self, touch: Touch) -> Pyramid:
         """The touch at several resolutions."""

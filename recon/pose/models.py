@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from recon.pose.mesh import Mesh, averaged
 from recon.pose.pyramid import Pyramid
-from recon.pose.registration import Registration, Touch, contact_middle
+from recon.pose.registration import Registration, Touch, contact_middle, of_one_sensor
 from recon.pose.rigid import (
     Covariance,
     Points,
@@ -102,6 +102,13 @@ class ObjectModel(Protocol):
         """Keyframes, and poses at which a touch might be theirs, when no pose is known."""
 
 
+def is_prepared_for(model: ObjectModel, registration: Registration) -> bool:
+    """Whether the keyframes of a model are what a registration compares."""
+    if isinstance(model, MeshModel):
+        return model.registration.prepares is registration.prepares
+    return all(isinstance(item.prepared, registration.prepares) for item in model.surest_first())
+
+
 @dataclass(kw_only=True)
 class TouchModel:
     """Earlier touches; without any, the first touch becomes the object."""
@@ -168,7 +175,7 @@ class MeshModel:
         Raises:
             WedgeError: it has too many large triangles above each other to be drawn.
         """
-        if self._last is not None:
+        if self._last is not None and of_one_sensor(self._last.pyramid.touch, like):
             between = T_sensor_object @ inverse(self._last.T_sensor_object)
             most_deg, most_mm = (CLOSE_DEG, CLOSE_MM) if close else (RENDER_DEG, RENDER_MM)
             if angle_deg(between) < most_deg and moved_mm(self._last, between) < most_mm:

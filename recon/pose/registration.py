@@ -73,7 +73,7 @@ def own(touch: Touch, like: Touch | None = None) -> OwnTouch:
     """
     if isinstance(touch, np.ndarray):
         raise WedgeError("a touch is what a Reconstructor makes of a frame: reconstruct it first.")
-    if like is not None and not _of_one_sensor(touch, like):
+    if like is not None and not of_one_sensor(touch, like):
         raise WedgeError(
             f"this touch has {_grid(touch)}, those before {_grid(like)}:"
             " a tracker follows what one sensor feels."
@@ -88,7 +88,7 @@ def own(touch: Touch, like: Touch | None = None) -> OwnTouch:
     )
 
 
-def _of_one_sensor(touch: Touch, other: Touch) -> bool:
+def of_one_sensor(touch: Touch, other: Touch) -> bool:
     """Whether both have as many pixels, of about the same pitch."""
     same_size = touch.depth_mm.shape == other.depth_mm.shape
     return same_size and of_one_scale(touch.mm_per_px, other.mm_per_px)
@@ -113,6 +113,10 @@ class Alignment:
 @runtime_checkable
 class Registration(Protocol):
     """A way to find the motion between two touches."""
+
+    @property
+    def prepares(self) -> type:
+        """What ``prepare`` makes."""
 
     def prepare(self, touch: Touch) -> Any:
         """What one touch gives to any number of alignments."""

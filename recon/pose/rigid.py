@@ -22,6 +22,8 @@ IDENTITY = np.eye(4)
 LAST_ROW = np.array([0.0, 0.0, 0.0, 1.0])
 MOST_OFF = 1e-6
 """Of a rigid transform's numbers, by rounding."""
+MOST_OFF_TYPED = 1e-3
+"""The same of one that somebody wrote down with a few decimals."""
 
 
 def rigid(rotation: Float[np.ndarray, "3 3"], translation_mm: Float[np.ndarray, "3"]) -> Transform:
@@ -114,19 +116,19 @@ def straightened(transform: Transform) -> Transform:
 
 
 def rigid_or_none(given: ArrayLike) -> Transform | None:
-    """What somebody gave as a rigid transform; ``None`` where it is none."""
+    """The rigid transform nearest to what somebody gave; ``None`` where it is none."""
     try:
         transform = np.array(given, float)
     except (TypeError, ValueError):  # ragged lists, words
         return None
-    return transform if is_rigid(transform) else None
+    return straightened(transform) if is_rigid(transform, MOST_OFF_TYPED) else None
 
 
-def is_rigid(transform: np.ndarray) -> bool:
-    """Whether it is a matrix of a rotation and a shift, and finite."""
+def is_rigid(transform: np.ndarray, most_off: float = MOST_OFF) -> bool:
+    """Whether it is a matrix of a rotation and a shift, and finite, but for so much."""
     if transform.shape != (4, 4) or not np.isfinite(transform).all():
         return False
     rotation = transform[:3, :3]
     bent, moved = rotation @ rotation.T - np.eye(3), transform[3] - LAST_ROW
     off = max(np.abs(bent).max(), np.abs(moved).max())
-    return bool(off < MOST_OFF and np.linalg.det(rotation) > 0)
+    return bool(off < most_off and np.linalg.det(rotation) > 0)

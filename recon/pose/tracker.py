@@ -28,6 +28,7 @@ from recon.pose.models import (
     Keyframe,
     ObjectModel,
     TouchModel,
+    is_prepared_for,
     keyframe,
     moved_mm,
     remoteness,
@@ -107,8 +108,8 @@ class Tracker:
                 touch is the model, and searched where there is a model.
 
         Raises:
-            WedgeError: the registration is unknown, the model is none, or the pose is not a rigid
-                transform.
+            WedgeError: the registration is unknown, the model is none or of another registration,
+                or the pose is not a rigid transform.
         """
         if registration not in REGISTRATIONS:
             raise WedgeError(
@@ -116,6 +117,8 @@ class Tracker:
             )
         if not isinstance(model, ObjectModel | None):
             raise WedgeError("a model is a MeshModel(mesh=..., registration=...) or a TouchModel.")
+        if model is not None and not is_prepared_for(model, REGISTRATIONS[registration]):
+            raise WedgeError(f"give the model the registration of the tracker, {registration!r}.")
         start = None if T_sensor_object is None else rigid_or_none(T_sensor_object)
         if start is None and T_sensor_object is not None:
             raise WedgeError("T_sensor_object is not rigid: give a 4 x 4 transform [R t; 0 0 0 1].")
@@ -151,16 +154,14 @@ class Tracker:
         before, self._before = self._before, touch
         contact_px = int(np.count_nonzero(touch.contact))
         deepest_mm = max(cv2.minMaxLoc(touch.depth_mm, touch.contact.view(np.uint8))[1], 0.0)
-        self._most_px = max(self._most_px, contact_px)
-        self._most_mm = max(self._most_mm, deepest_mm)
         if contact_px < LEAST_CONTACT_PX:
             reason = "too little touches to be followed" if contact_px else "nothing touches"
             self._estimate = PoseEstimate(state="lost", reason=reason)
             self._sought = None
-        elif contact_px < LEAST_SHARE * self._most_px or deepest_mm < LEAST_DEPTH * self._most_mm:
-            self._estimate = PoseEstimate(state="lost", reason="too little of the object touches")
         elif not (np.isfinite(touch.gradient).all() and np.isfinite(touch.depth_mm).all()):
             self._estimate = PoseEstimate(state="lost", reason="slopes or depths are not finite")
+        elif contact_px < LEAST_SHARE * self._most_px or deepest_mm < LEAST_DEPTH * self._most_mm:
+            self._estimate = PoseEstimate(state="lost", reason="too little of the object touches")
         elif before is not None and np.array_equal(before.gradient, touch.gradient):
             if self._estimate.state != "lost":
                 return replace(self._estimate, state="frozen", reason="the stream stands still")
@@ -188,6 +189,8 @@ class Tracker:
                 self._estimate = replace(self._estimate, state="weak", reason=reason)
         if self._estimate.T_sensor_object is not None:
             self._last, self.begun = self._estimate.T_sensor_object, True
+            self._most_px = max(self._most_px, contact_px)
+            self._most_mm = max(self._most_mm, deepest_mm)
         return self._estimate
 
     def _first(self, touch: Touch) -> PoseEstimate:

@@ -9,9 +9,9 @@ from sensor.dataset import read_dataset
 from sensor.errors import WedgeError
 from tests.dotted import dotted, grid_px, pad
 from tests.synthetic import make_dataset
+from tests.validation.sensors import dotted_set
 from validation.contact import blank_frames_in_contact, iou
 from validation.datasets import dataset_folder
-from tests.validation.sensors import dotted_set
 from validation.dots import score_detection
 
 REAL = ("taxim-gelsight", "known-depth", "wedge-lab", "marker-balls-a", "twin-standard")
@@ -67,6 +67,7 @@ def test_what_dots_cost_is_told_where_there_is_clear_gel_beside_them():
 def test_dots_cost_little_where_they_are_filled_smoothly(tmp_path, monkeypatch, estimator):
     from validation.markers import dot_cost
 
+    monkeypatch.setattr("validation.markers.FOLDS", 2)
     monkeypatch.setattr("recon.estimators.default_training.STEPS", 150)
     monkeypatch.setattr("recon.estimators.mlp_training.EPOCHS", 6)
     cost = dot_cost(dotted_set(tmp_path / "set", presses=10), estimator=estimator)

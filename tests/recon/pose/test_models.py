@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.pose_search import block
+from benchmarks.touches import pressed
 from recon.pose.joint import Joint
 from recon.pose.models import (
     CLOSE_DEG,
@@ -20,10 +21,13 @@ from recon.pose.models import (
     MeshModel,
     TouchModel,
     keyframe,
+    touches,
 )
 from recon.pose.registration import contact_middle, contact_points
 from recon.pose.rigid import applied, motion
-from tests.recon.pose.touched import bead_pair
+from recon.pose.tracker import REGISTRATIONS, Tracker
+from sensor.errors import WedgeError
+from tests.recon.pose.touched import bead_pair, coarse_bead
 
 
 def of_bead() -> Keyframe:
@@ -89,6 +93,35 @@ def test_a_mesh_is_drawn_anew_where_it_turned_or_shifted_by_more(close, most_deg
             if way == "shift":
                 moved = shifted_mm(share * most_mm)
             assert (model.near(moved @ start, like, close=close) is first) == again
+
+
+def test_a_mesh_is_drawn_anew_for_a_sensor_of_another_size_or_pitch() -> None:
+    mesh = block(np.array([10.0, 10, 10]))
+    start = motion(np.array([0.5, 0.6, 0, 0, 0, 0]))
+    start[2, 3] = -1.3 - applied(start, mesh.vertices_mm)[:, 2].min()
+    like = bead_pair(0)[0]
+    model = MeshModel(mesh=mesh, registration=Joint())
+    for size_px, mm_per_px in (((80, 60), like.mm_per_px), ((160, 120), (0.2, 0.2))):
+        other = pressed(coarse_bead(), np.eye(4), None, size_px=size_px, mm_per_px=mm_per_px)
+        for sensor in (like, other, like):
+            drawn = model.near(start, sensor)
+            assert drawn is not None and drawn is model.near(start, sensor)
+            own = drawn.pyramid.touch
+            assert own.depth_mm.shape == sensor.depth_mm.shape
+            assert own.mm_per_px == sensor.mm_per_px
+
+
+@pytest.mark.parametrize(("name", "other"), [("gicp", "joint"), ("joint", "plane")])
+def test_a_model_of_another_registration_is_refused(name: str, other: str) -> None:
+    first = bead_pair(0)[0]
+    mesh = block(np.array([10.0, 10, 10]))
+    for model in (
+        MeshModel(mesh=mesh, registration=REGISTRATIONS[other]),
+        touches([(first, np.eye(4))], REGISTRATIONS[other]),
+    ):
+        with pytest.raises(WedgeError, match=f"registration of the tracker, '{name}'"):
+            Tracker(name, model)
+        Tracker(other, model)
 
 
 def test_the_middle_of_a_contact_is_that_of_its_points() -> None:

@@ -14,12 +14,22 @@ from recon.pose.rigid import (
     is_rigid,
     motion,
     rigid,
+    rigid_or_none,
     skew,
     straightened,
     turned_covariance,
 )
 
 twists = st.lists(st.floats(-3, 3), min_size=6, max_size=6).map(np.array)
+
+
+@given(twists, st.integers(4, 9))
+def test_a_pose_written_down_with_few_digits_is_taken_and_straightened(twist, digits):
+    pose = motion(twist)
+    taken = rigid_or_none(np.round(pose, digits))
+    assert taken is not None and is_rigid(taken)
+    np.testing.assert_allclose(taken, pose, atol=2 * 0.1**digits)
+    assert rigid_or_none(np.round(pose, 9) + 0.01 * np.eye(4)) is None
 
 
 @given(twists)
