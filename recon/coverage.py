@@ -20,6 +20,7 @@ class Coverage:
     """Where on the pad presses lie, and how many in each of its cells."""
 
     size_px: tuple[int, int]
+    mm_per_px: Pair
     counts: Int[np.ndarray, "rows columns"] = field(
         default_factory=lambda: np.zeros((ROWS, COLUMNS), np.int64)
     )
@@ -38,13 +39,13 @@ class Coverage:
         return f"[{' '.join(rows)}]"
 
     @property
-    def gaps_px(self) -> Float[np.ndarray, "rows columns"]:
+    def gaps_mm(self) -> Float[np.ndarray, "rows columns"]:
         """From the middle of each cell to the nearest press; infinite where there is none."""
         cells = np.stack(np.meshgrid(np.arange(COLUMNS), np.arange(ROWS)), -1)
         middles_px = (cells + 0.5) * np.array(self.size_px) / (COLUMNS, ROWS)
         presses_px = np.array(self.centers_px).reshape(-1, 2)
-        away_px = np.linalg.norm(middles_px[:, :, None] - presses_px, axis=-1)
-        return np.asarray(away_px.min(-1, initial=np.inf))
+        away_mm = (middles_px[:, :, None] - presses_px) * self.mm_per_px
+        return np.asarray(np.linalg.norm(away_mm, axis=-1).min(-1, initial=np.inf))
 
     @property
     def next_cell(self) -> tuple[int, int]:
@@ -56,7 +57,7 @@ class Coverage:
         if not self.centers_px:
             return (ROWS - 1) // 2, COLUMNS // 2
         emptiest = self.counts == self.counts.min()
-        return _largest(np.where(emptiest, self.gaps_px, -np.inf))
+        return _largest(np.where(emptiest, self.gaps_mm, -np.inf))
 
     @property
     def next_px(self) -> Pair:
@@ -73,11 +74,11 @@ class Coverage:
     @property
     def left_out(self) -> str | None:
         """A sentence where part of the pad is far from every press; ``None`` where none is."""
-        gaps_px = self.gaps_px
-        far = gaps_px > FAR * self.size_px[0]
+        gaps_mm = self.gaps_mm
+        far = gaps_mm > FAR * self.size_px[0] * self.mm_per_px[0]
         if not far.any():
             return None
-        where = place_in_words(*_largest(gaps_px))
+        where = place_in_words(*_largest(gaps_mm))
         count = int(far.sum())
         places = f"1 of {far.size} places of the pad, {where}, lies" if count == 1 else (
             f"{count} of {far.size} places of the pad, such as {where}, lie"

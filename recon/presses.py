@@ -202,7 +202,7 @@ def refuse_no_press(dataset: Dataset, usable: int, left_out: Sequence[LeftOut]) 
 
 def left_out_places(presses: PressSet) -> str | None:
     """A sentence where the presses leave part of the pad out; ``None`` where they do not."""
-    coverage = Coverage(presses.unwarp.size_px)
+    coverage = Coverage(presses.unwarp.size_px, presses.presses[0].mm_per_px)
     for press in presses.presses:
         coverage.add(press.center_px)
     return coverage.left_out

@@ -13,7 +13,7 @@ from recon.calibration import Calibration
 from recon.pixels import BallPress
 from recon.presses import press_reader, read_presses
 from sensor.dataset import Dataset
-from validation.acceptance.gel import GRAIN_PX, of_one_frame, smooth, untouched
+from validation.acceptance.gel import noise_of, of_one_frame, untouched
 from validation.acceptance.moved import moved_px
 from validation.depth import rmse_interval_mm
 from validation.error_table import ErrorTable
@@ -255,8 +255,7 @@ def _of_light(presses: Sequence[BallPress], channels: str, blanks: int) -> dict[
     for press in presses:
         flat = untouched(press)
         if flat.any() and press.blank is not None:
-            grain = press.difference - smooth(press.difference, GRAIN_PX)
-            noise.append(of_one_frame(blanks) * 1.4826 * np.median(np.abs(grain[flat])))
+            noise.append(of_one_frame(blanks) * np.mean(noise_of(press, flat)))
             brightness.append(np.median((press.difference + press.blank)[flat], axis=0))
         answers.append(np.linalg.norm(response_to_slope(seen_contact(press)), axis=1))
     numbers = {}

@@ -54,7 +54,7 @@ class Likeness:
     mean_abs_gradient: float | None
     """Of the same contacts."""
     grain: float | None
-    """Standard deviation of what neighbouring untouched pixels differ by, in grey levels."""
+    """Standard deviation of untouched pixels, from what neighbours differ by, in grey levels."""
 
 
 @dataclass(frozen=True, kw_only=True)

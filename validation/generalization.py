@@ -196,7 +196,7 @@ def _over_the_pad(presses: Presses, count: int) -> list[int]:
 
 def _as_captured(presses: Presses, count: int) -> list[int]:
     """That many: each the one nearest to where a capture would point after those before."""
-    coverage = Coverage(presses[0].size_px)
+    coverage = Coverage(presses[0].size_px, presses[0].mm_per_px)
     places = np.array([press.center_px for press in presses])
     chosen: list[int] = []
     while len(chosen) < count:

@@ -75,7 +75,7 @@ class PressWatcher:
         self.ball_radius_mm, self.mm_per_px = ball_radius_mm, mm_per_px
         self.state: State = "blank"
         self.calipers_left = calipers
-        self.coverage = Coverage(unwarp.size_px)
+        self.coverage = Coverage(unwarp.size_px, mm_per_px)
         self.background: Frame | None = None
         self._taken: set[str] = set()
         """Fingerprints of presses: a picture that comes twice is no second one."""
@@ -145,7 +145,7 @@ class PressWatcher:
         middles_px = [_carried(x, before, unwarp) for x in self.coverage.centers_px]
         self.unwarp, self._blank, self._last = unwarp, unwarp(self.background), None
         self.ball_radius_mm, self.mm_per_px = ball_radius_mm, mm_per_px
-        self.coverage = Coverage(unwarp.size_px)
+        self.coverage = Coverage(unwarp.size_px, mm_per_px)
         for middle_px in middles_px:
             self.coverage.add(middle_px)
 

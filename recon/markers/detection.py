@@ -16,7 +16,7 @@ from jaxtyping import Bool, Float, Float32, Float64
 from scipy.spatial import KDTree
 
 from recon.arrays import Unwarped
-from recon.markers.lattice import Cells, Points, grow_lattice
+from recon.markers.lattice import Cells, Points, grid_spacing, grow_lattice
 from recon.medians import median
 from sensor.toml import Pair
 
@@ -81,7 +81,7 @@ class Markers:
         pitch_mm = float(np.sqrt(np.prod(mm_per_px)))
         return {
             "count": len(self),
-            "spacing_mm": round(self.spacing_px * pitch_mm, 4),
+            "spacing_mm": round(grid_spacing(self.position_px * mm_per_px, self.cell), 4),
             "diameter_mm": round(self.diameter_px * pitch_mm, 4),
         }
 

@@ -110,7 +110,7 @@ def grow_lattice(points: Points) -> Lattice | None:
         cells=np.array(list(found), np.int32).reshape(-1, 2),
         empty_cells=np.array(list(empty), np.int32).reshape(-1, 2),
         empty_px=np.array(list(empty.values()), np.float64).reshape(-1, 2),
-        spacing_px=_spacing_px(*lengths) or spacing,
+        spacing_px=median_length(*map(np.array, lengths)) or spacing,
     )
 
 
@@ -173,10 +173,21 @@ def _count_beside(
     return int((away <= reach_px).sum())
 
 
-def _spacing_px(along_rows: list[float], along_columns: list[float]) -> float:
+def grid_spacing(places: Points, cells: Cells) -> float:
+    """Median distance between neighbours on a grid, whose places may have any unit."""
+    lengths = []
+    for beside in (1, int(np.ptp(cells[:, 1])) + 2):  # in the row, in the column
+        number = (cells - cells.min(0)) @ (int(np.ptp(cells[:, 1])) + 2, 1)
+        _, here, there = np.intersect1d(number + beside, number, return_indices=True)
+        lengths.append(np.linalg.norm(places[there] - places[here], axis=1))
+    return median_length(*lengths)
+
+
+def median_length(along_rows: np.ndarray, along_columns: np.ndarray) -> float:
     """The median step; of the shorter ones only, where rows and columns differ that much."""
-    lengths = np.array(along_rows + along_columns)
-    shorter = min((np.median(steps) for steps in (along_rows, along_columns) if steps), default=0)
+    both = along_rows, along_columns
+    lengths = np.concatenate(both)
+    shorter = min((np.median(steps) for steps in both if len(steps)), default=0)
     near = lengths[lengths < LONGEST_STEP * shorter]
     return float(np.median(near)) if len(near) else 0.0
 

@@ -7,9 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from recon.ball import ball_cap
 from recon.pixels import BallPress
 from recon.presses import read_presses
 from sensor.dataset import read_dataset, write_labels
+from tests.synthetic import shaded
 from tests.validation.sensors import accepted_on, dotted_set, failed_of, unit_of
 from validation.acceptance.errors import (
     ball_radius_values,
@@ -214,8 +216,7 @@ def test_noise_and_drift_are_those_of_the_gel_beyond_the_presses():
     found = stillness(presses, "RG", 1)
     assert set(found["noise_gray_levels"]) == set(found["drift_gray_levels"]) == {"R", "G"}
     for color in "RG":
-        # A Gaussian of 1.5 pixels takes a twentieth of white noise with it.
-        assert found["noise_gray_levels"][color] == pytest.approx(0.945 * 4 / np.sqrt(2), rel=0.03)
+        assert found["noise_gray_levels"][color] == pytest.approx(4 / np.sqrt(2), rel=0.03)
         assert found["drift_gray_levels"][color] == pytest.approx(10, abs=0.2)
     assert stillness([press_of(radius_px=60.0)], "RGB", 1) == {}
 
@@ -278,6 +279,23 @@ def test_a_disc_s_roundness_is_told_beside_its_dots_and_as_most_presses_have_it(
     together = roundness([other, *presses[1:3]], 0)
     assert together.stretch == pytest.approx(np.median([one.stretch for one in three]))
     assert together.shear == pytest.approx(np.median([one.shear for one in three]))
+
+
+@pytest.mark.parametrize("mm_per_px", [(0.05, 0.05), (0.05, 0.075), (0.07, 0.05)])
+def test_a_ball_is_round_whatever_the_shape_of_pixels(mm_per_px):
+    size = round(16 / mm_per_px[0]), round(12 / mm_per_px[1])
+    cap = ball_cap(size, (0.45 * size[0], 0.55 * size[1]), 1.6, 3.0, mm_per_px)
+    colors = (shaded(slopes) / 255 for slopes in (cap.gradient, 0 * cap.gradient))
+    difference = np.subtract(*colors).astype(np.float32)
+    pressed = replace(
+        press_of(difference=difference, center_px=(0.45 * size[0], 0.55 * size[1])),
+        contact_radius_px=1.6 / np.sqrt(np.prod(mm_per_px)),
+        ball_radius_mm=3.0,
+        mm_per_px=mm_per_px,
+    )
+    assert roundness([pressed], 0).out_of_round < 0.03
+    longer = replace(pressed, mm_per_px=(1.1 * mm_per_px[0], mm_per_px[1]))
+    assert 0.06 < roundness([longer], 0).stretch < 0.14
 
 
 def test_dots_are_no_change_of_the_lights(tmp_path):

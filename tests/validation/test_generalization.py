@@ -87,12 +87,12 @@ def test_presses_chosen_over_the_pad_leave_no_press_far_from_them(folder):
 def test_presses_chosen_as_captured_lie_where_a_capture_points(folder):
     presses, _ = generalization._read(str(folder))
     (first,) = generalization._chosen(presses, 1, "as captured")
-    middle_px = Coverage(first.size_px).next_px
+    middle_px = Coverage(first.size_px, first.mm_per_px).next_px
     away = [np.linalg.norm(np.subtract(press.center_px, middle_px)) for press in presses]
     assert first is presses[int(np.argmin(away))]
     few, more = (generalization._chosen(presses, count, "as captured") for count in (3, 4))
     (added,) = [press for press in more if all(press is not one for one in few)]
-    coverage = Coverage(first.size_px)
+    coverage = Coverage(first.size_px, first.mm_per_px)
     for press in few:
         coverage.add(press.center_px)
     left = [press for press in presses if all(press is not one for one in few)]
@@ -158,5 +158,6 @@ def test_the_command_prints_and_keeps_the_rows(folder, tmp_path, monkeypatch, ca
     assert "shape cap" in capsys.readouterr().out
     assert json.loads(kept.read_text())["rows"][0]["shape"] == "cap"
     monkeypatch.setattr(sys, "argv", ["beyond", "shapes", str(tmp_path / "none")])
-    with pytest.raises(SystemExit, match="none"):
+    with pytest.raises(SystemExit, match="2"):
         generalization.main()
+    assert "none' is neither a folder" in capsys.readouterr().err

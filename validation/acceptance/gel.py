@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Float, Float64
 
 from recon.arrays import ContactMask, Difference, Unwarped
 from recon.labels.capture import SATURATED_LEVEL
@@ -53,6 +53,17 @@ def of_one_frame(blanks: int) -> float:
     return (1 + 1 / blanks) ** -0.5
 
 
+def noise_of(press: BallPress, flat: ContactMask) -> Float[np.ndarray, " 3"]:
+    """Standard deviation of each colour where nothing touches, 0 to 1, without slow changes.
+
+    A median, which a few outliers do not move. What smoothing leaves of white noise is added again:
+    the difference to a Gaussian of s pixels keeps 1 - 3 / (4 pi s^2) of its variance.
+    """
+    grain = press.difference - smooth(press.difference, GRAIN_PX)
+    kept = np.sqrt(1 - 0.75 / (np.pi * GRAIN_PX**2))
+    return np.asarray(1.4826 / kept * np.median(np.abs(grain[flat]), axis=0))
+
+
 def stillness(presses: Sequence[BallPress], channels: str, blanks: int) -> dict[str, Parts]:
     """Noise of a frame and drift of the gel that no press reaches, each colour's.
 
@@ -68,8 +79,7 @@ def stillness(presses: Sequence[BallPress], channels: str, blanks: int) -> dict[
     for press in presses:
         flat = untouched(press)
         if flat.any():
-            grain = press.difference - smooth(press.difference, GRAIN_PX)
-            noise.append(1.4826 * np.median(np.abs(grain[flat]), axis=0))
+            noise.append(noise_of(press, flat))
             drift.append(np.abs(np.median(press.difference[flat], axis=0)))
     if not noise:
         return {}

@@ -53,9 +53,9 @@ def roundness(presses: Sequence[BallPress], seed: int) -> Roundness | None:
 
 
 def _is_whole(press: BallPress) -> bool:
-    x_px, y_px = press.center_px
-    width, height = press.size_px
-    return min(x_px, y_px, width - 1 - x_px, height - 1 - y_px) > 1.1 * press.contact_radius_px
+    x_mm, y_mm = press.offsets_mm
+    edges_mm = -x_mm[0, 0], x_mm[0, -1], -y_mm[0, 0], y_mm[-1, 0]
+    return bool(min(edges_mm) > 1.1 * press.contact_radius_mm)
 
 
 def _stretch_shear(press: BallPress, seed: int) -> tuple[float, float]:
@@ -81,10 +81,12 @@ def _stretch_shear(press: BallPress, seed: int) -> tuple[float, float]:
 
 
 def _pixels(press: BallPress, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Places from the centre and colours of some pixels near a contact, dots left out."""
-    width, height = press.size_px
-    y, x = np.mgrid[0:height, 0:width].astype(float)
-    x, y = x - press.center_px[0], y - press.center_px[1]
+    """Places from the centre and colours of some pixels near a contact, dots left out.
+
+    Places are in square pixels, as large as the frame's own are.
+    """
+    pitch_mm = press.contact_radius_mm / press.contact_radius_px
+    x, y = (offset_mm / pitch_mm for offset_mm in press.offsets_mm)
     near = np.hypot(x, y) < REACH * press.contact_radius_px
     if press.hidden is not None:
         near &= ~press.hidden

@@ -110,6 +110,19 @@ def test_a_gel_without_a_grid_of_dots_has_no_markers(seed, specks):
     assert find_markers(dotted(dirt, seed=seed)) is None
 
 
+@pytest.mark.parametrize("mm_per_px", [(0.1, 0.1), (0.1, 0.15), (0.2, 0.1)])
+def test_the_spacing_of_a_square_grid_is_told_in_mm_whatever_the_shape_of_pixels(mm_per_px):
+    spacing_mm, size = 2.0, (240, 180)
+    steps = np.divide(spacing_mm, mm_per_px)
+    columns, rows = (
+        np.arange(12.0, side - 12, step) for side, step in zip(size, steps, strict=True)
+    )
+    places = np.stack(np.meshgrid(columns, rows), -1).reshape(-1, 2)
+    markers = find_markers(dotted(places, 2.5))
+    assert markers is not None and len(markers) == len(places)
+    assert markers.card(mm_per_px)["spacing_mm"] == pytest.approx(spacing_mm, rel=0.01)
+
+
 @pytest.mark.parametrize("light", [0.8, 1.0, 1.2])
 @pytest.mark.parametrize(("spacing_px", "darkness"), [(9.0, 0.8), (13.0, 0.2), (31.0, 0.12)])
 def test_dots_that_the_blank_frame_has_not_are_told_in_any_light(light, spacing_px, darkness):
