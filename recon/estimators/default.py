@@ -140,7 +140,7 @@ class Default:
 
     @classmethod
     def from_tensors(cls, tensors: Mapping[str, np.ndarray], channels: str) -> "Default":
-        """The estimator whose ``tensors()`` these are.
+        """The estimator whose ``tensors()`` these are, its measured errors among them.
 
         Raises:
             KeyError: an array is missing.

@@ -48,7 +48,7 @@ class Unwarp:
         Raises:
             WedgeError: the frame has another size than the camera's, or is no colours in bytes.
         """
-        if not isinstance(frame, np.ndarray):  # its path, most likely
+        if not isinstance(frame, np.ndarray) or isinstance(frame, np.ma.MaskedArray):
             raise WedgeError(
                 f"a frame is an array (height, width, 3) uint8, not {type(frame).__name__}: read "
                 "its file with recon.images.read_image."

@@ -17,13 +17,14 @@ See Simchony, Chellappa and Shao, PAMI 12(5), 1990, for the transforms.
 """
 
 from functools import lru_cache
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from jaxtyping import Float
 from scipy import fft
 
 from recon.arrays import DepthMap, GradientField
+from sensor.errors import WedgeError
 from sensor.toml import Pair
 
 Boundary = Literal["dirichlet", "neumann"]
@@ -42,7 +43,15 @@ def integrate(gradient: GradientField, mm_per_px: Pair, boundary: Boundary) -> D
 
     Returns:
         (h, w), of the gradient's dtype; mean zero for ``neumann``.
+
+    Raises:
+        WedgeError: there is no such boundary, or a pitch is not positive.
     """
+    if boundary not in get_args(Boundary):
+        raise WedgeError(f"there is no boundary {boundary!r}: choose one of dirichlet, neumann.")
+    if not min(mm_per_px) > 0:
+        raise WedgeError(f"mm_per_px = {mm_per_px} must be positive along both axes.")
+    mm_per_px = (mm_per_px[0], mm_per_px[1])
     if boundary == "neumann":
         return solve_neumann(*midpoint_slopes(gradient), mm_per_px)
     (above, below), (left, right) = (margins_px(n) for n in gradient.shape[:2])

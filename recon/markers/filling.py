@@ -13,6 +13,7 @@ from functools import lru_cache
 
 import numpy as np
 from scipy.interpolate import griddata
+from scipy.spatial import QhullError
 
 from recon.arrays import ContactMask
 from recon.markers.elastic import ElasticFill, Field, Planes, beside, nearest_known
@@ -115,7 +116,10 @@ def _interpolated(hidden: ContactMask, around: ContactMask, method: str) -> Fill
 
     def fill(field: Field) -> Field:
         filled = nearest(field)  # for what lies outside of all triangles, at the frame's edge
-        found = griddata(known, field[around], places, method=method)
+        try:
+            found = griddata(known, field[around], places, method=method)
+        except QhullError:  # what is known spans no triangle
+            return filled
         filled[hidden] = np.where(np.isfinite(found), found, filled[hidden])
         return filled
 

@@ -1,5 +1,7 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
+import inspect
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -14,6 +16,7 @@ from recon.integration.poisson import (
     solve_dirichlet,
     solve_neumann,
 )
+from sensor.errors import WedgeError
 
 SQUARE = (0.1, 0.1)
 # Odd, even, prime, and those whose transform is quick; the smallest have no inner pixel.
@@ -233,3 +236,11 @@ def test_flat_margins_make_the_nearest_quick_transform(count):
     solved = count + (before - 1) + (after - 1)  # the ring itself is not solved for
     assert min(before, after) >= 1 and abs(before - after) <= 1
     assert solved + 1 == fft.next_fast_len(count + 1, real=True)
+
+
+def test_an_unknown_boundary_and_a_pitch_that_is_none_are_refused():
+    with pytest.raises(WedgeError, match="no boundary 'Neumann'"):
+        inspect.unwrap(integrate)(np.zeros((4, 5, 2)), (0.1, 0.1), "Neumann")
+    for pitch in ((0.1, 0.0), (-0.1, 0.1), (np.nan, 0.1)):
+        with pytest.raises(WedgeError, match="positive"):
+            integrate(np.zeros((4, 5, 2)), pitch, "dirichlet")

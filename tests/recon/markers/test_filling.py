@@ -249,3 +249,12 @@ def test_a_dot_is_filled_alike_wherever_it_lies_however_wide_the_frame(method):
         found = fill_gradients(field, covered, method, repeatable=True)
         np.testing.assert_array_equal(found[there], alone)
         np.testing.assert_array_equal(found[~covered], field[~covered])
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_what_spans_no_triangle_is_filled_all_the_same(method):
+    hidden = np.ones((HEIGHT, WIDTH), bool)
+    for known in ([5], [5, 6], slice(5, 20)):
+        hidden[7, known] = False
+        filled = fill_gradients(np.full((HEIGHT, WIDTH, 2), 0.3), hidden, method)
+        assert np.isfinite(filled).all() and (filled[~hidden] == 0.3).all()
