@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
-from sensor.errors import WedgeError
+from sensor.errors import WedgeError, shown
 from sensor.files import clear_leftovers, write_atomic
 from sensor.toml import finite, located, read_toml, refuse_unknown_keys, toml_text
 from sensor.wire import DEFAULT_PORT, SIZES_PX
@@ -143,10 +143,10 @@ def write_settings(path: Path, settings: Settings) -> None:
 def _check(key: str, value: object, kind: type, limits: Any) -> None:
     if kind is str:
         if not isinstance(value, str):
-            raise WedgeError(f"{key} must be text, not {value!r}.")
+            raise WedgeError(f"{key} must be text, not {shown(value)}.")
         return
     if kind is int and type(value) is not int:
-        raise WedgeError(f"{key} must be a whole number, not {value!r}.")
+        raise WedgeError(f"{key} must be a whole number, not {shown(value)}.")
     number = finite(value, key)
     least, most = limits["least"], limits["most"]
     if least is not None and not least <= number <= most:
@@ -155,7 +155,7 @@ def _check(key: str, value: object, kind: type, limits: Any) -> None:
 
 def _check_name(key: str, value: str, names: Iterable[str]) -> None:
     if value not in names:
-        raise WedgeError(f"{key} = {value!r} must be one of {', '.join(names)}.")
+        raise WedgeError(f"{key} = {shown(value)} must be one of {', '.join(names)}.")
 
 
 def _check_address(text: str) -> None:

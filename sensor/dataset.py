@@ -16,7 +16,7 @@ from pathlib import Path, PurePath
 from typing import Any
 
 from sensor.errors import WedgeError
-from sensor.files import sha256_of_files, write_atomic
+from sensor.files import read_text, sha256_of_files, write_atomic
 from sensor.toml import (
     LEAST,
     MOST,
@@ -42,6 +42,8 @@ OPTIONAL_COLUMNS = ("ball_radius_mm", "quality")
 IMAGES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
 """Endings of the images that frames come in, in small letters."""
 LARGEST_SIDE_PX = 8192
+MOST_LABEL_BYTES = 16 << 20
+"""Of a table of labels: a hundred thousand rows."""
 SHOWN = 5
 """Presses that a sentence names."""
 
@@ -265,10 +267,10 @@ def _card(document: dict[str, Any]) -> DatasetCard:
 
 def _read_labels(path: Path) -> tuple[BallLabel, ...]:
     try:
-        rows = list(csv.reader(io.StringIO(path.read_text(encoding="utf-8-sig"))))
-    except FileNotFoundError as error:
-        raise WedgeError(f"{path} is missing: label the presses first.") from error
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        if not path.exists():
+            raise WedgeError(f"{path} is missing: label the presses first.")
+        rows = list(csv.reader(io.StringIO(read_text(path, MOST_LABEL_BYTES))))
+    except (UnicodeDecodeError, csv.Error) as error:
         raise WedgeError(f"{path} cannot be read as a table: {error}.") from error
     header = [cell.strip() for cell in rows[0]] if rows else []
     if len(header) == 1 and ";" in header[0]:

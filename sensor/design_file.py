@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from sensor.design import FINGER, STANDARD, Wedge
-from sensor.errors import WedgeError
+from sensor.errors import WedgeError, shown
 from sensor.toml import finite, read_toml, refuse_unknown_keys
 
 DESIGNS: Mapping[str, Wedge] = {design.name: design for design in (STANDARD, FINGER)}
@@ -78,7 +78,7 @@ def _override(base: Any, changes: Mapping[str, Any], prefix: str) -> Any:
             values[key] = _override(current, value, f"{prefix}{key}.")
         elif isinstance(current, bool | str) and type(value) is not type(current):
             wanted = "true or false" if isinstance(current, bool) else "text"
-            raise WedgeError(f"{prefix}{key} must be {wanted}, not {value!r}.")
+            raise WedgeError(f"{prefix}{key} must be {wanted}, not {shown(value)}.")
         else:
             as_float = isinstance(current, float) and type(value) is int
             values[key] = finite(value, prefix + key) if as_float else value

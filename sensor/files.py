@@ -6,6 +6,7 @@ import errno
 import fcntl
 import hashlib
 import os
+import re
 import secrets
 import shutil
 from collections.abc import Iterator, Mapping
@@ -20,6 +21,27 @@ TOKEN_BYTES = 6
 DRAFT = ".draft"
 """End of the name of a folder that is not whole yet."""
 NOT_EMPTY = "already exists and is not empty"
+
+
+def read_text(path: Path, most_bytes: int) -> str:
+    """The whole of a file that people write, and no more: no pipe, no device that never ends.
+
+    Lines end in a line feed, whatever they end in there; a mark of the bytes' order is left out.
+
+    Raises:
+        WedgeError: it is missing, no file or cannot be read, or longer than that.
+        UnicodeDecodeError: it is not UTF-8.
+    """
+    try:
+        if path.is_fifo():
+            raise WedgeError(f"{path} is a pipe: name a file.")
+        with path.open("rb") as stream:
+            content = stream.read(most_bytes + 1)
+    except OSError as error:
+        raise WedgeError(f"{path} cannot be read: {error.strerror}.") from error
+    if len(content) > most_bytes:
+        raise WedgeError(f"{path} is longer than {most_bytes >> 20} MB: is it the right file?")
+    return re.sub("\r\n?", "\n", content.decode("utf-8-sig"))
 
 
 def write_atomic(path: Path, content: bytes) -> None:

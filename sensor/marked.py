@@ -10,7 +10,7 @@ carries its source: ``paper`` (GelSight Wedge, arXiv 2106.08851), ``datasheet``,
 from dataclasses import dataclass, field, fields
 from typing import Any, Literal, TypeVar, cast
 
-from sensor.errors import WedgeError
+from sensor.errors import WedgeError, shown
 
 Source = Literal["paper", "datasheet", "measured", "chosen"]
 Number = TypeVar("Number", int, float)
@@ -84,6 +84,6 @@ class Bounded:
         whole = declared in (int, "int")
         if isinstance(value, bool) or not isinstance(value, int if whole else (int, float)):
             kind = "a whole number" if whole else "a number"
-            raise WedgeError(f"{where} must be {kind}, not {value!r}.")
+            raise WedgeError(f"{where} must be {kind}, not {shown(value)}.")
         if not low <= value <= high:
             raise WedgeError(f"{where} = {value} is outside its bounds {low:g} to {high:g}.")

@@ -11,10 +11,17 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from sensor.errors import WedgeError
+from sensor.errors import WedgeError, shown
+from sensor.files import read_text
 
 Pair = tuple[float, float]
 
+MOST_BYTES = 4 << 20
+"""Of a file; a unit's, with the fingerprints of a thousand frames, has less than a tenth."""
+MOST_NESTED = 16
+_PART = r"""(?:"[^"\n]*"|'[^'\n]*'|[^\s.=,{}\[\]\#"'][^\s.=,{}\[\]\#]*)[ \t]*\.[ \t]*"""
+DEEP_KEY = re.compile(rf"(?<![^\s.=,{{}}\[\]#])(?:{_PART}){{{MOST_NESTED}}}")
+"""A dotted key of more parts, of which tomllib takes time and memory as their square."""
 LEAST, MOST = 1e-6, 1e6
 """Sizes beyond these are slips; their squares would leave what a float32 can hold."""
 PIECE = re.compile(
@@ -29,14 +36,36 @@ def read_toml(path: Path) -> dict[str, Any]:
     """The document of a TOML file.
 
     Raises:
-        WedgeError: the file is missing, unreadable or not TOML.
+        WedgeError: the file is missing, unreadable or not TOML, or has more in it than makes sense.
     """
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except OSError as error:
-        raise WedgeError(f"{path} cannot be read: {error.strerror}.") from error
+        text = read_text(path, MOST_BYTES)
+        if DEEP_KEY.search(text):
+            raise ValueError(f"a key has more than {MOST_NESTED} parts")
+        document = tomllib.loads(text)
+        _refuse_large(document)
     except (ValueError, RecursionError) as error:
         raise WedgeError(f"{path} is not valid TOML: {error}.") from error
+    return document
+
+
+def _refuse_large(document: Mapping[str, Any]) -> None:
+    """Refuse numbers and nesting that no file of ours has; TOML promises 64 bits of an integer.
+
+    Raises:
+        ValueError: names the key.
+    """
+    left: list[tuple[str, object, int]] = [(key, value, 1) for key, value in document.items()]
+    while left:
+        key, value, depth = left.pop()
+        if isinstance(value, int) and not -(2**63) <= value < 2**63:
+            raise ValueError(f"{key} must be a finite number, of 64 bits at most")
+        if isinstance(value, dict | list) and depth == MOST_NESTED:
+            raise ValueError(f"{key} is nested too deeply")
+        if isinstance(value, dict):
+            left += [(f"{key}.{inner}", item, depth + 1) for inner, item in value.items()]
+        elif isinstance(value, list):
+            left += [(key, item, depth + 1) for item in value]
 
 
 def refuse_unknown_keys(given: Mapping[str, Any], known: list[str], where: str) -> None:
@@ -72,7 +101,7 @@ def located(path: Path, error: WedgeError) -> WedgeError:
 def text_line(value: object, key: str) -> str:
     """A value that must be a line of text."""
     if not isinstance(value, str) or not value.strip() or value.splitlines() != [value]:
-        raise WedgeError(f"{key} must be a line of text, not {value!r}.")
+        raise WedgeError(f"{key} must be a line of text, not {shown(value)}.")
     return value
 
 
@@ -81,14 +110,14 @@ def finite(value: object, key: str) -> float:
     with suppress(OverflowError):
         if isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value):
             return float(value)
-    raise WedgeError(f"{key} must be a finite number, not {value!r}.")
+    raise WedgeError(f"{key} must be a finite number, not {shown(value)}.")
 
 
 def positive(value: object, key: str) -> float:
     """A value that must be a positive number of sensible size."""
     number = finite(value, key)
     if number <= 0:
-        raise WedgeError(f"{key} must be a positive number, not {value!r}.")
+        raise WedgeError(f"{key} must be a positive number, not {shown(value)}.")
     if not LEAST <= number <= MOST:
         raise WedgeError(f"{key} = {number:g} must lie between {LEAST:g} and {MOST:g}.")
     return number
@@ -97,7 +126,7 @@ def positive(value: object, key: str) -> float:
 def positive_pair(value: object, key: str) -> Pair:
     """A value that must be a pair of positive numbers."""
     if not isinstance(value, list) or len(value) != 2:
-        raise WedgeError(f"{key} must be a pair [x, y], not {value!r}.")
+        raise WedgeError(f"{key} must be a pair [x, y], not {shown(value)}.")
     return positive(value[0], key), positive(value[1], key)
 
 

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, Literal, NoReturn, cast, get_args
 
 from sensor.dataset import LARGEST_SIDE_PX, corners, lights
-from sensor.errors import WedgeError
+from sensor.errors import WedgeError, shown
 from sensor.files import write_atomic
 from sensor.toml import (
     Pair,
@@ -210,7 +210,8 @@ def _size(value: object, key: str) -> tuple[int, int]:
     whole = isinstance(value, list) and len(value) == 2 and all(type(n) is int for n in value)
     if not whole or not all(1 <= side <= LARGEST_SIDE_PX for side in cast(list[int], value)):
         raise WedgeError(
-            f"{key} must be [width, height] in whole pixels, 1 to {LARGEST_SIDE_PX}, not {value!r}."
+            f"{key} must be [width, height] in whole pixels, 1 to {LARGEST_SIDE_PX}, not"
+            f" {shown(value)}."
         )
     width, height = cast(list[int], value)
     return width, height

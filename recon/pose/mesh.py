@@ -94,12 +94,12 @@ def read_mesh(path: Path) -> Mesh:
     try:
         with path.open("rb") as stream:
             loaded = trimesh.load_mesh(stream, file_type=kind, process=False)
-        vertices, faces = np.asarray(loaded.vertices, float), np.asarray(loaded.faces, np.int64)
+        vertices = np.asarray(loaded.vertices, float).reshape(-1, 3)
+        faces = np.asarray(loaded.faces, np.int64).reshape(-1, 3)
     except OSError as error:
         raise WedgeError(f"{path} cannot be read: {error.strerror or error}.") from error
     except Exception as error:  # the readers raise whatever a damaged file leads them to
         raise WedgeError(f"{path} cannot be read as {kind.upper()}: export it again.") from error
-    vertices, faces = vertices.reshape(-1, 3), faces.reshape(-1, 3)
     if faces.size and 0 <= faces.min() and faces.max() < len(vertices):
         # A corner that no triangle has is nothing that could touch.
         used, places = np.unique(faces, return_inverse=True)

@@ -15,9 +15,10 @@ from collections.abc import Iterator
 from contextlib import suppress
 
 from recon.stream.clock import SenderClock, clock_remark
+from recon.stream.deadline import DeadlineSocket
 from recon.stream.frame import Counts, TimedFrame
 from recon.stream.multipart import MultipartReader
-from sensor.errors import WedgeError
+from sensor.errors import WedgeError, printable
 from sensor.wire import STREAM_PATH, Stamp, read_stamp
 
 STALL_S = 1.5
@@ -26,6 +27,8 @@ BACK_OFF_S = (0.05, 0.1, 0.2, 0.4)
 """Pauses between attempts; the last one repeats, so that a frame comes soon after the server."""
 FIRST_FRAME_WITHIN_S = 20.0
 """From the first connection on: a camera that is being started takes its time."""
+FARTHEST_AHEAD = 10**6
+"""Frames that may be missing in a row: hours of them."""
 NO_JPEGS = 10
 """Damaged parts before any whole one: it is no stream of JPEGs that something spoils."""
 _BOUNDARY = re.compile(r'boundary="?([^";\s]+)', re.IGNORECASE)
@@ -169,9 +172,9 @@ class HttpSource:
     def _count_dropped(self, index: int) -> None:
         """Count what is missing before a frame, also over a connection that broke.
 
-        Numbers that fall are those of a server that was started anew.
+        Numbers that fall or leap are those of a server that was started anew.
         """
-        if self._last.index is not None and index > self._last.index:
+        if self._last.index is not None and 0 < index - self._last.index < FARTHEST_AHEAD:
             self.counts.dropped += max(0, index - self._last.index - 1 - self._damaged)
         self._damaged = 0
 
@@ -183,6 +186,8 @@ class HttpSource:
         try:
             connection.connect()
             self._socket = connection.sock
+            self._deadline = time.monotonic() + self._stall_s
+            connection.sock = DeadlineSocket(connection.sock, lambda: self._deadline)
             connection.request("GET", _target(url), headers=_credentials(url))
             self._answer = answer = connection.getresponse()
             boundary = self._boundary(answer)
@@ -193,13 +198,7 @@ class HttpSource:
             self._hang_up()
             raise
         self.counts.connections += 1
-
-        def read(most: int) -> bytes:
-            if time.monotonic() > self._deadline:  # bytes may trickle in and never be a frame
-                raise TimeoutError
-            return answer.read1(most)
-
-        return MultipartReader(read, boundary)
+        return MultipartReader(answer.read1, boundary)
 
     def _boundary(self, answer: http.client.HTTPResponse) -> str:
         """The boundary that an answer names.
@@ -213,13 +212,16 @@ class HttpSource:
                 f"{self._url.scheme}://NAME:PASSWORD@{_without_login(self._url.netloc)}."
             )
         if answer.status != http.HTTPStatus.OK:
-            raise WedgeError(f"{self.name} answers {answer.status} {answer.reason}, not a stream.")
+            raise WedgeError(
+                f"{self.name} answers {answer.status} {printable(answer.reason)}, not a stream."
+            )
         kind = answer.getheader("Content-Type", "")
         found = _BOUNDARY.search(kind)
+        named = printable(kind.partition(";")[0]) or "something unnamed"
         if not kind.lower().startswith("multipart/") or not found:
             raise WedgeError(
-                f"{self.name} sends {kind.partition(';')[0] or 'something unnamed'}, not a stream "
-                f"of JPEGs: is the path right? This project's server has it at {STREAM_PATH}."
+                f"{self.name} sends {named}, not a stream of JPEGs: is the path right? "
+                f"This project's server has it at {STREAM_PATH}."
             )
         return found[1]
 

@@ -16,7 +16,7 @@ from recon.stream.mcap_file import MAGIC, McapFile, mcap_records
 from recon.stream.mcap_reading import Damage, read_records
 from recon.stream.ros import COMPRESSED_IMAGE, FORMAT, CompressedImage
 from sensor.dataset import LENS_FILE
-from sensor.errors import WedgeError
+from sensor.errors import WedgeError, printable
 from sensor.unit import BACKGROUND_FILE, GRADIENTS_FILE, UNIT_FILE, refuse_no_unit
 
 UNIT_FILES = (UNIT_FILE, BACKGROUND_FILE, GRADIENTS_FILE, LENS_FILE)
@@ -171,7 +171,7 @@ class McapSource:
                 break
         if self._topic is None:
             if others:
-                inside = ", ".join(sorted(others))
+                inside = printable(", ".join(sorted(others)))
                 raise WedgeError(f"{path} has no images of {sensor}, but {inside}.")
             if self.counts.remark:
                 raise WedgeError(f"{path} broke off or is damaged before its first frame.")

@@ -304,7 +304,7 @@ def test_what_is_missing_is_named(tmp_path):
     with pytest.raises(WedgeError, match=r"labels\.csv is missing"):
         read_dataset(tmp_path)
     (tmp_path / "labels.csv").mkdir()
-    with pytest.raises(WedgeError, match=r"labels\.csv cannot be read as a table"):
+    with pytest.raises(WedgeError, match=r"labels\.csv cannot be read: Is a directory"):
         read_dataset(tmp_path)
 
 

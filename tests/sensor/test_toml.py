@@ -1,15 +1,17 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
 import math
+import os
 import tomllib
 
 import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from sensor.errors import WedgeError
+from sensor.errors import WedgeError, printable, shown
 from sensor.marked import paper
 from sensor.toml import (
+    MOST_BYTES,
     finite,
     located,
     positive,
@@ -193,3 +195,55 @@ def test_what_is_no_pair_is_refused(value):
 def test_what_is_no_line_of_text_is_refused(value):
     with pytest.raises(WedgeError, match="name must be a line of text"):
         text_line(value, "name")
+
+
+HOSTILE = {
+    "more digits than can be printed": "name = 0x" + "F" * 4000,
+    "more than 64 bits in a table": "[gel]\nsizes = [1, 9223372036854775808]",
+    "a key of many parts": "a" + ".a" * 20_000 + " = 1",
+    "the same within a table": "x = {a" + " . a" * 20_000 + " = 1}",
+    "quoted parts": '"a b"' + '. "a b"' * 20_000 + " = 1",
+    "lists in each other": "x = " + "[" * 40 + "]" * 40,
+    "tables in each other": "x = " + "{a = " * 40 + "1" + "}" * 40,
+    "more than a file of ours": "x = '''" + "a\n" * MOST_BYTES + "'''",
+}
+
+
+@pytest.mark.parametrize("text", HOSTILE.values(), ids=HOSTILE)
+def test_what_no_file_of_ours_has_is_one_short_sentence(tmp_path, text):
+    (tmp_path / "file.toml").write_text(text)
+    with pytest.raises(WedgeError, match=r"^[^\n]*file\.toml [^\n]*$") as said:
+        read_toml(tmp_path / "file.toml")
+    assert len(str(said.value)) < 300
+
+
+def test_a_pipe_and_a_device_without_end_are_refused(tmp_path):
+    os.mkfifo(tmp_path / "pipe.toml")
+    (tmp_path / "endless.toml").symlink_to("/dev/zero")
+    for name, why in (("pipe", "is a pipe"), ("endless", "is longer than 4 MB")):
+        with pytest.raises(WedgeError, match=why):
+            read_toml(tmp_path / f"{name}.toml")
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_lines_may_end_as_on_any_system(tmp_path, end):
+    text = f"# first.line.of.a.comment{end}a = 1{end}[b]{end}c.d.e = '''x{end}y'''{end}"
+    (tmp_path / "file.toml").write_bytes(b"\xef\xbb\xbf" + text.encode())
+    assert read_toml(tmp_path / "file.toml") == {"a": 1, "b": {"c": {"d": {"e": "x\ny"}}}}
+
+
+@given(values)
+def test_any_value_is_shown_in_a_line_and_not_all_of_a_long_one(value):
+    said = shown(value)
+    assert said.isprintable() and len(said) <= 101
+    assert said == repr(value) or len(said) == 101 or not repr(value).isprintable()
+
+
+def test_values_that_cannot_be_printed_are_named_by_their_kind():
+    nested: list = []
+    for _ in range(100_000):
+        nested = [nested]
+    assert shown(int("f" * 8000, 16)) == "a int too large to show"
+    assert shown(nested) == "a list too large to show"
+    instead = "\N{REPLACEMENT CHARACTER}"
+    assert printable("\x1b[2J\x07ok") == f"{instead}[2J{instead}ok"
