@@ -36,6 +36,8 @@ UNREADABLE_IMAGE = (
 )
 TURNED = range(2, 9)
 """EXIF orientations of pictures that do not lie as they are to be shown."""
+MOST_SCANS = 100
+"""Of a JPEG; writers of progressive ones make about ten, and each takes time."""
 PNG_BITS_AT = 24
 """Where a PNG's header says how many bits a colour has."""
 MOST_DIGITS = 20
@@ -78,6 +80,8 @@ def read_image(path: str | Path) -> Frame:
         with warnings.catch_warnings(action="error", category=Image.DecompressionBombWarning):
             warnings.simplefilter("ignore", UserWarning)  # of EXIF, which nobody asked for
             with Image.open(content, formats=FORMATS) as image:
+                if image.format == "JPEG" and has_many_scans(content.getvalue()):
+                    raise WedgeError(f"{path} is no camera's JPEG: it has over {MOST_SCANS} scans.")
                 if isinstance(image, TiffImageFile):
                     _refuse_other_bits(path, image)
                 _refuse_several(path, image)
@@ -96,6 +100,11 @@ def read_image(path: str | Path) -> Frame:
         raise WedgeError(f"{path} is not a PNG, JPEG, BMP or TIFF image.") from error
     except UNREADABLE_IMAGE as error:
         raise WedgeError(f"{path} cannot be decoded, it may be truncated: {error}.") from error
+
+
+def has_many_scans(jpeg: bytes) -> bool:
+    """Whether a JPEG has more scans than any camera's: a small file may hold hours of them."""
+    return jpeg.count(b"\xff\xda") > MOST_SCANS
 
 
 def _refuse_no_file(path: Path) -> None:
@@ -194,7 +203,8 @@ def read_arrays(path: Path, names: Sequence[str]) -> dict[str, np.ndarray]:
             _refuse_vast(path, entries.values())
             return {name: _read_array(archive, entry) for name, entry in entries.items()}
     except UNREADABLE_ARCHIVE as error:
-        raise WedgeError(f"{path} cannot be read, it may be truncated: {error}.") from error
+        why = str(error).partition("\n")[0].rstrip(".")
+        raise WedgeError(f"{path} cannot be read, it may be truncated: {why}.") from error
 
 
 @lru_cache(maxsize=2)

@@ -29,6 +29,8 @@ def read_tensors(path: Path, what: str, remedy: str) -> tuple[Said, Tensors]:
     Raises:
         WedgeError: it is missing, damaged, or holds a kind of numbers that numpy has not.
     """
+    if path.is_fifo():
+        raise WedgeError(f"{path} cannot be read{what}: it is a pipe; {remedy}.")
     try:
         with safe_open(path, framework="numpy") as file:
             kinds = {name: file.get_slice(name).get_dtype() for name in file.keys()}

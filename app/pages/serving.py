@@ -4,12 +4,18 @@
 
 import logging
 
-from nicegui import ui
+from nicegui import app, ui
+
+from app.pages.visitors import OwnVisitors, own_names
+
+LARGEST_HEAD = 1 << 16
+"""Bytes of a request's head; browsers send a few thousand."""
 
 
 def run(title: str, address: str, port: int, *, favicon: str | None = None, show: bool) -> None:
     """Serve the pages that were declared, until Ctrl-C."""
     logging.getLogger("uvicorn.error").addFilter(is_news)
+    app.add_middleware(OwnVisitors, names=own_names(address))
     ui.run(
         host=address,
         port=port,
@@ -19,6 +25,8 @@ def run(title: str, address: str, port: int, *, favicon: str | None = None, show
         show=show,
         reload=False,
         show_welcome_message=False,
+        http="h11",  # the other parser knows no limit
+        h11_max_incomplete_event_size=LARGEST_HEAD,
     )
 
 

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A triangle mesh pressed into ideal gel: the depth and the slopes of its underside."""
 
+import logging
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -91,6 +92,7 @@ def read_mesh(path: Path) -> Mesh:
     kind = path.suffix.lower().lstrip(".")
     if kind not in ("stl", "ply", "obj"):
         raise WedgeError(f"{path} is not an STL, PLY or OBJ file.")
+    logging.getLogger("trimesh").setLevel(logging.CRITICAL)  # it prints what it passes over
     try:
         with path.open("rb") as stream:
             loaded = trimesh.load_mesh(stream, file_type=kind, process=False)

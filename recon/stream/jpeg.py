@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from recon.arrays import Frame
+from recon.images import MOST_SCANS, has_many_scans
 from sensor.errors import WedgeError
 
 try:
@@ -100,6 +101,8 @@ def decode_jpeg(jpeg: bytes, out: np.ndarray | None = None) -> Frame:
     Raises:
         WedgeError: it is damaged, grey, or of a size beyond sense.
     """
+    if has_many_scans(jpeg):
+        raise WedgeError(f"the frame is no camera's JPEG: it has more than {MOST_SCANS} scans.")
     if simplejpeg is None:
         return _decode_with_opencv(jpeg)
     try:

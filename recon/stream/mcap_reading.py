@@ -21,6 +21,8 @@ from recon.stream.mcap_file import MAGIC
 
 LARGEST_RECORD = 256 << 20
 """Bytes, packed or not: sixty times the chunks that recorders write."""
+MOST_PACKED, ANYHOW_UNPACKED = 200, 16 << 20
+"""Times that a chunk may be as large unpacked; up to so many bytes it may be so anyhow."""
 _HEAD = struct.Struct("<BQ")
 _FOOTER = struct.Struct("<BQQQI")
 _CHUNK_INDEX = struct.Struct("<4Q")
@@ -171,7 +173,7 @@ def _unpacked(chunk: Any) -> list[Any]:
     from mcap.stream_reader import breakup_chunk
 
     size = chunk.uncompressed_size
-    if size > LARGEST_RECORD:
+    if size > LARGEST_RECORD or size > max(ANYHOW_UNPACKED, MOST_PACKED * len(chunk.data)):
         raise ValueError("a chunk's size")
     match chunk.compression:
         case "":

@@ -177,9 +177,7 @@ class McapSource:
                 raise WedgeError(f"{path} broke off or is damaged before its first frame.")
             raise WedgeError(f"{path} has no topic with compressed images.")
         if sensor is None and (others := others - {self._topic}):
-            self.counts.remark = (
-                f"{path} also holds {', '.join(sorted(others))}: `wedge replay --sensor` plays it."
-            )
+            self.counts.remark = f"{path} also holds {printable(', '.join(sorted(others)))}: `wedge replay --sensor` plays it."
         owner = self._topic.strip("/").partition("/")[0]
         self.unit = {
             name: attached[f"{owner}/{name}"]
@@ -253,6 +251,8 @@ class McapSource:
             WedgeError: it is no MCAP file.
         """
         try:
+            if self._path.is_fifo():
+                raise WedgeError(f"{self._path} is a pipe: name a file.")
             with self._path.open("rb") as stream:
                 if stream.read(len(MAGIC)) != MAGIC:
                     raise WedgeError(f"{self._path} is not an MCAP file.")

@@ -249,7 +249,9 @@ def test_a_mesh_of_one_point_is_said():
         cube(scale=0)
 
 
-@pytest.mark.parametrize("content", [b"", b"solid\n", b"\0" * 200, b"ply\nformat ascii"])
+@pytest.mark.parametrize(
+    "content", [b"", b"solid\n", b"\0" * 200, b"ply\nformat ascii", b"v 0 0\nf 1 1 1\n"]
+)
 @pytest.mark.parametrize("kind", ["stl", "ply", "obj"])
 def test_damaged_files_are_one_sentence(tmp_path, kind, content):
     path = tmp_path / f"thing.{kind}"
