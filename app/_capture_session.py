@@ -31,6 +31,7 @@ class CaptureSession:
         other: a dataset of the same sensor, where there is one.
         ball_radius_mm: of the ball; the other dataset's where it is ``None``.
         pad_size_mm: of a sensor seen for the first time.
+        pad_by: the option that gave it; ``None`` where none did.
         caliper_mm: gap of the caliper's jaws, where it is used.
         background: a picture of the blank gel; else the first frame shows it.
     """
@@ -43,11 +44,13 @@ class CaptureSession:
         other: "Dataset | None",
         ball_radius_mm: float | None,
         pad_size_mm: "Pair",
+        pad_by: str | None,
         caliper_mm: float | None,
         background: Path | None,
     ) -> None:
         self.out, self.presses, self.other = out, presses, other
         self.ball_radius_mm, self.pad_size_mm = ball_radius_mm, pad_size_mm
+        self.pad_by = pad_by
         self.caliper_mm, self.background = caliper_mm, background
         self.watcher: PressWatcher | None = None
         """From the blank frame on."""
@@ -131,7 +134,7 @@ class CaptureSession:
                 )
             self.card = _card(self.other, self.out, blank, self.ball_radius_mm, self.pad_size_mm)
             if self.other is None:
-                words = assumed(self.card, by_caliper=self.caliper_mm is not None)
+                words = assumed(self.card, self.pad_by, by_caliper=self.caliper_mm is not None)
                 print(words, file=sys.stderr, flush=True)
             first = 0 if self.caliper_mm is None else calipers
             self.watcher = _watcher(self.other, self.card, blank, first)
@@ -200,14 +203,17 @@ def _watcher(
     return PressWatcher(unwarp, card.ball_radius_mm, card.mm_per_px, calipers)
 
 
-def assumed(card: "DatasetCard", *, by_caliper: bool = False) -> str:
+def assumed(card: "DatasetCard", pad_by: str | None, *, by_caliper: bool = False) -> str:
     """What a sensor seen for the first time is taken to measure, as long as nothing tells.
 
     Args:
         card: of the sensor.
+        pad_by: the option that gave the pad's size; ``None`` where none did.
         by_caliper: whether pictures of a caliper will tell.
     """
     otherwise = "set it with --design or --pad-size-mm, or measure it with --caliper-mm."
+    if pad_by is not None:
+        otherwise = f"so {pad_by} says, and --caliper-mm would measure it."
     if by_caliper:
         otherwise = "the caliper's pictures will measure it."
     if card.pad_size_mm is not None:

@@ -38,7 +38,7 @@ def refuse_other_pad(
     pad_size_mm: Pair | None,
     design: Wedge | None,
     where: str,
-    remedy: str = "correct pad_size_mm",
+    remedy: str = "correct pad_size_mm, then find its circles anew with `wedge label --again`",
 ) -> None:
     """Refuse a design that has another pad than a card states, where both are known.
 

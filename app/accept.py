@@ -141,7 +141,7 @@ def _times(where: str | None, unwarp: "Unwarp") -> tuple[list[int], list[int]]:
         if not source.timed:
             raise WedgeError(
                 f"{where} does not tell when its frames were taken: name an address, a camera such "
-                "as usb:0, or a recording made with wedge record."
+                "as usb:0, or what wedge record made of one of these."
             )
         times_ns: list[int] = []
         indices: list[int] = []

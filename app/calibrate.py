@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`wedge calibrate`: ball presses to a unit folder."""
 
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -79,7 +80,19 @@ def main(
     keep_inputs([dataset, design], [json])
     refuse_unfittable(estimator)
     built_from = None if design is None else load_design(design)
-    folder = _dataset_of(Path(dataset), out, built_from, ball_radius_mm, estimator)
+    folder = _dataset_of(
+        Path(dataset),
+        out,
+        built_from,
+        ball_radius_mm,
+        estimator,
+        again=[
+            *(() if estimator == "default" else ("--estimator", estimator)),
+            *(() if design is None else ("--design", design)),
+            *(() if seed == 0 else ("--seed", str(seed))),
+            *(() if json is None else ("--json", json)),
+        ],
+    )
     source = read_dataset(folder or dataset_folder(dataset))
     refuse_other_pad(source.card.pad_size_mm, built_from, str(source.folder / CARD_FILE))
     if built_from is not None and source.card.pad_size_mm is None:
@@ -161,12 +174,26 @@ def _fit(
 
 
 def _dataset_of(
-    frames: Path, out: Path, design: Wedge | None, ball_radius_mm: float | None, estimator: str
+    frames: Path,
+    out: Path,
+    design: Wedge | None,
+    ball_radius_mm: float | None,
+    estimator: str,
+    *,
+    again: Sequence[str | Path],
 ) -> Path | None:
     """The dataset made from a folder of raw frames; ``None`` where it is none.
 
     Other processes find the circles. What the estimator is fitted with takes seconds to import:
     that is begun meanwhile.
+
+    Args:
+        frames: a dataset's folder or name, or a folder of raw frames.
+        out: of the unit.
+        design: of the sensor.
+        ball_radius_mm: of raw frames.
+        estimator: its name.
+        again: options, for who is told to go on with what an earlier run has found.
     """
     from app._importing import import_source
     from app._pad import assumed_pad_mm
@@ -187,7 +214,7 @@ def _dataset_of(
     if (presses / CARD_FILE).exists():
         raise WedgeError(
             f"{presses} holds the presses of an earlier run: continue with "
-            f"`{command_line('calibrate', presses, '--out', out)}`, or name another --out."
+            f"`{command_line('calibrate', presses, '--out', out, *again)}`, or name another --out."
         )
     if kind_of(estimator).needs_torch:
         ThreadPoolExecutor(1).submit(import_module, "torch")

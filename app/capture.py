@@ -94,6 +94,7 @@ def main(
         other=other,
         ball_radius_mm=ball_radius_mm,
         pad_size_mm=pad_mm,
+        pad_by=of_pad,
         caliper_mm=caliper_mm,
         background=background,
     )
@@ -114,7 +115,7 @@ def main(
         named = shown_address(where) if "://" in where else where
         raise WedgeError(f"no press was taken from {named}: {session.said}.")
     print(_map(session.watcher))
-    _finish(session.captured, other is None, session.calipers, built_from)
+    _finish(session.captured, other is None, session.calipers, built_from, of_pad)
     print(f"{counted(len(session.taken))} in {out}. Next: {command_line('label', out)}")
 
 
@@ -229,6 +230,7 @@ def _finish(
     is_new: bool,
     calipers: list[tuple[str, float]],
     design: "Wedge | None",
+    pad_by: str | None,
 ) -> None:
     """Find circles that wait, and of a sensor seen for the first time the lights and the scale."""
     try:
@@ -254,7 +256,7 @@ def _finish(
         if remark := proportion_remark(scale.unseen):
             print(remark)
     elif is_new:
-        print(assumed(card))
+        print(assumed(card, pad_by))
 
 
 def _map(watcher: "PressWatcher") -> str:

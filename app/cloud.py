@@ -109,7 +109,9 @@ def main(
         )
     calibration = load_calibration(unit)
     laid_on = None if design is None else load_design(design)
-    refuse_other_pad(calibration.card.pad_size_mm, laid_on, str(unit / UNIT_FILE))
+    refuse_other_pad(
+        calibration.card.pad_size_mm, laid_on, str(unit / UNIT_FILE), "calibrate it anew"
+    )
     remarks = _remarks(calibration.card, laid_on)
     blank = None if background is None else read_checked(background, calibration.unwarp)
     run = _Run(

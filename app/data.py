@@ -13,7 +13,7 @@ from app._progress import progress
 from sensor.dataset import CARD_FILE
 from sensor.errors import WedgeError
 
-IMPORT_OPTIONS = ("--out", "--ball-radius-mm", "--mm-per-px", "--pad-size-mm")
+IMPORT_OPTIONS = ("--out", "--ball-radius-mm", "--mm-per-px", "--pad-size-mm", "--design")
 
 
 def main(
@@ -26,6 +26,7 @@ def main(
     ball_radius_mm: float | None = None,
     mm_per_px: float | None = None,
     pad_size_mm: tuple[float, float] | None = None,
+    design: str | None = None,
     json: OutputFile = None,
 ) -> None:
     """List the known datasets, print the folder of one, or import one from elsewhere.
@@ -55,6 +56,8 @@ def main(
             the pad is then not searched for.
         pad_size_mm: Size of the pad along x and y, for your own frames without caliper pictures; by
             default the standard design's.
+        design: The design that your own frames' sensor was built from, which gives the size of its
+            pad and its expected lights: standard, finger or a .toml file.
         json: Write the list here as JSON.
     """
     given = {
@@ -62,6 +65,7 @@ def main(
         "--ball-radius-mm": ball_radius_mm,
         "--mm-per-px": mm_per_px,
         "--pad-size-mm": pad_size_mm,
+        "--design": design,
         "--json": json,
     }
     _refuse_ignored(action, [option for option, value in given.items() if value is not None])
@@ -73,17 +77,20 @@ def main(
     if action == "import":
         from app._importing import import_source
         from app._pad import assumed_pad_mm
+        from sensor.design_file import load_design
 
         if not name or out is None:
             raise WedgeError("name a source and a dataset: `wedge data import SOURCE --out DIR`.")
         if mm_per_px is not None and pad_size_mm is not None:
             raise WedgeError("--mm-per-px and --pad-size-mm both set the scale: give one of them.")
+        built_from = None if design is None else load_design(design)
         import_source(
             Path(name),
             out,
             ball_radius_mm=ball_radius_mm,
             mm_per_px=mm_per_px,
-            pad_size_mm=assumed_pad_mm(None, pad_size_mm),
+            pad_size_mm=assumed_pad_mm(built_from, pad_size_mm),
+            design=built_from,
         )
         return
     if name:

@@ -100,6 +100,8 @@ def refuse_no_unit(folder: Path) -> NoReturn:
         raise WedgeError(
             f"{folder} does not exist: name a unit folder; `wedge calibrate` makes one."
         )
+    if not folder.is_dir():
+        raise WedgeError(f"{folder} is a file: name the unit folder that `wedge calibrate` made.")
     raise WedgeError(f"{folder} is not a unit folder: it has no unit.toml; run wedge calibrate.")
 
 

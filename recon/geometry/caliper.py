@@ -243,7 +243,10 @@ def _measured(
             "width, such as 5mm-1.png."
         )
     if not gaps:
-        raise WedgeError("the caliper's jaws were recognised in no picture: press them harder.")
+        raise WedgeError(
+            "the caliper's jaws were recognised in none of its pictures (in a folder, those whose "
+            "names begin with a length): press them harder, or rename what shows no caliper."
+        )
     return np.array([gap.width_px for gap in gaps]), np.array([gap.normal for gap in gaps])
 
 

@@ -177,7 +177,8 @@ class McapSource:
                 raise WedgeError(f"{path} broke off or is damaged before its first frame.")
             raise WedgeError(f"{path} has no topic with compressed images.")
         if sensor is None and (others := others - {self._topic}):
-            self.counts.remark = f"{path} also holds {printable(', '.join(sorted(others)))}: `wedge replay --sensor` plays it."
+            also = printable(", ".join(sorted(others)))
+            self.counts.remark = f"{path} also holds {also}: `wedge replay --sensor` plays it."
         owner = self._topic.strip("/").partition("/")[0]
         self.unit = {
             name: attached[f"{owner}/{name}"]

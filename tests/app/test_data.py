@@ -12,6 +12,7 @@ import app._workers
 from app._importing import _say
 from recon.geometry.lens import Lens, read_lens, write_lens
 from sensor.dataset import LENS_FILE, DatasetCard, read_dataset
+from sensor.design import FINGER
 from tests.app.test_commands import refused, run
 from tests.synthetic import (
     BALL_RADIUS_MM,
@@ -162,3 +163,23 @@ def test_a_pad_that_may_be_none_is_said(
     assert ("No corners of a pad" in said) == (pad == "none")
     corners = f"wedge label {tmp_path / 'out'} --corners"
     assert (corners in said) == (pad == "in use" and without_ball > len(labels))
+
+
+def test_the_pad_is_as_long_as_the_design_s(flat, capsys):
+    assert run(*imported(flat, "--design", "finger")) == 0
+    pitch_mm = FINGER.pad_size_mm[0] / SIZE_PX[0]
+    assert read_dataset(flat.with_name("out")).card.mm_per_px == pytest.approx((pitch_mm, pitch_mm))
+    words = imported(flat, "--design", "finger", "--pad-size-mm", 12, 9)
+    assert "use one of them" in refused(capsys, *words)
+
+
+def test_who_goes_on_with_an_earlier_run_is_told_its_options(flat, tmp_path, capsys):
+    shutil.copytree(make_dataset(tmp_path / "old", presses=2).folder, tmp_path / "unit-presses")
+    own = tmp_path / "own.toml"
+    own.write_text('base = "finger"\nname = "own"\n')
+    said = refused(
+        capsys, "calibrate", flat, "--ball-radius-mm", BALL_RADIUS_MM, "--out", tmp_path / "unit",
+        "--design", own, "--estimator", "table", "--seed", 3,
+    )  # fmt: skip
+    wanted = f"{tmp_path}/unit --estimator table --design {own} --seed 3`"
+    assert f"continue with `wedge calibrate {tmp_path}/unit-presses --out {wanted}" in said

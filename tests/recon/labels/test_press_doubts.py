@@ -3,12 +3,15 @@
 """Doubtful circles are named to whoever calibrates on them."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from recon.labels.find_circle import DOUBTFUL
-from recon.labels.press_doubts import NAMED, doubtful_circles
+from recon.labels.press_doubts import NAMED, displaced_circles, doubtful_circles
+from recon.presses import read_presses
 from sensor.dataset import BallLabel
+from tests.synthetic import KEYSTONE_PX, make_dataset
 
 LABEL = BallLabel(file="a.png", center_x_px=5.0, center_y_px=5.0, contact_radius_px=3.0)
 
@@ -27,3 +30,27 @@ def test_doubtful_circles_are_named_but_not_all_of_many() -> None:
     assert "2 of 4 circles are doubtful (1.png, 3.png)" in few and "wedge label" in few
     many = doubtful_circles(labels([0.5] * (NAMED + 1)))
     assert f"{NAMED - 1}.png ...)" in many
+
+
+def test_circles_that_lie_beside_their_balls_are_said(tmp_path: Path) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=5)
+    presses = read_presses(dataset).presses
+    assert displaced_circles(presses) == ""
+    for share, said in ((0.15, False), (0.6, True)):
+        moved = [
+            replace(press, center_px=(press.center_px[0] + share * press.contact_radius_px, y))
+            for press in presses
+            for y in [press.center_px[1]]
+        ]
+        assert ("Circles lie beside the balls, by 0.6" in displaced_circles(moved)) == said
+    assert displaced_circles([]) == ""
+
+
+def test_a_pad_that_is_said_to_be_larger_displaces_its_circles(tmp_path: Path) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=8, corners_px=KEYSTONE_PX)
+    assert displaced_circles(read_presses(dataset).presses) == ""
+    pad_mm = dataset.card.pad_size_mm
+    assert pad_mm is not None
+    larger = replace(dataset.card, pad_size_mm=(1.1 * pad_mm[0], 1.1 * pad_mm[1]))
+    said = displaced_circles(read_presses(replace(dataset, card=larger)).presses)
+    assert "wedge label DATASET --again" in said
