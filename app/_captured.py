@@ -308,12 +308,12 @@ def _found_anew(before: "Dataset", card: "DatasetCard") -> "Dataset":
     """
     from recon.labels.carried import carried
     from recon.labels.found import agreed, labels_of
-    from recon.labels.label_book import CERTAIN
+    from recon.labels.label_book import is_looked_at
     from recon.presses import press_reader
 
     after = replace(before, card=card)
-    labels = [carried(x, before, after) for x in before.labels if x.quality in (None, CERTAIN)]
-    files = [x.file for x in before.labels if x.quality not in (None, CERTAIN)]
+    labels = [carried(x, before, after) for x in before.labels if is_looked_at(x)]
+    files = [x.file for x in before.labels if not is_looked_at(x)]
     reader = press_reader(after)
     labels += labels_of(reader, agreed(_found(reader, files, "circles at the measured scale")))
     if not labels:

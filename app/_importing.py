@@ -198,7 +198,7 @@ def _scale_words(card: "DatasetCard", scale: "Scale", pictures: int) -> str:
 
 def _say(prepared: "Prepared", out: Path, flat_scale: str) -> None:
     """What was found out, in sentences that say what to doubt."""
-    from recon.labels.find_circle import DOUBTFUL
+    from recon.labels.press_doubts import is_doubtful
 
     card, scale = prepared.card, prepared.scale
     seen = card.corners_px or prepared.left_aside
@@ -228,7 +228,7 @@ def _say(prepared: "Prepared", out: Path, flat_scale: str) -> None:
         print(flat_scale)
     found = {x.file for x in prepared.labels}
     without = [name for name in prepared.presses if name not in found]
-    doubtful = [x for x in prepared.labels if x.quality is not None and x.quality < DOUBTFUL]
+    doubtful = [x for x in prepared.labels if is_doubtful(x)]
     print(
         f"Balls found in {len(found)} of {len(prepared.presses)} pictures, "
         f"{len(doubtful)} of them doubtful."
@@ -249,7 +249,7 @@ def _say_refitted(
     """How far refitting to the shading took the circles from where somebody drew them."""
     from statistics import median
 
-    from recon.labels.find_circle import DOUBTFUL
+    from recon.labels.press_doubts import is_doubtful
 
     drawn = {label.file: label for label in theirs}
     pairs = [(drawn[label.file], label) for label in refitted]
@@ -257,7 +257,7 @@ def _say_refitted(
         hypot(a.center_x_px - b.center_x_px, a.center_y_px - b.center_y_px) for a, b in pairs
     )
     times = median(b.contact_radius_px / a.contact_radius_px for a, b in pairs)
-    doubtful = sum(x.quality is not None and x.quality < DOUBTFUL for x in refitted)
+    doubtful = sum(map(is_doubtful, refitted))
     print(
         f"{kind}: {len(theirs)} labelled presses. Their circles were refitted to the ball's "
         f"shading: in the median, {moved_px:.1f} px away and {times:.2f} times as wide; "

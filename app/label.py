@@ -55,14 +55,15 @@ def main(
         corners: Open the page for the pad's corners instead.
         port: Port of the page.
     """
-    from recon.labels.find_circle import DOUBTFUL, refuse_ball
+    from recon.labels.find_circle import refuse_ball
     from recon.labels.label_book import (
-        CERTAIN,
         LabelBook,
         drop_wide_circles,
+        is_looked_at,
         pressed_frames,
         within_balls,
     )
+    from recon.labels.press_doubts import is_doubtful
     from recon.presses import press_reader
     from sensor.files import check_outputs
     from sensor.toml import located
@@ -89,7 +90,7 @@ def main(
         label = book.label(file)
         if label is None:
             return again or not book.has_no_ball(file)
-        return again and label.quality not in (None, CERTAIN)
+        return again and not is_looked_at(label)
 
     wanted = [file for file in files if is_wanted(file)]
     if wanted:
@@ -103,7 +104,7 @@ def main(
         drop_wide_circles(dataset)
     if wanted:
         _find(reader, book, wanted)
-    doubtful = [x.file for x in book.labels if x.quality is not None and x.quality < DOUBTFUL]
+    doubtful = [x.file for x in book.labels if is_doubtful(x)]
     missing = [x for x in files if book.label(x) is None and not book.has_no_ball(x)]
     found = sum(book.label(file) is not None for file in files)
     print(f"Frames with a circle: {found} of {len(files)}; doubtful: {len(doubtful)}.")

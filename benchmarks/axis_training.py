@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the recipe of the random surfaces and the network's size are worth, at a small budget.
 
-    python -m benchmarks.axis_training --json axis_training.json
+    python -m benchmarks.axis_training --steps 300 --json axis_training.json
 
 Networks of every recipe and of three sizes, each trained for the same few steps from one seed, and
 judged on what none has seen: the measured slopes of the bench presses and the true ones of the

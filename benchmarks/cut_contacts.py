@@ -23,11 +23,11 @@ import numpy as np
 
 from recon.arrays import ContactMask, DepthMap, Difference, GradientField
 from recon.calibration import Calibration, load_calibration
-from recon.contact.mask import disturbed_mask
 from recon.depth import depth_of
 from recon.estimators import gradient_field
 from recon.lights import unseen_axis
 from recon.missing_axis.mirrored import rows_beyond
+from recon.pipeline import disturbed_in
 from recon.pixels import BallPress
 from recon.presses import read_presses
 from sensor.arguments import at_least, ending_in_a_sentence
@@ -102,8 +102,7 @@ def is_mirrored(unit: Calibration, difference: Difference) -> bool:
 
 def _seen(unit: Calibration, difference: Difference) -> tuple[GradientField, ContactMask]:
     """The slopes of a frame, and where its colours changed."""
-    lit = np.array([channel in unit.estimator.channels for channel in "RGB"], np.float32)
-    return gradient_field(unit.estimator, difference), disturbed_mask(difference * lit)
+    return gradient_field(unit.estimator, difference), disturbed_in(difference, unit.estimator)
 
 
 def main() -> None:

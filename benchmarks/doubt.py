@@ -20,12 +20,12 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from recon.contact.mask import disturbed_mask
 from recon.depth import infer_gradient
 from recon.estimators import GradientEstimator, gradient_field
 from recon.integration.pressed import Support
 from recon.missing_axis.columns import weigh_columns
 from recon.missing_axis.inference import Completed, infer_missing_axis
+from recon.pipeline import disturbed_in
 from recon.presses import read_presses
 from recon.rendered_presses import RenderedPress, rendered_presses
 from recon.training.contact_surfaces import surface_gradient
@@ -139,10 +139,9 @@ def on_presses(
         sensors: with lights along y.
     """
     for press, sensor in zip(presses, cycle(sensors), strict=False):
-        lit = np.array([channel in sensor.channels for channel in "RGB"], np.float32)
         found = infer_gradient(
             gradient_field(sensor, press.difference),
-            disturbed_mask(press.difference * lit),
+            disturbed_in(press.difference, sensor),
             "x",
             press.mm_per_px,
             hinted=sensor.looks_around,

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """One light and two against three: the unseen slope of ball presses, and depth of balls and shapes.
 
-    python -m benchmarks.few_lights twin-standard twin-finger wedge-lab --json few_lights.json
+    python -m benchmarks.few_lights twin-standard twin-finger wedge-lab --estimator default,mlp
 
 Every third press is held out; estimators learn from the others. Slopes are judged on the error
 table's pixels (contact + 5 %), depth where the skin is pressed: of balls as the table has it, of
@@ -12,12 +12,12 @@ the rendered shapes where they are deeper than 0.02 mm.
 import argparse
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
+from itertools import product
 from pathlib import Path
 
 import numpy as np
 
 from benchmarks.measurement import Measurement
-from recon.contact.mask import disturbed_mask
 from recon.estimators import (
     GradientEstimator,
     as_labelled,
@@ -29,7 +29,7 @@ from recon.lights import unseen_axis
 from recon.markers.filling import fill_gradients
 from recon.missing_axis.baselines import by_columns, by_convex_fit
 from recon.missing_axis.moved import may_have_moved
-from recon.pipeline import reconstruct
+from recon.pipeline import disturbed_in, reconstruct
 from recon.pixels import BallPress, label_pixels
 from recon.presses import read_presses
 from sensor.arguments import ending_in_a_sentence
@@ -180,12 +180,11 @@ def _answers(
 ) -> dict[str, np.ndarray]:
     """Gradient fields, (h, w, 2), whose x slope each stand-in gives; the last two as units do."""
     pitch = press.mm_per_px
-    lit = np.array([channel in few.channels for channel in "RGB"], np.float32)
     seen = gradient_field(few, press.difference)
     if press.hidden is not None:
         seen = fill_gradients(seen, press.hidden, "biharmonic", pitch)
     known = seen[..., 1]
-    support = may_have_moved(disturbed_mask(press.difference * lit), known)
+    support = may_have_moved(disturbed_in(press.difference, few), known)
     return {
         "zero": seen,
         "columns": by_columns(np.where(support, known, 0), "x", pitch) * support[..., None],
@@ -221,14 +220,14 @@ def main() -> None:
     """Print every figure beside its bar."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.few_lights", description=__doc__)
     parser.add_argument("datasets", nargs="+", help="such as twin-standard; see `wedge data list`")
-    parser.add_argument("--estimator", default="mlp")
+    parser.add_argument("--estimator", default="mlp", help="names, with commas between them")
     parser.add_argument("--json", type=Path, help="write the figures here")
     options = parser.parse_args()
     found: list[Comparison] = []
     with ending_in_a_sentence(parser):
         check_outputs(options.json)
-        for name in options.datasets:
-            for comparison in compare(name, options.estimator):
+        for name, estimator in product(options.datasets, options.estimator.split(",")):
+            for comparison in compare(name, estimator):
                 found.append(comparison)
                 _print(comparison, real=not name.startswith("twin"))
         if options.json:

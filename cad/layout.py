@@ -96,8 +96,7 @@ class Layout:
     @property
     def light_depth(self) -> float:
         """From the acrylic's edge to the back of an LED pocket."""
-        lights = self.design.lights
-        return lights.film_thickness_mm + lights.led_height_mm + lights.backing_thickness_mm
+        return self.design.lights.depth_mm
 
     @property
     def outer_half(self) -> float:

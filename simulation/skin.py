@@ -63,8 +63,8 @@ class View:
         x, y = np.meshgrid(self.x_mm, self.y_mm)
         return x, y
 
-    def pixel(self, x_mm: float, y_mm: float) -> tuple[float, float]:
-        """Where a point of the pad lies in the picture."""
+    def pixel(self, x_mm: np.ndarray, y_mm: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Where points of the pad lie in the picture."""
         width, height = self.size_px
         return (
             x_mm / self.mm_per_px[0] + (width - 1) / 2,

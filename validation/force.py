@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float64
-from scipy.stats import rankdata
+from scipy.stats import spearmanr
 
 from recon.arrays import Unwarped
 from recon.contact.mask import disturbed_mask
@@ -44,9 +44,11 @@ class ForceCurve:
     @property
     def rank_correlation(self) -> tuple[float, float]:
         """Spearman's, of force with area and with depth; frames without contact share a rank."""
-        ranks = [rankdata(values) for values in (self.force_n, self.area_mm2, self.deepest_mm)]
-        correlation = np.corrcoef(ranks)
-        return float(correlation[0, 1]), float(correlation[0, 2])
+        by_area, by_depth = (
+            float(spearmanr(self.force_n, values).statistic)
+            for values in (self.area_mm2, self.deepest_mm)
+        )
+        return by_area, by_depth
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -82,7 +82,7 @@ def shapes(
             ]
         if not some:
             raise WedgeError(f"{shown} holds no shape whose depth is in truth/: name another set.")
-        rows += _with_ratio(some, "shape", "rmse_mm")
+        rows += _with_ratio(some)
     return rows
 
 
@@ -273,11 +273,11 @@ def _depths(fitted: GradientEstimator, presses: Presses, dataset: Dataset) -> Ro
     }
 
 
-def _with_ratio(rows: list[Row], key: str, value: str) -> list[Row]:
+def _with_ratio(rows: list[Row]) -> list[Row]:
     """Each row with its ratio to the reference's, where that was measured."""
-    reference = {row[key]: row[value] for row in rows if row["estimator"] == REFERENCE}
+    mm = {row["shape"]: row["rmse_mm"] for row in rows if row["estimator"] == REFERENCE}
     return [
-        row | ({"ratio": row[value] / reference[row[key]]} if row[key] in reference else {})
+        row | ({"ratio": row["rmse_mm"] / mm[row["shape"]]} if row["shape"] in mm else {})
         for row in rows
     ]
 

@@ -10,7 +10,7 @@ keeps the numbers.
 """
 
 import argparse
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import cycle
 from pathlib import Path
@@ -21,13 +21,11 @@ import numpy as np
 from recon.arrays import ContactMask, Unwarped
 from recon.calibration import lit_channels
 from recon.estimators import GradientEstimator
-from recon.images import read_frame
 from recon.integration.weighed import shorter_side_mm
 from recon.lights import unseen_axis
 from recon.pipeline import reconstruct
 from recon.plausible import MOST_OFF, is_implausible, slopes_of_no_surface
 from recon.presses import press_reader, read_presses
-from recon.rendered_presses import depth_files
 from sensor.arguments import ending_in_a_sentence
 from sensor.dataset import Dataset, read_dataset
 from sensor.documents import json_bytes
@@ -35,6 +33,7 @@ from sensor.files import check_outputs, write_atomic
 from validation.contact import blank_frames
 from validation.datasets import dataset_folder
 from validation.folds import fit_folds, fit_presses
+from validation.shapes import known_shapes
 
 FOLDS = 3
 SEED = 0
@@ -90,20 +89,11 @@ def called_implausible(name: str, estimator: str) -> list[Row]:
             found["faint"].append(_judged(faint, fold.estimator, dataset, press.hidden))
         gray = np.full_like(reader.blank, GRAY)
         found["gray"].append(_judged(gray - reader.blank, fold.estimator, dataset))
-    shapes = list(_shapes(dataset))
+    shapes = [shape.difference for shape in known_shapes(dataset)]
     if shapes:
         fitted = fit_presses(presses, range(len(presses)), estimator, channels, SEED)
-        differences = (reader.unwarp(read_frame(dataset.folder, x)) - reader.blank for x in shapes)
-        found["shapes"] = [_judged(difference, fitted, dataset) for difference in differences]
+        found["shapes"] = [_judged(difference, fitted, dataset) for difference in shapes]
     return [_row(name, estimator, how, frames) for how, frames in found.items() if frames]
-
-
-def _shapes(dataset: Dataset) -> Iterator[str]:
-    """The frames whose depth is known and that are no labelled presses."""
-    labelled = {Path(label.file).stem for label in dataset.labels}
-    for path in depth_files(dataset.folder):
-        if path.stem not in labelled:
-            yield f"{path.stem}.jpg"
 
 
 def _judged(

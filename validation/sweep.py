@@ -15,6 +15,7 @@ from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import sensor.design
 import simulation
 from recon.calibration import lit_channels
 from recon.lights import Axis, unseen_axis
@@ -209,7 +210,8 @@ def planned_presses(recipe: Recipe, size: SweepSize) -> list[Press]:
 
 def key_of(recipe: Recipe, presses: int) -> str:
     """Hash of everything that decides a rendered set, Mitsuba and our code included."""
-    code = {path.name: path for path in Path(simulation.__file__).parent.glob("*.py")}
+    decided_by = *Path(simulation.__file__).parent.glob("*.py"), Path(sensor.design.__file__)
+    code = {path.name: path for path in decided_by}
     decides = {
         "design": recipe.design.sha256,
         "variant": recipe.engine.variant,

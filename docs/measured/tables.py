@@ -3,8 +3,9 @@
 """Writes the measured tables of the pages from what ``wedge reproduce`` measured; none by hand.
 
 What lies between ``<!-- table: DATASET [WORD...] -->`` and ``<!-- end of table -->`` of a page is
-replaced, by the rows whose lights, estimator or pixels are the words; likewise ``<!-- bench -->``
-and ``<!-- network: DATASET -->``, what the network leaves of errors without it.
+replaced, by the rows whose lights, estimator or pixels are the words; likewise ``<!-- bench -->``,
+``<!-- filling -->``, what ways of filling dots leave and take, and ``<!-- network: DATASET -->``,
+what the network leaves of errors without it.
 After a new measurement:
 
     wedge reproduce
@@ -18,13 +19,22 @@ import re
 from pathlib import Path
 from typing import Any
 
+from recon.markers.filling import METHODS
 from validation.intervals import remark
 from validation.table_text import DIGITS, HEADINGS, depth_sentence, line_name, split_words
 
+USED = "surface"
+"""The way of filling that units use."""
 HERE = Path(__file__).resolve().parent
-PAGES = (HERE.parents[1] / "README.md", HERE / "index.md", HERE / "performance.md")
+PAGES = (
+    HERE.parents[1] / "README.md",
+    HERE / "index.md",
+    HERE / "performance.md",
+    HERE.parent / "concepts" / "markers.md",
+)
 BLOCK = re.compile(r"(<!-- table: ([\w-]+)([\w+% ]*) -->\n).*?(<!-- end of table -->)", re.DOTALL)
 BENCH = re.compile(r"(<!-- bench -->\n).*?(<!-- end of bench -->)", re.DOTALL)
+FILLING = re.compile(r"(<!-- filling -->\n).*?(<!-- end of filling -->)", re.DOTALL)
 NETWORK = re.compile(r"(<!-- network: ([\w-]+) -->\n).*?(<!-- end of network -->)", re.DOTALL)
 
 
@@ -36,11 +46,36 @@ def filled(page: str) -> str:
 
     page = BLOCK.sub(table, page)
     page = NETWORK.sub(lambda found: f"{found[1]}\n{_network(found[2])}\n{found[3]}", page)
+    page = FILLING.sub(lambda found: f"{found[1]}\n{_filling()}\n{found[2]}", page)
     return BENCH.sub(lambda found: f"{found[1]}\n{_bench()}\n{found[2]}", page)
 
 
+def _figures() -> list[dict[str, Any]]:
+    return list(json.loads((HERE / "bench.json").read_text())["figures"])
+
+
+def _filling() -> str:
+    values = {figure["name"]: figure["value"] for figure in _figures()}
+    lines = [
+        "| method | slope error under dots, relative to `nearest` | depth error by dots [µm] |"
+        " 200 × 150 [ms] | 320 × 240 [ms] |",
+        "|---|--:|--:|--:|--:|",
+    ]
+    for method in METHODS:
+        slope = values[f"{method}: slope error under dots against nearest, three caps, noise 0.05"]
+        depth_mm = values[f"{method}: depth error that dots add, three caps, noise 0.05"]
+        small, large = (
+            values[f"{method}: fill a frame of {size}, dots at rest"]
+            for size in ("200x150", "320x240")
+        )
+        name = f"{method} (`griddata`)" if method in ("linear", "cubic") else method
+        name = f"**{name}**" if method == USED else name
+        lines.append(f"| {name} | {slope:.2f} | {1e3 * depth_mm:.2g} | {small:.2g} | {large:.2g} |")
+    return "\n".join(lines) + "\n"
+
+
 def _bench() -> str:
-    figures = json.loads((HERE / "bench.json").read_text())["figures"]
+    figures = _figures()
     lines = ["| figure | measured | bar | unit |", "|---|--:|--:|---|"]
     for figure in figures:
         bar = "" if figure["bar"] is None else f"≤ {figure['bar']:.3g}"

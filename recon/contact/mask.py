@@ -76,10 +76,10 @@ def disturbed_mask(difference: Difference) -> ContactMask:
     wider than a pixel, but takes a contact that covers half of the pad for noise, so it counts up
     to ``WIDEST_STAINS`` only; what neighbours differ by is noise however much it is.
     """
-    return disturbed_in(np.ascontiguousarray(np.moveaxis(difference, -1, 0)))
+    return disturbed_in_planes(np.ascontiguousarray(np.moveaxis(difference, -1, 0)))
 
 
-def disturbed_in(colors: Float32[np.ndarray, "3 h w"]) -> ContactMask:
+def disturbed_in_planes(colors: Float32[np.ndarray, "3 h w"]) -> ContactMask:
     """``disturbed_mask`` of a difference image that comes as planes."""
     changed = np.zeros(colors.shape[1:], bool)
     if not (lit := lit_planes(colors)):

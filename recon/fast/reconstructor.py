@@ -16,7 +16,7 @@ from jaxtyping import Float32
 
 from recon.arrays import ContactMask, DepthMap, Frame
 from recon.calibration import Calibration, load_calibration
-from recon.contact.mask import boundary_of, disturbed_in
+from recon.contact.mask import boundary_of, disturbed_in_planes
 from recon.depth import Depth, depth_of, fewer_px, untouched_depth
 from recon.estimators import gradient_field
 from recon.estimators.default import Default
@@ -233,7 +233,7 @@ class FastReconstructor:
                 doubt=found.doubt,
             )
         if self._small:
-            disturbed = disturbed_in(difference * self._lit)
+            disturbed = disturbed_in_planes(difference * self._lit)
             quartered = in_quarters(disturbed).astype(bool)
         else:
             disturbed = quartered = self._find_disturbance(difference)
@@ -313,7 +313,7 @@ class FastReconstructor:
     ) -> tuple[ContactMask, Depth]:
         """What is disturbed, and depth, where an axis is not seen."""
         card = self.calibration.card
-        disturbed = disturbed_in(difference * self._lit)
+        disturbed = disturbed_in_planes(difference * self._lit)
         near = None
         if card.missing_axis == "network":  # elsewhere it takes gel for flat
             near = in_quarters(widest_support(disturbed, unseen)).astype(bool)

@@ -172,15 +172,12 @@ class Boards:
 
 def find_boards(
     images: Mapping[str, Frame],
-    pattern: tuple[int, int] | None = None,
     progress: Callable[[float], None] = lambda _: None,
 ) -> Boards:
     """Find a chessboard's inner corners, to a fraction of a pixel, in pictures of one camera.
 
     Args:
         images: pictures of one camera, by name.
-        pattern: inner corners along and across the board; by default the largest board seen in
-            most pictures.
         progress: told the share that is done.
 
     Raises:
@@ -195,7 +192,7 @@ def find_boards(
         )
     if not images:
         raise WedgeError("no picture of a chessboard was given: name a folder that holds some.")
-    pattern = pattern or _commonest_pattern(gray, lambda share: progress(share / 2))
+    pattern = _commonest_pattern(gray, lambda share: progress(share / 2))
     found: dict[str, Points] = {}
     for number, (name, image) in enumerate(gray.items()):
         if pattern is None:

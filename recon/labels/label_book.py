@@ -41,10 +41,14 @@ def places(card: DatasetCard) -> tuple[object, ...]:
     return card.corners_px, card.pad_size_mm, card.mm_per_px, card.ball_radius_mm
 
 
+def is_looked_at(label: BallLabel) -> bool:
+    """Whether somebody drew its circle or looked at it."""
+    return label.quality is None or label.quality >= CERTAIN
+
+
 def is_by_hand(label: BallLabel) -> bool:
-    """Whether somebody drew its circle, looked at it, or wrote down its ball."""
-    looked_at = label.quality is None or label.quality >= CERTAIN
-    return looked_at or label.ball_radius_mm is not None
+    """The same, or somebody wrote down its ball."""
+    return is_looked_at(label) or label.ball_radius_mm is not None
 
 
 def pressed_frames(folder: Path, card: DatasetCard) -> list[str]:

@@ -36,9 +36,14 @@ def press_doubts(presses: PressSet, labels: Sequence[BallLabel]) -> tuple[str, .
     return tuple(doubt for doubt in doubts if doubt)
 
 
+def is_doubtful(label: BallLabel) -> bool:
+    """Whether somebody should look at a circle that was found."""
+    return label.quality is not None and label.quality < DOUBTFUL
+
+
 def doubtful_circles(labels: Sequence[BallLabel]) -> str:
     """A sentence that names circles which somebody should look at; empty if there are none."""
-    doubtful = [x.file for x in labels if x.quality is not None and x.quality < DOUBTFUL]
+    doubtful = [x.file for x in labels if is_doubtful(x)]
     if not doubtful:
         return ""
     names = ", ".join(doubtful[:NAMED]) + (" ..." if len(doubtful) > NAMED else "")

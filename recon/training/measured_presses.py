@@ -14,10 +14,10 @@ import numpy as np
 from jaxtyping import Bool, Float32
 
 from recon import unet
-from recon.contact.mask import disturbed_mask
 from recon.estimators import fit_estimator, gradient_field, lesson_of
 from recon.lights import unseen_axis
 from recon.missing_axis.moved import may_have_moved
+from recon.pipeline import disturbed_in
 from recon.presses import read_presses
 from recon.rendered_presses import rendered_presses
 from recon.training.contact_surfaces import surface_gradient
@@ -87,10 +87,9 @@ def measured_presses(
             truth = surface_gradient(depth_px).astype(np.float32)
             dented = press.depth_mm > DENTED_MM
             for sensor in sensors:
-                lit = np.array([channel in sensor.channels for channel in "RGB"], np.float32)
                 seen = gradient_field(sensor, press.difference)
                 seen[..., 0] = 0
-                support = may_have_moved(disturbed_mask(press.difference * lit), seen[..., 1])
+                support = may_have_moved(disturbed_in(press.difference, sensor), seen[..., 1])
                 if support.sum() >= LEAST_PX:
                     yield _cut_to_what_moved(seen, truth, support, dented, stride)
 

@@ -17,7 +17,7 @@ from validation.acceptance.lights import Response
 from validation.acceptance.limits import Parts
 from validation.lighting import GRAY_LEVELS
 
-FLAT_FROM = 3.0
+UNTOUCHED_FROM = 3.0
 """Contact radii: beyond, the gel is untouched."""
 GRAIN_PX = 1.5
 SMOOTHING_PX = 3.0
@@ -206,7 +206,7 @@ def smooth(image: Difference, sigma_px: float) -> Difference:
 def untouched(press: BallPress) -> ContactMask:
     """Where a press does not reach, and no dot hides the gel."""
     x_mm, y_mm = press.offsets_mm
-    flat = np.hypot(x_mm, y_mm) > FLAT_FROM * press.contact_radius_mm
+    flat = np.hypot(x_mm, y_mm) > UNTOUCHED_FROM * press.contact_radius_mm
     return flat if press.hidden is None else flat & ~press.hidden
 
 

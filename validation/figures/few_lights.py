@@ -4,14 +4,12 @@
 
 from collections.abc import Sequence
 
-import numpy as np
 from matplotlib.figure import Figure
 
-from recon.arrays import DepthMap
 from validation.few_lights import WAYS, Touch
 from validation.figures import maps
 from validation.figures.style import FULL_IN, INK, styled
-from validation.shapes import name_in_words
+from validation.shapes import TOUCHED, name_in_words
 
 TITLES = {
     "two lights, zero": "R+B, Gx zero",
@@ -44,7 +42,8 @@ def few_lights_figure(touches: Sequence[Touch]) -> Figure:
 
 
 def _row(figure: Figure, touch: Touch, top: float, side: float, titled: bool) -> None:
-    window, pitch = _window(touch.truth_mm), touch.mm_per_px
+    touched = touch.truth_mm > TOUCHED * touch.truth_mm.max()
+    window, pitch = maps.window_around(touched, AROUND), touch.mm_per_px
     deepest = max(float(depth.max()) for depth in (touch.truth_mm, *touch.depth_mm.values()))
     left = MARGIN + NAME_IN
     shown = [("truth", touch.truth_mm)]
@@ -76,15 +75,3 @@ def _row(figure: Figure, touch: Touch, top: float, side: float, titled: bool) ->
         limits=(0.0, MOST_DOUBT),
     )
     maps.color_bar(figure, image, "[mm/mm]")
-
-
-def _window(truth_mm: DepthMap) -> tuple[slice, slice]:
-    """Rows and columns of a square around the pressed part, inside the frame."""
-    rows, columns = np.nonzero(truth_mm > 0.05 * truth_mm.max())
-    wanted = AROUND * max(np.ptp(rows), np.ptp(columns)) / 2 + 3
-    half = int(min(wanted, *(count / 2 for count in truth_mm.shape)))
-    spans = []
-    for places, count in zip((rows, columns), truth_mm.shape, strict=True):
-        low = int(np.clip((places.min() + places.max()) / 2 - half, 0, count - 2 * half))
-        spans.append(slice(low, low + 2 * half))
-    return spans[0], spans[1]

@@ -11,6 +11,7 @@ from matplotlib.image import AxesImage
 from matplotlib.patches import Rectangle
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 
+from recon.arrays import ContactMask
 from sensor.toml import Pair
 from validation.figures.style import FAINT
 
@@ -46,6 +47,18 @@ class Box:
                 self.height / height_in,
             )
         )
+
+
+def window_around(mask: ContactMask, around: float) -> tuple[slice, slice]:
+    """Rows and columns of a square inside the frame, so many times as wide as what it is about."""
+    places = np.nonzero(mask)
+    wanted = around * max(np.ptp(along) for along in places) / 2 + 3
+    half = int(min(wanted, *(count / 2 for count in mask.shape)))
+    spans = []
+    for along, count in zip(places, mask.shape, strict=True):
+        low = int(np.clip((along.min() + along.max()) / 2 - half, 0, count - 2 * half))
+        spans.append(slice(low, low + 2 * half))
+    return spans[0], spans[1]
 
 
 def blank(width_in: float, height_in: float) -> Figure:

@@ -31,7 +31,7 @@ def shape_figure(shapes: Sequence[Shape]) -> Figure:
 
 
 def _row(figure: Figure, shape: Shape, top: float, side: float, room: float, index: int) -> None:
-    window, pitch = _window(shape), shape.mm_per_px
+    window, pitch = maps.window_around(shape.touched, AROUND), shape.mm_per_px
     deepest = float(shape.truth_mm.max())
     columns = (
         (shape.frame[window], name_in_words(shape.name), None),
@@ -59,16 +59,3 @@ def _row(figure: Figure, shape: Shape, top: float, side: float, room: float, ind
     axes.plot(x_mm, truth, color=INK, lw=1.2, ls=(0, (4, 2)))
     axes.plot(x_mm, found, color=BLUE, lw=1.2)
     axes.set_title("cut along x [mm]" if index == 0 else "")
-
-
-def _window(shape: Shape) -> tuple[slice, slice]:
-    """Rows and columns of a square around the pressed part, inside the frame."""
-    rows, columns = np.nonzero(shape.touched)
-    middle = [(low.min() + low.max()) / 2 for low in (rows, columns)]
-    half = AROUND * max(np.ptp(rows), np.ptp(columns)) / 2 + 3
-    half = min(half, *(count / 2 for count in shape.truth_mm.shape))
-    spans = []
-    for at, count in zip(middle, shape.truth_mm.shape, strict=True):
-        low = int(np.clip(at - half, 0, count - 2 * half))
-        spans.append(slice(low, low + int(2 * half)))
-    return spans[0], spans[1]
