@@ -59,7 +59,8 @@ def main(
             or one of them: ball_array, lego, screw_cap, m2_screw, tyre, cube_corner, prism,
             threads, disc_shallow, disc_deep, ...
         presses: Ball presses, spread over the pad; 40 unless given.
-        samples: Light paths per pixel; twice as many take twice as long and leave less noise.
+        samples: Light paths per pixel, rounded up to rows and columns of them (32 to 35); twice as
+            many take twice as long and leave less noise.
         width_px: Pixels along the pad.
         ball_radius_mm: Radius of the calibration ball.
         depth_mm: Press everything this deep, instead of each ball at a random depth and each other
@@ -78,6 +79,7 @@ def main(
     refuse_numbers(width_px, samples)
     from simulation.dataset import WITH_BALLS, Recipe, presses_of, write_set
     from simulation.engine import best_engine
+    from simulation.render import drawn_samples
 
     planned = presses_of(
         wanted,
@@ -123,10 +125,11 @@ def main(
     labels = read_dataset(out).labels
     balls, others = len(labels), len(planned) - len(labels)
     usable = sum(label.contact_radius_px >= LEAST_RADIUS_PX for label in labels)
+    drawn = drawn_samples(samples)
     print(
         f"{balls} labelled press{'' if balls == 1 else 'es'}, "
         f"{others} {'shape with its' if others == 1 else 'shapes with their'} truth: {out}\n"
-        f"{recipe.engine.variant}, {samples} sample{'' if samples == 1 else 's'} per pixel, "
+        f"{recipe.engine.variant}, {drawn} sample{'' if drawn == 1 else 's'} per pixel, "
         f"design {wanted.name}." + (f" Next: {command_line('table', out)}" if usable > 1 else "")
     )
 

@@ -58,7 +58,7 @@ def main(
         design: standard, finger, or a TOML file that changes some numbers of one of them.
         out: Folder for the rendered sets and the picture.
         presses: Ball presses per value.
-        samples: Light paths per pixel.
+        samples: Light paths per pixel, rounded up as by `wedge simulate`.
         width_px: Pixels along the pad.
         seed: Seed for places, depths, light paths, noise, split and training.
         cluster: Address of a Dask scheduler whose workers render, such as

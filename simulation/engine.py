@@ -77,6 +77,7 @@ class Engine:
                     f"the twin renders with Mitsuba: {how_to_install('simulation')}."
                 ) from error
             mi.set_variant(self.variant)
+            mi.set_log_level(mi.LogLevel.Error)  # else it warns of every rounded number of samples
             import drjit
 
             before = drjit.thread_count()

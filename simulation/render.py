@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Path-traced radiance of the skin, linear, before any camera."""
 
+import math
 from collections.abc import Callable, Iterator
 from typing import Final
 
@@ -29,6 +30,12 @@ STEADY_SLOPE: Final = 0.01
 """Slopes that vary less than this in a window do not shape it."""
 
 
+def drawn_samples(samples: int) -> int:
+    """Paths a pixel that are traced for so many: the sampler draws rows and columns of them."""
+    columns = math.isqrt(samples)
+    return columns * -(-samples // columns)
+
+
 def render(
     engine: Engine,
     design: Wedge,
@@ -49,7 +56,7 @@ def render(
         design: the sensor.
         view: the pixels.
         depth_mm: indentation of the skin.
-        samples: paths a pixel, rounded up by the sampler.
+        samples: paths a pixel, rounded up (``drawn_samples``).
         seed: of the paths; the same seed gives the same picture.
         window: the part of the picture to render; all of it by default.
         paint: on the skin.

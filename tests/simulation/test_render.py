@@ -12,12 +12,19 @@ import pytest
 from sensor.design import FINGER
 from sensor.errors import WedgeError
 from simulation.engine import SCALAR, best_engine
-from simulation.render import render
+from simulation.render import drawn_samples, render
 from simulation.skin import gel_view
 
 VIEW = gel_view(FINGER, 16)
 REST = np.zeros(VIEW.size_px[::-1])
 FULL = "jit_malloc(): out of memory! Could not allocate 4096 bytes (backend=cuda, shared=0)."
+
+
+@pytest.mark.parametrize("samples", [1, 2, 3, 10, 24, 32, 64, 128, 200])
+def test_as_many_paths_are_drawn_as_said(samples):
+    with SCALAR.loaded() as mi:
+        sampler = mi.load_dict({"type": "multijitter", "sample_count": samples})
+        assert sampler.sample_count() == drawn_samples(samples) >= samples
 
 
 class Small:
