@@ -4,8 +4,9 @@
 
 One colour has more than one slope: a wall beside it shades skin, a hollow keeps light in. What lies
 around tells these apart. It is looked at through averages over ``SIDE_PX`` pixels, and in shares of
-the frame's shorter side, so that a frame of any size gives nearly the same; only distances are rounded. No change of colour is looked
-at over lengths of a contact: it would tell how large the balls are that teach.
+the frame's shorter side, so that a frame of any size gives nearly the same: only distances are
+rounded. No change of colour is looked at over lengths of a contact: it would tell how large the
+balls are that teach.
 """
 
 from collections.abc import Sequence
