@@ -11,6 +11,7 @@ from recon.labels.find_circle import DOUBTFUL, find_circle
 from recon.pixels import BallPress
 from recon.presses import PressSet, deep_presses, few_presses, left_out_places
 from sensor.dataset import BallLabel
+from sensor.errors import WedgeError
 
 NAMED = 5
 LOOKED_AT = 7
@@ -59,9 +60,12 @@ def displaced_circles(presses: Sequence[BallPress]) -> str:
     So it is where the pad's size, the scale or the corners were changed by hand, as circles are in
     pixels of the unwarped frame. Some presses are looked at, spread over the list.
     """
-    off = []
+    off: list[float] = []
     for press in presses[:: max(1, len(presses) // LOOKED_AT)][:LOOKED_AT]:
-        ball = find_circle(press.difference, press.ball_radius_mm, press.mm_per_px)
+        try:
+            ball = find_circle(press.difference, press.ball_radius_mm, press.mm_per_px)
+        except WedgeError:  # no ball is so large: that is said elsewhere
+            return ""
         if ball is not None and ball.quality >= DOUBTFUL:
             apart_px = np.subtract(ball.center_px, press.center_px)
             off.append(float(np.hypot(*apart_px)) / press.contact_radius_px)

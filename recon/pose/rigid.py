@@ -121,6 +121,8 @@ def rigid_or_none(given: ArrayLike) -> Transform | None:
         transform = np.array(given, float)
     except (TypeError, ValueError):  # ragged lists, words
         return None
+    if is_rigid(transform):
+        return transform
     return straightened(transform) if is_rigid(transform, MOST_OFF_TYPED) else None
 
 

@@ -210,7 +210,7 @@ def test_the_gap_s_middle_lies_where_both_jaws_are(angle_deg: float) -> None:
 
 def test_one_direction_and_no_picture_are_refused() -> None:
     for no_gaps in (scale_of, partial(scale_in_proportion, mm_per_px=(0.1, 0.1), unseen="x")):
-        with pytest.raises(WedgeError, match="in no picture"):
+        with pytest.raises(WedgeError, match="in none of its pictures"):
             no_gaps([], GAP_MM)
         with pytest.raises(WedgeError, match="measures nothing"):
             no_gaps([exact_gap(0, (0.1, 0.1))], 0.0)

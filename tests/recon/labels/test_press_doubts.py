@@ -44,6 +44,7 @@ def test_circles_that_lie_beside_their_balls_are_said(tmp_path: Path) -> None:
         ]
         assert ("Circles lie beside the balls, by 0.6" in displaced_circles(moved)) == said
     assert displaced_circles([]) == ""
+    assert displaced_circles([replace(press, ball_radius_mm=500.0) for press in presses]) == ""
 
 
 def test_a_pad_that_is_said_to_be_larger_displaces_its_circles(tmp_path: Path) -> None:
