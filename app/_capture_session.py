@@ -213,7 +213,7 @@ def assumed(card: "DatasetCard", pad_by: str | None, *, by_caliper: bool = False
     """
     otherwise = "set it with --design or --pad-size-mm, or measure it with --caliper-mm."
     if pad_by is not None:
-        otherwise = f"so {pad_by} says, and --caliper-mm would measure it."
+        otherwise = f"as {pad_by} says; --caliper-mm would measure it."
     if by_caliper:
         otherwise = "the caliper's pictures will measure it."
     if card.pad_size_mm is not None:

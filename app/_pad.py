@@ -38,7 +38,7 @@ def refuse_other_pad(
     pad_size_mm: Pair | None,
     design: Wedge | None,
     where: str,
-    remedy: str = "correct pad_size_mm, then find its circles anew with `wedge label --again`",
+    remedy: str = "correct pad_size_mm, move labels.csv aside and run `wedge label`",
 ) -> None:
     """Refuse a design that has another pad than a card states, where both are known.
 

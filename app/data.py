@@ -56,8 +56,8 @@ def main(
             the pad is then not searched for.
         pad_size_mm: Size of the pad along x and y, for your own frames without caliper pictures; by
             default the standard design's.
-        design: The design that your own frames' sensor was built from, which gives the size of its
-            pad and its expected lights: standard, finger or a .toml file.
+        design: The design that your own frames' sensor was built from: standard, finger or a .toml
+            file. It gives the expected lights and, without --mm-per-px, the size of the pad.
         json: Write the list here as JSON.
     """
     given = {

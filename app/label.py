@@ -127,7 +127,7 @@ def _odd_rows(reader: "PressReader", book: "LabelBook") -> "Iterator[str]":
     if outside := [x.file for x in book.labels if is_outside(x, (width, height))]:
         yield (
             f"{table} has circles whose centres lie outside the {width}x{height} frame, of "
-            f"{_some(outside)}: correct those rows, or find all circles anew with --again."
+            f"{_some(outside)}: correct those rows, or remove them and run this again."
         )
 
 

@@ -4,6 +4,7 @@
 
 import io
 import lzma
+import re
 import struct
 import tokenize
 import warnings
@@ -38,6 +39,9 @@ TURNED = range(2, 9)
 """EXIF orientations of pictures that do not lie as they are to be shown."""
 MOST_SCANS = 100
 """Of a JPEG; writers of progressive ones make about ten, and each takes time."""
+MOST_MARKERS = 10_000
+MARKER = re.compile(rb"\xff[\x02-\xcf\xd8-\xfe]")
+"""Of a JPEG, one that begins a segment or ends the picture: coded pixels hold none (ITU-T T.81)."""
 PNG_BITS_AT = 24
 """Where a PNG's header says how many bits a colour has."""
 MOST_DIGITS = 20
@@ -104,7 +108,18 @@ def read_image(path: str | Path) -> Frame:
 
 def has_many_scans(jpeg: bytes) -> bool:
     """Whether a JPEG has more scans than any camera's: a small file may hold hours of them."""
-    return jpeg.count(b"\xff\xda") > MOST_SCANS
+    if jpeg.count(b"\xff\xda") <= MOST_SCANS:  # nearly every one; others may hold more behind it
+        return False
+    at, scans = 2, 0
+    for _ in range(MOST_MARKERS):
+        found = MARKER.search(jpeg, at)
+        if found is None or found[0] == b"\xff\xd9":
+            return False
+        scans += found[0] == b"\xff\xda"
+        if scans > MOST_SCANS:
+            return True
+        at = found.end() + int.from_bytes(jpeg[found.end() : found.end() + 2])
+    return True
 
 
 def _refuse_no_file(path: Path) -> None:

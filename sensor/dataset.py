@@ -9,6 +9,7 @@ them as images or as ``frames[n,h,w,3]`` in an ``.npz``, named ``frames.npz#17``
 import csv
 import io
 import math
+import os
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -267,7 +268,7 @@ def _card(document: dict[str, Any]) -> DatasetCard:
 
 def _read_labels(path: Path) -> tuple[BallLabel, ...]:
     try:
-        if not path.exists():
+        if path.parent.is_dir() and not os.path.lexists(path):
             raise WedgeError(f"{path} is missing: label the presses first.")
         rows = list(csv.reader(io.StringIO(read_text(path, MOST_LABEL_BYTES))))
     except (UnicodeDecodeError, csv.Error) as error:

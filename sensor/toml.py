@@ -18,9 +18,9 @@ Pair = tuple[float, float]
 
 MOST_BYTES = 4 << 20
 """Of a file; a unit's, with the fingerprints of a thousand frames, has less than a tenth."""
-MOST_NESTED = 16
-_PART = r"""(?:"[^"\n]*"|'[^'\n]*'|[^\s.=,{}\[\]\#"'][^\s.=,{}\[\]\#]*)[ \t]*\.[ \t]*"""
-DEEP_KEY = re.compile(rf"(?<![^\s.=,{{}}\[\]#])(?:{_PART}){{{MOST_NESTED}}}")
+MOST_NESTED, MOST_PARTS = 16, 64
+_PART = r"""(?:"(?:[^"\\\n]|\\.)*"|'[^'\n]*'|[^\s.=,{}\[\]\#"'][^\s.=,{}\[\]\#]*)[ \t]*\.[ \t]*"""
+DEEP_KEY = re.compile(rf"(?<![^\s.=,{{}}\[\]#])(?:{_PART}){{{MOST_PARTS}}}")
 """A dotted key of more parts, of which tomllib takes time and memory as their square."""
 LEAST, MOST = 1e-6, 1e6
 """Sizes beyond these are slips; their squares would leave what a float32 can hold."""
@@ -41,7 +41,7 @@ def read_toml(path: Path) -> dict[str, Any]:
     try:
         text = read_text(path, MOST_BYTES)
         if DEEP_KEY.search(text):
-            raise ValueError(f"a key has more than {MOST_NESTED} parts")
+            raise ValueError(f"a key has more than {MOST_PARTS} parts")
         document = tomllib.loads(text)
         _refuse_large(document)
     except (ValueError, RecursionError) as error:

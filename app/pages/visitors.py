@@ -12,6 +12,8 @@ Message = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[Message]]
 Send = Callable[[Message], Awaitable[None]]
 
+UNFRAMED = (b"content-security-policy", b"frame-ancestors 'self'")
+"""No other website shows the page within its own, where a click would be meant for that one."""
 REFUSED = (
     "This page answers to its computer's own name and addresses only, and to no other website: "
     "open it by its IP address.\n"
@@ -39,13 +41,19 @@ class OwnVisitors:
             await send({"type": "http.response.start", "status": 403, "headers": head})
             await send({"type": "http.response.body", "body": REFUSED.encode()})
             return
-        await self._app(scope, receive, send)
+
+        async def unframed(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                message = {**message, "headers": [*message.get("headers", ()), UNFRAMED]}
+            await send(message)
+
+        await self._app(scope, receive, unframed)
 
     def _is_own(self, scope: Message) -> bool:
         head = {key: value.decode("latin-1").lower() for key, value in scope["headers"]}
         host, origin = head.get(b"host", ""), head.get(b"origin")
         try:
-            name = urlsplit(f"//{host}").hostname or ""
+            name = (urlsplit(f"//{host}").hostname or "").removesuffix(".")
             from_here = origin is None or urlsplit(origin).netloc == host
         except ValueError:
             return False
@@ -55,7 +63,8 @@ class OwnVisitors:
 def own_names(address: str) -> set[str]:
     """What this computer is called, where it listens at an address or a name."""
     name = socket.gethostname().lower()
-    return {"localhost", name, f"{name.partition('.')[0]}.local", address.lower()}
+    short = name.partition(".")[0]
+    return {"localhost", name, short, f"{short}.local", address.lower()} - {""}
 
 
 def _is_address(text: str) -> bool:

@@ -49,7 +49,7 @@ def integrate(gradient: GradientField, mm_per_px: Pair, boundary: Boundary) -> D
     """
     if boundary not in get_args(Boundary):
         raise WedgeError(f"there is no boundary {boundary!r}: choose one of dirichlet, neumann.")
-    if not min(mm_per_px) > 0:
+    if not all(0 < side < np.inf for side in mm_per_px):
         raise WedgeError(f"mm_per_px = {mm_per_px} must be positive along both axes.")
     mm_per_px = (mm_per_px[0], mm_per_px[1])
     if boundary == "neumann":

@@ -60,19 +60,21 @@ def displaced_circles(presses: Sequence[BallPress]) -> str:
     So it is where the pad's size, the scale or the corners were changed by hand, as circles are in
     pixels of the unwarped frame. Some presses are looked at, spread over the list.
     """
+    count = min(len(presses), LOOKED_AT)
     off: list[float] = []
-    for press in presses[:: max(1, len(presses) // LOOKED_AT)][:LOOKED_AT]:
+    for index in np.linspace(0, len(presses) - 1, count).round().astype(int):
+        press = presses[index]
         try:
             ball = find_circle(press.difference, press.ball_radius_mm, press.mm_per_px)
         except WedgeError:  # no ball is so large: that is said elsewhere
             return ""
         if ball is not None and ball.quality >= DOUBTFUL:
-            apart_px = np.subtract(ball.center_px, press.center_px)
-            off.append(float(np.hypot(*apart_px)) / press.contact_radius_px)
-    if not off or np.median(off) < DISPLACED:
+            apart_mm = np.subtract(ball.center_px, press.center_px) * press.mm_per_px
+            off.append(float(np.hypot(*apart_mm)) / press.contact_radius_mm)
+    if 2 * len(off) < max(count, 1) or np.median(off) < DISPLACED:
         return ""
     return (
         f"Circles lie beside the balls, by {np.median(off):.1f} contact radii: if pad_size_mm, "
-        "mm_per_px or corners_px were changed since they were found, find them anew with `wedge "
-        "label DATASET --again`, then calibrate again."
+        "mm_per_px or corners_px were changed since they were found, move labels.csv aside, find "
+        "them anew with `wedge label DATASET`, then calibrate again."
     )

@@ -22,8 +22,8 @@ IDENTITY = np.eye(4)
 LAST_ROW = np.array([0.0, 0.0, 0.0, 1.0])
 MOST_OFF = 1e-6
 """Of a rigid transform's numbers, by rounding."""
-MOST_OFF_TYPED = 1e-3
-"""The same of one that somebody wrote down with a few decimals."""
+MOST_OFF_TYPED = 2e-3
+"""The same of one that somebody wrote down with three decimals or more."""
 
 
 def rigid(rotation: Float[np.ndarray, "3 3"], translation_mm: Float[np.ndarray, "3"]) -> Transform:

@@ -333,7 +333,7 @@ def test_the_pad_is_as_large_as_said_and_that_is_told_before_the_first_press(
     assert read_dataset(tmp_path / "out").card.pad_size_mm == size
     before, *_ = capsys.readouterr().err.partition("taken at")
     assert f"The pad is taken to be {size[0]:g} x {size[1]:g} mm" in before
-    assert (f"so {options[0]} says" if options else "set it with --design") in before
+    assert (f"as {options[0]} says" if options else "set it with --design") in before
 
 
 @pytest.mark.parametrize("options", [("--design", "finger"), ("--pad-size-mm", "9", "12")])

@@ -66,6 +66,14 @@ def test_its_own_names_are_answered(place: str) -> None:
         assert upgraded(place, Host=own, Origin=f"http://{own}") == 101
 
 
+def test_no_other_website_may_show_it_within_its_own(place: str) -> None:
+    connection = http.client.HTTPConnection(place)
+    connection.request("GET", "/")
+    head = connection.getresponse().headers
+    connection.close()
+    assert head["Content-Security-Policy"] == "frame-ancestors 'self'"
+
+
 @pytest.mark.parametrize(
     ("host", "origin"),
     [

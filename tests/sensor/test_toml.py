@@ -203,6 +203,7 @@ HOSTILE = {
     "a key of many parts": "a" + ".a" * 20_000 + " = 1",
     "the same within a table": "x = {a" + " . a" * 20_000 + " = 1}",
     "quoted parts": '"a b"' + '. "a b"' * 20_000 + " = 1",
+    "parts with quotes in them": r'"\""' + r' . "\""' * 20_000 + " = 1",
     "lists in each other": "x = " + "[" * 40 + "]" * 40,
     "tables in each other": "x = " + "{a = " * 40 + "1" + "}" * 40,
     "more than a file of ours": "x = '''" + "a\n" * MOST_BYTES + "'''",

@@ -241,6 +241,6 @@ def test_flat_margins_make_the_nearest_quick_transform(count):
 def test_an_unknown_boundary_and_a_pitch_that_is_none_are_refused():
     with pytest.raises(WedgeError, match="no boundary 'Neumann'"):
         inspect.unwrap(integrate)(np.zeros((4, 5, 2)), (0.1, 0.1), "Neumann")
-    for pitch in ((0.1, 0.0), (-0.1, 0.1), (np.nan, 0.1)):
+    for pitch in ((0.1, 0.0), (-0.1, 0.1), (np.nan, 0.1), (0.1, np.nan), (0.1, np.inf)):
         with pytest.raises(WedgeError, match="positive"):
             integrate(np.zeros((4, 5, 2)), pitch, "dirichlet")

@@ -5,6 +5,7 @@
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from recon.labels.find_circle import DOUBTFUL
@@ -54,4 +55,15 @@ def test_a_pad_that_is_said_to_be_larger_displaces_its_circles(tmp_path: Path) -
     assert pad_mm is not None
     larger = replace(dataset.card, pad_size_mm=(1.1 * pad_mm[0], 1.1 * pad_mm[1]))
     said = displaced_circles(read_presses(replace(dataset, card=larger)).presses)
-    assert "wedge label DATASET --again" in said
+    assert "move labels.csv aside, find them anew with `wedge label DATASET`" in said
+
+
+def test_a_ball_that_is_found_once_among_many_presses_says_nothing(tmp_path: Path) -> None:
+    presses = read_presses(make_dataset(tmp_path / "set", presses=7)).presses
+    x, y = presses[0].center_px
+    first = replace(presses[0], center_px=(x + 0.9 * presses[0].contact_radius_px, y))
+    faint = [
+        replace(press, difference=(0.01 * press.difference).astype(np.float32))
+        for press in presses[1:]
+    ]
+    assert displaced_circles([first, *faint]) == ""

@@ -23,7 +23,7 @@ from recon.pose.rigid import (
 twists = st.lists(st.floats(-3, 3), min_size=6, max_size=6).map(np.array)
 
 
-@given(twists, st.integers(4, 9))
+@given(twists, st.integers(3, 9))
 def test_a_pose_written_down_with_few_digits_is_taken_and_straightened(twist, digits):
     pose = motion(twist)
     taken = rigid_or_none(np.round(pose, digits))

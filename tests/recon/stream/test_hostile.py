@@ -107,6 +107,9 @@ def test_a_jpeg_of_thousands_of_scans_is_not_decoded(tmp_path: Path) -> None:
     last = whole.rindex(b"\xff\xda")
     bomb = whole[:last] + (MOST_SCANS + 1) * whole[last:-2] + whole[-2:]
     (tmp_path / "frame.jpg").write_bytes(bomb)
+    assert (
+        decode_jpeg(whole + b"\xff\xda" * (MOST_SCANS + 1)).shape == pixels.shape
+    )  # behind its end
     for read in (lambda: decode_jpeg(bomb), lambda: read_image(tmp_path / "frame.jpg")):
         with pytest.raises(WedgeError, match=f"{MOST_SCANS} scans"):
             read()

@@ -204,8 +204,6 @@ def test_the_unit_travels_inside(tmp_path: Path) -> None:
 
 RECORD_FOREVER = """
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
 from pathlib import Path
 from recon.stream import Recorder
 from tests.recon.stream.test_recording import frame
