@@ -16,10 +16,10 @@ from sensor.files import check_outputs
 def main(design: str = "standard", out: Path | None = None, json: OutputFile = None) -> int:
     """Make everything that a workshop needs: print, laser and board files, bill, guide, pictures.
 
-    All of it is checked first: that each part can be printed and inserted, that no parts collide,
+    All of it is checked: that each part can be printed and inserted, that no parts collide,
     that the camera sees the whole pad, and that the boards connect what they must. The folder
-    appears only when it is complete. A design that cannot be built is refused, with the field and
-    its bound.
+    appears only when it is complete. If a check fails, guide and page begin with a warning, and the
+    exit status is 1. A design that cannot be built is refused, with the field and its bound.
 
     Example: wedge fabricate --design finger --out build/finger
 

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from recon.calibration import Calibration
+    from recon.markers.tracking import Tracked
     from recon.pipeline import Reconstruction, Reconstructor
     from recon.pose.estimate import PoseEstimate
     from recon.pose.tracker import Tracker
@@ -109,7 +110,7 @@ def main(
         if came.live and frames is None:
             raise WedgeError(f"{source} has no end: limit the number of frames with --frames.")
         said: list[str] = []
-        run, reconstruct = _Run(track, files), None
+        run, reconstruct = _Run(track, files, apart=came.apart), None
         for index, frame in enumerate(came):
             if index == 0 and background == "first":
                 if frame.image is None:
@@ -152,20 +153,24 @@ def main(
 class _Run:
     """What was found frame after frame, written as it comes."""
 
-    def __init__(self, track: "Tracker", files: Growing) -> None:
+    def __init__(self, track: "Tracker", files: Growing, *, apart: bool) -> None:
         self.found: list[PoseEstimate] = []
         self.rows: list[list[Any]] = []
         """As in the table."""
         self.touched: list[tuple[int, int, bool]] = []
         """Number, time in ns and whether something touches, of each whole frame."""
-        self._track, self._files = track, files
+        self._track, self._files, self._apart = track, files, apart
+        self._dots: Tracked | None = None
+        """Of the frame before, where frames follow each other."""
         self._anchor: np.ndarray | None = None
 
     def add(self, frame: UnitFrame, reconstruct: "Reconstructor") -> None:
         """Take in the next frame, unless it cannot be written."""
         from recon.contact.first import touches
 
-        touch = None if frame.image is None else reconstruct(frame.image)
+        before = None if self._apart else self._dots
+        touch = None if frame.image is None else reconstruct(frame.image, before)
+        self._dots = self._dots if touch is None else touch.dots
         pose = _pose_in(frame, touch, self._track, reconstruct.calibration)
         row = _row(frame, pose, "" if touch is None else touch.markers)
         with self._files.writing():

@@ -49,8 +49,8 @@ def main(
     bands, drift and saturation are measured, too.
 
     The new settings are written to FILE, completely or not at all. `gelsight-wedge apply` on the Pi
-    takes them, except camera, address and port, which stay the Pi's. Run the command again with the
-    new settings until it says that they are settled: two or three runs.
+    takes them, except those that select the camera and its address, which stay the Pi's. Run the
+    command again with the new settings until it says that they are settled: two or three runs.
 
     Example: wedge tune http://10.55.0.1:8080 --settings wedge.toml
 

@@ -167,6 +167,7 @@ def guide_text(
         sent=""
         if frame_px in SIZES_PX
         else f" (The server sends {sent_px} pixels only: others need a program of your own.)",
+        base=f'base = "{design.name}"\nname = "mine"\n\n' if included else "",
         typed=design.name if included else f"{design.name}.toml",
         own="" if included else " (the path of your design's file)",
     )

@@ -8,6 +8,7 @@ from cad.assembly import Assembly
 from cad.electronics.resistors import ADAPTER_V, supply_words, takes_adapters_supply
 from cad.layout import Layout
 from cad.optics import pad_grid, seen_mm, trace
+from cad.parts.coupons import STEPS
 from cad.parts.electronics_cover import POSTS
 from cad.parts.gripper_adapter import (
     GRIPPER_SCREW_LENGTH,
@@ -49,6 +50,11 @@ def design_words(design: Wedge, assembly: Assembly) -> dict[str, str]:
         "led_room": f"{lights.led_height_mm + lights.backing_thickness_mm:.2f}",
         "head": f"{design.camera.head_size_mm:g}",
         "barrel": f"{design.camera.barrel_diameter_mm:g}",
+        "acrylic_kerf": f"{design.laser.acrylic_kerf_mm:g}",
+        "mirror_kerf": f"{design.laser.mirror_kerf_mm:g}",
+        "tighter": f"{place.press + STEPS[0]:.2f}",
+        "press": f"{place.press:.2f}",
+        "looser": f"{place.press + STEPS[-1]:.2f}",
         "sides": _sides(colors),
         "lit": _lit(colors),
         "strips": "Stick each strip over the gray filter." if len(films) > 1 else _EACH_STRIP,

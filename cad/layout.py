@@ -96,7 +96,8 @@ class Layout:
     @property
     def light_depth(self) -> float:
         """From the acrylic's edge to the back of an LED pocket."""
-        return self.design.lights.depth_mm
+        lights = self.design.lights
+        return lights.film_thickness_mm + lights.led_height_mm + lights.backing_thickness_mm
 
     @property
     def outer_half(self) -> float:

@@ -14,6 +14,7 @@ from recon.contact.mask import disturbed_mask
 from recon.depth import depth_of
 from recon.estimators import GradientEstimator, gradient_field
 from recon.markers.filling import fill_gradients
+from recon.markers.tracking import Tracked
 from recon.markers.watch import DotWatch
 from recon.touched import Touched
 from sensor.toml import Pair
@@ -61,8 +62,13 @@ class Reconstructor:
         """
         return cls(load_calibration(folder), background)
 
-    def __call__(self, frame: Frame) -> Reconstruction:
+    def __call__(self, frame: Frame, before: Tracked | None = None) -> Reconstruction:
         """Reconstruct one frame (h, w, 3) uint8 RGB.
+
+        Args:
+            frame: as the camera gave it.
+            before: the ``dots`` of the frame before, of a marker gel that is followed; by default
+                they are sought from rest, which suits single pictures.
 
         Raises:
             WedgeError: the frame has another size than the unit's frames.
@@ -72,7 +78,7 @@ class Reconstructor:
         difference, dots, hidden = image - self._blank, None, None
         tracker = self._watch.tracker
         if tracker is not None:
-            dots = tracker.track(image)
+            dots = tracker.track(image, before)
             hidden = tracker.hidden(dots)
             difference = fill_gradients(difference, hidden, "harmonic")
         found = reconstruct(

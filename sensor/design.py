@@ -158,11 +158,6 @@ class Lights(Bounded):
     diffuser: bool
 
     @property
-    def depth_mm(self) -> float:
-        """From the acrylic's edge to the back of an LED: films, LED and backing."""
-        return self.film_thickness_mm + self.led_height_mm + self.backing_thickness_mm
-
-    @property
     def azimuths_deg(self) -> dict[Channel, float]:
         """The azimuth each lit colour comes from, in the gel frame (x to the tip, y down)."""
         counts: dict[Channel, tuple[int, float]] = {
@@ -242,7 +237,9 @@ class Wedge:
     @property
     def outer_width_mm(self) -> float:
         """Width of the finger: acrylic, and on both sides films, LEDs, backing and wall."""
-        return self.acrylic.width_mm + 2 * (self.lights.depth_mm + self.housing.wall_mm)
+        lights = self.lights
+        side = lights.film_thickness_mm + lights.led_height_mm + lights.backing_thickness_mm
+        return self.acrylic.width_mm + 2 * (side + self.housing.wall_mm)
 
     @property
     def pin_length_mm(self) -> float:

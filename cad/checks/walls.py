@@ -12,8 +12,8 @@ from cad.rays import first_hits
 from cad.result import Result
 
 WALL_RAYS = 20_000
-_ROUNDING = 1e-6
-"""Of the mesh's coordinates, in mm."""
+_DECIMALS = 5
+"""Of a thickness in mm; the mesh's coordinates are rounded to seven."""
 _OVERHANG_DEG = 45.0
 _OVERHANG_SHARE = 15.0
 _BED_MM = 0.05
@@ -37,7 +37,7 @@ def check_walls(name: str, mesh: trimesh.Trimesh) -> Result:
     thinnest = float(depth[walls].min()) if walls.any() else math.inf
     place = points[walls][int(depth[walls].argmin())] if walls.any() else np.zeros(3)
     where = "at " + ", ".join(f"{value:.1f}" for value in place)
-    return Result("wall", name, thinnest, "mm", MIN_WALL - _ROUNDING, "at least", where)
+    return Result("wall", name, round(thinnest, _DECIMALS), "mm", MIN_WALL, "at least", where)
 
 
 def _places(mesh: trimesh.Trimesh) -> tuple[np.ndarray, np.ndarray]:

@@ -77,7 +77,13 @@ def draw_cut(
     inside = ideal[row] > 0
     first, last = np.flatnonzero(inside)[[0, -1]]
     rim_mm = float(depth[row, [first, last]].mean())  # the ideal cap starts at its rim
-    axes.plot(x_mm[inside], ideal[row][inside] + rim_mm, color=ORANGE, lw=5, label="the ball")
+    axes.plot(
+        x_mm[inside],
+        ideal[row][inside] + rim_mm,
+        color=ORANGE,
+        lw=5,
+        label="the ball, set on the measured rim",
+    )
     axes.plot(x_mm, depth[row], color=INK, lw=1.5, label="measured")
     axes.axhline(0, color=SOFT, lw=0.5)
     axes.set_aspect("equal")

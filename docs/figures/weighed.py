@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Draws weighed.png: how wrong depth is where all slopes count alike, and where doubts weigh."""
+"""Draws weighed.png: how wrong depth is where slopes count alike, and where they are weighted."""
 
 from pathlib import Path
 
@@ -36,7 +36,7 @@ for row, name in zip(rows, SHAPES, strict=True):
     alike = integrate(found.gradient, pitch, found.boundary)
     touched = shape.truth_mm[shape.touched]
     for axes, (title, depth_mm) in zip(
-        row[1:], (("slopes count alike", alike), ("by their doubt", found.depth_mm)), strict=True
+        row[1:], (("slopes count alike", alike), ("weighted", found.depth_mm)), strict=True
     ):
         error_mm = depth_mm - shape.truth_mm
         errors = bare(axes).imshow(error_mm, cmap="PuOr", vmin=-MOST_MM, vmax=MOST_MM)

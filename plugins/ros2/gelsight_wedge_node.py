@@ -22,6 +22,7 @@ stamped with the time at which they were taken. Slow subscribers get the newest.
 import sys
 import threading
 from array import array
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -41,6 +42,7 @@ def main(words: list[str] | None = None) -> int:
     """Publish until ROS or the source ends; return the exit status: 0 well, 2 bad input."""
     try:
         import rclpy
+        from rclpy.executors import ExternalShutdownException
         from rclpy.qos import qos_profile_sensor_data
         from sensor_msgs.msg import CompressedImage, Image
     except ImportError as error:
@@ -56,7 +58,12 @@ def main(words: list[str] | None = None) -> int:
         CompressedImage, "~/image_raw/compressed", qos_profile_sensor_data
     )
     depths = node.create_publisher(Image, "~/depth", qos_profile_sensor_data) if unit else None
-    spin = threading.Thread(target=rclpy.spin, args=(node,), daemon=True)
+
+    def answer() -> None:
+        with suppress(ExternalShutdownException):  # so it ends, by Ctrl-C or with the source
+            rclpy.spin(node)
+
+    spin = threading.Thread(target=answer, daemon=True)
     spin.start()  # answers questions about parameters
     log = node.get_logger()
     remark, fits = "", False
@@ -86,6 +93,8 @@ def main(words: list[str] | None = None) -> int:
     except WedgeError as error:
         log.error(str(error))
         return 2
+    except KeyboardInterrupt:  # which rclpy hands on once it has shut down
+        return 0
     finally:
         rclpy.try_shutdown()
         spin.join()

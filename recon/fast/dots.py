@@ -14,7 +14,7 @@ Planes = Float32[np.ndarray, "c h w"]
 
 
 class FrameDots:
-    """Follows the dots of one gel, and fills in place what they hide."""
+    """Finds the dots of one gel, each frame from rest, and fills in place what they hide."""
 
     def __init__(self, tracker: MarkerTracker, blank: Unwarped) -> None:
         """Prepare for frames of the gel.

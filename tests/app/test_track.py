@@ -261,11 +261,11 @@ def test_what_ends_a_run_takes_nothing_that_was_found(
 ):
     usual, seen = Reconstructor.__call__, []
 
-    def interrupted(self, frame):
+    def interrupted(self, frame, before=None):
         seen.append(frame)
         if len(seen) > whole:
             raise KeyboardInterrupt
-        return usual(self, frame)
+        return usual(self, frame, before)
 
     monkeypatch.setattr(Reconstructor, "__call__", interrupted)
     out = tmp_path / "out"

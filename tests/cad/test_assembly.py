@@ -331,9 +331,9 @@ def test_the_guide_of_a_flat_gel_names_no_curved_mold(finger: Model) -> None:
 def test_the_guide_tells_the_frame_s_size_and_what_the_server_cannot_send(finger: Model) -> None:
     told = guide_of(finger).replace("\n", " ")
     assert "a frame of 640 × 480 pixels" in told
-    assert "pixels only" not in told and "--design finger`" in told
+    assert "pixels only" not in told and "--design finger --out" in told
     camera = replace(FINGER.camera, width_px=800, height_px=600)
     other = replace(FINGER, name="own", camera=camera)
     told = guide_of(finger, other).replace("\n", " ")
     assert "a frame of 800 × 600 pixels" in told
-    assert "pixels only" in told and "--design own.toml`" in told
+    assert "pixels only" in told and "--design own.toml --out" in told

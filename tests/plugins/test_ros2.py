@@ -181,3 +181,21 @@ def test_without_ros_it_says_what_to_source() -> None:
     assert done.returncode == 2
     assert "setup.bash" in done.stderr
     assert done.stderr.count("\n") == 1
+
+
+def test_it_ends_without_a_word_when_its_source_or_ctrl_c_ends_it(
+    node: ModuleType, desk: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ended: list[Any] = []
+    monkeypatch.setattr("threading.excepthook", ended.append)
+    assert run(node, source=str(desk / "frames"))[0] == 0
+
+    def interrupted(newest: Any, timeout_s: float) -> None:
+        import rclpy
+
+        rclpy.try_shutdown()  # before Python's own handler of SIGINT, as rclpy has it
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(node.Newest, "take", interrupted)
+    status, ros = run(node, source=str(desk / "frames"))
+    assert (status, ros.LOGGED, ended) == (0, [], []) and not ros.ok()

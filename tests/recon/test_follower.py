@@ -192,3 +192,15 @@ def test_a_frozen_stream_is_told_with_and_without_a_touch():
         "tracking",
         "frozen: the stream stands still",
     ]
+
+
+def test_a_reconstructor_that_is_told_the_dots_before_follows_them_past_their_neighbours():
+    reconstruct = Reconstructor(replace(make_unit(SIZE_PX), background=dotted_frame()))
+    before = None
+    for step in range(9):
+        frame = dotted_frame((2.5 * step, 0.0))
+        before = reconstruct(frame, before).dots
+        seen = before.displacement_px[before.seen]
+        assert np.median(seen[:, 0]) == pytest.approx(2.5 * step, abs=0.3)
+    alone = reconstruct(frame).dots  # 20 px, of a grid of 16: taken for 4
+    assert np.median(alone.displacement_px[alone.seen][:, 0]) == pytest.approx(4.0, abs=0.3)

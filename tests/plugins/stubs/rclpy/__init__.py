@@ -5,6 +5,8 @@
 import threading
 from types import SimpleNamespace
 
+from rclpy.executors import ExternalShutdownException
+
 ASKED: dict = {}
 """Values of parameters, as -p gives them."""
 PUBLISHED: dict = {}
@@ -23,7 +25,9 @@ def ok() -> bool:
 
 
 def spin(node) -> None:
+    """As rclpy does, it ends in an exception once ROS was shut down from elsewhere."""
     _ended.wait()
+    raise ExternalShutdownException
 
 
 def try_shutdown() -> None:
