@@ -63,8 +63,9 @@ def main(
             many take twice as long and leave less noise.
         width_px: Pixels along the pad.
         ball_radius_mm: Radius of the calibration ball.
-        depth_mm: Press everything this deep, instead of each ball at a random depth and each other
-            object at its own.
+        depth_mm: Press everything this deep below the gel in its middle, instead of each ball at a
+            random depth and each other object at its own. On a curved gel, an edge of a flat object
+            may go in deeper, or its face not touch.
         off_center: Press each shape and tool four times, toward the pad's corners, by this share of
             the available distance (0 to 1), instead of once in its middle.
         paint: gray is matt; silver is semi-specular and can only be seen straight on.

@@ -102,14 +102,23 @@ def main(
             ) from error
     write_atomic(out / "sweep.png", png_bytes(sweep_figure(field, points)))
     print_table(
-        [field, "Gx contact", "Gy contact", "Gx contact+5%", "Gy contact+5%", "mean |G|", "lit"],
+        [
+            field,
+            "presses",
+            "Gx contact",
+            "Gy contact",
+            "Gx contact+5%",
+            "Gy contact+5%",
+            "mean |G|",
+            "lit",
+        ],
         map(_cells, points),
     )
-    learnt, judged = points[0].presses
-    intervals = remark("in brackets 95 % intervals by press", judged)
+    judged = (test for _, test in (point.presses for point in points))
+    intervals = remark("in brackets 95 % intervals by press", *judged)
     print(
-        f"Mean absolute gradient errors, {intervals}; trained on {learnt} rendered "
-        f"press{'es' * (learnt > 1)}, judged on {judged} other{'s' * (judged > 1)}, seed {seed}. "
+        f"Mean absolute gradient errors, {intervals}. Presses: those trained on and others judged "
+        f"on, of {presses} rendered ones whose contact is large enough; seed {seed}. "
         "Lit: share of the pad where every colour has at least half of its own mean. "
         f"Picture: {out / 'sweep.png'}"
     )
@@ -148,6 +157,7 @@ def _cells(point: "SweepPoint") -> list[str]:
     rows, metrics = (point.contact, point.row), ("gx_mae", "gy_mae")
     return [
         point.value,
+        " + ".join(map(str, point.presses)),
         *(value_cell(row.errors, metric) for row in rows for metric in metrics),
         f"{point.contact.errors.mean_abs_gradient:.3f}",
         f"{100 * point.lit_area:.0f} %",
@@ -159,13 +169,13 @@ def _document(design: str, field: str, size: Any, points: "list[SweepPoint]") ->
     return {
         "design": design,
         "field": field,
-        "presses": {"train": points[0].presses[0], "test": points[0].presses[1]},
         "samples": size.samples,
         "width_px": size.width_px,
         "seed": size.seed,
         "points": [
             {
                 "value": point.value,
+                "presses": dict(zip(("train", "test"), point.presses, strict=True)),
                 "lit_area": point.lit_area,
                 "inferred_axis": point.inferred,
                 **{
