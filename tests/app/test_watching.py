@@ -6,6 +6,7 @@ import math
 import shutil
 import threading
 from collections.abc import Callable, Iterator
+from contextlib import nullcontext
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -17,7 +18,9 @@ from app.pages.watching import VIEW_S, Watcher, _Pace
 from recon.images import write_image
 from recon.stream import Counts, TimedFrame
 from sensor.errors import WedgeError
+from tests.dotted import dotted, grid_px
 from tests.recon.fast.units import blank_frame, make_unit, pressed
+from tests.synthetic import digitized
 
 FRAME = np.full((12, 16, 3), 90, np.uint8)
 
@@ -260,6 +263,17 @@ def test_a_new_blank_frame_is_the_mean_of_noise_and_waits_no_longer_than_asked(
         silent.add(None, 1)
     with pytest.raises(WedgeError, match="the frame size changed"):
         taker.add(frames[0][:60], 1)
+
+
+@pytest.mark.parametrize(("wandered_px", "taken"), [(0.0, True), (0.03, True), (0.3, False)])
+def test_no_blank_frame_is_taken_of_dots_that_wander(wandered_px: float, taken: bool) -> None:
+    places, gel = grid_px(16.0, size=(160, 120)), np.full((120, 160, 3), 0.5)
+    taker = BlankTaker(1)
+    with nullcontext() if taken else pytest.raises(WedgeError, match="the gel moved"):
+        for seed in range(BLANK_FRAMES):
+            moved = places + np.array([wandered_px * seed / (BLANK_FRAMES - 1), 0.0])
+            found = taker.add(digitized(dotted(moved, 2.0, gel, seed=seed)), 1)
+        assert found is not None
 
 
 def test_no_blank_frame_is_taken_of_a_camera_that_hangs() -> None:
