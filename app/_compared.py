@@ -83,15 +83,16 @@ def beside_each_other(
 def twins_beside_sensors(twins: Sequence[str], executor: Executor) -> "Section":
     """The rendered sets beside what real ones are here, and networks that cross over."""
     from simulation.raw_view import pad_corners_px
-    from validation.datasets import BY_NAME, dataset_folder
+    from validation.datasets import DATASETS, dataset_folder
     from validation.fidelity import likeness, transfer
     from validation.report.fidelity import fidelity_section
 
     with progress("twin beside sensors") as show:
+        known = {dataset.name: dataset for dataset in DATASETS}
         folders = {
             name: dataset_folder(name)
             for name in (*twins, *REAL)
-            if name in BY_NAME and BY_NAME[name].find() is not None
+            if name in known and known[name].find() is not None
         }
         corners = {name: pad_corners_px(load_design(name.removeprefix("twin-"))) for name in twins}
         sensors = [

@@ -104,11 +104,12 @@ def _present(folds: int, seed: int) -> "tuple[list[KnownDataset], dict[str, str]
     Raises:
         WedgeError: it has none, or one of them cannot be split into so many folds.
     """
-    from validation.datasets import BY_NAME
+    from validation.datasets import DATASETS
     from validation.splits import splits
 
-    present = [BY_NAME[name] for name in NAMES if BY_NAME[name].find() is not None]
-    absent = {name: BY_NAME[name].sought for name in NAMES if BY_NAME[name] not in present}
+    known = {dataset.name: dataset for dataset in DATASETS}
+    present = [known[name] for name in NAMES if known[name].find() is not None]
+    absent = {name: known[name].sought for name in NAMES if known[name] not in present}
     if not present:
         raise WedgeError(f"no dataset is on this machine: {absent[NAMES[0]]}.")
     for dataset in present:

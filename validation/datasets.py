@@ -68,7 +68,7 @@ def dataset_folder(name: str | Path) -> Path:
     path = Path(name)
     if (path / CARD_FILE).is_file():
         return path
-    known = BY_NAME.get(str(name))
+    known = {dataset.name: dataset for dataset in DATASETS}.get(str(name))
     if known is None:
         if path.is_dir():
             raise WedgeError(f"{path} is not a dataset folder: it has no {CARD_FILE}.")
@@ -270,5 +270,4 @@ DATASETS = (
         for clip in wedge_mit.CLIPS
     ),
 )
-BY_NAME = {dataset.name: dataset for dataset in DATASETS}
 """Every set that a command accepts by name."""
