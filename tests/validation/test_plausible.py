@@ -1,11 +1,15 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
+from pathlib import Path
 
 import numpy as np
+from PIL import Image
 
+from recon.images import read_frame
 from recon.presses import read_presses
 from tests.synthetic import make_dataset
 from validation import plausible
+from validation.shapes import known_shapes
 
 
 def test_presses_that_a_gel_felt_are_told_from_their_mirror_images(tmp_path):
@@ -27,7 +31,9 @@ def test_presses_that_a_gel_felt_are_told_from_their_mirror_images(tmp_path):
 def test_rendered_shapes_are_those_whose_depth_is_known_and_that_no_circle_labels(tmp_path):
     dataset = make_dataset(tmp_path / "set", presses=3)
     (dataset.folder / "truth").mkdir(exist_ok=True)
-    labelled = dataset.labels[0].file.rsplit(".", 1)[0]
-    for stem in ("cone", labelled):
-        np.save(dataset.folder / "truth" / f"{stem}.npy", np.ones((4, 4)))
-    assert list(plausible._shapes(dataset)) == ["cone.jpg"]
+    first = dataset.labels[0].file
+    Image.fromarray(read_frame(dataset.folder, first)).save(dataset.folder / "cone.jpg")
+    depth_mm = np.ones(read_presses(dataset).presses[0].difference.shape[:2])
+    for stem in ("cone", Path(first).stem):
+        np.save(dataset.folder / "truth" / f"{stem}.npy", depth_mm)
+    assert [shape.name for shape in known_shapes(dataset)] == ["cone"]
