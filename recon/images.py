@@ -40,6 +40,7 @@ TURNED = range(2, 9)
 MOST_SCANS = 100
 """Of a JPEG; writers of progressive ones make about ten, and each takes time."""
 MOST_MARKERS = 10_000
+"""Of a JPEG that is looked through."""
 MARKER = re.compile(rb"\xff[\x02-\xcf\xd8-\xfe]")
 """Of a JPEG, one that begins a segment or ends the picture: coded pixels hold none (ITU-T T.81)."""
 PNG_BITS_AT = 24

@@ -15,8 +15,7 @@ LEAST_FRAMES = 3
 """Of a slow stream, when the time is over."""
 LEAST_GRAIN, TIMES, SHARE = 1.5 / 255, 8.0, 0.002
 """A gel moves where more than this share of its pixels change by so many times the frame's grain,
-which is this at least: dots' edges do so from a tenth of a pixel on, still clips in 0.0009 at most.
-"""
+which is this at least: the edges of dots that moved by a tenth of a pixel do."""
 LONGEST_S = 3.0
 """From the request on: whoever asked has let go of the gel for now, not for ever."""
 

@@ -328,7 +328,7 @@ def test_the_pad_is_as_large_as_said_and_that_is_told_before_the_first_press(
 ) -> None:
     words = list(new_sensor(tmp_path))
     del words[words.index("--caliper-mm") :]
-    with pytest.raises(SystemExit, match="0"):
+    with pytest.raises(SystemExit, match=r"^0$"):
         main([*words, *options])
     assert read_dataset(tmp_path / "out").card.pad_size_mm == size
     before, *_ = capsys.readouterr().err.partition("taken at")
