@@ -145,7 +145,7 @@ def _is_touched(first: "NDArray[np.uint8]", image: "NDArray[np.uint8]", pad: "Ma
     """Whether a frame differs from the first in one place, as bands along its rows do not."""
     import numpy as np
 
-    from recon.contact.mask import disturbed_mask
+    from recon.contact.disturbed import disturbed_mask
 
     step = max(1, image.shape[1] // _SEEN_PX)
     few = np.s_[::step, ::step]

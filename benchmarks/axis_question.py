@@ -19,7 +19,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from recon import unet
-from recon.contact.mask import disturbed_mask
+from recon.contact.disturbed import disturbed_mask
 from recon.estimators import (
     GradientEstimator,
     as_labelled,

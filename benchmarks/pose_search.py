@@ -32,7 +32,7 @@ from scipy.stats import chi2
 
 from benchmarks.pose_doubt import smooth_noise, square
 from benchmarks.touches import MM_PER_PX, SIZE_PX, SLOPE_NOISE, SyntheticTouch
-from recon.contact.mask import boundary_of
+from recon.contact.disturbed import boundary_of
 from recon.depth import untouched_depth
 from recon.integration.poisson import integrate
 from recon.pose.estimate import PoseEstimate

@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 
 from recon.arrays import Difference, Frame
-from recon.contact.mask import disturbed_mask
+from recon.contact.disturbed import disturbed_mask
 from recon.presses import press_reader, read_presses
 from sensor.dataset import Dataset, read_dataset
 from validation.contact import blank_images, iou

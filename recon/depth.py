@@ -12,7 +12,7 @@ from jaxtyping import Float32
 
 from recon import unet
 from recon.arrays import ContactMask, DepthMap, GradientField
-from recon.contact.mask import boundary_of
+from recon.contact.disturbed import boundary_of
 from recon.estimators import GradientEstimator
 from recon.integration.poisson import Boundary, integrate
 from recon.integration.pressed import Support, nearest_pressed

@@ -10,12 +10,13 @@ import numpy as np
 
 from recon.arrays import ContactMask, Difference, Frame
 from recon.calibration import Calibration, load_calibration
-from recon.contact.mask import disturbed_mask
+from recon.contact.disturbed import disturbed_mask
 from recon.depth import depth_of
 from recon.estimators import GradientEstimator, gradient_field
 from recon.markers.filling import fill_gradients
 from recon.markers.tracking import Tracked
 from recon.markers.watch import DotWatch
+from recon.same_light import in_same_light
 from recon.touched import Touched
 from sensor.toml import Pair
 from sensor.unit import MissingAxis
@@ -75,7 +76,8 @@ class Reconstructor:
         """
         card = self.calibration.card
         image = self.unwarp(frame)
-        difference, dots, hidden = image - self._blank, None, None
+        difference = in_same_light(image - self._blank, self._blank)
+        dots, hidden = None, None
         tracker = self._watch.tracker
         if tracker is not None:
             dots = tracker.track(image, before)

@@ -17,7 +17,7 @@ from jaxtyping import Float32
 from recon.arrays import ContactMask, GradientField
 from recon.calibration import Calibration
 from recon.cloud import Skin
-from recon.contact.mask import is_strange
+from recon.contact.disturbed import is_strange
 from recon.fast.disturbance import in_pixels
 from recon.integration.weighed import shorter_side_mm
 from recon.lights import Axis, unseen_axis

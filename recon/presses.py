@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from recon.arrays import Frame, Unwarped
+from recon.arrays import Difference, Frame, Unwarped
 from recon.coverage import Coverage
 from recon.geometry.lens import Lens, read_lens
 from recon.geometry.unwarp import Unwarp, is_within, prepare_unwarp
@@ -17,6 +17,7 @@ from recon.images import read_frame
 from recon.markers.filling import fill_gradients
 from recon.markers.tracking import MarkerTracker, marker_tracker
 from recon.pixels import DEEPEST, RIM_PX, BallPress
+from recon.same_light import in_same_light
 from sensor.dataset import LENS_FILE, BallLabel, Dataset
 from sensor.errors import WedgeError
 
@@ -73,7 +74,7 @@ class PressReader:
         frame = read_frame(self.dataset.folder, label.file)
         image = self.unwarped(label.file, frame)  # first: a small background is no label's fault
         _check_inside(self.dataset, label, self.unwarp.size_px)
-        difference, hidden = image - self.blank, None
+        difference, hidden = self.difference(image), None
         if self.dots is not None:
             hidden = self.dots.hidden(self.dots.track(image))
             difference = fill_gradients(difference, hidden, "harmonic", repeatable=True)
@@ -88,6 +89,10 @@ class PressReader:
             blank=self.blank,
             fingerprint=fingerprint(frame),
         )
+
+    def difference(self, image: Unwarped) -> Difference:
+        """An unwarped frame minus the blank one, in that one's light."""
+        return in_same_light(image - self.blank, self.blank)
 
     def unwarped(self, file: str, frame: Frame) -> Unwarped:
         """A frame of the dataset in the gel plane.

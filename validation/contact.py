@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from recon.arrays import ContactMask, Difference, Frame, Unwarped
-from recon.contact.mask import disturbed_mask
+from recon.contact.disturbed import disturbed_mask
 from recon.markers.filling import fill_gradients
 from recon.pipeline import reconstruct
 from recon.pixels import BallPress

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from recon.arrays import ContactMask, Difference
-from recon.contact.mask import contact_mask, disturbed_mask
+from recon.contact.disturbed import disturbed_mask
+from recon.contact.mask import contact_mask
 from recon.contact.shadows import cast_shadows
 from recon.images import read_frame
 from recon.pipeline import Reconstruction, reconstruct

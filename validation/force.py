@@ -16,7 +16,7 @@ from jaxtyping import Float64
 from scipy.stats import spearmanr
 
 from recon.arrays import Unwarped
-from recon.contact.mask import disturbed_mask
+from recon.contact.disturbed import disturbed_mask
 from recon.estimators import GradientEstimator
 from recon.images import read_frame
 from recon.pipeline import reconstruct

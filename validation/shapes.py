@@ -102,7 +102,7 @@ def known_shapes(dataset: Dataset, names: Collection[str] | None = None) -> Iter
         yield KnownShape(
             name=path.stem,
             frame=frame,
-            difference=frame - reader.blank,
+            difference=reader.difference(frame),
             truth_mm=read_depth(path, frame.shape[:2]),
         )
 

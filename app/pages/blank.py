@@ -7,7 +7,7 @@ import time
 import numpy as np
 
 from recon.arrays import Frame
-from recon.contact.mask import disturbed_mask
+from recon.contact.disturbed import disturbed_mask
 from sensor.errors import WedgeError
 
 BLANK_FRAMES = 12

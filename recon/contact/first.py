@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Bool
 
 from recon.arrays import ContactMask
-from recon.contact.mask import is_strange
+from recon.contact.disturbed import is_strange
 
 IN_A_ROW = 3
 """Frames that show a contact: a single one may be a flicker."""

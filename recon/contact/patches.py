@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from recon.arrays import ContactMask, DepthMap
-from recon.contact.mask import BORDER_PX
+from recon.contact.disturbed import BORDER_PX
 from sensor.toml import Pair
 
 LEAST_PX = 4

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the gel is disturbed, at a quarter of the frame's resolution: enough to choose a border.
 
-The thresholds are those of ``recon.contact.mask``; averages over 4 x 4 pixels stand in for most of
+The rules are those of ``recon.contact.disturbed``; averages over 4 x 4 pixels stand in for most of
 its smoothing, and every second of them for its medians.
 """
 
@@ -13,17 +13,16 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float32, UInt8
 
-from recon.contact.mask import (
+from recon.contact.disturbed import (
     BESIDE_PX,
     DEVIATION,
     FINE_PX,
     LEAST_AREA,
+    RIM_PX,
     SMOOTHING_PX,
-    drift_of,
+    disturbed_in_smooth,
     filled_patches,
-    least_change,
     lit_planes,
-    spread_of,
 )
 from recon.integration.poisson import Boundary
 from recon.kernels import compiled
@@ -49,7 +48,6 @@ class FrameDisturbance:
         self._quarter = np.zeros((-(-height // SIDE_PX), -(-width // SIDE_PX), 3), np.float32)
         self._smooth = np.zeros_like(self._quarter)
         self._line = np.zeros(width, np.float32)
-        self._changed = np.zeros(self._quarter.shape[:2], np.uint8)
         self._lit = np.array([channel in channels for channel in "RGB"], np.float32)
 
     def __call__(self, difference: Float32[np.ndarray, "3 h w"]) -> QuarterMask:
@@ -58,20 +56,22 @@ class FrameDisturbance:
         _average(difference, self._lit, self._quarter, self._line)
         cv2.GaussianBlur(self._quarter, (0, 0), _LEFT_PX, dst=smooth)
         lit = [index for index in lit_planes(difference) if self._lit[index]]
-        some = smooth[::2, ::2].reshape(-1, 3).T.copy()
-        middle = np.array([median(color) for color in some], np.float32)
-        spread = spread_of(np.abs(some[lit] - middle[lit, None]))
-        smooth -= drift_of(middle)
+        if not lit:
+            return np.zeros(smooth.shape[:2], bool)
         pairs = difference[lit, ::16, :-1:4] - difference[lit, ::16, 1::4]
         grain = DEVIATION * median(np.abs(pairs))
         grain /= math.sqrt(2) * 2 * math.sqrt(math.pi) * SMOOTHING_PX
-        _exceeding(smooth, least_change(spread, grain), self._changed)
-        least = LEAST_AREA * self._changed.size
-        return filled_patches(self._changed.view(bool), BESIDE_PX // SIDE_PX, least)
+        planes = np.ascontiguousarray(np.moveaxis(smooth, -1, 0)[lit])
+        return disturbed_in_smooth(planes, grain, _patches, RIM_PX // SIDE_PX, every=2)
+
+
+def _patches(mask: QuarterMask) -> QuarterMask:
+    """``recon.contact.disturbed.filled_patches`` at this resolution."""
+    return filled_patches(mask, BESIDE_PX // SIDE_PX, LEAST_AREA * mask.size)
 
 
 def border_of(disturbed: QuarterMask) -> Boundary:
-    """``recon.contact.mask.boundary_of`` a mask of quarters."""
+    """``recon.contact.disturbed.boundary_of`` a mask of quarters."""
     inner = disturbed[1:-1, 1:-1]
     return "neumann" if disturbed.sum() > inner.sum() else "dirichlet"
 
@@ -114,11 +114,4 @@ def _take_average(difference: Any, lit: Any, out: Any, line: Any) -> None:
                 out[row, whole, k] = lit[k] * rest.sum() / np.float32(rows * len(rest))
 
 
-def _take_exceeding(smooth: Any, most: float, out: Any) -> None:
-    for row in range(out.shape[0]):
-        for column in range(out.shape[1]):
-            here = smooth[row, column]
-            out[row, column] = max(abs(here[0]), abs(here[1]), abs(here[2])) > most
-
-
-_average, _exceeding = compiled(_take_average), compiled(_take_exceeding)
+_average = compiled(_take_average)

@@ -16,7 +16,7 @@ from jaxtyping import Float32
 
 from recon.arrays import ContactMask, DepthMap, Frame
 from recon.calibration import Calibration, load_calibration
-from recon.contact.mask import boundary_of, disturbed_in_planes
+from recon.contact.disturbed import boundary_of, disturbed_in_planes
 from recon.depth import Depth, depth_of, fewer_px, untouched_depth
 from recon.estimators import gradient_field
 from recon.estimators.default import Default

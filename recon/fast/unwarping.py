@@ -11,6 +11,7 @@ from jaxtyping import Float32
 from recon.arrays import Frame, Unwarped
 from recon.geometry.unwarp import Unwarp
 from recon.kernels import compiled
+from recon.same_light import brightness
 
 FULL_SCALE = np.arange(256, dtype=np.float32) / 255
 """Each byte as the reference scales it: half of them times 1 / 255 are another float."""
@@ -31,7 +32,15 @@ class FrameDifference:
             self._flat = np.empty_like(blank)
 
     def __call__(self, frame: Frame, out: Float32[np.ndarray, "3 h w"]) -> None:
-        """Write the difference image of a frame, as planes."""
+        """Write the difference image of a frame as planes, in the blank frame's light."""
+        self._take(frame, out)
+        factors = brightness(out, self._blank)
+        if (factors != 1).any():
+            out += self._blank
+            out /= factors[:, None, None]
+            out -= self._blank
+
+    def _take(self, frame: Frame, out: Float32[np.ndarray, "3 h w"]) -> None:
         if self._maps is None:
             _scaled_difference(frame, FULL_SCALE, self._blank, out)
             return

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float32
 
 from recon.arrays import Difference, Frame, Unwarped
-from recon.contact.mask import disturbed_mask
+from recon.contact.disturbed import disturbed_mask
 from recon.coverage import Coverage
 from recon.geometry.unwarp import PixelMap, Unwarp
 from recon.labels.circles import Circle

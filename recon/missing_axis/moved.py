@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float
 
-from recon.contact.mask import CROSS
+from recon.contact.disturbed import CROSS
 from recon.lights import Axis
 
 Mask = Bool[np.ndarray, "h w"]

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from recon.arrays import ContactMask, DepthMap, GradientField
-from recon.contact.mask import boundary_of
+from recon.contact.disturbed import boundary_of
 from recon.integration.poisson import integrate
 from recon.medians import median
 from recon.pose.registration import pixel_grid_mm

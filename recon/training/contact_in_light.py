@@ -23,8 +23,8 @@ import numpy as np
 from jaxtyping import Bool, Float16, Float32, Float64
 
 from recon import unet
+from recon.contact.disturbed import disturbed_mask
 from recon.contact.known_light import CONTACT_IN_LIGHT, PITCH_MM, light_input
-from recon.contact.mask import disturbed_mask
 from recon.estimators import GradientEstimator, fit_estimator, lesson_of
 from recon.estimators.default import Default
 from recon.estimators.shading import blank_colors

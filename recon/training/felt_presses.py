@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Bool, Float32
 
 from recon.arrays import ContactMask, DepthMap, GradientField
-from recon.contact.mask import disturbed_mask
+from recon.contact.disturbed import disturbed_mask
 from recon.contact.network import network_input
 from recon.estimators import GradientEstimator, fit_estimator, lesson_of
 from recon.pipeline import reconstruct

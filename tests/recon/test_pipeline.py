@@ -13,7 +13,8 @@ import recon
 import sensor
 from recon.ball import ball_cap
 from recon.calibration import calibrate
-from recon.contact.mask import boundary_of, contact_mask, disturbed_mask
+from recon.contact.disturbed import boundary_of, disturbed_mask
+from recon.contact.mask import contact_mask
 from recon.depth import HINT_SHARE, SEEN_SHARE, infer_gradient, without
 from recon.images import read_frame
 from recon.integration.poisson import integrate

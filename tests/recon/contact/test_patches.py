@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from recon.contact.mask import BORDER_PX
+from recon.contact.disturbed import BORDER_PX
 from recon.contact.patches import LEAST_PX, contact_patches, contact_word
 
 ROWS, COLUMNS = np.indices((80, 121))

@@ -7,7 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from recon.contact.mask import NOISE_FACTOR, SMOOTHING_PX, WIDEST_STAINS, disturbed_mask
+from recon.contact.disturbed import (
+    NOISE_FACTOR,
+    SMOOTHING_PX,
+    WIDEST_STAINS,
+    disturbed_mask,
+)
 from recon.fast.disturbance import FrameDisturbance, in_pixels, in_quarters
 from tests.recon.fast.units import planes
 

@@ -16,7 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from recon import kernels, unet
-from recon.contact.mask import boundary_of, disturbed_mask
+from recon.contact.disturbed import boundary_of, disturbed_mask
 from recon.estimators import GradientEstimator, gradient_field
 from recon.estimators.default import MEMBERS, MEMBERS_OF_FEW, settled
 from recon.estimators.mlp import Mlp

@@ -11,7 +11,7 @@ import pytest
 
 from benchmarks.pose_doubt import Step, by_axis, errors_of, smooth_noise, square, with_errors
 from benchmarks.touches import SyntheticTouch, cube_corner, motions, shallow_texture
-from recon.contact.mask import boundary_of
+from recon.contact.disturbed import boundary_of
 from recon.integration.poisson import integrate
 from recon.pose.cells import LENGTHS_MM, coarse, noise_between
 from recon.pose.noise import (

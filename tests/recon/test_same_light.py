@@ -1,0 +1,90 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A frame in another light says what it says in the blank frame's; touches are no light."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from recon.fast import FastReconstructor
+from recon.pipeline import Reconstructor
+from recon.same_light import LARGEST_CHANGE, LEAST_CHANGE, brightness, in_same_light
+from tests.recon.fast.units import make_unit, pressed, random_default
+
+seeds = st.integers(0, 2**32 - 1)
+changes = st.floats(LEAST_CHANGE + 0.01, LARGEST_CHANGE - 0.05).flatmap(
+    lambda change: st.sampled_from([1 - change, 1 + change])
+)
+shapes = st.sampled_from([(60, 80), (231, 320), (240, 320), (320, 240), (7, 9)])
+
+
+def blank_gel(shape, seed):
+    """Uneven light, each colour's own."""
+    y, x = np.indices(shape) / np.array(shape)[:, None, None]
+    rng = np.random.default_rng(seed)
+    slopes, level = rng.uniform(-0.25, 0.25, (2, 3)), rng.uniform(0.35, 0.6, 3)
+    light = level + (x[..., None] - 0.5) * slopes[0] + (y[..., None] - 0.5) * slopes[1]
+    return light.astype(np.float32)
+
+
+def ball(blank, seed):
+    """A contact of up to a sixth of the frame, its colours changed both ways."""
+    height, width = blank.shape[:2]
+    rng = np.random.default_rng(seed)
+    center, radius = rng.uniform(0, 1, 2) * (height, width), 0.2 * min(height, width)
+    dy, dx = (np.indices((height, width)) - center[:, None, None]) / radius
+    inside = np.hypot(dx, dy) < 1
+    return (inside[..., None] * np.stack([0.3 * dx, -0.2 * dy, -0.3 * dx], -1)).astype(np.float32)
+
+
+@given(seed=seeds, factor=changes, shape=shapes)
+def test_brighter_and_darker_light_is_taken_off(seed, factor, shape):
+    blank = blank_gel(shape, seed)
+    touched = ball(blank, seed)
+    frame = factor * (blank + touched)
+    np.testing.assert_allclose(in_same_light(frame - blank, blank), touched, atol=5e-3)
+
+
+@given(seed=seeds, factor=changes)
+def test_one_lamp_that_fades_is_told_and_leaves_the_others(seed, factor):
+    blank = blank_gel((240, 320), seed)
+    frame = blank * np.array([factor, 1, 1], np.float32)
+    factors = brightness(*(np.moveaxis(image, -1, 0) for image in (frame - blank, blank)))
+    np.testing.assert_allclose(factors, [factor, 1, 1], atol=2e-3)
+
+
+@given(seed=seeds, level=st.floats(-0.9 * LEAST_CHANGE, 0.9 * LEAST_CHANGE))
+def test_a_slight_change_and_a_touch_stay_as_they_are(seed, level):
+    blank = blank_gel((240, 320), seed)
+    difference = (1 + level) * (blank + ball(blank, seed)) - blank
+    assert in_same_light(difference, blank) is difference
+
+
+@given(seed=seeds, change=st.floats(0.05, 0.3))
+def test_a_face_that_flattens_the_dome_is_no_light(seed, change):
+    """It tilts skin one way on one side and the other way on the other."""
+    blank = blank_gel((240, 320), seed)
+    y, x = np.indices((240, 320)) / np.array([240, 320])[:, None, None] - 0.5
+    difference = change * np.stack([x, y, -x], -1).astype(np.float32)
+    assert in_same_light(difference, blank) is difference
+
+
+@pytest.mark.parametrize("level", [0.0, 0.03, 1.0])
+def test_a_dark_or_saturated_blank_frame_tells_nothing(level):
+    blank = np.full((240, 320, 3), level, np.float32)
+    difference = 0.9 * blank - blank
+    assert in_same_light(difference, blank) is difference
+
+
+@pytest.mark.parametrize("kind", [Reconstructor, FastReconstructor])
+@pytest.mark.parametrize("share", [0.75, 1.2])
+def test_depth_stays_when_the_light_does_not(kind, share):
+    unit = make_unit((320, 240), estimator=random_default())
+    frame = pressed(unit.background, (150, 110)).astype(np.float32)
+    frame = frame.clip(0, 200)  # 1.2 times as bright saturates nothing
+    before, after = (
+        kind(unit)(np.round(times * frame).astype(np.uint8)).depth_mm.copy()
+        for times in (1.0, share)
+    )
+    assert np.abs(after - before).max() < 0.05 * np.abs(before).max()
