@@ -12,8 +12,8 @@ from validation.figures.style import FULL_IN, INK, styled
 from validation.shapes import TOUCHED, name_in_words
 
 TITLES = {
-    "two lights, zero": "R+B, Gx zero",
-    "two lights, network": "R+B, network",
+    "two lights, zero": "RB, Gx zero",
+    "two lights, network": "RB, network",
     "one light, network": "R, network",
     "three lights": "three lights",
 }
@@ -70,7 +70,7 @@ def _row(figure: Figure, touch: Touch, top: float, side: float, titled: bool) ->
         maps.Box(left=left, top=top, width=side, height=side),
         touch.doubt[window],
         pitch,
-        "R+B, uncertainty" if titled else "",
+        "RB, uncertainty" if titled else "",
         colors=DOUBT_COLORS,
         limits=(0.0, MOST_DOUBT),
     )
