@@ -178,3 +178,31 @@ def test_flattened_gel_does_not_make_points_certain():
     cloud = point_cloud(touch)
     expected = depth_error(np.full((60, 80, 2), 0.1), (0.1, 0.1), touch.boundary)
     np.testing.assert_allclose(cloud.sigma_mm, expected.ravel(), rtol=1e-4)
+
+
+@pytest.mark.parametrize("pitch", [(0.1, 0.25), (0.25, 0.1)])
+def test_variances_are_averaged_by_the_inverse_square_of_the_distance_in_mm(pitch):
+    """Summed pixel by pixel, on few enough of them that each is a cell of its own."""
+    height, width = 9, 14
+    error = np.random.default_rng(0).uniform(0.05, 0.3, (height, width, 2)).astype(np.float32)
+    error[2, 11] = 2.0
+    rows, columns = np.indices((height, width)).reshape(2, -1)
+    x_mm, y_mm = columns * pitch[0], rows * pitch[1]
+    square_mm2 = np.subtract.outer(x_mm, x_mm) ** 2 + np.subtract.outer(y_mm, y_mm) ** 2
+    weight = 1 / np.maximum(square_mm2, pitch[0] * pitch[1] / 4)  # itself: at half its width
+    variance = np.square(error, dtype=float).mean(-1).ravel()
+    around = (weight @ variance / weight.sum(1)).reshape(height, width)
+    squares = CORRELATED_MM / np.sqrt(pitch[0] * pitch[1])
+    expected = squares * depth_noise((height, width), pitch, "neumann") * np.sqrt(around)
+    np.testing.assert_allclose(depth_error(error, pitch, "neumann"), expected, rtol=1e-4)
+
+
+@pytest.mark.parametrize("first", [0, 1])
+def test_of_a_frame_with_more_pixels_than_cells_every_pixel_counts(first):
+    """One of four that is wrong leaves a quarter of the variance, wherever it lies."""
+    every = np.full((120, 160, 2), 0.1, np.float32)
+    some = np.zeros_like(every)
+    some[first::2, ::2] = 0.1
+    whole, quarter = (depth_error(error, (0.1, 0.1), "dirichlet") for error in (every, some))
+    inner = np.s_[10:-10, 10:-10]
+    np.testing.assert_allclose(quarter[inner], whole[inner] / 2, rtol=0.02)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from recon.lights import ALIGNED_DEG, sits_like_wedge, unseen_axis
+from recon.lights import ALIGNED_DEG, azimuth_deg, sits_like_wedge, unseen_axis
 from sensor.design import FINGER, STANDARD
 from tests.synthetic import shaded
 
@@ -51,6 +51,13 @@ def test_where_nobody_said_where_the_lights_sit_nothing_is_claimed():
     assert unseen_axis(None, "RB") is None
     assert unseen_axis({"R": 90.0}, "RB") is None
     assert not sits_like_wedge(None)
+
+
+@pytest.mark.parametrize(
+    ("angle", "same"), [(-180.0, 180.0), (540.0, 180.0), (-179.0, -179.0), (270.0, -90.0)]
+)
+def test_an_azimuth_lies_above_minus_180_and_up_to_180(angle, same):
+    assert azimuth_deg(angle) == same
 
 
 @pytest.mark.parametrize("design", [STANDARD, FINGER])

@@ -37,6 +37,13 @@ def test_of_many_numbers(seed: int, count: int, steps: int | None, order: str) -
     assert median(values) == np.median(values)
 
 
+@pytest.mark.parametrize("every", [2, 5])
+def test_of_many_of_which_the_sample_sees_one_value_alone(every: int) -> None:
+    values = np.arange(every * SAMPLE, dtype=np.float32)
+    values[::every] = -7
+    assert median(values) == np.median(values)
+
+
 def test_of_none_it_is_zero() -> None:
     assert median(np.zeros((0, 3))) == 0
 

@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -135,3 +136,22 @@ def test_the_contact_radius_in_mm_is_that_of_the_circle_of_equal_area():
     one = press(radius_px=10.0, mm_per_px=(0.1, 0.4))
     assert one.contact_radius_mm == pytest.approx(2.0)
     assert one.size_px == (WIDTH, HEIGHT)
+
+
+@pytest.mark.parametrize(("mm_per_px", "side_mm"), [((0.1, 0.25), 6.4), ((0.25, 0.1), 4.8)])
+def test_the_frames_shorter_side_is_the_one_of_fewer_mm_not_of_fewer_pixels(mm_per_px, side_mm):
+    assert press(mm_per_px=mm_per_px).shorter_side_mm == pytest.approx(side_mm)
+
+
+def test_gel_that_nobody_saw_blank_is_taken_for_gray():
+    one = press()
+    seen = np.random.default_rng(0).random((HEIGHT, WIDTH, 3)).astype(np.float32)
+    known = label_pixels(replace(one, blank=seen), 0, 0)
+    columns, rows = np.array(places(known)).T
+    np.testing.assert_array_equal(known.blank, seen[rows, columns])
+    assert (label_pixels(one, 0, 0).blank == 0.5).all()
+
+
+def test_how_deep_a_ball_goes_below_its_rim_is_told_in_shares_of_the_shorter_side():
+    pixels = label_pixels(press(radius_px=9.0, ball_mm=1.5), 0, 0)  # 0.9, 1.2, 1.5: a right angle
+    np.testing.assert_allclose(pixels.cap, (1.5 - 1.2) / 4.8, rtol=1e-6)

@@ -8,7 +8,15 @@ import pytest
 
 from recon.geometry.lens import Lens, write_lens
 from recon.images import read_image, write_image
-from recon.presses import deep_presses, left_out_places, read_background, read_presses
+from recon.presses import (
+    ENOUGH_PRESSES,
+    deep_presses,
+    few_presses,
+    fingerprint,
+    left_out_places,
+    read_background,
+    read_presses,
+)
 from sensor.dataset import LENS_FILE, BallLabel, read_dataset, write_card, write_labels
 from sensor.errors import WedgeError
 from tests.synthetic import (
@@ -276,3 +284,25 @@ def test_presses_in_one_corner_are_said_to_leave_the_pad_out(tmp_path):
     assert sentence is not None
     assert "such as bottom, right (tip), lie" in sentence
     assert "Press the ball over the whole pad" in sentence
+
+
+def test_ten_presses_are_enough_and_nine_are_said_to_be_too_few(tmp_path):
+    ten = read_presses(make_dataset(tmp_path, presses=ENOUGH_PRESSES))
+    assert few_presses(ten) is None
+    sentence = few_presses(replace(ten, presses=ten.presses[1:]))
+    assert sentence is not None and sentence.startswith("9 presses: too few to trust")
+
+
+def test_the_mean_of_blank_frames_is_rounded_to_the_nearest_level(tmp_path):
+    dataset = make_dataset(tmp_path, presses=1)
+    levels = {"a.png": 100, "b.png": 101, "c.png": 101}
+    for name, level in levels.items():
+        write_image(tmp_path / name, np.full((90, 120, 3), level, np.uint8))
+    card = replace(dataset.card, background=tuple(levels))
+    assert (read_background(replace(dataset, card=card)) == 101).all()
+
+
+def test_frames_of_the_same_bytes_and_another_shape_are_not_the_same():
+    frame = np.zeros((4, 6, 3), np.uint8)
+    assert fingerprint(frame) == fingerprint(frame.copy())
+    assert fingerprint(frame) != fingerprint(frame.reshape(6, 4, 3))

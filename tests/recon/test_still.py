@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from recon.integration.poisson import integrate
-from recon.still import FARTHEST, LONG_COLLAR, REACH, reach_of, without_still
+from recon.still import CLEAR_SLOPE, FARTHEST, LONG_COLLAR, REACH, reach_of, without_still
 
 
 def dent(height, width, sigma):
@@ -71,3 +71,8 @@ def test_flat_gel_stays_flat_and_the_margin_is_as_wide_as_said():
     found = without_still(np.full((96, 96, 2), 0.01, np.float32), point)
     assert (found[..., 0] > 0).sum() == (2 * round(REACH * 96) + 1) ** 2
     assert (without_still(np.zeros((96, 96, 2), np.float32), point) == 0).all()
+
+
+def test_noise_is_no_contact_though_single_pixels_of_it_are_steep():
+    noise = np.random.default_rng(0).normal(0, CLEAR_SLOPE, (240, 320, 2)).astype(np.float32)
+    assert not without_still(noise, np.zeros((240, 320), bool)).any()

@@ -18,6 +18,7 @@ from recon.integration.weighed import (
     held_weight,
     inferred_doubts,
     resting,
+    shorter_side_mm,
     slope_doubt,
     weighed_depth,
 )
@@ -299,3 +300,8 @@ def test_one_doubt_everywhere_is_the_plain_integral(monkeypatch):
         free = integrate(found, (0.1, 0.1), boundary)
         again = weighed_depth(free, found, (0.1, 0.1), boundary)
         np.testing.assert_allclose(again, free, atol=0.01 * free.max())
+
+
+@pytest.mark.parametrize(("pitch", "side_mm"), [((0.1, 0.25), 12.0), ((0.25, 0.1), 9.0)])
+def test_the_shorter_side_is_the_one_of_fewer_mm_not_of_fewer_pixels(pitch, side_mm):
+    assert shorter_side_mm((90, 120), pitch) == pytest.approx(side_mm)
