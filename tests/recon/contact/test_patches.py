@@ -61,3 +61,19 @@ def test_a_patch_has_at_least_so_many_pixels(area_px):
     contact[40, 60 : 60 + area_px] = True
     found = contact_patches(contact, np.ones(ROWS.shape), (0.1, 0.1))
     assert len(found) == (area_px >= LEAST_PX)
+
+
+def test_a_patch_s_deepest_point_is_its_own_though_a_deeper_one_lies_in_its_box():
+    corner = ((COLUMNS < 20) | (ROWS > 60)) & (COLUMNS < 90)  # an L
+    within = disc(60, 30, 8)
+    depth = 0.2 * (corner | within)
+    depth[40, 6], depth[32, 62] = 0.3, 0.9
+    large, small = contact_patches(corner | within, depth, (0.1, 0.2))
+    assert (large.deepest_mm, small.deepest_mm) == (0.3, 0.9)
+    assert large.deepest_at_mm == pytest.approx(((6 - 60) * 0.1, (40 - 39.5) * 0.2))
+
+
+def test_pixels_that_touch_at_a_corner_are_of_one_patch():
+    contact = np.zeros(ROWS.shape, bool)
+    contact[30:40, 30:40] = contact[40:50, 40:50] = True
+    assert len(contact_patches(contact, np.ones(ROWS.shape), (0.1, 0.1))) == 1

@@ -47,3 +47,26 @@ def test_uneven_pixels_give_the_same_shadow_in_millimetres():
     fine = cast_shadows(DARK, block(), {"R": 0.0}, (0.05, 0.1))[..., 0].sum() * 0.05
     coarse = cast_shadows(DARK, block(), {"R": 0.0}, (0.1, 0.1))[..., 0].sum() * 0.1
     assert fine == pytest.approx(coarse, rel=0.1)
+
+
+@pytest.mark.parametrize("pitch", [(0.05, 0.1), (0.1, 0.05)])
+@pytest.mark.parametrize("azimuth_deg", [0.0, 90.0])
+def test_a_shadow_is_as_long_along_either_axis_of_oblong_pixels(pitch, azimuth_deg):
+    rows, columns = np.indices((round(12 / pitch[1]), round(12 / pitch[0])))
+    x_mm, y_mm = (columns + 0.5) * pitch[0] - 6, (rows + 0.5) * pitch[1] - 6
+    depth = np.where((abs(x_mm) < 1) & (abs(y_mm) < 1), 0.6, 0.0)
+    dark = np.full((*depth.shape, 3), -0.1, np.float32)
+    found = cast_shadows(dark, depth, {"R": azimuth_deg}, pitch)[..., 0]
+    along_mm = (x_mm if azimuth_deg == 0 else y_mm)[found]
+    assert along_mm.max() < -0.9  # the light comes from the other side
+    assert -1 - along_mm.min() == pytest.approx(0.6 / GRAZING, abs=2 * max(pitch))
+
+
+@pytest.mark.parametrize(("pitch", "azimuth_deg"), [((0.05, 0.1), 0.0), ((0.1, 0.05), 90.0)])
+def test_a_blade_as_thin_as_a_pixel_casts_a_shadow_without_gaps(pitch, azimuth_deg):
+    depth = np.zeros(SIZE)
+    line = np.s_[:, 70] if azimuth_deg == 0 else np.s_[50]
+    depth[line] = 0.6
+    found = cast_shadows(DARK, depth, {"R": azimuth_deg}, pitch)[..., 0]
+    shadow = np.flatnonzero(found[50] if azimuth_deg == 0 else found[:, 70])
+    assert len(shadow) > 10 and (np.diff(shadow) == 1).all()

@@ -84,3 +84,14 @@ def test_contacts_as_wide_as_their_ball_are_refused_whatever_the_pixels(mm_per_p
     refuse_small_ball(labels, replace(card, ball_radius_mm=2.5))
     with pytest.raises(WedgeError, match=r"2\.00 mm at 0\.1 mm/px"):
         refuse_small_ball(labels, replace(card, ball_radius_mm=2.0))
+
+
+def test_each_contact_is_as_wide_as_its_own_ball_and_most_must_be(tmp_path):
+    card = replace(make_dataset(tmp_path / "set", presses=1).card, ball_radius_mm=2.0)
+    wide = BallLabel(file="a.png", center_x_px=60.0, center_y_px=45.0, contact_radius_px=20.0)
+    narrow, of_its_own = replace(wide, contact_radius_px=10.0), replace(wide, ball_radius_mm=4.0)
+    refuse_small_ball([of_its_own, of_its_own, wide], card)
+    refuse_small_ball([narrow, narrow, wide], card)
+    for labels in ([narrow, wide, wide], [of_its_own, wide, wide]):
+        with pytest.raises(WedgeError, match="as wide as the ball of radius 2 mm"):
+            refuse_small_ball(labels, card)

@@ -7,7 +7,7 @@ import pytest
 
 from recon.labels import circles
 from recon.labels.ball_fit import Near, unexplained
-from recon.labels.circles import refit_circle, refit_circles
+from recon.labels.circles import Circle, refit_circle, refit_circles
 from tests.shading import pressed
 
 SIZE_PX = (160, 120)
@@ -81,3 +81,13 @@ def test_pixels_on_one_line_are_explained_as_far_as_they_tell():
     near = Near(x_px=x, y_px=np.zeros_like(x), color=color)
     contact = np.array([0.0, 0.0, 12.0, 1.0])
     assert np.abs(unexplained(contact, near, np.ones_like(x), BALL_PX)).max() < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("center", "kept"), [((-3.0, 130.0), (0.0, 119.0)), ((165.0, -1.0), (159.0, 0.0))]
+)
+def test_a_label_s_centre_lies_on_the_frame(
+    center: tuple[float, float], kept: tuple[float, float]
+) -> None:
+    label = Circle(center_px=center, radius_px=9.0, quality=0.5).label("a.png", SIZE_PX)
+    assert (label.center_x_px, label.center_y_px) == kept

@@ -123,6 +123,12 @@ def test_the_spacing_of_a_square_grid_is_told_in_mm_whatever_the_shape_of_pixels
     assert markers.card(mm_per_px)["spacing_mm"] == pytest.approx(spacing_mm, rel=0.01)
 
 
+@pytest.mark.parametrize("mm_per_px", [(0.1, 0.4), (0.4, 0.1), (0.2, 0.2)])
+def test_a_dot_s_diameter_in_mm_is_that_of_the_disc_of_equal_area(mm_per_px):
+    markers = find_markers(dotted(grid_px(20.0), 3.0))
+    assert markers.card(mm_per_px)["diameter_mm"] == round(0.2 * markers.diameter_px, 4)
+
+
 @pytest.mark.parametrize("light", [0.8, 1.0, 1.2])
 @pytest.mark.parametrize(("spacing_px", "darkness"), [(9.0, 0.8), (13.0, 0.2), (31.0, 0.12)])
 def test_dots_that_the_blank_frame_has_not_are_told_in_any_light(light, spacing_px, darkness):
