@@ -13,6 +13,7 @@ from recon.depth import (
     Depth,
     InferredField,
     fewer_px,
+    infer_gradient,
     inferred_depth,
     untouched_depth,
     weighed_integral,
@@ -156,3 +157,12 @@ def test_gel_that_nothing_touches_tells_the_level_of_a_free_border(touched, know
     depth_mm[~disturbed] = 0.3
     assert untouched_depth(depth_mm, disturbed, "neumann") == (0.3 if known else 0.0)
     assert untouched_depth(depth_mm, disturbed, "dirichlet") == 0.0
+
+
+@pytest.mark.parametrize("unseen", ["x", "y"])
+def test_gel_that_cannot_have_moved_is_flat_whatever_the_lights_and_the_hint_say(unseen) -> None:
+    cap = ball_cap((160, 120), (80.0, 60.0), 2.0, 3.0, (0.1, 0.1))
+    drifted = (cap.gradient + 0.1).astype(np.float32)
+    field = infer_gradient(drifted, cap.contact, unseen, (0.1, 0.1), hinted=True)
+    still = ~field.support
+    assert still.any() and np.abs(field.gradient[still]).max() < 0.01

@@ -392,3 +392,9 @@ def test_a_unit_that_does_not_say_its_errors_fails_by_each_of_them(calibration, 
     values = error_values(None, card) | ball_radius_values(None, card)
     expected = {"theta_x_deg", "theta_y_deg", "depth_rmse_share", "ball_radius_share"}
     assert {name for name, grade in grades(values).items() if grade == "fail"} == expected
+
+
+def test_a_ball_s_radius_is_off_by_a_share_of_itself_not_of_its_curvature(calibration):
+    for curvature, share in ((0.8, 0.25), (1.25, 0.2), (1.0, 0.0)):
+        card = replace(calibration.card, metrics={"contact_curvature": curvature})
+        assert ball_radius_values(None, card)["ball_radius_share"][""] == pytest.approx(share)

@@ -75,3 +75,16 @@ def test_two_presses_tell_too_little():
         reach = stats.t.ppf(0.975, presses - 1) * stats.sem(errors) / errors.mean(0)
         beyond.append(np.mean(np.exp(reach) > 10))
     assert beyond[0] > 0.25 and beyond[1] < 0.01
+
+
+def test_draws_that_do_not_tell_are_left_out():
+    errors = np.array([1.0, 2.0, 3.0, 4.0])
+
+    def mean(drawn):
+        return (drawn @ errors / drawn.sum(1))[:, None]
+
+    def told(drawn):  # nothing by one draw in 256, of the first press alone
+        return np.where(drawn[:, :1] > 3, np.nan, mean(drawn))
+
+    (every,), (most,) = (bootstrap_intervals(numbers, 4, 0) for numbers in (mean, told))
+    assert every != most == pytest.approx(every, rel=0.02)

@@ -54,3 +54,24 @@ def test_outer_circles_that_lie_to_one_side_are_told() -> None:
     turned = outline_of(drawn.astype(np.float32), center, RADIUS_PX)
     assert even is not None and even.spread < 0.005
     assert turned is not None and turned.spread > 0.02
+
+
+def test_all_circles_of_a_disc_have_one_center_to_a_fiftieth_of_a_pixel() -> None:
+    """Wherever it lies between the pixels, though rays are looked at every quarter of one."""
+    for x, y in np.random.default_rng(0).uniform((70, 50), (90, 70), (12, 2)):
+        found = outline_of(ring((x, y)), (x + 1, y - 1), RADIUS_PX)
+        assert found is not None
+        assert np.hypot(*np.subtract(found.center_px, (x, y))) < 0.02
+        assert found.spread < 0.02 / RADIUS_PX
+
+
+def test_a_bulge_of_a_ninth_of_the_outline_hardly_pulls_the_center() -> None:
+    center = (78.3, 61.6)
+    y, x = np.mgrid[: SIZE_PX[1], : SIZE_PX[0]]
+    dx, dy = x - center[0], y - center[1]
+    rim_px = RADIUS_PX + np.where(np.abs(np.arctan2(dy, dx)) < np.radians(20), 8, 0)
+    distance = np.hypot(dx, dy)
+    rise = np.minimum(distance / RADIUS_PX, 1) * np.exp(-np.maximum(distance - rim_px, 0) / 5)
+    found = outline_of(rise.astype(np.float32), center, RADIUS_PX)
+    assert found is not None
+    assert np.hypot(*np.subtract(found.center_px, center)) < 0.5  # equal weights: 1.8

@@ -13,11 +13,8 @@ from benchmarks.pose_doubt import Step, by_axis, errors_of, smooth_noise, square
 from benchmarks.touches import SyntheticTouch, cube_corner, motions, shallow_texture
 from recon.contact.disturbed import boundary_of
 from recon.integration.poisson import integrate
-from recon.pose.cells import LENGTHS_MM, coarse, noise_between
-from recon.pose.noise import (
-    sums_in_waves,
-    wave_variances,
-)
+from recon.pose.cells import LENGTHS_MM, cell_px, coarse, noise_between
+from recon.pose.noise import depth_variances, pixels, sums_in_waves, wave_variances
 from recon.pose.pyramid import Pyramid, still_window
 from recon.pose.registration import pixel_grid_mm
 from recon.pose.rigid import motion
@@ -185,3 +182,29 @@ def test_sums_vary_as_integration_makes_them(number):
     scale = np.sqrt(np.diag(stated))
     seen = (np.array(drawn) / scale).T @ (np.array(drawn) / scale) / len(drawn)
     np.testing.assert_allclose(seen, stated / np.outer(scale, scale), atol=0.2)
+
+
+OBLONG, OBLONG_MM = (24, 30), (0.5, 0.8)
+
+
+@pytest.mark.parametrize("place", [(3, 4), (12, 20), (23, 29)])
+def test_one_depth_varies_as_the_sum_of_it_alone_on_oblong_pixels(place):
+    assert cell_px(OBLONG_MM) == (1, 1)
+    x_mm, y_mm = pixel_grid_mm(OBLONG[::-1], OBLONG_MM)
+    point = np.array([[x_mm[place[1]], y_mm[place[0]], 0.0]])
+    wave = sums_in_waves(point, np.ones((1, 1, 1)), OBLONG, OBLONG_MM)[0]
+    stated = wave_variances(OBLONG, OBLONG_MM) @ wave**2
+    whole = depth_variances(OBLONG, OBLONG_MM)[:, *place]
+    np.testing.assert_allclose(stated[1:], whole[1:])
+
+
+def test_depths_of_the_transposed_frame_vary_as_those_of_the_frame():
+    whole, turned = (depth_variances(OBLONG[::n], OBLONG_MM[::n]) for n in (1, -1))
+    np.testing.assert_allclose(whole, turned.transpose(0, 2, 1))
+
+
+def test_points_on_the_frame_s_edge_and_beyond_it_are_of_its_outermost_pixels():
+    half_mm = np.multiply(OBLONG[::-1], OBLONG_MM) / 2
+    points = np.outer([-2, -1, 1, 2], [*half_mm, 0])
+    rows, columns = pixels(points, OBLONG, OBLONG_MM)
+    assert (rows.tolist(), columns.tolist()) == ([0, 0, 23, 23], [0, 0, 29, 29])

@@ -4,6 +4,7 @@
 
 import threading
 from collections.abc import Iterator
+from types import SimpleNamespace
 
 import pytest
 
@@ -105,6 +106,27 @@ def test_who_waits_for_so_long_does_not_wait_longer_for_damaged_frames() -> None
         assert newest.take(timeout_s=0.05) is None
         assert newest.source.counts.corrupt >= DAMAGED_FRAMES and newest.all_damaged
         assert newest.remark.startswith("no frame of counter can be shown; the last one: ")
+
+
+def test_a_stream_of_which_every_other_frame_is_damaged_is_not_all_damaged() -> None:
+    class Flickering(Counter):
+        """Each frame comes once the one before was looked at."""
+
+        def __iter__(self) -> Iterator[TimedFrame]:
+            for index in range(2 * DAMAGED_FRAMES):
+                flaw, jpeg = ("", FRAMES[0]) if index % 2 else ("1.png is damaged.", None)
+                yield TimedFrame(index=index, time_ns=0, arrived_ns=0, jpeg=jpeg, flaw=flaw)
+                self.allowed.acquire()
+                if self.ended:
+                    return
+
+    source = Flickering()
+    source.counts = SimpleNamespace(add_corrupt=source.allowed.release)
+    with Newest(source) as newest:
+        for taken in range(DAMAGED_FRAMES):
+            assert newest.take().index == 2 * taken + 1
+            assert not newest.all_damaged
+            source.allowed.release()
 
 
 def test_a_jpeg_damaged_within_is_passed_over() -> None:
