@@ -12,6 +12,8 @@ from recon.ball import ball_cap
 from recon.depth import (
     Depth,
     InferredField,
+    beneath_dots,
+    depth_of,
     fewer_px,
     infer_gradient,
     inferred_depth,
@@ -22,6 +24,7 @@ from recon.depth import (
 from recon.integration.poisson import Boundary
 from recon.lights import Axis
 from recon.missing_axis.inference import LONGEST_SIDE_PX, working_size
+from tests.recon.test_depth_error import told
 
 
 @given(
@@ -166,3 +169,49 @@ def test_gel_that_cannot_have_moved_is_flat_whatever_the_lights_and_the_hint_say
     field = infer_gradient(drifted, cap.contact, unseen, (0.1, 0.1), hinted=True)
     still = ~field.support
     assert still.any() and np.abs(field.gradient[still]).max() < 0.01
+
+
+@pytest.mark.parametrize("unseen", ["x", "y"])
+def test_a_contact_cut_in_half_has_the_depth_of_half_of_the_whole_one(unseen) -> None:
+    """Which the frame does not cut: its mirror image beyond the edge ends at a zero border."""
+    size_px, center = ((160, 240), (80.0, 119.5)) if unseen == "x" else ((240, 160), (119.5, 80.0))
+    cap = ball_cap(size_px, center, 2.0, 3.0, (0.1, 0.1))
+    slopes = cap.gradient.astype(np.float32)
+    half = np.s_[120:] if unseen == "x" else np.s_[:, 120:]
+    whole, cut = (
+        inferred_depth(slopes[part], cap.contact[part], unseen, (0.1, 0.1), hinted=True)
+        for part in (np.s_[:], half)
+    )
+    assert (whole.boundary, cut.boundary) == ("dirichlet", "neumann")
+    np.testing.assert_allclose(cut.depth_mm, whole.depth_mm[half], atol=1e-5)
+
+
+def test_gel_that_rests_is_at_zero_though_most_beside_a_contact_followed_it() -> None:
+    rows, columns = np.indices((120, 160))
+    away_px = np.hypot(rows, columns - 80)  # a cone that the edge cuts
+    depth_mm = 0.03 * np.maximum(90 - away_px, 0)
+    outward = np.stack([columns - 80, rows], -1) / np.maximum(away_px, 1)[..., None]
+    slopes = np.where(depth_mm[..., None] > 0, -0.3 * outward, 0).astype(np.float32)
+    disturbed = away_px < 30
+    found = depth_of(
+        slopes, disturbed, told(None), missing="none", lights_deg=None, mm_per_px=(0.1, 0.1)
+    )
+    assert found.boundary == "neumann"
+    assert np.median(depth_mm[~disturbed]) > 0.2
+    np.testing.assert_allclose(found.depth_mm, depth_mm, atol=0.03)
+
+
+@pytest.mark.parametrize("unseen", ["x", "y"])
+def test_under_dots_a_slope_that_no_light_shows_says_nothing_of_the_other(unseen) -> None:
+    known = 1 - "xy".index(unseen)
+    slopes = ball_cap((80, 60), (40.0, 30.0), 2.0, 3.0, (0.1, 0.1)).gradient.astype(np.float32)
+    other = slopes.copy()
+    other[..., 1 - known] = np.random.default_rng(0).normal(0, 0.3, other.shape[:2])
+    hidden = np.zeros(slopes.shape[:2], bool)
+    hidden[::10, ::10] = hidden[1::10, ::10] = hidden[::10, 1::10] = True
+    one, two = (
+        beneath_dots(field, hidden, unseen, (0.1, 0.1), repeatable=True)[..., known]
+        for field in (slopes, other)
+    )
+    np.testing.assert_array_equal(one, two)
+    assert (one != slopes[..., known])[hidden].any()

@@ -21,6 +21,7 @@ from simulation.presses import (
     skin_under,
 )
 from simulation.skin import (
+    NARROW_PX,
     SMALLEST_MM,
     View,
     collar_mm,
@@ -105,6 +106,14 @@ def test_a_skin_that_has_not_settled_is_no_answer(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr("simulation.skin.SWEEPS", 10)
     with pytest.raises(WedgeError, match="does not settle in 10 steps"):
         pressed(VIEW, FLAT, reach(0.7))
+
+
+def test_a_wide_collar_that_creeps_has_settled_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    thick = replace(FLAT, thickness_mm=10.0)
+    assert collar_mm(thick) > NARROW_PX * VIEW.mm_per_px[0]
+    found = pressed(VIEW, thick, reach(0.7)).depth_mm
+    monkeypatch.setattr("simulation.skin.SETTLED_MM", 1e-8)
+    np.testing.assert_allclose(found, pressed(VIEW, thick, reach(0.7)).depth_mm, atol=1e-4)
 
 
 def test_a_deeper_press_touches_more_and_a_thicker_gel_follows_farther() -> None:

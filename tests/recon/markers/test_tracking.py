@@ -151,3 +151,13 @@ def test_hidden_pixels_cover_the_dots_at_rest_and_now_and_do_not_flicker():
 
 def test_a_clear_gel_has_no_tracker():
     assert marker_tracker(pad().astype(np.float32)) is None
+
+
+def test_an_even_stretch_is_no_jump_of_those_whose_neighbours_are_farther_off():
+    """At the edge some are two spacings away, and move apart by twice as much."""
+    middle, tracked = np.array([WIDTH, HEIGHT]) / 2, None
+    for share in (0.0, 0.05, 0.1, 0.15, 0.2):
+        places = middle + (1 - share) * (PLACES - middle)
+        tracked = TRACKER.track(dotted(places), tracked)
+        assert tracked.word == "tracked" and tracked.seen.all()
+        assert errors(tracked, places).max() < 0.5
