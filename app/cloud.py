@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
+from app._background import light_remarks
 from app._doubt import doubt_remarks
 from app._first_contact import first_touched
 from app._frames import UnitFrame, is_image, unit_frames
@@ -114,6 +115,7 @@ def main(
     )
     remarks = _remarks(calibration.card, laid_on)
     blank = None if background is None else read_checked(background, calibration.unwarp)
+    remarks += light_remarks(calibration, blank, str(background))
     run = _Run(
         Reconstructor(calibration, blank),
         None if laid_on is None else laid_on.gel,

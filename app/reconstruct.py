@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
+from app._background import light_remarks
 from app._doubt import doubt_remarks
 from app._frames import read_checked
 from app._output import (
@@ -58,7 +59,7 @@ def main(
         out: The folder for the depth maps; created if missing.
         background: A blank frame taken today; by default the unit's own.
         json: Write the deepest points, their standard deviations, contact areas and borders here as
-            JSON, with a remark on depth that cannot be trusted.
+            JSON, with remarks on depth that cannot be trusted.
     """
     from recon.calibration import load_calibration
     from recon.pipeline import Reconstructor
@@ -89,7 +90,8 @@ def main(
             rows.append(_row(name, result, remark, out / f"{stem}.npy"))
             show(0.3 + 0.7 * done / len(image), "reconstructing")
     print_table(HEADINGS, map(_cells, rows))
-    said = doubt_remarks([(row["image"], row["remark"] or "") for row in rows])
+    said = light_remarks(calibration, blank, str(background))
+    said += doubt_remarks([(row["image"], row["remark"] or "") for row in rows])
     for sentence in said:
         print(sentence, file=sys.stderr)
     write_json(json, {"unit": str(unit), "images": rows, "remarks": said})

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
+from app._background import light_remarks
 from app._first_contact import first_touched
 from app._frames import UnitFrame, read_checked, unit_frames
 from app._growing_files import Growing, file_names, growing
@@ -123,6 +124,11 @@ def main(
                 break
             if reconstruct is None:
                 reconstruct = Reconstructor(calibration, blank)
+                said += light_remarks(
+                    calibration,
+                    blank,
+                    "The first frame" if background == "first" else str(background),
+                )
             run.add(frame, reconstruct)
             if files.failed:
                 break

@@ -15,6 +15,7 @@ import pytest
 
 from app.pages.blank import BLANK_FRAMES, LEAST_FRAMES, LONGEST_S, BlankTaker
 from app.pages.watching import VIEW_S, Watcher, _Pace
+from recon.calibration import Calibration
 from recon.images import write_image
 from recon.stream import Counts, TimedFrame
 from sensor.errors import WedgeError
@@ -52,12 +53,15 @@ class _Endless:
 
 
 def watching(
-    monkeypatch: pytest.MonkeyPatch, captures: Path, opened: Callable[[], object]
+    monkeypatch: pytest.MonkeyPatch,
+    captures: Path,
+    opened: Callable[[], object],
+    unit: Calibration | None = None,
 ) -> Watcher:
     for name in ("VIEW_S", "AGAIN_S", "PACE_S", "SILENT_S"):
         monkeypatch.setattr(f"app.pages.watching.{name}", 0.01, raising=False)
     monkeypatch.setattr("app.pages.watching.open_live", lambda *_, **__: opened())
-    watcher = Watcher("endless", None, captures)
+    watcher = Watcher("endless", unit, captures)
     watcher.watched_s = math.inf
     return watcher
 

@@ -9,9 +9,8 @@ import numpy as np
 from jaxtyping import Float, Float64
 
 from recon.arrays import ContactMask, Difference, Unwarped
+from recon.brightness import inner
 from recon.labels.capture import SATURATED_LEVEL
-from recon.markers.filling import fill_gradients
-from recon.markers.tracking import MarkerTracker
 from recon.pixels import BallPress, label_pixels
 from validation.acceptance.lights import Response
 from validation.acceptance.limits import Parts
@@ -27,25 +26,12 @@ SATURATED = (SATURATED_LEVEL - 0.5) / GRAY_LEVELS
 WORN = 0.1
 """Of full scale: a blank gel's pixel that differs from its surroundings by this is no gel."""
 SURROUNDINGS_PX = 36
-BROAD = 1 / 20
-"""Of the frame's shorter side: standard deviation of a Gaussian that leaves what a light does."""
-DIM = 0.25
-"""Of a colour's mean: what is darker is held against this."""
 REACH = 1.5
 """Contact radii about a press, of which its errors speak."""
-MARGIN = 0.04
-"""Of the frame: its edge is no gel on every sensor."""
 KNOWN_SLOPE = 0.05
 """mm/mm, 3°: to this noise alone must leave a pixel's slope."""
 LEAST_NOISE = 0.29 / GRAY_LEVELS
 """Of rounding to whole grey levels."""
-
-
-def without_dots(blank: Unwarped, dots: MarkerTracker | None) -> Unwarped:
-    """A blank frame with its dots filled in from around them."""
-    if dots is None:
-        return blank
-    return fill_gradients(blank, dots.hidden(dots.track(blank)), "harmonic")
 
 
 def of_one_frame(blanks: int) -> float:
@@ -89,19 +75,6 @@ def stillness(presses: Sequence[BallPress], channels: str, blanks: int) -> dict[
         ),
         "drift_gray_levels": _by_color(GRAY_LEVELS * np.quantile(drift, 0.9, axis=0), channels),
     }
-
-
-def brightness_change(before: Unwarped, now: Unwarped, channels: str) -> Parts:
-    """By what share each light over the blank gel, without its dots, is another.
-
-    As all but a twentieth of the pad is at most: a light that is dimmer on one side and brighter
-    on the other has the mean it had, and slopes are read from its brightness at each place.
-    """
-    sigma_px = BROAD * min(now.shape[:2])
-    was, is_now = (smooth(gel, sigma_px)[inner(gel.shape)].reshape(-1, 3) for gel in (before, now))
-    least = DIM * was.mean(0) + 1e-6
-    change = np.abs(is_now - was) / np.maximum(was, least)
-    return _by_color(np.quantile(change, 0.95, axis=0), channels)
 
 
 def blank_values(gel: Unwarped, channels: str) -> dict[str, Parts]:
@@ -190,12 +163,6 @@ def covered_area(presses: Sequence[BallPress]) -> ContactMask:
         x_mm, y_mm = press.offsets_mm
         covered |= np.hypot(x_mm, y_mm) < REACH * press.contact_radius_mm
     return covered
-
-
-def inner(shape: tuple[int, ...]) -> tuple[slice, slice]:
-    """The frame without its margin."""
-    rows, columns = (max(1, round(MARGIN * count)) for count in shape[:2])
-    return slice(rows, -rows), slice(columns, -columns)
 
 
 def smooth(image: Difference, sigma_px: float) -> Difference:

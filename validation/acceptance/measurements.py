@@ -9,10 +9,10 @@ from statistics import median
 import numpy as np
 
 from recon.arrays import ContactMask, Unwarped
+from recon.brightness import brightness_change, inner, without_dots
 from recon.calibration import Calibration
 from recon.labels.press_doubts import press_doubts
 from recon.lights import unseen_axis
-from recon.markers.tracking import marker_tracker
 from recon.presses import LeftOut, PressSet, read_presses
 from sensor.dataset import Dataset
 from sensor.unit import UnitCard
@@ -28,14 +28,11 @@ from validation.acceptance.errors import (
 )
 from validation.acceptance.gel import (
     blank_values,
-    brightness_change,
     covered_area,
-    inner,
     of_one_frame,
     saturation,
     stillness,
     usable_area,
-    without_dots,
 )
 from validation.acceptance.lights import light_response, light_values
 from validation.acceptance.limits import LIMITS, Measured, Parts
@@ -163,11 +160,7 @@ def _but_fewer_lights(
         **light_values(response, channels, card.lights_deg, unseen is None),
         **still,
         **blank_values(gel, channels),
-        "brightness_change_share": brightness_change(
-            without_dots(before, marker_tracker(before)),
-            without_dots(now, marker_tracker(now)),
-            channels,
-        ),
+        "brightness_change_share": brightness_change(before, now, channels),
         "saturated_share": saturation(presses.presses, blank, channels),
         "covered_share": {"": float(covered[inside].mean())},
         "usable_share": {"": float(usable[inside].mean())},

@@ -1,0 +1,43 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What is said of a background that is not as bright as the unit's own."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from recon.arrays import Frame
+    from recon.calibration import Calibration
+
+_COLORS = {"R": "red", "G": "green", "B": "blue"}
+
+
+def light_remarks(unit: "Calibration", background: "Frame | None", named: str) -> list[str]:
+    """A sentence where a light is too far from what it was at the calibration.
+
+    That is where `wedge accept` would no longer give grade A.
+
+    Args:
+        unit: with which slopes are read.
+        background: of today, (h, w, 3) uint8 RGB and of the unit's size; None for the unit's own.
+        named: what the background is called.
+    """
+    from recon.brightness import brightness_change
+    from validation.acceptance.limits import LIMITS
+
+    if background is None:
+        return []
+    (limit,) = [limit for limit in LIMITS if limit.name == "brightness_change_share"]
+    before, now = map(unit.unwarp, (unit.background, background))
+    changes = brightness_change(before, now, unit.card.channels)
+    parts = [
+        f"{share:.0%} in {_COLORS[color]}"
+        for color, share in changes.items()
+        if limit.grade(share) != "A"
+    ]
+    if not parts:
+        return []
+    return [
+        f"{named} differs in brightness from the unit's own blank frame, by {', '.join(parts)}: "
+        "slopes and depth are off by about as much; set the camera as it was at the calibration "
+        "(apply the settings file that `wedge tune` wrote before it), or calibrate again."
+    ]

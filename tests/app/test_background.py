@@ -1,0 +1,106 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A background in another light than the calibration's is taken, and what follows is said once."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.__main__ import main
+from app._background import light_remarks
+from recon.calibration import calibrate
+from recon.images import read_image, write_image
+from recon.presses import read_presses
+from tests.app.test_watching import _Endless, until, watching
+from tests.recon.fast.units import make_unit
+from tests.synthetic import make_dataset
+
+
+def dimmed(image: np.ndarray, share: float, colors: str = "RGB") -> np.ndarray:
+    gains = [1 - share if color in colors else 1.0 for color in "RGB"]
+    return np.rint(image * gains).astype(np.uint8)
+
+
+@pytest.fixture(scope="module")
+def workplace(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A unit, the blank gel and a press, both as bright as then, a little dimmer, and too dim."""
+    folder = tmp_path_factory.mktemp("workplace")
+    dataset = make_dataset(folder / "set", presses=8)
+    calibrate(
+        dataset,
+        read_presses(dataset),
+        estimator="table",
+        serial="test",
+        created="2026-01-01",
+        metrics={},
+        seed=0,
+    ).save(folder / "unit")
+    for name, share in (("same", 0.0), ("near", 0.05), ("dim", 0.2)):
+        for index, file in enumerate(("background.png", dataset.labels[0].file)):
+            (folder / name).mkdir(exist_ok=True)
+            write_image(
+                folder / name / f"frame-{index}.png",
+                dimmed(read_image(dataset.folder / file), share, "RG"),
+            )
+    return folder
+
+
+@pytest.mark.parametrize("light", ["same", "near", "dim"])
+@pytest.mark.parametrize("command", ["reconstruct", "cloud", "track", "track first"])
+def test_commands_say_once_that_the_light_is_another(
+    command: str,
+    light: str,
+    workplace: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    frames, numbers = workplace / light, tmp_path / "numbers.json"
+    name, _, first = command.partition(" ")
+    source = frames if name == "track" else frames / "frame-1.png"
+    blank = first or frames / "frame-0.png"
+    words = [name, workplace / "unit", source, "--background", blank, "--json", numbers]
+    with pytest.raises(SystemExit) as stop:
+        main([str(word) for word in (*words, "--out", tmp_path / "out")])
+    assert stop.value.code in (0, None)
+    said = [line for line in capsys.readouterr().err.splitlines() if "brightness" in line]
+    remarks = [line for line in json.loads(numbers.read_text())["remarks"] if "brightness" in line]
+    assert said == remarks and len(said) == (light == "dim")
+    if said:
+        assert said[0].startswith("The first frame" if first else str(blank))
+        assert "by 20% in red, 20% in green: slopes and depth" in said[0]
+
+
+def test_the_units_own_background_and_colours_without_a_light_are_not_judged() -> None:
+    unit = make_unit((160, 120), channels="RB")
+    assert light_remarks(unit, None, "it") == []
+    assert light_remarks(unit, dimmed(unit.background, 0.5, "G"), "it") == []
+    (said,) = light_remarks(unit, dimmed(unit.background, 0.5, "GB"), "it")
+    assert said.startswith("it differs in brightness") and "by 50% in blue:" in said
+
+
+def test_the_page_says_so_until_a_background_is_taken_in_the_light_of_the_calibration(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    unit, share = make_unit((160, 120)), 0.3
+
+    def picture(index: int) -> np.ndarray:
+        noise = np.random.default_rng(index).integers(0, 2, unit.background.shape, np.uint8)
+        return dimmed(unit.background, share) + noise
+
+    seen = watching(monkeypatch, tmp_path, lambda: _Endless(picture), unit)
+    seen.start()
+    try:
+        until(lambda: seen.live)
+        assert seen.remark == ""
+        seen.take_background()
+        until(lambda: seen.message[0] == 1)
+        assert "The background differs in brightness" in seen.remark
+        share = 0.0
+        until(lambda: seen.frame is not None and seen.frame.mean() > unit.background.mean() - 1)
+        seen.take_background()
+        until(lambda: seen.message[0] == 2)
+        assert seen.remark == ""
+    finally:
+        seen.close()
