@@ -13,6 +13,9 @@ MOST_BEHIND_NS = 300 * 10**6
 """Of the quickest frame: a network that holds back every frame for longer is none to steer by."""
 SET_NS = 50 * 10**6
 """A sender's clock that leaves its uptime so far between two frames was set: none runs so wrong."""
+STARTED_NS = 2 * 10**9
+"""An uptime that fell behind our clock by so much between two frames is that of another start, even
+where it grew: no connection is silent for so long without being made anew, with a fresh frame."""
 QUICKEST_OF_NS = 120 * 10**9
 """Long enough for a quick frame to be among them, short enough for the clocks not to part."""
 REMARK = (
@@ -59,12 +62,18 @@ class SenderClock:
         """Arrival after the stamp, and our clock ahead of the sender's uptime."""
         self._ahead_ns = 0
         """Of the sender's uptime, its clock."""
+        self._before_ns: int | None = None
+        """Of the sender's uptime, our clock at the frame before."""
 
     def time_ns(self, stamp: Stamp, arrived_ns: int) -> tuple[int, Clock]:
         """When a frame was taken, since the Unix epoch, and whose clock says so."""
         uptime_ns, apart_ns = stamp.sensor_timestamp_ns, 0
         if uptime_ns is not None:
-            apart_ns = self._apart.of_ns(uptime_ns, arrived_ns - uptime_ns)
+            apart_ns = arrived_ns - uptime_ns
+            if self._before_ns is not None and apart_ns - self._before_ns > STARTED_NS:
+                self._apart = _Quickest()
+            self._before_ns = apart_ns
+            apart_ns = self._apart.of_ns(uptime_ns, apart_ns)
         if stamp.timestamp_ns is not None and stamp.clock_is_set:
             if uptime_ns is not None:
                 ahead_ns, self._ahead_ns = self._ahead_ns, stamp.timestamp_ns - uptime_ns

@@ -84,6 +84,28 @@ def test_a_sender_that_was_started_anew_is_laid_over_our_clock_anew() -> None:
         assert clock.time_ns(stamp, now_ns + uptime_s) == (now_ns + uptime_s, "mapped")
 
 
+@pytest.mark.parametrize("off_s", [0, 3, 600])
+def test_a_sender_that_was_started_anew_early_is_not_dated_by_the_start_before(off_s: int) -> None:
+    clock, now_ns = SenderClock(), 1_800_000_000 * SECOND_NS
+    for from_s, uptimes_s in ((0, range(25, 29)), (29 + off_s, range(31, 35))):
+        for uptime_s in uptimes_s:  # the second time it takes 6 s longer until there are frames
+            taken_ns = now_ns + (from_s + uptime_s) * SECOND_NS
+            stamp = Stamp(3600 * SECOND_NS, uptime_s * SECOND_NS, 0)
+            assert clock.time_ns(stamp, taken_ns + 5) == (taken_ns + 5, "mapped")
+
+
+@pytest.mark.parametrize("late_s", [1, 3, 600])
+def test_a_frame_that_was_held_back_spoils_no_later_one(late_s: int) -> None:
+    clock, now_ns, found_ns = SenderClock(), 1_800_000_000 * SECOND_NS, []
+    for uptime_s in range(10):
+        taken_ns = now_ns + uptime_s * SECOND_NS
+        arrived_ns = taken_ns + (late_s * SECOND_NS if uptime_s == 5 else 0)
+        time_ns, kind = clock.time_ns(Stamp(None, uptime_s * SECOND_NS, 0), arrived_ns)
+        assert kind == "mapped" and time_ns <= arrived_ns
+        found_ns.append(time_ns - taken_ns)
+    assert found_ns[:5] + found_ns[6:] == [0] * 9
+
+
 def test_a_crystal_that_runs_slow_dates_no_frame_more_than_6_ms_early() -> None:
     clock, begun_ns = SenderClock(), 1_800_000_000 * SECOND_NS
     early_ns = []
