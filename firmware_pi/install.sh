@@ -153,6 +153,16 @@ write() {
   rm "$written"
 }
 
+# Whether the stream can be reached: at an address that this Pi has, or has once its cable is laid.
+is_reachable() {
+  [ "$gadget" = no ] || return 0
+  ! grep -qs "^address1=$1/" "$cable" || return 0
+  python -c '
+import sys
+from firmware_pi.server import is_up
+sys.exit(not is_up(sys.argv[1]))' "$1"
+}
+
 install_packages() {
   missing=''
   for package in python3-picamera2 libcamera-ipa; do
@@ -209,8 +219,11 @@ install_gadget() {
 dwc2
 g_ether
 END
-  # Fixed hardware addresses: else the computer sees a new cable at every start.
-  unique=$(sha256sum "$to/etc/machine-id" | cut -c 1-10 | sed 's/../:&/g')
+  # Fixed hardware addresses: else the computer sees a new cable at every start. By the Pi's serial
+  # number, as a copied card has the same machine-id.
+  serial=$to/proc/device-tree/serial-number
+  [ -f "$serial" ] || serial=$to/etc/machine-id
+  unique=$(sha256sum "$serial" | cut -c 1-10 | sed 's/../:&/g')
   write "$to/etc/modprobe.d/gelsight-wedge.conf" 644 <<END
 options g_ether dev_addr=02$unique host_addr=06$unique
 END
@@ -260,3 +273,5 @@ fi
 [ -z "$failed" ] || fail "a camera did not start: journalctl$failed says why; correct that and run this again."
 rm -f "$changed"
 say "settings: $settings; log: journalctl -u $unit"
+is_reachable "${serves% *}" ||
+  say "no interface of this Pi has the address ${serves% *} (it has $(hostname -I)): nobody reaches the stream until one has, so correct address in $settings and restart $unit."

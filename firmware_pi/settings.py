@@ -24,6 +24,7 @@ NOISE_REDUCTIONS = {
 }
 SYNCS = {"off": "Off", "server": "Server", "client": "Client"}
 US_PER_S = 1_000_000
+BROADCAST = ipaddress.ip_address("255.255.255.255")
 OF_THE_PI = ("camera", "camera_id", "sync", "address", "port", "max_clients")
 """Which camera it is and where its stream is served, whatever the gel asks for."""
 
@@ -163,7 +164,12 @@ def _check_address(text: str) -> None:
         address = ipaddress.ip_address(text)
     except ValueError:
         raise WedgeError(f"address = {text!r} must be an IP address of the Pi.") from None
-    if address.is_unspecified or address.is_multicast:
+    if address.is_unspecified or address.is_multicast or address == BROADCAST:
         raise WedgeError(
             f"address = {text!r} is not the address of one machine: set one of the Pi's."
+        )
+    if address.version == 6 and (address.is_link_local or "%" in text):
+        raise WedgeError(
+            f"address = {text!r} is known on one link only, so that no client can ask for it: set "
+            "another of the Pi's, such as its IPv4 address."
         )

@@ -9,7 +9,7 @@ usage() {
   cat <<'END'
 usage: sudo uninstall.sh [--purge]
 
-  --purge   remove the settings and the password too
+  --purge   remove the settings, the password and what systemctl edit made too
 END
 }
 
@@ -63,9 +63,12 @@ for file in "$to/etc/systemd/system/gelsight-wedge@.service" \
   rm -f "$file" "$file.new" "${file%/*}/.${file##*/}.new" # .new: of a run that was cut off
 done
 rm -rf "$to/usr/local/lib/gelsight-wedge"
-if [ "$purge" = yes ]; then
-  rm -rf "$to/etc/gelsight-wedge"
-elif [ -d "$to/etc/gelsight-wedge" ]; then
-  echo "uninstall.sh: the settings stay in $to/etc/gelsight-wedge; --purge removes them." >&2
-fi
+for own in "$to/etc/gelsight-wedge" "$to"/etc/systemd/system/gelsight-wedge@*.service.d; do
+  [ -d "$own" ] || continue
+  if [ "$purge" = yes ]; then
+    rm -rf "$own"
+  else
+    echo "uninstall.sh: your settings in $own stay; --purge removes them." >&2
+  fi
+done
 systemctl daemon-reload

@@ -32,6 +32,7 @@ FARTHEST_AHEAD = 10**6
 NO_JPEGS = 10
 """Damaged parts before any whole one: it is no stream of JPEGs that something spoils."""
 _BOUNDARY = re.compile(r'boundary="?([^";\s]+)', re.IGNORECASE)
+_LINK_LOCAL = re.compile(r"fe[89ab][0-9a-f]:|.*:.*%", re.IGNORECASE)
 _LOST = (OSError, http.client.HTTPException, EOFError, ValueError)
 
 
@@ -268,6 +269,11 @@ def _checked(url: str) -> urllib.parse.SplitResult:
             f"{hidden_login(url)!r} is not the address of a stream, such as "
             f"http://10.55.0.1:8080{STREAM_PATH}.{spelt}"
         ) from error
+    if _LINK_LOCAL.match(parts.hostname or ""):
+        raise WedgeError(
+            f"{hidden_login(url)!r} holds an IPv6 address that is known on one link only: give "
+            "another of the sender's, such as its IPv4 address."
+        )
     return parts if parts.path not in ("", "/") or parts.query else parts._replace(path=STREAM_PATH)
 
 

@@ -42,6 +42,22 @@ moments() { (cd "$DESTDIR" && find . -type f -printf '%p %i %T@\n' | sort); }
   [ "$(stat -c %a "$DESTDIR/etc/gelsight-wedge/login")" = 600 ]
 }
 
+@test "an address that no interface has is said, unless it is the cable's" {
+  run "$firmware/install.sh" --address 198.51.100.7
+  [ "$status" = 0 ]
+  [[ $output == *"no interface of this Pi has the address 198.51.100.7"*0.toml* ]]
+  sed -i 's/198.51.100.7/127.0.0.1/' "$DESTDIR/etc/gelsight-wedge/0.toml"
+  run "$firmware/install.sh" --address 198.51.100.7
+  [[ $output != *"no interface"* ]] # by what is served, not by the option
+  sed -i 's/127.0.0.1/198.51.100.7/' "$DESTDIR/etc/gelsight-wedge/0.toml"
+  for option in --usb-gadget ''; do # the second time the cable is laid
+    # shellcheck disable=SC2086 # no word
+    run "$firmware/install.sh" --address 198.51.100.7 $option
+    [ "$status" = 0 ]
+    [[ $output != *"no interface"* ]]
+  done
+}
+
 @test "what is installed runs without the rest of the repository" {
   "$firmware/install.sh" --address 10.55.0.1
   cd "$BATS_TEST_TMPDIR"
@@ -214,6 +230,19 @@ END
   [ ! -e "$DESTDIR/etc/gelsight-wedge" ]
 }
 
+@test "uninstalling names what systemctl edit made, or takes it away too" {
+  before=$(tree)
+  "$firmware/install.sh" --address 10.55.0.1
+  own=$DESTDIR/etc/systemd/system/gelsight-wedge@0.service.d
+  mkdir "$own"
+  echo '[Service]' >"$own/override.conf"
+  run "$firmware/uninstall.sh"
+  [[ $output == *"$own stay"* ]]
+  [ -f "$own/override.conf" ]
+  "$firmware/uninstall.sh" --purge
+  [ "$(tree)" = "$before" ]
+}
+
 @test "uninstalling stops a camera whose settings were deleted by hand" {
   "$firmware/install.sh" --address 10.55.0.1
   mkdir "$DESTDIR/etc/systemd/system/multi-user.target.wants"
@@ -253,6 +282,19 @@ END
   done
   run "$firmware/install.sh" --address 10.55.3.1 --usb-gadget
   [[ $output != *"restart the Pi"* ]]
+}
+
+@test "Pis with copies of one card have hardware addresses of their own, always the same" {
+  serial=$DESTDIR/proc/device-tree/serial-number
+  mkdir -p "${serial%/*}"
+  made_by() {
+    printf '%s\0' "$1" >"$serial"
+    "$firmware/install.sh" --address 10.55.0.1 --usb-gadget
+    cat "$DESTDIR/etc/modprobe.d/gelsight-wedge.conf"
+  }
+  first=$(made_by 10000000aaaaaaaa)
+  [ "$(made_by 10000000bbbbbbbb)" != "$first" ]
+  [ "$(made_by 10000000aaaaaaaa)" = "$first" ]
 }
 
 @test "the second camera shares the cable of the first" {
@@ -306,7 +348,7 @@ END
   before=$(tree)
   for words in '' '--adress 1' '--address' '--address 0.0.0.0' '--address nonsense' \
     '--address 10.0.0.1 --port 99999' '--address 10.0.0.1 --port abc' \
-    '--address 10.0.0.1 --camera 7'; do
+    '--address 10.0.0.1 --camera 7' '--address 255.255.255.255' '--address fe80::1%lo'; do
     # shellcheck disable=SC2086 # several words
     run "$firmware/install.sh" $words
     [ "$status" = 2 ]
@@ -342,9 +384,9 @@ END
   run "$firmware/install.sh" --address 10.55.0.1 --usb-gadget
   [ "$status" = 2 ]
   [[ $output == *192.168.1.42*0.toml*10.55.0.1* ]]
-  run "$firmware/install.sh" --address fe80::1 --usb-gadget --camera 1
+  run "$firmware/install.sh" --address fd00::1 --usb-gadget --camera 1
   [ "$status" = 2 ]
-  [[ $output == *IPv4*fe80::1* ]]
+  [[ $output == *IPv4*fd00::1* ]]
   [ "$(tree)" = "$before" ]
   [ ! -s "$CALLS" ]
   sed -i 's/192.168.1.42/10.55.0.1/' "$DESTDIR/etc/gelsight-wedge/0.toml"

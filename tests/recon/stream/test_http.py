@@ -252,6 +252,9 @@ def test_no_camera_at_the_other_end_is_a_sentence(monkeypatch: pytest.MonkeyPatc
     for address in ("http://", "http://:8080/", "http://pi:notaport/", "http://pi:0/"):
         with pytest.raises(WedgeError, match="not the address of a stream"):
             open_source(address)
+    for address in ("http://[fe80::1%25lo]:1/", "http://[FEBF::1]:1", "http://[fd00::1%lo]:1/"):
+        with pytest.raises(WedgeError, match="known on one link only"):
+            open_source(address)
 
 
 @pytest.mark.parametrize(
