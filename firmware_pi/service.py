@@ -7,13 +7,13 @@ import sys
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, Protocol
 
 from firmware_pi.camera import PiCamera, Take
 from firmware_pi.newest import Newest
-from firmware_pi.server import StreamServer
+from firmware_pi.server import StreamServer, is_up
 from firmware_pi.settings import Settings, read_settings
 from firmware_pi.systemd import notify, watchdog_s
 from sensor.errors import WedgeError
@@ -21,6 +21,8 @@ from sensor.errors import WedgeError
 FIRST_FRAME_WITHIN_S = 20.0
 STALLED_AFTER_S = 3.0
 LOOK_EVERY_S = 1.0
+OF_THE_SERVER = ("address", "port", "max_clients")
+"""Settings that it keeps until it is made anew."""
 
 
 class Camera(Protocol):
@@ -59,6 +61,7 @@ class Service:
         self._look_every_s = min(LOOK_EVERY_S, (watchdog_s() or LOOK_EVERY_S * 3) / 3)
         self._camera: Camera | None = None
         self._refused: WedgeError | None = None
+        self._up = True
         self.settings = read_settings(file)
         self.server = StreamServer(
             self.settings.address,
@@ -92,7 +95,7 @@ class Service:
         try:
             self._take_up(self.settings, "STATUS=waiting for the first frame")
             if not self._stop:
-                notify("READY=1", f"STATUS=streaming at {self.settings.address}")
+                notify("READY=1")
                 self._look_after()
         finally:
             notify("STOPPING=1")
@@ -127,13 +130,28 @@ class Service:
             if self._reload:
                 self._reload = False
                 self._read_again()
-            rate = self._newest.rate_hz
+            where = self._where()
             if self._newest.age_s < STALLED_AFTER_S:
-                notify("WATCHDOG=1", f"STATUS={rate or 0:.1f} Hz, {self.server.clients} clients")
+                rate = f"{self._newest.rate_hz or 0:.1f} Hz"
+                notify("WATCHDOG=1", f"STATUS={rate}, {self.server.clients} clients {where}")
             else:
                 notify(f"STATUS=no frame for {self._newest.age_s:.0f} s")
             self._wake.wait(self._look_every_s)
             self._wake.clear()
+
+    def _where(self) -> str:
+        """Where the stream is, or that nobody reaches it: once, the log is told that too."""
+        address, was_up = self.settings.address, self._up
+        self._up = is_up(address)
+        if self._up:
+            return f"at {address}"
+        if was_up:
+            _say(
+                f"no interface has the address {address}: nobody reaches the stream until one has. "
+                f"If it is not the USB cable's, set address in {self._file} to one that "
+                "`hostname -I` names, and restart the service."
+            )
+        return f"at {address}, which no interface has"
 
     def _read_again(self) -> None:
         """Take new settings; where they are wrong or bring no frame, the old ones stay.
@@ -143,15 +161,15 @@ class Service:
         """
         usec = time.clock_gettime_ns(time.CLOCK_MONOTONIC) // 1000
         notify("RELOADING=1", f"MONOTONIC_USEC={usec}")
-        before = self.settings
         try:
-            after = read_settings(self._file)
+            asked = read_settings(self._file)
         except WedgeError as error:
             self._refused = error
         else:
+            served = {key: getattr(self.settings, key) for key in OF_THE_SERVER}
+            after = replace(asked, **served)
             self._refused = self._switch(after)
-            served = (before.address, before.port, before.max_clients)
-            if not self._refused and served != (after.address, after.port, after.max_clients):
+            if not self._refused and after != asked:
                 _say("address, port and max_clients take effect at the next restart.")
         if self._refused:
             _say(f"{self._refused} The old settings stay in use.")

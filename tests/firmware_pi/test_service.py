@@ -154,6 +154,46 @@ def test_new_settings_are_taken_and_wrong_ones_refused_by_name(start: Any) -> No
     assert all(line.endswith("The old settings stay in use.") for line in said)
 
 
+def test_what_is_told_of_the_server_is_what_it_was_made_with(start: Any) -> None:
+    process = start()
+    process.until_told("READY=1")
+    served = process.file.read_text()
+    elsewhere = served.replace(f"port = {process._port}", f"port = {process._port // 2}")
+    for written in (
+        elsewhere,
+        served.replace("max_clients = 4", "max_clients = 5"),
+        elsewhere.replace("red_gain = 1.5", "red_gain = 2.5"),
+        served,
+    ):
+        process.file.write_text(written)
+        process.child.send_signal(signal.SIGHUP)
+        process.until_told("RELOADING=1")
+        process.until_told("READY=1")
+        asked = process.get("/settings")["asked"]
+        assert (asked["port"], asked["max_clients"]) == (process._port, 4)
+    process.child.send_signal(signal.SIGTERM)
+    said = process.end().splitlines()
+    assert said == 3 * ["address, port and max_clients take effect at the next restart."]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere it does not start")
+@pytest.mark.parametrize("has_it", [True, False])
+def test_an_address_that_no_interface_has_is_said_once(
+    start: Any, tmp_path: Path, has_it: bool
+) -> None:
+    address = "127.0.0.1" if has_it else "198.51.100.1"
+    write_settings(tmp_path / "0.toml", Settings(address=address, port=free_port(), rate_hz=50))
+    process = start()
+    process.until_told("READY=1")
+    for _ in range(3):
+        status = process.until_told("STATUS=")[-1]
+        assert (f"at {address}, which no interface has" in status) is not has_it
+    process.child.send_signal(signal.SIGTERM)
+    said = process.end().splitlines()
+    assert len(said) == (not has_it)
+    assert has_it or said[0].startswith(f"no interface has the address {address}: ")
+
+
 KEYS = ["exposure_su", "not valid TOML", "camera = 2", "rate_hz"]
 
 
