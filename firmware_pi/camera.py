@@ -42,10 +42,12 @@ class PiCamera:
             from picamera2 import Picamera2
             from picamera2.encoders import JpegEncoder, LibavMjpegEncoder, MJPEGEncoder
             from picamera2.outputs import Output
-        except ImportError as error:
+        except ModuleNotFoundError as error:
             raise WedgeError(
                 f"the Pi's camera needs {error.name}: run firmware_pi/install.sh on the Pi."
             ) from error
+        except ImportError as error:
+            raise _too_old(error) from error
 
         called = settings.camera_called
         seen = Picamera2.global_camera_info()
@@ -105,6 +107,8 @@ class PiCamera:
                     f"camera {called} does not start ({error}): check the settings and "
                     "its ribbon's contacts."
                 ) from error
+            if isinstance(error, TypeError):  # an argument that it does not know
+                raise _too_old(error) from error
             raise
 
     def report(self) -> dict[str, Any]:
@@ -142,6 +146,14 @@ class PiCamera:
         if now_ns - self._noted_ns > REPORT_EVERY_NS:
             self._noted_ns = now_ns
             self._metadata = dict(request.get_metadata())
+
+
+def _too_old(error: Exception) -> WedgeError:
+    """What to do where picamera2 lacks a name or an argument, in a sentence."""
+    return WedgeError(
+        f"this Pi's picamera2 is too old ({error}): upgrade it by `sudo apt update && sudo apt "
+        "install --only-upgrade python3-picamera2`."
+    )
 
 
 def camera_number(settings: Settings, ids: Sequence[str]) -> int:

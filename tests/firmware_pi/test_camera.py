@@ -186,6 +186,26 @@ def test_without_picamera2_it_says_what_to_run(monkeypatch: pytest.MonkeyPatch) 
         PiCamera(Settings(), Taken(1))
 
 
+@pytest.mark.parametrize("lacks", ["a name", "an argument"])
+def test_an_old_picamera2_is_to_be_upgraded(
+    fake_pi: FakePi, monkeypatch: pytest.MonkeyPatch, lacks: str
+) -> None:
+    pi = fake_pi()
+    if lacks == "a name":
+        from picamera2 import encoders
+
+        monkeypatch.delattr(encoders, "LibavMjpegEncoder")
+    else:
+
+        def without_sensor(self: Any, main: Any, buffer_count: int, controls: Any) -> None:
+            pass
+
+        monkeypatch.setattr(pi, "create_video_configuration", without_sensor)
+    with pytest.raises(WedgeError, match=r"too old .*--only-upgrade python3-picamera2"):
+        PiCamera(Settings(), Taken(1))
+    assert all(camera.closed for camera in pi.opened)
+
+
 def test_every_control_and_report_has_libcameras_name_and_kind(fake_pi: FakePi) -> None:
     fake_pi()
     from libcamera import controls
