@@ -42,12 +42,13 @@ def main(
     One line per second is printed until the stream ends, or Ctrl-C or SIGTERM ends it.
 
     Only the newest frame is processed: "skipped" counts frames that came while the one before was
-    processed, "dropped" frames that the sensor took but did not send, "corrupt" frames that came
-    damaged. "Connections" is shown once a stream was lost and connected again, and counts the first
-    one too. "Stands still" means that every frame is the same to the last bit, which no working
-    camera produces. Latency is the time from the sensor's first row to the whole frame here; it is
-    unknown unless the clocks of the Pi and of this machine agree. Frames that no gel could produce
-    are reported and counted.
+    processed, "dropped" frames that the Pi's server had but did not send, "corrupt" frames that
+    came damaged. What the camera or its encoder loses before is not counted, but the Pi's /health
+    then reports a lower rate than was set. "Connections" is shown once a stream was lost and
+    connected again, and counts the first one too. "Stands still" means that every frame is the same
+    to the last bit, which no working camera produces. Latency is the time from the sensor's first
+    row to the whole frame here; it is unknown unless the clocks of the Pi and of this machine
+    agree. Frames that no gel could produce are reported and counted.
 
     A dataset gives its blank frames, then its labelled presses or, if it has none, all its
     pictures, one per second.

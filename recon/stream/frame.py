@@ -78,7 +78,8 @@ class Counts:
     received: int = 0
     """Whole frames; some may be damaged inside."""
     dropped: int = 0
-    """Frames that the sender took but did not send, as its numbering tells."""
+    """Frames that the sender had but did not send, as its numbering tells; none that its camera or
+    its encoder lost."""
     numbered: bool = False
     """Whether the sender numbers its frames; where not, nobody knows what was dropped."""
     corrupt: int = 0
