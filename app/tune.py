@@ -15,7 +15,7 @@ import tyro
 from app._output import OutputFile, keep_inputs, print_table, write_json
 from app._progress import Report, progress
 from app._sources import is_dataset, open_where, what_was_damaged, whole_frames
-from sensor.errors import WedgeError
+from sensor.errors import WedgeError, printable
 from sensor.files import check_outputs
 
 if TYPE_CHECKING:
@@ -74,16 +74,23 @@ def main(
     kept = read_settings(settings) if settings is not None and settings.exists() else None
     with _open_blank(source) as opened, progress("frames of the blank gel") as show:
         blank = measure_blank(_images(opened, frames, pad, show), pad)
-    if said := what_was_damaged(opened):
-        print(f"{opened.name}: {said}")
+    if damaged := what_was_damaged(opened):
+        print(f"{opened.name}: {damaged}")
     # What the stream says it has made the frames; the file may have been edited since.
-    known = _settings_of_stream(source) or kept
-    if known is None:
-        print(
+    known, said = _settings_of_stream(source)
+    if known is None and kept is not None:
+        said.append(
+            f"Assumed: the frames were taken with the settings in {settings}. If the Pi used "
+            "others, the new ones are wrong: start from its own file."
+        )
+    elif known is None:
+        said.append(
             "The settings that the frames were taken with are not known: the defaults are assumed. "
             "If they were others, give the Pi's file with --settings."
         )
-    before = known or Settings()
+    for sentence in said:
+        print(sentence)
+    before = known or kept or Settings()
     tuned = tune(before, blank)
     _print(blank, before, tuned)
     if settings is not None:
@@ -94,7 +101,7 @@ def main(
         "before": asdict(before),
         "settings": asdict(tuned.settings),
     }
-    write_json(json, document | {"remarks": tuned.remarks, "settled": tuned.settled})
+    write_json(json, document | {"remarks": [*said, *tuned.remarks], "settled": tuned.settled})
 
 
 def _pad(unit: Path | None) -> "Mask | None":
@@ -162,28 +169,37 @@ def _counted(frames: int) -> str:
     return "1 frame" if frames == 1 else f"{frames} frames"
 
 
-def _settings_of_stream(source: str) -> "Settings | None":
-    """The settings that a stream of this project's server was made with; None of any other.
+def _settings_of_stream(source: str) -> "tuple[Settings | None, list[str]]":
+    """The settings that a stream of this project's server was made with, and what to know of them.
 
-    Nor of a server of another version, whose settings are not this version's; that is said.
+    None of any other stream, nor of a server of another version, whose settings are not this
+    version's.
     """
     from firmware_pi.settings import settings_of
+    from sensor.wire import SETTINGS_PATH
 
     address = urlsplit(source)
     if address.scheme != "http" or address.hostname is None:
-        return None
+        return None, []
+    asks = f"http://{address.netloc.rpartition('@')[2]}{SETTINGS_PATH}"
     try:
         answer = _get_json(address.hostname, address.port or 80, address.username, address.password)
-        asked = answer["asked"]
-    except (OSError, http.client.HTTPException, ValueError, KeyError, TypeError, RecursionError):
-        return None
+    except (OSError, http.client.HTTPException) as error:
+        return None, [f"{asks} gives no answer ({str(error) or type(error).__name__})."]
+    except (ValueError, RecursionError):
+        answer = None
+    asked = answer.get("asked") if isinstance(answer, dict) else None
     if not isinstance(asked, dict):
-        return None
+        return None, [f"{asks} names no settings."]
     try:
-        return settings_of(asked)
+        known = settings_of(asked)
     except WedgeError as error:
-        print(f"The settings of the stream are of another version, and are not used: {error}")
-        return None
+        return None, [
+            f"The settings of the stream are of another version, and are not used: {error}"
+        ]
+    refused = answer.get("refused")
+    said = "The Pi refused newer settings and keeps the old ones: " + printable(str(refused), 400)
+    return known, [said] if refused else []
 
 
 def _get_json(host: str, port: int, user: str | None, password: str | None) -> Any:

@@ -39,8 +39,15 @@ def stream(settings: Settings, credentials: str | None = None, **more: object) -
     file = io.BytesIO()
     Image.new("RGB", (64, 48), RGB).save(file, "JPEG", quality=95)
     newest, done = Newest(), threading.Event()
+    refused, silent = more.pop("refused", None), more.pop("silent", False)
     asked = asdict(settings) | more
-    server = StreamServer("127.0.0.1", 0, newest, lambda: {"asked": asked}, credentials=credentials)
+
+    def describe() -> dict[str, object]:
+        if silent:
+            done.wait()
+        return {"asked": asked, "refused": refused}
+
+    server = StreamServer("127.0.0.1", 0, newest, describe, credentials=credentials)
 
     def run() -> None:
         while not done.wait(0.002):
@@ -167,6 +174,35 @@ def test_a_stream_says_itself_what_it_was_made_with(
     tuned = read_settings(file)
     unchanged = ("red_gain", "blue_gain", "exposure_us", "analogue_gain")
     assert replace(tuned, **{key: getattr(made_with, key) for key in unchanged}) == made_with
+
+
+def test_a_pi_that_refused_settings_is_said_to(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    said = "The Pi refused newer settings and keeps the old ones: camera 0 gives no frame."
+    for refused in (None, "camera 0 gives no frame."):
+        with stream(Settings(), refused=refused) as url:
+            assert run(url, "--frames", "5", "--json", tmp_path / "tune.json") == 0
+        remarks = json.loads((tmp_path / "tune.json").read_text())["remarks"]
+        assert (said in remarks) == (said in capsys.readouterr().out) == bool(refused)
+
+
+def test_where_the_stream_does_not_say_its_settings_those_assumed_are_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.tune._ANSWER_WITHIN_S", 0.05)
+    file, report = tmp_path / "wedge.toml", tmp_path / "tune.json"
+    write_settings(file, Settings(red_gain=7.0))
+    with stream(Settings(red_gain=1.1), "wedge:secret", silent=True) as url:
+        assert run(url, "--settings", file, "--frames", "5", "--json", report) == 0
+        said = capsys.readouterr().out
+    assert json.loads(report.read_text())["before"]["red_gain"] == 7.0
+    assert "/settings gives no answer" in said and "secret" not in said
+    assert f"Assumed: the frames were taken with the settings in {file}." in said
+    assert run(frames(tmp_path / "blank", 0), "--settings", file) == 0
+    assert f"the settings in {file}" in capsys.readouterr().out
+    assert run(tmp_path / "blank", "--settings", tmp_path / "new.toml") == 0
+    assert "Assumed" not in capsys.readouterr().out
 
 
 def test_a_stream_with_settings_of_another_version_is_said_and_the_file_used(
