@@ -14,7 +14,8 @@ _COLORS = {"R": "red", "G": "green", "B": "blue"}
 def light_remarks(unit: "Calibration", background: "Frame | None", named: str) -> list[str]:
     """A sentence where a light is too far from what it was at the calibration.
 
-    That is where `wedge accept` would no longer give grade A.
+    That is where `wedge accept` would no longer give grade A, though what changed all over were
+    taken off, as it is off frames.
 
     Args:
         unit: with which slopes are read.
@@ -22,13 +23,14 @@ def light_remarks(unit: "Calibration", background: "Frame | None", named: str) -
         named: what the background is called.
     """
     from recon.brightness import brightness_change
+    from recon.same_light import light_of
     from validation.acceptance.limits import LIMITS
 
     if background is None:
         return []
     (limit,) = [limit for limit in LIMITS if limit.name == "brightness_change_share"]
     before, now = map(unit.unwarp, (unit.background, background))
-    changes = brightness_change(before, now, unit.card.channels)
+    changes = brightness_change(before, now / light_of(now, before), unit.card.channels)
     parts = [
         f"{share:.0%} in {_COLORS[color]}"
         for color, share in changes.items()

@@ -16,7 +16,7 @@ from recon.estimators import GradientEstimator, gradient_field
 from recon.markers.filling import fill_gradients
 from recon.markers.tracking import Tracked
 from recon.markers.watch import DotWatch
-from recon.same_light import in_same_light
+from recon.same_light import in_same_light, light_of
 from recon.touched import Touched
 from sensor.toml import Pair
 from sensor.unit import MissingAxis
@@ -51,7 +51,10 @@ class Reconstructor:
         """
         self.calibration = calibration
         self.unwarp = calibration.unwarp
-        self._blank = self.unwarp(calibration.background if background is None else background)
+        own = self.unwarp(calibration.background)
+        blank = own if background is None else self.unwarp(background)
+        self._light = light_of(blank, own)
+        self._blank = blank / self._light
         self._watch = DotWatch(self._blank, calibration.card.markers)
 
     @classmethod
@@ -75,7 +78,7 @@ class Reconstructor:
             WedgeError: the frame has another size than the unit's frames.
         """
         card = self.calibration.card
-        image = self.unwarp(frame)
+        image = self.unwarp(frame) / self._light
         difference = in_same_light(image - self._blank, self._blank)
         dots, hidden = None, None
         tracker = self._watch.tracker

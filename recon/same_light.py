@@ -26,6 +26,9 @@ MOST = 0.75
 """So many of the cells must agree..."""
 ALIKE = 0.4
 """...within this share of the change."""
+CLEARLY, NOISE = 2.0, 0.05
+"""Where cells' levels agree so many times better than their shares, light was added: a black level
+or the room's. That is no factor. The noise keeps two that agree from being compared."""
 
 Planes = Float32[np.ndarray, "3 h w"]
 
@@ -43,37 +46,61 @@ def in_same_light(difference: Difference, blank: Unwarped) -> Difference:
     return np.asarray((difference + blank) / factors - blank)
 
 
+def light_of(blank: Unwarped, own: Unwarped) -> Float32[np.ndarray, "3"]:
+    """How many times as bright as in a unit's own blank frame each colour is in another one.
+
+    Frames that are compared with the other one are divided by this: the unit's slopes are read
+    from the light of its calibration.
+    """
+    return brightness(np.moveaxis(blank - own, -1, 0), np.moveaxis(own, -1, 0))
+
+
 def brightness(difference: Planes, blank: Planes) -> Float32[np.ndarray, "3"]:
     """How many times as bright as on the blank frame each colour is; ones unless all of it is.
 
     Where one colour tells a change of light, all of them are told; so a change that some of them
     hardly reach does not tint the frame.
     """
-    medians = cell_medians(difference, blank)
-    factors, told = np.ones(3, np.float32), False
-    for color, cells in enumerate(medians):
-        known = cells[np.isfinite(cells)]
-        if len(known) < MOST * len(cells):
-            continue
-        change = float(np.median(known)) - 1
-        agree = np.abs(known - 1 - change) < ALIKE * abs(change)
-        told |= LEAST_CHANGE < abs(change) < LARGEST_CHANGE and agree.mean() >= MOST
-        factors[color] = 1 + change
-    return factors if told else np.ones(3, np.float32)
+    before, change = sampled(blank).copy(), sampled(difference)
+    before[(before < DARK) | (before > BRIGHT)] = np.nan
+    shares = cell_medians(change / before)
+    known = np.isfinite(shares)
+    factors = np.ones(3, np.float32)
+    for color in np.flatnonzero(known.mean(1) >= MOST):
+        factors[color] += np.median(shares[color, known[color]])
+    off = np.abs(factors - 1)
+    if not (told := (off > LEAST_CHANGE) & (off < LARGEST_CHANGE)).any():
+        return np.ones(3, np.float32)
+    levels, multiplied = cell_medians(change), False
+    for color in np.flatnonzero(told):
+        of_share = scatter(shares[color, known[color]])
+        if CLEARLY * scatter(levels[color, known[color]]) < of_share:
+            return np.ones(3, np.float32)
+        alike = np.abs(shares[color, known[color]] + 1 - factors[color]) < ALIKE * off[color]
+        multiplied |= bool(alike.mean() >= MOST)
+    return factors if multiplied else np.ones(3, np.float32)
 
 
-def cell_medians(difference: Planes, blank: Planes) -> Float32[np.ndarray, "3 cells"]:
-    """The median factor of each cell; NaN where less than half of it can tell one."""
+def sampled(image: Planes) -> Float32[np.ndarray, "3 cells pixels"]:
+    """Some pixels of each cell."""
+    down, across = CELLS
     rows, columns = (
         ((np.arange(cells * SAMPLES) + 0.5) * length / (cells * SAMPLES)).astype(int)
-        for cells, length in zip(CELLS, blank.shape[1:], strict=True)
+        for cells, length in zip(CELLS, image.shape[1:], strict=True)
     )
-    before = blank[:, rows[:, None], columns]
-    factor = 1 + difference[:, rows[:, None], columns] / np.maximum(before, DARK)
-    factor[(before < DARK) | (before > BRIGHT)] = np.nan
-    down, across = CELLS
-    cells = factor.reshape(3, down, SAMPLES, across, SAMPLES).swapaxes(2, 3)
-    ordered = np.sort(cells.reshape(3, down * across, -1), axis=-1)  # NaN come last
+    some = image[:, rows[:, None], columns].reshape(3, down, SAMPLES, across, SAMPLES)
+    return some.swapaxes(2, 3).reshape(3, down * across, SAMPLES**2)
+
+
+def cell_medians(values: Float32[np.ndarray, "3 cells pixels"]) -> Float32[np.ndarray, "3 cells"]:
+    """Of each cell; NaN where more than half of it is."""
+    ordered = np.sort(values, axis=-1)  # NaN come last
     known = np.isfinite(ordered).sum(-1)
-    middle = np.take_along_axis(ordered, (known // 2)[..., None] % SAMPLES**2, -1)[..., 0]
-    return np.where(2 * known >= SAMPLES**2, middle, np.float32(np.nan))
+    middle = np.take_along_axis(ordered, np.minimum(known // 2, SAMPLES**2 - 1)[..., None], -1)
+    return np.where(2 * known >= SAMPLES**2, middle[..., 0], np.float32(np.nan))
+
+
+def scatter(values: Float32[np.ndarray, " n"]) -> float:
+    """How far values are from their median on the whole, in shares of it; never nothing."""
+    middle = float(np.median(values))
+    return NOISE + float(np.median(np.abs(values - middle))) / max(abs(middle), 1e-6)

@@ -3,7 +3,7 @@
 """One estimator measured on presses that it has not learnt from."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from statistics import fmean
 
 from recon.calibration import Calibration, lit_channels
@@ -12,6 +12,7 @@ from recon.estimators.effort import Effort
 from recon.geometry.caliper import of_one_scale
 from recon.pixels import label_pixels
 from recon.presses import PressReader, PressSet
+from recon.same_light import light_of
 from sensor.dataset import Dataset
 from sensor.errors import WedgeError
 from sensor.unit import MissingAxis, UnitCard
@@ -91,12 +92,26 @@ def judge_presses_singly(
     return _judge(
         calibration.estimator,
         dataset,
-        presses,
+        in_light_of(calibration, presses),
         judged=range(len(presses.presses)),
         missing=card.missing_axis,
         lights_deg=card.lights_deg,
         seed=seed,
         progress=progress,
+    )
+
+
+def in_light_of(calibration: Calibration, presses: PressSet) -> PressSet:
+    """Presses as the light of a unit's calibration would show them, as its frames are seen."""
+    own, blank = calibration.unwarp(calibration.background), presses.unwarp(presses.background)
+    if own.shape != blank.shape or (light := light_of(blank, own)).tolist() == [1, 1, 1]:
+        return presses
+    return replace(
+        presses,
+        presses=tuple(
+            replace(press, difference=press.difference / light, blank=blank / light)
+            for press in presses.presses
+        ),
     )
 
 

@@ -45,6 +45,7 @@ from recon.lights import Axis, unseen_axis
 from recon.markers.watch import DotWatch
 from recon.missing_axis.mirrored import rows_beyond
 from recon.missing_axis.moved import MARGIN_PX, widest_support
+from recon.same_light import light_of
 from recon.still import without_still
 from recon.stream.frame import TimedFrame
 from recon.stream.jpeg import decode_jpeg
@@ -123,7 +124,10 @@ class FastReconstructor:
         self.calibration = calibration
         card, unwarp = calibration.card, calibration.unwarp
         self._unwarp = unwarp
-        blank = unwarp(calibration.background if background is None else background)
+        own = unwarp(calibration.background)
+        seen = own if background is None else unwarp(background)
+        light = light_of(seen, own)
+        blank = seen / light
         self._watch = DotWatch(blank, card.markers)
         tracker = self._watch.tracker
         self._dots = None if tracker is None else FrameDots(tracker, blank)
@@ -137,7 +141,7 @@ class FastReconstructor:
         self._frame = np.zeros((*unwarp.frame_size_px[::-1], 3), np.uint8)
         self._difference = np.zeros((3, height, width), np.float32)
         self._gradient = np.zeros((2, height, width), np.float32)
-        self._take_difference = FrameDifference(unwarp, blank)
+        self._take_difference = FrameDifference(unwarp, seen, light)
         self._side_mm = shorter_side_mm((height, width), card.mm_per_px)
         self._small = min(size_px) < LEAST_SIDE_PX
         self._find_disturbance = FrameDisturbance(size_px, calibration.estimator.channels)

@@ -20,33 +20,44 @@ FULL_SCALE = np.arange(256, dtype=np.float32) / 255
 class FrameDifference:
     """Unwarps frames of one camera and takes the blank frame away."""
 
-    def __init__(self, unwarp: Unwarp, blank: Unwarped) -> None:
-        """Prepare the maps."""
+    def __init__(self, unwarp: Unwarp, blank: Unwarped, light: Float32[np.ndarray, "3"]) -> None:
+        """Prepare the maps.
+
+        Args:
+            unwarp: of the camera's frames.
+            blank: an unwarped blank frame.
+            light: its ``light_of``.
+        """
         self._blank = np.ascontiguousarray(blank.transpose(2, 0, 1))
+        self._light, self._in_own_light = light[:, None, None], self._blank
+        if (light != 1).any():
+            self._in_own_light = self._blank / self._light
         self._maps = None
         if unwarp.maps is not None:
             # The grid of 1/32 pixel on which OpenCV interpolates, found once instead of per frame.
             self._maps = cv2.convertMaps(*unwarp.maps, cv2.CV_16SC2)
             width, height = unwarp.frame_size_px
-            self._light = np.empty((height, width, 3), np.float32)
+            self._scaled = np.empty((height, width, 3), np.float32)
             self._flat = np.empty_like(blank)
 
     def __call__(self, frame: Frame, out: Float32[np.ndarray, "3 h w"]) -> None:
-        """Write the difference image of a frame as planes, in the blank frame's light."""
+        """Write the difference image of a frame as planes, in the light of the calibration."""
         self._take(frame, out)
-        factors = brightness(out, self._blank)
+        if self._in_own_light is not self._blank:
+            out /= self._light
+        factors = brightness(out, self._in_own_light)
         if (factors != 1).any():
-            out += self._blank
+            out += self._in_own_light
             out /= factors[:, None, None]
-            out -= self._blank
+            out -= self._in_own_light
 
     def _take(self, frame: Frame, out: Float32[np.ndarray, "3 h w"]) -> None:
         if self._maps is None:
             _scaled_difference(frame, FULL_SCALE, self._blank, out)
             return
-        np.divide(frame, np.float32(255), out=self._light)
+        np.divide(frame, np.float32(255), out=self._scaled)
         cv2.remap(
-            self._light,
+            self._scaled,
             *self._maps,
             cv2.INTER_LINEAR,
             dst=self._flat,

@@ -11,6 +11,7 @@ import pytest
 from app.__main__ import main
 from app._background import light_remarks
 from recon.calibration import calibrate
+from recon.fast import FastReconstructor
 from recon.images import read_image, write_image
 from recon.presses import read_presses
 from tests.app.test_watching import _Endless, until, watching
@@ -25,7 +26,7 @@ def dimmed(image: np.ndarray, share: float, colors: str = "RGB") -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def workplace(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A unit, the blank gel and a press, both as bright as then, a little dimmer, and too dim."""
+    """A unit, the blank gel and a press, both as bright as then, dimmer, and too dim."""
     folder = tmp_path_factory.mktemp("workplace")
     dataset = make_dataset(folder / "set", presses=8)
     calibrate(
@@ -37,7 +38,7 @@ def workplace(tmp_path_factory: pytest.TempPathFactory) -> Path:
         metrics={},
         seed=0,
     ).save(folder / "unit")
-    for name, share in (("same", 0.0), ("near", 0.05), ("dim", 0.2)):
+    for name, share in (("same", 0.0), ("near", 0.2), ("dim", 0.6)):
         for index, file in enumerate(("background.png", dataset.labels[0].file)):
             (folder / name).mkdir(exist_ok=True)
             write_image(
@@ -69,7 +70,7 @@ def test_commands_say_once_that_the_light_is_another(
     assert said == remarks and len(said) == (light == "dim")
     if said:
         assert said[0].startswith("The first frame" if first else str(blank))
-        assert "by 20% in red, 20% in green: slopes and depth" in said[0]
+        assert "by 60% in red, 60% in green: slopes and depth" in said[0]
 
 
 def test_the_units_own_background_and_colours_without_a_light_are_not_judged() -> None:
@@ -87,8 +88,10 @@ def test_the_page_says_so_until_a_background_is_taken_in_the_light_of_the_calibr
 
     def picture(index: int) -> np.ndarray:
         noise = np.random.default_rng(index).integers(0, 2, unit.background.shape, np.uint8)
-        return dimmed(unit.background, share) + noise
+        ramp = np.linspace(1 - share, 1, 160)[None, :, None]  # one side's lights have dimmed
+        return np.rint(unit.background * ramp).astype(np.uint8) + noise
 
+    FastReconstructor(unit)  # compiled before anything is waited for
     seen = watching(monkeypatch, tmp_path, lambda: _Endless(picture), unit)
     seen.start()
     try:

@@ -49,3 +49,11 @@ def test_light_that_changed_in_one_place_is_no_matter_of_the_mean():
 def test_the_margin_is_left_out_on_all_sides():
     left = np.ones((100, 200))[inner((100, 200))]
     assert left.shape == (100 - 2 * round(100 * MARGIN), 200 - 2 * round(200 * MARGIN))
+
+
+def test_two_gray_levels_in_a_dark_corner_are_no_change_of_the_lights():
+    before = np.full(SHAPE, 102 / 255, np.float32)
+    before[:, :20] = 1 / 255  # a sixth of the pad is hardly lit
+    now = before.copy()
+    now[:, :20] = 3 / 255
+    assert max(brightness_change(before, now, "RGB").values()) < 0.15

@@ -2,15 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """A frame in another light says what it says in the blank frame's; touches are no light."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from recon.fast import FastReconstructor
+from recon.images import read_image, write_image
 from recon.pipeline import Reconstructor
+from recon.presses import read_presses
 from recon.same_light import LARGEST_CHANGE, LEAST_CHANGE, brightness, in_same_light
-from tests.recon.fast.units import make_unit, pressed, random_default
+from tests.recon.fast.units import CORNERS_PX, make_unit, pressed, random_default
+from tests.synthetic import make_dataset
+from validation.evaluation import in_light_of
 
 seeds = st.integers(0, 2**32 - 1)
 changes = st.floats(LEAST_CHANGE + 0.01, LARGEST_CHANGE - 0.05).flatmap(
@@ -61,6 +67,15 @@ def test_a_slight_change_and_a_touch_stay_as_they_are(seed, level):
     assert in_same_light(difference, blank) is difference
 
 
+@given(seed=seeds, level=st.sampled_from([-0.06, 0.06, 0.1]))
+def test_light_that_is_added_is_no_factor(seed, level):
+    """Of the room, or a black level: differences between colours stay as large as they were."""
+    blank = blank_gel((240, 320), seed)
+    blank += 0.4 * (np.arange(320, dtype=np.float32)[:, None] / 320 - 0.5)  # one side is brighter
+    difference = ball(blank, seed) + np.float32(level)
+    assert in_same_light(difference, blank) is difference
+
+
 @given(seed=seeds, change=st.floats(0.05, 0.3))
 def test_a_face_that_flattens_the_dome_is_no_light(seed, change):
     """It tilts skin one way on one side and the other way on the other."""
@@ -78,13 +93,29 @@ def test_a_dark_or_saturated_blank_frame_tells_nothing(level):
 
 
 @pytest.mark.parametrize("kind", [Reconstructor, FastReconstructor])
-@pytest.mark.parametrize("share", [0.75, 1.2])
-def test_depth_stays_when_the_light_does_not(kind, share):
-    unit = make_unit((320, 240), estimator=random_default())
-    frame = pressed(unit.background, (150, 110)).astype(np.float32)
-    frame = frame.clip(0, 200)  # 1.2 times as bright saturates nothing
-    before, after = (
-        kind(unit)(np.round(times * frame).astype(np.uint8)).depth_mm.copy()
-        for times in (1.0, share)
-    )
-    assert np.abs(after - before).max() < 0.05 * np.abs(before).max()
+@pytest.mark.parametrize("corners_px", [None, CORNERS_PX])
+@pytest.mark.parametrize(
+    ("background", "light"), [(None, 0.75), (None, 1.2), (0.7, 0.7), (1.2, 1.2), (0.7, 0.8)]
+)
+def test_depth_stays_when_the_light_does_not(kind, corners_px, background, light):
+    unit = make_unit((160, 120), corners_px=corners_px, estimator=random_default())
+    own = unit.background.clip(0, 200)  # 1.2 times as bright saturates nothing
+    frame = pressed(own, (70, 60)).clip(0, 200)
+    unit = replace(unit, background=own)
+    blank = None if background is None else np.rint(background * own).astype(np.uint8)
+    before = kind(unit)(frame).depth_mm.copy()
+    after = kind(unit, blank)(np.rint(light * frame).astype(np.uint8)).depth_mm
+    assert np.abs(after - before).max() < 0.08 * np.abs(before).max()
+
+
+def test_presses_are_judged_in_the_light_of_the_unit_s_calibration(tmp_path):
+    dataset = make_dataset(tmp_path / "set", presses=3)
+    dim = make_dataset(tmp_path / "dim", presses=3)
+    for path in dim.folder.glob("*.png"):
+        write_image(path, np.rint(0.7 * read_image(path)).astype(np.uint8))
+    usual, dimmed = read_presses(dataset), read_presses(dim)
+    height, width = usual.background.shape[:2]
+    unit = replace(make_unit((width, height)), background=usual.background)
+    assert in_light_of(unit, usual) is usual
+    for one, other in zip(usual.presses, in_light_of(unit, dimmed).presses, strict=True):
+        np.testing.assert_allclose(other.difference, one.difference, atol=0.01)

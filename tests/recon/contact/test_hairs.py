@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from recon.contact.mask import large_patches, with_crests
+from recon.contact.disturbed import large_patches, with_crests
 
 ROWS, COLUMNS = np.indices((240, 320))
 

@@ -201,7 +201,7 @@ def test_the_difference_image_is_the_reference_s(corners_px: tuple | None) -> No
     unwarp = make_unit(corners_px=corners_px).unwarp
     blank, frame = unwarp(blank_frame((160, 120))), blank_frame((160, 120), seed=3)
     out = np.zeros((3, 120, 160), np.float32)
-    FrameDifference(unwarp, blank)(frame, out)
+    FrameDifference(unwarp, blank, np.ones(3, np.float32))(frame, out)
     np.testing.assert_array_equal(np.moveaxis(out, 0, -1), unwarp(frame) - blank)
 
 
@@ -210,7 +210,7 @@ def test_gel_that_does_not_change_beside_a_contact_did_not_drift(share: float) -
     unwarp, blank, frame = make_unit().unwarp, blank_frame((160, 120)), blank_frame((160, 120))
     frame[:, : round(share * 160)] = 0
     difference = np.zeros((3, 120, 160), np.float32)
-    FrameDifference(unwarp, unwarp(blank))(frame, difference)
+    FrameDifference(unwarp, unwarp(blank), np.ones(3, np.float32))(frame, difference)
     quick = FrameEnsemble(random_default(), (160, 120)).prepared(difference)[0].settled
     for found in (planes(settled(unwarp(frame) - unwarp(blank))), quick):
         assert not found[..., 150:].any() and found[..., 0].max() < -0.2
