@@ -5,7 +5,8 @@
 import numpy as np
 import pytest
 
-from recon.contact.disturbed import large_patches, with_crests
+from recon.contact.disturbed import large_patches
+from recon.contact.mask import with_crests
 
 ROWS, COLUMNS = np.indices((240, 320))
 
