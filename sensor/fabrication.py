@@ -9,6 +9,8 @@ from sensor.errors import WedgeError
 from sensor.marked import Bounded, bounded, chosen, datasheet, measured, paper
 
 SCREWS = ("M2", "M2.5")
+FLEX_MM = 0.2
+"""Thickness of the flexible circuit that carries an LED array, a part of the lights' backing."""
 
 
 @dataclass(frozen=True, kw_only=True)

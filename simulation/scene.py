@@ -16,6 +16,7 @@ import numpy as np
 from jaxtyping import Float
 
 from sensor.design import Channel, Wedge
+from sensor.fabrication import FLEX_MM
 from sensor.toml import Pair
 from simulation.skin import Map, View, rest_height_mm
 
@@ -264,7 +265,7 @@ def _lights(mi: Any, design: Wedge) -> dict[str, Any]:
             continue
         for index in range(side.leds):  # bare LEDs in the air behind the film
             step = (index - (side.leds - 1) / 2) * design.wiring.led_pitch_mm
-            behind = lights.film_thickness_mm + HAIR_MM
+            behind = lights.film_thickness_mm + max(HAIR_MM, lights.backing_thickness_mm - FLEX_MM)
             scene[f"light_{side.color}{index}"] = _lamp(
                 mi, place + step * along - behind * inward, side,
                 (lights.led_length_mm, lights.led_width_mm), color, BACKING_REFLECTANCE,

@@ -6,8 +6,9 @@ import math
 from dataclasses import dataclass
 
 from cad.electronics.resistors import Ballast, ballasts
-from cad.layout import FLEX, Layout, LightRow
+from cad.layout import Layout, LightRow
 from sensor.design import Wedge
+from sensor.fabrication import FLEX_MM
 
 TRACK, GAP, EDGE = 0.3, 0.2, 0.2
 """Width of tracks, smallest distance of copper to copper, and to the board's edge."""
@@ -134,7 +135,7 @@ def _array(design: Wedge, row: LightRow, place: Layout) -> Board:
         nets["A"].append((name, "A"))
         nets["K"].append((name, "K"))
     return Board(
-        f"led_array_{row.color}", (length, height), FLEX, "flexible polyimide", tuple(pads),
+        f"led_array_{row.color}", (length, height), FLEX_MM, "flexible polyimide", tuple(pads),
         tuple(tracks), tuple(components), {net: tuple(pins) for net, pins in nets.items()},
     )  # fmt: skip
 

@@ -6,12 +6,13 @@ import cadquery as cq
 
 from cad.electronics.boards import boards
 from cad.features import Vector, box, cylinder, one_solid, turned, union_of
-from cad.layout import FLEX, Layout
+from cad.layout import Layout
 from cad.optics import pad_center_x_mm
 from cad.parts.electronics_cover import BOARD_TO_BACK, POST_HEIGHT, POSTS, WALL, board_x, board_z
 from cad.parts.mold import gel_pad
 from cad.tables import fastener
 from sensor.design import Wedge
+from sensor.fabrication import FLEX_MM
 
 BOARD = (24.0, 29.0, 1.6)
 """The CSI-to-HDMI adapter, x, y, z: an assumption, measure yours."""
@@ -81,8 +82,8 @@ def led_array(design: Wedge, color: str) -> cq.Solid:
     middle = (place.bottom) / 2
     z = (middle - lights.led_width_mm / 2, middle + lights.led_width_mm / 2)
     back = (place.acrylic_x1 if color == "green" else place.acrylic_half) + place.light_depth
-    depth = (back - FLEX - lights.led_height_mm, back - FLEX + 1e-3)
-    bodies = [((back - FLEX, back), row.board, place.flex_z)]
+    depth = (back - FLEX_MM - lights.led_height_mm, back - FLEX_MM + 1e-3)
+    bodies = [((back - FLEX_MM, back), row.board, place.flex_z)]
     bodies += [
         (depth, (u - lights.led_length_mm / 2, u + lights.led_length_mm / 2), z)
         for u in row.centers

@@ -4,6 +4,7 @@
 
 from dataclasses import replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,13 +12,14 @@ from scipy import ndimage
 
 from cad.layout import BASE_POST, TIP_POST, Layout
 from cad.optics import pad_center_x_mm
+from cad.parts.bought import led_array
 from sensor.design import FINGER, STANDARD, Wedge
 from sensor.errors import WedgeError
 from simulation.engine import SCALAR
 from simulation.indenters import calibration_ball, shapes
 from simulation.presses import Press, marker_ink, skin_under
 from simulation.render import render, smoothed
-from simulation.scene import SIDE_END_MM, SIDE_START_MM, Paint, sides
+from simulation.scene import SIDE_END_MM, SIDE_START_MM, Paint, gel_scene, sides
 from simulation.skin import gel_view
 
 pytestmark = pytest.mark.usefixtures("mitsuba")
@@ -53,6 +55,33 @@ def test_lights_sit_where_the_solids_have_them(design: Wedge) -> None:
         assert design.lights.azimuths_deg[side.color] % 360 == pytest.approx(
             np.degrees(np.arctan2(-side.inward[1], -side.inward[0])) % 360
         )
+
+
+@pytest.mark.parametrize("design", [STANDARD, FINGER], ids=lambda design: design.name)
+@pytest.mark.parametrize(
+    ("film", "backing", "height"), [(0.25, 0.35, 1.9), (0.0, 0.25, 1.4), (0.6, 1.1, 2.2)]
+)
+def test_bare_leds_shine_from_where_the_solids_have_their_faces(
+    mitsuba: Any, design: Wedge, film: float, backing: float, height: float
+) -> None:
+    bare = lights(
+        design,
+        diffuser=False,
+        film_thickness_mm=film,
+        backing_thickness_mm=backing,
+        led_height_mm=height,
+    )
+    view = gel_view(bare, WIDTH_PX)
+    scene = gel_scene(mitsuba, bare, view, np.zeros(view.size_px[::-1]))
+    layout = Layout(bare)
+    for row, side in zip(layout.light_rows(), sides(bare), strict=True):
+        low, high = led_array(bare, row.color).BoundingBox(), layout.acrylic_half
+        face = {"red": low.ymin - high, "blue": -high - low.ymax,
+                "green": low.xmin - layout.acrylic_x1}[row.color]  # fmt: skip
+        for index in range(side.leds):
+            lamp = np.array(scene[f"light_{side.color}{index}"]["to_world"].matrix)[:2, 3]
+            behind = (np.array(side.center_mm) - lamp) @ side.inward
+            assert behind == pytest.approx(face, abs=2e-3)
 
 
 def test_each_colour_is_brightest_on_its_own_half() -> None:
