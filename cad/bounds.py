@@ -3,8 +3,8 @@
 """A field's value against its bound, refused in one sentence."""
 
 import math
-from dataclasses import fields
-from typing import get_type_hints
+from dataclasses import dataclass, fields
+from typing import NoReturn, get_type_hints
 
 from sensor.design import Wedge
 from sensor.errors import WedgeError
@@ -12,30 +12,76 @@ from sensor.errors import WedgeError
 EPSILON = 1e-6
 
 
-def at_least(field: str, value: float, bound: float, why: str) -> None:
-    """Raise if a field's value is below its bound."""
+@dataclass(frozen=True)
+class Other:
+    """The bound on a field's other side, for a refusal to name where both cannot be kept."""
+
+    bound: float
+    why: str
+    """What it is for, as in "but may be 13.55 at most to fit in the case"."""
+    way_out: str
+    """What to change instead."""
+
+
+def at_least(field: str, value: float, bound: float, why: str, most: Other | None = None) -> None:
+    """Raise if a field's value is below its bound.
+
+    Args:
+        field: Group and name.
+        value: What it is.
+        bound: Least value.
+        why: What is wrong below it.
+        most: The design's largest value.
+    """
     if value < bound - EPSILON:
-        shown = math.ceil(bound * 1000 - 1e-3) / 1000
-        _, most = _own_range(field)
-        but = f", but may be {most:g} at most" if shown > most else ""
-        raise WedgeError(_sentence(field, value, f"at least {shown:g}{but}", why, bool(but)))
+        shown = _rounded_up(bound)
+        own = own_range(field)[1]
+        if shown > own:
+            _refuse(field, value, f"at least {shown:g}, but may be {own:g} at most", why, _OTHER)
+        if most and shown > _rounded_down(most.bound):
+            but = f"but may be {_rounded_down(most.bound):g} at most {most.why}"
+            _refuse(field, value, f"at least {shown:g}, {but}", why, most.way_out)
+        _refuse(field, value, f"at least {shown:g}", why)
 
 
-def at_most(field: str, value: float, bound: float, why: str) -> None:
-    """Raise if a field's value is above its bound."""
+def at_most(field: str, value: float, bound: float, why: str, least: Other | None = None) -> None:
+    """Raise if a field's value is above its bound.
+
+    Args:
+        field: Group and name.
+        value: What it is.
+        bound: Largest value.
+        why: What is wrong above it.
+        least: The design's least value.
+    """
     if value > bound + EPSILON:
-        shown = math.floor(bound * 1000 + 1e-3) / 1000
-        least, _ = _own_range(field)
-        but = f", but may not be below {least:g}" if shown < least else ""
-        raise WedgeError(_sentence(field, value, f"at most {shown:g}{but}", why, bool(but)))
+        shown = _rounded_down(bound)
+        own = own_range(field)[0]
+        if shown < own:
+            _refuse(field, value, f"at most {shown:g}, but may not be below {own:g}", why, _OTHER)
+        if least and shown < _rounded_up(least.bound):
+            but = f"but may not be below {_rounded_up(least.bound):g} {least.why}"
+            _refuse(field, value, f"at most {shown:g}, {but}", why, least.way_out)
+        _refuse(field, value, f"at most {shown:g}", why)
 
 
-def _sentence(field: str, value: float, bound: str, why: str, in_vain: bool) -> str:
-    other = "; so another field has to change" if in_vain else ""
-    return f"{field} = {value:g} must be {bound}: {why}{other}."
+_OTHER = "so another field has to change"
 
 
-def _own_range(field: str) -> tuple[float, float]:
+def _rounded_up(bound: float) -> float:
+    return math.ceil(bound * 1000 - 1e-3) / 1000
+
+
+def _rounded_down(bound: float) -> float:
+    return math.floor(bound * 1000 + 1e-3) / 1000
+
+
+def _refuse(field: str, value: float, bound: str, why: str, way_out: str = "") -> NoReturn:
+    out = f"; {way_out}" if way_out else ""
+    raise WedgeError(f"{field} = {value:g} must be {bound}: {why}{out}.")
+
+
+def own_range(field: str) -> tuple[float, float]:
     """What a field may be in any design."""
     section, _, name = field.partition(".")
     of_section = get_type_hints(Wedge)[section]

@@ -25,8 +25,6 @@ PLATE = 6.0
 PLATE_UNDER_HEAD = 3.0
 CHANNEL = 2.0
 """Width and height of the wire channels, where there is room for them."""
-FLEX = 0.2
-"""Thickness of the flexible circuit that carries an LED array."""
 BAFFLE_GAP = 0.25
 """Between the baffle and the lowest light that it must let pass."""
 PIN_OUTWARD = 0.1
@@ -205,6 +203,12 @@ class Layout:
         return self.mirror_z(self.mirror_x1)
 
     @property
+    def longest_mirror(self) -> float:
+        """From its foot on, it is inserted through the window below it."""
+        foot = self.design.mirror.foot_x_mm
+        return (self.window_x1 - self.slide - foot) / math.cos(self.tilt)
+
+    @property
     def roof(self) -> float:
         """Thickness of the roof over the mirror's seat."""
         design = self.design
@@ -253,6 +257,11 @@ class Layout:
     def socket_half(self) -> float:
         """Half the camera's square socket in the holder."""
         return self.design.camera.head_size_mm / 2 + self.press
+
+    @property
+    def widest_barrel(self) -> float:
+        """Its holder keeps a rim that stops the camera's head."""
+        return self.design.camera.head_size_mm - 0.8
 
     @property
     def plug_half(self) -> float:

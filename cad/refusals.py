@@ -4,7 +4,7 @@
 
 import math
 
-from cad.bounds import EPSILON, at_least, at_most
+from cad.bounds import EPSILON, Other, at_least, at_most
 from cad.electronics.boards import LEAST_LED_LENGTH, LEAST_LED_WIDTH
 from cad.electronics.resistors import (
     ADAPTER_MA,
@@ -15,12 +15,13 @@ from cad.electronics.resistors import (
     ballasts,
     takes_adapters_supply,
 )
-from cad.layout import FLEX, MIN_WALL, PIN_OUTWARD, Layout
+from cad.layout import MIN_WALL, PIN_OUTWARD, Layout
 from cad.parts.bought import compartment_height_mm, compartment_length_mm
 from cad.parts.case import MARK_DEPTH
 from cad.sight_refusals import refuse_view
 from cad.wires import by_side, ribbon_bend_mm, rooms, thickest_wire_mm
 from sensor.design import Wedge
+from sensor.fabrication import FLEX_MM, SCREWS
 
 BEND_THICKNESSES = 10.0
 """Least radius of the ribbon's bend: a common rule for a flexible circuit that is bent once."""
@@ -51,11 +52,10 @@ def refuse_unbuildable(design: Wedge) -> None:
 def _refuse_mirror(place: Layout) -> None:
     design = place.design
     mirror, acrylic, roof_z = design.mirror, design.acrylic, design.housing.roof_z_mm
-    cosine = math.cos(place.tilt)
     at_least(
         "housing.roof_z_mm",
         roof_z,
-        place.mirror_top + (mirror.thickness_mm + MIN_WALL) / cosine,
+        place.mirror_top + (mirror.thickness_mm + MIN_WALL) / math.cos(place.tilt),
         "0.8 mm of roof must cover the mirror",
     )
     at_most(
@@ -73,7 +73,7 @@ def _refuse_mirror(place: Layout) -> None:
     at_most(
         "mirror.length_mm",
         mirror.length_mm,
-        (place.window_x1 - place.slide - mirror.foot_x_mm) / cosine,
+        place.longest_mirror,
         "the mirror, from foot_x_mm on, is inserted through the window below it",
     )
 
@@ -118,7 +118,7 @@ def _refuse_lights(place: Layout) -> None:
     at_least(
         "lights.backing_thickness_mm",
         lights.backing_thickness_mm,
-        FLEX + 0.05,
+        FLEX_MM + 0.05,
         "it must hold the LEDs' flexible circuit",
     )
     if lights.gray_filter_transmission < 1 or lights.diffuser:
@@ -230,11 +230,13 @@ def _refuse_camera(place: Layout) -> None:
         "the camera's head must lie inside the case",
     )
     low, high = place.tunnel_z
+    most = _before_mirror(place)
     at_least(
         "camera.pupil_z_mm",
         camera.pupil_z_mm,
         camera.pupil_z_mm + place.bottom + MIN_WALL - low,
         "0.8 mm of case must remain under the camera holder",
+        most,
     )
     at_least(
         "housing.roof_z_mm",
@@ -250,41 +252,58 @@ def _refuse_camera(place: Layout) -> None:
         camera.pupil_z_mm,
         camera.pupil_z_mm + (MIN_WALL - place.baffle_z(place.window_x1)) / reach,
         "0.8 mm of wall must fit over the lights at the base, below the light that the camera sees",
+        most,
     )
     at_most(
         "camera.pupil_z_mm",
         camera.pupil_z_mm,
-        place.mirror_z(camera.pupil_x_mm) - 1.0,
+        most.bound,
         "the camera must look at the mirror's front",
     )
     at_most(
         "camera.barrel_diameter_mm",
         camera.barrel_diameter_mm,
-        camera.head_size_mm - 0.8,
+        place.widest_barrel,
         "the holder's front needs a rim that stops the camera's head",
+    )
+
+
+def _before_mirror(place: Layout) -> Other:
+    """Highest pupil."""
+    bound = place.mirror_z(place.design.camera.pupil_x_mm) - 1.0
+    return Other(
+        bound,
+        "to look at the mirror's front",
+        "move the camera back, or take one with a smaller head",
     )
 
 
 def _refuse_screws(place: Layout) -> None:
     housing, pitch = place.design.housing, place.design.fastening.boss_pitch_mm
     edge = MIN_WALL + place.screw.tap_mm / 2
+    low, high = 2 * (place.tunnel_half + edge), 2 * (place.outer_half - edge)
+    thinner = " or thinner screws" if place.screw.screw != SCREWS[0] else ""
+    way_out = f"take a wider acrylic, a thicker wall{thinner}, or a smaller camera head"
     at_least(
         "fastening.boss_pitch_mm",
         pitch,
-        2 * (place.tunnel_half + edge),
+        low,
         "0.8 mm of wall must remain between the screws and the camera holder",
+        Other(high, "to fit in the case", way_out),
     )
     at_most(
         "fastening.boss_pitch_mm",
         pitch,
-        2 * (place.outer_half - edge),
+        high,
         "0.8 mm of wall must remain between the screws and the outside",
+        Other(low, "to clear the camera holder", way_out),
     )
     at_least(
         "camera.pupil_z_mm",
         place.rear_screw_z,
         place.channel_top + edge,
         "the holder's screws would run into the wire channels",
+        _before_mirror(place),
     )
     at_least(
         "housing.roof_z_mm",
@@ -292,12 +311,23 @@ def _refuse_screws(place: Layout) -> None:
         place.rear_screw_z + edge + place.roof_hole_depth,
         "the screws in the roof would run into those of the camera holder",
     )
-    inner, outer = place.channel_y
+    lights, why = (
+        place.design.lights,
+        "the wire channels beside the camera holder must be 0.8 mm wide",
+    )
+    # Beside the acrylic's ribs, where a wider acrylic moves both of a channel's walls...
+    at_least(
+        "lights.led_height_mm",
+        lights.led_height_mm,
+        place.rib_out + 0.8 - lights.film_thickness_mm - lights.backing_thickness_mm,
+        why,
+    )
+    # ...and beside the tunnel.
     at_least(
         "acrylic.width_mm",
         place.design.acrylic.width_mm,
-        place.design.acrylic.width_mm + 2 * (0.8 - (outer - inner)),
-        "the wire channels beside the camera holder must be 0.8 mm wide",
+        2 * (place.tunnel_half + MIN_WALL + 0.8 - place.light_depth),
+        why,
     )
     first, second = place.roof_screw_x
     at_least(

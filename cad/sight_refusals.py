@@ -3,13 +3,25 @@
 """Designs whose camera does not see the whole pad are refused."""
 
 import math
+from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
-from cad.bounds import at_least, at_most
+from cad.bounds import EPSILON, Other, at_least, at_most, own_range
 from cad.layout import Layout
-from cad.optics import Paths, camera_axes, faulty_pictures, keystone, pad_grid, pixel_margin, trace
+from cad.optics import (
+    Array,
+    Paths,
+    camera_axes,
+    faulty_pictures,
+    keystone,
+    pad_grid,
+    pixel_margin,
+    trace,
+)
 from cad.parts.camera_holder import BARREL_GAP
+from sensor.design import Wedge
 from sensor.errors import WedgeError
 
 PIXEL_MARGIN = 10.0
@@ -19,13 +31,17 @@ KEYSTONE = 0.3
 MIRROR_MARGIN = 0.2
 """Light must strike the mirror this far from its edges, in mm."""
 _LIGHT_MARGIN = 0.1
+GRID = 21
+"""Points of the pad along and across."""
+BISECTED_MM = 1e-4
+"""To which a named bound is found that has no closed form."""
 
 
 def refuse_view(place: Layout) -> None:
     """Raise if the camera does not see the whole pad, well inside its picture."""
     design = place.design
     camera = design.camera
-    paths = trace(design, pad_grid(design, 21))
+    paths = trace(design, pad_grid(design, GRID))
     _refuse_missed_mirror(place, paths)
     _refuse_blocked_window(place, paths)
     _refuse_narrow_hole(place, paths)
@@ -43,7 +59,7 @@ def refuse_view(place: Layout) -> None:
             f" {worst.margin_px:.1f} px if built with {worst.name}, which must be at least 0: take"
             " a wider lens or a smaller pad."
         )
-    narrowing = keystone(paths.pixels, 21)
+    narrowing = keystone(paths.pixels, GRID)
     if not narrowing >= KEYSTONE:
         raise WedgeError(
             f"camera.pitch_deg = {camera.pitch_deg:g} shrinks the tip of the pad in the picture to"
@@ -53,18 +69,23 @@ def refuse_view(place: Layout) -> None:
 
 def _refuse_missed_mirror(place: Layout, paths: Paths) -> None:
     mirror = place.design.mirror
-    along = (paths.mirror[:, 0] - mirror.foot_x_mm) / math.cos(place.tilt)
-    at_most(
-        "mirror.foot_x_mm",
-        mirror.foot_x_mm,
-        mirror.foot_x_mm - MIRROR_MARGIN + float(along.min()),
-        "the tip of the pad would be seen below the mirror's foot",
-    )
+    if _below_foot_mm(place, paths) > EPSILON:
+        at_most(
+            "mirror.foot_x_mm",
+            mirror.foot_x_mm,
+            _largest(place.design, "mirror.foot_x_mm", _below_foot_mm),
+            "the tip of the pad would be seen below the mirror's foot",
+        )
     at_least(
         "mirror.length_mm",
         mirror.length_mm,
-        float(along.max()) + MIRROR_MARGIN,
+        float(_along_mirror(place, paths).max()) + MIRROR_MARGIN,
         "the base of the pad would be seen past the mirror's top",
+        Other(
+            place.longest_mirror,
+            "to go in through the window below it",
+            "take a shorter pad or a longer acrylic",
+        ),
     )
     at_least(
         "mirror.width_mm",
@@ -72,6 +93,16 @@ def _refuse_missed_mirror(place: Layout, paths: Paths) -> None:
         2 * (float(np.abs(paths.mirror[:, 1]).max()) + MIRROR_MARGIN),
         "the sides of the pad would be seen past the mirror",
     )
+
+
+def _below_foot_mm(place: Layout, paths: Paths) -> float:
+    """How far below its least place on the mirror the tip of the pad is seen."""
+    return MIRROR_MARGIN - float(_along_mirror(place, paths).min())
+
+
+def _along_mirror(place: Layout, paths: Paths) -> Array:
+    """How far from the mirror's foot each path meets it, (n,)."""
+    return np.asarray((paths.mirror[:, 0] - place.design.mirror.foot_x_mm) / math.cos(place.tilt))
 
 
 def _refuse_narrow_hole(place: Layout, paths: Paths) -> None:
@@ -88,25 +119,60 @@ def _refuse_narrow_hole(place: Layout, paths: Paths) -> None:
         camera.barrel_diameter_mm,
         2 * (radius - BARREL_GAP),
         "the holder's hole in front of the lens would hide an edge of the pad",
+        Other(
+            place.widest_barrel,
+            "to leave a rim that stops the camera's head",
+            "take a larger head, or move camera.pupil_x_mm toward the tip",
+        ),
     )
 
 
 def _refuse_blocked_window(place: Layout, paths: Paths) -> None:
     """Light must pass between the ledges, and on its way up past the baffle's face."""
-    gel, glass = place.design.gel, paths.acrylic
-    across = float(np.abs(glass[:, 1]).max()) + _LIGHT_MARGIN
-    at_most(
-        "gel.pad_width_mm",
-        gel.pad_width_mm,
-        gel.pad_width_mm - 2 * (across - place.cavity_half),
-        "the light from its sides must pass between the ledges",
-    )
-    short = place.window_x0 + _LIGHT_MARGIN - float(glass[:, 0].min())
-    beyond = np.maximum(glass[:, 0], paths.mirror[:, 0]).max()
-    short = max(short, float(beyond) + _LIGHT_MARGIN - place.window_x1)
-    at_most(
-        "gel.pad_length_mm",
-        gel.pad_length_mm,
-        gel.pad_length_mm - 2 * short,
-        "the light from its ends must pass the ledge at the tip and the baffle at the base",
-    )
+    for field, short, why in (
+        (
+            "gel.pad_width_mm",
+            _hidden_sides_mm,
+            "the light from its sides must pass between the ledges",
+        ),
+        (
+            "gel.pad_length_mm",
+            _hidden_ends_mm,
+            "the light from its ends must pass the ledge at the tip and the baffle at the base",
+        ),
+    ):
+        if short(place, paths) > EPSILON:
+            value = getattr(place.design.gel, field.removeprefix("gel."))
+            at_most(field, value, _largest(place.design, field, short), why)
+
+
+def _hidden_sides_mm(place: Layout, paths: Paths) -> float:
+    """How much wider the light is than what the ledges leave open, on either side."""
+    return float(np.abs(paths.acrylic[:, 1]).max()) + _LIGHT_MARGIN - place.cavity_half
+
+
+def _hidden_ends_mm(place: Layout, paths: Paths) -> float:
+    """How far the light reaches past the ledge at the tip, or past the baffle at the base."""
+    tip, beyond = paths.acrylic[:, 0].min(), np.maximum(paths.acrylic, paths.mirror)[:, 0].max()
+    ends = place.window_x0 - float(tip), float(beyond) - place.window_x1
+    return max(ends) + _LIGHT_MARGIN
+
+
+def _largest(design: Wedge, field: str, short: Callable[[Layout, Paths], float]) -> float:
+    """Largest value of a too large field at which nothing falls short.
+
+    Where even its least value is too large: below that, by what is then still short.
+    """
+    group, _, name = field.partition(".")
+
+    def short_at(value: float) -> float:
+        moved = replace(design, **{group: replace(getattr(design, group), **{name: value})})
+        return short(Layout(moved), trace(moved, pad_grid(moved, GRID)))
+
+    low, high = own_range(field)[0], float(getattr(getattr(design, group), name))
+    if short_at(low) > 0:
+        return low - short_at(low)
+    while high - low > BISECTED_MM:
+        middle = (low + high) / 2
+        low, high = (low, middle) if short_at(middle) > 0 else (middle, high)
+    return low
