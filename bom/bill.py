@@ -22,6 +22,7 @@ COLUMNS = (
     "id", "name", "brand", "number", "supplier", "distributor_brand", "distributor_number", "unit",
     "pack_size", "price_usd", "basis", "date", "alternative", "made_for",
 )  # fmt: skip
+UNCOUNTED = ("m", "g", "ml")
 _DATE = "%Y-%m"
 _SIZE = r"\w+\.\w+=\d+(\.\d+)?"
 
@@ -73,7 +74,7 @@ class Line:
     def quantity_words(self) -> str:
         """How much one sensor takes: ``7 pieces``, ``0.96 m``."""
         unit = self.part.unit
-        is_counted = unit not in ("m", "g") and self.quantity != 1
+        is_counted = unit not in UNCOUNTED and self.quantity != 1
         return f"{self.quantity:g} {unit}{'s' * is_counted}"
 
     def packs(self, sensors: int) -> int:

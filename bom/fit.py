@@ -8,12 +8,15 @@ from dataclasses import fields, replace
 from bom.bill import BoughtPart
 from sensor.design import Wedge
 
-SHEET_MM = 100
-"""Side of the square sheets of acrylic and mirror that the bill orders; what is cut fits on one."""
+SHEETS_MM = (100, 200)
+"""Sides of the square sheets of acrylic and mirror, of which the bill orders the least that holds a
+piece beside its kerf comb."""
 CUT_GAP_MM = 4.0
 """Between what is cut from one sheet."""
 SHEET_HEAD_MM = 34.0
 """Of a sheet's depth, for what is engraved and for the kerf comb, with a gap beside each."""
+
+CUT = ("acrylic", "mirror")
 
 GUESSED = "2026-11"
 """Month of the guess that a product which fits costs as much as the one that does not."""
@@ -27,21 +30,34 @@ def parts_for(design: Wedge, parts: Sequence[BoughtPart]) -> list[BoughtPart]:
         parts: The table, with fields such as ``{mirror.thickness_mm:g}`` in its words.
     """
     groups = {item.name: getattr(design, item.name) for item in fields(design)}
-    groups |= {"sheet_mm": SHEET_MM, "pin_length_mm": design.pin_length_mm}
-    packs = _pieces_per_sheet(design)
-    rows = [replace(part, pack_size=packs.get(part.id, part.pack_size)) for part in parts]
+    groups |= {"pin_length_mm": design.pin_length_mm}
+    rows = [_as_sheet(part, design) if part.id in CUT else part for part in parts]
     return [_without_misfit(_filled(part, groups), groups) for part in rows]
 
 
-def _pieces_per_sheet(design: Wedge) -> dict[str, int]:
-    """How many blocks and mirrors lie in rows on a sheet, beside its kerf comb."""
-    packs = {}
-    for name in ("acrylic", "mirror"):
-        part, kerf_mm = getattr(design, name), getattr(design.laser, f"{name}_kerf_mm")
-        columns = (SHEET_MM + CUT_GAP_MM) // (part.length_mm + kerf_mm + CUT_GAP_MM)
-        deep = SHEET_MM - SHEET_HEAD_MM
-        packs[name] = int(columns * ((deep + CUT_GAP_MM) // (part.width_mm + kerf_mm + CUT_GAP_MM)))
-    return {name: max(1, pieces) for name, pieces in packs.items()}
+def _as_sheet(part: BoughtPart, design: Wedge) -> BoughtPart:
+    """The row of the least sheet, at the price of its area."""
+    side_mm, pieces = sheet_of(design, part.id)
+    return replace(
+        part,
+        name=part.name.replace("{sheet_mm}", f"{side_mm}"),
+        pack_size=pieces,
+        price_usd=part.price_usd * (side_mm / SHEETS_MM[0]) ** 2,
+    )
+
+
+def sheet_of(design: Wedge, name: str) -> tuple[int, int]:
+    """Side of the sheet that blocks (``acrylic``) or mirrors are cut from, and how many it holds.
+
+    They lie in rows, beside the kerf comb.
+    """
+    part, kerf_mm = getattr(design, name), getattr(design.laser, f"{name}_kerf_mm")
+    length, width = (side + kerf_mm + CUT_GAP_MM for side in (part.length_mm, part.width_mm))
+    held = {
+        side: int((side + CUT_GAP_MM) // length * ((side - SHEET_HEAD_MM + CUT_GAP_MM) // width))
+        for side in SHEETS_MM
+    }
+    return next((side, pieces) for side, pieces in held.items() if pieces)
 
 
 def _filled(part: BoughtPart, groups: dict[str, object]) -> BoughtPart:

@@ -2,17 +2,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """What one sensor takes: bodies of the assembly, components of the boards, and what both imply."""
 
+import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from cad.electronics.boards import Board
 from cad.electronics.resistors import takes_adapters_supply
+from cad.layout import Layout
 from cad.parts.gripper_adapter import GRIPPER_SCREW_LENGTH, WSG_50
+from cad.wires import wire_length_mm
 from sensor.design import Wedge
 
 WIRE_M = 0.12
-"""From an array to the resistor board, or from there to the adapter."""
+"""From the resistor board to the adapter, and at least from an array to the resistor board."""
+CAST_SHARE = 2.0
+"""Silicone mixed over the gel's volume: some stands above the rim, the rest stays in the cup."""
 
 
 def bill_counts(
@@ -49,7 +54,15 @@ def bill_counts(
     wrapped = {"insulating_tape": counts["resistor_board"]}
     gripper = f"screw_{WSG_50.screw.lower()}x{GRIPPER_SCREW_LENGTH:g}"
     counts[gripper] += len(WSG_50.places) * bodies["adapter_wsg50"]
+    gel_ml = sum(part["volume_mm3"] / 1000 for part in parts if part["id"] == "gel")
+    cast = {"gel": round(CAST_SHARE * gel_ml, 1)}
+    wires_m = 2 * arrays * _array_wire_m(design) + 2 * WIRE_M
     glued = {"epoxy": counts["mirror"], "double_tape": arrays}
-    implied = {"wire": round((2 * arrays + 2) * WIRE_M, 3), "pla": round(grams, 1), "ball": balls}
+    implied = {"wire": round(wires_m, 3), "pla": round(grams, 1), "ball": balls}
     supply = {} if takes_adapters_supply(design) else {"light_supply": 1}
-    return {**counts, **per_gel, **wrapped, **glued, **links, **supply, **implied}
+    return {**counts, **per_gel, **wrapped, **glued, **links, **supply, **cast, **implied}
+
+
+def _array_wire_m(design: Wedge) -> float:
+    """In whole centimetres."""
+    return max(WIRE_M, math.ceil(wire_length_mm(Layout(design)) / 10) / 100)

@@ -6,8 +6,13 @@ import math
 from collections.abc import Mapping
 
 from cad.layout import FLANGE, Layout
-from cad.parts.electronics_cover import ribbon_rise_mm
+from cad.parts.bought import resistor_board_end, socket_back
+from cad.parts.electronics_cover import WALL, ribbon_rise_mm
 
+WIRE_SPARE_MM = 50.0
+"""To hold, strip and solder a wire, and to lay its bends."""
+RIBBON_SPARE_MM = 20.0
+"""The cover hangs below its place while the ribbon is plugged in."""
 Room = tuple[float, float]
 """Width and height of a way for wires."""
 
@@ -37,6 +42,26 @@ def by_side(wires: Mapping[str, int]) -> dict[str, int]:
     """Wires in each of the two channels, from those of each colour; the base's end at y > 0."""
     sides = {"y > 0": wires.get("red", 0) + wires.get("green", 0), "y < 0": wires.get("blue", 0)}
     return {side: count for side, count in sides.items() if count}
+
+
+def wire_length_mm(place: Layout) -> float:
+    """Length of a wire from an array's tail to the far end of the resistor board."""
+    leaves = place.rear + FLANGE
+    x, z = resistor_board_end(place)
+    channel = leaves - place.acrylic_x1 - place.light_depth
+    way = math.dist((leaves, place.channel_y[1], place.bottom), (x, 0.0, z))
+    return channel + way + WIRE_SPARE_MM
+
+
+def ribbon_length_mm(place: Layout) -> float:
+    """Least length of the ribbon from the camera's head to its end in the adapter's socket."""
+    camera = place.design.camera
+    back = camera.pupil_x_mm + camera.head_depth_mm * math.cos(place.pitch)
+    leaves = place.rear + FLANGE
+    x, z = socket_back(place)
+    sill = place.design.housing.roof_z_mm - place.design.compartment.height_mm + WALL
+    along, up = x - leaves, ribbon_rise_mm(place) + z - sill
+    return (leaves - back) / math.cos(place.pitch) + along + up + RIBBON_SPARE_MM
 
 
 def ribbon_bend_mm(place: Layout) -> float:

@@ -19,7 +19,7 @@ from ezdxf.document import Drawing
 from ezdxf.filemanagement import new
 from ezdxf.layouts.layout import Modelspace
 
-from bom.fit import CUT_GAP_MM, SHEET_MM
+from bom.fit import CUT_GAP_MM, SHEETS_MM, sheet_of
 from cad.layout import Layout
 from cad.strokes import strokes
 from sensor.design import Wedge
@@ -53,6 +53,8 @@ class Sheet:
     kerf_mm: float | None
     """Of the laser; None where a knife cuts."""
     pieces: tuple[Piece, ...]
+    side_mm: int = SHEETS_MM[0]
+    """Of the sheet."""
 
     @property
     def name(self) -> str:
@@ -70,8 +72,11 @@ def sheets(design: Wedge) -> list[Sheet]:
     block = Piece("acrylic", acrylic.length_mm, acrylic.width_mm, 1, notch)
     glass = Piece("mirror", mirror.length_mm, mirror.width_mm, 1)
     made = [
-        Sheet("acrylic", acrylic.thickness_mm, laser.acrylic_kerf_mm, (block,)),
-        Sheet("mirror", mirror.thickness_mm, laser.mirror_kerf_mm, (glass,)),
+        Sheet(name, thickness, kerf, (piece,), sheet_of(design, name)[0])
+        for name, thickness, kerf, piece in (
+            ("acrylic", acrylic.thickness_mm, laser.acrylic_kerf_mm, block),
+            ("mirror", mirror.thickness_mm, laser.mirror_kerf_mm, glass),
+        )
     ]
     colors = [row.color for row in place.light_rows()]
     sides = sum(color != "green" for color in colors)
@@ -170,7 +175,7 @@ def sheet_dxf(sheet: Sheet, kerf_mm: float) -> bytes:
         x, y = 0.0, y + _LETTER + CUT_GAP_MM
         wide, deep = piece.length + kerf_mm, piece.width + kerf_mm
         for _ in range(piece.quantity):
-            if x and x + wide > SHEET_MM:
+            if x and x + wide > sheet.side_mm:
                 x, y = 0.0, y + deep + CUT_GAP_MM
             middle = (x + wide / 2, y + deep / 2)
             moved = [

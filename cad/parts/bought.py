@@ -129,12 +129,22 @@ def resistor_board(design: Wedge) -> cq.Solid:
     """The resistor board on the CSI-to-HDMI board's socket, between its screws and its plug."""
     place = Layout(design)
     length, width = boards(design)[0].size
-    x0 = board_x(place) + BOARD[0] / 2 - RESISTOR_BOARD_INSET - length
-    z = board_z(place) + BOARD[2] + SOCKET[2] + TAPE
+    x1, z = resistor_board_end(place)
     return one_solid(
-        box((x0, x0 + length), (-width / 2, width / 2), (z, z + RESISTOR_BOARD_HEIGHT)),
+        box((x1 - length, x1), (-width / 2, width / 2), (z, z + RESISTOR_BOARD_HEIGHT)),
         "the resistor board",
     )
+
+
+def resistor_board_end(place: Layout) -> tuple[float, float]:
+    """Its base-most x, and the height (z) of its underside."""
+    x = board_x(place) + BOARD[0] / 2 - RESISTOR_BOARD_INSET
+    return x, board_z(place) + BOARD[2] + SOCKET[2] + TAPE
+
+
+def socket_back(place: Layout) -> tuple[float, float]:
+    """Base-most x of the adapter's socket, which the ribbon's end reaches, and its top (z)."""
+    return board_x(place) - BOARD[0] / 2 + SOCKET[0], board_z(place) + BOARD[2] + SOCKET[2]
 
 
 def compartment_height_mm() -> float:

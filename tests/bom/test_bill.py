@@ -115,7 +115,13 @@ def test_three_times_a_tenth_is_no_more_than_three_tenths() -> None:
 
 @pytest.mark.parametrize(
     ("unit", "quantity", "words"),
-    [("piece", 7, "7 pieces"), ("piece", 1, "1 piece"), ("m", 0.96, "0.96 m"), ("g", 31, "31 g")],
+    [
+        ("piece", 7, "7 pieces"),
+        ("piece", 1, "1 piece"),
+        ("m", 0.96, "0.96 m"),
+        ("g", 31, "31 g"),
+        ("ml", 4.8, "4.8 ml"),
+    ],
 )
 def test_more_than_one_are_several(unit: str, quantity: float, words: str) -> None:
     part = BoughtPart("x", "", "", "", "", "", "", unit, 1, 2.5, "estimate", "2026-11", "", "")

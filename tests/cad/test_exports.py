@@ -126,7 +126,7 @@ def test_many_pieces_lie_side_by_side_on_a_sheet_and_none_on_another(kerf: float
 
 
 @pytest.mark.parametrize("design", [STANDARD, FINGER], ids=lambda design: design.name)
-@pytest.mark.parametrize("scale", [0.8, 1.0, 1.4, 2.2])
+@pytest.mark.parametrize("scale", [0.8, 1.0, 1.4, 2.2, 2.7])
 def test_a_sheet_holds_as_many_pieces_as_the_bill_says_and_the_comb(
     design: Wedge, scale: float
 ) -> None:
@@ -137,15 +137,20 @@ def test_a_sheet_holds_as_many_pieces_as_the_bill_says_and_the_comb(
     scaled = replace(design, acrylic=acrylic, mirror=mirror, gel=replace(
         design.gel, pad_length_mm=5.0, pad_width_mm=4.0), lights=replace(
         design.lights, red_side_leds=1, blue_side_leds=1, green_base_leds=1))  # fmt: skip
-    packs = {part.id: part.pack_size for part in parts_for(scaled, read_parts())}
+    rows = {part.id: part for part in parts_for(scaled, read_parts())}
+    prices = {part.id: part.price_usd for part in read_parts()}
     for sheet in sheets(scaled)[:2]:
         (piece,), kerf = sheet.pieces, sheet.kerf_mm or 0.0
         comb = np.ptp(np.concatenate(cuts_of(comb_dxf(sheet))), axis=0)
+        (side,) = {
+            float(side) for side in re.findall(r"(\d+) x (\d+) mm x", rows[piece.id].name)[0]
+        }
+        assert rows[piece.id].price_usd == prices[piece.id] * (side / 100) ** 2
         for more, fits in ((0, True), (1, False)):
-            many = replace(piece, quantity=int(packs[piece.id]) + more)
+            many = replace(piece, quantity=int(rows[piece.id].pack_size) + more)
             cuts = cuts_of(sheet_dxf(replace(sheet, pieces=(many,)), kerf))
             far = np.concatenate(cuts).max(axis=0)
-            room = far[0] <= 100 and far[1] + 4 + comb[1] <= 100
+            room = far[0] <= side and far[1] + 4 + comb[1] <= side
             assert room == fits, piece.id
 
 

@@ -20,6 +20,7 @@ import trimesh
 from ezdxf import path as dxf_path
 from ezdxf.document import Drawing
 
+from bom.bill import UNCOUNTED
 from cad.build import Model, manifest_of
 from cad.catalogue import PRINTED
 from cad.electronics.wiring import wiring_svg
@@ -313,7 +314,7 @@ def test_guide_and_bill_ask_for_the_same(fabricated: Folders) -> None:
     ]
     wanted = [(row["name"], row["quantity"], row["unit"]) for row in rows]
     assert [(name, *words.split(" ", 1)) for name, words in ordered] == [
-        (name, count, unit if unit in ("m", "g") or count == "1" else f"{unit}s")
+        (name, count, unit if unit in UNCOUNTED or count == "1" else f"{unit}s")
         for name, count, unit in wanted
     ]
     with (folder / "bill" / "distributor.csv").open(encoding="utf-8", newline="") as file:
