@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The building guide: its steps are the assembly's, its quantities the manifest's."""
 
+import shlex
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from importlib.resources import files
@@ -52,10 +53,11 @@ _HOW = {
     " reached later. Connect it to a Raspberry Pi as in section 8, break the glue at the lens's"
     " thread, and turn the lens until small print {focus} mm in front of it is sharp: that is"
     " where the camera will see the skin ({seen} mm away). Fix the thread with a speck of glue."
-    " Find out which way round the head goes in, for it fits in four ways: the picture's long side"
-    " must stand at a right angle to the acrylic. Hold head and holder as they will be in the"
-    " sensor, gel down, and move a finger up and down before the lens: in the picture it must move"
-    " along the long side; which end of the picture is up does not matter."
+    " Find out which way round the head goes in, for it fits in four ways: the picture's"
+    " {finger_side} side must stand at a right angle to the acrylic. Hold head and holder as they"
+    " will be in the sensor, gel down, and move a finger up and down before the lens: in the"
+    " picture it must move along the {finger_side} side; which end of the picture is up does not"
+    " matter."
     " Then press the head into the holder from the back, lens first, with the ribbon leaving"
     " toward the back, until it stops at the front plate. It must not turn in the holder.",
     "camera_into_case": "Lead the wires through the notches in the flange and slide the holder in"
@@ -138,6 +140,8 @@ def guide_text(
     frame_px = design.camera.width_px, design.camera.height_px
     sent_px = " or ".join(map(_by, SIZES_PX))
     included = design == DESIGNS.get(design.name)
+    file = f"{design.name}.toml"
+    typed = design.name if included else shlex.quote(file)
     return template.format(
         name=design.name,
         width=f"{design.outer_width_mm:g}",
@@ -153,6 +157,7 @@ def guide_text(
         resistors=_resistor_table(design),
         current=f"{design.wiring.led_current_ma:g}",
         gel_ml=f"{gel['volume_mm3'] / 1000:.1f}",
+        gel_mixed_ml=f"{manifest['bill']['gel']:g}",
         molds="`mold_curved` (or `mold_flat`)" if design.gel.curved else "`mold_flat`",
         steps="\n".join(
             _step_text(number, step, assembly, names, words)
@@ -168,7 +173,11 @@ def guide_text(
         if frame_px in SIZES_PX
         else f" (The server sends {sent_px} pixels only: others need a program of your own.)",
         base=f'base = "{design.name}"\nname = "mine"\n\n' if included else "",
-        typed=design.name if included else f"{design.name}.toml",
+        typed=typed,
+        fit_file="write a design file, such as `mine.toml`"
+        if included
+        else f"set this in your design file, `{file}`",
+        fit_typed="mine.toml" if included else typed,
         own="" if included else " (the path of your design's file)",
     )
 

@@ -5,6 +5,7 @@
 from collections.abc import Sequence
 
 from cad.assembly import Assembly
+from cad.bounds import EPSILON, own_range
 from cad.electronics.resistors import ADAPTER_V, supply_words, takes_adapters_supply
 from cad.layout import Layout
 from cad.optics import pad_grid, seen_mm, trace
@@ -17,7 +18,9 @@ from cad.parts.gripper_adapter import (
     Pattern,
     under_gripper_head_mm,
 )
-from sensor.design import Wedge
+from cad.parts.jigs import caliper_gap_mm
+from cad.wires import ribbon_length_mm
+from sensor.design import Camera, Wedge
 
 _SIDES = {
     "red": "to the left",
@@ -52,9 +55,10 @@ def design_words(design: Wedge, assembly: Assembly) -> dict[str, str]:
         "barrel": f"{design.camera.barrel_diameter_mm:g}",
         "acrylic_kerf": f"{design.laser.acrylic_kerf_mm:g}",
         "mirror_kerf": f"{design.laser.mirror_kerf_mm:g}",
-        "tighter": f"{place.press + STEPS[0]:.2f}",
-        "press": f"{place.press:.2f}",
-        "looser": f"{place.press + STEPS[-1]:.2f}",
+        **_fits(place.press),
+        "finger_side": _finger_side(design.camera),
+        "caliper": f"{caliper_gap_mm(design):g}",
+        "ribbon_length": f"{ribbon_length_mm(place):.0f}",
         "sides": _sides(colors),
         "lit": _lit(colors),
         "strips": "Stick each strip over the gray filter." if len(films) > 1 else _EACH_STRIP,
@@ -72,6 +76,29 @@ def design_words(design: Wedge, assembly: Assembly) -> dict[str, str]:
         "adapter_step": step["adapter"],
         "cover_screws_step": step["cover_screws"],
         "wires_step": step["board"],
+    }
+
+
+def _finger_side(camera: Camera) -> str:
+    """Which side of the picture lies along the finger: its columns' (``cad.optics.project``)."""
+    if camera.width_px == camera.height_px:
+        return "horizontal"
+    return "long" if camera.width_px > camera.height_px else "short"
+
+
+def _fits(press_mm: float) -> dict[str, str]:
+    """The coupons' fits: the loosest that can be set, and what each number of dots stands for."""
+    low, high = own_range("printing.press_clearance_mm")
+    tighter, _, looser = (press_mm + step for step in STEPS)
+    three = "three dots"
+    if looser > high + EPSILON:
+        three = f"the most; three dots, {looser:.2f}, cannot be set"
+    one = f"{tighter:.2f}"
+    if tighter < low - EPSILON:
+        one = f"{tighter:.2f}, which cannot be set: {low:.2f} is the least"
+    return {
+        "fit": f"{min(looser, high):.2f}",
+        "fits": f"{three}; two dots are {press_mm:.2f}, one dot {one}",
     }
 
 

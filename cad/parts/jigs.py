@@ -21,6 +21,8 @@ GRIP_RADIUS, GRIP_LENGTH = 7.0, 8.0
 JAW = 3.6
 """Width of the slots for a caliper's jaws."""
 GUIDE = 3.0
+LARGEST_GAP, GAP_SHARE = 5.0, 0.55
+"""Between the jaws: the pad's slots must have room for the jaws on both sides of the gap."""
 
 
 def ball_jig(_: Wedge) -> cq.Solid:
@@ -40,6 +42,11 @@ def ball_jig_volume_mm3() -> float:
     cap = math.pi * depth**2 * (3 * radius - depth) / 3
     solid = GRIP_RADIUS**2 * GRIP_LENGTH + STEM_RADIUS**2 * STEM_LENGTH
     return math.pi * solid - cap
+
+
+def caliper_gap_mm(design: Wedge) -> float:
+    """How far apart the jaws are set, in half millimetres."""
+    return min(LARGEST_GAP, math.floor(2 * GAP_SHARE * min(design.pad_size_mm)) / 2)
 
 
 def caliper_jig(design: Wedge) -> cq.Solid:
