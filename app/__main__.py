@@ -8,6 +8,7 @@ make its command line. Only the module that was asked for is imported, so help a
 
 import difflib
 import importlib
+import io
 import os
 import signal
 import sys
@@ -67,6 +68,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         arguments: The words after `wedge`; the process's own by default.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
+    if isinstance(sys.stdout, io.TextIOWrapper):  # not where a caller has put something else
+        sys.stdout.reconfigure(errors="backslashreplace")  # as stderr is; no result is lost to a θ
     try:
         with _ended_like_interrupted():
             status = _dispatch(words)

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command line answers as a shell expects: at once, with a status, and in one sentence."""
 
+import io
 import os
 import re
 import subprocess
@@ -135,3 +136,25 @@ def test_a_reader_who_leaves_is_no_error() -> None:
             [*MODULE, "--help"], stdout=pipe, stderr=subprocess.PIPE, text=True, check=False
         )
     assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize(("encoding", "degree"), [("ascii", "\\xb0"), ("latin-1", "°")])
+def test_what_the_terminal_cannot_show_is_spelled_out(encoding: str, degree: str) -> None:
+    done = subprocess.run(
+        [*MODULE, "data", "list"],
+        env={**os.environ, "PYTHONIOENCODING": encoding},
+        capture_output=True,
+        encoding=encoding,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert f"three lights 120{degree} apart" in done.stdout
+    assert "\\u2013" in done.stdout  # a dash, which neither has
+
+
+def test_output_that_is_no_terminal_s_is_left_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    for put in (io.StringIO(), None):  # as from a notebook, and where stdout is closed
+        monkeypatch.setattr(sys, "stdout", put)
+        with pytest.raises(SystemExit) as stopped:
+            command_line.main(["--help"])
+        assert stopped.value.code == 0
