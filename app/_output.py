@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from sensor.dataset import CARD_FILE, IMAGES
-from sensor.documents import json_bytes
+from sensor.documents import json_bytes, text_bytes
 from sensor.errors import WedgeError
 from sensor.files import write_atomic
 from sensor.unit import UNIT_FILE
@@ -125,7 +125,7 @@ class RowFile:
         """
         lines = io.StringIO()
         csv.writer(lines, lineterminator="\n").writerows(rows)
-        rest = lines.getvalue().encode()
+        rest = text_bytes(lines.getvalue())
         try:
             while rest:
                 rest = rest[self._file.write(rest) :]

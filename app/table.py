@@ -20,6 +20,7 @@ from app._output import (
 from app._progress import progress
 from app._seed import Seed
 from app._workers import process_pool
+from sensor.documents import text_bytes
 from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_atomic
 
@@ -113,9 +114,9 @@ def main(
     several = {"tables": documents, "left_out": refused}
     write_json(json, documents[0] if len(names) == 1 else several)
     if markdown:
-        write_atomic(markdown, "\n".join(map(table_markdown, measured)).encode())
+        write_atomic(markdown, text_bytes("\n".join(map(table_markdown, measured))))
     if html:
-        write_atomic(html, "\n".join(map(error_table_html, measured)).encode())
+        write_atomic(html, text_bytes("\n".join(map(error_table_html, measured))))
     if out is not None:
         told = {"folds": folds, "estimator": ",".join(estimators), "seed": seed}
         words = ["table", *names, *(f"--{name}={value}" for name, value in told.items())]

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the commands write: one file for each thing, none read."""
 
+import os
 import re
 from collections import Counter
 from pathlib import Path
@@ -32,6 +33,12 @@ def test_a_table_ends_with_a_whole_row_where_the_disk_is_full(tmp_path: Path) ->
     assert path.read_text() == "first,second,third\n" + rows * row
     with pytest.raises(WedgeError, match=r"rows\.csv exists: name a new file\.$"):
         RowFile(path, ["first"])
+
+
+def test_a_name_that_is_not_utf_8_is_no_end_of_a_table(tmp_path: Path) -> None:
+    with RowFile(tmp_path / "rows.csv", ["image"]) as table:
+        table.add([os.fsdecode(b"\xff.png")])
+    assert (tmp_path / "rows.csv").read_text(encoding="utf-8") == "image\n\\udcff.png\n"
 
 
 def test_names_are_those_of_the_images_and_of_the_frame_in_an_archive() -> None:

@@ -3,6 +3,8 @@
 """`wedge table` of several datasets, of which some are of no use."""
 
 import json
+import os
+import sys
 
 import pytest
 
@@ -58,3 +60,18 @@ def test_no_folds_are_refused_before_a_frame_is_read(tmp_path, capsys, monkeypat
     monkeypatch.setattr("app.table.process_pool", lambda: pytest.fail("it began"))
     folder = make_dataset(tmp_path / "set", presses=3).folder
     assert "--folds 0 must be at least 1" in refused(capsys, "table", folder, "--folds", "0")
+
+
+@pytest.mark.skipif(sys.platform == "darwin", reason="macOS has no such names")
+def test_folders_whose_names_are_not_utf_8_are_told_apart_in_every_file(tmp_path):
+    folders = [tmp_path / os.fsdecode(b"a\xff" + end) for end in (b"b", b"c")]
+    for seed, folder in enumerate(folders):
+        make_dataset(folder, presses=5, seed=seed)
+    words = ["table", *folders, "--estimator", "table", "--out", tmp_path / "page"]
+    words += ["--json", tmp_path / "t.json", "--markdown", tmp_path / "t.md"]
+    assert run(*words, "--html", tmp_path / "t.html") == 0
+    tables = json.loads((tmp_path / "t.json").read_text(encoding="utf-8"))["tables"]
+    assert [table["dataset"] for table in tables] == [f"synthetic ({path})" for path in folders]
+    for name in ("t.md", "t.html", "page/index.html"):
+        text = (tmp_path / name).read_text(encoding="utf-8")
+        assert all(f"a\\udcff{end}" in text for end in "bc"), name

@@ -15,6 +15,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from sensor.documents import text_bytes
 from sensor.files import write_atomic
 
 PAGE = "index.html"
@@ -87,7 +88,7 @@ def write_report(folder: Path, *, title: str, lead: str, sections: Sequence[Sect
         f'<main id="content">\n{body}\n</main>\n</body>\n</html>\n'
     )
     path = folder / PAGE
-    write_atomic(path, page.encode())
+    write_atomic(path, text_bytes(page))
     return path
 
 
