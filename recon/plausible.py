@@ -18,10 +18,10 @@ from recon.arrays import ContactMask, GradientField
 from recon.calibration import Calibration
 from recon.cloud import Skin
 from recon.contact.disturbed import is_strange
-from recon.fast.disturbance import in_pixels
 from recon.integration.weighed import shorter_side_mm
 from recon.lights import Axis, unseen_axis
 from recon.missing_axis.mirrored import is_cut_twice
+from recon.quarters import in_pixels
 
 Plane = Float32[np.ndarray, "part_h part_w"]
 Window = tuple[slice, slice]

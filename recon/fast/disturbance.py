@@ -11,7 +11,7 @@ from typing import Any
 
 import cv2
 import numpy as np
-from jaxtyping import Bool, Float32, UInt8
+from jaxtyping import Float32
 
 from recon.contact.disturbed import (
     BESIDE_PX,
@@ -27,14 +27,13 @@ from recon.contact.disturbed import (
 from recon.integration.poisson import Boundary
 from recon.kernels import compiled
 from recon.medians import median
+from recon.quarters import SIDE_PX, QuarterMask
 
-SIDE_PX = 4
 LEAST_SIDE_PX = FINE_PX
 """Of frames with a shorter side than this, a quarter has too few pixels to tell contacts apart, and
 the reference smooths them less."""
 LEAST_STILL_PX = 100
 """And of even smaller ones too few to tell where slopes matter: they are worked out everywhere."""
-QuarterMask = Bool[np.ndarray, "qh qw"]
 _LEFT_PX = math.sqrt(SMOOTHING_PX**2 - (SIDE_PX**2 - 1) / 12) / SIDE_PX
 """Variances add: what the averages have not smoothed yet, in averages."""
 
@@ -74,21 +73,6 @@ def border_of(disturbed: QuarterMask) -> Boundary:
     """``recon.contact.disturbed.boundary_of`` a mask of quarters."""
     inner = disturbed[1:-1, 1:-1]
     return "neumann" if disturbed.sum() > inner.sum() else "dirichlet"
-
-
-def in_pixels(disturbed: QuarterMask, size_px: tuple[int, int]) -> Bool[np.ndarray, "h w"]:
-    """The mask at the resolution of frames of (width, height)."""
-    width, height = size_px
-    large = disturbed.repeat(SIDE_PX, 0).repeat(SIDE_PX, 1)
-    return large[:height, :width]
-
-
-def in_quarters(mask: Bool[np.ndarray, "h w"]) -> UInt8[np.ndarray, "qh qw"]:
-    """One where a mask of pixels holds any of 4 x 4."""
-    rest = [(0, -length % SIDE_PX) for length in mask.shape]
-    height, width = (-(-length // SIDE_PX) for length in mask.shape)
-    blocks = np.pad(mask, rest).reshape(height, SIDE_PX, width, SIDE_PX)
-    return np.asarray(blocks.any((1, 3)), np.uint8)
 
 
 def _take_average(difference: Any, lit: Any, out: Any, line: Any) -> None:

@@ -32,11 +32,11 @@ from recon.estimators.surroundings import (
     surroundings,
 )
 from recon.fast import floating
-from recon.fast.disturbance import SIDE_PX, QuarterMask
 from recon.fast.floating import last_layer, rectified_layer
 from recon.fast.vectors import BLOCK
 from recon.kernels import compiled
 from recon.pixels import positions
+from recon.quarters import SIDE_PX, QuarterMask
 
 COLORS, AROUND = 3, 3 * ASPECTS
 OWN_OFF = 3 * LEVELS

@@ -24,12 +24,8 @@ from recon.estimators.mlp import Mlp
 from recon.fast.disturbance import (
     LEAST_SIDE_PX,
     LEAST_STILL_PX,
-    SIDE_PX,
     FrameDisturbance,
-    QuarterMask,
     border_of,
-    in_pixels,
-    in_quarters,
 )
 from recon.fast.dots import FrameDots
 from recon.fast.ensemble import FrameEnsemble, Seen
@@ -45,6 +41,7 @@ from recon.lights import Axis, unseen_axis
 from recon.markers.watch import DotWatch
 from recon.missing_axis.mirrored import rows_beyond
 from recon.missing_axis.moved import MARGIN_PX, widest_support
+from recon.quarters import SIDE_PX, QuarterMask, in_pixels, in_quarters
 from recon.same_light import light_of
 from recon.still import without_still
 from recon.stream.frame import TimedFrame

@@ -12,8 +12,8 @@ import cv2
 import numpy as np
 
 from recon.estimators.default import Default, asked_size_px
-from recon.fast.disturbance import SIDE_PX, QuarterMask
 from recon.fast.ensemble import FrameEnsemble, Seen
+from recon.quarters import SIDE_PX, QuarterMask
 from recon.still import CLEAR_SLOPE, SMOOTHING
 
 

@@ -4,6 +4,8 @@
 
 import json
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +19,8 @@ from recon.images import read_image, write_image
 from recon.pipeline import Reconstructor
 from tests.recon.fast.units import make_unit, pressed, random_default
 from tests.synthetic import LIGHTS_DEG, make_dataset
+
+WITHOUT_NUMBA = "import sys; sys.modules['numba'] = None; from app.__main__ import main; main()"
 
 
 def run(*words: object) -> object:
@@ -118,3 +122,15 @@ def test_a_depth_that_no_gel_has_is_called_so_and_has_no_deviation(
     assert "press.png: no gel is so deep" in said and "the depth cannot be trusted" in said
     assert row["remark"].startswith("no gel is so deep")
     assert row["deepest_sigma_mm"] is None and "±" not in said
+
+
+@pytest.mark.parametrize("command", ["reconstruct", "cloud"])
+def test_a_plain_install_which_has_no_numba_is_enough(command: str, tmp_path: Path) -> None:
+    unit = make_unit(estimator=random_default())
+    unit.save(tmp_path / "unit")
+    write_image(tmp_path / "press.png", pressed(unit.background, (80, 60)))
+    words = [command, tmp_path / "unit", tmp_path / "press.png", "--out", tmp_path / "out"]
+    plain = [sys.executable, "-c", WITHOUT_NUMBA, *words]
+    done = subprocess.run(plain, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert list((tmp_path / "out").glob("press.*"))

@@ -8,12 +8,12 @@ import pytest
 
 from recon.ball import ball_cap
 from recon.estimators import fit_estimator, lesson_of
-from recon.fast.disturbance import in_quarters
 from recon.follower import KeptTouch
 from recon.integration.poisson import integrate
 from recon.pipeline import Reconstruction, reconstruct
 from recon.plausible import CUT_TWICE, cut_word, is_implausible, slopes_of_no_surface
 from recon.presses import press_reader, read_presses
+from recon.quarters import in_quarters
 from sensor.dataset import read_dataset
 from tests.recon.fast.units import make_unit, random_mlp
 from validation.contact import blank_frames

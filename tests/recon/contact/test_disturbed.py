@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from recon.ball import ball_cap
 from recon.contact import disturbed
 from recon.contact.disturbed import BORDER_PX, LEAST_CHANGE, boundary_of, disturbed_mask
-from recon.fast.disturbance import FrameDisturbance, in_pixels
+from recon.fast.disturbance import FrameDisturbance
+from recon.quarters import in_pixels
 from tests.synthetic import digitized, gradient_of, shaded
 
 seeds = st.integers(0, 2**32 - 1)

@@ -13,7 +13,8 @@ from recon.contact.disturbed import (
     WIDEST_STAINS,
     disturbed_mask,
 )
-from recon.fast.disturbance import FrameDisturbance, in_pixels, in_quarters
+from recon.fast.disturbance import FrameDisturbance
+from recon.quarters import in_pixels, in_quarters
 from tests.recon.fast.units import planes
 
 

@@ -22,7 +22,7 @@ from recon.estimators.default import MEMBERS, MEMBERS_OF_FEW, settled
 from recon.estimators.mlp import Mlp
 from recon.fast import fixed_point, network
 from recon.fast.convolution import STEP, CompiledLayers, plane_px, taps
-from recon.fast.disturbance import FrameDisturbance, border_of, in_pixels, in_quarters
+from recon.fast.disturbance import FrameDisturbance, border_of
 from recon.fast.ensemble import FrameEnsemble
 from recon.fast.network import FrameMlp
 from recon.fast.poisson import FrameIntegrator
@@ -31,6 +31,7 @@ from recon.fast.unwarping import FrameDifference
 from recon.fast.weighing import FrameWeighing
 from recon.integration.poisson import Boundary, integrate
 from recon.integration.weighed import inferred_doubts, weighed_depth
+from recon.quarters import in_pixels, in_quarters
 from recon.still import REACH, without_still
 from tests.recon.fast.units import (
     CORNERS_PX,

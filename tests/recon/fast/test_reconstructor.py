@@ -12,10 +12,10 @@ import pytest
 from recon.ball import ball_cap
 from recon.estimators.lookup_table import BINS, LookupTable
 from recon.fast import FastReconstructor, fixed_point
-from recon.fast.disturbance import in_pixels, in_quarters
 from recon.integration.poisson import integrate
 from recon.integration.weighed import resting, weighed_depth
 from recon.pipeline import Reconstructor
+from recon.quarters import in_pixels, in_quarters
 from recon.stream.frame import TimedFrame
 from recon.stream.jpeg import decode_jpeg, encode_jpeg
 from sensor.errors import WedgeError

@@ -1,0 +1,24 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Masks at a quarter of the frame's resolution, one element for 4 x 4 pixels."""
+
+import numpy as np
+from jaxtyping import Bool, UInt8
+
+SIDE_PX = 4
+QuarterMask = Bool[np.ndarray, "qh qw"]
+
+
+def in_pixels(disturbed: QuarterMask, size_px: tuple[int, int]) -> Bool[np.ndarray, "h w"]:
+    """The mask at the resolution of frames of (width, height)."""
+    width, height = size_px
+    large = disturbed.repeat(SIDE_PX, 0).repeat(SIDE_PX, 1)
+    return large[:height, :width]
+
+
+def in_quarters(mask: Bool[np.ndarray, "h w"]) -> UInt8[np.ndarray, "qh qw"]:
+    """One where a mask of pixels holds any of 4 x 4."""
+    rest = [(0, -length % SIDE_PX) for length in mask.shape]
+    height, width = (-(-length // SIDE_PX) for length in mask.shape)
+    blocks = np.pad(mask, rest).reshape(height, SIDE_PX, width, SIDE_PX)
+    return np.asarray(blocks.any((1, 3)), np.uint8)
