@@ -6,6 +6,7 @@ import sys
 
 from sensor.design import Wedge
 from sensor.errors import WedgeError
+from sensor.extras import how_to_install
 
 
 def refuse_numbers(width_px: int, samples: int) -> None:
@@ -29,6 +30,8 @@ def refuse_unbuildable(design: Wedge) -> None:
     try:
         from cad.refusals import refuse_unbuildable as refuse
     except ImportError as error:
-        print(f"not checked whether the design can be built: {error}", file=sys.stderr)
+        missing = isinstance(error, ModuleNotFoundError)  # and not a library of the system
+        why = f"that needs {error.name}: {how_to_install('cad')}." if missing else str(error)
+        print(f"not checked whether the design can be built: {why}", file=sys.stderr)
         return
     refuse(design)

@@ -23,12 +23,23 @@ def how_to_install(extra: str) -> str:
     Args:
         extra: as ``pyproject.toml`` calls it, such as ``live``.
     """
-    words = [sys.executable, "-m", "pip", "install"]
-    if extra == "train":
-        words += ["--extra-index-url", CPU_INDEX]
-    first = ""
-    if find_spec("pip") is None:  # uv makes environments without it
-        first = f"{shlex.join([sys.executable, '-m', 'ensurepip'])} && "
+    words = ["--extra-index-url", CPU_INDEX] if extra == "train" else []
     if (ROOT / "wedge").is_file():
-        return f"run `{first}{shlex.join([*words, '-e', f'{ROOT}[{extra}]'])}`"
-    return f"run `{first}{shlex.join([*words, f'.[{extra}]'])}` in the checkout"
+        return f"run `{_pip_install(*words, '-e', f'{ROOT}[{extra}]')}`"
+    return f"run `{_pip_install(*words, f'.[{extra}]')}` in the checkout"
+
+
+def how_to_restore(package: str) -> str:
+    """What to do where another package has replaced files of one, as the end of a sentence.
+
+    Args:
+        package: as pip takes it, such as ``numpy<3``.
+    """
+    return f"run `{_pip_install('--force-reinstall', '--no-deps', package)}`"
+
+
+def _pip_install(*words: str) -> str:
+    install = shlex.join([sys.executable, "-m", "pip", "install", *words])
+    if find_spec("pip") is None:  # uv makes environments without it
+        return f"{shlex.join([sys.executable, '-m', 'ensurepip'])} && {install}"
+    return install

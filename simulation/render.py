@@ -12,6 +12,7 @@ from jaxtyping import Float32
 
 from sensor.design import Wedge
 from sensor.errors import WedgeError
+from sensor.extras import how_to_restore
 from simulation.engine import Engine
 from simulation.scene import Paint, Window, gel_scene
 from simulation.skin import Map, View
@@ -64,10 +65,12 @@ def render(
         threads: that the render may use; all cores by default.
 
     Raises:
-        WedgeError: no samples, Mitsuba is not installed, or a GPU's memory is too small.
+        WedgeError: no samples, Mitsuba or ``smoothed``'s part of OpenCV is not installed, or a
+            GPU's memory is too small.
     """
     if samples < 1:
         raise WedgeError(f"--samples {samples} must be at least 1.")
+    _refuse_other_opencv()
     columns, all_rows = window or tuple(slice(0, size) for size in view.size_px)
 
     with engine.loaded(threads) as mi:
@@ -100,6 +103,15 @@ def _in_pieces(traced: Callable[[slice], Radiance], rows: slice) -> Iterator[Rad
     middle = (rows.start + rows.stop) // 2
     yield from _in_pieces(traced, slice(rows.start, middle))
     yield from _in_pieces(traced, slice(middle, rows.stop))
+
+
+def _refuse_other_opencv() -> None:
+    """Refuse an OpenCV without what ``smoothed`` needs, before anything is traced for it."""
+    if not hasattr(getattr(cv2, "ximgproc", None), "guidedFilter"):
+        raise WedgeError(
+            "another OpenCV, as LeRobot brings it, took the place of "
+            f"opencv-contrib-python-headless: {how_to_restore('opencv-contrib-python-headless<5')}."
+        )
 
 
 def smoothed(radiance: Radiance, pitch_mm: float, depth_mm: Map, ink: Map | None) -> Radiance:

@@ -19,9 +19,11 @@ import simulation.engine
 from app import simulate, sweep
 from app.__main__ import main
 from app._cluster import cluster_pool
+from app._render import refuse_unbuildable
 from sensor.dataset import read_dataset
 from sensor.design import FINGER
 from sensor.errors import WedgeError
+from sensor.extras import how_to_install
 from simulation.engine import SCALAR
 from tests.simulation.conftest import InLine
 
@@ -169,6 +171,16 @@ def test_a_design_that_cannot_be_cut_is_not_rendered(here, capsys) -> None:
     assert "mirror.length_mm = 25" in capsys.readouterr().err
     assert typed("sweep", "mirror.length_mm", "25", "--out", "s") == 2
     assert [path.name for path in here.iterdir()] == ["short.toml"]
+
+
+def test_a_design_is_not_checked_without_the_solid_modeller_which_is_named(
+    monkeypatch, capsys
+) -> None:
+    monkeypatch.setitem(sys.modules, "cad.refusals", None)  # as if a package of it were missing
+    refuse_unbuildable(FINGER)
+    said = capsys.readouterr().err
+    assert said.startswith("not checked whether the design can be built: that needs cad.refusals: ")
+    assert said.endswith(f"{how_to_install('cad')}.\n")
 
 
 def test_the_sweep_of_the_documentation_leaves_no_value_out(here, monkeypatch, capsys) -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import sensor.extras
-from sensor.extras import CPU_INDEX, how_to_install
+from sensor.extras import CPU_INDEX, how_to_install, how_to_restore
 
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -45,6 +45,17 @@ def test_where_pip_itself_is_missing_it_comes_first(monkeypatch: pytest.MonkeyPa
     first, _, then = how_to_install("live").split("`")[1].partition(" && ")
     assert shlex.split(first) == [sys.executable, "-m", "ensurepip"]
     assert then == here.split("`")[1].rpartition(" && ")[2]
+
+
+def test_replaced_files_are_put_back_by_the_command_that_pages_give() -> None:
+    (opencv,) = (name for name in PROJECT["dependencies"] if name.startswith("opencv"))
+    package = f"{opencv.partition('>')[0]}<5"
+    assert opencv.endswith(",<5")
+    words = shlex.split(how_to_restore(package).split("`")[1])
+    assert words[-5:] == ["pip", "install", "--force-reinstall", "--no-deps", package]
+    command = f'pip install --force-reinstall --no-deps "{package}"'
+    for page in ("docs/howto/pi.md", "plugins/lerobot_camera_gelsight_wedge/README.md"):
+        assert command in (ROOT / page).read_text(encoding="utf-8")
 
 
 def test_the_page_takes_torch_from_where_the_command_does() -> None:

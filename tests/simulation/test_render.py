@@ -6,11 +6,13 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from types import SimpleNamespace
 
+import cv2
 import numpy as np
 import pytest
 
 from sensor.design import FINGER
 from sensor.errors import WedgeError
+from sensor.extras import how_to_restore
 from simulation.engine import SCALAR, best_engine
 from simulation.render import drawn_samples, render
 from simulation.skin import gel_view
@@ -86,3 +88,16 @@ def test_other_errors_are_not_taken_for_it(mitsuba) -> None:
     with pytest.raises(RuntimeError, match="no pixels"):
         picture(engine)
     assert len(engine.seen) == 1
+
+
+@pytest.mark.parametrize("other", [None, SimpleNamespace()], ids=["without", "emptied"])
+def test_an_opencv_without_the_filter_is_told_before_anything_is_traced(other, monkeypatch) -> None:
+    engine = Small()
+    if other is None:
+        monkeypatch.delattr(cv2, "ximgproc")
+    else:
+        monkeypatch.setattr(cv2, "ximgproc", other)
+    with pytest.raises(WedgeError, match="another OpenCV") as raised:
+        picture(engine)
+    assert how_to_restore("opencv-contrib-python-headless<5") in str(raised.value)
+    assert engine.seen == []
