@@ -106,6 +106,19 @@ def test_every_licence_that_is_named_is_here_and_no_other() -> None:
     assert named == {path.stem for path in (ROOT / "LICENSES").iterdir()}
 
 
+def test_what_is_installed_says_and_brings_its_licences() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    texts = {path.stem for path in (ROOT / "LICENSES").iterdir()}
+    assert {*project["license"].split(" AND ")} == texts - {"MIT"}  # of one figure in docs/
+    brought = {path for pattern in project["license-files"] for path in ROOT.glob(pattern)}
+    assert brought == {ROOT / "LICENSE", ROOT / "REUSE.toml", *(ROOT / "LICENSES").iterdir()}
+    (plugin,) = (path.parent for path in FILES if path.match("plugins/*/pyproject.toml"))
+    project = tomllib.loads((plugin / "pyproject.toml").read_text())["project"]
+    assert project["license-files"] == ["LICENSE"]
+    text = (ROOT / "LICENSES" / f"{project['license']}.txt").read_bytes()
+    assert (plugin / "LICENSE").read_bytes() == text
+
+
 def test_every_folder_at_the_top_says_what_it_is() -> None:
     folders = {path.relative_to(ROOT).parts[0] for path in FILES if path.parent != ROOT}
     silent = [
