@@ -156,11 +156,16 @@ def restore_estimator(
     Raises:
         WedgeError: no estimator has that name, or the arrays are not what it wrote.
     """
+    if name not in ESTIMATORS:
+        raise WedgeError(
+            f"no estimator is called {name!r} here (known are {', '.join(ESTIMATORS)}): the unit "
+            "may come from an extension or a later version; use that one, or calibrate again."
+        )
     for key, values in tensors.items():
         if values.dtype != np.float32 or not np.isfinite(values).all():
             raise WedgeError(f"the array {key} of the {name} estimator is not of finite float32.")
     try:
-        estimator = kind_of(name).restore(tensors, channels)
+        estimator = ESTIMATORS[name].restore(tensors, channels)
         refuse_absurd(tensors)
         return estimator
     except KeyError as error:

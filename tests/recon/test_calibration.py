@@ -223,7 +223,7 @@ def test_an_unknown_estimator_is_refused(unit, calibration):
     tensors = load_file(unit / "gradients.safetensors")
     learnt = {"fitted": f"cnn on {calibration.card.dataset_sha256}"}
     save_file(tensors, unit / "gradients.safetensors", learnt)
-    with pytest.raises(WedgeError, match="no estimator is called 'cnn'"):
+    with pytest.raises(WedgeError, match=r"'cnn' .* may come from an extension or a later version"):
         load_calibration(unit)
 
 
