@@ -22,7 +22,7 @@ from recon.integration.weighed import (
     shorter_side_mm,
     weighed_depth,
 )
-from recon.lights import Axis, unseen_axis
+from recon.lights import Axis, turn_deg, unseen_axis
 from recon.markers.filling import fill_gradients
 from recon.medians import median
 from recon.missing_axis.columns import weigh_columns
@@ -34,6 +34,7 @@ from recon.missing_axis.inference import (
 )
 from recon.missing_axis.mirrored import mirrored, rows_beyond, within
 from recon.missing_axis.moved import may_have_moved
+from recon.missing_axis.turned import Turn
 from recon.still import without_still
 from sensor.toml import Pair
 from sensor.unit import MissingAxis
@@ -110,8 +111,11 @@ def depth_of(
     if hidden is not None:
         gradient = beneath_dots(gradient, hidden, unseen, mm_per_px, repeatable=repeatable)
     if missing == "network" and unseen is not None:
+        hinted = estimator.looks_around
+        if by_deg := turn_deg(lights_deg, estimator.channels):
+            turn = Turn(size_px=disturbed.shape[::-1], mm_per_px=mm_per_px, by_deg=by_deg)
+            return turned_depth(gradient, disturbed, unseen, turn, hinted=hinted)
         if infer is None:
-            hinted = estimator.looks_around
             infer = partial(inferred_depth, unseen=unseen, mm_per_px=mm_per_px, hinted=hinted)
         return infer(gradient, disturbed)
     gradient = of_moved_gel(gradient, disturbed, estimator, missing, unseen)
@@ -152,6 +156,30 @@ def of_moved_gel(
     if missing == "zero" and unseen is not None:
         gradient = without(unseen, gradient)
     return gradient
+
+
+def turned_depth(
+    gradient: GradientField, disturbed: ContactMask, unseen: Axis, turn: Turn, *, hinted: bool
+) -> Depth:
+    """Depth where the slope across an oblique line of lights is inferred.
+
+    Args:
+        gradient: (h, w, 2), mm/mm, of the estimator.
+        disturbed: where the colour changed.
+        unseen: the axis that no light shows, once the frame is turned.
+        turn: of the frame, that lays the line along the other axis.
+        hinted: as in ``infer_gradient``.
+    """
+    pitch_mm = (turn.pitch_mm, turn.pitch_mm)
+    found = inferred_depth(
+        turn.slopes(gradient), turn.mask(disturbed), unseen, pitch_mm, hinted=hinted
+    )
+    return Depth(
+        gradient=turn.slopes_back(found.gradient),
+        depth_mm=turn.back(found.depth_mm),
+        boundary=found.boundary,
+        doubt=None if found.doubt is None else turn.back(found.doubt),
+    )
 
 
 def inferred_depth(

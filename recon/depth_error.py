@@ -12,6 +12,7 @@ number, by 7 % with each halving of the pitch: errors drawn by squares scattered
 border is held at zero.
 """
 
+import math
 from collections.abc import Mapping
 from functools import lru_cache
 
@@ -23,7 +24,7 @@ from scipy import fft
 from recon.arrays import DepthMap, GradientField
 from recon.estimators import GradientEstimator
 from recon.integration.poisson import Boundary
-from recon.lights import unseen_axis
+from recon.lights import turn_deg, unseen_axis
 from sensor.toml import Pair
 
 CORRELATED_MM = 0.8
@@ -68,11 +69,14 @@ def slope_error(
     if half_width is None or (unseen is not None and doubt is None):
         return None
     error = half_width / np.float32(NORMAL90)
-    if unseen is not None and doubt is not None:
-        error[..., "xy".index(unseen)] = np.minimum(
-            np.float32(LAPLACE) * doubt, np.float32(MOST_INFERRED)
-        )
-    return error
+    if unseen is None or doubt is None:
+        return error
+    inferred = np.minimum(np.float32(LAPLACE) * doubt, np.float32(MOST_INFERRED))
+    # Variances along the line of the lights and across it, and what both axes have of them.
+    line_deg = 90 * (unseen == "x") + turn_deg(lights_deg, estimator.channels)
+    along = np.square([math.cos(math.radians(line_deg)), math.sin(math.radians(line_deg))])
+    measured2 = (error**2 @ along)[..., None]
+    return np.sqrt(measured2 * along + inferred[..., None] ** 2 * (1 - along)).astype(np.float32)
 
 
 def depth_error(error: GradientField, mm_per_px: Pair, boundary: Boundary) -> DepthMap:

@@ -37,7 +37,7 @@ from recon.fast.unwarping import FrameDifference
 from recon.fast.weighing import FrameWeighing
 from recon.integration.poisson import Boundary
 from recon.integration.weighed import resting, shorter_side_mm
-from recon.lights import Axis, unseen_axis
+from recon.lights import Axis, turn_deg, unseen_axis
 from recon.markers.watch import DotWatch
 from recon.missing_axis.mirrored import rows_beyond
 from recon.missing_axis.moved import MARGIN_PX, widest_support
@@ -149,7 +149,8 @@ class FastReconstructor:
         }
         estimator, reach = calibration.estimator, 0
         self._infer: FrameInference | None = None
-        if self._unseen is not None and card.missing_axis == "network":
+        oblique = turn_deg(card.lights_deg, card.channels) != 0  # the reference turns such frames
+        if self._unseen is not None and card.missing_axis == "network" and not oblique:
             hinted, reach = estimator.looks_around, _reach(size_px, card.mm_per_px)
             self._infer = FrameInference(size_px, card.mm_per_px, self._unseen, hinted=hinted)
         self._mlp = FrameMlp(estimator, size_px) if isinstance(estimator, Mlp) else None
@@ -316,7 +317,7 @@ class FastReconstructor:
         card = self.calibration.card
         disturbed = disturbed_in_planes(difference * self._lit)
         near = None
-        if card.missing_axis == "network":  # elsewhere it takes gel for flat
+        if self._infer is not None:  # elsewhere it takes gel for flat
             near = in_quarters(widest_support(disturbed, unseen)).astype(bool)
         self._take_gradient(difference, lambda _: near, self._gradient)
         gradient = np.moveaxis(self._gradient, 0, -1)

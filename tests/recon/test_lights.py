@@ -5,7 +5,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from recon.lights import ALIGNED_DEG, azimuth_deg, sits_like_wedge, unseen_axis
+from recon.lights import (
+    ALIGNED_DEG,
+    LEAST_TURN_DEG,
+    OBLIQUE_DEG,
+    azimuth_deg,
+    sits_like_wedge,
+    turn_deg,
+    unseen_axis,
+)
 from sensor.design import FINGER, STANDARD
 from tests.synthetic import shaded
 
@@ -32,19 +40,33 @@ def test_the_unseen_axis_is_the_one_that_leaves_no_trace_in_the_shading(channels
         assert seen == (unseen_axis(WEDGE, channels) != axis)
 
 
-@given(azimuths, azimuths, st.integers(-2, 2))
+@given(st.integers(-720, 720), st.integers(-720, 720), st.integers(-2, 2))
 def test_whole_turns_and_opposite_lights_change_nothing(one, two, turns):
-    lights = {"R": one, "B": two}
-    near = [abs(abs((a - b + 90) % 180 - 90) - ALIGNED_DEG) for a in (one, two) for b in (0, 90)]
-    if min(near) > 1e-6:  # not on the very limit, where rounding decides
-        assert unseen_axis(lights, "RB") == unseen_axis({"R": one + 360 * turns, "B": two}, "RB")
-        assert unseen_axis(lights, "RB") == unseen_axis({"R": one + 180, "B": two}, "RB")
+    one, two = one + 0.25, two + 0.5  # never on a limit, where rounding decides
+    for other in (one + 360 * turns, one + 180):
+        lights, same = {"R": one, "B": two}, {"R": other, "B": two}
+        assert unseen_axis(lights, "RB") == unseen_axis(same, "RB")
+        assert turn_deg(lights, "RB") == pytest.approx(turn_deg(same, "RB"), abs=1e-6)
 
 
-@given(st.floats(0, 90))
-def test_a_light_counts_as_on_an_axis_up_to_its_limit(angle):
-    expected = "y" if angle <= ALIGNED_DEG else "x" if angle >= 90 - ALIGNED_DEG else None
-    assert unseen_axis({"G": angle}, "G") == expected
+@given(azimuths)
+def test_one_light_lies_on_its_own_line_beside_the_axis_that_it_sees(angle):
+    lights = {"G": angle}
+    along = np.radians((90 if unseen_axis(lights, "G") == "x" else 0) + turn_deg(lights, "G"))
+    assert abs(np.sin(along - np.radians(angle))) < np.sin(np.radians(LEAST_TURN_DEG)) + 1e-6
+    assert abs(turn_deg(lights, "G")) <= 45 + 1e-6
+
+
+@given(st.integers(0, 179), st.integers(0, 89))
+def test_two_lights_lie_on_one_line_if_they_are_near_an_axis_or_each_other(middle, half):
+    middle, half = middle + 0.3, half + 0.4
+    lights = {"R": middle - half, "B": middle + half + 180}
+    apart = min(half, 90 - half)  # from their line, which may be the other bisector
+    near = [
+        max(abs((angle - axis + 90) % 180 - 90) for angle in lights.values()) < ALIGNED_DEG
+        for axis in (0, 90)
+    ]
+    assert (unseen_axis(lights, "RB") is not None) == (apart < OBLIQUE_DEG or any(near))
 
 
 def test_where_nobody_said_where_the_lights_sit_nothing_is_claimed():

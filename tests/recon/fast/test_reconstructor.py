@@ -160,7 +160,7 @@ def test_the_lookup_table_is_the_reference_s_at_its_bins_edges_too(corners_px) -
 
 @pytest.mark.parametrize("kind", [random_mlp, random_default])
 @pytest.mark.parametrize("missing", ["network", "zero"])
-@pytest.mark.parametrize("red_deg", [90.0, 0.0])
+@pytest.mark.parametrize("red_deg", [90.0, 0.0, 50.0])
 def test_an_axis_without_light_is_inferred_as_the_reference_infers_it(
     kind, missing, red_deg, monkeypatch
 ) -> None:
