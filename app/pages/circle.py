@@ -5,24 +5,33 @@
 import math
 from dataclasses import replace
 
-from app.pages.editing import DRAWN, HALO
+from app.pages.canvas import STROKES
 from recon.labels.label_book import CERTAIN
 from sensor.dataset import BallLabel
 from sensor.toml import Pair
 
 SMALLEST_PX = 2.0
+ARM_PX = 5
+"""Of the cross, in pixels of the screen."""
 
 
 def drawn(label: BallLabel) -> str:
-    """Its ring and the cross in its middle, as SVG over the frame's pixels."""
-    x, y = label.center_x_px + 0.5, label.center_y_px + 0.5
-    ring = f'cx="{x}" cy="{y}" r="{label.contact_radius_px}" fill="none"'
-    cross = f"M {x - 2} {y} h 4 M {x} {y - 2} v 4"
-    return "".join(
-        f'<circle {ring} stroke="{color}" stroke-width="{width}"/>'
-        f'<path d="{cross}" stroke="{color}" stroke-width="{width}"/>'
-        for color, width in ((HALO, 1.2), (DRAWN, 0.5))
+    """Its ring and the cross in its middle, as SVG over the frame's pixels.
+
+    Lines are as wide, and the cross as large, on every screen and in every frame: of its arms, half
+    as long as the radius, a dash shows what is near the middle.
+    """
+    x, y, radius = label.center_x_px + 0.5, label.center_y_px + 0.5, label.contact_radius_px
+    ring = f'cx="{x}" cy="{y}" r="{radius}"'
+    arms = " ".join(f"M {x} {y} {way}{radius / 2}" for way in ("h ", "h -", "v ", "v -"))
+    lines = "".join(
+        f'<g stroke="{color}" stroke-width="{width}">'
+        f'<circle {ring} vector-effect="non-scaling-stroke"/>'
+        f'<path d="{arms}" stroke-dasharray="{ARM_PX} 9999" vector-effect="non-scaling-stroke"/>'
+        "</g>"
+        for color, width in STROKES
     )
+    return f'<g fill="none">{lines}</g>'
 
 
 def words(label: BallLabel, mm_per_px: Pair) -> str:

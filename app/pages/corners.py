@@ -6,24 +6,31 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 from nicegui import ui
-from nicegui.events import MouseEventArguments
 
-from app.pages.editing import (
-    ARROWS,
-    CLOSE,
+from app.pages.canvas import (
+    DOWN,
     DRAG_ENDS,
     DRAG_IS_NONE,
     DRAWN,
-    FINE_STEP_PX,
     HALO,
+    MOVE,
+    STROKES,
+    Canvas,
+    Grip,
+    Pointer,
+)
+from app.pages.editing import (
+    ARROWS,
+    CLOSE,
+    FINE_STEP_PX,
     NOTHING_TO_UNDO,
     STEP_PX,
     UNDO,
     Complaint,
+    Heading,
+    arrow_buttons,
     button,
-    canvas,
     fitting,
-    heading,
     keys_explained,
     listen,
     run_page,
@@ -82,17 +89,18 @@ class CornersPage:
         self.frame: Frame | None = None
         """As shown, ``None`` where it cannot be read: what nobody sees is not edited."""
         self.held: Corners | None = None
-        self.dragging = False
+        self.grip: Grip | None = None
         self.complaint = Complaint()
         listen(self.on_key)
         when_turned_to(self.look_again)
-        self.heading = heading()
+        self.heading = Heading()
         with ui.element("div").classes(
             "grid grid-cols-1 lg:grid-cols-[minmax(0,3fr)_minmax(0,2fr)] gap-4 w-full"
         ):
             with ui.column().classes("min-w-0"):
                 size_px = self.book.frame_size_px
-                self.raw, self.drawn = canvas("raw", "The raw frame", size_px, self.on_mouse)
+                self.canvas = Canvas("raw", "The raw frame", size_px, self.on_pointer)
+                self.raw = self.canvas.picture
                 self.raw.style(f"width: {fitting(size_px)}")
                 with ui.row():
                     button("Find", "search", self.find, first=True)
@@ -101,6 +109,7 @@ class CornersPage:
                     button("Undo", "undo", self.undo)
                     button("Previous frame", None, lambda: self.step(-1))
                     button("Next frame", None, lambda: self.step(1))
+                    arrow_buttons(self.on_key)
             with ui.column().classes("min-w-0"):
                 ui.label("Unwarped: base and green light on the left")
                 self.preview = ui.interactive_image()
@@ -111,14 +120,14 @@ class CornersPage:
     def show(self) -> None:
         """The frame, and what the corners make of it; where it cannot be read, why."""
         file = self.files[self.index]
-        self.held, self.dragging = None, False
+        self.held = self.grip = None
         try:
             self.book.catch_up()
             self.frame = read_frame(self.book.folder, file)
             self.book.unwarp.check(self.frame)
         except (WedgeError, OSError) as error:
             self.frame = None
-            self.heading.set_text(f"{file} cannot be shown: {error}")
+            self.heading.say_why(f"cannot be shown: {error}", file)
         else:
             self.raw.set_source(as_url(self.frame, FINE_QUALITY))
             self.draw()
@@ -133,25 +142,32 @@ class CornersPage:
         points = " ".join(f"{x + 0.5},{y + 0.5}" for x, y in corners)
         size = self.frame.shape[1] / 240
         parts = []
-        for color, width in ((HALO, 1.4 * size), (DRAWN, 0.5 * size)):
-            stroke = f'stroke="{color}" stroke-width="{width}"'
-            parts.append(f'<polygon points="{points}" fill="none" {stroke}/>')
-            for index, (x, y) in enumerate(corners):
-                radius = (5 if index == self.chosen else 3) * size
-                parts.append(
-                    f'<circle cx="{x + 0.5}" cy="{y + 0.5}" r="{radius}" fill="none" {stroke}/>'
-                )
+        chosen_px, other_px = 5 * size, 3 * size
+        radii = [chosen_px if index == self.chosen else other_px for index in range(len(corners))]
+        for color, width in STROKES:
+            line = (
+                f'fill="none" stroke="{color}" stroke-width="{width}"'
+                ' vector-effect="non-scaling-stroke"'
+            )
+            parts.append(f'<polygon points="{points}" {line}/>')
+            parts += [
+                f'<circle cx="{x + 0.5}" cy="{y + 0.5}" r="{radius}" {line}/>'
+                for (x, y), radius in zip(corners, radii, strict=True)
+            ]
         for index, (x, y) in enumerate(label_places(corners, self.book.frame_size_px)):
             parts.append(
                 f'<text x="{x + 0.5}" y="{y + 0.5}" font-size="{DIGIT_PX * size}" fill="{HALO}"'
                 f' text-anchor="middle" dominant-baseline="central" stroke="{DRAWN}"'
                 f' stroke-width="{0.2 * size}">{index + 1}</text>'
             )
-        self.drawn.set_content("".join(parts))
+        held = self.held is not None
+        self.canvas.draw("".join(parts), [(corner, chosen_px) for corner in corners], held=held)
         x, y = corners[self.chosen]
-        self.heading.set_text(
-            f"{self.files[self.index]}: corner {self.chosen + 1}, {NAMES[self.chosen]} of the"
-            f" unwarped picture, at ({x:.2f}, {y:.2f}) px"
+        self.heading.say(
+            self.files[self.index],
+            f"corner {self.chosen + 1}, {NAMES[self.chosen]} of the unwarped picture,"
+            f" at ({x:.2f}, {y:.2f}) px",
+            held=held,
         )
         if self.held is None:
             unwarp = self.book.unwarp
@@ -159,20 +175,23 @@ class CornersPage:
             self.preview.set_source(as_url(seen, FINE_QUALITY))
             self.preview.style(f"width: {fitting(unwarp.size_px, PREVIEW_TALLEST)}")
 
-    def on_mouse(self, event: MouseEventArguments) -> None:
+    def on_pointer(self, pointer: Pointer) -> None:
         """Drag the nearest corner."""
-        place = (event.image_x - 0.5, event.image_y - 0.5)
-        if event.type == "pointerdown" and event.button == 0:
-            self.chosen, self.dragging = self.book.nearest(place), True
+        if self.grip is None:
+            if pointer.kind == DOWN:
+                self.chosen = self.book.nearest(pointer.place_px)
+                self.grip = Grip.of(pointer, self.book.corners_px[self.chosen])
+                self.draw()
+        elif pointer.kind in (DOWN, DRAG_IS_NONE):  # a second finger may be a pinch, or a palm
+            self.held = self.grip = None
             self.draw()
-        elif event.type == "pointermove" and self.dragging:
-            self.held = self.book.moved(self.chosen, place)
+        elif pointer.number != self.grip.pointer:
+            return
+        elif pointer.kind == MOVE:
+            self.held = self.book.moved(self.chosen, self.grip.moved_to(pointer))
             self.draw()
-        elif event.type == DRAG_IS_NONE:
-            self.held, self.dragging = None, False
-            self.draw()
-        elif event.type in DRAG_ENDS and self.dragging:
-            self.dragging = False
+        elif pointer.kind in DRAG_ENDS:
+            self.grip = None
             if self.held is not None:
                 held = self.held
                 self.move(lambda: self.book.put(held))
@@ -200,7 +219,7 @@ class CornersPage:
 
     def look_again(self) -> None:
         """Show what others have changed meanwhile; not while a corner is held."""
-        if not self.dragging:
+        if self.grip is None:
             self.show()
 
     def step(self, by: int) -> None:

@@ -1,20 +1,19 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the pages that edit a dataset share: how they are served, their keys and their buttons."""
+"""What the pages that edit a dataset share: how they are served, their words, keys and buttons."""
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from functools import partial
 from typing import Any
 
 from nicegui import ui
-from nicegui.events import KeyEventArguments, MouseEventArguments
+from nicegui.events import KeyEventArguments
 
 from app.pages.serving import run
 from sensor.errors import WedgeError
 
 STEP_PX, FINE_STEP_PX = 1.0, 0.25
-DRAWN = "#111111"
-HALO = "#ffffff"
 UNDO = "Ctrl z"
 ARROWS = {
     "ArrowLeft": (-1, 0),
@@ -22,17 +21,31 @@ ARROWS = {
     "ArrowUp": (0, -1),
     "ArrowDown": (0, 1),
 }
-DRAG_ENDS = ("pointerup", "pointerleave")
-DRAG_IS_NONE = "pointercancel"
-"""The browser has taken the finger for one of its own gestures, such as a pinch."""
-POINTER_EVENTS = ["pointerdown", "pointermove", *DRAG_ENDS, DRAG_IS_NONE]
-"""Of a mouse, a pen or a finger."""
+ARROW_BUTTONS = {
+    "ArrowLeft": ("Move left", "arrow_back"),
+    "ArrowRight": ("Move right", "arrow_forward"),
+    "ArrowUp": ("Move up", "arrow_upward"),
+    "ArrowDown": ("Move down", "arrow_downward"),
+}
 CLOSE = {"label": "Close", "color": "white"}
 """Of a message: to be read on its ground."""
 BLUE = "#1565c0"
 """Of buttons: white on it, and it on white, can be read."""
 TALLEST = "100vh - 14rem"
 """Of a picture: it, its heading and its buttons are seen at once."""
+STYLE = """
+#heading { container-type: inline-size; width: 100%; font-variant-numeric: tabular-nums; }
+#heading .words { font-size: 1rem; line-height: 1.5rem; height: 1.5rem; overflow: hidden; }
+@container (max-width: 38rem) {
+    #heading .words { font-size: .875rem; line-height: 1.25rem; height: 2.5rem;
+        text-wrap: balance; }
+}
+#heading .why { height: auto; overflow-wrap: anywhere; }
+.q-btn:focus-visible { outline: 3px solid currentColor; outline-offset: 2px; }
+.q-btn.bg-primary:focus-visible { outline-color: var(--q-primary); }
+"""
+"""What is said above a picture takes no more or less room whatever it is: the picture must not move
+under a pointer that drags. Why there is no picture may take any."""
 NOTHING_TO_UNDO = "There is nothing left to undo since this command was started."
 STILL = """(e) => {
     if (e.key.startsWith("Arrow") && !e.ctrlKey && !e.metaKey && !e.altKey)
@@ -61,10 +74,11 @@ def run_page(build: Callable[[], object], title: str, port: int) -> None:
     @ui.page("/")
     def page() -> None:
         ui.colors(primary=BLUE)
+        ui.add_css(STYLE)
         try:
             build()
         except WedgeError as error:
-            heading().set_text(str(error))
+            Heading().say_why(str(error))
 
     with suppress(KeyboardInterrupt):  # so it ends, as said
         print(
@@ -111,28 +125,35 @@ def key_of(event: KeyEventArguments) -> str | None:
     return None if held.alt else name
 
 
-def canvas(
-    name: str,
-    meaning: str,
-    size_px: tuple[int, int],
-    on_mouse: Callable[[MouseEventArguments], None],
-) -> tuple[ui.interactive_image, ui.interactive_image]:
-    """A picture to draw on, and what is drawn: that moves without the picture being sent anew.
+class Heading:
+    """The page's first lines: the frame that is shown, and what is drawn in it.
 
-    ``add_layer`` would have the browser send each picture back, and complain of a large one.
+    Who hears the page is told the same, but not of every step of a drag.
     """
-    picture = ui.interactive_image(
-        size=size_px, on_mouse=on_mouse, events=POINTER_EVENTS, sanitize=False
-    ).props(f'id={name} draggable=false role=img aria-label="{meaning}"')
-    picture.style("touch-action: pinch-zoom")  # one finger draws, two are the browser's
-    with picture:
-        drawn = ui.interactive_image(size=size_px, events=[], sanitize=False)
-    return picture, drawn.classes("nicegui-interactive-image-layer")
 
+    def __init__(self) -> None:
+        with ui.element("div").props("id=heading role=heading aria-level=1"):
+            self._name = ui.label().classes("text-lg truncate")
+            self._words = ui.label().classes("words")
+        self._spoken = ui.label().classes("sr-only").props("id=spoken aria-live=polite")
 
-def heading() -> ui.label:
-    """The page's first line, which says what is shown."""
-    return ui.label().classes("text-lg").props("id=heading role=heading aria-level=1")
+    def say(self, file: str, words: str, *, held: bool = False) -> None:
+        """Name the frame, and tell of what is drawn; ``held`` while it is dragged."""
+        self._words.classes(remove="why")
+        self._set(f"{file}: ", words)
+        if not held:
+            self._spoken.set_text(f"{file}: {words}")
+
+    def say_why(self, reason: str, file: str = "") -> None:
+        """Tell why there is nothing to see of a frame, or at all."""
+        self._words.classes(add="why")
+        self._set(f"{file} ", reason)
+        self._spoken.set_text(f"{file} {reason}".strip())
+
+    def _set(self, name: str, words: str) -> None:
+        self._name.set_text(name)
+        self._name.props["title"] = name.strip(": ")
+        self._words.set_text(words)
 
 
 def fitting(size_px: tuple[int, int], tallest: str = TALLEST) -> str:
@@ -156,6 +177,13 @@ def small_button(meaning: str, icon: str, on_click: Callable[[], Any]) -> None:
         ui.tooltip(meaning)
 
 
+def arrow_buttons(on_key: Callable[[str, float, bool], None]) -> None:
+    """Buttons that do what arrow keys do."""
+    with ui.row().classes("no-wrap gap-2"):
+        for key, (meaning, icon) in ARROW_BUTTONS.items():
+            small_button(meaning, icon, partial(on_key, key, STEP_PX, False))
+
+
 def keys_explained(lines: Sequence[tuple[str, str]]) -> None:
     """A line for each key and what it does."""
     for key, meaning in lines:
@@ -174,7 +202,8 @@ class Complaint:
         """Show it in place of what was shown."""
         self.withdraw()
         told = {"message": str(error), "type": "negative", "timeout": 0, "actions": [CLOSE]}
-        self._shown = ui.notification(options=told)
+        # One of a group must not be changed, which dismissing is for the browser.
+        self._shown = ui.notification(options={**told, "group": False})
 
     def withdraw(self) -> None:
         """Show nothing any more."""

@@ -8,23 +8,22 @@ from dataclasses import replace
 
 import numpy as np
 from nicegui import ui
-from nicegui.events import GenericEventArguments, MouseEventArguments
+from nicegui.events import GenericEventArguments
 
+from app.pages.canvas import DOWN, DRAG_ENDS, DRAG_IS_NONE, MOVE, Canvas, Grip, Pointer
 from app.pages.circle import drawn, grown, moved, new_circle, words
 from app.pages.editing import (
     ARROWS,
-    DRAG_ENDS,
-    DRAG_IS_NONE,
     FINE_STEP_PX,
     NOTHING_TO_UNDO,
     STEP_PX,
     TALLEST,
     UNDO,
     Complaint,
+    Heading,
+    arrow_buttons,
     button,
-    canvas,
     fitting,
-    heading,
     keys_explained,
     listen,
     run_page,
@@ -75,6 +74,8 @@ REMEMBER = f"""{{
     history.replaceState(history.state, "", there);
 }}"""
 """So a page that is loaded anew, as after its server was, shows the frame that it showed."""
+ONCE = ("Enter", "Delete", "Backspace")
+"""Keys that judge a frame: one that is held does so with no frame that nobody has seen."""
 HELP = (
     ("drag", "move the circle"),
     ("wheel, + and −", "resize it"),
@@ -133,7 +134,7 @@ class LabelPage:
         self.zoom = 1
         self.seen = False
         """Whether the frame is shown: what nobody sees is not edited."""
-        self.grip: tuple[float, float] | None = None
+        self.grip: Grip | None = None
         self.moved: BallLabel | None = None
         self.complaint = Complaint()
         listen(self.on_key)
@@ -157,12 +158,13 @@ class LabelPage:
 
     def _middle(self) -> None:
         with ui.column().classes("grow min-w-0"):
-            self.heading = heading()
+            self.heading = Heading()
             with ui.element("div").classes("w-full overflow-auto").props("id=view") as view:
                 view.style(f"max-height: calc({TALLEST})")
-                self.picture, self.circle = canvas(
-                    "picture", "The frame, unwarped", self.reader.unwarp.size_px, self.on_mouse
+                self.canvas = Canvas(
+                    "picture", "The frame, unwarped", self.reader.unwarp.size_px, self.on_pointer
                 )
+                self.picture = self.canvas.picture
                 self.picture.on("wheel", self.on_wheel, js_handler=WHEEL)
             with ui.row():
                 button("Right, next", "check", self.accept, first=True)
@@ -175,6 +177,7 @@ class LabelPage:
                     small_button("Larger circle", "add", lambda: self.resize(GROW))
                     small_button("Previous frame", "chevron_left", lambda: self.turn(-1))
                     small_button("Next frame", "chevron_right", lambda: self.turn(1))
+                arrow_buttons(self.on_key)
 
     def standing(self, file: str) -> tuple[str, str]:
         """An icon and a word on a frame's circle."""
@@ -197,7 +200,7 @@ class LabelPage:
         except (WedgeError, OSError) as error:
             self.seen = False
             self.picture.set_visibility(False)
-            self.heading.set_text(f"{file} cannot be shown: {error}")
+            self.heading.say_why(f"cannot be shown: {error}", file)
             self.mark()
             return
         if self.view == "difference":
@@ -245,35 +248,40 @@ class LabelPage:
         label = self.moved or self.book.label(self.file)
         if label is None:
             known = "no ball, as marked" if self.book.has_no_ball(self.file) else "no circle"
-            self.heading.set_text(f"{self.file}: {known}; click where the ball touches")
-            self.circle.set_content("")
+            self.heading.say(self.file, f"{known}; click where the ball touches")
+            self.canvas.draw("", ())
             return
         known = "not scored" if label.quality is None else f"quality {label.quality:.2f}"
         known = "let go to save" if self.moved else known
         said = words(label, self.reader.dataset.card.mm_per_px)
-        self.heading.set_text(f"{self.file}: {said}, {known}")
-        self.circle.set_content(drawn(label))
+        held = self.moved is not None
+        self.heading.say(self.file, f"{said}, {known}", held=held)
+        grip = ((label.center_x_px, label.center_y_px), label.contact_radius_px)
+        self.canvas.draw(drawn(label), [grip], held=held)
 
-    def on_mouse(self, event: MouseEventArguments) -> None:
+    def on_pointer(self, pointer: Pointer) -> None:
         """Drag the circle; a click on a frame without one places it."""
         label = self.moved or self.book.label(self.file)
-        x, y = event.image_x - 0.5, event.image_y - 0.5
-        if event.type == "pointerdown" and event.button == 0 and self.seen:
+        if self.grip is None:
+            if pointer.kind != DOWN or not self.seen:
+                return
             if label is None:
                 first = self.reader.dataset.label(self.file)
                 ball_mm = None if first is None else first.ball_radius_mm
-                label = new_circle(self.file, x, y, self.largest_px / 2, ball_mm)
-                label = self.moved = moved(label, x, y, self.reader.unwarp.size_px)
+                label = new_circle(self.file, *pointer.place_px, self.largest_px / 2, ball_mm)
+                label = self.moved = moved(label, *pointer.place_px, self.reader.unwarp.size_px)
                 self.draw()
-            self.grip = (x - label.center_x_px, y - label.center_y_px)
-        elif event.type == "pointermove" and self.grip is not None and label is not None:
-            place_px = (x - self.grip[0], y - self.grip[1])
-            self.moved = moved(label, *place_px, self.reader.unwarp.size_px)
-            self.draw()
-        elif event.type == DRAG_IS_NONE:
+            self.grip = Grip.of(pointer, (label.center_x_px, label.center_y_px))
+        elif pointer.kind in (DOWN, DRAG_IS_NONE):  # a second finger may be a pinch, or a palm
             self.grip = self.moved = None
             self.draw()
-        elif event.type in DRAG_ENDS and self.grip is not None:
+        elif pointer.number != self.grip.pointer:
+            return
+        elif pointer.kind == MOVE and label is not None:
+            place_px = self.grip.moved_to(pointer)
+            self.moved = moved(label, *place_px, self.reader.unwarp.size_px)
+            self.draw()
+        elif pointer.kind in DRAG_ENDS:
             self.grip = None
             if self.moved is not None:
                 self.keep(self.moved)
@@ -299,6 +307,8 @@ class LabelPage:
             UNDO: self.undo,
         }
         label = self.book.label(self.file)
+        if held and key in ONCE:
+            return
         if key in ARROWS and label is not None:
             x_px, y_px = label.center_x_px, label.center_y_px
             dx, dy = (step_px * by for by in ARROWS[key])

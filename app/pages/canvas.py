@@ -1,0 +1,131 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A picture to draw on by mouse, pen or finger, as the pages that edit a dataset show it."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from nicegui import ui
+from nicegui.events import GenericEventArguments
+
+DRAWN, HALO = "#111111", "#ffffff"
+STROKES = ((HALO, 3), (DRAWN, 1.2))
+"""Of a line and the halo below it: colours, and widths in pixels of the screen."""
+GRIP_PX = 24
+"""From its middle a finger takes hold of what is drawn, in pixels of the screen; or in its ring,
+and half its radius around."""
+STYLE = """
+.grips { position: absolute; inset: 0; overflow: hidden; pointer-events: none; }
+.grip { position: absolute; aspect-ratio: 1; border-radius: 50%; transform: translate(-50%, -50%);
+    pointer-events: auto; touch-action: pinch-zoom; }
+"""
+"""On a grip one finger draws, and two are the browser's."""
+DOWN = "pointerdown"
+MOVE = "pointermove"
+DRAG_ENDS = ("pointerup", "pointerleave")
+DRAG_IS_NONE = "pointercancel"
+"""The finger makes a gesture of the browser's, such as a pinch."""
+POINTED = """(e) => {
+    const picture = e.currentTarget, isDown = e.type == "pointerdown";
+    if (isDown && e.button) return;
+    const misses = picture.querySelector(".grip") && !e.target.closest(".grip");
+    const kind = isDown && e.pointerType == "touch" && misses ? "pointercancel" : e.type;
+    const {left, top, width, height} = picture.getBoundingClientRect();
+    emit(kind, e.pointerId, (e.clientX - left) / width, (e.clientY - top) / height);
+}"""
+"""A finger that swipes over the picture scrolls, and drags nothing. One that comes down beside what
+another drags ends that: it begins a pinch, or is a palm."""
+
+Place = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Pointer:
+    """What a mouse, a pen or a finger does: the browser's word for it, and its number for who."""
+
+    kind: str
+    number: int
+    place_px: Place
+    """In pixels of the picture, whose first one lies at (0, 0)."""
+
+
+@dataclass(frozen=True)
+class Grip:
+    """Who holds what is drawn, and how far beside its place: it does not jump to a pointer."""
+
+    pointer: int
+    beside_px: Place
+
+    @classmethod
+    def of(cls, pointer: Pointer, held_px: Place) -> "Grip":
+        """That of a pointer that takes hold of what lies elsewhere."""
+        (x, y), (held_x, held_y) = pointer.place_px, held_px
+        return cls(pointer.number, (x - held_x, y - held_y))
+
+    def moved_to(self, pointer: Pointer) -> Place:
+        """Where that pointer moves what it holds."""
+        (x, y), (beside_x, beside_y) = pointer.place_px, self.beside_px
+        return x - beside_x, y - beside_y
+
+
+class Canvas:
+    """The picture, and over it what is drawn: that changes without the picture being sent anew.
+
+    ``add_layer`` would have the browser send each picture back, and complain of a large one.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        meaning: str,
+        size_px: tuple[int, int],
+        on_pointer: Callable[[Pointer], None],
+    ) -> None:
+        """Lay it out, empty.
+
+        Args:
+            name: its id in the page.
+            meaning: what it shows, for who hears the page.
+            size_px: width and height.
+            on_pointer: called with all that a pointer does, but what is the browser's.
+        """
+        self._size_px = width, height = size_px
+        ui.add_css(STYLE)
+
+        def pointed(event: GenericEventArguments) -> None:
+            kind, number, across, down = event.args
+            on_pointer(Pointer(kind, number, (across * width - 0.5, down * height - 0.5)))
+
+        self.picture = _layer(size_px)
+        self.picture.props(f'id={name} draggable=false role=img aria-label="{meaning}"')
+        for kind in (DOWN, MOVE, *DRAG_ENDS, DRAG_IS_NONE):
+            self.picture.on(kind, pointed, js_handler=POINTED)
+        with self.picture:
+            self._drawn = _layer(size_px).classes("nicegui-interactive-image-layer")
+            self._grips = ui.html(sanitize=False).classes("grips")
+
+    def draw(self, svg: str, grips: Iterable[tuple[Place, float]], *, held: bool = False) -> None:
+        """Show this alone.
+
+        Args:
+            svg: over the picture's pixels.
+            grips: the places of what can be held, and its radius, in pixels.
+            held: somebody holds it. A finger's grip then stays, as browsers tell no more of a
+                finger on what is gone.
+        """
+        self._drawn.set_content(svg)
+        if not held:
+            self._grips.set_content("".join(_grip(*grip, self._size_px) for grip in grips))
+
+
+def _layer(size_px: tuple[int, int]) -> ui.interactive_image:
+    return ui.interactive_image(size=size_px, events=[], sanitize=False)
+
+
+def _grip(place_px: Place, radius_px: float, size_px: tuple[int, int]) -> str:
+    (x, y), (width, height) = place_px, size_px
+    left, top, wide = (x + 0.5) / width, (y + 0.5) / height, 3 * radius_px / width
+    return (
+        f'<div class="grip" style="left: {left:.4%}; top: {top:.4%};'
+        f' width: max({2 * GRIP_PX}px, {wide:.4%})"></div>'
+    )
