@@ -37,7 +37,10 @@ body { background: #10151c; color: #e6edf3; font-variant-numeric: tabular-nums; 
 .remark { color: #ffcf70; }
 .chip { border-radius: 999px; padding: 1px 10px; font-size: .75rem; font-weight: 600; }
 .on { background: #123b36; color: #6fe3d0; } .off { background: #47220f; color: #ffb38a; }
-.gone { display: none; }
+.name, .remark { min-width: 0; overflow-wrap: anywhere; }
+.q-btn:focus-visible { outline: 3px solid currentColor; outline-offset: 2px; }
+.gone, .flat { display: none; }
+body.no-webgl { .turning { display: none; } .flat { display: block; } }
 body:has(#popup[aria-hidden="false"]) { /* while the browser has lost the page's server */
     .gone { display: block; }
     .sensor { color: #93a3b3; }
@@ -47,12 +50,20 @@ body:has(#popup[aria-hidden="false"]) { /* while the browser has lost the page's
 """
 
 
+FLAT = "This browser has no WebGL 2: look at the pictures instead."
+NO_WEBGL = """<script>
+if (!document.createElement("canvas").getContext("webgl2"))
+    document.body.classList.add("no-webgl");
+</script>"""
+
+
 def serve(watchers: Sequence[Watcher], address: str, port: int, *, show: bool) -> None:
     """Serve the page until Ctrl-C."""
 
     @ui.page("/")
     def page() -> None:
         ui.add_css(STYLE)
+        ui.add_body_html(NO_WEBGL)
         ui.dark_mode(True)
         ui.query(".nicegui-content").classes("p-4 gap-4 max-w-[1800px] mx-auto")
         with ui.row().classes("w-full items-baseline gap-3"):
@@ -158,19 +169,21 @@ class SensorCard:
 
     def _head(self) -> None:
         with ui.row().classes("w-full items-center gap-3"):
-            _heading(self.watcher.title, 2).classes("text-lg font-semibold")
-            if self.watcher.name != self.watcher.title:
-                ui.label(self.watcher.name).classes("quiet text-sm")
+            whose = self.watcher.title
+            _heading(whose, 2).classes("name text-lg font-semibold")
+            if self.watcher.name != whose:
+                ui.label(self.watcher.name).classes("name quiet text-sm")
+                whose = f"{whose}, {self.watcher.name}"
             self.chip = ui.label("waiting").classes("chip off state").props("role=status")
             with ui.row().classes("ml-auto gap-3 no-wrap"):
-                _button(
-                    "Take background",
-                    "filter_none",
-                    "Nothing may touch the gel: the next frames are averaged to the blank frame",
-                    self.take_background,
-                )
+                blank = "Nothing may touch the gel: the next frames are averaged to the blank frame"
                 kept = f"Write the newest frame to {self.watcher.captures}"
-                _button("Save frame", "photo_camera", kept, self.save_frame)
+                for text, icon, meaning, on_click in (
+                    ("Take background", "filter_none", blank, self.take_background),
+                    ("Save frame", "photo_camera", kept, self.save_frame),
+                ):
+                    made = _button(text, icon, meaning, on_click)
+                    made.props["aria-label"] = f"{text} of {whose}"
         self.remark = ui.label().classes("remark text-sm").props("role=status")
 
     def _surface(self, alone: bool) -> None:
@@ -180,11 +193,12 @@ class SensorCard:
                 size = (980, 420) if alone else (500, 320)
                 with ui.scene(*size, grid=False, background_color="#0b0f14") as self.scene:
                     self.texture: Texture | None = None
-                self.scene.classes("surface").style(f"aspect-ratio: {size[0]} / {size[1]}")
+                self.scene.classes("surface turning").style(f"aspect-ratio: {size[0]} / {size[1]}")
                 self.scene.props('role=img aria-label="The depth as a surface that turns"')
                 self.scene.move_camera(0, -4.3, 4.3, 0, -0.3, -0.3, 0, 0, 1, duration=0)
+                ui.label(FLAT).classes("flat p-4")
             ui.label(f"drag to turn, wheel to zoom; depth drawn {STEEPNESS:g}× steeper").classes(
-                "quiet text-xs"
+                "turning quiet text-xs"
             )
 
     def _numbers(self) -> None:
@@ -336,9 +350,11 @@ def _heading(text: str, level: int) -> ui.label:
     return ui.label(text).props(f"role=heading aria-level={level}")
 
 
-def _button(text: str, icon: str, meaning: str, on_click: Callable[[], None]) -> None:
-    with ui.button(text, icon=icon, on_click=on_click).props("dense outline color=teal-3 no-caps"):
+def _button(text: str, icon: str, meaning: str, on_click: Callable[[], None]) -> ui.button:
+    made = ui.button(text, icon=icon, on_click=on_click).props("dense outline color=teal-3 no-caps")
+    with made:
         ui.tooltip(meaning).props('anchor="top middle" self="bottom middle"')  # hides no neighbour
+    return made
 
 
 def _switch(element: ui.element, name: str, is_on: bool) -> None:
