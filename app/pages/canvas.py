@@ -15,11 +15,12 @@ GRIP_PX = 24
 """From its middle a finger takes hold of what is drawn, in pixels of the screen; or in its ring,
 and half its radius around."""
 STYLE = """
+.canvas { user-select: none; -webkit-user-select: none; }
 .grips { position: absolute; inset: 0; overflow: hidden; pointer-events: none; }
 .grip { position: absolute; aspect-ratio: 1; border-radius: 50%; transform: translate(-50%, -50%);
     pointer-events: auto; touch-action: pinch-zoom; }
 """
-"""On a grip one finger draws, and two are the browser's."""
+"""On a grip one finger draws, and two are the browser's. It would itself drag what is selected."""
 DOWN = "pointerdown"
 MOVE = "pointermove"
 DRAG_ENDS = ("pointerup", "pointerleave")
@@ -96,7 +97,7 @@ class Canvas:
             kind, number, across, down = event.args
             on_pointer(Pointer(kind, number, (across * width - 0.5, down * height - 0.5)))
 
-        self.picture = _layer(size_px)
+        self.picture = _layer(size_px).classes("canvas")
         self.picture.props(f'id={name} draggable=false role=img aria-label="{meaning}"')
         for kind in (DOWN, MOVE, *DRAG_ENDS, DRAG_IS_NONE):
             self.picture.on(kind, pointed, js_handler=POINTED)

@@ -41,8 +41,6 @@ STYLE = """
         text-wrap: balance; }
 }
 #heading .why { height: auto; overflow-wrap: anywhere; }
-.q-btn:focus-visible { outline: 3px solid currentColor; outline-offset: 2px; }
-.q-btn.bg-primary:focus-visible { outline-color: var(--q-primary); }
 """
 """What is said above a picture takes no more or less room whatever it is: the picture must not move
 under a pointer that drags. Why there is no picture may take any."""

@@ -38,7 +38,6 @@ body { background: #10151c; color: #e6edf3; font-variant-numeric: tabular-nums; 
 .chip { border-radius: 999px; padding: 1px 10px; font-size: .75rem; font-weight: 600; }
 .on { background: #123b36; color: #6fe3d0; } .off { background: #47220f; color: #ffb38a; }
 .name, .remark { min-width: 0; overflow-wrap: anywhere; }
-.q-btn:focus-visible { outline: 3px solid currentColor; outline-offset: 2px; }
 .gone, .flat { display: none; }
 body.no-webgl { .turning { display: none; } .flat { display: block; } }
 body:has(#popup[aria-hidden="false"]) { /* while the browser has lost the page's server */

@@ -41,9 +41,16 @@ CONTRAST_ON_MESSAGE = CONTRAST.replace(
     "const {color} = getComputedStyle(button);"
     " const {backgroundColor} = getComputedStyle(button.closest('.q-notification'));",
 )
+CONTRAST_OF_FOCUS = CONTRAST.replace(
+    "const {color, backgroundColor} = getComputedStyle(button);",
+    "const {outlineColor: color, outlineStyle, outlineWidth} = getComputedStyle(button);"
+    " if (outlineStyle != 'solid' || outlineWidth != '3px') return 1;"
+    " const backgroundColor = 'rgb(255, 255, 255)';",
+)
 BUTTONS = (
     *("Right, next", "No ball", "Undo", "Difference / frame", "Zoom"),
     *("Smaller circle", "Larger circle", "Previous frame", "Next frame"),
+    *("Move left", "Move right", "Move up", "Move down"),
 )
 SEEN = "x => x.getBoundingClientRect().bottom <= innerHeight"
 FITTING = """() => {
@@ -99,6 +106,7 @@ def test_tab_reaches_the_list_and_every_button_and_keys_stay_the_pages(tmp_path:
             button = page.get_by_role("button", name=name)
             expect(button).to_be_focused()
             assert button.evaluate(CONTRAST) >= 4.5
+            assert button.evaluate(CONTRAST_OF_FOCUS) >= 3
         page.keyboard.press("ArrowRight")  # the page's, wherever Tab is
         expect(heading).to_contain_text("quality 1.00")
         for _ in BUTTONS[BUTTONS.index("Undo") + 1 :]:
@@ -238,6 +246,33 @@ def test_enter_that_cannot_write_stays_at_the_frame(tmp_path: Path) -> None:
         assert page.get_by_role("button", name="Close").evaluate(CONTRAST_ON_MESSAGE) >= 4.5
         page.keyboard.press("Enter")  # it is seen as it is now
         expect(page.get_by_text("another tab or program")).to_have_count(0)
+
+
+@pytest.mark.parametrize("key", ["Enter", "Delete", "Backspace"])
+def test_a_held_key_judges_the_frame_that_is_seen_and_no_more(tmp_path: Path, key: str) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=4)
+    with served("label", dataset.folder) as address, opened(address) as page:
+        for _ in range(4):
+            page.keyboard.down(key)  # no key up between: it repeats
+        page.keyboard.up(key)
+        page.keyboard.press("d")
+        page.keyboard.press("=")  # told after all these, and judges a second frame after Enter
+        checked = 1 + (key == "Enter")
+        expect(page.locator("#looked-at")).to_have_text(f"{checked} of 4 frames checked")
+
+
+def test_complaints_are_taken_back_without_one_of_the_browser(tmp_path: Path) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=1)
+    path, said = dataset.folder / "labels.csv", []
+    with served("label", dataset.folder) as address, opened(address) as page:
+        page.on("console", lambda told: said.append(told.text) if told.type == "error" else None)
+        for _ in range(2):
+            path.write_text(path.read_text().replace("press00.png,", "press00.png,1"))
+            page.keyboard.press("ArrowRight")
+            page.get_by_text("another tab or program").wait_for()
+            page.keyboard.press("ArrowRight")  # it is seen as it is now
+            expect(page.get_by_text("another tab or program")).to_have_count(0)
+        assert said == []
 
 
 @pytest.mark.parametrize("turns", [[-100], [-10] * 10, [-1000]])

@@ -140,6 +140,7 @@ def test_two_sensors_one_of_them_away(tmp_path: Path, browser_page: Page) -> Non
         assert "0.0 frames/s\nlatency unknown" in second.locator(".stream").inner_text()
         assert second.locator(".stale .deepest").count() == 1
         assert first.locator(".stale").count() == 0
+        assert first.locator(".flat").is_hidden()
         for width_px in (375, 700, 1280):
             page.set_viewport_size({"width": width_px, "height": 1000})
             page.wait_for_function(FITTING, arg=width_px)

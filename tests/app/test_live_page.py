@@ -13,7 +13,7 @@ from playwright.sync_api import Page, WebSocket, expect
 
 from recon.images import write_image
 from tests.app.served import opened, served, serving, until_it_answers
-from tests.browser import needs_chromium
+from tests.browser import chromium, needs_chromium
 from tests.recon.fast.units import make_unit, pressed
 
 pytestmark = needs_chromium
@@ -119,6 +119,37 @@ def test_pictures_fill_their_place_and_buttons_stay_side_by_side(tmp_path: Path)
             page.wait_for_function(FILLED)
             tops = [page.get_by_text(x).first.bounding_box() for x in ("Take back", "Save frame")]
             assert tops[0] and tops[1] and abs(tops[0]["y"] - tops[1]["y"]) < 1
+
+
+def test_two_sensors_buttons_are_told_apart_and_long_names_fit_a_phone(tmp_path: Path) -> None:
+    other = tmp_path / ("long" * 30)
+    write_image(other / "0.png", make_unit((160, 120)).background)
+    with live(tmp_path, other) as (page, _):
+        buttons = page.get_by_role("button").all()
+        names = {button.get_attribute("aria-label") for button in buttons}
+        assert names == {
+            f"{what} of {whose}"
+            for what in ("Take background", "Save frame")
+            for whose in ("frames", other.name)
+        }
+        for width_px in (1280, 390):
+            page.set_viewport_size({"width": width_px, "height": 800})
+            page.wait_for_function(
+                "width => document.documentElement.scrollWidth === width", arg=width_px
+            )
+
+
+def test_a_browser_without_webgl_is_told_so(tmp_path: Path) -> None:
+    make_unit((160, 120)).save(tmp_path / "unit")
+    with (
+        live(tmp_path, "--unit", tmp_path / "unit") as (_, address),
+        chromium("--disable-3d-apis") as browser,
+    ):
+        page = browser.new_page()
+        page.goto(address)
+        page.get_by_text("This browser has no WebGL 2").wait_for()
+        expect(page.locator(".surface")).to_be_hidden()
+        expect(page.get_by_text("drag to turn")).to_be_hidden()
 
 
 def test_a_browser_that_hangs_up_within_a_request_is_no_news(
