@@ -147,10 +147,11 @@ def test_a_swipe_beside_what_is_drawn_scrolls_and_moves_nothing(
     before = places(folder)
     with served(*words, folder) as address, opened(address, 700, 500) as page:
         touch, (x, y) = touching(page), middle(page)
-        touch("Start", (x + 100, y + 80))
-        for step in range(1, 6):
-            touch("Move", (x + 100, y + 80 - 20 * step))
-        touch("End")
+        for steps in (range(1, 9), range(20, 120, 20)):  # a tap of no steady finger, a swipe
+            touch("Start", (x + 100, y + 80))
+            for step in steps:
+                touch("Move", (x + 100, y + 80 - step))
+            touch("End")
         page.wait_for_function("scrollY > 0")
         expect_nothing_moved(page, before)
 
