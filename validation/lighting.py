@@ -47,3 +47,9 @@ def response_to_slope(contact: Pixels) -> Float64[np.ndarray, "3 2"]:
     terms = np.column_stack([contact.gradient, np.ones(len(contact))]).astype(float)
     fitted: np.ndarray = np.linalg.lstsq(terms, contact.color.astype(float), rcond=None)[0]
     return fitted[:2].T
+
+
+def axes_ratio(response: Float64[np.ndarray, "colors 2"]) -> float:
+    """How many times as strongly colours answer to the slope that they show best as across it."""
+    of_both = (*np.linalg.svd(response, compute_uv=False), 0.0)  # one colour alone shows one slope
+    return float(of_both[0] / max(of_both[1], 1e-9))

@@ -126,6 +126,13 @@ def test_a_dead_light_has_no_place_and_axes_compare_as_the_lights_do():
     assert "axes_ratio" not in light_values(response([90, 180, -90]), "RGB", WEDGE, False)
 
 
+@pytest.mark.parametrize("lights", [{"R": 45.0}, {"R": 45.0, "B": -135.0}])
+def test_lights_on_one_oblique_line_that_should_see_both_axes_fail(lights):
+    answers = response([lights.get(c, 0.0) for c in "RGB"])
+    found = light_values(answers, "".join(lights), lights, True)
+    assert [name for name, grade in grades(found).items() if grade == "fail"] == ["axes_ratio"]
+
+
 @pytest.mark.parametrize(("angle", "turn"), [(190.0, -170.0), (-190.0, 170.0), (360.0, 0.0)])
 def test_a_turn_is_told_the_shorter_way(angle, turn):
     assert turn_deg(angle) == turn

@@ -12,7 +12,7 @@ from jaxtyping import Float64
 from recon.lights import sits_like_wedge
 from recon.pixels import BallPress, join
 from validation.acceptance.limits import DEAD_GRAY_LEVELS, Parts
-from validation.lighting import GRAY_LEVELS, response_to_slope, seen_contact
+from validation.lighting import GRAY_LEVELS, axes_ratio, response_to_slope, seen_contact
 
 CLEARLY_DEG = 30.0
 """Colours count as swapped where another order fits better by this, summed over them."""
@@ -57,8 +57,7 @@ def light_values(
     values: dict[str, Parts] = {"contrast_gray_levels": contrast}
     if sees_both:
         rows = response.slopes[["RGB".index(c) for c in channels]]
-        strong, weak = np.linalg.svd(rows, compute_uv=False)[:2]
-        values["axes_ratio"] = {"": float(strong / max(weak, 1e-9))}
+        values["axes_ratio"] = {"": axes_ratio(rows)}
     alive = [c for c in channels if contrast[c] >= DEAD_GRAY_LEVELS]
     if lights_deg is not None and alive:
         values |= _places({c: response.azimuth_deg(c) for c in alive}, lights_deg)
