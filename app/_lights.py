@@ -2,16 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """Colours that no press shows a light of, or one of a light that the sensor does not have."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from sensor.dataset import CARD_FILE
 from sensor.design import Wedge
 
 if TYPE_CHECKING:
+    from recon.pixels import BallPress
     from sensor.dataset import Dataset, DatasetCard
 
 COLORS = {"R": "red", "G": "green", "B": "blue"}
+LEDS = {"R": "red_side_leds", "G": "green_base_leds", "B": "blue_side_leds"}
+"""Of a design's lights, how many each colour has."""
 NUMBERS = ("no light", "one light", "two lights")
 
 
@@ -62,6 +66,29 @@ def lights_remark(lights_deg: Mapping[str, float] | None, design: Wedge | None) 
     return " ".join(remark for remark in remarks if remark)
 
 
+def one_line_remark(dataset: "Dataset", presses: "Sequence[BallPress]") -> str:
+    """Ask where the lights are: nobody said, and presses show slopes along one line only.
+
+    Empty where there is nothing to ask. The limit is the one beyond which `wedge accept` fails a
+    sensor: real and rendered ones reach 1.7, single presses of them 2.5; red and blue alone 11.
+    """
+    from validation.acceptance.lights import light_response
+    from validation.acceptance.limits import LIMITS
+    from validation.importers.lights import measure_lights_deg
+    from validation.lighting import axes_ratio
+
+    if dataset.card.lights_deg is not None:
+        return ""
+    (limit,) = [limit for limit in LIMITS if limit.name == "axes_ratio"]
+    if limit.grade(axes_ratio(light_response(presses).slopes)) != "fail":
+        return ""
+    found = ", ".join(f"{color} = {at}" for color, at in measure_lights_deg(presses).items())
+    return (
+        f"The lights show slopes along one line only: write lights_deg = {{{found}}} into "
+        f"{dataset.folder / CARD_FILE} and calibrate again, so that the other slope is inferred."
+    )
+
+
 def _dark(lights_deg: Mapping[str, float], design: Wedge | None) -> str:
     wanted = COLORS if design is None else design.lights.azimuths_deg
     dark = [COLORS[color] for color in COLORS if color in wanted and color not in lights_deg]
@@ -71,7 +98,12 @@ def _dark(lights_deg: Mapping[str, float], design: Wedge | None) -> str:
     shown = f"{' and '.join(dark).capitalize()} {'shows' if one else 'show'} no light"
     dead = "its LED is dead" if one else "their LEDs are dead"
     if design is not None:
-        return f"{shown}, but the design {design.name} has {'one' if one else 'them'}: {dead}."
+        counts = " and ".join(f"lights.{LEDS[c]} = 0" for c in COLORS if COLORS[c] in dark)
+        return (
+            f"{shown}, but the design {design.name} has {'one' if one else 'them'}: {dead}, and no "
+            f"slope is inferred in {'its' if one else 'their'} place. If the sensor has "
+            f"{'none' if one else 'neither'} on purpose, give a design file with {counts}."
+        )
     return (
         f"{shown}: the sensor is taken to have {NUMBERS[len(lights_deg)]}; if it should have "
         f"{'that one' if one else 'them'} too, {dead}."

@@ -63,7 +63,7 @@ def main(
         seed: Seed for the split, drawing pixels and training.
         json: Write the errors on the held-out presses here as JSON.
     """
-    from app._lights import with_dead_lights
+    from app._lights import one_line_remark, with_dead_lights
     from app._pad import pad_remark, refuse_other_pad, refuse_smaller_pad
     from recon.estimators import refuse_unfittable
     from recon.labels.ball_size import refuse_small_ball
@@ -112,7 +112,9 @@ def main(
     )
     unit.save(out)
     print_error_table(measured)
-    remarks = (pad_remark(source.card.pad_size_mm, built_from), unlit, _light_remark(unit))
+    one_line = one_line_remark(source, presses.presses)
+    pad = pad_remark(source.card.pad_size_mm, built_from)
+    remarks = (pad, unlit, one_line, _light_remark(unit))
     for sentence in (*filter(None, remarks), *press_doubts(presses, source.labels)):
         print(sentence)
     print(f"Unit folder: {out}")

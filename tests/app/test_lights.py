@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """A colour without a light is said, and is dead where a design has one."""
 
+import re
 import shutil
+import tomllib
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -16,7 +18,7 @@ from sensor.dataset import read_dataset, write_card
 from sensor.design import FINGER
 from sensor.unit import read_unit_card
 from tests.app.test_commands import run
-from tests.synthetic import BALL_RADIUS_MM, SIZE_PX, make_dataset
+from tests.synthetic import BALL_RADIUS_MM, LIGHTS_DEG, SIZE_PX, make_dataset
 
 RED_AND_BLUE = {"R": 90.0, "B": -90.0}
 
@@ -121,14 +123,41 @@ def test_a_light_that_a_card_leaves_out_on_purpose_is_not_dead(
     assert read_unit_card(tmp_path / "unit").channels == "RB"
 
 
+@pytest.mark.parametrize("lights_deg", [RED_AND_BLUE, {"R": 45.0}, LIGHTS_DEG])
+def test_lights_on_one_line_that_nobody_stated_are_asked_for(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], lights_deg: dict[str, float]
+) -> None:
+    made = make_dataset(tmp_path / "set", presses=3, lights_deg=lights_deg)
+    card = made.folder / "dataset.toml"
+    stated = card.read_text()
+    write_card(card, replace(made.card, lights_deg=None))
+    words = ("calibrate", made.folder, "--estimator", "table", "--out")
+    assert run(*words, tmp_path / "unsaid") == 0
+    said = capsys.readouterr().out
+    assert read_unit_card(tmp_path / "unsaid").missing_axis == "none"
+    if lights_deg == LIGHTS_DEG:
+        assert "lights_deg" not in said
+        return
+    (asked,) = re.findall(r"write (lights_deg = \{.*\})\s+into", said)
+    assert tomllib.loads(asked) == {"lights_deg": lights_deg}
+    card.write_text(stated)
+    assert run(*words, tmp_path / "said") == 0
+    assert "along one line only" not in capsys.readouterr().out
+
+
 def test_several_dark_colours_are_one_sentence() -> None:
-    assert lights_remark({"R": 90.0}, FINGER).startswith("Green and blue show no light, but the")
+    assert lights_remark({"R": 90.0}, FINGER) == (
+        "Green and blue show no light, but the design finger has them: their LEDs are dead, and no "
+        "slope is inferred in their place. If the sensor has neither on purpose, give a design "
+        "file with lights.green_base_leds = 0 and lights.blue_side_leds = 0."
+    )
     assert "taken to have one light" in lights_remark({"B": -90.0}, None)
     assert not lights_remark(dict.fromkeys("RGB", 0.0), FINGER)
     lights = replace(FINGER.lights, red_side_leds=0)
     assert lights_remark({"R": 90.0, "B": -90.0}, replace(FINGER, lights=lights)) == (
-        "Green shows no light, but the design finger has one: its LED is dead. Red changes with "
-        "the presses, but the design finger has no such light: what it shows is taken for light of "
-        "other colours and left out."
+        "Green shows no light, but the design finger has one: its LED is dead, and no slope is "
+        "inferred in its place. If the sensor has none on purpose, give a design file with "
+        "lights.green_base_leds = 0. Red changes with the presses, but the design finger has no "
+        "such light: what it shows is taken for light of other colours and left out."
     )
     assert not lights_remark(None, None)
