@@ -137,7 +137,7 @@ def _measured(
 def _tell_one(item: "Evaluation") -> None:
     """Print the errors of one unit on one dataset, and what is to be known of them."""
     from validation.intervals import counted
-    from validation.report.drift import pictures_moved
+    from validation.report.drift import lit_otherwise, pictures_moved
 
     print_error_table(item.errors)
     if learnt := item.learnt:
@@ -147,7 +147,7 @@ def _tell_one(item: "Evaluation") -> None:
             f"The unit was calibrated on {which} {counted(test)}: its errors there are too low.",
             file=sys.stderr,
         )
-    for sentence in pictures_moved([item]):
+    for sentence in (*pictures_moved([item]), *lit_otherwise([item])):
         print(sentence, file=sys.stderr)
 
 
@@ -159,6 +159,7 @@ def _document_of_one(item: "Evaluation") -> dict[str, Any]:
         "held_out": item.held_out,
         "learnt_presses": item.learnt,
         "moved_px": item.moved_px,
+        "lit_otherwise": list(item.lit_otherwise),
     }
 
 

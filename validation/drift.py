@@ -18,6 +18,7 @@ from validation.acceptance.moved import moved_px
 from validation.depth import rmse_interval_mm
 from validation.error_table import ErrorTable
 from validation.evaluation import (
+    colors_lit_otherwise,
     judge_presses_singly,
     learnt_presses,
     refuse_other_sensor,
@@ -110,6 +111,8 @@ class Evaluation:
     moved_px: float | None
     """How far the blank gel's picture is from where it was at the calibration, as ``moved_px``
     tells; the set has its own corners, found again, so its errors do not show it."""
+    lit_otherwise: str
+    """The unit's colours that the set says to have no light, or one elsewhere, such as "RB"."""
 
     @property
     def held_out(self) -> bool:
@@ -192,6 +195,7 @@ def evaluate_on(
         errors=table,
         numbers=numbers,
         moved_px=moved_px(before, now),
+        lit_otherwise=colors_lit_otherwise(card, dataset.card),
     )
 
 

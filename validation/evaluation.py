@@ -10,10 +10,11 @@ from recon.calibration import Calibration, lit_channels
 from recon.estimators import GradientEstimator, fit_estimator, lesson_of
 from recon.estimators.effort import Effort
 from recon.geometry.caliper import of_one_scale
+from recon.lights import azimuth_deg
 from recon.pixels import label_pixels
 from recon.presses import PressReader, PressSet
 from recon.same_light import light_of
-from sensor.dataset import Dataset
+from sensor.dataset import Dataset, DatasetCard
 from sensor.errors import WedgeError
 from sensor.unit import MissingAxis, UnitCard
 from validation.depth import DepthErrors, depth_errors, rmse_interval_mm
@@ -24,6 +25,8 @@ from validation.reconstructed import reconstruct_press
 from validation.splits import splits
 
 Progress = Callable[[float], None]
+ELSEWHERE_DEG = 45.0
+"""A light that has turned by more is another one's, or another sensor's."""
 
 
 def refuse_other_sensor(
@@ -48,6 +51,19 @@ def refuse_other_sensor(
             f"{dataset.folder}: its pixels are {its} mm, but those of the unit {card.serial} are "
             f"{ours} mm: correct the scale of one of them, or calibrate again."
         )
+
+
+def colors_lit_otherwise(unit: UnitCard, dataset: DatasetCard) -> str:
+    """Those of a unit's colours that a dataset says to have no light, or one elsewhere."""
+    there = dataset.lights_deg
+    if there is None:
+        return ""
+    before = unit.lights_deg or there
+    return "".join(
+        color
+        for color in unit.channels
+        if color not in there or abs(azimuth_deg(there[color] - before[color])) > ELSEWHERE_DEG
+    )
 
 
 def learnt_presses(card: UnitCard, dataset: Dataset, presses: PressSet) -> int:

@@ -21,6 +21,7 @@ from tests.synthetic import MM_PER_PX, SIZE_PX, make_dataset, true_depth_mm
 from validation.depth import cap_of, depth_errors, read_truth
 from validation.drift import evaluate_on
 from validation.evaluation import held_out_metrics, hold_out
+from validation.report.drift import verdict
 
 
 @pytest.fixture(autouse=True)
@@ -42,6 +43,35 @@ def depth_of(gradient):
 def unit_of(dataset, **changes):
     options = dict(estimator="mlp", serial="t", created="2026-01-01", metrics={}, seed=0) | changes
     return calibrate(dataset, read_presses(dataset), **options)
+
+
+RED_AND_BLUE = {"R": 90.0, "B": -90.0}
+
+
+@pytest.mark.parametrize(
+    ("unit_deg", "set_deg", "colors"),
+    [
+        (RED_AND_BLUE, RED_AND_BLUE, ""),
+        (RED_AND_BLUE, {"R": 130.0, "B": -130.0}, ""),
+        (RED_AND_BLUE, {"R": 136.0, "B": 224.0}, "RB"),
+        ({"R": -170.0, "B": 10.0}, {"R": 170.0, "B": -10.0}, ""),
+        (RED_AND_BLUE, {"R": -90.0, "B": 90.0}, "RB"),
+        (RED_AND_BLUE, {"R": 90.0, "G": 180.0}, "B"),
+        (RED_AND_BLUE, None, ""),
+        (None, RED_AND_BLUE, "G"),
+        (None, None, ""),
+    ],
+)
+def test_presses_of_other_light_than_a_unit_s_are_told(tmp_path, unit_deg, set_deg, colors):
+    dataset = make_dataset(tmp_path / "set", presses=4)
+    cards = [replace(dataset.card, lights_deg=lights) for lights in (unit_deg, set_deg)]
+    unit = unit_of(replace(dataset, card=cards[0]), estimator="table")
+    found = evaluate_on(unit, replace(dataset, card=cards[1]), seed=0, called="june")
+    assert found.lit_otherwise == colors
+    said = verdict([found], [])[1:]
+    assert len(said) == bool(colors)
+    named = f"t on june: by lights_deg, the data set has no light of {' and '.join(colors)}, or"
+    assert all(sentence.startswith(named) for sentence in said)
 
 
 def test_true_gradients_give_the_true_depth(dataset):

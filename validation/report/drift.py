@@ -9,6 +9,7 @@ from typing import Any
 
 from validation.acceptance.limits import LIMITS
 from validation.drift import ERRORS, Evaluation, Move, Number, compared
+from validation.evaluation import ELSEWHERE_DEG
 from validation.figures.drift import drift_figure
 from validation.figures.png import plot_bytes
 from validation.intervals import enough, remark
@@ -64,15 +65,27 @@ def pictures_moved(evaluations: Sequence[Evaluation]) -> list[str]:
     return said
 
 
+def lit_otherwise(evaluations: Sequence[Evaluation]) -> list[str]:
+    """Which data sets are of other lights than the unit, by what they say of themselves."""
+    return [
+        f"{item.unit} on {item.dataset}: by lights_deg, the data set has no light of "
+        f"{' and '.join(item.lit_otherwise)}, or has it more than {ELSEWHERE_DEG:.0f}° from where "
+        "the unit's is: its errors are those of other light."
+        for item in evaluations
+        if item.lit_otherwise
+    ]
+
+
 def verdict(evaluations: Sequence[Evaluation], moved: Sequence[Move]) -> list[str]:
     """What changed, in words, or that nothing did, and where too few presses were judged."""
-    pairs, pictures = compared(evaluations), pictures_moved(evaluations)
+    pairs = compared(evaluations)
+    beside = [*pictures_moved(evaluations), *lit_otherwise(evaluations)]
     if not pairs:
-        return ["There is one data set per unit: nothing to compare over time.", *pictures]
+        return ["There is one data set per unit: nothing to compare over time.", *beside]
     few = [
         pair for pair in pairs if not enough(min(x.errors.test for x in (pair.since, pair.later)))
     ]
-    said = [*sentences(moved), *pictures]
+    said = [*sentences(moved), *beside]
     if not said and len(few) < len(pairs):
         said = ["Nothing changed."]
     if few:
@@ -101,6 +114,7 @@ def drift_document(
                 "held_out": item.held_out,
                 "learnt_presses": item.learnt,
                 "moved_px": item.moved_px,
+                "lit_otherwise": list(item.lit_otherwise),
                 **table_document(item.errors),
                 "numbers": {
                     name: {
