@@ -80,8 +80,9 @@ def is_implausible(touch: Skin, unseen: Axis | None) -> bool:
 
     Args:
         touch: what was reconstructed.
-        unseen: the slope that no light shows. Where there is one, slopes are not judged: a zero in
-            its place is of no surface.
+        unseen: the slope that no light shows. Where there is one, slopes are not judged: with a
+            zero in its place those of a touch are of no surface, and with an inferred one those of
+            many a mirrored picture are of one.
     """
     side_mm = shorter_side_mm(touch.depth_mm.shape, touch.mm_per_px)
     if touch.depth_mm.max() > DEEPEST * side_mm or -touch.depth_mm.min() > HIGHEST * side_mm:
