@@ -30,7 +30,7 @@ def light_remarks(unit: "Calibration", background: "Frame | None", named: str) -
         return []
     (limit,) = [limit for limit in LIMITS if limit.name == "brightness_change_share"]
     before, now = map(unit.unwarp, (unit.background, background))
-    changes = brightness_change(before, now / light_of(now, before), unit.card.channels)
+    changes = brightness_change(before, now / light_of(now - before, before), unit.card.channels)
     parts = [
         f"{share:.0%} in {_COLORS[color]}"
         for color, share in changes.items()

@@ -53,7 +53,7 @@ class Reconstructor:
         self.unwarp = calibration.unwarp
         own = self.unwarp(calibration.background)
         blank = own if background is None else self.unwarp(background)
-        self._light = light_of(blank, own)
+        self._light = light_of(blank - own, own)
         self._blank = blank / self._light
         self._watch = DotWatch(self._blank, calibration.card.markers)
 

@@ -40,6 +40,8 @@ class BallPress:
     """Where dots hid the colour and it was filled in from around them; ``None`` on clear gel."""
     blank: Unwarped | None = None
     """The blank gel, where it is known."""
+    light: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    """How many times as bright as on the blank gel each colour was; the difference is without."""
     fingerprint: str = ""
     """Of the raw frame, by which it is known again whatever its file is called."""
 

@@ -17,7 +17,7 @@ from recon.images import read_frame
 from recon.markers.filling import fill_gradients
 from recon.markers.tracking import MarkerTracker, marker_tracker
 from recon.pixels import DEEPEST, RIM_PX, BallPress
-from recon.same_light import in_same_light
+from recon.same_light import divided, in_same_light, light_of
 from sensor.dataset import LENS_FILE, BallLabel, Dataset
 from sensor.errors import WedgeError
 
@@ -74,7 +74,9 @@ class PressReader:
         frame = read_frame(self.dataset.folder, label.file)
         image = self.unwarped(label.file, frame)  # first: a small background is no label's fault
         _check_inside(self.dataset, label, self.unwarp.size_px)
-        difference, hidden = self.difference(image), None
+        difference, hidden = image - self.blank, None
+        light = light_of(difference, self.blank)
+        difference = divided(difference, self.blank, light)
         if self.dots is not None:
             hidden = self.dots.hidden(self.dots.track(image))
             difference = fill_gradients(difference, hidden, "harmonic", repeatable=True)
@@ -87,6 +89,7 @@ class PressReader:
             mm_per_px=self.dataset.card.mm_per_px,
             hidden=hidden,
             blank=self.blank,
+            light=tuple(light.tolist()),
             fingerprint=fingerprint(frame),
         )
 

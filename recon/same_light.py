@@ -40,19 +40,23 @@ def in_same_light(difference: Difference, blank: Unwarped) -> Difference:
         difference: unwarped frame minus unwarped blank frame.
         blank: that one.
     """
-    factors = brightness(np.moveaxis(difference, -1, 0), np.moveaxis(blank, -1, 0))
-    if (factors == 1).all():
+    return divided(difference, blank, light_of(difference, blank))
+
+
+def divided(difference: Difference, blank: Unwarped, light: Float32[np.ndarray, "3"]) -> Difference:
+    """A difference image of a frame that is so many times as bright as the blank one."""
+    if (light == 1).all():
         return difference
-    return np.asarray((difference + blank) / factors - blank)
+    return np.asarray((difference + blank) / light - blank)
 
 
-def light_of(blank: Unwarped, own: Unwarped) -> Float32[np.ndarray, "3"]:
-    """How many times as bright as in a unit's own blank frame each colour is in another one.
+def light_of(difference: Difference, blank: Unwarped) -> Float32[np.ndarray, "3"]:
+    """``brightness`` of images whose last axis is the colour.
 
-    Frames that are compared with the other one are divided by this: the unit's slopes are read
-    from the light of its calibration.
+    Of another blank frame minus a unit's own, it is what all frames that are compared with the
+    other one are divided by: the unit's slopes are read from the light of its calibration.
     """
-    return brightness(np.moveaxis(blank - own, -1, 0), np.moveaxis(own, -1, 0))
+    return brightness(np.moveaxis(difference, -1, 0), np.moveaxis(blank, -1, 0))
 
 
 def brightness(difference: Planes, blank: Planes) -> Float32[np.ndarray, "3"]:

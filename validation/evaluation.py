@@ -120,7 +120,7 @@ def judge_presses_singly(
 def in_light_of(calibration: Calibration, presses: PressSet) -> PressSet:
     """Presses as the light of a unit's calibration would show them, as its frames are seen."""
     own, blank = calibration.unwarp(calibration.background), presses.unwarp(presses.background)
-    if own.shape != blank.shape or (light := light_of(blank, own)).tolist() == [1, 1, 1]:
+    if own.shape != blank.shape or (light := light_of(blank - own, own)).tolist() == [1, 1, 1]:
         return presses
     return replace(
         presses,

@@ -123,7 +123,7 @@ class FastReconstructor:
         self._unwarp = unwarp
         own = unwarp(calibration.background)
         seen = own if background is None else unwarp(background)
-        light = light_of(seen, own)
+        light = light_of(seen - own, own)
         blank = seen / light
         self._watch = DotWatch(blank, card.markers)
         tracker = self._watch.tracker

@@ -12,10 +12,11 @@ from hypothesis import strategies as st
 from recon.fast import FastReconstructor
 from recon.images import read_image, write_image
 from recon.pipeline import Reconstructor
-from recon.presses import read_presses
+from recon.presses import press_reader, read_presses
 from recon.same_light import LARGEST_CHANGE, LEAST_CHANGE, brightness, in_same_light
 from tests.recon.fast.units import CORNERS_PX, make_unit, pressed, random_default
 from tests.synthetic import make_dataset
+from validation.acceptance.gel import as_seen
 from validation.evaluation import in_light_of
 
 seeds = st.integers(0, 2**32 - 1)
@@ -119,3 +120,15 @@ def test_presses_are_judged_in_the_light_of_the_unit_s_calibration(tmp_path):
     assert in_light_of(unit, usual) is usual
     for one, other in zip(usual.presses, in_light_of(unit, dimmed).presses, strict=True):
         np.testing.assert_allclose(other.difference, one.difference, atol=0.01)
+
+
+def test_a_press_tells_in_which_light_it_was_taken_and_how_the_camera_saw_it(tmp_path):
+    dataset = make_dataset(tmp_path / "set", presses=2)
+    file = dataset.labels[0].file
+    dim = np.rint(0.7 * read_image(dataset.folder / file)).astype(np.uint8)
+    write_image(dataset.folder / file, dim)
+    reader = press_reader(dataset)
+    one, other = (reader.read(label) for label in dataset.labels)
+    assert one.light == pytest.approx((0.7, 0.7, 0.7), abs=0.01)
+    assert other.light == (1, 1, 1) and as_seen(other) is other.difference
+    np.testing.assert_allclose(as_seen(one) + reader.blank, reader.unwarp(dim), atol=1e-5)

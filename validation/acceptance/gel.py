@@ -39,6 +39,13 @@ def of_one_frame(blanks: int) -> float:
     return (1 + 1 / blanks) ** -0.5
 
 
+def as_seen(press: BallPress) -> Difference:
+    """A press's difference image, in the light that the camera saw."""
+    if press.blank is None or press.light == (1, 1, 1):
+        return press.difference
+    return (press.difference + press.blank) * np.array(press.light, np.float32) - press.blank
+
+
 def noise_of(press: BallPress, flat: ContactMask) -> Float[np.ndarray, " 3"]:
     """Standard deviation of each colour where nothing touches, 0 to 1, without slow changes.
 
@@ -66,7 +73,7 @@ def stillness(presses: Sequence[BallPress], channels: str, blanks: int) -> dict[
         flat = untouched(press)
         if flat.any():
             noise.append(noise_of(press, flat))
-            drift.append(np.abs(np.median(press.difference[flat], axis=0)))
+            drift.append(np.abs(np.median(as_seen(press)[flat], axis=0)))
     if not noise:
         return {}
     return {
@@ -105,7 +112,7 @@ def saturation(presses: Sequence[BallPress], blank: Unwarped, channels: str) -> 
     shares = []
     for index, press in enumerate(presses):
         pixels = label_pixels(press, index, 0)
-        seen = (press.difference + blank).reshape(-1, 3)[pixels.place[pixels.contact]]
+        seen = (as_seen(press) + blank).reshape(-1, 3)[pixels.place[pixels.contact]]
         shares.append((seen >= SATURATED).mean(0))
     return _by_color(np.mean(shares, axis=0), channels)
 
