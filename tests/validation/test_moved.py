@@ -75,6 +75,47 @@ def test_a_blemish_is_no_motion_and_hides_none(blemish, shift_px):
     assert moved_px(before, now) == pytest.approx(shift_px, abs=0.3)
 
 
+def lit_film(rng, strength, shift_px):
+    """A gel lit from the left and its film, ``strength`` grey levels of 255; one that moved, too.
+
+    Both whole grey levels.
+    """
+    film = ndimage.gaussian_filter(rng.standard_normal((240, 320)), 1.5)
+    light = np.linspace(150, 60, 320) + strength / film.std() * film
+    seen = cv2.warpAffine(
+        light, motion_of(0, 1, shift_px, (320, 240)), (320, 240), borderMode=cv2.BORDER_REFLECT
+    )
+    return [(x[..., None] + rng.normal(0, 0.5, (240, 320, 3))).round() for x in (light, seen)]
+
+
+def through_jpeg(levels, quality=60):
+    _, data = cv2.imencode(".jpg", levels.astype(np.uint8), [cv2.IMWRITE_JPEG_QUALITY, quality])
+    return cv2.imdecode(data, cv2.IMREAD_COLOR)
+
+
+def moved_of(before, now):
+    return moved_px(*(np.asarray(x / 255, np.float32) for x in (before, now)))
+
+
+@pytest.mark.parametrize("quality", [40, 20])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_film_that_jpeg_has_swallowed_tells_nothing_and_a_stronger_one_does(quality, seed):
+    before, now = lit_film(np.random.default_rng(seed), 0.35, 0)
+    assert moved_of(before, through_jpeg(now, quality)) is None
+    before, now = lit_film(np.random.default_rng(seed), 4, 2)
+    assert moved_of(before, through_jpeg(now, quality)) == pytest.approx(2, abs=0.5)
+
+
+@pytest.mark.parametrize("period_px", [17, 40])
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize("shift_px", [0, 3])
+def test_lights_that_flicker_are_no_motion_and_hide_none(period_px, axis, shift_px):
+    before, now = lit_film(np.random.default_rng(0), 1.0, shift_px)
+    wave = 1 + 0.05 * np.sin(2 * np.pi * np.arange(now.shape[axis]) / period_px)
+    banded = (now * np.expand_dims(wave, (1 - axis, 2))).round()
+    assert moved_of(before, banded) == pytest.approx(shift_px, abs=0.3)
+
+
 def test_a_picture_that_is_another_and_one_without_any_texture_are_told_apart():
     rng = np.random.default_rng(0)
     films = ndimage.gaussian_filter(rng.standard_normal((2, 90, 120, 3)), (0, 1.5, 1.5, 0))

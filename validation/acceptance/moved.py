@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
-from jaxtyping import Float32, Float64
+from jaxtyping import Bool, Float32, Float64
 
 from recon.arrays import Unwarped
 from validation.acceptance.gel import smooth
@@ -27,42 +27,82 @@ SCALES = (4, 2, 1)
 LEAST_SIDE_PX = 32
 """Of a picture made smaller."""
 STEPS, ENOUGH = 60, 1e-5
+END = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, STEPS, ENOUGH)
 BLUR_PX = 5
 LEAST_ALIKE = 0.25
 """Correlation of two pictures of one gel: 0.8 to 1 with noise of 1.5 grey levels; below this they
 are strangers."""
+TILE_PX = 16
+APART_PX, APART = 1.2, 0.4
+"""Pixels, or share of the motion if that is more, that halves of a picture may differ by: 0.1 on
+three real gels at rest, 1.1 with JPEG of quality 40, and 2.0 where they moved by 11; 3.3 and more
+where quality 60 has swallowed the film of a smooth rendered one."""
+FAINT = 0.6 / 255
+"""Standard deviation below which a film may be lost to a codec: 0.4 grey levels on rendered gels,
+0.7 to 3 on five real ones."""
+DARK = 1 / 255
 LEAST_TEXTURE = 0.1
 """Correlation of pixels two apart: white noise has none, films and dots 0.3 to 0.9."""
 
 Fine = Float32[np.ndarray, "h w"]
 Affine = Float32[np.ndarray, "2 3"]
+Corners = Float64[np.ndarray, "4 2"]
+Half = Bool[np.ndarray, "h w"]
 
 
 def moved_px(before: Unwarped, now: Float32[np.ndarray, "_ _ 3"]) -> float | None:
     """How far the corner that moved most is from where it was; ``None`` where nothing shows it.
 
-    Infinite where the picture has another size or is not to be known again.
+    Infinite where the picture has another size or is not to be known again. Where the pictures as
+    they are do not tell, as where the lights flicker, they are compared without bands.
     """
     if before.shape != now.shape:
         return float("inf")
-    old, new = fine(before), fine(now)
-    if not textured(old):
-        return None
-    window = cv2.createHanningWindow(old.shape[::-1], cv2.CV_64F)
-    shift, _ = cv2.phaseCorrelate(old.astype(np.float64), new.astype(np.float64), window)
-    found = [_aligned(old, new, start_px) for start_px in ((0.0, 0.0), shift)]
-    alike, motion = max(found, key=lambda item: item[0])
-    return _farthest_px(motion, old.shape) if alike >= LEAST_ALIKE else float("inf")
+    known = False
+    for levels in (without_smooth, without_bands):
+        old, new = fine(levels(before)), fine(levels(now))
+        if not textured(old):
+            return None
+        alike, motion = _most_alike(old, new)
+        if alike < LEAST_ALIKE:
+            continue
+        known = True
+        moved = _farthest_px(motion, old.shape)
+        if _halves_apart_px(old, new, motion) <= max(APART_PX, APART * moved):
+            return moved
+    faint = spread_of(without_bands(before)) < FAINT
+    return None if known or faint else float("inf")
 
 
-def fine(image: Unwarped) -> Fine:
-    """A picture's grey levels without what is smooth in them, and none of them outstanding.
+def without_smooth(image: Unwarped) -> Fine:
+    """A picture's grey levels without what is smooth in them."""
+    return np.asarray((image - smooth(image, HIGH_PASS_PX)).mean(-1), np.float32)
+
+
+def without_bands(image: Unwarped) -> Fine:
+    """And without what rows and columns share: a rolling shutter sees lights that flicker so.
+
+    In proportion to the light, and by the median, which dots do not move.
+    """
+    levels = without_smooth(image)
+    light = np.maximum(smooth(image, HIGH_PASS_PX).mean(-1), DARK).astype(np.float32)
+    for axis in (1, 0):
+        levels = levels - light * np.median(levels / light, axis=axis, keepdims=True)
+    return np.asarray(levels, np.float32)
+
+
+def spread_of(levels: Fine) -> float:
+    """Their standard deviation, by the median."""
+    return float(1.4826 * np.median(np.abs(levels)))
+
+
+def fine(levels: Fine) -> Fine:
+    """Levels without what is smooth in them, and none of them outstanding.
 
     A speck, a scratch or glare would outweigh all of the film: levels are cut off, and where most
     around are, as on a worn patch, there is nothing to be recognised.
     """
-    levels = np.asarray((image - smooth(image, HIGH_PASS_PX)).mean(-1), np.float32)
-    spread = np.float32(1.4826 * np.median(np.abs(levels)))
+    spread = np.float32(spread_of(levels))
     odd = (np.abs(levels) > ODD * spread).astype(np.float32)
     side_px = max(3, round(AROUND * min(levels.shape)))
     strange = cv2.blur(odd, (side_px, side_px)) > CROWDED
@@ -78,6 +118,42 @@ def textured(picture: Fine) -> bool:
     return bool(np.mean(alike) > LEAST_TEXTURE)
 
 
+def _most_alike(old: Fine, new: Fine) -> tuple[float, Affine]:
+    """As ``_aligned``, from no motion or from the one shift that fits best."""
+    window = cv2.createHanningWindow(old.shape[::-1], cv2.CV_64F)
+    shift, _ = cv2.phaseCorrelate(old.astype(np.float64), new.astype(np.float64), window)
+    found = [_aligned(old, new, start_px) for start_px in ((0.0, 0.0), shift)]
+    return max(found, key=lambda item: item[0])
+
+
+def _halves_apart_px(old: Fine, new: Fine, motion: Affine) -> float:
+    """How far apart two halves of the picture put the same corner; root mean square of three ways.
+
+    The halves are every second row of tiles, column of tiles, and tile of a chessboard. What a
+    codec leaves of a faint film differs from block to block, and so the motions do.
+    """
+    rows, columns = np.indices(old.shape) // TILE_PX
+    apart_px = []
+    for tiles in (rows, columns, rows + columns):
+        one, other = (_half_moved(old, new, motion, tiles % 2 == k) for k in (0, 1))
+        if one is None or other is None:
+            return float("inf")
+        apart_px.append(np.hypot(*(one - other).T).max())
+    return float(np.sqrt(np.mean(np.square(apart_px))))
+
+
+def _half_moved(old: Fine, new: Fine, motion: Affine, half: Half) -> Corners | None:
+    """Where the corners went by the motion, near one that is known, of part of a picture."""
+    mask = np.where(half, 255, 0).astype(np.uint8)
+    try:
+        _, found = cv2.findTransformECC(
+            old, new, motion.copy(), cv2.MOTION_AFFINE, END, mask, BLUR_PX
+        )
+    except cv2.error:  # it found no way
+        return None
+    return _moved_corners(np.asarray(found, np.float32), old.shape)
+
+
 def _aligned(old: Fine, new: Fine, start_px: Sequence[float]) -> tuple[float, Affine]:
     """How alike the pictures are under the best motion near a shift, and that motion."""
     height, width = old.shape
@@ -90,10 +166,9 @@ def _aligned(old: Fine, new: Fine, start_px: Sequence[float]) -> tuple[float, Af
         pair = [cv2.resize(x, size_px, interpolation=cv2.INTER_AREA) for x in (old, new)]
         everywhere = np.full(size_px[::-1], 255, np.uint8)
         motion[:, 2] /= scale
-        end = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, STEPS, ENOUGH)
         try:
             alike, found = cv2.findTransformECC(
-                pair[0], pair[1], motion, cv2.MOTION_AFFINE, end, everywhere, BLUR_PX
+                pair[0], pair[1], motion, cv2.MOTION_AFFINE, END, everywhere, BLUR_PX
             )
         except cv2.error:  # it found no way
             return 0.0, motion
@@ -103,9 +178,11 @@ def _aligned(old: Fine, new: Fine, start_px: Sequence[float]) -> tuple[float, Af
 
 
 def _farthest_px(motion: Affine, shape: tuple[int, int]) -> float:
+    still = _moved_corners(np.eye(2, 3, dtype=np.float32), shape)
+    return float(np.hypot(*(_moved_corners(motion, shape) - still).T).max())
+
+
+def _moved_corners(motion: Affine, shape: tuple[int, int]) -> Corners:
     right, bottom = shape[1] - 1, shape[0] - 1
-    corners: Float64[np.ndarray, "4 2"] = np.array(
-        [[0, 0], [right, 0], [right, bottom], [0, bottom]], float
-    )
-    moved = corners @ motion[:, :2].T + motion[:, 2]
-    return float(np.hypot(*(moved - corners).T).max())
+    corners = np.array([[0, 0], [right, 0], [right, bottom], [0, bottom]], float)
+    return np.asarray(corners @ motion[:, :2].T + motion[:, 2])

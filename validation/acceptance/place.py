@@ -32,7 +32,7 @@ def picture_values(
     absent: dict[str, str] = {}
     moved = moved_px(before, now)
     if moved is None:
-        absent["moved_px"] = "the blank gel is too smooth to be recognised"
+        absent["moved_px"] = "the blank gel is too smooth, or its picture too coarse, to tell"
     else:
         values["moved_px"] = {"": moved}
     if round_discs is None:
