@@ -19,7 +19,10 @@ def doubt_remarks(doubts: Sequence[tuple[str, str]]) -> list[str]:
 
     asked = {
         STRANGE: "are the lights on, and is this the unit's sensor?",
-        IMPLAUSIBLE: "is this the unit's sensor, not mirrored, with red and blue not swapped?",
+        IMPLAUSIBLE: (
+            "is there no reflection on the gel, and is this the unit's sensor, not mirrored, with "
+            "red and blue not swapped?"
+        ),
         CUT_TWICE: "can one of its ends lie inside the frame?",
     }
     said = []

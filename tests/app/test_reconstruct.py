@@ -120,6 +120,8 @@ def test_a_depth_that_no_gel_has_is_called_so_and_has_no_deviation(
 ) -> None:
     row, said = reconstructed(make_unit(estimator=random_default()), tmp_path, capsys)
     assert "press.png: no gel is so deep" in said and "the depth cannot be trusted" in said
+    for asked in ("is there no reflection on the gel", "not mirrored", "not swapped?"):
+        assert asked in said
     assert row["remark"].startswith("no gel is so deep")
     assert row["deepest_sigma_mm"] is None and "±" not in said
 

@@ -10,9 +10,11 @@ import pytest
 
 from recon.labels.find_circle import DOUBTFUL
 from recon.labels.press_doubts import NAMED, displaced_circles, doubtful_circles
+from recon.pixels import BallPress
 from recon.presses import read_presses
-from sensor.dataset import BallLabel
+from sensor.dataset import BallLabel, read_dataset
 from tests.synthetic import KEYSTONE_PX, make_dataset
+from validation.datasets import dataset_folder
 
 LABEL = BallLabel(file="a.png", center_x_px=5.0, center_y_px=5.0, contact_radius_px=3.0)
 
@@ -58,12 +60,42 @@ def test_a_pad_that_is_said_to_be_larger_displaces_its_circles(tmp_path: Path) -
     assert "move labels.csv aside, find them anew with `wedge label DATASET`" in said
 
 
-def test_a_ball_that_is_found_once_among_many_presses_says_nothing(tmp_path: Path) -> None:
+def beside(press: BallPress, radii: float, angle_deg: float = 0.0) -> BallPress:
+    """The press, its circle moved by so many contact radii."""
+    toward = np.array([np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))])
+    x_px, y_px = press.center_px + radii * press.contact_radius_px * toward
+    return replace(press, center_px=(float(x_px), float(y_px)))
+
+
+def test_a_ball_that_is_found_once_among_many_presses_does_not_blame_the_scale(
+    tmp_path: Path,
+) -> None:
     presses = read_presses(make_dataset(tmp_path / "set", presses=7)).presses
-    x, y = presses[0].center_px
-    first = replace(presses[0], center_px=(x + 0.9 * presses[0].contact_radius_px, y))
     faint = [
         replace(press, difference=(0.01 * press.difference).astype(np.float32))
         for press in presses[1:]
     ]
-    assert displaced_circles([first, *faint]) == ""
+    said = displaced_circles([beside(presses[0], 0.9), *faint])
+    assert said.startswith(f"1 of 7 circles lies beside its ball ({presses[0].file})")
+    assert displaced_circles([presses[0], *faint]) == ""
+
+
+@pytest.mark.parametrize("radii", [0.4, 1.0, 2.0])
+@pytest.mark.parametrize("angle_deg", [0, 130, 250])
+def test_each_circle_beside_its_ball_is_named_and_no_other(
+    tmp_path: Path, radii: float, angle_deg: float
+) -> None:
+    presses = list(read_presses(make_dataset(tmp_path / "set", presses=6)).presses)
+    presses[2] = beside(presses[2], radii, angle_deg)
+    said = displaced_circles(presses)
+    assert said.startswith(f"1 of 6 circles lies beside its ball ({presses[2].file}): check it")
+    presses[4] = beside(presses[4], radii, angle_deg + 90)
+    names = f"{presses[2].file}, {presses[4].file}"
+    assert f"2 of 6 circles lie beside their balls ({names}): check" in displaced_circles(presses)
+
+
+@pytest.mark.parametrize("name", ["taxim-gelsight", "twin-standard", "twin-finger"])
+def test_no_circle_of_a_set_that_is_known_is_named(name: str) -> None:
+    dataset = read_dataset(dataset_folder(name))
+    few = replace(dataset, labels=dataset.labels[::6])
+    assert displaced_circles(read_presses(few).presses) == ""
