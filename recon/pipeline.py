@@ -80,6 +80,7 @@ class Reconstructor:
         card = self.calibration.card
         image = self.unwarp(frame) / self._light
         difference = in_same_light(image - self._blank, self._blank)
+        image = difference + self._blank
         dots, hidden = None, None
         tracker = self._watch.tracker
         if tracker is not None:

@@ -78,7 +78,7 @@ class PressReader:
         light = light_of(difference, self.blank)
         difference = divided(difference, self.blank, light)
         if self.dots is not None:
-            hidden = self.dots.hidden(self.dots.track(image))
+            hidden = self.dots.hidden(self.dots.track(difference + self.blank))
             difference = fill_gradients(difference, hidden, "harmonic", repeatable=True)
         return BallPress(
             file=label.file,

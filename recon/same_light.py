@@ -17,15 +17,13 @@ CELLS, SAMPLES = (3, 4), 8
 """Down and across the frame; pixels looked at along each side of a cell."""
 DARK, BRIGHT = 0.08, 0.97
 """Of full scale: a blank gel darker or brighter than that tells no factor."""
-LEAST_CHANGE = 0.05
-"""From which on a factor counts: presses and grips light the rest of a gel, too. Of 518 frames of
-fifteen sets and clips none tells such a change."""
 LARGEST_CHANGE = 0.5
 """A larger one is another exposure or another sensor, for others to doubt."""
 MOST = 0.75
 """So many of the cells must agree..."""
-ALIKE = 0.4
-"""...within this share of the change."""
+ALIKE, SURE, SMALL = 0.4, 0.65, 0.0125
+"""...within this share of the change, or, if that is less, a larger share less some: of changes
+below 5 % more is asked, of those below 2 % too much."""
 CLEARLY, NOISE = 2.0, 0.05
 """Where cells' levels agree so many times better than their shares, light was added: a black level
 or the room's. That is no factor. The noise keeps two that agree from being compared."""
@@ -62,27 +60,29 @@ def light_of(difference: Difference, blank: Unwarped) -> Float32[np.ndarray, "3"
 def brightness(difference: Planes, blank: Planes) -> Float32[np.ndarray, "3"]:
     """How many times as bright as on the blank frame each colour is; ones unless all of it is.
 
-    Where one colour tells a change of light, all of them are told; so a change that some of them
-    hardly reach does not tint the frame.
+    Only colours whose own cells agree are told. Where one has changed by more than
+    ``LARGEST_CHANGE``, none is.
     """
     before, change = sampled(blank).copy(), sampled(difference)
     before[(before < DARK) | (before > BRIGHT)] = np.nan
     shares = cell_medians(change / before)
     known = np.isfinite(shares)
-    factors = np.ones(3, np.float32)
+    factors, told = np.ones(3, np.float32), np.zeros(3, bool)
     for color in np.flatnonzero(known.mean(1) >= MOST):
-        factors[color] += np.median(shares[color, known[color]])
+        cells = shares[color, known[color]]
+        middle = float(np.median(cells))
+        within = min(ALIKE * abs(middle), SURE * abs(middle) - SMALL)
+        told[color] = (np.abs(cells - middle) < within).mean() >= MOST
+        factors[color] = 1 + middle
     off = np.abs(factors - 1)
-    if not (told := (off > LEAST_CHANGE) & (off < LARGEST_CHANGE)).any():
+    if not told.any() or (off > LARGEST_CHANGE).any():
         return np.ones(3, np.float32)
-    levels, multiplied = cell_medians(change), False
+    levels = cell_medians(change)
     for color in np.flatnonzero(told):
         of_share = scatter(shares[color, known[color]])
         if CLEARLY * scatter(levels[color, known[color]]) < of_share:
             return np.ones(3, np.float32)
-        alike = np.abs(shares[color, known[color]] + 1 - factors[color]) < ALIKE * off[color]
-        multiplied |= bool(alike.mean() >= MOST)
-    return factors if multiplied else np.ones(3, np.float32)
+    return np.where(told, factors, np.float32(1))
 
 
 def sampled(image: Planes) -> Float32[np.ndarray, "3 cells pixels"]:

@@ -204,7 +204,7 @@ class LabelPage:
             self.mark()
             return
         if self.view == "difference":
-            frame = np.clip(0.5 + CONTRAST * (frame - self.reader.blank), 0, 1)
+            frame = np.clip(0.5 + CONTRAST * self.reader.difference(frame), 0, 1)
         self.picture.set_source(as_url((frame * 255).round().astype(np.uint8), FINE_QUALITY))
         width = f"calc({self.zoom} * {fitting(self.reader.unwarp.size_px)})"
         self.picture.style(f"width: {width}; max-width: none; image-rendering: pixelated")

@@ -35,6 +35,8 @@ FAINT, FAINTEST = 0.15, 0.01
 scale."""
 RIM_PX = 4
 """Those less than about one and a half times as wide are the blur's."""
+ENOUGH_PX = 1000
+"""For the median of what did not change."""
 BEYOND_ANY_GRIP = 0.9
 """Of the frame: with more disturbed gel it is dark, another sensor's, or of a camera that moved."""
 LEAST_AREA = 8e-4
@@ -99,7 +101,8 @@ def disturbed_in_smooth(
     rest = ~changed[::every, ::every]
     if not changed.any() or not rest.any():
         return changed
-    change = _farthest(smooth, _medians(some[:, rest][..., None]))
+    few = some[:, rest]
+    change = _farthest(smooth, _medians(few[:, :: max(1, few.shape[1] // ENOUGH_PX), None]))
     faint = max(FAINT * float(change.max()), FAINTEST, NOISE_FACTOR * grain)
     return with_flanks(changed, patches(change > faint), rim_px) if faint < least else changed
 

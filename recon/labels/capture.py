@@ -17,6 +17,7 @@ from recon.labels.circles import Circle
 from recon.labels.find_circle import DOUBTFUL, find_circle, refuse_ball
 from recon.labels.sharpness import detail_kept
 from recon.presses import fingerprint
+from recon.same_light import in_same_light
 from sensor.toml import Pair
 
 BLANK_FRAMES = 8
@@ -100,7 +101,7 @@ class PressWatcher:
         if self.state == "blank":
             return self._look_at_blank(frame, seen, moved)
         assert self._blank is not None
-        difference = seen - self._blank
+        difference = in_same_light(seen - self._blank, self._blank)
         contact = disturbed_mask(difference)
         if not contact.any():
             self.state, self._still = "waiting", 0
@@ -120,7 +121,7 @@ class PressWatcher:
         """Judge a frame that has no neighbours in time, as a folder's; the blank gel is known."""
         assert self._blank is not None
         seen = self.unwarp(frame)
-        difference = seen - self._blank
+        difference = in_same_light(seen - self._blank, self._blank)
         contact = disturbed_mask(difference)
         if not contact.any():
             return _no("no contact")

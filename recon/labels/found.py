@@ -72,7 +72,7 @@ def found_circle(reader: PressReader, file: str) -> Circle | None:
         WedgeError: the frame is missing, damaged or of another size.
     """
     dataset = reader.dataset
-    difference = reader.unwarped(file, read_frame(dataset.folder, file)) - reader.blank
+    difference = reader.difference(reader.unwarped(file, read_frame(dataset.folder, file)))
     ball_mm = dataset.ball_radius_mm(dataset.label(file))
     return find_circle(difference, ball_mm, dataset.card.mm_per_px)
 

@@ -77,8 +77,8 @@ def test_the_units_own_background_and_colours_without_a_light_are_not_judged() -
     unit = make_unit((160, 120), channels="RB")
     assert light_remarks(unit, None, "it") == []
     assert light_remarks(unit, dimmed(unit.background, 0.5, "G"), "it") == []
-    (said,) = light_remarks(unit, dimmed(unit.background, 0.5, "GB"), "it")
-    assert said.startswith("it differs in brightness") and "by 50% in blue:" in said
+    (said,) = light_remarks(unit, dimmed(unit.background, 0.6, "GB"), "it")
+    assert said.startswith("it differs in brightness") and "by 60% in blue:" in said
 
 
 def test_the_page_says_so_until_a_background_is_taken_in_the_light_of_the_calibration(

@@ -12,6 +12,7 @@ from recon.depth_error import (
     CORRELATED_MM,
     LAPLACE,
     MOST_INFERRED,
+    NORMAL90,
     depth_error,
     depth_noise,
     slope_error,
@@ -206,3 +207,13 @@ def test_of_a_frame_with_more_pixels_than_cells_every_pixel_counts(first):
     whole, quarter = (depth_error(error, (0.1, 0.1), "dirichlet") for error in (every, some))
     inner = np.s_[10:-10, 10:-10]
     np.testing.assert_allclose(quarter[inner], whole[inner] / 2, rtol=0.02)
+
+
+@pytest.mark.parametrize("line_deg", [45.0, -45.0, 135.0])
+def test_of_a_line_between_the_axes_both_slopes_are_doubted_alike(line_deg):
+    gradient, doubt = np.zeros((6, 8, 2), np.float32), np.full((6, 8), 0.1, np.float32)
+    lights_deg = {"R": line_deg, "B": line_deg + 180}
+    known = slope_error(told(0.1645, "RB"), gradient, lights_deg, doubt)
+    np.testing.assert_allclose(known[..., 0], known[..., 1], rtol=1e-5)
+    across2, along2 = (LAPLACE * 0.1) ** 2, (0.1645 / NORMAL90) ** 2
+    np.testing.assert_allclose(np.square(known).sum(-1), across2 + along2, rtol=1e-4)
