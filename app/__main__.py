@@ -13,7 +13,7 @@ import os
 import signal
 import sys
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 from sensor.errors import WedgeError
 
@@ -69,7 +69,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
     if isinstance(sys.stdout, io.TextIOWrapper):  # not where a caller has put something else
-        sys.stdout.reconfigure(errors="backslashreplace")  # as stderr is; no result is lost to a θ
+        with suppress(OSError):  # a pipe in the place of a file that could be sought
+            sys.stdout.reconfigure(errors="backslashreplace")  # as stderr: no result is lost to a θ
     try:
         with _ended_like_interrupted():
             status = _dispatch(words)

@@ -46,13 +46,13 @@ NOT_SEEN = {
         "barrel_length_mm",
     ),
     "gel": (),
-    "lights": ("led_height_mm", "backing_thickness_mm"),
+    "lights": ("led_height_mm",),
     "mirror": ("thickness_mm",),
 }
 """Of the parts that the twin looks at, the fields that it never does."""
 OF_A_DOME = ("gel.semi_axis_across_mm", "gel.semi_axis_normal_mm", "gel.semi_axis_along_mm")
-OF_BARE_LEDS = ("lights.led_length_mm",)
-"""Behind a diffuser their row is one lamp."""
+OF_BARE_LEDS = ("lights.led_length_mm", "lights.backing_thickness_mm")
+"""Behind a diffuser their row is one lamp, on the acrylic whatever is behind."""
 SEEN_BESIDES = ("wiring.led_pitch_mm",)
 LEAST_PRESSES = 2
 """That a split needs: one to learn from, one to judge."""

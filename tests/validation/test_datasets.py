@@ -188,7 +188,8 @@ def test_the_card_of_the_documentation_is_lit_as_the_sensor_whose_corners_it_has
     if known.find() is None:
         pytest.skip(f"{known.name} is absent: {known.sought}")
     page = Path(__file__).parents[2] / "docs" / "howto" / "calibrate.md"
-    text = page.read_text(encoding="utf-8").partition("```toml\n")[2].partition("```")[0]
+    blocks = page.read_text(encoding="utf-8").split("```toml\n")[1:]
+    text = next(block.partition("```")[0] for block in blocks if "corners_px" in block)
     card, real = tomllib.loads(text), read_dataset(dataset_folder("wedge-lab")).card
     assert real.corners_px is not None and real.lights_deg is not None
     assert np.array_equal(card["corners_px"], real.corners_px)

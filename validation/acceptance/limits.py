@@ -222,8 +222,7 @@ LIMITS = (
         unit="% changed",
         grade_a=0.1,
         grade_b=0.25,
-        reason="LEDs that fade end soon, and slopes are read from brightness at each place, though"
-        " what changed all over is taken off; by how much on 95 % of the pad at most",
+        reason="fading LEDs fail soon, uneven light misreads slopes; on 95 % of the pad at most",
     ),
     Limit(
         group="Gel",
