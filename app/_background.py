@@ -4,11 +4,11 @@
 
 from typing import TYPE_CHECKING
 
+from app._lights import COLORS
+
 if TYPE_CHECKING:
     from recon.arrays import Frame
     from recon.calibration import Calibration
-
-_COLORS = {"R": "red", "G": "green", "B": "blue"}
 
 
 def light_remarks(unit: "Calibration", background: "Frame | None", named: str) -> list[str]:
@@ -24,15 +24,15 @@ def light_remarks(unit: "Calibration", background: "Frame | None", named: str) -
     """
     from recon.brightness import brightness_change
     from recon.same_light import light_of
-    from validation.acceptance.limits import LIMITS
+    from validation.acceptance.limits import limit_called
 
     if background is None:
         return []
-    (limit,) = [limit for limit in LIMITS if limit.name == "brightness_change_share"]
+    limit = limit_called("brightness_change_share")
     before, now = map(unit.unwarp, (unit.background, background))
     changes = brightness_change(before, now / light_of(now - before, before), unit.card.channels)
     parts = [
-        f"{share:.0%} in {_COLORS[color]}"
+        f"{share:.0%} in {COLORS[color]}"
         for color, share in changes.items()
         if limit.grade(share) != "A"
     ]

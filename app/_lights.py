@@ -73,14 +73,14 @@ def one_line_remark(dataset: "Dataset", presses: "Sequence[BallPress]") -> str:
     sensor: real and rendered ones reach 1.7, single presses of them 2.5; red and blue alone 11.
     """
     from validation.acceptance.lights import light_response
-    from validation.acceptance.limits import LIMITS
+    from validation.acceptance.limits import limit_called
     from validation.importers.lights import measure_lights_deg
     from validation.lighting import axes_ratio
 
     if dataset.card.lights_deg is not None:
         return ""
-    (limit,) = [limit for limit in LIMITS if limit.name == "axes_ratio"]
-    if limit.grade(axes_ratio(light_response(presses).slopes)) != "fail":
+    ratio = axes_ratio(light_response(presses).slopes)
+    if limit_called("axes_ratio").grade(ratio) != "fail":
         return ""
     found = ", ".join(f"{color} = {at}" for color, at in measure_lights_deg(presses).items())
     return (

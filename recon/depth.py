@@ -22,7 +22,7 @@ from recon.integration.weighed import (
     shorter_side_mm,
     weighed_depth,
 )
-from recon.lights import Axis, turn_deg, unseen_axis
+from recon.lights import Axis, line_turn_deg, unseen_axis
 from recon.markers.filling import fill_gradients
 from recon.medians import median
 from recon.missing_axis.columns import weigh_columns
@@ -112,7 +112,7 @@ def depth_of(
         gradient = beneath_dots(gradient, hidden, unseen, mm_per_px, repeatable=repeatable)
     if missing == "network" and unseen is not None:
         hinted = estimator.looks_around
-        if by_deg := turn_deg(lights_deg, estimator.channels):
+        if by_deg := line_turn_deg(lights_deg, estimator.channels):
             turn = Turn(size_px=disturbed.shape[::-1], mm_per_px=mm_per_px, by_deg=by_deg)
             return turned_depth(gradient, disturbed, unseen, turn, hinted=hinted)
         if infer is None:

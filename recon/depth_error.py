@@ -24,7 +24,7 @@ from scipy import fft
 from recon.arrays import DepthMap, GradientField
 from recon.estimators import GradientEstimator
 from recon.integration.poisson import Boundary
-from recon.lights import turn_deg, unseen_axis
+from recon.lights import line_turn_deg, unseen_axis
 from sensor.toml import Pair
 
 CORRELATED_MM = 0.8
@@ -73,7 +73,7 @@ def slope_error(
         return error
     inferred = np.minimum(np.float32(LAPLACE) * doubt, np.float32(MOST_INFERRED))
     # Variances along the line of the lights and across it, and what both axes have of them.
-    line_deg = 90 * (unseen == "x") + turn_deg(lights_deg, estimator.channels)
+    line_deg = 90 * (unseen == "x") + line_turn_deg(lights_deg, estimator.channels)
     along = np.square([math.cos(math.radians(line_deg)), math.sin(math.radians(line_deg))])
     measured2 = (error**2 @ along)[..., None]
     return np.sqrt(measured2 * along + inferred[..., None] ** 2 * (1 - along)).astype(np.float32)

@@ -32,7 +32,7 @@ def unseen_axis(lights_deg: Mapping[str, float] | None, channels: str) -> Axis |
     return "x" if _from_axis_deg(line_deg, 90.0) <= 45 else "y"
 
 
-def turn_deg(lights_deg: Mapping[str, float] | None, channels: str) -> float:
+def line_turn_deg(lights_deg: Mapping[str, float] | None, channels: str) -> float:
     """By how much the line of the lights is turned away from the axis that they see, -45 to 45.
 
     From x toward y; 0 where they lie on no line, or along an axis.

@@ -37,7 +37,7 @@ from recon.fast.unwarping import FrameDifference
 from recon.fast.weighing import FrameWeighing
 from recon.integration.poisson import Boundary
 from recon.integration.weighed import resting, shorter_side_mm
-from recon.lights import Axis, turn_deg, unseen_axis
+from recon.lights import Axis, line_turn_deg, unseen_axis
 from recon.markers.watch import DotWatch
 from recon.missing_axis.mirrored import rows_beyond
 from recon.missing_axis.moved import MARGIN_PX, widest_support
@@ -151,7 +151,9 @@ class FastReconstructor:
         }
         estimator, reach = calibration.estimator, 0
         self._infer: FrameInference | None = None
-        oblique = turn_deg(card.lights_deg, card.channels) != 0  # the reference turns such frames
+        oblique = (
+            line_turn_deg(card.lights_deg, card.channels) != 0
+        )  # the reference turns such frames
         if self._unseen is not None and card.missing_axis == "network" and not oblique:
             hinted, reach = estimator.looks_around, _reach(size_px, card.mm_per_px)
             self._infer = FrameInference(size_px, card.mm_per_px, self._unseen, hinted=hinted)

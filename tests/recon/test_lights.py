@@ -10,8 +10,8 @@ from recon.lights import (
     LEAST_TURN_DEG,
     OBLIQUE_DEG,
     azimuth_deg,
+    line_turn_deg,
     sits_like_wedge,
-    turn_deg,
     unseen_axis,
 )
 from sensor.design import FINGER, STANDARD
@@ -46,15 +46,15 @@ def test_whole_turns_and_opposite_lights_change_nothing(one, two, turns):
     for other in (one + 360 * turns, one + 180):
         lights, same = {"R": one, "B": two}, {"R": other, "B": two}
         assert unseen_axis(lights, "RB") == unseen_axis(same, "RB")
-        assert turn_deg(lights, "RB") == pytest.approx(turn_deg(same, "RB"), abs=1e-6)
+        assert line_turn_deg(lights, "RB") == pytest.approx(line_turn_deg(same, "RB"), abs=1e-6)
 
 
 @given(azimuths)
 def test_one_light_lies_on_its_own_line_beside_the_axis_that_it_sees(angle):
     lights = {"G": angle}
-    along = np.radians((90 if unseen_axis(lights, "G") == "x" else 0) + turn_deg(lights, "G"))
+    along = np.radians((90 if unseen_axis(lights, "G") == "x" else 0) + line_turn_deg(lights, "G"))
     assert abs(np.sin(along - np.radians(angle))) < np.sin(np.radians(LEAST_TURN_DEG)) + 1e-6
-    assert abs(turn_deg(lights, "G")) <= 45 + 1e-6
+    assert abs(line_turn_deg(lights, "G")) <= 45 + 1e-6
 
 
 @given(st.integers(0, 179), st.integers(0, 89))

@@ -222,7 +222,7 @@ LIMITS = (
         unit="% changed",
         grade_a=0.1,
         grade_b=0.25,
-        reason="fading LEDs fail soon, uneven light misreads slopes; on 95 % of the pad at most",
+        reason="faded light has less contrast, uneven misreads slopes; on 95 % of the pad at most",
     ),
     Limit(
         group="Gel",
@@ -383,3 +383,8 @@ def verdict(measured: Measured) -> Grade:
     """The worst grade decides."""
     found = grades(measured).values()
     return "fail" if "fail" in found else "B" if "B" in found else "A"
+
+
+def limit_called(name: str) -> Limit:
+    """The limit of that name."""
+    return next(limit for limit in LIMITS if limit.name == name)

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from decimal import Decimal
 from typing import Any
 
-from validation.acceptance.limits import LIMITS
+from validation.acceptance.limits import limit_called
 from validation.drift import ERRORS, Evaluation, Move, Number, compared
 from validation.evaluation import ELSEWHERE_DEG
 from validation.figures.drift import drift_figure
@@ -49,7 +49,7 @@ def sentences(moved: Sequence[Move]) -> list[str]:
 
 def pictures_moved(evaluations: Sequence[Evaluation]) -> list[str]:
     """Where the camera has moved since the calibration, of which errors say nothing."""
-    (limit,) = [limit for limit in LIMITS if limit.name == "moved_px"]
+    limit = limit_called("moved_px")
     said = []
     for item in evaluations:
         if item.moved_px is not None and item.moved_px > limit.grade_a:
