@@ -151,9 +151,8 @@ class FastReconstructor:
         }
         estimator, reach = calibration.estimator, 0
         self._infer: FrameInference | None = None
-        oblique = (
-            line_turn_deg(card.lights_deg, card.channels) != 0
-        )  # the reference turns such frames
+        # Frames whose lights lie on an oblique line are turned by the reference.
+        oblique = line_turn_deg(card.lights_deg, card.channels) != 0
         if self._unseen is not None and card.missing_axis == "network" and not oblique:
             hinted, reach = estimator.looks_around, _reach(size_px, card.mm_per_px)
             self._infer = FrameInference(size_px, card.mm_per_px, self._unseen, hinted=hinted)
