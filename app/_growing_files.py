@@ -15,6 +15,7 @@ from sensor.files import refuse_kept_folder, write_atomic
 
 if TYPE_CHECKING:
     from recon.touch_file import TouchFile
+    from sensor.design import Gel
     from validation.figures.overlay import Clip
 
 
@@ -83,7 +84,7 @@ def file_names(name: str) -> tuple[str, str, str, str]:
 
 
 @contextmanager
-def growing(out: Path, name: str, columns: str) -> Iterator[Growing]:
+def growing(out: Path, name: str, columns: str, gel: "Gel | None" = None) -> Iterator[Growing]:
     """Begin files that stay, whatever ends the run.
 
     Only where that is before its first whole frame, they go again; so does a folder made here.
@@ -92,6 +93,7 @@ def growing(out: Path, name: str, columns: str) -> Iterator[Growing]:
         out: the folder; new or empty.
         name: of the files, but for their endings.
         columns: of the table, commas between them.
+        gel: that the recorded skin is laid on; by default it is flat.
 
     Raises:
         WedgeError: the folder holds files, or cannot be written.
@@ -102,7 +104,7 @@ def growing(out: Path, name: str, columns: str) -> Iterator[Growing]:
     refuse_kept_folder(out)
     was_there = out.exists()
     names, clip = file_names(name), Clip()
-    recording = TouchFile(out / names[0])  # not over that of a run that began just now
+    recording = TouchFile(out / names[0], gel)  # not over that of a run that began just now
     try:
         with recording, RowFile(out / names[1], columns.split(",")) as table:
             files = Growing(out=out, names=names, recording=recording, table=table, clip=clip)

@@ -24,13 +24,11 @@ from app._output import (
 from app._progress import progress
 from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_atomic
-from sensor.unit import UNIT_FILE
 
 if TYPE_CHECKING:
     from recon.cloud import PointCloud
     from recon.pipeline import Reconstruction, Reconstructor
-    from sensor.design import Gel, Wedge
-    from sensor.unit import UnitCard
+    from sensor.design import Gel
 
 HEADINGS = (
     *("frame", "points", "touching", "contact", "in shadow", "deepest [mm]"),
@@ -89,10 +87,9 @@ def main(
         json: Write the numbers of points, depths and uncertainties here as JSON.
     """
     from app._frames import read_checked
-    from app._pad import refuse_other_pad
+    from app._gel import design_gel
     from recon.calibration import load_calibration
     from recon.pipeline import Reconstructor
-    from sensor.design_file import load_design
 
     if mesh and (form == "pcd" or part == "contact"):
         raise WedgeError(
@@ -109,16 +106,12 @@ def main(
             f"{json} could be the file of a cloud in {out}: write the numbers elsewhere."
         )
     calibration = load_calibration(unit)
-    laid_on = None if design is None else load_design(design)
-    refuse_other_pad(
-        calibration.card.pad_size_mm, laid_on, str(unit / UNIT_FILE), "calibrate it anew"
-    )
-    remarks = _remarks(calibration.card, laid_on)
+    gel, remarks = design_gel(design, unit, calibration.card)
     blank = None if background is None else read_checked(background, calibration.unwarp)
     remarks += light_remarks(calibration, blank, str(background))
     run = _Run(
         Reconstructor(calibration, blank),
-        None if laid_on is None else laid_on.gel,
+        gel,
         form=form,
         only_contact=part == "contact",
         mesh=mesh,
@@ -231,16 +224,6 @@ def _cells(shown: str, row: dict[str, Any]) -> list[str]:
 def _is_cloud(path: Path, out: Path, form: str) -> bool:
     """Whether a file may be one of the clouds of a stream, which are named as its frames come."""
     return path.parent.resolve() == out.resolve() and path.suffix.lower() == f".{form}"
-
-
-def _remarks(card: "UnitCard", design: "Wedge | None") -> list[str]:
-    """What to say of the design on whose gel a unit's skin is laid."""
-    if design is None or card.design_sha256 in (None, design.sha256):
-        return []
-    return [
-        f"Unit {card.serial} was built from another design than {design.name}, according to the "
-        "hash in its unit.toml: on that gel its skin is in the wrong place."
-    ]
 
 
 def _free_stem(frame: UnitFrame, taken: set[str]) -> str:

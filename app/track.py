@@ -13,6 +13,7 @@ import tyro
 from app._background import light_remarks
 from app._first_contact import first_touched
 from app._frames import UnitFrame, read_checked, unit_frames
+from app._gel import design_gel, flat_remarks
 from app._growing_files import Growing, file_names, growing
 from app._output import OutputFile, keep_inputs, print_table, write_json
 from app._progress import progress
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from recon.pipeline import Reconstruction, Reconstructor
     from recon.pose.estimate import PoseEstimate
     from recon.pose.tracker import Tracker
+    from sensor.design import Gel
 
 DAMAGED, MISFIT = "the frame is damaged", "the frame is of another size than the unit's"
 MOST_FRAMES = 250_000
@@ -45,6 +47,7 @@ def main(
     tracker: Literal["joint", "gicp", "plane"] = "joint",
     mesh: Path | None = None,
     start: Path | None = None,
+    design: str | None = None,
     background: str | None = None,
     begin: int = 0,
     frames: int | None = None,
@@ -80,6 +83,8 @@ def main(
             paper did.
         mesh: The object as STL, PLY or OBJ, in mm.
         start: The first pose: a text file of 4 x 4 numbers, T_sensor_object in mm.
+        design: The design (standard, finger or FILE.toml) on whose curved gel the object travels;
+            by default the gel is flat.
         background: A blank frame taken today, or `first` if the source begins with one; by default
             the unit's own.
         begin: Skip this many frames: a light first touch represents the object poorly.
@@ -97,20 +102,21 @@ def main(
     if begin < 0:
         raise WedgeError(f"--begin {begin} must be 0 or above.")
     check_outputs(*(out / name for name in file_names("poses")), json)
-    keep_inputs([unit, source, mesh, start, background], [json])
+    keep_inputs([unit, source, mesh, start, design, background], [json])
     calibration = load_calibration(unit)
-    track = _tracker(tracker, mesh, start)
+    gel, said = design_gel(design, unit, calibration.card)
+    said += [] if design else flat_remarks(calibration.card)
+    track = _tracker(tracker, mesh, start, gel)
     blank = None
     if background not in (None, "first"):
         blank = read_checked(background, calibration.unwarp)
     with (
         unit_frames([source], calibration.unwarp, begin + (frames or MOST_FRAMES + 1)) as came,
-        growing(out, "poses", COLUMNS) as files,
+        growing(out, "poses", COLUMNS, gel) as files,
         progress("tracking") as show,
     ):
         if came.live and frames is None:
             raise WedgeError(f"{source} has no end: limit the number of frames with --frames.")
-        said: list[str] = []
         run, reconstruct = _Run(track, files, apart=came.apart), None
         for index, frame in enumerate(came):
             if index == 0 and background == "first":
@@ -150,7 +156,7 @@ def main(
         print(f"Open {out / 'overlay.webp'}")
     for sentence in said:
         print(sentence, file=sys.stderr)
-    document = {"unit": str(unit), "source": source, "tracker": tracker} | first
+    document = {"unit": str(unit), "source": source, "tracker": tracker, "design": design} | first
     write_json(json, {**document, "poses": poses, "remarks": [*came.remarks, *said]})
     came.tell()
     return 2 if files.failed else 0
@@ -217,7 +223,7 @@ class _Run:
         ]
 
 
-def _tracker(name: str, mesh: Path | None, start: Path | None) -> "Tracker":
+def _tracker(name: str, mesh: Path | None, start: Path | None, gel: "Gel | None") -> "Tracker":
     from recon.pose.mesh import read_mesh
     from recon.pose.models import MeshModel
     from recon.pose.tracker import REGISTRATIONS, Tracker
@@ -225,7 +231,7 @@ def _tracker(name: str, mesh: Path | None, start: Path | None) -> "Tracker":
     model = None
     if mesh is not None:
         model = MeshModel(mesh=read_mesh(mesh), registration=REGISTRATIONS[name])
-    return Tracker(name, model, None if start is None else _pose(start))
+    return Tracker(name, model, None if start is None else _pose(start), gel)
 
 
 def _pose_in(

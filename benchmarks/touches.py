@@ -17,6 +17,8 @@ from scipy.spatial.transform import Rotation
 
 from recon.arrays import ContactMask, DepthMap, GradientField
 from recon.integration.poisson import Boundary, integrate
+from recon.pose.rest import rest_at
+from sensor.design import Gel
 from sensor.toml import Pair
 
 SIZE_PX = (320, 240)
@@ -81,28 +83,30 @@ def pressed(
     *,
     size_px: tuple[int, int] = SIZE_PX,
     mm_per_px: Pair = MM_PER_PX,
+    gel: Gel | None = None,
 ) -> SyntheticTouch:
     """One touch of a posed object.
 
     Args:
         thing: the object.
-        T_sensor_object: its pose; the gel's undeformed skin is z = 0.
+        T_sensor_object: its pose; the gel's undeformed skin is z = 0 in the pad's middle.
         rng: of the slope noise; ``None`` for exact slopes.
         size_px: width and height.
         mm_per_px: pixel pitch.
+        gel: the curved gel that it is pressed on; by default it is flat.
     """
     x_mm, y_mm = (
         (np.arange(n) - (n - 1) / 2) * pitch for n, pitch in zip(size_px, mm_per_px, strict=True)
     )
     centers = np.stack(np.meshgrid(x_mm, y_mm), -1)
     gradient = np.zeros_like(centers)
-    window = _window(thing, T_sensor_object, centers)
-    coarse = _samples(thing, T_sensor_object, centers[window], mm_per_px, SUBPIXELS)
+    window = _window(thing, T_sensor_object, centers, gel)
+    coarse = _samples(thing, T_sensor_object, centers[window], mm_per_px, SUBPIXELS, gel)
     gradient[window] = coarse.mean(2)
     sharp = np.ptp(coarse, axis=2).max(-1) > EDGE_SLOPE
     edge = np.zeros(gradient.shape[:2], bool)
     edge[window] = ndimage.binary_dilation(sharp, np.ones((3, 3)))
-    fine = _samples(thing, T_sensor_object, centers[edge][None], mm_per_px, EDGE_SUBPIXELS)
+    fine = _samples(thing, T_sensor_object, centers[edge][None], mm_per_px, EDGE_SUBPIXELS, gel)
     gradient[edge] = fine[0].mean(1)
     if rng is not None:
         gradient += SLOPE_NOISE * rng.standard_normal(gradient.shape)
@@ -114,11 +118,15 @@ def pressed(
 
 
 def _window(
-    thing: Thing, T_sensor_object: Transform, centers_mm: Float[np.ndarray, "h w 2"]
+    thing: Thing,
+    T_sensor_object: Transform,
+    centers_mm: Float[np.ndarray, "h w 2"],
+    gel: Gel | None,
 ) -> tuple[slice, slice]:
     """Rows and columns where the object may touch, from every eighth pixel."""
     every = centers_mm[::WINDOW_PX, ::WINDOW_PX]
-    touched = lowest_surface(thing, T_sensor_object, every)[0] < 0
+    rest_mm, _ = rest_at(gel, every[..., 0], every[..., 1])
+    touched = lowest_surface(thing, T_sensor_object, every)[0] < -rest_mm
     rows, columns = (np.flatnonzero(touched.any(axis)) for axis in (1, 0))
     if not len(rows):
         return slice(None), slice(None)
@@ -135,14 +143,16 @@ def _samples(
     centers_mm: Float[np.ndarray, "h w 2"],
     mm_per_px: Pair,
     count: int,
+    gel: Gel | None,
 ) -> Float[np.ndarray, "h w n 2"]:
-    """Exact slopes of depth at ``count`` x ``count`` points of each pixel."""
+    """Exact slopes of the dent at ``count`` x ``count`` points of each pixel."""
     steps = (np.arange(count) - (count - 1) / 2) / count
     around = np.stack(np.meshgrid(steps, steps), -1).reshape(-1, 2) * mm_per_px
     height, width = centers_mm.shape[:2]
     lattice = (centers_mm[:, :, None] + around).reshape(height, width * count**2, 2)
     surface_mm, slopes = lowest_surface(thing, T_sensor_object, lattice)
-    exact = np.where((surface_mm < 0)[..., None], -slopes, 0.0)
+    rest_mm, rest_slopes = rest_at(gel, lattice[..., 0], lattice[..., 1])
+    exact = np.where((surface_mm < -rest_mm)[..., None], -slopes - rest_slopes, 0.0)
     return exact.reshape(height, width, count**2, 2)
 
 

@@ -11,15 +11,15 @@ from dataclasses import dataclass, fields
 from typing import Protocol
 
 import numpy as np
-from jaxtyping import Bool, Float32, Float64, Int32
+from jaxtyping import Bool, Float32, Int32
 
 from recon.arrays import DepthMap, GradientField
 from recon.ball import normals
 from recon.depth_error import depth_error
 from recon.integration.poisson import Boundary
 from recon.pose.registration import Touch, pixel_grid_mm
+from recon.pose.rest import rest_of
 from sensor.design import Gel
-from sensor.errors import WedgeError
 
 
 class Skin(Touch, Protocol):
@@ -82,10 +82,11 @@ def point_cloud(touch: Skin, gel: Gel | None = None) -> PointCloud:
     """
     height, width = touch.depth_mm.shape
     x, y = np.meshgrid(*pixel_grid_mm((width, height), touch.mm_per_px))
-    rest, rest_slope = _rest(gel, x, y)
+    rest = rest_of(gel, (width, height), touch.mm_per_px)
+    below_mm = touch.depth_mm + rest.depth_mm
     return PointCloud(
-        points_mm=np.stack([x, y, rest - touch.depth_mm], -1).reshape(-1, 3).astype(np.float32),
-        normals=normals(touch.gradient - rest_slope).reshape(-1, 3).astype(np.float32),
+        points_mm=np.stack([x, y, -below_mm], -1).reshape(-1, 3).astype(np.float32),
+        normals=normals(touch.gradient + rest.gradient).reshape(-1, 3).astype(np.float32),
         sigma_mm=expected_error_mm(touch).ravel().astype(np.float32),
         contact=touch.contact.ravel(),
     )
@@ -113,21 +114,3 @@ def skin_mesh(touch: Skin, gel: Gel | None = None) -> Mesh:
         ]
     )
     return Mesh(cloud=point_cloud(touch, gel), triangles=triangles)
-
-
-def _rest(
-    gel: Gel | None, x_mm: DepthMap, y_mm: DepthMap
-) -> tuple[DepthMap, Float64[np.ndarray, "h w 2"]]:
-    """Height of the skin at rest, zero at the pad's centre, and its slopes."""
-    if gel is None or not gel.curved:
-        return np.zeros_like(x_mm), np.zeros((*x_mm.shape, 2))
-    along, across = gel.semi_axis_along_mm, gel.semi_axis_across_mm
-    left = 1 - (x_mm / along) ** 2 - (y_mm / across) ** 2
-    if left.min() <= 0:
-        raise WedgeError(
-            f"the frame is {np.ptp(x_mm):.1f} x {np.ptp(y_mm):.1f} mm and reaches beyond the "
-            "design's curved gel: name the design of this unit, or none for a flat gel."
-        )
-    root = np.sqrt(left)
-    slopes = -gel.semi_axis_normal_mm * np.stack([x_mm / along**2, y_mm / across**2], -1)
-    return gel.semi_axis_normal_mm * (root - 1), slopes / root[..., None]

@@ -16,6 +16,7 @@ from recon.pose.transforms import MM_PER_M, TF_MESSAGE, tf_message
 from recon.stream.cdr import CdrWriter
 from recon.stream.mcap_file import McapFile, MessageType
 from recon.stream.point_cloud2 import POINT_CLOUD2, point_cloud2
+from sensor.design import Gel
 from sensor.toml import Pair
 
 GEL, OBJECT = "gel", "object"
@@ -37,14 +38,19 @@ DOT = np.dtype(
 class TouchFile:
     """Written as it comes; complete after every second, whatever happens to the writer."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, gel: Gel | None = None) -> None:
         """Begin a file.
+
+        Args:
+            path: where.
+            gel: the skin is laid on this gel's curve; by default it is flat.
 
         Raises:
             WedgeError: the file exists, cannot be written, or mcap is not installed.
         """
         self._file = McapFile(path, {})
         self._channels: dict[str, int] = {}
+        self._gel = gel
 
     def __enter__(self) -> "TouchFile":
         return self
@@ -79,7 +85,7 @@ class TouchFile:
 
     def add_contact(self, time_ns: int, touch: Skin) -> None:
         """Append the touched skin; a cloud of no points where nothing touches."""
-        cloud = point_cloud(touch)
+        cloud = point_cloud(touch, self._gel)
         chosen = np.flatnonzero(cloud.contact)
         touched = cloud[chosen[:: max(1, -(-len(chosen) // MOST_POINTS))]]
         points = np.empty(len(touched), SKIN)

@@ -63,3 +63,9 @@ def is_certain(found: PoseEstimate, middle_mm: Points) -> bool:
     place_mm = applied(inverse(found.T_sensor_object), middle_mm)
     turn_deg, shift_mm = greatest_std(found.covariance, place_mm)
     return turn_deg < WEAK_DEG and shift_mm < WEAK_MM
+
+
+def disbelieved(found: PoseEstimate, reason: str) -> PoseEstimate:
+    """No pose, and how much of the touch agreed with the one that is not believed."""
+    overlap, explained = found.overlap, found.explained
+    return PoseEstimate(state="lost", reason=reason, overlap=overlap, explained=explained)

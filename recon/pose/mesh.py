@@ -3,19 +3,21 @@
 """A triangle mesh pressed into ideal gel: the depth and the slopes of its underside."""
 
 import logging
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import cv2
 import numpy as np
 from jaxtyping import Float, Int
 
-from recon.arrays import ContactMask, DepthMap, GradientField
+from recon.arrays import DepthMap, GradientField
 from recon.contact.disturbed import boundary_of
 from recon.integration.poisson import integrate
 from recon.medians import median
-from recon.pose.registration import pixel_grid_mm
+from recon.pose.registration import OwnTouch, pixel_grid_mm
+from recon.pose.rest import lifted, rest_of
 from recon.pose.rigid import Points, Transform, applied
+from sensor.design import Gel
 from sensor.errors import WedgeError
 from sensor.extras import how_to_install
 from sensor.toml import Pair
@@ -67,13 +69,9 @@ class Mesh:
 
 
 @dataclass(frozen=True, kw_only=True)
-class MeshTouch:
+class MeshTouch(OwnTouch):
     """What the gel would show of a mesh."""
 
-    gradient: GradientField
-    depth_mm: DepthMap
-    contact: ContactMask
-    mm_per_px: Pair
     unseen_mm: float = 0.0
     """Of its mean depth, what its slopes do not show where sides are steeper than pixels tell."""
 
@@ -113,7 +111,11 @@ def read_mesh(path: Path) -> Mesh:
 
 
 def render(
-    mesh: Mesh, T_sensor_object: Transform, size_px: tuple[int, int], mm_per_px: Pair
+    mesh: Mesh,
+    T_sensor_object: Transform,
+    size_px: tuple[int, int],
+    mm_per_px: Pair,
+    gel: Gel | None = None,
 ) -> MeshTouch:
     """The mesh seen from inside the gel: at every pixel its lowest point.
 
@@ -122,9 +124,11 @@ def render(
         T_sensor_object: its pose.
         size_px: width and height.
         mm_per_px: pixel pitch.
+        gel: the curved gel that the mesh is pressed on; by default it is flat.
 
     Raises:
-        WedgeError: too many large triangles lie above each other.
+        WedgeError: too many large triangles lie above each other, or the frame reaches beyond the
+            gel's curve.
     """
     width, height = size_px
     x_mm, y_mm = pixel_grid_mm(size_px, mm_per_px)
@@ -157,18 +161,24 @@ def render(
     lowest = np.lexsort((z_mm, row * width + column))
     pixel = (row * width + column)[lowest]
     front = lowest[np.r_[True, pixel[1:] != pixel[:-1]]] if len(pixel) else lowest
-    depth = np.zeros((height, width), np.float32)
-    gradient = np.zeros((height, width, 2), np.float32)
-    touched = front[z_mm[front] < 0]
+    rest = rest_of(gel, size_px, mm_per_px)
+    depth: DepthMap = rest.depth_mm.copy()
+    gradient: GradientField = rest.gradient.copy()
+    touched = front[z_mm[front] < -rest.depth_mm[row[front], column[front]]]
     depth[row[touched], column[touched]] = -z_mm[touched]
     gradient[row[touched], column[touched]] = -slopes[triangle[touched]]
+    contact = depth - rest.depth_mm > CONTACT_DEPTH_MM
     return MeshTouch(
-        gradient=gradient, depth_mm=depth, contact=depth > CONTACT_DEPTH_MM, mm_per_px=mm_per_px
+        gradient=gradient, depth_mm=depth, contact=contact, mm_per_px=mm_per_px, gel=gel
     )
 
 
 def averaged(
-    mesh: Mesh, T_sensor_object: Transform, size_px: tuple[int, int], mm_per_px: Pair
+    mesh: Mesh,
+    T_sensor_object: Transform,
+    size_px: tuple[int, int],
+    mm_per_px: Pair,
+    gel: Gel | None = None,
 ) -> MeshTouch:
     """The mesh as a camera sees it, whose pixels average over their area.
 
@@ -179,25 +189,21 @@ def averaged(
         WedgeError: as ``render``.
     """
     fine_px = SUBPIXELS * size_px[0], SUBPIXELS * size_px[1]
-    fine = render(
-        mesh, T_sensor_object, fine_px, (mm_per_px[0] / SUBPIXELS, mm_per_px[1] / SUBPIXELS)
-    )
+    fine_mm = mm_per_px[0] / SUBPIXELS, mm_per_px[1] / SUBPIXELS
+    fine = render(mesh, T_sensor_object, fine_px, fine_mm, gel)
     gradient, depth, share = (
         cv2.resize(values, size_px, interpolation=cv2.INTER_AREA)
         for values in (fine.gradient, fine.depth_mm, fine.contact.astype(np.float32))
     )
     contact = share >= 0.5
-    boundary = boundary_of(contact)
-    shown = integrate(gradient, mm_per_px, boundary)
-    level_mm = median(shown[~contact]) if boundary == "neumann" else 0.0
-    lack = (depth - shown)[contact] + level_mm
-    return MeshTouch(
-        gradient=gradient,
-        depth_mm=depth,
-        contact=contact,
-        mm_per_px=mm_per_px,
-        unseen_mm=float(lack.mean()) if lack.size else 0.0,
+    touch = MeshTouch(
+        gradient=gradient, depth_mm=depth, contact=contact, mm_per_px=mm_per_px, gel=gel
     )
+    boundary, pressed = boundary_of(contact), lifted(touch)
+    shown = integrate(pressed.gradient, mm_per_px, boundary)
+    level_mm = median(shown[~contact]) if boundary == "neumann" else 0.0
+    lack = (pressed.depth_mm - shown)[contact] + level_mm
+    return replace(touch, unseen_mm=float(lack.mean()) if lack.size else 0.0)
 
 
 def under_side(

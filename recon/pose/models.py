@@ -12,7 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from recon.pose.mesh import Mesh, averaged
 from recon.pose.pyramid import Pyramid
-from recon.pose.registration import Registration, Touch, contact_middle, of_one_sensor
+from recon.pose.registration import Registration, Touch, contact_middle, of_one_sensor, own
+from recon.pose.rest import gel_of, laid, lifted, tangent
 from recon.pose.rigid import (
     Covariance,
     Points,
@@ -24,6 +25,8 @@ from recon.pose.rigid import (
 )
 from recon.pose.search import sifted
 from recon.pose.symmetry import own_rotations
+from sensor.design import Gel
+from sensor.errors import WedgeError
 
 REACH_DEG, REACH_MM = 12.0, 1.2
 """A touch is compared with those that differ by less."""
@@ -102,11 +105,31 @@ class ObjectModel(Protocol):
         """Keyframes, and poses at which a touch might be theirs, when no pose is known."""
 
 
-def is_prepared_for(model: ObjectModel, registration: Registration) -> bool:
-    """Whether the keyframes of a model are what a registration compares."""
+def refuse_other_model(
+    model: ObjectModel, name: str, registration: Registration, gel: Gel | None
+) -> None:
+    """Refuse a model whose keyframes are not what a tracker compares.
+
+    Args:
+        model: given to the tracker.
+        name: of its registration.
+        registration: the same.
+        gel: that it lays touches on.
+
+    Raises:
+        WedgeError: it is none, or they are of another registration, or lie on another gel.
+    """
+    if not isinstance(model, ObjectModel):
+        raise WedgeError("a model is a MeshModel(mesh=..., registration=...) or a TouchModel.")
+    known = model.surest_first()
     if isinstance(model, MeshModel):
-        return model.registration.prepares is registration.prepares
-    return all(isinstance(item.prepared, registration.prepares) for item in model.surest_first())
+        alike = model.registration.prepares is registration.prepares
+    else:
+        alike = all(isinstance(item.prepared, registration.prepares) for item in known)
+    if not alike:
+        raise WedgeError(f"give the model the registration of the tracker, {name!r}.")
+    if any(gel_of(item.pyramid.touch) != gel for item in known):
+        raise WedgeError("the model's touches lie on another gel: give both the tracker's.")
 
 
 @dataclass(kw_only=True)
@@ -196,14 +219,18 @@ class MeshModel:
         Raises:
             WedgeError: as ``near``.
         """
-        for pose in sifted(self.mesh, touch, self.alike, MOST_GUESSES):
+        touch = own(touch)
+        T_gel_plane = tangent(touch)
+        for guess in sifted(self.mesh, lifted(touch), self.alike, MOST_GUESSES):
+            pose = T_gel_plane @ guess
             rendered = self._rendered(pose, touch)
             if rendered is not None:
                 yield rendered, pose
 
     def _rendered(self, T_sensor_object: Transform, like: Touch) -> Keyframe | None:
         height, width = like.depth_mm.shape
-        touch = averaged(self.mesh, T_sensor_object, (width, height), like.mm_per_px)
+        size_px, gel = (width, height), gel_of(like)
+        touch = averaged(self.mesh, T_sensor_object, size_px, like.mm_per_px, gel)
         if not touch.contact.any():
             return None
         return keyframe(touch, T_sensor_object, np.zeros((6, 6)), self.registration)
@@ -221,8 +248,19 @@ def moved_mm(item: Keyframe, between: Transform) -> float:
     return float(np.linalg.norm((between @ middle - middle)[:3]))
 
 
-def touches(seen: Iterable[tuple[Touch, Transform]], registration: Registration) -> TouchModel:
-    """A model of touches with known poses."""
+def touches(
+    seen: Iterable[tuple[Touch, Transform]], registration: Registration, gel: Gel | None = None
+) -> TouchModel:
+    """A model of touches with known poses.
+
+    Args:
+        seen: the touches and their poses.
+        registration: the tracker's.
+        gel: the tracker's.
+    """
     return TouchModel(
-        keyframes=[keyframe(touch, pose, np.zeros((6, 6)), registration) for touch, pose in seen]
+        keyframes=[
+            keyframe(laid(own(touch), gel), pose, np.zeros((6, 6)), registration)
+            for touch, pose in seen
+        ]
     )

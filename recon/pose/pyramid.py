@@ -17,6 +17,7 @@ from recon.pose.level import Level, continued, looked_up
 from recon.pose.mesh import MeshTouch
 from recon.pose.noise import sums_in_waves, wave_variances
 from recon.pose.registration import Touch, pixel_grid_mm
+from recon.pose.rest import rest_under
 from recon.pose.template import Template, template_of
 from recon.windows import window_about
 from sensor.toml import Pair
@@ -71,12 +72,14 @@ class Pyramid:
             for side in (2 * BESIDE_PX + 1, 2 * BESIDE_PX - 1)
         )
         ring = (wide - narrow).astype(np.float32)
-        depth = self._values[2][rows, columns]
+        rest = rest_under(self.touch)
+        rest_mm = 0 if rest is None else rest.depth_mm[rows, columns]
+        depth = self._values[2][rows, columns] - rest_mm
         share = cv2.GaussianBlur(ring, (0, 0), BESIDE_SIGMA_PX)
         total = cv2.GaussianBlur(depth * ring, (0, 0), BESIDE_SIGMA_PX)
         level, near = self.level(0), share > LEAST_BESIDE
         samples = level.samples.copy()
-        samples[..., 2] = (depth - total / np.maximum(share, LEAST_BESIDE)) * near
+        samples[..., 2] = (depth - total / np.maximum(share, LEAST_BESIDE) + rest_mm) * near
         samples[..., 3] = near
         values = cv2.sepFilter2D(samples, -1, ON_PIXEL, ON_PIXEL)
         return replace(level, values=values, samples=samples)
@@ -172,8 +175,11 @@ def _values(touch: Touch, finest: int) -> list[Float32[np.ndarray, "h w"]]:
     What no depth can have is taken out of the slopes, as finely as they will be read. The gel
     around serves only by being continuous there, so its collar may follow as it likes.
     """
-    window, contact = still_window(touch.contact), touch.contact
+    window, contact, rest = still_window(touch.contact), touch.contact, rest_under(touch)
     gradient = touch.gradient[window].astype(np.float32, copy=False)
+    depth_mm = touch.depth_mm[window].astype(np.float32, copy=False)
+    if rest is not None:
+        gradient, depth_mm = gradient - rest.gradient[window], depth_mm - rest.depth_mm[window]
     if finest == 0:
         slopes = cv2.split(integrable(gradient, touch.mm_per_px))
     else:
@@ -185,9 +191,13 @@ def _values(touch: Touch, finest: int) -> list[Float32[np.ndarray, "h w"]]:
             item - cv2.pyrUp(part, dstsize=size_px)
             for item, part in zip(slopes, cv2.split(swirl), strict=True)
         ]
-    depth_mm = touch.depth_mm[window].astype(np.float32, copy=False)
     still_mm = _border(depth_mm)[~_border(contact[window])]
     above = depth_mm - (still_mm.mean() if len(still_mm) else 0)
+    if rest is not None:
+        slopes = [
+            item + part for item, part in zip(slopes, cv2.split(rest.gradient[window]), strict=True)
+        ]
+        above = above + rest.depth_mm[window]
     return [_framed(item, window, contact.shape) for item in (*slopes, above)]
 
 

@@ -12,6 +12,7 @@ from jaxtyping import Float
 from recon.arrays import ContactMask, DepthMap, GradientField
 from recon.geometry.caliper import of_one_scale
 from recon.pose.rigid import Covariance, Points, Transform, adjoint, rigid
+from sensor.design import Gel
 from sensor.errors import WedgeError
 from sensor.toml import Pair
 
@@ -63,6 +64,9 @@ class OwnTouch:
     """(h, w): where something touches."""
     mm_per_px: Pair
     """Pixel pitch along x and y."""
+    gel: Gel | None = None
+    """The curved gel that it was ``recon.pose.rest.laid`` on: then slopes and depth are from the
+    plane through the pad's centre."""
 
 
 def own(touch: Touch, like: Touch | None = None) -> OwnTouch:

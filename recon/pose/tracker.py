@@ -21,20 +21,21 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from recon.pose.agreement import agreement
-from recon.pose.estimate import WEAK_DEG, WEAK_MM, PoseEstimate, is_certain
+from recon.pose.estimate import WEAK_DEG, WEAK_MM, PoseEstimate, disbelieved, is_certain
 from recon.pose.icp import Icp
 from recon.pose.joint import Joint
 from recon.pose.models import (
     Keyframe,
     ObjectModel,
     TouchModel,
-    is_prepared_for,
     keyframe,
     moved_mm,
+    refuse_other_model,
     remoteness,
     turned,
 )
 from recon.pose.registration import Alignment, Registration, Touch, own, reaches_border
+from recon.pose.rest import laid, lifted
 from recon.pose.rigid import (
     Transform,
     angle_deg,
@@ -46,6 +47,7 @@ from recon.pose.rigid import (
     turned_covariance,
 )
 from recon.pose.symmetry import nearest_turn
+from sensor.design import Gel
 from sensor.errors import WedgeError
 
 REGISTRATIONS: Mapping[str, Registration] = {
@@ -98,6 +100,7 @@ class Tracker:
         registration: str = "joint",
         model: ObjectModel | None = None,
         T_sensor_object: ArrayLike | None = None,
+        gel: Gel | None = None,
     ) -> None:
         """Start without having seen anything.
 
@@ -106,6 +109,8 @@ class Tracker:
             model: what is known of the object; by default its first touch.
             T_sensor_object: its pose at the first touch; by default the identity where the first
                 touch is the model, and searched where there is a model.
+            gel: the sensor's, of its design: what travels over a curved one tilts, and is told from
+                what turns. By default it is flat.
 
         Raises:
             WedgeError: the registration is unknown, the model is none or of another registration,
@@ -115,10 +120,9 @@ class Tracker:
             raise WedgeError(
                 f"there is no tracker {registration!r}: choose one of {', '.join(REGISTRATIONS)}."
             )
-        if not isinstance(model, ObjectModel | None):
-            raise WedgeError("a model is a MeshModel(mesh=..., registration=...) or a TouchModel.")
-        if model is not None and not is_prepared_for(model, REGISTRATIONS[registration]):
-            raise WedgeError(f"give the model the registration of the tracker, {registration!r}.")
+        self._gel = gel if gel is not None and gel.curved else None
+        if model is not None:
+            refuse_other_model(model, registration, REGISTRATIONS[registration], self._gel)
         start = None if T_sensor_object is None else rigid_or_none(T_sensor_object)
         if start is None and T_sensor_object is not None:
             raise WedgeError("T_sensor_object is not rigid: give a 4 x 4 transform [R t; 0 0 0 1].")
@@ -150,10 +154,11 @@ class Tracker:
             WedgeError: it is a frame or of another sensor, or the model is a mesh with more in it
                 than can be drawn.
         """
-        touch = self._like = own(touch, self._like)
+        touch = self._like = laid(own(touch, self._like), self._gel)
         before, self._before = self._before, touch
         contact_px = int(np.count_nonzero(touch.contact))
-        deepest_mm = max(cv2.minMaxLoc(touch.depth_mm, touch.contact.view(np.uint8))[1], 0.0)
+        contact = touch.contact.view(np.uint8)
+        deepest_mm = max(cv2.minMaxLoc(lifted(touch).depth_mm, contact)[1], 0.0)
         if contact_px < LEAST_CONTACT_PX:
             reason = "too little touches to be followed" if contact_px else "nothing touches"
             self._estimate = PoseEstimate(state="lost", reason=reason)
@@ -222,9 +227,9 @@ class Tracker:
             return found
         step = found.T_sensor_object @ inverse(last)
         if angle_deg(step) > LONGEST_STEP_DEG or moved_mm(known, step) > LONGEST_STEP_MM:
-            return _lost("the object jumped", found)
+            return disbelieved(found, "the object jumped")
         if not self._believable(found):
-            return _lost("not sure that it is the same object again", found)
+            return disbelieved(found, "not sure that it is the same object again")
         self._keyframe = known
         assert found.covariance is not None
         self._recent = replace(
@@ -392,9 +397,3 @@ class Tracker:
         if not shift_mm < WEAK_MM:
             return replace(estimate, state="weak", reason="a shift is not seen by this touch")
         return estimate
-
-
-def _lost(reason: str, found: PoseEstimate) -> PoseEstimate:
-    """No pose, and what was found of one that is not believed."""
-    overlap, explained = found.overlap, found.explained
-    return PoseEstimate(state="lost", reason=reason, overlap=overlap, explained=explained)

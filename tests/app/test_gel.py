@@ -1,0 +1,52 @@
+# SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
+# SPDX-License-Identifier: Apache-2.0
+"""`--design` of `wedge track`: the curved gel on which the touched object travels."""
+
+import json
+import shutil
+from dataclasses import replace
+
+import numpy as np
+from rosbags.highlevel import AnyReader
+
+from recon.pose.rest import rest_at
+from recon.touch_file import SKIN
+from sensor.design import STANDARD
+from sensor.unit import read_unit_card, write_unit_card
+from tests.app.test_track import run, workplace  # noqa: F401  (a fixture)
+
+
+def felt(path):
+    """Points of the touched skin in mm, and shifts of the object, of all frames."""
+    points, shifts_mm = [], []
+    with AnyReader([path]) as reader:
+        for connection, _, raw in reader.messages():
+            message = reader.deserialize(raw, connection.msgtype)
+            if connection.topic == "/wedge/contact":
+                of_one = np.frombuffer(message.data.tobytes(), SKIN)
+                points.append(1e3 * np.stack([of_one[axis] for axis in "xyz"], -1))
+            elif connection.topic == "/tf":
+                shift = message.transforms[0].transform.translation
+                shifts_mm.append([1e3 * shift.x, 1e3 * shift.y, 1e3 * shift.z])
+    return np.concatenate(points), np.array(shifts_mm)
+
+
+def test_points_and_poses_lie_on_the_design_s_gel(workplace, tmp_path, capsys):  # noqa: F811
+    unit = shutil.copytree(workplace / "unit", tmp_path / "unit")
+    write_unit_card(unit, replace(read_unit_card(unit), design_sha256=STANDARD.sha256))
+    found, remarked = {}, {}
+    for design in ("standard", ""):
+        out, told = tmp_path / f"out{design}", tmp_path / f"{design}.json"
+        words = ("track", unit, workplace / "clip", "--background", "first", "--json", told)
+        assert run(*words, "--out", out, *(("--design", design) if design else ())) == 0
+        found[design] = felt(out / "poses.mcap")
+        document = json.loads(told.read_text())
+        assert document["design"] == (design or None)
+        remarked[design] = document["remarks"]
+        assert all(remark in capsys.readouterr().err for remark in remarked[design])
+    assert not remarked["standard"] and "with --design standard" in remarked[""][0]
+    (points, shifts_mm), (flat, flat_mm) = found["standard"], found[""]
+    rest_mm, _ = rest_at(STANDARD.gel, flat[:, 0].astype(float), flat[:, 1].astype(float))
+    assert rest_mm.max() > 0.02
+    np.testing.assert_allclose(points, flat - np.outer(rest_mm, [0, 0, 1]), atol=1e-4)
+    assert shifts_mm.shape == flat_mm.shape and (shifts_mm[1:] != flat_mm[1:]).any()
