@@ -120,13 +120,13 @@ class Tracker:
             raise WedgeError(
                 f"there is no tracker {registration!r}: choose one of {', '.join(REGISTRATIONS)}."
             )
-        self._gel = gel if gel is not None and gel.curved else None
+        gel = gel if gel is not None and gel.curved else None
         if model is not None:
-            refuse_other_model(model, registration, REGISTRATIONS[registration], self._gel)
+            refuse_other_model(model, registration, REGISTRATIONS[registration], gel)
         start = None if T_sensor_object is None else rigid_or_none(T_sensor_object)
         if start is None and T_sensor_object is not None:
             raise WedgeError("T_sensor_object is not rigid: give a 4 x 4 transform [R t; 0 0 0 1].")
-        self.registration = REGISTRATIONS[registration]
+        self.registration, self._gel = REGISTRATIONS[registration], gel
         self.model: ObjectModel = TouchModel() if model is None else model
         given = self.model.surest_first()
         self._like: Touch | None = given[0].pyramid.touch if given else None

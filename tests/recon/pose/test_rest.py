@@ -55,9 +55,9 @@ def test_what_is_laid_on_a_gel_can_be_lifted_and_is_laid_once():
 
 @cache
 def journey() -> list[tuple[SyntheticTouch, np.ndarray]]:
-    """A bead that is shifted across the pad, always pressed in as deep, and never turned."""
+    """A bead carried from the pad's middle across, always pressed in as deep, and never turned."""
     rng, seen = np.random.default_rng(4), []
-    for y_mm in np.linspace(-2.25, 2.25, 5):
+    for y_mm in np.linspace(-0.2, 3.8, 5):
         fallen = float(rest_at(GEL, np.zeros(1), np.array([y_mm]))[0][0])
         pose = rigid(np.eye(3), np.array([0.0, y_mm, -fallen]))
         touch = pressed(coarse_bead(), pose, rng, size_px=SIZE_PX, mm_per_px=FINE, gel=GEL)
@@ -76,11 +76,11 @@ def left_after(name: str, gel: Gel | None) -> np.ndarray:
 @pytest.mark.parametrize("name", REGISTRATIONS)
 def test_what_travels_over_a_curved_gel_does_not_turn(name):
     left = left_after(name, GEL)
-    assert angle_deg(left) < 1 and shift_mm(left) < 0.1
+    assert angle_deg(left) < 1 and shift_mm(left) < 0.06
 
 
 def test_on_a_gel_that_is_taken_for_flat_it_seems_to_turn():
-    seems_deg = np.degrees(4.5 / 60)  # on the gel's radius across the finger
+    seems_deg = np.degrees(4.0 / 60)  # on the gel's radius across the finger
     assert angle_deg(left_after("joint", None)) == pytest.approx(seems_deg, abs=1.5)
 
 
@@ -107,8 +107,12 @@ def test_a_mesh_is_found_away_from_the_middle_of_a_curved_gel():
     noise = 0.03 * np.random.default_rng(1).standard_normal(shown.gradient.shape)
     gradient = (shown.gradient + noise).astype(np.float32)
     depth_mm = integrate(gradient, MM_PER_PX, "dirichlet").astype(np.float32)
-    touch = replace(own(shown), gradient=gradient, depth_mm=depth_mm)
-    found = Tracker("joint", MeshModel(mesh=mesh, registration=Joint()), gel=GEL)(touch)
+    touch = laid(replace(shown, gradient=gradient, depth_mm=depth_mm), GEL)
+    model = MeshModel(mesh=mesh, registration=Joint())
+    (_, guess), (_, of_flat) = (next(model.guesses(one)) for one in (touch, lifted(touch)))
+    np.testing.assert_allclose(guess, tangent(touch) @ of_flat, atol=1e-3)
+    assert model.near(pose, touch).pyramid.touch.gel == GEL
+    found = Tracker("joint", model, gel=GEL)(lifted(touch))
     assert found.words == "tracking"
     left = inverse(pose) @ found.T_sensor_object
     assert angle_deg(left) < 1 and shift_mm(left) < 0.15
@@ -117,7 +121,7 @@ def test_a_mesh_is_found_away_from_the_middle_of_a_curved_gel():
 def test_the_plane_of_a_contact_touches_the_gel_there():
     np.testing.assert_array_equal(tangent(own(corner())), np.eye(4))
     touch = laid(own(journey()[0][0]), GEL)
-    points = applied(tangent(touch), np.array([[0, -2.25, 0], [1, -2.25, 0], [0, -2, 0]], float))
+    points = applied(tangent(touch), np.array([[0, -0.2, 0], [1, -0.2, 0], [0, 0, 0]], float))
     rest_mm, _ = rest_at(GEL, points[:, 0], points[:, 1])
     np.testing.assert_allclose(points[:, 2], -rest_mm, atol=6e-3)
 
