@@ -17,9 +17,11 @@ from recon.integration.poisson import integrate
 from recon.pose.joint import Joint
 from recon.pose.mesh import averaged, render
 from recon.pose.models import MeshModel, touches
+from recon.pose.pyramid import Pyramid
 from recon.pose.registration import own, pixel_grid_mm
 from recon.pose.rest import laid, lifted, rest_at, rest_of, tangent
 from recon.pose.rigid import angle_deg, applied, inverse, rigid, shift_mm
+from recon.pose.rim import rim
 from recon.pose.tracker import REGISTRATIONS, Tracker
 from sensor.design import STANDARD, Gel
 from sensor.errors import WedgeError
@@ -133,3 +135,12 @@ def test_a_model_on_another_gel_is_refused():
         Tracker("joint", touches(seen, Joint()), gel=GEL)
     with pytest.raises(WedgeError, match="on another gel"):
         Tracker("joint", touches(seen, Joint(), GEL))
+
+
+def test_the_rim_stands_as_high_above_the_middle_wherever_the_bead_is():
+    (before, start), *_, (after, end) = journey()
+    reference, current = (Pyramid(laid(own(touch), GEL)) for touch in (before, after))
+    everywhere = np.ones(len(reference.templates[0].points), bool)
+    found = rim(reference, current, everywhere, end @ inverse(start))
+    rest_mm, _ = rest_at(GEL, np.zeros(1), end[1:2, 3])
+    assert found is not None and abs(np.median(found.residual)) < rest_mm[0] / 5
