@@ -6,7 +6,8 @@ The truth is the ball's cap in closed form; it starts at the rim of the contact 
 reconstruction's mean error just inside the rim is taken off first. On a domed gel the dent differs
 from the cap by the gel's own curve, on the rendered standard by 0.016 mm: smaller differences
 between estimators mean nothing there. Where a dataset knows the depth itself (``truth/NAME.npy``),
-the reconstruction is judged against that, nothing taken off.
+the reconstruction is judged against that inside the same circle, nothing taken off: beside it the
+gel is dented, too, but hardly, and would dilute the error.
 """
 
 from collections.abc import Sequence
@@ -15,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from recon.arrays import DepthMap
+from recon.arrays import ContactMask, DepthMap
 from recon.ball import BallCap, ball_cap
 from recon.pixels import BallPress
 from recon.rendered_presses import read_depth
@@ -63,7 +64,7 @@ def depth_errors(depth: DepthMap, press: BallPress, folder: Path) -> DepthErrors
     """
     truth = true_depth(depth, press, folder)
     depth = depth - truth.rim_mm
-    error = (depth - truth.depth_mm)[truth.depth_mm > 0]
+    error = (depth - truth.depth_mm)[truth.contact]
     disc = _distance_mm(press) < max(PEAK_RADIUS * press.contact_radius_mm, max(press.mm_per_px))
     return DepthErrors(
         file=press.file,
@@ -77,11 +78,14 @@ def depth_errors(depth: DepthMap, press: BallPress, folder: Path) -> DepthErrors
 
 @dataclass(frozen=True, kw_only=True)
 class TrueDepth:
-    """What a reconstruction is judged against; zero outside the contact."""
+    """What a reconstruction is judged against."""
 
     name: str
     """Either "ball cap" or "truth file"."""
     depth_mm: DepthMap
+    """Of a cap zero outside the contact; a file may know the gel beside it."""
+    contact: ContactMask
+    """Inside the labelled circle."""
     rim_mm: float
     """Depth of the contact's rim, to be taken off the reconstruction."""
 
@@ -92,13 +96,17 @@ def true_depth(depth: DepthMap, press: BallPress, folder: Path) -> TrueDepth:
     Raises:
         WedgeError: the truth file cannot be read or has another size.
     """
-    known = read_truth(folder, press)
+    known, cap = read_truth(folder, press), cap_of(press)
     if known is not None:
-        return TrueDepth(name="truth file", depth_mm=known, rim_mm=0.0)
-    cap = cap_of(press).depth_mm
+        return TrueDepth(name="truth file", depth_mm=known, contact=cap.contact, rim_mm=0.0)
     rim_width_mm = RIM_WIDTH_PX * press.contact_radius_mm / press.contact_radius_px
-    rim = (cap > 0) & (_distance_mm(press) > press.contact_radius_mm - rim_width_mm)
-    return TrueDepth(name="ball cap", depth_mm=cap, rim_mm=float((depth - cap)[rim].mean()))
+    rim = cap.contact & (_distance_mm(press) > press.contact_radius_mm - rim_width_mm)
+    return TrueDepth(
+        name="ball cap",
+        depth_mm=cap.depth_mm,
+        contact=cap.contact,
+        rim_mm=float((depth - cap.depth_mm)[rim].mean()),
+    )
 
 
 def cap_of(press: BallPress) -> BallCap:

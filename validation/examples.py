@@ -137,7 +137,7 @@ def example(
     """Reconstruct one press of a dataset beside its truth."""
     found = reconstruct_press(press, estimator, missing, dataset.card.lights_deg)
     truth = true_depth(found.depth_mm, press, dataset.folder)
-    known = np.where(truth.depth_mm > 0, truth.depth_mm + truth.rim_mm, np.nan)
+    known = np.where(truth.contact, truth.depth_mm + truth.rim_mm, np.nan)
     return Example(
         picture=PressPicture(
             title=f"{press.file} of {dataset.card.name}",

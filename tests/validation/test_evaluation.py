@@ -18,7 +18,7 @@ from simulation.indenters import calibration_ball
 from simulation.presses import ball_presses, contact_circle_px, skin_under
 from simulation.skin import gel_view, rest_height_mm
 from tests.synthetic import MM_PER_PX, SIZE_PX, make_dataset, true_depth_mm
-from validation.depth import cap_of, depth_errors, read_truth
+from validation.depth import cap_of, depth_errors, read_truth, true_depth
 from validation.drift import evaluate_on
 from validation.evaluation import held_out_metrics, hold_out
 from validation.report.drift import verdict
@@ -122,6 +122,27 @@ def test_a_truth_file_goes_before_the_ball(dataset):
     errors = depth_errors(depth_of(cap.gradient), press, dataset.folder)
     assert errors.truth == "truth file"
     assert errors.bias_mm == pytest.approx(-1.0, abs=0.02)
+
+
+def test_gel_that_a_truth_file_knows_beside_the_contact_is_not_the_contact_s_error(dataset):
+    press = read_presses(dataset).presses[3]
+    (dataset.folder / "truth").mkdir()
+    cap, label = cap_of(press), dataset.labels[3]
+    x_mm, y_mm = press.offsets_mm
+    collar = np.maximum(2 - np.hypot(x_mm, y_mm) / press.contact_radius_mm, 0) * ~cap.contact
+    truth = (true_depth_mm(label) + 0.3 * cap.contact + 0.3 * collar).astype(np.float32)
+    np.save(dataset.folder / "truth" / "press03.npy", truth)
+    assert (truth > 0).sum() > 2 * cap.contact.sum()
+    inside = depth_errors(truth - 0.1 * cap.contact, press, dataset.folder)
+    assert inside.rmse_mm == pytest.approx(0.1) and inside.bias_mm == pytest.approx(-0.1)
+    beside = depth_errors(truth - 0.1 * ~cap.contact, press, dataset.folder)
+    assert beside.rmse_mm == beside.bias_mm == 0
+
+
+def test_a_cap_is_judged_wherever_it_is(dataset):
+    for press in read_presses(dataset).presses:
+        truth = true_depth(np.zeros(press.difference.shape[:2]), press, dataset.folder)
+        assert ((truth.depth_mm > 0) == truth.contact).all()
 
 
 def test_each_frame_of_an_archive_has_a_truth_of_its_own(tmp_path):

@@ -13,7 +13,7 @@ from recon.calibration import lit_channels
 from recon.coverage import Coverage
 from recon.images import read_image, write_image
 from sensor.errors import WedgeError
-from tests.synthetic import make_dataset
+from tests.synthetic import make_dataset, make_rendered_set
 from validation import generalization
 from validation.depth import cap_of
 
@@ -61,6 +61,20 @@ def test_another_set_is_judged_by_what_one_set_taught_and_by_its_own_folds(folde
     assert across["contact theta_deg"] < 3 * own["contact theta_deg"] < 20
     assert across["depth"]["truth"] == "ball cap"
     assert len(across["depth"]["peaks_off_mm"]) == 10
+
+
+def test_depth_of_another_set_is_judged_wherever_its_truth_is_pressed_in(folder, tmp_path):
+    second = make_rendered_set(tmp_path / "set", presses=4, seed=5)
+    (before,) = generalization.other(str(folder), str(second.folder), ["table"])
+    for file in (second.folder / "truth").iterdir():
+        deep = np.load(file)
+        np.save(file, np.where(deep > 0, deep, 1.0).astype(np.float32))  # all gel has moved
+    (after,) = generalization.other(str(folder), str(second.folder), ["table"])
+    assert before["depth"]["truth"] == after["depth"]["truth"] == "truth file"
+    assert after["depth"]["peaks_off_mm"] == pytest.approx(
+        before["depth"]["peaks_off_mm"], abs=1e-6
+    )
+    assert after["depth"]["bias_mm"] < before["depth"]["bias_mm"] - 0.5
 
 
 def test_fewer_presses_are_as_many_as_asked_for(folder):
