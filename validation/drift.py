@@ -31,7 +31,8 @@ from validation.metrics import METRICS, PIXEL_SETS
 SURE = 0.99
 """Of a difference, before a number counts as moved: a dozen are compared at each date, and 95 %
 would see one move at every other date where none has."""
-ERRORS = ("theta_x_deg", "theta_y_deg", "depth_rmse_mm", "depth_bias_mm")
+DEPTH_ERRORS = ("depth_rmse_mm", "depth_bias_mm")
+ERRORS = ("theta_x_deg", "theta_y_deg", *DEPTH_ERRORS)
 """The errors of a unit; the other numbers say what its sensor sees."""
 LEAST_VARIANCE = 1e-24
 """Of a mean; presses that agree to the last digit still leave a test defined."""
@@ -118,6 +119,11 @@ class Evaluation:
     def held_out(self) -> bool:
         """Whether the unit has learnt from none of these presses."""
         return self.learnt == 0
+
+    @property
+    def depth_truths(self) -> frozenset[str]:
+        """What its depths were judged against: "ball cap", "truth file", or both."""
+        return frozenset(error.truth for errors in self.errors.depth.values() for error in errors)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -231,13 +237,19 @@ class Compared:
     later: Evaluation
     names: tuple[str, ...]
 
+    @property
+    def but_depth(self) -> bool:
+        """Whether errors are compared, but not those of depth."""
+        return self.names[0] in ERRORS and not _judged_alike(self.since, self.later)
+
 
 def compared(evaluations: Sequence[Evaluation]) -> list[Compared]:
     """What each later data set of a unit is compared with, in the order given.
 
     What a sensor sees is compared with the unit's first set. A unit has smaller errors on presses
     that it has learnt from: errors on presses that it has not are compared with those on the first
-    such set of its own.
+    such set of its own; those of depth only where the ball's cap is the truth of all presses of
+    both sets, or files are, as a cap's rim is taken off first.
     """
     firsts: dict[str, Evaluation] = {}
     unlearnt: dict[str, Evaluation] = {}
@@ -246,11 +258,19 @@ def compared(evaluations: Sequence[Evaluation]) -> list[Compared]:
         first = firsts.setdefault(item.unit, item)
         unseen = unlearnt.setdefault(item.unit, item) if item.held_out else item
         for since, errs in ((unseen, True), (first, False)):
+            left_out = () if _judged_alike(since, item) else DEPTH_ERRORS
             both = (name for name in item.numbers if name in since.numbers)
-            names = tuple(name for name in both if (name in ERRORS) == errs)
+            names = tuple(
+                name for name in both if (name in ERRORS) == errs and name not in left_out
+            )
             if since is not item and names:
                 found.append(Compared(since=since, later=item, names=names))
     return found
+
+
+def _judged_alike(since: Evaluation, later: Evaluation) -> bool:
+    """Whether all depths of two sets were judged against the same kind of truth."""
+    return len(since.depth_truths | later.depth_truths) <= 1
 
 
 def _of_light(presses: Sequence[BallPress], channels: str, blanks: int) -> dict[str, Number]:

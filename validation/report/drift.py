@@ -91,6 +91,13 @@ def verdict(evaluations: Sequence[Evaluation], moved: Sequence[Move]) -> list[st
     if few:
         named = dict.fromkeys(f"{pair.later.unit} on {pair.later.dataset}" for pair in few)
         said.append(f"Too few presses, there or in the first set, to tell: {', '.join(named)}.")
+    said += [
+        f"{pair.later.unit} on {pair.later.dataset}: depth errors were not compared with those on "
+        f"{pair.since.dataset}, as some presses were judged against a truth file, others against "
+        "the ball's cap, which begins at the rim of the contact."
+        for pair in pairs
+        if pair.but_depth
+    ]
     judged = {pair.later.unit for pair in pairs if pair.names[0] in ERRORS}
     said += [
         f"{unit}: its errors were not compared, as that needs two data sets that it was not "
