@@ -47,6 +47,8 @@ class Found:
     """Quality of each proposed disc after its fit, and whether it is the labelled one."""
     spread: float | None = None
     """Of the outline (``recon.labels.outline``), in contact radii."""
+    radius_ratio: float | None = None
+    """Found over labelled radius."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,6 +63,8 @@ class CircleErrors:
     within_90_px: float | None = None
     bias_px: tuple[float, float] | None = None
     """Median of the offsets along x and y."""
+    radius_ratio: float | None = None
+    """Median of found over labelled radii."""
     spread: float | None = None
     """Median of the outlines', by which ``recon.labels.found`` chooses how all are centred."""
 
@@ -96,7 +100,12 @@ def look(reader: PressReader, label: BallLabel) -> Found:
     if circle is None:
         return Found(None, tuple(fits))
     x_px, y_px = scale * (np.array(circle.center_px) - truth)
-    return Found((float(x_px), float(y_px)), tuple(fits), circle.spread)
+    return Found(
+        (float(x_px), float(y_px)),
+        tuple(fits),
+        spread=circle.spread,
+        radius_ratio=circle.radius_px / label.contact_radius_px,
+    )
 
 
 def summary(name: str, found: Sequence[Found]) -> CircleErrors:
@@ -107,15 +116,21 @@ def summary(name: str, found: Sequence[Found]) -> CircleErrors:
         return row
     away = np.hypot(*np.transpose(offsets))
     bias = np.median(offsets, axis=0)
-    spreads = [one.spread for one in found if one.spread is not None]
     return replace(
         row,
-        spread=float(np.median(spreads)) if spreads else None,
+        spread=_median([one.spread for one in found]),
+        radius_ratio=_median([one.radius_ratio for one in found]),
         median_px=float(np.median(away)),
         mean_px=float(away.mean()),
         within_90_px=float(np.quantile(away, 0.9)),
         bias_px=(float(bias[0]), float(bias[1])),
     )
+
+
+def _median(values: Sequence[float | None]) -> float | None:
+    """Of those that there are."""
+    known = [value for value in values if value is not None]
+    return float(np.median(known)) if known else None
 
 
 def area_under_curve(fits: Sequence[tuple[float, bool]]) -> float | None:
@@ -195,11 +210,12 @@ def _line(row: CircleErrors) -> str:
     if row.bias_px is None:
         return f"{row.name}: {row.presses} presses, all missed"
     x_px, y_px = row.bias_px
+    radius = "" if row.radius_ratio is None else f"; radii {row.radius_ratio:.3f} of the set's"
     spread = "" if row.spread is None else f"; outlines spread by {row.spread:.3f} radii"
     return (
         f"{row.name}: {row.presses} presses, {row.missed} missed; at {COMPARED_AT_PX} px of width "
         f"centres are off by {row.median_px:.2f} px (median), {row.mean_px:.2f} (mean), "
-        f"{row.within_90_px:.2f} (90 %), bias ({x_px:+.2f}, {y_px:+.2f}){spread}"
+        f"{row.within_90_px:.2f} (90 %), bias ({x_px:+.2f}, {y_px:+.2f}){radius}{spread}"
     )
 
 

@@ -31,6 +31,20 @@ def test_a_moved_label_is_seen_as_that_much_off(tmp_path: Path) -> None:
     assert row.median_px == pytest.approx(np.hypot(*here.offset_px))
 
 
+def test_radii_are_told_in_shares_of_the_labelled_ones(tmp_path: Path) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=1)
+    reader, label = press_reader(dataset), dataset.labels[0]
+    here = look(reader, label)
+    wide = look(reader, replace(label, contact_radius_px=2 * label.contact_radius_px))
+    assert here.radius_ratio == pytest.approx(1, abs=0.15)
+    assert wide.radius_ratio == pytest.approx(here.radius_ratio / 2)
+    missed = Found(None, ())
+    assert summary("set", [here, wide, missed]).radius_ratio == pytest.approx(
+        0.75 * here.radius_ratio
+    )
+    assert summary("set", [missed]).radius_ratio is None
+
+
 def test_the_area_is_the_share_of_pairs_in_the_right_order() -> None:
     fits = [(0.9, True), (0.5, True), (0.6, False), (0.1, False), (0.5, False)]
     pairs = [a - b for a, right in fits if right for b, wrong in fits if not wrong]
