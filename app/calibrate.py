@@ -65,6 +65,7 @@ def main(
     """
     from app._lights import one_line_remark, with_dead_lights
     from app._pad import pad_remark, refuse_other_pad, refuse_smaller_pad
+    from app._pitch import pitch_remarks
     from recon.estimators import refuse_unfittable
     from recon.labels.ball_size import refuse_small_ball
     from recon.labels.press_doubts import press_doubts
@@ -114,7 +115,7 @@ def main(
     print_error_table(measured)
     one_line = one_line_remark(source, presses.presses)
     pad = pad_remark(source.card.pad_size_mm, built_from)
-    remarks = (pad, unlit, one_line, _light_remark(unit))
+    remarks = (pad, *pitch_remarks(source), unlit, one_line, _light_remark(unit))
     for sentence in (*filter(None, remarks), *press_doubts(presses, source.labels)):
         print(sentence)
     print(f"Unit folder: {out}")
