@@ -57,14 +57,36 @@ BESIDE_RESIZED = 1
 """In quarters: the same, for slopes that are interpolated from half the resolution."""
 
 
+@dataclass
+class Frames:
+    """Those that a reconstructor took in; a deep copy of a touch has its own, and they stay."""
+
+    count: int = 0
+    """How many."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Touch(Touched):
-    """What one frame says. The arrays are overwritten by the next frame: copy what you keep."""
+    """What one frame says. The next frame overwrites the arrays: keep ``copy.deepcopy(touch)``.
+
+    What was asked of it before then stays; anything else is refused with a ``WedgeError``.
+    """
 
     disturbed: ContactMask | QuarterMask
     """Where the colour changed; of as many pixels as the frame, or of its quarter."""
     watch: DotWatch
     """Of the gel's dots."""
+    frames: Frames
+    """Of its reconstructor."""
+    number: int
+    """Of its own frame, among them."""
+
+    def _refuse_if_overwritten(self) -> None:
+        if self.frames.count != self.number:
+            raise WedgeError(
+                "the next frame has overwritten this touch: ask it before, or keep "
+                "copy.deepcopy(touch)."
+            )
 
     @cached_property
     def contact(self) -> ContactMask:
@@ -75,9 +97,10 @@ class Touch(Touched):
             disturbed = in_pixels(disturbed, (width, height))
         return self._held_of(disturbed)
 
-    @property
+    @cached_property
     def markers(self) -> str:
         """A word on the dots, as ``Reconstruction.markers``; worked out when asked for."""
+        self._refuse_if_overwritten()
         watch = self.watch
         return watch.word(self.dots) or watch.unexpected(self.difference + watch.blank)
 
@@ -179,7 +202,7 @@ class FastReconstructor:
         self._parts = [
             slice(rows * i // threads, rows * (i + 1) // threads) for i in range(threads)
         ]
-        self._free = Lock()
+        self._free, self._frames = Lock(), Frames()
         self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
         self(calibration.background)  # what must be compiled is, before the first frame comes
 
@@ -216,6 +239,7 @@ class FastReconstructor:
             frame = frame.image() if undecoded is None else undecoded
         pixels = decode_jpeg(frame, self._frame) if isinstance(frame, bytes) else frame
         self._unwarp.check(pixels)
+        self._frames.count += 1  # from here on, arrays are written
         difference, gradient = self._difference, self._gradient
         self._take_difference(pixels, difference)
         dots, hidden = (None, None) if self._dots is None else self._dots.followed(difference)
@@ -227,6 +251,8 @@ class FastReconstructor:
             estimator=self.calibration.estimator,
             watch=self._watch,
             dots=dots,
+            frames=self._frames,
+            number=self._frames.count,
         )
         if self._unseen is not None:
             disturbed, found = self._inferred(difference, hidden, self._unseen)
