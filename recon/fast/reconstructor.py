@@ -3,6 +3,7 @@
 """JPEG bytes to depth in millimetres, with everything prepared that one unit's frames share."""
 
 import math
+import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -203,7 +204,8 @@ class FastReconstructor:
             slice(rows * i // threads, rows * (i + 1) // threads) for i in range(threads)
         ]
         self._free, self._frames = Lock(), Frames()
-        self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
+        self._pool: ThreadPoolExecutor | None = None
+        self._pool_of = os.getpid()
         self(calibration.background)  # what must be compiled is, before the first frame comes
 
     @classmethod
@@ -239,6 +241,10 @@ class FastReconstructor:
             frame = frame.image() if undecoded is None else undecoded
         pixels = decode_jpeg(frame, self._frame) if isinstance(frame, bytes) else frame
         self._unwarp.check(pixels)
+        if not pixels.flags.carray:  # loops are compiled for what JPEGs are decoded to, alone
+            for channel in range(3):  # quicker than all at once
+                self._frame[..., channel] = pixels[..., channel]
+            pixels = self._frame
         self._frames.count += 1  # from here on, arrays are written
         difference, gradient = self._difference, self._gradient
         self._take_difference(pixels, difference)
@@ -327,14 +333,20 @@ class FastReconstructor:
             whole = np.ascontiguousarray(np.moveaxis(difference, 0, -1))
             out[:] = np.moveaxis(gradient_field(self.calibration.estimator, whole), -1, 0)
             return None
-        if self._pool is None:
-            apply(slice(None))
-        else:
-            list(self._pool.map(apply, self._parts))
+        self._run(apply)
         if self._asked is not out:
             for few, every in zip(self._asked, out, strict=True):
                 cv2.resize(few, every.shape[::-1], dst=every)
         return moved
+
+    def _run(self, apply: Callable[[slice], None]) -> None:
+        """Apply to all rows, shared out among the threads."""
+        if len(self._parts) == 1:
+            apply(slice(None))
+            return
+        if self._pool is None or self._pool_of != os.getpid():  # a fork has none of our threads
+            self._pool, self._pool_of = ThreadPoolExecutor(len(self._parts)), os.getpid()
+        list(self._pool.map(apply, self._parts))
 
     def _inferred(
         self,
