@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The newest frame of a live source: who is slow skips frames and is never behind."""
 
+import math
 import threading
 import time
 from collections.abc import Iterator
@@ -31,8 +32,11 @@ class Newest:
         """Frames one after the other that could not be decoded."""
         self.flaw = ""
         """Why the last of them could not be."""
+        self.came_s = -math.inf
+        """When the frame that was taken last had come here, as ``time.monotonic`` tells it."""
         self._changed = threading.Condition()
         self._frame: TimedFrame | None = None
+        self._waits_since_s = -math.inf
         self._ended = False
         self._error: Exception | None = None
         self._thread = threading.Thread(target=self._read, name=source.name, daemon=True)
@@ -65,7 +69,7 @@ class Newest:
             left_s = None if until_s is None else max(0.0, until_s - time.monotonic())
             with self._changed:
                 self._changed.wait_for(lambda: self._frame is not None or self._ended, left_s)
-                frame, self._frame = self._frame, None
+                frame, self._frame, came_s = self._frame, None, self._waits_since_s
                 if frame is None and self._error is not None:
                     raise self._error
             if frame is None:
@@ -76,7 +80,7 @@ class Newest:
                 self.source.counts.add_corrupt()
                 self._damaged, self.flaw = self._damaged + 1, str(error)
             else:
-                self._damaged = 0
+                self._damaged, self.came_s = 0, came_s
                 return decoded
 
     @property
@@ -109,7 +113,7 @@ class Newest:
                         self.source.counts.add_corrupt()
                         continue
                     self.skipped += self._frame is not None
-                    self._frame = frame
+                    self._frame, self._waits_since_s = frame, time.monotonic()
                     self._changed.notify_all()
         except Exception as error:  # else the stream would seem to have ended
             self._error = error

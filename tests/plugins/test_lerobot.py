@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from recon.stream import FolderSource, open_source
+from recon.stream import FolderSource, Recorder, TimedFrame, open_source
 from tests.plugins.streams import Stream
 from tests.plugins.turns import play_by_turns
 
@@ -133,6 +133,25 @@ def test_a_folder_plays_at_its_pace_and_is_connected_until_it_is_closed(
         assert camera.is_connected  # else LeRobot's arm would not let go of its motors
         camera.disconnect()
         assert not camera.is_connected
+
+
+def test_the_latest_frame_of_a_recording_is_as_old_as_its_playing(
+    plugin: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, years_ago_ns = tmp_path / "touch.mcap", 1_500_000_000 * 10**9
+    with Recorder(path, {"wedge": None}) as recorder:
+        for index in range(2):
+            times = {"time_ns": years_ago_ns + index, "arrived_ns": years_ago_ns + index}
+            pixels = np.full((48, 64, 3), 100 * index, np.uint8)
+            recorder.add("wedge", TimedFrame(index=index, **times, pixels=pixels))
+    turns = play_by_turns(monkeypatch)
+    with connected(plugin, path) as camera:
+        assert camera.read_latest(60_000).mean() == pytest.approx(0, abs=1)
+        with pytest.raises(TimeoutError, match="no frame from the last 0 ms"):
+            camera.read_latest(0)
+        turns.taken.release()
+        assert camera.read().mean() == pytest.approx(100, abs=1)
+        assert camera.read_latest(60_000).mean() == pytest.approx(100, abs=1)
 
 
 @pytest.mark.parametrize(

@@ -100,13 +100,14 @@ class GelSightWedgeCamera(Camera):  # type: ignore[misc, unused-ignore]
         """The newest frame, read before or not, without waiting.
 
         Args:
-            max_age_ms: How long ago it may have arrived.
+            max_age_ms: How long ago it may have come here; of a file, have been played.
 
         Raises:
             TimeoutError: there is none so young.
         """
-        frame = self._connected().take(0.0) or self._last
-        if frame is None or time.time_ns() - frame.arrived_ns > max_age_ms * 1e6:
+        newest = self._connected()
+        frame = newest.take(0.0) or self._last
+        if frame is None or 1e3 * (time.monotonic() - newest.came_s) > max_age_ms:
             raise TimeoutError(f"{self} has no frame from the last {max_age_ms} ms.")
         self._last = frame
         return self._image(frame)

@@ -183,3 +183,21 @@ def test_a_source_has_not_ended_while_a_frame_waits() -> None:
         assert not newest.ended
         assert newest.take() is not None
         assert newest.ended
+
+
+def test_it_tells_when_the_frame_came_that_was_taken_last(monkeypatch: pytest.MonkeyPatch) -> None:
+    now_s = [5.0]
+    clock = SimpleNamespace(monotonic=lambda: now_s[0])
+    monkeypatch.setattr("recon.stream.newest.time", clock)
+    source = Counter(damaged=1)
+    with Newest(source) as newest:
+        assert newest.came_s < 0
+        source.give(1)
+        now_s[0] = 8.0
+        assert newest.take(0.0) is not None and newest.came_s == 5
+        source.give(1)  # the damaged one
+        now_s[0] = 9.0
+        assert newest.take(0.0) is None and newest.came_s == 5
+        source.give(1)
+        assert newest.came_s == 5
+        assert newest.take(0.0) is not None and newest.came_s == 9
