@@ -23,6 +23,9 @@ from recon.arrays import Frame
 from sensor.errors import WedgeError
 from sensor.files import write_atomic
 
+GRAY = "the frame is grey, not in colour: set the camera to colour."
+FEW = np.s_[::16, ::16]
+"""Of a frame's pixels, which in colour hardly ever are all grey."""
 FORMATS = ("PNG", "JPEG", "BMP", "TIFF")
 """Behind the endings of ``sensor.dataset.IMAGES``."""
 UNREADABLE_IMAGE = (
@@ -66,6 +69,21 @@ UNREADABLE_ARCHIVE = (
     zipfile.BadZipFile,
     zlib.error,
 )
+
+
+def is_gray(frame: Frame) -> bool:
+    """Whether red, green and blue are the same in every pixel, as where three stand for one.
+
+    A frame of one level is none: it may be dark, or white throughout.
+    """
+    if not (_has_equal_colors(frame[FEW]) and _has_equal_colors(frame)):
+        return False
+    return bool(np.ptp(frame) > 0)
+
+
+def _has_equal_colors(pixels: Frame) -> bool:
+    red, green, blue = np.moveaxis(pixels, -1, 0)
+    return np.array_equal(red, green) and np.array_equal(green, blue)
 
 
 def read_image(path: str | Path) -> Frame:

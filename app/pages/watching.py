@@ -21,7 +21,7 @@ from recon.arrays import Frame
 from recon.calibration import Calibration
 from recon.fast import FastReconstructor
 from recon.follower import Follower
-from recon.images import write_image
+from recon.images import GRAY, write_image
 from recon.stream import Counts, Newest, TimedFrame, shown_address
 from sensor.errors import WedgeError
 from sensor.toml import Pair
@@ -253,16 +253,16 @@ class Watcher:
         return FastReconstructor(self.unit, self._background)
 
     def _misfit_of(self, frame: Frame) -> str:
-        """That the frame has not the unit's size, in a sentence, if so."""
+        """That the frame has not the unit's size, or no colours, in a sentence, if so."""
         if self._unwarp is None:
             return ""
         try:
             self._unwarp.check(frame)
         except WedgeError as error:
-            fault = str(error).rstrip(".")
-            return (
-                f"{self.name}: {fault}: use the right unit, or the camera mode of the calibration."
-            )
+            fault = str(error)
+            if fault != GRAY:
+                fault = f"{fault[:-1]}: use the right unit, or the camera mode of the calibration."
+            return f"{self.name}: {fault}"
         return ""
 
     def _has_new_blank(self, frame: Frame | None, connection: int) -> bool:

@@ -14,6 +14,7 @@ from jaxtyping import Float32, Float64
 
 from recon.arrays import Frame, Unwarped
 from recon.geometry.lens import Lens
+from recon.images import GRAY, is_gray
 from sensor.errors import WedgeError
 from sensor.toml import Pair
 
@@ -34,7 +35,7 @@ class Unwarp:
         """Unwarp a frame, in units of full scale.
 
         Raises:
-            WedgeError: the frame has another size than the camera's.
+            WedgeError: the frame has another size than the camera's, or is grey.
         """
         self.check(frame)
         full_scale = frame.astype(np.float32) / 255
@@ -46,7 +47,8 @@ class Unwarp:
         """Refuse what is no frame of this camera.
 
         Raises:
-            WedgeError: the frame has another size than the camera's, or is no colours in bytes.
+            WedgeError: the frame has another size than the camera's, is no colours in bytes, or
+                is grey.
         """
         if not isinstance(frame, np.ndarray) or isinstance(frame, np.ma.MaskedArray):
             raise WedgeError(
@@ -62,6 +64,8 @@ class Unwarp:
         if (width, height) != self.frame_size_px:
             expected = "x".join(map(str, self.frame_size_px))
             raise WedgeError(f"the frame is {width}x{height} pixels, not {expected}.")
+        if is_gray(frame):
+            raise WedgeError(GRAY)
 
 
 def is_within(place_px: Pair, size_px: tuple[int, int]) -> bool:

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from recon.arrays import Frame
-from recon.images import MOST_SCANS, has_many_scans
+from recon.images import GRAY, MOST_SCANS, has_many_scans
 from sensor.errors import WedgeError
 
 try:
@@ -19,7 +19,6 @@ except ModuleNotFoundError:  # OpenCV takes two to three times as long
 
 START, END = b"\xff\xd8", b"\xff\xd9"
 LARGEST_SIDE_PX = 8192
-GRAY = "the frame is grey, not in colour: set the camera to colour."
 MOST_SEGMENTS = 256
 """Before the coded pixels; cameras write about ten."""
 _START_OF_SCAN = 0xDA

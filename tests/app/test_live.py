@@ -347,3 +347,12 @@ def test_bad_input_is_a_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[s
                 main(["live", *words])
             assert stop.value.code == 2
             assert sentence in capsys.readouterr().err
+
+
+def test_a_grey_camera_is_not_told_to_be_another_unit_s(tmp_path: Path) -> None:
+    unit = make_unit((80, 60))
+    watcher = Watcher(str(tmp_path), unit, tmp_path)
+    gray = np.repeat(unit.background[..., :1], 3, axis=2)
+    wanted = "the frame is grey, not in colour: set the camera to colour."
+    assert watcher._misfit_of(gray) == f"{watcher.name}: {wanted}"
+    assert watcher._misfit_of(unit.background) == ""
