@@ -68,6 +68,7 @@ class _Pixels(ABC):
                 index=index,
                 time_ns=arrived_ns if self.live else time_ns,
                 arrived_ns=arrived_ns,
+                clock="arrival" if self.live else "file",
                 pixels=None if isinstance(found, WedgeError) else found,
                 flaw=str(found) if isinstance(found, WedgeError) else "",
                 file=self._file(index),

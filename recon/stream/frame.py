@@ -11,9 +11,10 @@ from recon.arrays import Frame
 from recon.stream.jpeg import decode_jpeg, jpeg_size_px
 from sensor.errors import WedgeError
 
-Clock = Literal["sensor", "mapped", "arrival"]
+Clock = Literal["sensor", "mapped", "arrival", "file"]
 """Whose clock ``time_ns`` comes from: the sender's; the sender's uptime, laid so that the quickest
-frame took no time; or this machine's, as the frame arrived."""
+frame took no time; this machine's, as the frame arrived; or a file's, which may be any of these or
+a count from its first frame."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -25,9 +26,9 @@ class TimedFrame:
     time_ns: int
     """When it was taken, since the Unix epoch; in a file without times, since its first frame."""
     arrived_ns: int
-    """When it was here, by this machine's clock, since the Unix epoch."""
+    """When it was here, by this machine's clock, or by the recorder's, since the Unix epoch."""
     clock: Clock = "arrival"
-    """Whose clock ``time_ns`` is: ``"sensor"``, ``"mapped"`` or ``"arrival"``."""
+    """Whose clock ``time_ns`` is: ``"sensor"``, ``"mapped"``, ``"arrival"`` or ``"file"``."""
     jpeg: bytes | None = None
     """As it came; ``None`` where it never was one."""
     pixels: Frame | None = None

@@ -241,6 +241,7 @@ class McapSource:
                     index=index,
                     time_ns=image.time_ns,
                     arrived_ns=record.log_time,
+                    clock="file",
                     jpeg=image.data,
                 )
                 index += 1

@@ -55,7 +55,7 @@ def test_every_source_keeps_the_contract(make: object, tmp_path: Path) -> None:
     assert np.all(np.diff([frame.time_ns for frame in frames]) > 0)
     assert {frame.image().dtype for frame in frames} == {np.dtype(np.uint8)}
     assert len({frame.image().shape for frame in frames}) == 1
-    assert all(frame.latency_ms is None for frame in frames)
+    assert all(frame.latency_ms is None and frame.clock == "file" for frame in frames)
 
 
 def test_images_are_taken_in_the_order_of_their_numbers(tmp_path: Path) -> None:

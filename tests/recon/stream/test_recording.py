@@ -24,6 +24,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
 from recon.stream import McapSource, Recorder, TimedFrame, keeper
+from recon.stream.frame import Clock
 from recon.stream.mcap_file import McapFile, MessageType
 from recon.stream.outliving import OutlivingFile
 from recon.stream.ros import COMPRESSED_IMAGE, FORMAT, CompressedImage
@@ -59,6 +60,15 @@ def test_a_recording_knows_whether_its_frames_have_times(tmp_path: Path) -> None
     assert McapSource(tmp_path / "a.mcap", "one").timed and McapSource(tmp_path / "a.mcap").timed
     assert not McapSource(tmp_path / "a.mcap", "other").timed
     assert len(read_with_mcap(tmp_path / "a.mcap")) == len(read_with_rosbags(tmp_path / "a.mcap"))
+
+
+@pytest.mark.parametrize("clock", ["sensor", "mapped", "arrival"])
+def test_whose_clock_it_was_is_not_claimed_of_a_recording(tmp_path: Path, clock: Clock) -> None:
+    with Recorder(tmp_path / "a.mcap", {"wedge": None}) as recorder:
+        recorder.add("wedge", replace(frame(0), clock=clock))
+    (again,) = McapSource(tmp_path / "a.mcap")
+    assert (again.time_ns, again.arrived_ns) == (frame(0).time_ns, frame(0).arrived_ns)
+    assert (again.clock, again.latency_ms) == ("file", None)
 
 
 def read_with_mcap(path: Path) -> list[tuple[str, int, bytes]]:
