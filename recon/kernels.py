@@ -21,7 +21,7 @@ from sensor.extras import how_to_install
 try:
     import numba
 except ModuleNotFoundError as error:
-    raise WedgeError(f"compiled loops need numba: {how_to_install('live')}.") from error
+    raise WedgeError(f"compiled loops need numba: {how_to_install('track,live')}.") from error
 
 
 OF_CODE = re.compile(r"[0-9a-f]{12}")

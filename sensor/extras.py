@@ -21,7 +21,7 @@ def how_to_install(extra: str) -> str:
     a copy would take the place of what one edits.
 
     Args:
-        extra: as ``pyproject.toml`` calls it, such as ``live``.
+        extra: as ``pyproject.toml`` calls it, such as ``live``, or several, such as ``track,live``.
     """
     words = ["--extra-index-url", CPU_INDEX] if extra == "train" else []
     if (ROOT / "wedge").is_file():

@@ -76,11 +76,24 @@ def test_the_command_works_anywhere_without_pip_on_the_path(tmp_path: Path) -> N
     assert done.stdout.splitlines()[-1] == f"Would install gelsight-wedge-{PROJECT['version']}"
 
 
+def test_where_numba_is_missing_streams_and_tracking_both_come_to_work() -> None:
+    """The loops of both are compiled in one place, which cannot know whose it lacks them for."""
+    told = how_to_install("track,live")
+    assert f"{ROOT}[track,live]" in told
+    assert "[track,live]" in (ROOT / "docs" / "howto" / "track.md").read_text(encoding="utf-8")
+    for module in ("recon.fast", "recon.pose.tracker"):
+        code = f"import sys; sys.modules['numba'] = None; import {module}"
+        command = [sys.executable, "-c", code]
+        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+        assert done.stderr.splitlines()[-1].endswith(f"compiled loops need numba: {told}.")
+
+
 def test_no_page_or_sentence_installs_the_project_from_an_index() -> None:
     named = set[str]()
     for path in PAGES:
         text = path.read_text(encoding="utf-8")
         dead = re.search(r"pip install[^\n`]*[ \"'](gelsight-wedge|lerobot_camera_gelsight)", text)
         assert dead is None, f"{path}: {dead and dead.group()}"
-        named |= set(re.findall(r"how_to_install\(['\"](\w+)['\"]\)", text))
+        named |= set(re.findall(r"how_to_install\(['\"]([\w,]+)['\"]\)", text))
+    named = set(",".join(named).split(","))
     assert named and named <= set(PROJECT["optional-dependencies"])
