@@ -112,7 +112,7 @@ class CaptureSession:
         try:
             frame = timed.image()
             if self.watcher is not None:
-                self.watcher.unwarp.check(frame)
+                self.watcher.unwarp.check_colored(frame)
         except WedgeError as error:
             if self.watcher is None and self.background is None:  # the blank one
                 raise

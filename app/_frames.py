@@ -40,7 +40,7 @@ def read_checked(name: str, unwarp: "Unwarp") -> "Frame":
 
     frame = read_frame(Path(name).parent, Path(name).name)
     try:
-        unwarp.check(frame)
+        unwarp.check_colored(frame)
     except WedgeError as error:
         raise WedgeError(f"{name}: {error}") from error
     return frame
@@ -235,7 +235,7 @@ def _streamed(
         image: Frame | None = None
         try:
             image = timed.image()
-            unwarp.check(image)
+            unwarp.check_colored(image)
             whole += 1
         except WedgeError as error:
             flaw = flaw or f"{where}, frame {timed.index}: {error}"

@@ -159,6 +159,6 @@ def _times(where: str | None, unwarp: "Unwarp") -> tuple[list[int], list[int]]:
 
 def _refuse_other_size(where: str, image: "Frame", unwarp: "Unwarp") -> None:
     try:
-        unwarp.check(image)
+        unwarp.check_colored(image)
     except WedgeError as error:
         raise WedgeError(f"{where}: {error}") from error

@@ -75,9 +75,10 @@ class Reconstructor:
                 they are sought from rest, which suits single pictures.
 
         Raises:
-            WedgeError: the frame has another size than the unit's frames.
+            WedgeError: the frame has another size than the unit's frames, or is grey.
         """
         card = self.calibration.card
+        self.unwarp.check_colored(frame)
         image = self.unwarp(frame) / self._light
         difference = in_same_light(image - self._blank, self._blank)
         image = difference + self._blank

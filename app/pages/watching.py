@@ -257,7 +257,7 @@ class Watcher:
         if self._unwarp is None:
             return ""
         try:
-            self._unwarp.check(frame)
+            self._unwarp.check_colored(frame)
         except WedgeError as error:
             fault = str(error)
             if fault != GRAY:

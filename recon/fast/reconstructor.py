@@ -240,7 +240,7 @@ class FastReconstructor:
             undecoded = frame.jpeg if frame.pixels is None else None
             frame = frame.image() if undecoded is None else undecoded
         pixels = decode_jpeg(frame, self._frame) if isinstance(frame, bytes) else frame
-        self._unwarp.check(pixels)
+        self._unwarp.check_colored(pixels)
         if not pixels.flags.carray:  # loops are compiled for what JPEGs are decoded to, alone
             for channel in range(3):  # quicker than all at once
                 self._frame[..., channel] = pixels[..., channel]

@@ -35,7 +35,7 @@ class Unwarp:
         """Unwarp a frame, in units of full scale.
 
         Raises:
-            WedgeError: the frame has another size than the camera's, or is grey.
+            WedgeError: the frame has another size than the camera's.
         """
         self.check(frame)
         full_scale = frame.astype(np.float32) / 255
@@ -47,8 +47,7 @@ class Unwarp:
         """Refuse what is no frame of this camera.
 
         Raises:
-            WedgeError: the frame has another size than the camera's, is no colours in bytes, or
-                is grey.
+            WedgeError: the frame has another size than the camera's, or is no colours in bytes.
         """
         if not isinstance(frame, np.ndarray) or isinstance(frame, np.ma.MaskedArray):
             raise WedgeError(
@@ -64,6 +63,14 @@ class Unwarp:
         if (width, height) != self.frame_size_px:
             expected = "x".join(map(str, self.frame_size_px))
             raise WedgeError(f"the frame is {width}x{height} pixels, not {expected}.")
+
+    def check_colored(self, frame: Frame) -> None:
+        """Refuse also what shows no slopes.
+
+        Raises:
+            WedgeError: as ``check``, or the frame is grey: its red, green and blue are one.
+        """
+        self.check(frame)
         if is_gray(frame):
             raise WedgeError(GRAY)
 

@@ -125,7 +125,7 @@ def test_a_raw_frame_unwarps_to_the_gel(design: Wedge) -> None:
     pattern = 1 + 0.4 * np.sin(x / design.gel.pad_length_mm * 12) * np.cos(
         y / design.gel.pad_width_mm * 9
     )
-    radiance = (pattern[..., None] * (1, 0.9, 0.8)).astype(np.float32)
+    radiance = np.repeat(pattern[..., None], 3, -1).astype(np.float32)
     raw = raw_frame(design, view, radiance, np.zeros_like(pattern))
     frame = np.round(np.clip(raw * 120, 0, 255)).astype(np.uint8)
     corners = pad_corners_px(design)
