@@ -117,7 +117,6 @@ def main(
             source=_source(wanted, design),
             executor=executor,
             truth=truth,
-            threads=1,
             set_name=out.resolve().name,
             progress=show,
         )

@@ -96,7 +96,6 @@ def render(folder: Path, design: Wedge, executor: Executor) -> None:
         [*balls, *caliper_presses(design)],
         source=f"a caliper on the {design.name} design",
         executor=executor,
-        threads=1,
         progress=lambda share, what: print(f"{share:4.0%} {what}", file=sys.stderr, flush=True),
     )
 

@@ -188,7 +188,6 @@ def main() -> None:
                 presses,
                 source=f"random presses on the {design.name} design",
                 executor=executor,
-                threads=1,
                 progress=lambda share, what: print(f"{share:4.0%} {what}", flush=True),
             )
             (folder / "held").mkdir()

@@ -79,9 +79,7 @@ def render(folder: Path, way: str) -> Iterator[str]:
     recipe = Recipe(engine=best_engine(), design=STANDARD, samples=SAMPLES, seed=SEED)
     view = recipe.view
     rest = np.zeros(view.size_px[::-1], np.float32)
-    blank: Radiance = np.concatenate(
-        [trace_part(recipe, rest, window, None) for window in bands(view)]
-    )
+    blank: Radiance = np.concatenate([trace_part(recipe, rest, window) for window in bands(view)])
     untouched = smoothed(blank, view.mm_per_px[0], rest, None)
     camera = expose(untouched)
     write_atomic(folder / BLANK, photograph(untouched, camera, SEED))
@@ -95,7 +93,7 @@ def render(folder: Path, way: str) -> Iterator[str]:
             skin = pressed(view, STANDARD.gel, -surface_mm - rest_mm, PAINT_MM)
             depth = skin.depth_mm.astype(np.float32)
             dent = Dent(window=around(view, depth), depth_mm=depth, truth_mm=depth, circle_px=None)
-            traced = trace_part(recipe, depth, dent.window, None)
+            traced = trace_part(recipe, depth, dent.window)
             write_atomic(
                 path, photograph(set_in(blank, recipe, dent, traced), camera, SEED + 1 + index)
             )

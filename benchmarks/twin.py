@@ -46,7 +46,7 @@ def measure(executor: Executor) -> Iterator[Measurement]:
 
 
 def _trace(executor: Executor, recipe: Recipe, presses: Sequence[Press]) -> None:
-    for future in [executor.submit(trace_press, recipe, press, 1) for press in presses]:
+    for future in [executor.submit(trace_press, recipe, press) for press in presses]:
         future.result()
 
 

@@ -76,7 +76,6 @@ def render(folder: Path, design: Wedge) -> None:
             plates(design),
             source=f"plates on the {design.name} design",
             executor=executor,
-            threads=1,
             progress=lambda share, what: print(f"{share:4.0%} {what}", file=sys.stderr, flush=True),
         )
 

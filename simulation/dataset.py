@@ -115,14 +115,16 @@ def dent_of(recipe: Recipe, press: Press) -> Dent:
     )
 
 
-def trace_press(recipe: Recipe, press: Press, threads: int | None = None) -> Radiance:
-    """Render the part of the picture that a press changes: a unit of parallel work."""
+def trace_press(recipe: Recipe, press: Press) -> Radiance:
+    """Render the part of the picture that a press changes, on one of the executor's processors."""
     dent = dent_of(recipe, press)
-    return trace_part(recipe, dent.depth_mm, dent.window, threads)
+    return trace_part(recipe, dent.depth_mm, dent.window, threads=1)
 
 
-def trace_part(recipe: Recipe, depth_mm: Map, window: Window, threads: int | None) -> Radiance:
-    """A part of the picture, as traced."""
+def trace_part(
+    recipe: Recipe, depth_mm: Map, window: Window, threads: int | None = None
+) -> Radiance:
+    """A part of the picture, as traced; by all processors unless told how many."""
     return render(
         recipe.engine,
         recipe.design,
@@ -231,7 +233,6 @@ def write_set(
     source: str,
     executor: Executor,
     truth: Truth = "all",
-    threads: int | None = None,
     keep: Path | None = None,
     set_name: str | None = None,
     progress: Progress = lambda _share, _what: None,
@@ -245,7 +246,6 @@ def write_set(
         source: one line for the card: how the set came about.
         executor: renders the frames; the set does not depend on which.
         truth: depth maps of all frames, or of the shapes alone, whose form is not closed.
-        threads: of one render.
         keep: a folder for traced parts; what an interrupted run left there is not traced again.
         set_name: by default the twin's and the design's.
         progress: called after every frame.
@@ -256,10 +256,10 @@ def write_set(
     kept = Kept(keep)
     rest = np.zeros(recipe.view.size_px[::-1])
     parts = {
-        f"background_{index}": partial(trace_part, recipe, rest, window, threads)
+        f"background_{index}": partial(trace_part, recipe, rest, window, threads=1)
         for index, window in enumerate(bands(recipe.view))
     }
-    shots = {press.name: partial(trace_press, recipe, press, threads) for press in presses}
+    shots = {press.name: partial(trace_press, recipe, press) for press in presses}
     started = {
         name: kept.started(executor, name, task) for name, task in {**parts, **shots}.items()
     }

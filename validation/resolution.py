@@ -53,13 +53,12 @@ class Repetition:
         return self.levels > max(LEAST_LEVELS, STANDS_OUT * self.beside)
 
 
-def repetition(recipe: Recipe, pitch_mm: float, threads: int | None = None) -> Repetition:
+def repetition(recipe: Recipe, pitch_mm: float) -> Repetition:
     """Press threads that run along x into a recipe's gel and measure how they repeat along y.
 
     Args:
         recipe: design, size, samples, seed and glove.
         pitch_mm: of the threads.
-        threads: of the processor that the render may use.
 
     Raises:
         WedgeError: the comb does not fit the pad.
@@ -79,7 +78,7 @@ def repetition(recipe: Recipe, pitch_mm: float, threads: int | None = None) -> R
     frames: list[np.ndarray] = []
     camera: CameraModel | None = None
     for skin in (np.zeros_like(depth), depth):
-        traced = trace_part(recipe, skin, (columns, rows), threads)
+        traced = trace_part(recipe, skin, (columns, rows))
         radiance = smoothed(traced, view.mm_per_px[0], skin[rows, columns], None)
         camera = camera or expose(radiance)
         content = photograph(radiance, camera, recipe.seed + len(frames))

@@ -259,7 +259,6 @@ def _rendered(
             source=f"wedge sweep, {len(presses)} presses at {recipe.samples} samples",
             executor=executor,
             truth="shapes",
-            threads=1,
             keep=keep,
             progress=progress,
         )

@@ -44,7 +44,7 @@ PRESSES = presses_of(FINGER, "balls", count=2, seed=0) + presses_of(
 @pytest.fixture(scope="module")
 def folder(mitsuba, tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = tmp_path_factory.mktemp("set")
-    write_set(made, RECIPE, PRESSES, source="a test", executor=InLine(), threads=1)
+    write_set(made, RECIPE, PRESSES, source="a test", executor=InLine())
     return made
 
 
@@ -74,7 +74,7 @@ def test_labels_are_the_contact(folder: Path) -> None:
 def test_a_raw_sets_truth_and_labels_are_of_the_unwarped_frame(mitsuba, tmp_path: Path) -> None:
     recipe = replace(RECIPE, width_px=80, samples=1, raw=True)
     press = replace(PRESSES[0], depth_mm=0.3)
-    write_set(tmp_path, recipe, [press], source="a test", executor=InLine(), threads=1)
+    write_set(tmp_path, recipe, [press], source="a test", executor=InLine())
     dataset = read_dataset(tmp_path)
     assert dataset.card.pad_size_mm == pytest.approx((13, 57 * 13 / 80))
     corners = np.array(corners_px(FINGER, dataset.card.pad_size_mm))
@@ -90,7 +90,7 @@ def test_a_raw_sets_truth_and_labels_are_of_the_unwarped_frame(mitsuba, tmp_path
 def test_another_executor_writes_the_same_set(folder: Path, tmp_path: Path) -> None:
     with ThreadPoolExecutor(2) as executor:
         write_set(
-            tmp_path, RECIPE, PRESSES[:1], source="a test", executor=executor, threads=1,
+            tmp_path, RECIPE, PRESSES[:1], source="a test", executor=executor,
             truth="shapes",
         )  # fmt: skip
     for name in ("background_0.jpg", "ball_00.jpg"):
