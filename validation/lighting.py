@@ -25,9 +25,9 @@ def lit_area(background: Unwarped, channels: str = "RGB") -> float:
     return float((light >= LIT * light.mean((0, 1))).all(-1).mean())
 
 
-def unevenness(background: Unwarped, channels: str = "RGB") -> float:
+def unevenness(background: Unwarped) -> float:
     """Standard deviation of the untouched gel's light over its mean, mean over the colours."""
-    light = linear(background)[..., ["RGB".index(channel) for channel in channels]]
+    light = linear(background)
     return float((light.std((0, 1)) / light.mean((0, 1))).mean())
 
 

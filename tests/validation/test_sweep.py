@@ -263,8 +263,8 @@ def test_lit_area_is_the_share_that_every_colour_reaches() -> None:
     assert lit_area(background, "G") == 1
     assert lit_area(background, "R") == pytest.approx(0.75)
     assert lit_area(background) == pytest.approx(0.375)
-    assert unevenness(background, "G") == pytest.approx(0, abs=1e-5)
-    assert unevenness(background, "B") > unevenness(background, "R") > 0.5
+    of_red, of_blue = (0.95 * np.sqrt(m * (1 - m)) / (1 - 0.95 * m) for m in (1 / 4, 1 / 2))
+    assert unevenness(background) == pytest.approx((of_red + of_blue) / 3, abs=1e-5)
 
 
 def test_contrast_is_in_grey_levels_of_the_contact() -> None:
