@@ -24,8 +24,10 @@ class Paths:
     """Light paths, one a row. Points are (n, 3) in mm in the body's frame."""
 
     skin: Array
+    gel: Array
+    """Where the path crosses from gel to acrylic."""
     acrylic: Array
-    """Where the path crosses the acrylic's inner face."""
+    """Where it crosses the acrylic's inner face."""
     mirror: Array
     """Where it meets the plane of the mirror."""
     pupil: Array
@@ -76,25 +78,33 @@ def trace(design: Wedge, points: Array) -> Paths:
     cosine = np.sqrt(1 - sine**2)
     down = np.column_stack([azimuth * sine[:, None], -cosine])
     acrylic = image + down * (image[2] / cosine)[:, None]
+    glass_mm = design.acrylic.thickness_mm
+    aside = azimuth * _sideways_mm(glass_mm, design.acrylic.refractive_index, sine)[:, None]
+    gel = np.column_stack([acrylic[:, :2] + aside, np.full(len(points), -glass_mm)])
     mirror = image + down * (((foot - image) @ normal) / (down @ normal))[:, None]
-    skin = np.column_stack([points, -design.acrylic.thickness_mm - gel_mm])
-    return Paths(skin, acrylic, mirror, pupil, project(design.camera, mirror - pupil))
+    skin = np.column_stack([points, -glass_mm - gel_mm])
+    return Paths(skin, gel, acrylic, mirror, pupil, project(design.camera, mirror - pupil))
 
 
 def _snell_invariant(design: Wedge, height_mm: float, gel_mm: Array, reach_mm: Array) -> Array:
     """Solve for s: air, acrylic and gel together carry the ray sideways by its reach."""
-    acrylic = design.acrylic
+    acrylic, gel = design.acrylic, design.gel
     low, high = np.zeros_like(reach_mm), np.full_like(reach_mm, 1 - 1e-12)
     for _ in range(60):
         s = (low + high) / 2
         carried = (
-            height_mm * s / np.sqrt(1 - s**2)
-            + acrylic.thickness_mm * s / np.sqrt(acrylic.refractive_index**2 - s**2)
-            + gel_mm * s / np.sqrt(design.gel.refractive_index**2 - s**2)
+            _sideways_mm(height_mm, 1.0, s)
+            + _sideways_mm(acrylic.thickness_mm, acrylic.refractive_index, s)
+            + _sideways_mm(gel_mm, gel.refractive_index, s)
         )
         short = carried < reach_mm
         low, high = np.where(short, s, low), np.where(short, high, s)
     return np.asarray((low + high) / 2)
+
+
+def _sideways_mm(thickness_mm: float | Array, index: float, s: Array) -> Array:
+    """How far a flat layer carries a ray sideways: n sin(angle) is the invariant s (Snell)."""
+    return np.asarray(thickness_mm * s / np.sqrt(index**2 - s**2))
 
 
 def mirror_plane(design: Wedge) -> tuple[Array, Array]:

@@ -147,26 +147,9 @@ def _section(design: Wedge, assembly: Assembly, bodies: Meshes) -> Iterator[Item
     x = pad_center_x_mm(design) + np.linspace(-length / 2, length / 2, 5)
     paths = trace(design, np.column_stack([x, np.zeros(5)]))
     forward = np.array([0.0, -0.3, 0.0])
-    refracted = -design.acrylic.thickness_mm
-    for skin, glass, mirror in zip(paths.skin, paths.acrylic, paths.mirror, strict=True):
-        entry = _at_the_gel(design, skin, glass, refracted)
-        line = np.array([skin, entry, glass, mirror, paths.pupil]) + forward
+    for bends in zip(paths.skin, paths.gel, paths.acrylic, paths.mirror, strict=True):
+        line = np.array([*bends, paths.pupil]) + forward
         yield Item(tube(line.tolist(), 0.004 * length + 0.04), _LIGHT, edges=False)
-
-
-def _at_the_gel(design: Wedge, skin: np.ndarray, glass: np.ndarray, z: float) -> np.ndarray:
-    """Where a path crosses from gel to acrylic: Snell's law shares out its reach."""
-    gel_mm, acrylic_mm = z - skin[2], design.acrylic.thickness_mm
-    reach = np.linalg.norm(glass[:2] - skin[:2])
-    low, high = 0.0, 1.0
-    for _ in range(50):
-        s = (low + high) / 2
-        in_gel = gel_mm * s / np.sqrt(design.gel.refractive_index**2 - s**2)
-        in_acrylic = acrylic_mm * s / np.sqrt(design.acrylic.refractive_index**2 - s**2)
-        low, high = (s, high) if in_gel + in_acrylic < reach else (low, s)
-    share = in_gel / max(reach, 1e-12)
-    x, y = skin[:2] + share * (glass[:2] - skin[:2])
-    return np.array([x, y, z])
 
 
 def _step(assembly: Assembly, bodies: Meshes, step: Step) -> tuple[list[Item], Vector]:

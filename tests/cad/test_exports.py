@@ -24,7 +24,7 @@ from cad.exports.drawing import drawing_of
 from cad.exports.laser import Piece, Sheet, comb_dxf, laser_files, outline, sheet_dxf, sheets
 from cad.exports.page import guide_html, page_html
 from cad.exports.solids import stl_of
-from cad.exports.views import _at_the_gel, _section, pulled_apart
+from cad.exports.views import _section, pulled_apart
 from cad.motions import straight
 from cad.optics import pad_grid, trace
 from cad.result import Result
@@ -303,10 +303,8 @@ def test_the_section_shows_the_far_half(finger: Model) -> None:
 @pytest.mark.parametrize("design", [STANDARD, FINGER], ids=lambda design: design.name)
 def test_the_light_in_the_pictures_is_bent_between_gel_and_acrylic(design: Wedge) -> None:
     paths = trace(design, pad_grid(design, 5))
-    foot = -design.acrylic.thickness_mm
-    for skin, glass in zip(paths.skin, paths.acrylic, strict=True):
-        entry = _at_the_gel(design, skin, glass, foot)
-        assert entry[2] == foot
+    for skin, entry, glass in zip(paths.skin, paths.gel, paths.acrylic, strict=True):
+        assert entry[2] == -design.acrylic.thickness_mm
         sines = [
             index * np.linalg.norm(way[:2]) / np.linalg.norm(way)
             for index, way in (
