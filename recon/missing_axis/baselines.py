@@ -19,6 +19,7 @@ from recon.arrays import DepthMap, GradientField
 from recon.integration.pressed import Support, pressed_depth
 from recon.lights import Axis
 from recon.missing_axis.columns import depth_by_columns
+from recon.missing_axis.inference import swapped
 from sensor.toml import Pair
 
 Slopes = Float[np.ndarray, "h w"]
@@ -63,8 +64,3 @@ def by_convex_fit(
 def _with_slope_of(depth_mm: DepthMap, known: Slopes, mm_per_px: Pair) -> GradientField:
     along_x = np.gradient(depth_mm, axis=1) / mm_per_px[0]
     return np.stack([along_x, known], -1).astype(np.float32)
-
-
-def swapped(gradient: Float[np.ndarray, "h w 2"]) -> Float[np.ndarray, "w h 2"]:
-    """The gradient field of the transposed surface."""
-    return np.ascontiguousarray(gradient.transpose(1, 0, 2)[..., ::-1])

@@ -68,8 +68,8 @@ def weigh_columns(
         mm_per_px: pixel pitch along x and y.
     """
     if unseen == "y":
-        turned = weigh_columns(_turned(network), known.T, "x", support.T, mm_per_px[::-1])
-        return _turned(turned)
+        turned = weigh_columns(network.transposed(), known.T, "x", support.T, mm_per_px[::-1])
+        return turned.transposed()
     gradient = network.gradient
     height, width = support.shape
     if width < 2 or not support.any():
@@ -87,14 +87,6 @@ def weigh_columns(
     joined[..., 0] += believed * apart
     joined[..., 1] += believed * (known * support - gradient[..., 1])
     return Completed(gradient=joined, doubt=np.sqrt(network.doubt * np.sqrt(around)))
-
-
-def _turned(field: Completed) -> Completed:
-    """Of the transposed surface."""
-    return Completed(
-        gradient=np.ascontiguousarray(field.gradient.transpose(1, 0, 2)[..., ::-1]),
-        doubt=np.ascontiguousarray(field.doubt.T),
-    )
 
 
 def _across(lines: Float32[np.ndarray, "n w"], sigma_px: float) -> Float32[np.ndarray, "n w"]:

@@ -36,6 +36,15 @@ class Completed:
     doubt: Float32[np.ndarray, "h w"]
     """How far off the inferred slope is expected to be, mm/mm; large where it is a guess."""
 
+    def transposed(self) -> "Completed":
+        """The same of the transposed surface, whose axes are swapped."""
+        return Completed(gradient=swapped(self.gradient), doubt=np.ascontiguousarray(self.doubt.T))
+
+
+def swapped(gradient: Float[np.ndarray, "h w 2"]) -> Float[np.ndarray, "w h 2"]:
+    """The gradient field of the transposed surface."""
+    return np.ascontiguousarray(gradient.transpose(1, 0, 2)[..., ::-1])
+
 
 def infer_missing_axis(
     known: Slopes,
@@ -64,71 +73,34 @@ def infer_missing_axis(
         WedgeError: ``known`` holds a NaN or infinity, ``mm_per_px`` is not positive, or the shipped
             weights are missing or damaged.
     """
-    if axis == "x":
-        measured = np.zeros((*known.shape, 2), np.float32)
-        measured[..., 1] = known
-        return complete(
-            measured,
-            mm_per_px,
-            both=False,
-            support=support,
+    if axis == "y":  # the network infers x
+        return infer_missing_axis(
+            known.T,
+            "x",
+            (mm_per_px[1], mm_per_px[0]),
+            support=None if support is None else support.T,
             weights=weights,
             longest_px=longest_px,
-        )
-    # The network infers x from y; the transposed surface has its axes swapped.
-    swapped = infer_missing_axis(
-        known.T,
-        "x",
-        (mm_per_px[1], mm_per_px[0]),
-        support=None if support is None else support.T,
-        weights=weights,
-        longest_px=longest_px,
-    )
-    return Completed(
-        gradient=np.ascontiguousarray(swapped.gradient.transpose(1, 0, 2)[..., ::-1]),
-        doubt=np.ascontiguousarray(swapped.doubt.T),
-    )
-
-
-def complete(
-    measured: GradientField,
-    mm_per_px: Pair,
-    *,
-    both: bool,
-    support: Support | None = None,
-    weights: unet.Weights | None = None,
-    longest_px: int = LONGEST_SIDE_PX,
-) -> Completed:
-    """The field that the network finds likeliest behind a measured one.
-
-    Args:
-        measured: (h, w, 2), mm/mm.
-        mm_per_px: pixel pitch along x and y; only the ratio counts.
-        both: whether the x gradient was measured too; else it is not looked at.
-        support: where the gel may have moved; everywhere unless given.
-        weights: of the network; the shipped ones unless given.
-        longest_px: side of the frame that the network sees.
-
-    Raises:
-        WedgeError: as ``infer_missing_axis``.
-    """
+        ).transposed()
+    h, w = known.shape
+    measured = np.zeros((h, w, 2), np.float32)
+    measured[..., 1] = known
     if not np.isfinite(measured).all():
         raise WedgeError("The known gradient holds NaN or infinity: fill such pixels first.")
     if not all(np.isfinite(pitch) and pitch > 0 for pitch in mm_per_px):
         raise WedgeError(f"mm_per_px = {tuple(mm_per_px)} must be two positive numbers.")
     if weights is None:
         weights = shipped_weights()
-    h, w = measured.shape[:2]
     if support is None:
         support = np.ones((h, w), bool)
     if measured.size == 0:
         empty = np.zeros((h, w, 2), np.float32)
         return Completed(gradient=empty, doubt=empty[..., 0])
     rows, columns = working_size(h, w, mm_per_px, longest_px)
-    seen = resampled(np.asarray(measured, np.float32), rows, columns)
+    seen = resampled(measured, rows, columns)
     moved = resampled(support.astype(np.float32)[..., None], rows, columns)[..., 0] > 0
     stride = unet.stride(weights)
-    maps = unet.network_input(seen, moved, both=both)
+    maps = unet.network_input(seen, moved, both=False)
     if rows % stride or columns % stride:  # flat gel up to the next multiple
         maps = np.pad(maps, ((0, 0), (0, -rows % stride), (0, -columns % stride)))
     found = unet.forward(weights, maps)[:, :rows, :columns].transpose(1, 2, 0)
