@@ -57,10 +57,7 @@ def lego_brick(x: np.ndarray, y: np.ndarray, *, studs: tuple[int, int]) -> np.nd
     from_stud = np.hypot(nearest(x, pitch, studs[0]), nearest(y, pitch, studs[1]))
     inside = (np.abs(x) < studs[0] * pitch / 2) & (np.abs(y) < studs[1] * pitch / 2)
     edge = 0.15  # the studs' rounded edge
-    rounded = edge - np.sqrt(
-        np.clip(edge**2 - np.clip(from_stud - radius + edge, 0, edge) ** 2, 0, None)
-    )
-    top = np.where(from_stud < radius, rounded, height)
+    top = np.where(from_stud < radius, rounded_edge(from_stud - radius + edge, edge), height)
     return np.where(inside, top, np.inf)
 
 
@@ -120,6 +117,24 @@ def prism(x: np.ndarray, y: np.ndarray, *, length_mm: float, half_angle_deg: flo
     """The edge of a prism along x."""
     height = np.abs(y) / np.tan(np.radians(half_angle_deg))
     return np.where((np.abs(x) < length_mm / 2) & (height < 3), height, np.inf)
+
+
+def polygon_distance(x: np.ndarray, y: np.ndarray, *, sides: int) -> np.ndarray:
+    """Distance in mm from a regular polygon's middle toward its nearest side; 0 sides: a circle.
+
+    One side lies to the right.
+    """
+    if sides == 0:
+        return np.hypot(x, y)
+    angles = 2 * np.pi * np.arange(sides) / sides
+    return np.asarray(np.max([x * np.cos(a) + y * np.sin(a) for a in angles], axis=0))
+
+
+def rounded_edge(past: np.ndarray, edge_mm: float) -> np.ndarray:
+    """Height of a flat face's edge of that radius, ``past`` mm from where its rounding begins."""
+    return np.asarray(
+        edge_mm - np.sqrt(np.clip(edge_mm**2 - np.clip(past, 0, edge_mm) ** 2, 0, None))
+    )
 
 
 def nearest(along: np.ndarray, pitch_mm: float, count: int) -> np.ndarray:

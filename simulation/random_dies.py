@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.random import Generator
 
-from simulation.indenters import Indenter, nearest
+from simulation.indenters import Indenter, nearest, polygon_distance, rounded_edge
 from simulation.random_parts import turned
 
 DEPTHS_MM: Final = (0.3, 1.0)
@@ -76,11 +76,8 @@ def _die_height(
     if count > 1:
         x, y = nearest(x, pitch_mm, count), nearest(y, pitch_mm, count)
     y = y * stretch
-    rim = away = np.hypot(x, y)
-    if sides:
-        angles = 2 * np.pi * np.arange(sides) / sides
-        rim = np.max([x * np.cos(a) + y * np.sin(a) for a in angles], axis=0)
-    past = np.maximum(rim - rim_mm, hole_mm - away)
+    rim = polygon_distance(x, y, sides=sides)
+    past = np.maximum(rim - rim_mm, hole_mm - np.hypot(x, y))
     if cut is not None:
         first, apart, between = cut
         inside = [
@@ -88,6 +85,5 @@ def _die_height(
             for angle in (first, first + between)
         ]
         past = np.maximum(past, np.minimum(*inside))
-    past = past + edge_mm  # of where the edge begins
-    rounded = edge_mm - np.sqrt(np.clip(edge_mm**2 - np.clip(past, 0, edge_mm) ** 2, 0, None))
-    return np.where(past < edge_mm, rounded, np.inf)
+    past = past + edge_mm
+    return np.where(past < edge_mm, rounded_edge(past, edge_mm), np.inf)

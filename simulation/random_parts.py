@@ -13,7 +13,14 @@ from typing import Final
 import numpy as np
 from numpy.random import Generator
 
-from simulation.indenters import Indenter, Profile, ball, nearest
+from simulation.indenters import (
+    Indenter,
+    Profile,
+    ball,
+    nearest,
+    polygon_distance,
+    rounded_edge,
+)
 
 Drawn = tuple[Profile, float]
 """An underside, and half of its extent in mm."""
@@ -103,11 +110,8 @@ def _corner(rng: Generator, half_mm: float) -> Drawn:
 def _corner_height(
     x: np.ndarray, y: np.ndarray, *, faces: int, flank: float, blunt_mm: float, half_mm: float
 ) -> np.ndarray:
-    away = distance = np.hypot(x, y)
-    if faces:
-        angles = 2 * np.pi * np.arange(faces) / faces
-        away = np.max([x * np.cos(a) + y * np.sin(a) for a in angles], axis=0)
-    return _ended(np.maximum(flank * away - blunt_mm, 0), distance < half_mm)
+    away = polygon_distance(x, y, sides=faces)
+    return _ended(np.maximum(flank * away - blunt_mm, 0), np.hypot(x, y) < half_mm)
 
 
 def _wave(rng: Generator, pitch_mm: float) -> Callable[[np.ndarray], np.ndarray]:
@@ -240,14 +244,9 @@ def _plate(rng: Generator, half_mm: float) -> Drawn:
 def _plate_height(
     x: np.ndarray, y: np.ndarray, *, sides: int, rim_mm: float, edge_mm: float, hole_mm: float
 ) -> np.ndarray:
-    away = np.hypot(x, y)
-    rim = away
-    if sides:
-        angles = 2 * np.pi * np.arange(sides) / sides
-        rim = np.max([x * np.cos(a) + y * np.sin(a) for a in angles], axis=0)
-    past = np.maximum(rim - rim_mm, hole_mm - away) + edge_mm  # of where the edge begins
-    rounded = edge_mm - np.sqrt(np.clip(edge_mm**2 - np.clip(past, 0, edge_mm) ** 2, 0, None))
-    return np.where(past < edge_mm, rounded, np.inf)
+    rim = polygon_distance(x, y, sides=sides)
+    past = np.maximum(rim - rim_mm, hole_mm - np.hypot(x, y)) + edge_mm
+    return np.where(past < edge_mm, rounded_edge(past, edge_mm), np.inf)
 
 
 def _ring(rng: Generator, half_mm: float) -> Drawn:

@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from simulation.indenters import Indenter, Profile, ball, nearest
+from simulation.indenters import Indenter, Profile, ball, nearest, polygon_distance
 
 DEPTHS_MM: Final = {"shallow": 0.3, "deep": 0.7}
 LARGEST_UNIT_MM: Final = 1.5
@@ -60,19 +60,12 @@ def _square(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return _flat(np.maximum(np.abs(x), np.abs(y)) < 1.6)
 
 
-def _polygon(x: np.ndarray, y: np.ndarray, corners: int, inner: float) -> np.ndarray:
-    """A regular polygon of an inner radius, one side to the right."""
-    angles = 2 * np.pi * np.arange(corners) / corners
-    away = np.max([x * np.cos(angle) + y * np.sin(angle) for angle in angles], axis=0)
-    return _flat(away < inner)
-
-
 def _triangle(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    return _polygon(x, y, 3, 1.2)
+    return _flat(polygon_distance(x, y, sides=3) < 1.2)
 
 
 def _hexagon(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    return _polygon(x, y, 6, 1.8)
+    return _flat(polygon_distance(x, y, sides=6) < 1.8)
 
 
 def _bar(x: np.ndarray, y: np.ndarray) -> np.ndarray:
