@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """A picture to draw on by mouse, pen or finger, as the pages that edit a dataset show it."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Protocol
 
 from nicegui import ui
 from nicegui.events import GenericEventArguments
@@ -40,33 +41,28 @@ another drags ends that: it begins a pinch, or is a palm."""
 Place = tuple[float, float]
 
 
+class Draggable(Protocol):
+    """What a page draws and lets somebody drag; places in pixels, the first one at (0, 0)."""
+
+    def take(self, place_px: Place) -> Place | None:
+        """Choose what is dragged from a place: where that lies, ``None`` where nothing is."""
+
+    def drag(self, place_px: Place) -> None:
+        """Show it elsewhere."""
+
+    def drop(self) -> None:
+        """Keep it where it was dragged to."""
+
+    def put_back(self) -> None:
+        """Show it where it was."""
+
+
 @dataclass(frozen=True)
-class Pointer:
-    """What a mouse, a pen or a finger does: the browser's word for it, and its number for who."""
-
-    kind: str
-    number: int
-    place_px: Place
-    """In pixels of the picture, whose first one lies at (0, 0)."""
-
-
-@dataclass(frozen=True)
-class Grip:
+class _Grip:
     """Who holds what is drawn, and how far beside its place: it does not jump to a pointer."""
 
     pointer: int
     beside_px: Place
-
-    @classmethod
-    def of(cls, pointer: Pointer, held_px: Place) -> "Grip":
-        """That of a pointer that takes hold of what lies elsewhere."""
-        (x, y), (held_x, held_y) = pointer.place_px, held_px
-        return cls(pointer.number, (x - held_x, y - held_y))
-
-    def moved_to(self, pointer: Pointer) -> Place:
-        """Where that pointer moves what it holds."""
-        (x, y), (beside_x, beside_y) = pointer.place_px, self.beside_px
-        return x - beside_x, y - beside_y
 
 
 class Canvas:
@@ -80,7 +76,7 @@ class Canvas:
         name: str,
         meaning: str,
         size_px: tuple[int, int],
-        on_pointer: Callable[[Pointer], None],
+        drawn: Draggable,
     ) -> None:
         """Lay it out, empty.
 
@@ -88,22 +84,43 @@ class Canvas:
             name: its id in the page.
             meaning: what it shows, for who hears the page.
             size_px: width and height.
-            on_pointer: called with all that a pointer does, but what is the browser's.
+            drawn: told of what a pointer does, but of what is the browser's.
         """
-        self._size_px = width, height = size_px
+        self._size_px, self._dragged = size_px, drawn
+        self._grip: _Grip | None = None
         ui.add_css(STYLE)
-
-        def pointed(event: GenericEventArguments) -> None:
-            kind, number, across, down = event.args
-            on_pointer(Pointer(kind, number, (across * width - 0.5, down * height - 0.5)))
-
         self.picture = _layer(size_px).classes("canvas")
         self.picture.props(f'id={name} draggable=false role=img aria-label="{meaning}"')
         for kind in (DOWN, MOVE, *DRAG_ENDS, DRAG_IS_NONE):
-            self.picture.on(kind, pointed, js_handler=POINTED)
+            self.picture.on(kind, self._on_pointer, js_handler=POINTED)
         with self.picture:
             self._drawn = _layer(size_px).classes("nicegui-interactive-image-layer")
             self._grips = ui.html(sanitize=False).classes("grips")
+
+    @property
+    def is_held(self) -> bool:
+        """Whether somebody drags what is drawn."""
+        return self._grip is not None
+
+    def let_go(self) -> None:
+        """Drag nothing any more: something else is drawn."""
+        self._grip = None
+
+    def _on_pointer(self, event: GenericEventArguments) -> None:
+        kind, number, across, down = event.args
+        (width, height), grip = self._size_px, self._grip
+        x, y = across * width - 0.5, down * height - 0.5
+        if grip is None:
+            if kind == DOWN and (there := self._dragged.take((x, y))) is not None:
+                self._grip = _Grip(number, (x - there[0], y - there[1]))
+        elif kind in (DOWN, DRAG_IS_NONE):  # a second finger may be a pinch, or a palm
+            self._grip = None
+            self._dragged.put_back()
+        elif number == grip.pointer and kind == MOVE:
+            self._dragged.drag((x - grip.beside_px[0], y - grip.beside_px[1]))
+        elif number == grip.pointer:
+            self._grip = None
+            self._dragged.drop()
 
     def draw(self, svg: str, grips: Iterable[tuple[Place, float]], *, held: bool = False) -> None:
         """Show this alone.

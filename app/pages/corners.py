@@ -7,18 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from nicegui import ui
 
-from app.pages.canvas import (
-    DOWN,
-    DRAG_ENDS,
-    DRAG_IS_NONE,
-    DRAWN,
-    HALO,
-    MOVE,
-    STROKES,
-    Canvas,
-    Grip,
-    Pointer,
-)
+from app.pages.canvas import DRAWN, HALO, STROKES, Canvas, Place
 from app.pages.editing import (
     ARROWS,
     CLOSE,
@@ -89,7 +78,6 @@ class CornersPage:
         self.frame: Frame | None = None
         """As shown, ``None`` where it cannot be read: what nobody sees is not edited."""
         self.held: Corners | None = None
-        self.grip: Grip | None = None
         self.complaint = Complaint()
         listen(self.on_key)
         when_turned_to(self.look_again)
@@ -99,7 +87,7 @@ class CornersPage:
         ):
             with ui.column().classes("min-w-0"):
                 size_px = self.book.frame_size_px
-                self.canvas = Canvas("raw", "The raw frame", size_px, self.on_pointer)
+                self.canvas = Canvas("raw", "The raw frame", size_px, self)
                 self.raw = self.canvas.picture
                 self.raw.style(f"width: {fitting(size_px)}")
                 with ui.row():
@@ -120,7 +108,8 @@ class CornersPage:
     def show(self) -> None:
         """The frame, and what the corners make of it; where it cannot be read, why."""
         file = self.files[self.index]
-        self.held = self.grip = None
+        self.held = None
+        self.canvas.let_go()
         try:
             self.book.catch_up()
             self.frame = read_frame(self.book.folder, file)
@@ -175,26 +164,26 @@ class CornersPage:
             self.preview.set_source(as_url(seen, FINE_QUALITY))
             self.preview.style(f"width: {fitting(unwarp.size_px, PREVIEW_TALLEST)}")
 
-    def on_pointer(self, pointer: Pointer) -> None:
-        """Drag the nearest corner."""
-        if self.grip is None:
-            if pointer.kind == DOWN:
-                self.chosen = self.book.nearest(pointer.place_px)
-                self.grip = Grip.of(pointer, self.book.corners_px[self.chosen])
-                self.draw()
-        elif pointer.kind in (DOWN, DRAG_IS_NONE):  # a second finger may be a pinch, or a palm
-            self.held = self.grip = None
-            self.draw()
-        elif pointer.number != self.grip.pointer:
-            return
-        elif pointer.kind == MOVE:
-            self.held = self.book.moved(self.chosen, self.grip.moved_to(pointer))
-            self.draw()
-        elif pointer.kind in DRAG_ENDS:
-            self.grip = None
-            if self.held is not None:
-                held = self.held
-                self.move(lambda: self.book.put(held))
+    def take(self, place_px: Place) -> Place:
+        """The nearest corner."""
+        self.chosen = self.book.nearest(place_px)
+        self.draw()
+        return self.book.corners_px[self.chosen]
+
+    def drag(self, place_px: Place) -> None:
+        """Show it elsewhere."""
+        self.held = self.book.moved(self.chosen, place_px)
+        self.draw()
+
+    def drop(self) -> None:
+        """Keep it where it is shown."""
+        if (held := self.held) is not None:
+            self.move(lambda: self.book.put(held))
+
+    def put_back(self) -> None:
+        """Show the corners that are kept."""
+        self.held = None
+        self.draw()
 
     def on_key(self, key: str, step_px: float, held: bool) -> None:
         """Every edit by a key; those of one that is held are taken back together."""
@@ -219,7 +208,7 @@ class CornersPage:
 
     def look_again(self) -> None:
         """Show what others have changed meanwhile; not while a corner is held."""
-        if self.grip is None:
+        if not self.canvas.is_held:
             self.show()
 
     def step(self, by: int) -> None:

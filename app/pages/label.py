@@ -10,7 +10,7 @@ import numpy as np
 from nicegui import ui
 from nicegui.events import GenericEventArguments
 
-from app.pages.canvas import DOWN, DRAG_ENDS, DRAG_IS_NONE, MOVE, Canvas, Grip, Pointer
+from app.pages.canvas import Canvas, Place
 from app.pages.circle import drawn, grown, moved, new_circle, words
 from app.pages.editing import (
     ARROWS,
@@ -134,7 +134,6 @@ class LabelPage:
         self.zoom = 1
         self.seen = False
         """Whether the frame is shown: what nobody sees is not edited."""
-        self.grip: Grip | None = None
         self.moved: BallLabel | None = None
         self.complaint = Complaint()
         listen(self.on_key)
@@ -162,7 +161,7 @@ class LabelPage:
             with ui.element("div").classes("w-full overflow-auto").props("id=view") as view:
                 view.style(f"max-height: calc({TALLEST})")
                 self.canvas = Canvas(
-                    "picture", "The frame, unwarped", self.reader.unwarp.size_px, self.on_pointer
+                    "picture", "The frame, unwarped", self.reader.unwarp.size_px, self
                 )
                 self.picture = self.canvas.picture
                 self.picture.on("wheel", self.on_wheel, js_handler=WHEEL)
@@ -193,7 +192,8 @@ class LabelPage:
 
     def show(self, file: str) -> None:
         """Turn to a frame; where it cannot be read, say so in its place."""
-        self.file, self.moved, self.grip = file, None, None
+        self.file, self.moved = file, None
+        self.canvas.let_go()
         try:
             self.book.catch_up()
             frame = self.reader.unwarped(file, read_frame(self.reader.dataset.folder, file))
@@ -222,7 +222,7 @@ class LabelPage:
 
     def look_again(self) -> None:
         """Draw what others have changed meanwhile; not while a circle is held."""
-        if self.grip is not None:
+        if self.canvas.is_held:
             return
         try:
             self.book.catch_up()
@@ -259,32 +259,35 @@ class LabelPage:
         grip = ((label.center_x_px, label.center_y_px), label.contact_radius_px)
         self.canvas.draw(drawn(label), [grip], held=held)
 
-    def on_pointer(self, pointer: Pointer) -> None:
-        """Drag the circle; a click on a frame without one places it."""
-        label = self.moved or self.book.label(self.file)
-        if self.grip is None:
-            if pointer.kind != DOWN or not self.seen:
-                return
-            if label is None:
-                first = self.reader.dataset.label(self.file)
-                ball_mm = None if first is None else first.ball_radius_mm
-                label = new_circle(self.file, *pointer.place_px, self.largest_px / 2, ball_mm)
-                label = self.moved = moved(label, *pointer.place_px, self.reader.unwarp.size_px)
-                self.draw()
-            self.grip = Grip.of(pointer, (label.center_x_px, label.center_y_px))
-        elif pointer.kind in (DOWN, DRAG_IS_NONE):  # a second finger may be a pinch, or a palm
-            self.grip = self.moved = None
+    def take(self, place_px: Place) -> Place | None:
+        """The circle; on a frame without one, a new one is placed here."""
+        if not self.seen:
+            return None
+        label = self.book.label(self.file)
+        if label is None:
+            first = self.reader.dataset.label(self.file)
+            ball_mm = None if first is None else first.ball_radius_mm
+            label = new_circle(self.file, *place_px, self.largest_px / 2, ball_mm)
+            label = self.moved = moved(label, *place_px, self.reader.unwarp.size_px)
             self.draw()
-        elif pointer.number != self.grip.pointer:
-            return
-        elif pointer.kind == MOVE and label is not None:
-            place_px = self.grip.moved_to(pointer)
+        return label.center_x_px, label.center_y_px
+
+    def drag(self, place_px: Place) -> None:
+        """Show the circle elsewhere."""
+        label = self.moved or self.book.label(self.file)
+        if label is not None:
             self.moved = moved(label, *place_px, self.reader.unwarp.size_px)
             self.draw()
-        elif pointer.kind in DRAG_ENDS:
-            self.grip = None
-            if self.moved is not None:
-                self.keep(self.moved)
+
+    def drop(self) -> None:
+        """Keep the circle where it is shown."""
+        if self.moved is not None:
+            self.keep(self.moved)
+
+    def put_back(self) -> None:
+        """Show the circle that is kept."""
+        self.moved = None
+        self.draw()
 
     def on_wheel(self, event: GenericEventArguments) -> None:
         """Resize the circle by as much as the wheel turns, a notch at most."""
