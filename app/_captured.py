@@ -127,7 +127,7 @@ class Captured:
         Raises:
             WedgeError: the folder cannot be read or written, or as for ``follow``; all is kept.
         """
-        from recon.labels.found import labels_of
+        from recon.labels.find_circles import labels_of
         from recon.labels.label_book import CardMovedError
         from recon.presses import press_reader
 
@@ -152,7 +152,7 @@ class Captured:
 
     def _agree(self) -> None:
         """Centre the circles that nobody has changed in one way."""
-        from recon.labels.found import agreed
+        from recon.labels.find_circles import agreed
 
         size_px, centered = self.watcher.unwarp.size_px, agreed(self._circles)
         moved = [
@@ -261,8 +261,8 @@ class Captured:
 
     def _merge(self, before: "Dataset", after: "Dataset") -> bool:
         """Write what was measured beside what others wrote meanwhile; not if they moved corners."""
-        from recon.labels.carried import merged
         from recon.labels.label_book import places
+        from recon.labels.rescaled import merged
         from sensor.files import alone_in
 
         with alone_in(self.out):
@@ -306,13 +306,13 @@ def _found_anew(before: "Dataset", card: "DatasetCard") -> "Dataset":
     Raises:
         WedgeError: no ball is recognised by it.
     """
-    from recon.labels.carried import carried
-    from recon.labels.found import agreed, labels_of
+    from recon.labels.find_circles import agreed, labels_of
     from recon.labels.label_book import is_looked_at
+    from recon.labels.rescaled import rescaled_label
     from recon.presses import press_reader
 
     after = replace(before, card=card)
-    labels = [carried(x, before, after) for x in before.labels if is_looked_at(x)]
+    labels = [rescaled_label(x, before, after) for x in before.labels if is_looked_at(x)]
     files = [x.file for x in before.labels if not is_looked_at(x)]
     reader = press_reader(after)
     labels += labels_of(reader, agreed(_found(reader, files, "circles at the measured scale")))
@@ -328,7 +328,7 @@ def _found(reader: "PressReader", files: list[str], title: str) -> "dict[str, Ci
     """The circles of some frames, of those in which a ball shows."""
     from app._progress import progress
     from app._workers import process_pool
-    from recon.labels.found import found_circles
+    from recon.labels.find_circles import found_circles
 
     with progress(title) as show, process_pool() as pool:
         return found_circles(reader, files, pool, show)

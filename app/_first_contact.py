@@ -21,7 +21,7 @@ def first_touched(came: UnitFrames, frames: Sequence[tuple[int, int, bool]]) -> 
         ``touched_at_start``, whether something already touches in the first frame, so that when it
         first did is not seen.
     """
-    from recon.contact.first import IN_A_ROW, first_contact
+    from recon.contact.first_contact import IN_A_ROW, first_contact
 
     unseen: dict[str, Any] = {"first_contact": None, "touched_at_start": False}
     if came.apart:

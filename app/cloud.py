@@ -161,7 +161,7 @@ class _Run:
         """Write the cloud of the next whole frame."""
         from recon.cloud import point_cloud, skin_mesh
         from recon.cloud_files import cloud_bytes
-        from recon.contact.first import touches
+        from recon.contact.first_contact import touches
         from recon.plausible import cut_word, doubt_word
 
         assert frame.image is not None

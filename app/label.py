@@ -160,7 +160,7 @@ def _find(reader: "PressReader", book: "LabelBook", files: list[str]) -> None:
     from functools import partial
 
     from app._workers import process_pool
-    from recon.labels.found import agreed, found_circle, labels_of
+    from recon.labels.find_circles import agreed, found_circle, labels_of
 
     circles: dict[str, Circle] = {}
     unsaved: dict[str, Circle] = {}

@@ -178,7 +178,7 @@ class _Run:
 
     def add(self, frame: UnitFrame, reconstruct: "Reconstructor") -> None:
         """Take in the next frame, unless it cannot be written."""
-        from recon.contact.first import touches
+        from recon.contact.first_contact import touches
 
         before = None if self._apart else self._dots
         touch = None if frame.image is None else reconstruct(frame.image, before)

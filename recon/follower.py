@@ -15,9 +15,9 @@ from recon.markers.tracking import Tracked
 from recon.markers.watch import DotWatch
 from recon.plausible import STRANGE, doubt_word
 from recon.pose.estimate import PoseEstimate
-from recon.pose.ready import make_ready
 from recon.pose.registration import OwnTouch
 from recon.pose.tracker import Tracker
+from recon.pose.warm_up import warm_up
 
 LOOK_AGAIN_S = 1.0
 """After so long it is seen whether dots that do not belong are still there: finding them takes many
@@ -70,7 +70,7 @@ class Follower:
             unit: whose frames come.
             background: a blank frame of today; by default the unit's own.
         """
-        make_ready()
+        warm_up()
         self._unit, self._unwarp = unit, unit.unwarp
         self._blank = self._unwarp(unit.background if background is None else background)
         self._watch = DotWatch(self._blank, unit.card.markers)

@@ -12,7 +12,7 @@ import numpy as np
 from recon.cloud import Skin, point_cloud
 from recon.markers.tracking import Tracked
 from recon.pose.estimate import PoseEstimate
-from recon.pose.transforms import MM_PER_M, TF_MESSAGE, tf_message
+from recon.pose.tf_message import MM_PER_M, TF_MESSAGE, tf_message
 from recon.stream.cdr import CdrWriter
 from recon.stream.mcap_file import McapFile, MessageType
 from recon.stream.point_cloud2 import POINT_CLOUD2, point_cloud2

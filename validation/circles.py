@@ -66,7 +66,7 @@ class CircleErrors:
     radius_ratio: float | None = None
     """Median of found over labelled radii."""
     spread: float | None = None
-    """Median of the outlines', by which ``recon.labels.found`` chooses how all are centred."""
+    """Median of the outlines': ``recon.labels.find_circles`` chooses by it how all are centred."""
 
 
 def labelled(name: str) -> tuple[PressReader, Sequence[BallLabel]]:

@@ -12,10 +12,10 @@ import numpy as np
 from jaxtyping import Float32
 
 from recon.arrays import Difference, GradientField
+from recon.estimators.absurd_tensors import refuse_absurd
 from recon.estimators.default import Default
 from recon.estimators.default_fit import fit_default
 from recon.estimators.effort import Effort
-from recon.estimators.learnt import refuse_absurd
 from recon.estimators.lesson import lesson_pixels
 from recon.estimators.lookup_table import LookupTable, fit_lookup_table
 from recon.estimators.mlp import Mlp

@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How much a fit takes upon itself."""
+"""How thorough a fit is to be."""
 
 from enum import Enum, auto
 
 
 class Effort(Enum):
-    """What is asked of a fit; estimators that learn at once, or tell no doubt, know no less."""
+    """What a fit is to find out; estimators that are fitted at once make no difference."""
 
     WHOLE = auto()
     """Slopes, and how unsure they are."""

@@ -66,8 +66,8 @@ def find_circle(difference: Difference, ball_radius_mm: float, mm_per_px: Pair) 
     known radius (``recon.labels.circles``); the best explained one gives radius and quality. The
     centre is that of the outline (``recon.labels.outline``), or, where too little of it lies in the
     frame, of the shading, fitted again closer to the disc; of all circles of a sensor
-    ``recon.labels.found.agreed`` chooses between the two. Where the centre lies outside the frame,
-    so does the ball, and the next best circle is only gel beside it.
+    ``recon.labels.find_circles.agreed`` chooses between the two. Where the centre lies outside the
+    frame, so does the ball, and the next best circle is only gel beside it.
 
     Args:
         difference: (h, w, 3), frame minus background in the gel plane.

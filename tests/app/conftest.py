@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from recon.arrays import Difference
-from recon.labels import capture, found
+from recon.labels import capture, find_circles
 from recon.labels.circles import Circle
 from recon.labels.find_circle import find_circle
 
@@ -30,5 +30,5 @@ def found_once(monkeypatch: pytest.MonkeyPatch) -> None:
             _FOUND[key] = find_circle(difference, *scales)
         return _FOUND[key]
 
-    for module in (capture, found):
+    for module in (capture, find_circles):
         monkeypatch.setattr(module, "find_circle", remembered)

@@ -10,7 +10,7 @@ import pytest
 
 import app._workers
 from app.__main__ import main
-from recon.labels import found
+from recon.labels import find_circles
 from recon.presses import press_reader
 from sensor.dataset import BallLabel, read_dataset
 from tests.synthetic import BALL_RADIUS_MM, SIZE_PX, make_dataset
@@ -19,7 +19,7 @@ from tests.synthetic import BALL_RADIUS_MM, SIZE_PX, make_dataset
 @pytest.fixture
 def frames(tmp_path: Path) -> Path:
     """Pictures of a gel plane, without labels."""
-    made = make_dataset(tmp_path / "made", presses=found.FEWEST)
+    made = make_dataset(tmp_path / "made", presses=find_circles.FEWEST)
     (tmp_path / "frames").mkdir()
     for name in ("background.png", *(label.file for label in made.labels)):
         shutil.copy(made.folder / name, tmp_path / "frames" / name)
@@ -47,11 +47,11 @@ def test_widely_spread_outlines_give_way_to_the_shading(
 ) -> None:
     monkeypatch.setattr(app._workers, "process_pool", lambda: ThreadPoolExecutor(1))
     by_outline = labels(frames, tmp_path / "outline", command)
-    monkeypatch.setattr(found, "WIDEST_SPREAD", -1.0)
+    monkeypatch.setattr(find_circles, "WIDEST_SPREAD", -1.0)
     by_shading = labels(frames, tmp_path / "shading", command)
     reader = press_reader(read_dataset(tmp_path / "shading"))
-    circles = [found.found_circle(reader, label.file) for label in by_shading]
-    assert len(circles) == found.FEWEST
+    circles = [find_circles.found_circle(reader, label.file) for label in by_shading]
+    assert len(circles) == find_circles.FEWEST
     for label, other, circle in zip(by_shading, by_outline, circles, strict=True):
         assert circle is not None and circle.shading_px is not None
         assert (label.center_x_px, label.center_y_px) == pytest.approx(circle.shading_px, abs=0.01)

@@ -15,10 +15,10 @@ import pytest
 
 import app._workers
 from app.__main__ import main
-from recon.labels import found
+from recon.labels import find_circles
 from recon.labels.capture import PressWatcher
 from recon.labels.corner_book import CornerBook
-from recon.labels.found import agreed, found_circle, labels_of
+from recon.labels.find_circles import agreed, found_circle, labels_of
 from recon.labels.label_book import CERTAIN, LabelBook
 from recon.presses import press_reader
 from sensor.dataset import BallLabel, Dataset, read_dataset, write_card
@@ -211,8 +211,8 @@ def test_a_circle_that_waited_is_centred_like_the_others(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     words, path, whole = without_caliper(tmp_path), tmp_path / "out" / "dataset.toml", b""
-    monkeypatch.setattr(found, "FEWEST", len(PRESSES))
-    monkeypatch.setattr(found, "WIDEST_SPREAD", -1.0)
+    monkeypatch.setattr(find_circles, "FEWEST", len(PRESSES))
+    monkeypatch.setattr(find_circles, "WIDEST_SPREAD", -1.0)
 
     def spoil() -> None:
         nonlocal whole

@@ -24,7 +24,7 @@ import app.label
 import recon.labels.label_book
 from app.__main__ import main
 from recon.images import write_image
-from recon.labels.found import found_circle, found_labels
+from recon.labels.find_circles import found_circle, found_labels
 from recon.labels.label_book import CERTAIN, LabelBook, doubtful_first, pressed_frames
 from recon.presses import press_reader
 from sensor.dataset import BallLabel, Dataset, read_dataset, write_card, write_labels

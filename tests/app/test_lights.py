@@ -43,7 +43,7 @@ def frames(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         return Circle(center_px=center_px, radius_px=label.contact_radius_px, quality=1.0)
 
     monkeypatch.setattr("recon.labels.capture.find_circle", circle)
-    monkeypatch.setattr("recon.labels.found.find_circle", circle)
+    monkeypatch.setattr("recon.labels.find_circles.find_circle", circle)
     return tmp_path / "frames"
 
 

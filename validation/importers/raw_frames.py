@@ -23,7 +23,7 @@ from recon.geometry.pad import base_side, find_pad, gel_corners
 from recon.geometry.unwarp import Corners, prepare_unwarp
 from recon.images import read_image
 from recon.labels.ball_size import refuse_small_ball
-from recon.labels.found import found_labels
+from recon.labels.find_circles import found_labels
 from recon.labels.label_book import refuse_name
 from recon.presses import PressReader, press_reader
 from sensor.dataset import (

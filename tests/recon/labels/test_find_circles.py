@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from recon.labels.circles import Circle
-from recon.labels.found import FEWEST, WIDEST_SPREAD, agreed
+from recon.labels.find_circles import FEWEST, WIDEST_SPREAD, agreed
 
 OUTLINE, SHADING = (10.0, 20.0), (11.0, 22.0)
 

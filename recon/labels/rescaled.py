@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Labels of a dataset whose scale was measured anew: the gel lies in other pixels then."""
+"""Labels moved to the pixels of another scale, where that was measured anew."""
 
 import math
 from dataclasses import replace
@@ -9,7 +9,7 @@ from recon.labels.label_book import LARGEST
 from sensor.dataset import BallLabel, Dataset, frame_name
 
 
-def carried(label: BallLabel, before: Dataset, after: Dataset) -> BallLabel:
+def rescaled_label(label: BallLabel, before: Dataset, after: Dataset) -> BallLabel:
     """A circle where it was on the gel, smaller than its ball, in the pixels of another card.
 
     Args:
@@ -44,5 +44,5 @@ def merged(before: Dataset, after: Dataset, now: Dataset) -> list[BallLabel]:
     for label in now.labels:
         name = frame_name(label.file)
         is_theirs = label != known.get(name)
-        labels.append(carried(label, before, after) if is_theirs else found.get(name))
+        labels.append(rescaled_label(label, before, after) if is_theirs else found.get(name))
     return [label for label in labels if label is not None]

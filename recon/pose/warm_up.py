@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A tracker's loops compiled, or loaded, before something touches and a page would stand still."""
+"""Compiles or loads a tracker's loops before the first touch, which would wait for that else."""
 
 from functools import cache
 
@@ -14,7 +14,7 @@ RADIUS_MM, DEPTH_MM = 4.0, 1.0
 
 
 @cache
-def make_ready() -> None:
+def warm_up() -> None:
     """Follow a cap that turns a little, once per process: every loop runs."""
     track = Tracker()
     for turn in (0.0, 0.02):

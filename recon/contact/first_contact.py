@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""When something first touches."""
+"""Which frame of a clip is the first that shows a contact."""
 
 from collections.abc import Iterable
 

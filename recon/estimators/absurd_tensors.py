@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What no training leaves, and what would turn every depth into no number."""
+"""Refuses numbers that no training leaves, and that would turn every depth into NaN."""
 
 from collections.abc import Mapping
 

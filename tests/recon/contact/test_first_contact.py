@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from recon.contact.first import first_contact, touches
+from recon.contact.first_contact import first_contact, touches
 
 
 @pytest.mark.parametrize(

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Once a tracker is ready, no touch waits for a compiler."""
+"""Once a tracker is warm, no touch waits for a compiler."""
 
 from collections.abc import Iterator
 from types import ModuleType
 
-from recon.pose import agreement, cells, equations, level, ready, template
+from recon.pose import agreement, cells, equations, level, template, warm_up
 from recon.pose.tracker import Tracker
 from tests.recon.pose.touched import bead_pair, corner
 
@@ -25,7 +25,7 @@ def signatures() -> dict[str, list[object]]:
 
 
 def test_every_loop_has_run_before_a_touch_comes() -> None:
-    ready.make_ready.__wrapped__()
+    warm_up.warm_up.__wrapped__()
     before = signatures()
     assert sum(map(bool, before.values())) > 10
     for touches in (bead_pair(0)[:2], (corner(), corner())):

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The circles of a sensor's presses, found: each by itself, then all centred in one way.
+"""Finds the circles of a sensor's presses: each by itself, then all centred in one way.
 
 An outline is not drawn to the side that is lit more, and gives the centres of rendered balls within
 0.2 px. But on some real sensors a dent turns so much light away to one side that a disc's outer
