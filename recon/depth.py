@@ -40,19 +40,19 @@ from sensor.toml import Pair
 from sensor.unit import MissingAxis
 
 SEEN_SHARE = 0.5
-"""Of the slope that was measured is kept, the rest is what the network makes of it: it steepens
-walls that were read too gentle, and crests that were not."""
+"""Share of the measured slope that is kept; the rest is the network's, which steepens walls that
+were read too gentle, but also crests that were not."""
 
 HINT_SHARE = 0.25
-"""Of an unseen slope is taken from an estimator that looks around, the rest from the network."""
+"""Share of an unseen slope that an estimator that looks around gives; the rest is the network's."""
 
 LEAST_UNTOUCHED = 1e-3
-"""Of a frame: a few pixels in its corners do not tell where the gel rests."""
+"""Share of a frame below which its untouched pixels do not tell where the gel rests."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Depth:
-    """What slopes come to."""
+    """Depth, and the slopes that it has."""
 
     gradient: GradientField
     """(h, w, 2): slopes of the depth along x and y, mm/mm."""
@@ -70,11 +70,11 @@ class InferredField:
 
     gradient: GradientField
     unseen: Axis
-    """That one."""
+    """The axis whose slope was inferred."""
     doubt: Float32[np.ndarray, "h w"]
     """How far off the inferred slope is expected to be, mm/mm."""
     network_doubt: Float32[np.ndarray, "h w"]
-    """The same as the network alone tells it, by which slopes count."""
+    """The same as the network alone tells it; slopes count by it when they are integrated."""
     support: Support
     """Where the gel may have moved, as far as the lights tell."""
 

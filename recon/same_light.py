@@ -20,13 +20,14 @@ DARK, BRIGHT = 0.08, 0.97
 LARGEST_CHANGE = 0.5
 """A larger one is another exposure or another sensor, for others to doubt."""
 MOST = 0.75
-"""So many of the cells must agree..."""
+"""Share of the cells that must agree on the factor..."""
 ALIKE, SURE, SMALL = 0.4, 0.65, 0.0125
-"""...within this share of the change, or, if that is less, a larger share less some: of changes
-below 5 % more is asked, of those below 2 % too much."""
+"""...to within ``ALIKE`` of the change, or ``SURE`` of it less ``SMALL`` if that is less: changes
+below 5 % must be clearer, and those below 2 % are never taken off."""
 CLEARLY, NOISE = 2.0, 0.05
-"""Where cells' levels agree so many times better than their shares, light was added: a black level
-or the room's. That is no factor. The noise keeps two that agree from being compared."""
+"""Where cells agree so many times better on a number of grey levels than on a factor, light was
+added: a black level, or the room's. ``NOISE`` is added to both scatters, so that two that are
+nearly nothing are not compared."""
 
 Planes = Float32[np.ndarray, "3 h w"]
 

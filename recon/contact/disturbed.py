@@ -14,43 +14,44 @@ from recon.medians import median
 
 SMOOTHING_PX = 2.0
 FINE_PX = 200
-"""Of the shorter side: contacts in smaller frames have fewer pixels, so less is smoothed."""
+"""Frames with a shorter side below this are smoothed less: contacts have fewer pixels there."""
 NOISE_FACTOR = 8.0
 """A contact must change the colour by this many standard deviations of the blank gel..."""
 LEAST_CHANGE = 0.03
 """...and by this share of full scale: seven grey levels of 255."""
 WIDEST_STAINS = 0.1
-"""More change than this is asked for by the frame's grain alone, not by its spread.
+"""The frame's spread asks for no more change than this; its grain may.
 
 A grip of half the pad spreads the colours too. On 124 real presses of three sensors the spread
 asked for 0.03 to 0.12, on six clips of grips for up to 0.3.
 """
 WIDE, GENTLE = 0.05, (0.45, 0.5)
-"""More than that share of the frame has changed, but nothing by more than about twice what its
-spread asks for: then a face as wide as the pad has made the spread, and the least change tells.
-Balls change colours by 2.5 to 10 times of what their spread asks for (160 real presses), and the
-marks that a grip leaves cover less of a frame."""
+"""A face as wide as the pad makes a spread itself. So where more than the share ``WIDE`` of the
+frame has changed, and the spread asks for more than the second share of the largest change, the
+least change is enough; below the first share, what the spread asks for stands. Balls change colours
+by 2.5 to 10 times what their spread asks for (160 real presses), and the marks that a grip leaves
+cover less of a frame."""
 FAINT, FAINTEST = 0.15, 0.01
-"""Wide flanks of what is found go on down to this share of the largest change, and of full
-scale."""
+"""Wide flanks of what is found reach down to this share of the largest change, but not below this
+share of full scale."""
 RIM_PX = 4
-"""Those less than about one and a half times as wide are the blur's."""
+"""Flanks narrower than about one and a half times this are the blur's."""
 ENOUGH_PX = 1000
-"""For the median of what did not change."""
+"""Pixels from which the median of what did not change is taken, about."""
 BEYOND_ANY_GRIP = 0.9
-"""Of the frame: with more disturbed gel it is dark, another sensor's, or of a camera that moved."""
+"""A frame with a larger share disturbed is dark, another sensor's, or of a camera that moved."""
 LEAST_AREA = 8e-4
 """Smaller patches, as a share of the frame, are dust..."""
 LEAST_PX = 12.0
-"""...and in small frames, such ones are noise..."""
+"""...and in small frames, patches of fewer pixels are noise..."""
 BESIDE_PX = 5
-"""...unless a larger one lies so near: one light sees a small contact as two halves."""
+"""...unless a larger patch lies this near: one light sees a small contact as two halves."""
 HAIR_PX = 2
 """What is not wider than twice this is a hair."""
 CROSS = np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8)
 """A pixel and its four neighbours."""
 DEVIATION = 1.4826
-"""Standard deviations in a median absolute deviation, of normal noise."""
+"""Standard deviation of normal noise over its median absolute deviation."""
 BORDER_PX = 3
 
 

@@ -37,28 +37,29 @@ from recon.pixels import Pixels
 from recon.still import reach_of
 
 LEFT_OUT = 3
-"""Of so many presses, and of so many rendered pixels, one is left out by a network that measures
-the error and is then forgotten."""
+"""One in so many presses, and in so many rendered pixels, is held out from an extra network, which
+measures the error and is then forgotten."""
 FEWEST_PIXELS = 20
-"""Left out and near a knot, from which the error there is told."""
+"""Held-out pixels near a slope knot, below which the error there is not told."""
 LEANING = 0.6
-"""Of the lean that colours tell, what labels lean by: some is light that a dent turns away."""
+"""Share of the lean that colours tell, by which labels lean: the rest is light that a dent turns
+away."""
 RENDERED = 2.0
-"""Pixels of rendered things for one of the balls."""
+"""Rendered pixels for each pixel of a ball."""
 RENDERED_BESIDE_FEW = 1.0
-"""For one of the balls where few presses teach more of them."""
+"""The same where there are few presses, each of which teaches more pixels."""
 FEWEST_COLLARS = 3
-"""Presses whose gel beside the contact was fitted, from which a sensor's is told."""
+"""Presses with a fitted collar, below which none is told of the sensor."""
 OTHER_SIZES = 0.8, 1.8
 """Half of the balls' pixels are taught as those of a ball so many times as large: balls of one size
 would teach that size."""
 HASTY = 1 / 3
-"""Of the training, where nobody asks for more."""
+"""Share of the training's steps in a hasty fit."""
 STANDARD, COLORS = "standard", "RGB"
-"""The rendered sensor whose light is compared as it is, where all colours are looked at."""
+"""The rendered sensor to whose light ``Default.unlike`` compares, and the colours that it needs."""
 UNLIKE = 0.25
-"""Of the balls' change of colour: a rendered sensor that leaves as much of it unexplained does not
-say how the gel beside a contact looks."""
+"""Unexplained share of the balls' change of colour, from which on rendered sensors do not say how
+the gel beside a contact looks: all labelled collars are then learnt from."""
 
 Progress = Callable[[float], None]
 Inputs = Float32[np.ndarray, "n f"]
@@ -102,36 +103,37 @@ def fit_default(
 
 @dataclass(frozen=True, kw_only=True)
 class _Told:
-    """Pixels of balls, some of them elsewhere, then of rendered presses, as networks are told."""
+    """What the networks are taught: pixels of balls, then of rendered presses.
+
+    Balls come first where they were pressed, then moved elsewhere, ``times`` times in each way.
+    """
 
     light: Light
     gel: Lean
     mean: Float32[np.ndarray, " f"]
     spread: Float32[np.ndarray, " f"]
     inputs: Inputs
-    """Of mean 0 and spread 1 among the balls' pixels, before some are taken as of other sizes."""
+    """Of mean 0 and spread 1 among the balls' pixels as they are, before some change size."""
     slopes: Float32[np.ndarray, "n 2"]
     """Of the dent, mm/mm."""
     of_balls: Bool[np.ndarray, " n"]
     unseen: Bool[np.ndarray, " n"]
-    """Which the network that measures the error does not learn from: of some balls, and some of the
-    rendered."""
+    """Held out from the network that measures the error: some balls and some rendered pixels."""
     measured: Int[np.ndarray, " m"]
-    """Those of them that it is measured by: of balls where they were pressed."""
+    """The held-out pixels that the error is measured on; of balls, where they were pressed."""
     measured_inputs: Float32[np.ndarray, "m f"]
-    """What those show, of balls of their own size."""
+    """Their inputs, with balls of their own size."""
     times: int
-    """That a network is taught each ball elsewhere."""
+    """How often a network is taught each ball elsewhere."""
     ways: int
-    """Of moving balls there, each for some networks. Balls come first where they were pressed, then
-    so many times elsewhere for each way."""
+    """How many ways of moving balls there are; each network is taught one."""
     members: int
     """Networks whose mean is taken."""
     unlike: float | None
     """As ``Default.unlike``."""
     here_alone: int
-    """The first of them, which are taught balls only where they were pressed: what they learn by
-    heart and what the model of the light tells the others wrongly are errors of two kinds."""
+    """How many of them, the first, are taught balls only where they were pressed: what these learn
+    by heart and what the model of the light tells the others wrongly are errors of two kinds."""
 
 
 def dents(pixels: Pixels, columns: list[int]) -> tuple[Taught, Light, Lean]:

@@ -26,16 +26,16 @@ from recon.estimators.shading import (
 from recon.pixels import Pixels
 
 MOST = 3
-"""Times that a ball is taught elsewhere."""
+"""How often a ball is taught elsewhere, at most."""
 COVERED = 0.3
-"""Of the pad: where contacts touch more of it, less is learnt by heart, and the model of the light
-may err more. So half of the networks are then taught nothing elsewhere."""
+"""Share of the pad that contacts touch, from which on half of the networks are taught nothing
+elsewhere: less is learnt by heart then, and the model of the light may err more."""
 UNTOLD = 1.0, 2.0
-"""How strongly what the model of the light does not explain of a colour comes along, for each half
-of the networks: the stronger, the less of it is learnt by heart. Where contacts touch more, as
-strongly as the first for all."""
+"""Factors by which the part of a colour that the model of the light does not explain is multiplied
+when a ball is moved, one for each half of the networks: the larger, the less of it is learnt by
+heart. Where contacts touch ``COVERED`` of the pad, all moved balls have the first."""
 CELLS = 32
-"""Of the pad along each axis, which a contact touches or not."""
+"""Cells along each side of the pad; a contact touches one or does not."""
 RIDGE = 1e-2
 """Of the mean square of a colour's answer: colours that answer alike are not told apart."""
 

@@ -23,26 +23,28 @@ Beyond = tuple[int, int]
 """How many rows lie beyond the first and the last; of lights along x, columns."""
 
 STEEP = 0.1
-"""Of the steepest slope: lines that are steeper than this at the edge are cut there..."""
+"""A line is steep at the edge if it is steeper there than this share of the steepest slope."""
 CUT = 0.15
-"""...if they are so deep there, as a share of their deepest..."""
+"""Steep lines are cut if together they are deeper at the edge than this share of their deepest."""
 CUT_BY_PIXELS = 0.4
-"""...and so deep by an estimator that sees single pixels: with one light it reads collars that
-touch the edge as steep, and puts the edge at up to 0.34 of their deepest."""
+"""The same for an estimator that sees single pixels: with one light it reads collars that touch the
+edge as steep, and puts the edge at up to 0.34 of their deepest."""
 WHOLE, WHOLE_BY_PIXELS = 0.2, 0.6
-"""How deep steep and level lines are at the edge together, of what all lines' deepest come to, at
-least. Balls cut at 0.8 radii come to 0.27 and more; whole contacts of a real sensor that pass for
-cut otherwise to 0.13, and to 0.53 as single pixels show them with one light."""
+"""Nothing is cut unless steep and level lines together are deeper at the edge than this share of
+what all lines' deepest come to; the second by single pixels. Balls cut at 0.8 radii come to 0.27
+and more; whole contacts of a real sensor that would else pass for cut come to 0.13, and to 0.53 as
+single pixels show them with one light."""
 LEVEL = 0.75
-"""Of their deepest: lines that are so deep at the edge are cut at a crest or on flat ground, which
-show no slope there..."""
+"""A line is level at the edge if it is deeper there than this share of its deepest: it is cut at a
+crest or on flat ground, which show no slope."""
 MANY = 0.3
-"""...if they make up so much of what the lines' deepest come to: single lines err."""
+"""Level lines are cut if their deepest come to more than this share of all lines': single lines
+err."""
 REST = 0.5
-"""Of the disturbed gel along a line: a line that single pixels leave deep up to the edge, over
-farther than this, lacks a flank rather than runs on over flat ground."""
+"""A line that is level at the edge, but shows no slope next to it over more than this share of its
+disturbed gel, lacks a flank that single pixels did not see: it is not cut."""
 HIGH = 0.1
-"""Of the difference between the deepest row and the highest: about as high."""
+"""Rows within this share of the way from the highest to the deepest count as the highest."""
 
 
 def rows_beyond(

@@ -36,11 +36,11 @@ LENGTHS_MM = (0.0, 0.125, 0.25, 0.5)
 BESIDE_MM = 3 * COLLAR_MM
 """Gel farther from the contact than this does not follow it."""
 LEAST_BLOCKS = 8
-"""Fewer do not tell how they scatter."""
+"""Blocks, below which their scatter is not told."""
 MOST_BLOCKS = 1000
-"""So many tell it as all would."""
+"""Blocks that tell the scatter as well as all would."""
 FLAT = np.float32(3e-5)
-"""Slopes that differ by no more do so by the rounding of places where they are read."""
+"""Slopes that differ by less differ by rounding alone."""
 RAYLEIGH_SQUARE = 2 * np.log(2)
 """Median of the squared length of two normal numbers of variance 1."""
 

@@ -20,7 +20,7 @@ OUTLIER = 3.0
 RAYLEIGH_MEDIAN = 1.1774
 NORMAL_MEDIAN = 1 / 1.4826
 LEAST_NOISE = 0.002
-"""Of slopes: what no real gel is better than."""
+"""Noise of slopes; no real gel has less."""
 LEAST_SHOWN = 0.5
 """Of what derivatives say of the least certain motion, to be believed: as much as noise tells."""
 CORRELATED_PX = (8.0, 6.7, 6.7)

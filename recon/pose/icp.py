@@ -17,7 +17,7 @@ from sensor.extras import how_to_install
 
 MOST_POINTS = 5000
 GOLDEN = (np.sqrt(5) - 1) / 2
-"""Points are left out in its rhythm: each n-th would stand in columns, in rows of some lengths, and
+"""The golden ratio spreads the points that are kept: every n-th pixel could fall into columns, and
 a point's neighbours in one column do not span a plane."""
 NEIGHBORS = 10
 STEPS = 30
@@ -25,7 +25,7 @@ STILL_RAD, STILL_MM = float(np.radians(0.1)), 1e-3
 """A shorter step is the last; small_gicp's own limits."""
 LEAST_POINTS = 20
 COVARIANCE_POINTS = 1000
-"""So many tell of it what all would."""
+"""Points that tell the covariance as well as all would."""
 
 
 @dataclass(frozen=True, kw_only=True)

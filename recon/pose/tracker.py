@@ -60,17 +60,17 @@ REGISTRATIONS: Mapping[str, Registration] = {
 LEAST_CONTACT_PX = 120
 """A smaller contact shows too little to be followed."""
 LEAST_SHARE, LEAST_DEPTH = 0.1, 0.03
-"""Of the largest and of the deepest contact so far: a last remnant, or the gel's slow return, is
-not the object. Prints that real ones left in a gel were at most 0.02 as deep."""
+"""Shares of the largest and of the deepest contact so far: less is a last remnant or the gel's slow
+return, not the object. Prints that real ones left in a gel were at most 0.02 as deep."""
 LEAST_IN_FRAME = 0.5
-"""Of the largest contact so far, where the frame's border cuts it off: the end of an edge may lie
-beyond, and what is left of it slides along it unseen."""
+"""Share of the largest contact so far that must be left where the frame's border cuts it off: the
+end of an edge may lie beyond, and the rest then slides along it unseen."""
 LEAST_OVERLAP = 0.35
-"""Of the smaller contact."""
+"""Share of the smaller contact that both touches must show."""
 LEAST_EXPLAINED = 0.5
-"""Of the normals' energy; a wrong pose explains less than nothing."""
+"""Share of the normals' energy that a pose must explain; wrong ones explain less than nothing."""
 FOUND_AGAIN = 0.7
-"""To believe a pose after a loss, when no motion from the last one vouches for it."""
+"""The same after a loss, when no motion from the last pose vouches for it."""
 RECOGNIZED = 4
 """Keyframes that are tried when lost or adrift, the surest first."""
 UNLIKE = "its details do not match, or it has none"
@@ -78,15 +78,15 @@ LEAST_ALIKE = 0.4
 """Correlation of details; a shape without any, such as a smooth ball's, has none."""
 KEYFRAME_OVERLAP = 0.75
 SWITCH = 0.7
-"""Of a keyframe's reach: beyond it another is looked for, or made."""
+"""Share of a keyframe's reach beyond which another is looked for, or made."""
 LONGEST_STEP_DEG, LONGEST_STEP_MM = 12.0, 1.2
-"""From one touch to the next; a longer way is a jump."""
+"""Longest way from one touch to the next; a longer one is a jump."""
 ADRIFT_DEG = 4.0
 """A standard deviation from which keyframes are tried wherever they are."""
 ALIKE = 0.03
 """Poses whose explained shares differ by less cannot be told apart."""
 LOOKS = 4
-"""From where a guess leads to, one after another: a mesh looks other from ten degrees away."""
+"""Times that a guess is refined from where it led: a mesh looks other from ten degrees away."""
 FITS = 0.95
 """Explained share of a searched pose that leaves no doubt: by ``benchmarks.pose_search`` wrong
 ones, the right not being guessed, come to 0.942 at most, all 64 right ones to 0.969 and more."""
