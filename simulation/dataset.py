@@ -290,21 +290,23 @@ def write_set(
         for future in started.values():
             future.cancel()
         raise
-    balls = [press.indenter.round_mm for press in presses if press.indenter.round_mm]
     write_labels(folder / LABELS_FILE, sorted(labels, key=lambda label: label.file))
-    write_card(
-        folder / CARD_FILE,
-        DatasetCard(
-            name=set_name or f"twin-{recipe.design.name}",
-            source=source,
-            licence=LICENCE,
-            mm_per_px=recipe.view.mm_per_px,
-            ball_radius_mm=balls[0] if balls else CALIBRATION_BALL_MM,
-            background=tuple(f"background_{index}.jpg" for index in range(BACKGROUNDS)),
-            corners_px=corners_px(recipe.design, recipe.view.size_mm) if recipe.raw else None,
-            pad_size_mm=recipe.view.size_mm if recipe.raw else None,
-            lights_deg={str(k): v for k, v in recipe.design.lights.azimuths_deg.items()},
-        ),
+    name = set_name or f"twin-{recipe.design.name}"
+    write_card(folder / CARD_FILE, _card(recipe, presses, name, source))
+
+
+def _card(recipe: Recipe, presses: Sequence[Press], name: str, source: str) -> DatasetCard:
+    balls = [press.indenter.round_mm for press in presses if press.indenter.round_mm]
+    return DatasetCard(
+        name=name,
+        source=source,
+        licence=LICENCE,
+        mm_per_px=recipe.view.mm_per_px,
+        ball_radius_mm=balls[0] if balls else CALIBRATION_BALL_MM,
+        background=tuple(f"background_{index}.jpg" for index in range(BACKGROUNDS)),
+        corners_px=corners_px(recipe.design, recipe.view.size_mm) if recipe.raw else None,
+        pad_size_mm=recipe.view.size_mm if recipe.raw else None,
+        lights_deg={str(k): v for k, v in recipe.design.lights.azimuths_deg.items()},
     )
 
 

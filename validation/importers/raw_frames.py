@@ -153,19 +153,12 @@ def import_raw_frames(
             ball is found, the ball's radius cannot be right, the lens is another camera's, or
             ``mm_per_px`` is given for frames that tell their scale by a caliper.
     """
-    try:
-        pictures = sort_pictures([path.name for path in source.iterdir() if path.is_file()])
-    except WedgeError as error:
-        raise WedgeError(f"{source}: {error}{_in_subfolder(source)}") from error
-    except OSError as error:
-        raise WedgeError(f"{source} cannot be read: {error.strerror}.") from error
+    pictures = _pictures(source)
     if mm_per_px is not None and pictures.caliper:
         raise WedgeError(
             f"{source / pictures.caliper[0][0]} is a picture of a caliper, which gives the scale: "
             "leave out --mm-per-px or the picture."
         )
-    for name in pictures.presses:
-        refuse_name(source / name)
     copy_frames(source, folder, [*pictures.background, *pictures.presses])
     blank = read_image(source / pictures.background[0])
     name = plain_name(source.resolve().name, "frames")
@@ -196,6 +189,24 @@ def import_raw_frames(
         lens=lens,
         left_aside=left_aside,
     )
+
+
+def _pictures(source: Path) -> Pictures:
+    """The pictures in a folder by what they show.
+
+    Raises:
+        WedgeError: the folder cannot be read, lacks pictures, or one has a name that no label can
+            bear.
+    """
+    try:
+        pictures = sort_pictures([path.name for path in source.iterdir() if path.is_file()])
+    except WedgeError as error:
+        raise WedgeError(f"{source}: {error}{_in_subfolder(source)}") from error
+    except OSError as error:
+        raise WedgeError(f"{source} cannot be read: {error.strerror}.") from error
+    for name in pictures.presses:
+        refuse_name(source / name)
+    return pictures
 
 
 def _scale(
