@@ -154,24 +154,3 @@ def example(
         ),
         depth=depth_errors(found.depth_mm, press, dataset.folder),
     )
-
-
-def label_shift_deg(
-    gradient: Float32[np.ndarray, "n 2"],
-    ball_radius_mm: float | Float32[np.ndarray, " n"],
-    shift_mm: float,
-) -> float:
-    """How far a ball's true theta_x moves, on average, when its centre is moved along x.
-
-    A label that is off by so much makes an exact estimator look that wrong.
-
-    Args:
-        gradient: true slopes on balls.
-        ball_radius_mm: of the ball at each, or of all.
-        shift_mm: of the centre.
-    """
-    steepness = np.sqrt(1 + np.sum(gradient.astype(float) ** 2, 1))
-    x_mm, y_mm = (-ball_radius_mm * gradient[:, axis] / steepness for axis in (0, 1))
-    height_mm = np.sqrt(np.maximum(ball_radius_mm**2 - (x_mm - shift_mm) ** 2 - y_mm**2, 1e-12))
-    moved = np.arctan(-(x_mm - shift_mm) / height_mm) - np.arctan(gradient[:, 0])
-    return float(np.degrees(np.abs(moved).mean()))

@@ -142,7 +142,7 @@ def fit_elastic(press: BallPress) -> ElasticContact:
     start = np.clip([0, 0, labelled, 0], lowest + 1e-6, highest - 1e-6)
 
     def unexplained(parameters: Float[np.ndarray, "4"]) -> Float[np.ndarray, " n"]:
-        terms = shading_terms(x, y, parameters, press.ball_radius_mm)
+        terms = _shading_terms(x, y, parameters, press.ball_radius_mm)
         shares = np.linalg.lstsq(terms.T @ terms, terms.T @ seen, rcond=None)[0]
         return (seen - terms @ shares).ravel()
 
@@ -166,7 +166,7 @@ def elastic_fade(ratio: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
     return 2 / np.pi / inverse * (np.arcsin(inverse) - inverse * np.sqrt(1 - inverse**2))
 
 
-def shading_terms(
+def _shading_terms(
     x_mm: Float[np.ndarray, " n"],
     y_mm: Float[np.ndarray, " n"],
     parameters: Float[np.ndarray, "4"],

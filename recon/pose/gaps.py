@@ -35,7 +35,7 @@ LEAST_ALIKE = 0.5
 
 
 @dataclass(frozen=True, kw_only=True)
-class PointCloud:
+class IndexedCloud:
     """Points with normals, a tree to find them by, and the frame that they are from."""
 
     cloud: Any
@@ -96,7 +96,7 @@ class Gaps:
         return twist
 
     def covariance(
-        self, reference: PointCloud, current: PointCloud, noise: Variances | None
+        self, reference: IndexedCloud, current: IndexedCloud, noise: Variances | None
     ) -> Covariance:
         """Of the twist that closes the gaps best, where depth is integrated from noisy slopes.
 
@@ -133,7 +133,7 @@ class Gaps:
         found: Covariance = growth * inverse @ sums @ inverse + unseen @ unseen.T
         return found
 
-    def unseen(self, reference: PointCloud, current: PointCloud) -> Float[np.ndarray, "6 u"]:
+    def unseen(self, reference: IndexedCloud, current: IndexedCloud) -> Float[np.ndarray, "6 u"]:
         """Twists, in columns, that the touches do not show, as long as they may be before a touch.
 
         Noise of the planes' normals makes every motion look seen, also one along an edge that
@@ -158,8 +158,8 @@ class Gaps:
 
 
 def gaps_between(
-    reference: PointCloud,
-    current: PointCloud,
+    reference: IndexedCloud,
+    current: IndexedCloud,
     T_current_reference: Transform,
     *,
     gaussian: bool,

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from recon.pose.cells import coarse, noise_between
-from recon.pose.gaps import FARTHEST_MM, PointCloud, gaps_between
+from recon.pose.gaps import FARTHEST_MM, IndexedCloud, gaps_between
 from recon.pose.registration import PRIOR, Alignment, Touch, contact_points
 from recon.pose.rigid import Transform, motion
 from sensor.errors import WedgeError
@@ -35,9 +35,9 @@ class Icp:
     kind: Literal["PLANE_ICP", "GICP"]
     spacing_mm: float = 0.06
     """Points are thinned to about this distance."""
-    prepares: ClassVar[type] = PointCloud
+    prepares: ClassVar[type] = IndexedCloud
 
-    def prepare(self, touch: Touch) -> PointCloud:
+    def prepare(self, touch: Touch) -> IndexedCloud:
         """Points of the contact, thinned, with normals from their neighbours.
 
         Raises:
@@ -48,7 +48,7 @@ class Icp:
         share = 1 / max(1, -(-len(points) // MOST_POINTS))
         points = points[np.arange(len(points)) * GOLDEN % 1 < share]
         cloud, tree = small_gicp.preprocess_points(points, self.spacing_mm, NEIGHBORS, 1)
-        return PointCloud(
+        return IndexedCloud(
             cloud=cloud,
             tree=tree,
             shape=touch.contact.shape,
@@ -58,7 +58,7 @@ class Icp:
         )
 
     def align(
-        self, reference: PointCloud, current: PointCloud, T_current_reference: Transform
+        self, reference: IndexedCloud, current: IndexedCloud, T_current_reference: Transform
     ) -> Alignment:
         """Motion that brings the reference's points onto the current surface."""
         if min(reference.cloud.size(), current.cloud.size()) < LEAST_POINTS:
@@ -79,7 +79,7 @@ def _unknown(guess: Transform) -> Alignment:
     return Alignment(T_current_reference=guess, covariance=PRIOR.copy())
 
 
-def _to_planes(reference: PointCloud, current: PointCloud, guess: Transform) -> Transform:
+def _to_planes(reference: IndexedCloud, current: IndexedCloud, guess: Transform) -> Transform:
     """Gauss-Newton on the distances from planes.
 
     small_gicp 1.0.1 multiplies a distance's coordinates by the normal's one by one and does not
@@ -96,7 +96,9 @@ def _to_planes(reference: PointCloud, current: PointCloud, guess: Transform) -> 
     return guess
 
 
-def _between_gaussians(reference: PointCloud, current: PointCloud, guess: Transform) -> Transform:
+def _between_gaussians(
+    reference: IndexedCloud, current: IndexedCloud, guess: Transform
+) -> Transform:
     found = _small_gicp().align(
         current.cloud,
         reference.cloud,

@@ -1,16 +1,16 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The U-Net that completes a gradient field, in numpy: running it needs no torch.
+"""The U-Nets that complete gradient fields and find held gel, in numpy: they run without torch.
 
 After Ronneberger, Fischer and Brox, MICCAI 2015 (https://arxiv.org/abs/1505.04597), made small.
 Four neighbouring pixels enter as one, each with its own maps, and leave again as four: nothing of
 the picture is lost, and the costly finest level has a quarter of the places. Where single pixels
 decide, as at a contact's edge, a few layers can follow at full resolution. A last map that tells
 how far off the others are can have layers of its own: the features were learnt to tell slopes, and
-no sum of them tells their error well. The network need not find the depth of a large contact by
-itself: that comes in from a convex fit, which it corrects. Halving is by the mean and not by the
-maximum, since the mean of noisy slopes is what an integral needs. ``recon.training.missing_axis``
-holds the same network in torch.
+no sum of them tells their error well. The network that completes gradient fields need not find the
+depth of a large contact by itself: that comes in from a convex fit, which it corrects. Halving is
+by the mean and not by the maximum, since the mean of noisy slopes is what an integral needs.
+``recon.training.torch_layers`` holds the same layers in torch.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,7 +22,8 @@ from jaxtyping import Float32
 from recon.integration.pressed import Support, pressed_depth
 
 CHANNELS = (12, 16, 24, 32)
-"""Feature maps on each level of the shipped network; every level halves both sides."""
+"""Feature maps on each level of the network that completes gradient fields; each level halves both
+sides. What follows is of that network too."""
 
 INPUTS = 3
 """Maps in: x and y gradient, and a depth that explains what was measured."""

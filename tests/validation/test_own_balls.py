@@ -15,7 +15,8 @@ from tests.synthetic import BALL_RADIUS_MM, make_dataset
 from validation import untouched
 from validation.circles import look
 from validation.error_table import error_table
-from validation.examples import held_out, label_shift_deg
+from validation.examples import held_out
+from validation.label_noise import label_shift_deg
 from validation.table_text import caption, table_document
 
 

@@ -27,10 +27,11 @@ from tests.browser import chromium, needs_chromium
 from tests.synthetic import make_dataset, make_fabrication
 from validation import folds
 from validation.error_table import Row, configurations, error_table
-from validation.examples import held_out, label_shift_deg
+from validation.examples import held_out
 from validation.figures.maps import blank
 from validation.figures.png import FRAME_DPI, frames_bytes, plot_bytes, png_bytes
 from validation.figures.style import FULL_IN, HALF_IN
+from validation.label_noise import label_shift_deg
 from validation.paper import PAPER_TABLE, paper_errors
 from validation.report.fabrication import LINKS, fabrication_section, no_fabrication_section
 from validation.report.integrators import integrator_section

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from validation.examples import label_shift_deg
 from validation.intervals import counted
+from validation.label_noise import label_shift_deg
 from validation.report.page import Section, bullets, code, paragraph, table_html
 from validation.report.results import DatasetResults
 
