@@ -26,11 +26,12 @@ from jaxtyping import Bool, Float, Float32
 from recon import unet
 from recon.contact.network import CONTACT, network_input
 from recon.integration.poisson import integrate
+from recon.training.batches import batch_makers, made_ahead
 from recon.training.contact_surfaces import surface_gradient
 from recon.training.loss_curve import refuse_weights, write_curve
 from recon.training.random_presses import log_uniform, random_press
 from recon.training.resumable import DEVICE, ResumableTraining, checkpoint_of
-from recon.training.torch_layers import UNetLayers, batch_makers, made_ahead
+from recon.training.torch_layers import UNetLayers
 from recon.unet.weights import Purpose, save_weights
 from sensor.arguments import at_least, ending_in_a_sentence
 from sensor.extras import how_to_install

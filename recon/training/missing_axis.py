@@ -22,13 +22,14 @@ from jaxtyping import Float, Float32
 from recon import unet
 from recon.lights import Axis
 from recon.missing_axis.inference import infer_missing_axis
+from recon.training.batches import batch_makers, made_ahead
 from recon.training.contact_surfaces import surface_gradient
 from recon.training.few_lights import measure
 from recon.training.loss_curve import refuse_weights, write_curve
 from recon.training.random_balls import SQUARE, random_ball
 from recon.training.random_surfaces import RECIPES, Recipe
 from recon.training.resumable import DEVICE, ResumableTraining, checkpoint_of
-from recon.training.torch_layers import UNetLayers, batch_makers, made_ahead
+from recon.training.torch_layers import UNetLayers
 from recon.unet.weights import save_weights
 from sensor.arguments import at_least, ending_in_a_sentence, some_of
 from sensor.extras import how_to_install

@@ -2,13 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The layers of ``recon.unet`` in torch, for training; needs the extra ``train``."""
 
-import signal
 import sys
-from collections import deque
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
-from multiprocessing import get_context
-from typing import TypeVar
 
 import numpy as np
 from jaxtyping import Float
@@ -22,8 +16,6 @@ try:
     from torch.nn import functional
 except ModuleNotFoundError:  # one sentence in place of a traceback
     sys.exit(f"Training needs torch: {how_to_install('train')}.")
-
-Batch = TypeVar("Batch")
 
 
 class UNetLayers(nn.Module):
@@ -96,26 +88,3 @@ class UNetLayers(nn.Module):
         """Copies of all parameters under the names of ``recon.unet``."""
         state = self.layers.state_dict()
         return {name: value.cpu().numpy().copy() for name, value in state.items()}
-
-
-def batch_makers(count: int) -> ProcessPoolExecutor:
-    """So many processes that make batches; Ctrl-C is for the one that learns from them."""
-    return ProcessPoolExecutor(
-        count,
-        mp_context=get_context("spawn"),
-        initializer=signal.signal,
-        initargs=(signal.SIGINT, signal.SIG_IGN),
-    )
-
-
-def made_ahead(
-    make: Callable[[int], Batch], steps: Iterable[int], executor: Executor, ahead: int
-) -> Iterator[Batch]:
-    """What ``make`` gives for each step, in their order, up to ``ahead`` made before their turn."""
-    waiting: deque[Future[Batch]] = deque()
-    for step in steps:
-        waiting.append(executor.submit(make, step))
-        if len(waiting) > ahead:
-            yield waiting.popleft().result()
-    while waiting:
-        yield waiting.popleft().result()
