@@ -146,7 +146,7 @@ def area_under_curve(fits: Sequence[tuple[float, bool]]) -> float | None:
     return float(excess / (count * (len(fits) - count)))
 
 
-def interval(found: Sequence[Found], seed: int = 0) -> Interval | None:
+def interval(found: Sequence[Found]) -> Interval | None:
     """95 % interval of that area over presses drawn again, each with all of its fits.
 
     ``None`` for too few of them, and where no draw would have another area: where all fits are
@@ -168,7 +168,7 @@ def interval(found: Sequence[Found], seed: int = 0) -> Interval | None:
         np.divide(((drawn @ misjudged) * drawn).sum(1), pairs, out=share, where=pairs > 0)
         return share[:, None]
 
-    intervals = bootstrap_intervals(beyond, len(found), seed)
+    intervals = bootstrap_intervals(beyond, len(found), seed=0)
     if intervals is None:
         return None
     ((low, high),) = intervals

@@ -68,20 +68,19 @@ def find_pad(blank: Frame) -> Corners | None:
     return a, b, c, d
 
 
-def gel_corners(clockwise: Corners, base: Side, *, mirrored: bool = True) -> Corners:
+def gel_corners(clockwise: Corners, base: Side) -> Corners:
     """Corners in the gel frame's order (top left, top right, bottom right, bottom left).
+
+    The mirror turns the picture over, so in that order they run anticlockwise in the picture.
 
     Args:
         clockwise: corners as they lie in the picture, from its top left.
         base: side of the picture on which the sensor's base with its green light is seen; it
             becomes the left side, the tip the right one.
-        mirrored: whether one mirror turned the picture over, as the Wedge's does.
     """
     turned = clockwise[SIDES.index(base) :] + clockwise[: SIDES.index(base)]
     first, second, third, fourth = turned  # first and second are the ends of the base
-    if mirrored:
-        return first, fourth, third, second
-    return second, third, fourth, first
+    return first, fourth, third, second
 
 
 def base_side(clockwise: Corners) -> Side:

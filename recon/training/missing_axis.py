@@ -194,13 +194,13 @@ def doubt_losses(
 
 
 def share_of_zeros_error(
-    weights: unet.Weights, axis: Axis, size_px: tuple[int, int], presses: int = 40, seed: int = 0
+    weights: unet.Weights, axis: Axis, size_px: tuple[int, int], presses: int = 40
 ) -> float:
     """Error of the inferred axis over the error of calling it zero, on balls nobody trained on.
 
     Mean absolute errors over the error table's pixels; the known axis has a noise of 0.04.
     """
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     missing, known = (0, 1) if axis == "x" else (1, 0)
     errors, slopes = [], []
     for _ in range(presses):
