@@ -12,12 +12,12 @@ from sensor.errors import WedgeError
 
 BLANK_FRAMES = 12
 LEAST_FRAMES = 3
-"""Of a slow stream, when the time is over."""
+"""Frames that are enough of a slow stream, once the time is over."""
 LEAST_GRAIN, TIMES, SHARE = 1.5 / 255, 8.0, 0.002
 """A gel moves where more than this share of its pixels change by so many times the frame's grain,
 which is this at least: the edges of dots that moved by a tenth of a pixel do."""
 LONGEST_S = 3.0
-"""From the request on: whoever asked has let go of the gel for now, not for ever."""
+"""Time from the request on: whoever asked lets go of the gel for some seconds, not for ever."""
 
 
 class BlankTaker:

@@ -13,8 +13,8 @@ DRAWN, HALO = "#111111", "#ffffff"
 STROKES = ((HALO, 3), (DRAWN, 1.2))
 """Of a line and the halo below it: colours, and widths in pixels of the screen."""
 GRIP_PX = 24
-"""From its middle a finger takes hold of what is drawn, in pixels of the screen; or in its ring,
-and half its radius around."""
+"""A finger takes hold of what is drawn within this distance of its middle, in pixels of the screen,
+or within one and a half of its radii."""
 STYLE = """
 .canvas { user-select: none; -webkit-user-select: none; }
 .grips { position: absolute; inset: 0; overflow: hidden; pointer-events: none; }
@@ -82,7 +82,7 @@ class Canvas:
 
         Args:
             name: its id in the page.
-            meaning: what it shows, for who hears the page.
+            meaning: what it shows, for screen readers.
             size_px: width and height.
             drawn: told of what a pointer does, but of what is the browser's.
         """

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A contact circle as the page of `wedge label` draws, tells and edits it."""
+"""How the page of `wedge label` draws a contact circle, describes it and edits it."""
 
 import math
 from dataclasses import replace
@@ -12,11 +12,11 @@ from sensor.toml import Pair
 
 SMALLEST_PX = 2.0
 ARM_PX = 5
-"""Of the cross, in pixels of the screen."""
+"""Length of the cross's arms, in pixels of the screen."""
 
 
 def drawn(label: BallLabel) -> str:
-    """Its ring and the cross in its middle, as SVG over the frame's pixels.
+    """The circle and a cross in its middle, as SVG over the frame's pixels.
 
     Lines are as wide, and the cross as large, on every screen and in every frame: of its arms, half
     as long as the radius, a dash shows what is near the middle.
@@ -35,7 +35,7 @@ def drawn(label: BallLabel) -> str:
 
 
 def words(label: BallLabel, mm_per_px: Pair) -> str:
-    """Where it lies and how large it is."""
+    """The circle's centre and radius in words."""
     radius_px = label.contact_radius_px
     return (
         f"centre ({label.center_x_px:.2f}, {label.center_y_px:.2f}) px, radius {radius_px:.2f} px"
@@ -46,7 +46,7 @@ def words(label: BallLabel, mm_per_px: Pair) -> str:
 def new_circle(
     file: str, x_px: float, y_px: float, radius_px: float, ball_radius_mm: float | None
 ) -> BallLabel:
-    """One that somebody draws in a frame without any."""
+    """A circle that somebody draws in a frame without one."""
     return BallLabel(
         file=file,
         center_x_px=x_px,
@@ -58,7 +58,7 @@ def new_circle(
 
 
 def moved(label: BallLabel, x_px: float, y_px: float, size_px: tuple[int, int]) -> BallLabel:
-    """It elsewhere, its centre kept inside a frame of this width and height."""
+    """The circle at another place, its centre kept inside a frame of this width and height."""
     width, height = size_px
     return replace(
         label,
@@ -69,6 +69,6 @@ def moved(label: BallLabel, x_px: float, y_px: float, size_px: tuple[int, int]) 
 
 
 def grown(label: BallLabel, factor: float, largest_px: float) -> BallLabel:
-    """It larger or smaller, within what its ball allows."""
+    """The circle larger or smaller, within what its ball allows."""
     radius_px = min(max(label.contact_radius_px * factor, SMALLEST_PX), largest_px)
     return replace(label, contact_radius_px=round(radius_px, 2), quality=CERTAIN)

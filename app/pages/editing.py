@@ -28,11 +28,11 @@ ARROW_BUTTONS = {
     "ArrowDown": ("Move down", "arrow_downward"),
 }
 CLOSE = {"label": "Close", "color": "white"}
-"""Of a message: to be read on its ground."""
+"""The button that closes a message, in a colour that can be read on it."""
 BLUE = "#1565c0"
-"""Of buttons: white on it, and it on white, can be read."""
+"""Colour of buttons: white can be read on it, and it on white."""
 TALLEST = "100vh - 14rem"
-"""Of a picture: it, its heading and its buttons are seen at once."""
+"""Height of a picture at most, so that its heading and its buttons are seen with it."""
 STYLE = """
 #heading { container-type: inline-size; width: 100%; font-variant-numeric: tabular-nums; }
 #heading .words { font-size: 1rem; line-height: 1.5rem; height: 1.5rem; overflow: hidden; }
@@ -42,8 +42,8 @@ STYLE = """
 }
 #heading .why { height: auto; overflow-wrap: anywhere; }
 """
-"""What is said above a picture takes no more or less room whatever it is: the picture must not move
-under a pointer that drags. Why there is no picture may take any."""
+"""The heading above a picture is as high whatever it says, as the picture must not move under a
+pointer that drags; only the reason why there is no picture may take more room."""
 NOTHING_TO_UNDO = "There is nothing left to undo since this command was started."
 STILL = """(e) => {
     if (e.key.startsWith("Arrow") && !e.ctrlKey && !e.metaKey && !e.altKey)
@@ -87,9 +87,9 @@ def run_page(build: Callable[[], object], title: str, port: int) -> None:
 
 
 def listen(on_key: Callable[[str, float, bool], None]) -> None:
-    """Call with every key that is the page's.
+    """Call ``on_key`` with every key that is the page's and not the browser's.
 
-    With it go the pixels that an arrow moves by, and whether the key is held and comes again.
+    Its arguments are the key, the pixels that an arrow moves by, and whether the key is held down.
     """
 
     def pressed(event: KeyEventArguments) -> None:
@@ -103,7 +103,7 @@ def listen(on_key: Callable[[str, float, bool], None]) -> None:
 
 
 def when_turned_to(look_again: Callable[[], None]) -> None:
-    """Call when somebody comes back to the tab: others may have changed what it shows."""
+    """Call ``look_again`` when somebody comes back to the tab: its files may have changed."""
     ui.on(TURNED_TO, look_again)
     ui.add_body_html(f"<script>{WATCH}</script>")
 
@@ -126,7 +126,7 @@ def key_of(event: KeyEventArguments) -> str | None:
 class Heading:
     """The page's first lines: the frame that is shown, and what is drawn in it.
 
-    Who hears the page is told the same, but not of every step of a drag.
+    Screen readers tell the same, but not every step of a drag.
     """
 
     def __init__(self) -> None:
@@ -170,7 +170,7 @@ def button(
 
 
 def small_button(meaning: str, icon: str, on_click: Callable[[], Any]) -> None:
-    """One that shows its icon alone, and says its meaning to who rests on it or hears the page."""
+    """A button with an icon alone; a tooltip and screen readers tell its meaning."""
     with button("", icon, on_click).props(f'aria-label="{meaning}"'):
         ui.tooltip(meaning)
 

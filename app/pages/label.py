@@ -48,7 +48,7 @@ from sensor.errors import WedgeError
 
 VIEWS = ("difference", "frame")
 CONTRAST = 2.0
-"""Of the difference view, around middle grey."""
+"""Factor on the difference in its view, around middle grey."""
 GROW = 1.02
 WHEEL = """(e) => {
     if (e.ctrlKey || e.metaKey || Math.abs(e.deltaY) <= Math.abs(e.deltaX)) return;
@@ -60,22 +60,22 @@ WHEEL = """(e) => {
 """With Ctrl the wheel is the browser's zoom, and a swipe to the side scrolls. Turns that follow one
 another within half a second are one."""
 NOTCH = 100.0
-"""What browsers say of one; of a swipe on a trackpad they say less, many times."""
+"""What browsers say of one notch of a wheel; a swipe on a trackpad gives many smaller ones."""
 SCROLL = """requestAnimationFrame(() => requestAnimationFrame(() => {
     const view = document.getElementById("view"), [x, y] = [%f, %f];
     view.scrollLeft = x * view.scrollWidth - view.clientWidth / 2;
     view.scrollTop = y * view.scrollHeight - view.clientHeight / 2;
 }));"""
-"""Two frames on, when the browser has laid out the new size."""
+"""Scrolls two frames later, when the browser has laid out the new size."""
 ASKED = "frame"
 REMEMBER = f"""{{
     const there = new URL(location);
     there.searchParams.set("{ASKED}", %s);
     history.replaceState(history.state, "", there);
 }}"""
-"""So a page that is loaded anew, as after its server was, shows the frame that it showed."""
+"""Keeps the frame in the address: a page that is loaded again, as after a restart, shows it."""
 ONCE = ("Enter", "Delete", "Backspace")
-"""Keys that judge a frame: one that is held does so with no frame that nobody has seen."""
+"""Keys that judge a frame and turn to the next; held down, they judge none that nobody has seen."""
 HELP = (
     ("drag", "move the circle"),
     ("wheel, + and −", "resize it"),

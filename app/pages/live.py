@@ -16,13 +16,13 @@ from app.pages.watching import STEEPNESS, VIEW_S, Glimpse, Watcher
 from sensor.errors import WedgeError
 
 SURFACE_S = 0.15
-"""Between two surfaces, which take a browser longer than pictures."""
+"""Time between two surfaces, which take a browser longer than pictures."""
 HISTORY_S = 20.0
 AGE_S = 0.5
-"""Between two ages of what is shown: quicker, nobody reads them."""
+"""Time between two ages of what is shown; nobody reads them more quickly."""
 ARRIVED = "arrived"
 ARRIVE = f"""requestAnimationFrame(() => emitEvent("{ARRIVED}", %d));"""
-"""Once what came before is drawn; so a tab that nobody looks at gets nothing either."""
+"""Answers once all before it is drawn; a tab that nobody looks at does not, and is sent nothing."""
 STYLE = """
 body { background: #10151c; color: #e6edf3; font-variant-numeric: tabular-nums; }
 .sensor { background: #18202a; border: 1px solid #2a3542; border-radius: 14px; }

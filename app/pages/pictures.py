@@ -14,13 +14,14 @@ from sensor.toml import Pair
 
 WIDTH_PX = 480
 CONTRAST = 2.0
-"""Of difference images, about middle grey."""
+"""Factor on difference images, around middle grey."""
 SURFACE_COLUMNS = 72
 SURFACE_WIDTH = 8.0
-"""Of the surface, in the units of its scene."""
+"""Width of the surface in the units of its scene."""
 QUALITY = 85
 FINE_QUALITY = 95
-"""Of pictures that somebody measures in: about 2 of 255 levels off, a third of a PNG's bytes."""
+"""JPEG quality of pictures that somebody measures in: off by about 2 of 255 levels, with a third of
+a PNG's bytes."""
 SCENE_GAMMA = 2.2
 """The scene takes the colours of its textures for linear ones."""
 

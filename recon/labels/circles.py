@@ -29,10 +29,10 @@ REACH = 2.0
 """Drawn radii from the drawn centre, up to which pixels are looked at."""
 PIXELS, ROUNDS, ENOUGH = 2000, 3, 1e-6
 GLANCED, ENOUGH_GLANCED = 500, 1e-3
-"""Pixels of a first look at each of several circles, in one round, and when that ends."""
+"""The same for a first look at each of several circles, in one round."""
 HOPELESS = 0.5
-"""Of the best quality at that look: what explains less is not the ball. With 0 all are fitted to
-the end, and of 70 presses of two sets ``python -m validation.circles`` prints the same."""
+"""Share of the best quality at that look; a circle below it is not the ball. With 0 all are fitted
+to the end, and of 70 presses of two sets ``python -m validation.circles`` prints the same."""
 
 
 @dataclass(frozen=True, kw_only=True)

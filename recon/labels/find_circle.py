@@ -23,7 +23,7 @@ SMALLEST_PX = 6.0
 LEAST_BALL_PX = 4.0
 """Radius in the frame as it is searched: a contact on a smaller ball is hardly a pixel or two."""
 MOST_BALL = 3.0
-"""Of the frame's longer side: a larger ball hardly slopes, and its discs outgrow the memory."""
+"""Radius over the frame's longer side: larger balls hardly slope, their discs fill the memory."""
 NEAR_PX, NEAR_RADIUS = 6.0, 0.25  # proposals this close, and of radii this alike, are one
 RING = (1.05, 1.45)  # of the radius: the gel around a disc
 LEAST_QUALITY = 0.4
@@ -44,12 +44,13 @@ VISIBLE_DISC = 1.3
 """Of the radius: of 102 presses of three sensors, whole in the frame, the strongest change lies
 within 1.23 in all."""
 FARTHEST_SHIFT = 0.4
-"""Of the radius, from the fit that was chosen to the last: 0.32 at most on those presses."""
+"""Radii from the centre of the chosen fit to the last one: 0.32 at most on those presses."""
 LEAST_CHANGE = 0.03
-"""Of full scale, root mean square over the disc and its ring."""
+"""Least root mean square of the change over the disc and its ring, of full scale."""
 SMOOTH_PX, OUTLINE_SMOOTH_PX = 2.0, 1.5
 ROUNDS, CENTER_REACH = 2, 1.3
-"""Of the last fits to the shading: nearer the disc, where no cast shadow leans on it."""
+"""The last fits to the shading, and radii up to which they look: nearer the disc, where no cast
+shadow lies."""
 
 Change = Float32[np.ndarray, "h w"]
 Kernel = Float32[np.ndarray, "k k"]

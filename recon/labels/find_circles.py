@@ -22,11 +22,11 @@ from recon.presses import PressReader
 from sensor.dataset import BallLabel
 
 WIDEST_SPREAD = 0.02
-"""Of outlines, in contact radii, the median over presses: 0.006 to 0.015 on taxim-gelsight,
-known-depth and four rendered sets, 0.022 on marker-balls-a, 0.033 and 0.052 on wedge-lab's gels
-(``python -m validation.circles SET`` tells a labelled set's)."""
+"""Outlines centre circles up to this median of ``Circle.spread`` over presses: 0.006 to 0.015 on
+taxim-gelsight, known-depth and four rendered sets, 0.022 on marker-balls-a, 0.033 and 0.052 on
+wedge-lab's gels (``python -m validation.circles SET`` tells a labelled set's)."""
 FEWEST = 5
-"""Circles that tell."""
+"""Circles with a spread, below which outlines centre them anyway."""
 
 
 def found_labels(

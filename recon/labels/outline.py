@@ -28,7 +28,7 @@ NEAREST, FARTHEST = 0.7, 1.7
 """Of the contact's radius: where rays begin and end; the visible disc ends at 1.2 to 1.3."""
 LEVELS = (0.6, 0.7, 0.8, 0.9)
 FEWEST_RAYS = 0.3
-"""Of all; others leave the frame or never fall. Less than that of an arc fixes no centre."""
+"""Share of the rays that must fall within the frame: a shorter arc fixes no centre."""
 ROUNDS = 4
 FARTHEST_SHIFT = 0.25
 """Of the radius: an outline farther off than this is another object's."""

@@ -21,10 +21,10 @@ from recon.arrays import Frame
 FINEST_PX, COARSER_PX = 1.0, 2.0
 """Standard deviations of the two Gaussians whose difference is the finest structure."""
 CALM = 0.6
-"""Of the frame: where it changed least since the blank frame. A contact hides what it presses."""
+"""Share of the frame that is compared, where it changed least: a contact hides what it presses."""
 CALM_PX = 4.0
 AKIN_PX = 16
-"""Pixels that tell as much as one: neighbours share noise after the Gaussians."""
+"""So many pixels tell as much as one independent one: the Gaussians let neighbours share noise."""
 CHANCE = 3.0
 """Standard deviations by which two variances of the same noise may differ."""
 

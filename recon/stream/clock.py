@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The sender's clock laid over this machine's."""
+"""When a frame was taken by this machine's clock, as far as the sender's clock or uptime tells."""
 
 from collections import deque
 
@@ -8,16 +8,17 @@ from recon.stream.frame import Clock
 from sensor.wire import Stamp
 
 MOST_AHEAD_NS = 50 * 10**6
-"""Of a frame's stamp before its arrival: clocks that time servers keep are nearer."""
+"""A stamp may be later than the frame's arrival by this: time servers keep clocks nearer."""
 MOST_BEHIND_NS = 300 * 10**6
-"""Of the quickest frame: a network that holds back every frame for longer is none to steer by."""
+"""Most latency of the quickest frame: no network to steer a robot by holds every frame longer."""
 SET_NS = 50 * 10**6
-"""A sender's clock that leaves its uptime so far between two frames was set: none runs so wrong."""
+"""If a sender's clock departs from its uptime by this between two frames, the clock was set."""
 STARTED_NS = 2 * 10**9
 """An uptime that fell behind our clock by so much between two frames is that of another start, even
 where it grew: no connection is silent for so long without being made anew, with a fresh frame."""
 QUICKEST_OF_NS = 120 * 10**9
-"""Long enough for a quick frame to be among them, short enough for the clocks not to part."""
+"""The quickest frame is that of so long a time: quick frames are among them, and the clocks hardly
+drift."""
 REMARK = (
     "the clock of {name} {fault}: frames carry the time {by}, and the latency is "
     "unknown; let {who} reach a time server."
