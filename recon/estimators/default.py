@@ -38,20 +38,20 @@ from recon.estimators.surroundings import (
 from recon.still import FARTHEST, REACH
 
 MEMBERS = 2
-"""Networks whose mean is taken."""
+"""Networks whose mean is the estimate."""
 MEMBERS_OF_FEW = 4
-"""The same, where few presses teach: of what these learn by heart each learns another part."""
+"""The same where few presses teach: each network learns other parts of these by heart."""
 DRIFT_STEP_PX = 8
 LARGEST_DRIFT = 0.04
-"""Of full scale, ten grey levels: a larger median is a contact and not the light's."""
+"""Ten grey levels, of full scale: a larger median is a contact's and no drift of the light."""
 CALM = 0.25
-"""Share of the frame, where colours change least from place to place, that tells of the drift."""
+"""Share of the frame that tells the drift: where colours change least from place to place."""
 CALM_SMOOTHING = 1 / 30
-"""Of the frame's shorter side: standard deviation of a Gaussian over what is looked at for it."""
+"""Standard deviation of the Gaussian before that is judged, of the frame's shorter side."""
 LARGE_PX = 480
 """Shorter side from which on a frame's colours are smoothed by 1.4 pixels and more."""
 STEEPEST_SLOPE = 2.1
-"""That anything teaches: balls pressed to nine tenths of their radius have 2.06."""
+"""No press teaches steeper slopes: balls pressed to nine tenths of their radius have 2.06."""
 SLOPE_KNOTS = np.array([0, 0.05, 0.1, 0.2, 0.4, 0.7, 1, 1.5, 2.5], np.float32)
 """Slopes at which the error was measured."""
 

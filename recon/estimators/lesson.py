@@ -35,24 +35,26 @@ from recon.pixels import (
 )
 
 PIXELS = 1500
-"""Of a press's contact, and of its collar, at most: neighbours say nearly the same."""
+"""Most pixels from a press's contact, and from its collar: neighbours say nearly the same."""
 FEW = 15
-"""Presses at most that each teach more."""
+"""Up to so many presses are few, and each teaches more pixels."""
 PIXELS_OF_FEW = 6000
-"""Of the contact of one of few presses, and of its collar: else their grain is learnt by heart."""
+"""The same for one of few presses, whose grain would else be learnt by heart."""
 FLAT_FROM = 2.8
-"""Contact radii from the centre, where a collar is as good as flat: 6 % of the rim's slope."""
+"""Contact radii from the centre beyond which gel is taught as flat: a collar has 6 % of the rim's
+slope there."""
 DEEP_FLAT_FROM = 1.8
 """The same beside balls pressed in deeper than ``DEEPEST``: their collars are short for them. Where
 others fill the frame, gel is taught as flat from here on, at 15 % of the rim's slope, or nowhere.
 """
 LOOKED_AT = 1500
 REACH = 2.5
-"""Contact radii round the centre in which the circle is fitted."""
+"""Contact radii from the centre up to which the circle is fitted."""
 SMALLEST, LARGEST = 0.75, 1.35
-"""Of the labelled radius."""
+"""Bounds of the fitted radius, in labelled ones."""
 STRETCH = (0.3, 10.0)
-"""Least and most; a gel that is thin against its contact rises faster than a half-space."""
+"""Bounds of the collar's stretch; gel that is thin against its contact rises faster than a
+half-space."""
 
 
 def lesson_pixels(press: BallPress, index: int, seed: int, presses: int) -> Pixels:

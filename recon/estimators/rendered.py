@@ -45,15 +45,15 @@ VERSION = "6"
 GENTLEST, STEEPEST = 0.02, 1.0
 """Slopes of the balls' pixels from which the mix and the rendered lights are told."""
 DEEPNESS = tuple(np.arange(0, 2.01, 0.125).tolist())
-"""Tried; a sensor's light may change less or more with depth than the rendered one's."""
+"""Factors that are tried on how light changes with depth: a sensor's may change less or more."""
 BETWEEN = -0.5, 1.5
 """From shallow balls (0) to deep ones (1): what light does is not told beyond."""
 RIDGE = 1e-3
-"""Of each term's own square."""
+"""Ridge of the mix, as a share of each term's own square."""
 MOST = 0.98
-"""Of the balls' tilted pixels: what the mix leaves is told of no slope steeper than theirs."""
+"""Quantile of the balls' slopes: what the mix leaves is not extrapolated to steeper ones."""
 LIKENESS = 6
-"""Rendered sensors count by the power of what they leave unexplained: the likest count most."""
+"""Rendered sensors count by this negative power of what they leave unexplained."""
 COLLAR_SPREAD = 0.2
 """Of the logarithm of the collar's length: rendered sensors count by a Gaussian of it as well."""
 OF_PIXELS = ("change", "around", "position", "slopes")

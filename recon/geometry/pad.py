@@ -20,18 +20,18 @@ Side = Literal["top", "right", "bottom", "left"]
 SIDES: tuple[Side, ...] = ("top", "right", "bottom", "left")
 
 LEAST_AREA = 0.08
-"""Of the frame."""
+"""Least area of a pad, of the frame."""
 LEAST_FILLED = 0.85
-"""Of its four-sided hull: a pad is convex."""
+"""Least area of a pad, of its four-sided hull: a pad is convex."""
 MOST_ON_BORDER = 0.1
-"""Of its outline; the direct view of the gel is cut by the frame's edge."""
+"""Share of its outline on the frame's edge, at most: that edge cuts the direct view of the gel."""
 MOST_OUTSIDE = 0.7
-"""Of the brightness inside its sides, on average over the four, close by: two sensors' pads have
-0.03 to 0.6, areas that shading alone cuts out of lit gel 0.9 and more."""
+"""Brightness just outside its sides over that just inside, on average over the four, at most: two
+sensors' pads have 0.03 to 0.6, areas that shading alone cuts out of lit gel 0.9 and more."""
 AWAY, LEAST_AWAY_PX = 0.02, 4
-"""From a side, of the frame's shorter side."""
+"""Distance of these places from a side, of the frame's shorter side."""
 MIDDLE = (0.12, 0.88)
-"""Of a side: the corners are round."""
+"""Part of a side that is looked at, as the corners are round."""
 LEAST_KEYSTONE = 1.05
 POINTS = 80
 REFERENCE_PX = 240

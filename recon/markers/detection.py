@@ -21,7 +21,7 @@ from recon.medians import median
 from sensor.toml import Pair
 
 DARKEST = 0.02
-"""Of full scale, added to brightness: below it, dark and darker look the same."""
+"""Added to brightness, of full scale: below it, dark and darker look the same."""
 FINEST_SCALE_PX = 1.0
 COARSEST_SCALE = 1 / 28
 """Of the frame's shorter side: dots are found up to 4.2 scales wide, and the coarsest of the steps
@@ -29,26 +29,26 @@ below is at least 1/40 of it. So a dot may be a tenth as wide; whether up to a s
 size decides."""
 SCALE_STEP = 2**0.5
 NEAR_BEST = 0.75
-"""The coarsest scale that answers nearly as well as the best: the finest splits dots in two."""
+"""The coarsest scale with this share of the best one's response is taken: finer ones split dots."""
 FAINTEST = 0.015
-"""Of the response: less is noise. A dot half as bright as the gel answers with about 0.3."""
+"""Responses below this are noise. A dot half as bright as the gel answers with about 0.3."""
 LEAST_RESPONSE = 0.05
-"""Of the median dot; an artefact of a clean gel stays below it."""
+"""Least response of the median dot; artefacts of a clean gel stay below it."""
 OUTLIER = 0.25
 """Dots answer with at least this share of the median dot's response..."""
 WEAKER_ON_GRID = 0.12
 """...or, where the grid expects one, with this share."""
 FOUND_WITHIN = 0.3
-"""Of the spacing: so far a dot may lie from where the grid expects it."""
+"""How far, in spacings, a dot may lie from where the grid expects it."""
 LEAST_DOTS = 9
 LEAST_ON_GRID = 0.7
 """Share of the candidates that lie on one grid; fewer are specks, scratches, texture."""
 MOST_OF_FRAME = 0.5
-"""Of each side: a gel's own dots are all over it."""
+"""Share of each side of the frame that a gel's own dots span, as they are all over it."""
 CLOSING = 6.0
 """Width of what is taken for a dot and bridged, in standard deviations of the dots' filter."""
 FARTHEST = 3.0
-"""From a dot's centre to its pixels at most, in standard deviations of the dots' filter."""
+"""Farthest that a dot's pixels lie from its centre, in standard deviations of the dots' filter."""
 
 
 @dataclass(frozen=True, kw_only=True)

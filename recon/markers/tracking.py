@@ -32,26 +32,26 @@ Places = Float64[np.ndarray, "m 2"]
 
 NEIGHBORS = 8
 REACH = 0.45
-"""Of the spacing: a spot nearer than this to a dot's expected place may be the dot."""
+"""A spot may be the dot if it is nearer to the expected place than this, in spacings."""
 DISAGREEMENT = 0.3
-"""Of the spacing: a dot moves like its neighbours, give or take this."""
+"""A dot moves like its neighbours, give or take this, in spacings."""
 ROUNDS = 4
 LEAST_SEEN = 0.5
-"""With fewer of the dots in sight, where they are is not known."""
+"""Share of the dots in sight, below which nothing is known of where they are."""
 LONGEST_STEP = 0.35
-"""Of the spacing: a median step beyond it may have moved every dot onto its neighbour's place."""
+"""A longer median step, in spacings, may have moved every dot onto its neighbour's place."""
 STEEPEST = 0.5
-"""Neighbours whose shifts differ by more of the way between them are not both who they seem. On 161
-real frames of three gels it was 0.35 at most, with dots taken for their neighbours at least 0.6."""
+"""Neighbours whose shifts differ by a larger share of their distance are not both who they seem. It
+was 0.35 at most on 161 real frames of three gels, and 0.6 or more with dots taken for others."""
 RIM = 2
-"""So many neighbours away from a tear dots are who they seem, on one side of it."""
+"""Dots so many neighbours away from a tear are who they seem, on one side of it."""
 LEAST_BESIDE = 2
-"""Of a dot's neighbours, before they tell where it is."""
+"""Neighbours whose places must be known before they tell a dot's."""
 NEARLY_ALL = 0.95
-"""So many dots are seen where nothing was taken for its neighbour: each mistake hides some."""
+"""Share of the dots that is seen where none is taken for its neighbour: each mistake hides some."""
 AT_REST = 0.1
-"""Of the spacing: with nearly all dots so near to where they rest, the gel rests. Else only a shear
-by a whole spacing everywhere would bring them there."""
+"""With nearly all dots this near to where they rest, in spacings, the gel rests: only a shear by a
+whole spacing everywhere would else bring them there."""
 
 
 @dataclass(frozen=True, kw_only=True)
