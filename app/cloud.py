@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
-from app._background import light_remarks
-from app._doubt import doubt_remarks
 from app._first_contact import first_touched
 from app._frames import UnitFrame, is_image, unit_frames
 from app._output import (
@@ -22,6 +20,7 @@ from app._output import (
     write_json,
 )
 from app._progress import progress
+from app._remarks import doubt_remarks, light_remarks
 from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_atomic
 

@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from app._background import light_remarks
-from app._doubt import doubt_remarks
 from app._frames import read_checked
 from app._output import (
     OutputFile,
@@ -21,6 +19,7 @@ from app._output import (
     write_json,
 )
 from app._progress import progress
+from app._remarks import doubt_remarks, light_remarks
 from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_atomic
 

@@ -12,18 +12,18 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from app._compared import (
+from app._fabricate import MANIFEST, MissingExtraError, fabricate
+from app._output import print_table, write_json
+from app._progress import progress
+from app._reproduce_comparisons import (
     beside_each_other,
     fit_unit,
     known_depth,
     shapes_by_estimator,
     twins_beside_sensors,
 )
-from app._fabricate import MANIFEST, MissingExtraError, fabricate
-from app._output import print_table, write_json
-from app._progress import progress
+from app._reproduce_touch import touch_sections
 from app._seed import Seed
-from app._touch import touch_sections
 from app._workers import process_pool
 from sensor.design_file import load_design
 from sensor.errors import WedgeError

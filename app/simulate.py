@@ -9,7 +9,7 @@ from typing import Literal
 
 from app._output import command_line
 from app._progress import progress
-from app._render import refuse_numbers, refuse_unbuildable
+from app._render_refusals import refuse_numbers, refuse_unbuildable
 from app._seed import Seed
 from app._workers import process_pool
 from sensor.dataset import read_dataset

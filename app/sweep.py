@@ -12,7 +12,7 @@ import tyro
 from app._cluster import cluster_pool
 from app._output import OutputFile, keep_inputs, print_table, write_json
 from app._progress import progress
-from app._render import refuse_numbers, refuse_unbuildable
+from app._render_refusals import refuse_numbers, refuse_unbuildable
 from app._seed import Seed
 from app._workers import process_pool
 from sensor.design import Wedge

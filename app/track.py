@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
-from app._background import light_remarks
 from app._first_contact import first_touched
 from app._frames import UnitFrame, read_checked, unit_frames
 from app._gel import design_gel, flat_remarks
 from app._growing_files import Growing, file_names, growing
 from app._output import OutputFile, keep_inputs, print_table, write_json
 from app._progress import progress
+from app._remarks import light_remarks
 from sensor.errors import WedgeError
 from sensor.files import check_outputs
 

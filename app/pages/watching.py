@@ -12,7 +12,7 @@ from statistics import median
 
 import numpy as np
 
-from app._background import light_remarks
+from app._remarks import light_remarks
 from app._sources import is_dataset, open_live
 from app.pages import pictures
 from app.pages.blank import BlankTaker

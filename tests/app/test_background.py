@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from app.__main__ import main
-from app._background import light_remarks
+from app._remarks import light_remarks
 from recon.calibration import calibrate
 from recon.fast import FastReconstructor
 from recon.images import read_image, write_image

@@ -19,7 +19,7 @@ import simulation.engine
 from app import simulate, sweep
 from app.__main__ import main
 from app._cluster import cluster_pool
-from app._render import refuse_unbuildable
+from app._render_refusals import refuse_unbuildable
 from sensor.dataset import read_dataset
 from sensor.design import FINGER
 from sensor.errors import WedgeError

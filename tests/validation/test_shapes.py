@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app._compared import shapes_by_estimator
+from app._reproduce_comparisons import shapes_by_estimator
 from recon.ball import ball_cap
 from recon.calibration import Calibration, calibrate
 from recon.images import read_image, write_image

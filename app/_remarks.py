@@ -1,7 +1,8 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What is said of a background that is not as bright as the unit's own."""
+"""What the commands say of frames that are to be doubted: their light, and their depth."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from app._lights import COLORS
@@ -9,6 +10,9 @@ from app._lights import COLORS
 if TYPE_CHECKING:
     from recon.arrays import Frame
     from recon.calibration import Calibration
+
+NAMED = 3
+"""So many frames are named one by one; of more, the first and how many others."""
 
 
 def light_remarks(unit: "Calibration", background: "Frame | None", named: str) -> list[str]:
@@ -43,3 +47,30 @@ def light_remarks(unit: "Calibration", background: "Frame | None", named: str) -
         "slopes and depth are off by about as much; set the camera as it was at the calibration "
         "(apply the settings file that `wedge tune` wrote before it), or calibrate again."
     ]
+
+
+def doubt_remarks(doubts: Sequence[tuple[str, str]]) -> list[str]:
+    """A sentence for each way in which frames are doubted, in the order of the first.
+
+    Args:
+        doubts: names of frames, each with its ``recon.plausible.doubt_word`` or ``cut_word``; where
+            that is empty, nothing is said.
+    """
+    from recon.plausible import CUT_TWICE, IMPLAUSIBLE, STRANGE
+
+    asked = {
+        STRANGE: "are the lights on, and is this the unit's sensor?",
+        IMPLAUSIBLE: (
+            "is there no reflection on the gel, and is this the unit's sensor, not mirrored, with "
+            "red and blue not swapped?"
+        ),
+        CUT_TWICE: "can one of its ends lie inside the frame?",
+    }
+    said = []
+    for word in dict.fromkeys(word for _, word in doubts if word):
+        names = [name for name, found in doubts if found == word]
+        which = ", ".join(names)
+        if len(names) > NAMED:
+            which = f"{names[0]} and {len(names) - 1} more"
+        said.append(f"{which}: {word}, so the depth cannot be trusted: {asked[word]}")
+    return said
