@@ -7,40 +7,27 @@ along its path, and the exploded view pulls them apart along the same paths.
 """
 
 import math
-from collections import Counter
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 
 import cadquery as cq
 
 from cad.catalogue import PRINTED
-from cad.features import Vector
 from cad.layout import FLANGE, PLATE_UNDER_HEAD, REAR_SCREW_LENGTH, ROOF_SCREW_LENGTH, Layout
-from cad.motions import Shift, Turn, Way
+from cad.motions import Shift, Turn, Vector, Way
 from cad.parts import bought
 from cad.parts.electronics_cover import POSTS, UNDER_HEAD, board_x, board_z
 from cad.parts.gripper_adapter import cover_screw_places
+from cad.steps import Assembly, Body, Step
 from sensor.design import Wedge
 
-Placed = tuple["Body", cq.Solid]
+Placed = tuple[Body, cq.Solid]
 
 BOARD_SCREW_LENGTH = 4.0
 COVER_SCREW_LENGTH = 6.0
 _DOWN, _UP, _BACK = (0.0, 0.0, -1.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
 MIRROR_SWING_DEG = 10.0
 """The mirror goes in top first, this much steeper than its seat, and its foot swings up."""
-
-
-@dataclass(frozen=True)
-class Body:
-    """One body in its place, and the way by which it is taken out again."""
-
-    name: str
-    part: str
-    """Id of the part in the bill."""
-    material: str
-    way: Way
 
 
 @dataclass(frozen=True)
@@ -51,50 +38,6 @@ class ScrewRow:
     heads: tuple[Vector, ...]
     direction: Vector
     length_mm: float
-
-
-@dataclass(frozen=True)
-class Step:
-    """One step of the guide: new bodies, or a group made before, join a group."""
-
-    id: str
-    title: str
-    group: str
-    bodies: tuple[str, ...]
-    brings: str = ""
-    """A group finished before, that now goes in as a whole along the step's first body's way."""
-
-
-@dataclass(frozen=True)
-class Assembly:
-    """All bodies by name, and the steps in the order of the guide."""
-
-    bodies: Mapping[str, Body]
-    steps: tuple[Step, ...]
-
-    def counts(self) -> dict[str, int]:
-        """How many of each part the sensor holds, in the order of the guide."""
-        return dict(Counter(self.bodies[name].part for step in self.steps for name in step.bodies))
-
-    def moving(self, step: Step) -> tuple[str, ...]:
-        """Bodies that move in a step."""
-        return self.group_before(step, step.brings) if step.brings else step.bodies
-
-    def standing(self, step: Step) -> tuple[str, ...]:
-        """Bodies that a step's bodies must pass."""
-        return self.group_before(step, step.group)
-
-    def group_before(self, step: Step, group: str) -> tuple[str, ...]:
-        """Bodies of a group before a step."""
-        names: list[str] = []
-        for earlier in self.steps[: self.steps.index(step)]:
-            if earlier.group == group:
-                names += self.moving(earlier)
-        return tuple(names)
-
-    def way(self, step: Step, name: str) -> Way:
-        """The way of a body in a step; a group moves along the way of its first body."""
-        return self.bodies[self.moving(step)[0] if step.brings else name].way
 
 
 def assemble(design: Wedge) -> tuple[Assembly, dict[str, cq.Solid]]:

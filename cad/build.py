@@ -13,7 +13,7 @@ import cadquery as cq
 import trimesh
 
 from cad import checks
-from cad.assembly import Assembly, assemble
+from cad.assembly import assemble
 from cad.catalogue import on_the_bed, printed_parts
 from cad.counts import bill_counts
 from cad.electronics.boards import Board, boards
@@ -25,8 +25,10 @@ from cad.exports.drawing import drawing_of
 from cad.exports.page import view_files
 from cad.exports.views import Subject, color_of, draw
 from cad.manifest import bounding_box_mm, check_entries, part_entries
-from cad.mesh import manifold_of, mesh_of
+from cad.manifolds import manifold_of
+from cad.mesh import mesh_of
 from cad.refusals import refuse_unbuildable
+from cad.steps import Assembly
 from sensor.design import Wedge
 
 Progress = Callable[[str], None]

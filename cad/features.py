@@ -7,10 +7,10 @@ from collections.abc import Iterable, Sequence
 
 import cadquery as cq
 
+from cad.motions import Vector
 from sensor.errors import WedgeError
 
 Point = tuple[float, float]
-Vector = tuple[float, float, float]
 
 SEGMENTS = {
     "0": "abcdef", "1": "bc", "2": "abged", "3": "abgcd", "4": "fgbc", "5": "afgcd",

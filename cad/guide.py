@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from typing import Any
 
-from cad.assembly import Assembly, Step
 from cad.catalogue import INFILL_PERCENT
 from cad.electronics.boards import Board
 from cad.electronics.files import board_note
@@ -18,6 +17,7 @@ from cad.exports.laser import sheets
 from cad.guide_words import design_words
 from cad.manifest import size_words
 from cad.optics import keystone, pad_grid, pixel_margin, trace
+from cad.steps import Assembly, Step
 from sensor.design import Wedge
 from sensor.design_file import DESIGNS
 from sensor.wire import SIZES_PX

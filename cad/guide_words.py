@@ -4,7 +4,6 @@
 
 from collections.abc import Sequence
 
-from cad.assembly import Assembly
 from cad.bounds import EPSILON, own_range
 from cad.electronics.resistors import ADAPTER_V, supply_words, takes_adapters_supply
 from cad.layout import Layout
@@ -19,6 +18,7 @@ from cad.parts.gripper_adapter import (
     under_gripper_head_mm,
 )
 from cad.parts.jigs import caliper_gap_mm
+from cad.steps import Assembly
 from cad.wires import ribbon_length_mm
 from sensor.design import Camera, Wedge
 

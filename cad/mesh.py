@@ -3,7 +3,6 @@
 """Closed triangle meshes of solids, accurate to an absolute distance."""
 
 import cadquery as cq
-import manifold3d
 import numpy as np
 import trimesh
 from OCP.BRep import BRep_Tool
@@ -53,19 +52,3 @@ def _merged(vertices: np.ndarray, triangles: np.ndarray) -> trimesh.Trimesh:
     a, b, c = joined.T
     whole = (a != b) & (b != c) & (c != a)
     return trimesh.Trimesh(keys[first[order]], joined[whole], process=False)
-
-
-def manifold_of(mesh: trimesh.Trimesh) -> manifold3d.Manifold:
-    """The mesh as a body that can be intersected exactly."""
-    return manifold3d.Manifold(
-        manifold3d.Mesh64(
-            vert_properties=np.asarray(mesh.vertices, np.float64),
-            tri_verts=np.asarray(mesh.faces, np.uint64),
-        )
-    )
-
-
-def mesh_of_manifold(body: manifold3d.Manifold) -> trimesh.Trimesh:
-    """The triangles of a body that was intersected or cut."""
-    mesh = body.to_mesh64()
-    return trimesh.Trimesh(mesh.vert_properties[:, :3], mesh.tri_verts, process=False)

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cad.features import Vector
-
+Vector = tuple[float, float, float]
 Pose = NDArray[np.float64]
 """(4, 4): moves homogeneous points of the finished sensor."""
 

@@ -10,7 +10,7 @@ import manifold3d
 import numpy as np
 import trimesh
 
-from cad.mesh import manifold_of
+from cad.manifolds import manifold_of
 from cad.result import Result
 from sensor.design import Gel, Wedge
 

@@ -10,7 +10,7 @@ from OCP.BRepAdaptor import BRepAdaptor_Surface
 from OCP.GeomAbs import GeomAbs_Cylinder
 
 from cad.assembly import screw_rows
-from cad.features import Vector
+from cad.motions import Vector
 from cad.result import Result
 from cad.tables import fastener
 from sensor.design import Wedge

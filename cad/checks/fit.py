@@ -11,8 +11,8 @@ from itertools import combinations
 import manifold3d
 import numpy as np
 
-from cad.assembly import Assembly
 from cad.result import Result
+from cad.steps import Assembly
 from sensor.design import Wedge
 
 TOLERANCE_MM3 = 0.005

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import manifold3d
 import numpy as np
 
-from cad.assembly import Assembly, Step
 from cad.checks.fit import TOLERANCE_MM3
 from cad.motions import Way, poses
 from cad.result import Result
+from cad.steps import Assembly, Step
 
 STEP_MM = 0.2
 

@@ -12,7 +12,7 @@ import trimesh
 
 from cad.layout import FLANGE, Layout
 from cad.manifest import size_words
-from cad.mesh import manifold_of
+from cad.manifolds import manifold_of
 from cad.optics import pad_center_x_mm
 from sensor.design import Wedge
 

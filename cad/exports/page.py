@@ -14,9 +14,9 @@ import numpy as np
 import trimesh
 from markdown_it import MarkdownIt
 
-from cad.assembly import Assembly
 from cad.exports.views import color_of, pulled_apart
 from cad.manifest import size_words
+from cad.steps import Assembly
 from sensor.design import Wedge
 
 _STEPS = 65_000

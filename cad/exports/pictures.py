@@ -23,7 +23,8 @@ from vtkmodules.vtkRenderingCore import (
     vtkWindowToImageFilter,
 )
 
-Vector = tuple[float, float, float]
+from cad.motions import Vector
+
 FROM_ABOVE: Vector = (-0.75, -1.0, 0.75)
 FROM_BELOW: Vector = (-0.75, -1.0, -0.75)
 FROM_BEHIND: Vector = (0.9, -1.0, 0.6)
@@ -52,6 +53,7 @@ class Painter:
         self._window.SetOffScreenRendering(1)
         self._window.SetSize(*_SIZE_PX)
         self._window.SetMultiSamples(4)
+        self._window.SwapBuffersOff()  # a copy for a display: a third of the time
 
     def png(self, items: Iterable[Item], view: Vector = FROM_ABOVE, zoom: float = 1.0) -> bytes:
         """A picture in parallel projection, looking from ``view`` at all of the items."""

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 import trimesh
 
-from cad.assembly import Assembly, Step
 from cad.exports.pictures import (
     FROM_A_LOW_CORNER,
     FROM_ABOVE,
@@ -17,12 +16,12 @@ from cad.exports.pictures import (
     FROM_THE_SIDE,
     Item,
     Painter,
-    Vector,
     tube,
 )
-from cad.mesh import manifold_of, mesh_of_manifold
-from cad.motions import straight, turned_out
+from cad.manifolds import manifold_of, mesh_of_manifold
+from cad.motions import Vector, straight, turned_out
 from cad.optics import pad_center_x_mm, trace
+from cad.steps import Assembly, Step
 from sensor.design import Wedge
 
 Meshes = Mapping[str, trimesh.Trimesh]

@@ -5,8 +5,9 @@
 import cadquery as cq
 
 from cad.electronics.boards import boards
-from cad.features import Vector, box, cylinder, one_solid, turned, union_of
+from cad.features import box, cylinder, one_solid, turned, union_of
 from cad.layout import Layout
+from cad.motions import Vector
 from cad.optics import pad_center_x_mm
 from cad.parts.electronics_cover import BOARD_TO_BACK, POST_HEIGHT, POSTS, WALL, board_x, board_z
 from cad.parts.mold import gel_pad

@@ -19,7 +19,8 @@ from cad.build import Model, run_checks
 from cad.checks.fit import _sideways_gap
 from cad.features import box, cylinder
 from cad.layout import Layout
-from cad.mesh import manifold_of, mesh_of
+from cad.manifolds import manifold_of
+from cad.mesh import mesh_of
 from cad.motions import Shift, Turn, moved, poses, straight, turned_out
 from cad.optics import faulty_pictures, project, trace
 from cad.parts.bought import mirror

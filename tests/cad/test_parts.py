@@ -14,7 +14,8 @@ from cad.build import Model
 from cad.checks.fit import common_mm3
 from cad.features import SEGMENTS, box, cylinder, digits, one_solid
 from cad.layout import PLATE, Layout
-from cad.mesh import DEFLECTION_MM, manifold_of, mesh_of
+from cad.manifolds import manifold_of
+from cad.mesh import DEFLECTION_MM, mesh_of
 from cad.parts import bought, electronics_cover
 from cad.parts.case import case
 from cad.parts.coupons import acrylic_coupon, camera_coupon
