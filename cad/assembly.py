@@ -7,6 +7,7 @@ along its path, and the exploded view pulls them apart along the same paths.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
@@ -21,7 +22,8 @@ from cad.parts.gripper_adapter import cover_screw_places
 from cad.steps import Assembly, Body, Step
 from sensor.design import Wedge
 
-Placed = tuple[Body, cq.Solid]
+Placed = tuple[Body, Callable[[], cq.Solid]]
+"""A body, and what makes its solid in its place."""
 
 BOARD_SCREW_LENGTH = 4.0
 COVER_SCREW_LENGTH = 6.0
@@ -40,11 +42,14 @@ class ScrewRow:
     length_mm: float
 
 
-def assemble(design: Wedge) -> tuple[Assembly, dict[str, cq.Solid]]:
-    """The order in which the sensor goes together, and every body as a solid in its place."""
-    placed = [*_optics(design), *_mechanics(design), *_screws(design)]
-    bodies = {body.name: body for body, _ in placed}
-    solids = {body.name: solid for body, solid in placed}
+def solids_of(design: Wedge) -> dict[str, cq.Solid]:
+    """Every body as a solid in its place."""
+    return {body.name: make() for body, make in _placed(design)}
+
+
+def assembly_of(design: Wedge) -> Assembly:
+    """The order in which the sensor goes together."""
+    bodies = {body.name: body for body, _ in _placed(design)}
     colors = [row.color for row in Layout(design).light_rows()]
     films = list(Layout(design).films)
     steps = [
@@ -77,7 +82,7 @@ def assemble(design: Wedge) -> tuple[Assembly, dict[str, cq.Solid]]:
         Step("cover_into_place", "Close the compartment", "sensor", (), "electronics"),
         Step("cover_screws", "Screw the cover to the adapter", "sensor", _names("cover_screw", 4)),
     ]  # fmt: skip
-    return Assembly(bodies, tuple(steps)), solids
+    return Assembly(bodies, tuple(steps))
 
 
 def _names(stem: str, count: int) -> tuple[str, ...]:
@@ -89,6 +94,10 @@ def _straight(direction: Vector, length: float) -> Way:
     return (Shift((x * length, y * length, z * length)),)
 
 
+def _placed(design: Wedge) -> list[Placed]:
+    return [*_optics(design), *_mechanics(design), *_screws(design)]
+
+
 def _optics(design: Wedge) -> list[Placed]:
     """Mirror, lights and the window, all of which go in from below."""
     place = Layout(design)
@@ -96,25 +105,24 @@ def _optics(design: Wedge) -> list[Placed]:
     far = design.housing.roof_z_mm + design.acrylic.thickness_mm + 5
     swing = Turn((place.mirror_x1, 0.0, place.mirror_top), -MIRROR_SWING_DEG)
     glass = Body("mirror", "mirror", "PMMA front-surface mirror", (swing, *down(far)))
-    bodies = [
-        (glass, bought.mirror(design)),
-        (Body("acrylic", "acrylic", "PMMA clear", down(far)), bought.acrylic(design)),
-        (Body("gel", "gel", "silicone clear", down(far / 2)), bought.gel(design)),
+    bodies: list[Placed] = [
+        (glass, partial(bought.mirror, design)),
+        (Body("acrylic", "acrylic", "PMMA clear", down(far)), partial(bought.acrylic, design)),
+        (Body("gel", "gel", "silicone clear", down(far / 2)), partial(bought.gel, design)),
     ]
     outward = {"red": (0.0, 8.0, 0.0), "blue": (0.0, -8.0, 0.0), "green": (8.0, 0.0, 0.0)}
     for row in place.light_rows():
         color = row.color
-        array = bought.led_array(design, color)
         body = Body(f"{color}_leds", f"led_array_{color}", "electronics", down(far / 2))
-        bodies.append((body, array))
+        bodies.append((body, partial(bought.led_array, design, color)))
         side = "base" if color == "green" else "side"
         for order, film in enumerate(place.films):
             away = _straight(outward[color], 1 + 0.5 * order)
-            solid = bought.film(design, film, color)
-            bodies.append((Body(f"{color}_{film}", f"{film}_{side}", "film", away), solid))
+            strip = Body(f"{color}_{film}", f"{film}_{side}", "film", away)
+            bodies.append((strip, partial(bought.film, design, film, color)))
     wire = f"pin_{design.fastening.pin_diameter_mm:g}"
     bodies += [
-        (Body(f"pin_{index + 1}", wire, "brass", down(10)), bought.pin(design, index))
+        (Body(f"pin_{index + 1}", wire, "brass", down(10)), partial(bought.pin, design, index))
         for index in range(2)
     ]
     return bodies
@@ -130,21 +138,18 @@ def _mechanics(design: Wedge) -> list[Placed]:
         "adapter_wsg50": _straight(_UP, 20),
         "electronics_cover": _straight(_DOWN, 30),
     }
-    bodies = [
-        (Body(part.id, part.id, part.material, ways[part.id]), part.make(design))
+    bodies: list[Placed] = [
+        (Body(part.id, part.id, part.material, ways[part.id]), partial(part.make, design))
         for part in PRINTED
         if part.use == "assembly"
     ]
     back = _straight((math.cos(place.pitch), 0.0, -math.sin(place.pitch)), 25)
-    board = bought.csi_hdmi_board(design)
-    bodies += [
-        (Body("camera", "camera", "electronics", back), bought.camera(design)),
-        (Body("csi_hdmi_board", "csi_hdmi_board", "electronics", _straight(_UP, 20)), board),
-        (
-            Body("resistor_board", "resistor_board", "electronics", _straight(_UP, 20)),
-            bought.resistor_board(design),
-        ),
-    ]
+    bodies.append((Body("camera", "camera", "electronics", back), partial(bought.camera, design)))
+    for name, make in (
+        ("csi_hdmi_board", bought.csi_hdmi_board),
+        ("resistor_board", bought.resistor_board),
+    ):
+        bodies.append((Body(name, name, "electronics", _straight(_UP, 20)), partial(make, design)))
     return bodies
 
 
@@ -187,12 +192,13 @@ def screw_rows(design: Wedge) -> tuple[ScrewRow, ...]:
 
 
 def _screws(design: Wedge) -> list[Placed]:
-    bodies = []
+    bodies: list[Placed] = []
     size = design.fastening.screw
     for row in screw_rows(design):
         part = f"screw_{size.lower()}x{row.length_mm:g}"
         back = _straight(row.direction, -20)
         for index, head in enumerate(row.heads):
-            solid = bought.screw(size, head, row.direction, row.length_mm)
-            bodies.append((Body(f"{row.stem}_{index + 1}", part, "steel", back), solid))
+            body = Body(f"{row.stem}_{index + 1}", part, "steel", back)
+            make = partial(bought.screw, size, head, row.direction, row.length_mm)
+            bodies.append((body, make))
     return bodies

@@ -13,7 +13,7 @@ import cadquery as cq
 import trimesh
 
 from cad import checks
-from cad.assembly import assemble
+from cad.assembly import assembly_of, solids_of
 from cad.catalogue import on_the_bed, printed_parts
 from cad.counts import bill_counts
 from cad.electronics.boards import Board, boards
@@ -36,7 +36,7 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Model:
-    """A design as solids and meshes, each made once."""
+    """A design as solids, meshes and figures, each made once."""
 
     design: Wedge
     assembly: Assembly
@@ -68,6 +68,21 @@ class Model:
         parts = printed_parts(self.design)
         return {part.id: on_the_bed(part, self.printed_meshes[part.id]) for part in parts}
 
+    @cached_property
+    def parts(self) -> list[dict[str, Any]]:
+        """Figures of every part, for the manifest."""
+        bought = {
+            body.part: (self.bodies[name], body.material)
+            for name, body in self.assembly.bodies.items()
+            if body.part not in self.printed
+        }
+        return part_entries(self.design, self.printed, bought, self.assembly.counts())
+
+    @cached_property
+    def size_mm(self) -> list[float]:
+        """What all bodies together measure along x, y and z."""
+        return bounding_box_mm(self.bodies.values())
+
 
 def model(design: Wedge) -> Model:
     """Build a design's solids.
@@ -76,12 +91,12 @@ def model(design: Wedge) -> Model:
         WedgeError: the design cannot be built; names field, value and bound.
     """
     refuse_unbuildable(design)
-    assembly, bodies = assemble(design)
+    bodies = solids_of(design)
     printed = {
         part.id: bodies[part.id] if part.id in bodies else part.make(design)
         for part in printed_parts(design)
     }
-    return Model(design, assembly, bodies, printed)
+    return Model(design, assembly_of(design), bodies, printed)
 
 
 def run_checks(built: Model) -> list[checks.Result]:
@@ -156,17 +171,11 @@ def write_pictures(built: Model, folder: Path, executor: Executor) -> Callable[[
 def manifest_of(built: Model, results: list[checks.Result]) -> dict[str, Any]:
     """The manifest without the files' hashes."""
     counts = built.assembly.counts()
-    bought = {
-        body.part: (built.bodies[name], body.material)
-        for name, body in built.assembly.bodies.items()
-        if body.part not in built.printed
-    }
-    parts = part_entries(built.design, built.printed, bought, counts)
     return {
         "design": built.design.name,
         "design_sha256": built.design.sha256,
-        "bounding_box_mm": bounding_box_mm(built.bodies.values()),
-        "parts": parts,
-        "bill": bill_counts(built.design, counts, built.boards, parts),
+        "bounding_box_mm": list(built.size_mm),
+        "parts": [dict(part) for part in built.parts],
+        "bill": bill_counts(built.design, counts, built.boards, built.parts),
         "checks": check_entries(results),
     }

@@ -17,7 +17,7 @@ import trimesh
 
 from bom.bill import make_bill, read_parts
 from bom.fit import parts_for
-from cad.assembly import assemble
+from cad.assembly import assembly_of
 from cad.build import Model, manifest_of
 from cad.counts import bill_counts
 from cad.exports.drawing import drawing_of
@@ -161,7 +161,7 @@ def test_the_strips_of_a_film_are_bought_as_one_roll(lights: tuple[int, int, int
     design = replace(STANDARD, lights=replace(STANDARD.lights, **changed))
     cut = Counter({sheet.material: sum(p.quantity for p in sheet.pieces)
                    for sheet in sheets(design)})  # fmt: skip
-    counts = bill_counts(design, assemble(design)[0].counts(), [], [])
+    counts = bill_counts(design, assembly_of(design).counts(), [], [])
     films = {key: counts[key] for key in ("gray_filter", "diffuser")}
     lines = make_bill(films, parts_for(design, read_parts()))
     assert {line.part.id: line.quantity for line in lines} == {key: cut[key] for key in films}
@@ -173,7 +173,7 @@ def test_films_are_cut_for_every_row_of_lights_and_no_other(lights: tuple[int, i
     red, green, blue = lights
     changed = {"red_side_leds": red, "green_base_leds": green, "blue_side_leds": blue}
     design = replace(STANDARD, lights=replace(STANDARD.lights, **changed))
-    assembly, _ = assemble(design)
+    assembly = assembly_of(design)
     counts = assembly.counts()
     cut = {piece.id: piece.quantity for sheet in sheets(design) for piece in sheet.pieces}
     assert cut == {name: counts.get(name, 0) for name in cut}

@@ -13,7 +13,7 @@ import pytest
 
 from bom.bill import make_bill, read_parts
 from bom.fit import parts_for
-from cad.assembly import assemble
+from cad.assembly import assembly_of
 from cad.build import Model
 from cad.counts import bill_counts
 from cad.electronics.boards import boards
@@ -126,7 +126,7 @@ def counted(design: Wedge) -> dict[str, float]:
     parts: list[dict[str, Any]] = [
         {"id": "gel", "volume_mm3": bought.gel(design).Volume(), "quantity": 1}
     ]
-    return bill_counts(design, assemble(design)[0].counts(), boards(design), parts)
+    return bill_counts(design, assembly_of(design).counts(), boards(design), parts)
 
 
 @pytest.mark.parametrize("design", [STANDARD, FINGER, LONG, TALL], ids=["s", "f", "long", "tall"])
