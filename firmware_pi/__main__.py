@@ -29,7 +29,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "stay: to change them, edit it.",
     )
     default = commands.add_parser(
-        "default", help="write a settings file, or check the existing one"
+        "default",
+        help="write a settings file, or check the existing one",
+        description="Write a settings file, or check the existing one, and print its address and "
+        "port.",
     )
     paper = commands.add_parser("mjpg-streamer", help="print the command of the paper's server")
     cable = commands.add_parser(
@@ -58,9 +61,10 @@ def _run(given: argparse.Namespace) -> int:
         case "default":
             settings = Settings(camera=given.camera, address=given.address, port=given.port)
             if given.settings.exists():
-                read_settings(given.settings)
+                settings = read_settings(given.settings)
             else:
                 write_settings(given.settings, settings)
+            print(settings.address, settings.port)
         case "serve":
             from firmware_pi.service import Service
 

@@ -57,11 +57,12 @@ changed=$lib/.restart # there until what runs is what is installed
 [ -n "$to" ] || [ "$(id -u)" = 0 ] || fail "only root may install: run this with sudo."
 [ -f "$here/../sensor/wire.py" ] || fail "the folder sensor is missing next to firmware_pi: copy both."
 [ -n "$address" ] || fail "give the address to serve at with --address; this Pi has $(hostname -I)"
-python3 -c 'import sys; sys.exit(sys.version_info < (3, 11))' ||
+python3 -S -c 'import sys; sys.exit(sys.version_info < (3, 11))' ||
   fail "Python 3.11 is needed, as in Raspberry Pi OS 12 and later; docs/howto/pi.md says what an older system can do."
 
-# python WORDS: Python that finds the server beside this script and leaves nothing there.
-python() { PYTHONPATH=$here/.. PYTHONSAFEPATH=1 PYTHONDONTWRITEBYTECODE=1 python3 "$@"; }
+# python WORDS: Python that finds the server beside this script and leaves nothing there. Of the
+# packages that are installed it needs none, and to look for them (no -S) takes as long as the rest.
+python() { PYTHONPATH=$here/.. PYTHONSAFEPATH=1 PYTHONDONTWRITEBYTECODE=1 python3 -S "$@"; }
 
 # Everything that can be wrong with the options and the settings, before anything is changed.
 check() {
@@ -74,9 +75,8 @@ check() {
   esac
   there=$settings
   [ -e "$there" ] || there=/dev/null # no settings, and nothing to be written
-  python -m firmware_pi default "$there" --address "$address" --camera "$camera" --port "$port"
-  serves="$address $port"
-  [ ! -e "$settings" ] || serves=$(served "$settings")
+  serves=$(python -m firmware_pi default "$there" --address "$address" --camera "$camera" --port "$port")
+  [ -e "$settings" ] || serves="$address $port"
   for other in $(others); do
     [ "$(served "$other")" != "$serves" ] ||
       fail "$other already uses address and port $serves: give another --port, or set it in $settings."
@@ -130,7 +130,7 @@ check_cable() {
 
 # Something changes now: said in a file, so that a run after one that was cut off knows it too.
 changes() {
-  mkdir -p "$lib"
+  [ -e "$changed" ] || mkdir -p "$lib"
   : >"$changed"
 }
 
@@ -138,7 +138,9 @@ changes() {
 # hidden: NetworkManager takes every other file of its folder for settings.
 put() {
   new=${2%/*}/.${2##*/}.new
-  rm -f "$new" "$2.new" # left by a run that was cut off, the second by that of an older installer
+  for left in "$new" "$2.new"; do # by a run that was cut off, the second by that of an older installer
+    [ ! -e "$left" ] || rm "$left"
+  done
   if [ -f "$2" ] && cmp -s "$1" "$2"; then return; fi
   changes
   install -D -m "$3" "$1" "$new"
@@ -159,7 +161,7 @@ is_reachable() {
   ! grep -qs "^address1=$1/" "$cable" || return 0
   python -c '
 import sys
-from firmware_pi.server import is_up
+from firmware_pi.interfaces import is_up
 sys.exit(not is_up(sys.argv[1]))' "$1"
 }
 
@@ -199,9 +201,11 @@ END
 }
 
 install_settings() {
-  [ ! -e "$settings" ] ||
+  if [ -e "$settings" ]; then
     say "$settings stays as it is; --address and --port apply only if it does not exist"
-  python -m firmware_pi default "$settings" --address "$address" --camera "$camera" --port "$port"
+  else
+    python -m firmware_pi default "$settings" --address "$address" --camera "$camera" --port "$port" >/dev/null
+  fi
   chmod a+rX "$lib" "$lib"/* "$to/etc/gelsight-wedge" "$settings" # also what a stricter umask had made
   login=$to/etc/gelsight-wedge/login
   if [ ! -e "$login" ]; then # empty: no password is asked for

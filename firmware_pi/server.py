@@ -51,17 +51,6 @@ _GONE = select.POLLERR | select.POLLHUP | select.POLLRDHUP
 _IP_FREEBIND = 15  # Linux; socket has no name for it
 
 
-def is_up(address: str) -> bool:
-    """Whether an interface of this machine has an IP address."""
-    family = socket.AF_INET6 if ipaddress.ip_address(address).version == 6 else socket.AF_INET
-    with socket.socket(family, socket.SOCK_DGRAM) as asked:
-        try:
-            asked.bind((address, 0))
-        except OSError:
-            return False
-    return True
-
-
 class StreamServer(socketserver.ThreadingTCPServer):
     """Serves one camera at one address.
 

@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from firmware_pi.camera import PiCamera, Take
+from firmware_pi.interfaces import is_up
 from firmware_pi.newest import Newest
-from firmware_pi.server import StreamServer, is_up
+from firmware_pi.server import StreamServer
 from firmware_pi.settings import Settings, read_settings
 from firmware_pi.systemd import notify, watchdog_s
 from sensor.errors import WedgeError

@@ -42,7 +42,7 @@ for config in "$to/boot/firmware/config.txt" "$to/boot/config.txt"; do
   [ -n "$left" ] || grep -q '# gelsight-wedge begin' "$config" || continue
   before=$(cksum <"$config")
   PYTHONPATH=$here:$here/.. PYTHONSAFEPATH=1 PYTHONDONTWRITEBYTECODE=1 \
-    python3 -m firmware_pi cable remove "$config"
+    python3 -S -m firmware_pi cable remove "$config"
   [ "$(cksum <"$config")" = "$before" ] ||
     echo "uninstall.sh: restart the Pi once, so that its USB socket no longer acts as a network card" >&2
 done

@@ -4,10 +4,8 @@
 
 import errno
 import fcntl
-import hashlib
 import os
 import re
-import secrets
 import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -269,6 +267,8 @@ def _is_kept(folder: Path, over: str | None) -> bool:
 
 def sha256_of_files(paths: Mapping[str, Path]) -> str:
     """Hash of named files: the same names and contents give the same hash, wherever they lie."""
+    import hashlib  # here, as it loads OpenSSL, and a Pi's settings are read without it
+
     digest = hashlib.sha256()
     for name, path in sorted(paths.items()):
         with path.open("rb") as stream:
@@ -315,7 +315,7 @@ def _moved(source: Path, target: Path) -> bool:
 
 
 def _hidden_sibling(path: Path, end: str = "") -> Path:
-    return path.parent / f".{path.name}.{secrets.token_hex(TOKEN_BYTES)}{end}"
+    return path.parent / f".{path.name}.{os.urandom(TOKEN_BYTES).hex()}{end}"
 
 
 def _hidden_names(path: Path, end: str = "") -> str:

@@ -414,10 +414,14 @@ END
   done
   rm "$DESTDIR/proc/device-tree/model"
   [ "$(tree)" = "$before" ]
+  echo boot=overlay >"$DESTDIR/proc/cmdline" # which is looked at once nothing is wrong with the cable
   for model in 'Zero 2 W Rev 1.0' '3 Model A Plus Rev 1.0' '4 Model B Rev 1.4' '5 Model B Rev 1.0'; do
     printf 'Raspberry Pi %s\0' "$model" >"$DESTDIR/proc/device-tree/model"
-    "$firmware/install.sh" --address 10.55.0.1 --usb-gadget
+    run "$firmware/install.sh" --address 10.55.0.1 --usb-gadget
+    [[ $output == *"overlay file system"* ]]
   done
+  rm "$DESTDIR/proc/cmdline"
+  "$firmware/install.sh" --address 10.55.0.1 --usb-gadget
 }
 
 @test "a cable is refused where config.txt cannot be written, before anything is done" {
