@@ -22,6 +22,7 @@ from sensor.errors import WedgeError
 FIRST_FRAME_WITHIN_S = 20.0
 STALLED_AFTER_S = 3.0
 LOOK_EVERY_S = 1.0
+STOP_WITHIN_S = 0.05
 OF_THE_SERVER = ("address", "port", "max_clients")
 """Settings that it keeps until it is made anew."""
 
@@ -92,7 +93,8 @@ class Service:
         """
         for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
             signal.signal(number, self._on_signal)
-        threading.Thread(target=self.server.serve_forever, daemon=True).start()
+        serve = self.server.serve_forever
+        threading.Thread(target=serve, args=(STOP_WITHIN_S,), daemon=True).start()
         try:
             self._take_up(self.settings, "STATUS=waiting for the first frame")
             if not self._stop:
