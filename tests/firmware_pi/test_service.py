@@ -121,12 +121,34 @@ def test_it_is_ready_with_the_first_frame_and_stops_when_told(start: Any) -> Non
     assert process.child.returncode == 0
 
 
-def test_a_camera_that_stops_is_no_longer_vouched_for(start: Any) -> None:
-    process = start(fake_pi="zero stalls")
-    process.until_told("READY=1")
-    process.until_told("STATUS=no frame")
-    assert "WATCHDOG=1" not in process.until_told("STATUS=no frame")
-    assert not process.get("/health")["fresh"]
+def test_a_camera_that_stops_is_no_longer_vouched_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, handlers: None
+) -> None:
+    told: list[str] = []
+    fresh: list[bool] = []
+
+    def opened(settings: Settings, take: Take) -> Any:
+        take(b"the only one", time.clock_gettime_ns(time.CLOCK_BOOTTIME))
+        return SimpleNamespace(report=dict, stop=lambda: None)
+
+    def notify(*states: str) -> None:
+        told.extend(states)
+        fresh.append(served.server.fresh)
+        if "WATCHDOG=1" in states:
+            monkeypatch.setattr(Newest, "age_s", 4.0)
+        if fresh[-2:] == [False, False]:
+            signal.raise_signal(signal.SIGTERM)
+
+    monkeypatch.setattr(service, "notify", notify)
+    monkeypatch.setattr(service, "LOOK_EVERY_S", 0.01)
+    monkeypatch.setattr(Newest, "age_s", 0.0)
+    write_settings(tmp_path / "0.toml", Settings(port=free_port()))
+    served = service.Service(tmp_path / "0.toml", None, opened)
+    served.run()
+    no_frame = "STATUS=no frame for 4 s"
+    assert [told[0], told[1], *told[3:]] == [
+        "READY=1", "WATCHDOG=1", no_frame, no_frame, "STOPPING=1",
+    ]  # fmt: skip
 
 
 def test_new_settings_are_taken_and_wrong_ones_refused_by_name(start: Any) -> None:
