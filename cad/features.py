@@ -19,10 +19,19 @@ SEGMENTS = {
 }  # fmt: skip
 
 
+_XY = cq.Plane((0.0, 0.0, 0.0))
+"""Made once: to find a plane by its name, cadquery makes all that have one."""
+
+
+def workplane(shape: cq.Shape) -> cq.Workplane:
+    """A shape to which others are added, and from which they are cut."""
+    return cq.Workplane(_XY, obj=shape)
+
+
 def box(x: Point, y: Point, z: Point) -> cq.Workplane:
     """A box from its three ranges."""
     size = (x[1] - x[0], y[1] - y[0], z[1] - z[0])
-    return cq.Workplane(cq.Solid.makeBox(*size, cq.Vector(x[0], y[0], z[0])))
+    return workplane(cq.Solid.makeBox(*size, cq.Vector(x[0], y[0], z[0])))
 
 
 def both_sides(half: cq.Workplane) -> cq.Workplane:
@@ -37,7 +46,7 @@ def prism_xz(outline: Sequence[Point], half_width: float) -> cq.Workplane:
 
 def cylinder(start: Vector, direction: Vector, radius: float, length: float) -> cq.Workplane:
     """A cylinder from the centre of its first face."""
-    return cq.Workplane(
+    return workplane(
         cq.Solid.makeCylinder(radius, length, cq.Vector(*start), cq.Vector(*direction))
     )
 
@@ -96,7 +105,7 @@ def digits_width(count: int, height: float, stroke: float) -> float:
 def union_of(shapes: Iterable[cq.Workplane]) -> cq.Workplane:
     """All shapes in one."""
     first, *rest = [_shape(shape) for shape in shapes]
-    return cq.Workplane(first.fuse(*rest))
+    return workplane(first.fuse(*rest))
 
 
 def _shape(workplane: cq.Workplane) -> cq.Shape:
@@ -131,5 +140,5 @@ def ellipsoid_cap(
     cap = cap.rotate((0, 0, 0), (1, 0, 0), sign * sector / 2)
     if abs(across - normal) > 1e-9:
         stretch = cq.Matrix([[1, 0, 0, 0], [0, across / normal, 0, 0], [0, 0, 1, 0]])
-        cap = cq.Workplane(_shape(cap).transformGeometry(stretch))
+        cap = workplane(_shape(cap).transformGeometry(stretch))
     return cap.translate((0, 0, apex_z + normal))

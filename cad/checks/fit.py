@@ -55,7 +55,7 @@ def check_clearances(design: Wedge, bodies: Bodies) -> list[Result]:
     ]
     results = []
     for moved, fixed, bound in asked:
-        gap = min(_sideways_gap(bodies[moved], bodies[fixed], side) for side in (-1, 1))
+        gap = _least_gap(bodies[moved], bodies[fixed])
         results.append(
             Result("clearance", f"{moved} in {fixed}", gap, "mm", bound - 0.01, "at least",
                    f"designed for {bound:g} mm per side")
@@ -69,15 +69,26 @@ def check_clearances(design: Wedge, bodies: Bodies) -> list[Result]:
     return results
 
 
+def _least_gap(moved: manifold3d.Manifold, fixed: manifold3d.Manifold) -> float:
+    """The smaller gap of the two sides: the second is looked for only where the first is larger."""
+    gap = _sideways_gap(moved, fixed, -1)
+    return gap if _is_free(moved, fixed, gap) else _sideways_gap(moved, fixed, 1)
+
+
 def _sideways_gap(moved: manifold3d.Manifold, fixed: manifold3d.Manifold, side: int) -> float:
     """Largest shift toward +y or -y without contact, in mm, found by halving between 0 and 1."""
     free, stuck = 0.0, 1.0
-    if common_mm3(moved, fixed) > TOLERANCE_MM3:
+    if not _is_free(moved, fixed, 0.0):
         return 0.0
     while stuck - free > 0.002:
         middle = (free + stuck) / 2
-        if common_mm3(moved.translate((0.0, side * middle, 0.0)), fixed) > TOLERANCE_MM3:
-            stuck = middle
-        else:
+        if _is_free(moved, fixed, side * middle):
             free = middle
+        else:
+            stuck = middle
     return free
+
+
+def _is_free(moved: manifold3d.Manifold, fixed: manifold3d.Manifold, shift_mm: float) -> bool:
+    """Whether a body, shifted along y, touches nothing of another."""
+    return common_mm3(moved.translate((0.0, shift_mm, 0.0)), fixed) <= TOLERANCE_MM3

@@ -5,7 +5,7 @@
 import cadquery as cq
 
 from cad.electronics.boards import boards
-from cad.features import box, cylinder, one_solid, turned, union_of
+from cad.features import box, cylinder, one_solid, turned, union_of, workplane
 from cad.layout import Layout
 from cad.motions import Vector
 from cad.optics import pad_center_x_mm
@@ -57,7 +57,7 @@ def mirror(design: Wedge) -> cq.Solid:
 def gel(design: Wedge) -> cq.Solid:
     """The gel under the acrylic."""
     place = (pad_center_x_mm(design), 0, -design.acrylic.thickness_mm)
-    return one_solid(cq.Workplane(gel_pad(design.gel)).translate(place), "the gel")
+    return one_solid(workplane(gel_pad(design.gel)).translate(place), "the gel")
 
 
 def film(design: Wedge, name: str, side: str) -> cq.Solid:

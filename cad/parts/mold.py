@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import cadquery as cq
 
-from cad.features import Point, box, ellipsoid_cap, one_solid, union_of
+from cad.features import Point, box, ellipsoid_cap, one_solid, union_of, workplane
 from cad.layout import Layout
 from sensor.design import Gel, Wedge
 
@@ -58,7 +58,7 @@ def _cavity_half(gel: Gel) -> cq.Solid:
         .cut(_notches(gel, (0, GROOVE_INSIDE), (-GATE_DEPTH, 0)))
         .cut(_notches(gel, (GROOVE_OUTSIDE, RIM), (-GROOVE_DEPTH, 0)))
     )
-    return one_solid(body.cut(cq.Workplane(gel_pad(gel))), "the mold")
+    return one_solid(body.cut(workplane(gel_pad(gel))), "the mold")
 
 
 def mold_lid(design: Wedge) -> cq.Solid:
