@@ -9,14 +9,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, given, reject, settings
 from hypothesis import strategies as st
 
+from cad.assembly import solids_of
 from cad.bounds import at_least
 from cad.build import model, run_checks
 from cad.checks.sight import check_sight
 from cad.electronics.resistors import ADAPTER_MA, ADAPTER_V, RATED_W, ballasts
 from cad.exports.laser import area_mm2, outline, sheet_dxf, sheets
+from cad.mesh import mesh_of
 from cad.refusals import refuse_unbuildable
 from sensor.design import FINGER, STANDARD, Wedge
 from sensor.design_file import load_design
@@ -161,8 +163,8 @@ def test_the_hole_before_the_lens_shows_the_whole_pad(design: Wedge) -> None:
     (bound,) = re.findall(r"at least ([\d.]+)", str(refusal.value))
     fits = changed(design, "camera", barrel_diameter_mm=float(bound))
     refuse_unbuildable(fits)
-    built = model(fits)
-    (blocked, *_) = check_sight(fits, built.body_meshes)
+    meshes = {name: mesh_of(solid) for name, solid in solids_of(fits).items()}
+    (blocked, *_) = check_sight(fits, meshes)
     assert blocked.subject == "rays blocked by a body" and blocked.value == 0
 
 
@@ -217,7 +219,7 @@ def test_every_kerf_is_cut_or_refused(pin: float, press: float) -> None:
     piece = pieces_by_id(design)["acrylic"]
     whole = piece.length * piece.width
     closes = design.fastening.pin_diameter_mm / 2 + press + 0.1
-    for kerf in np.arange(0.0, 0.601, 0.02).tolist():
+    for kerf in np.arange(0.0, 0.601, 0.04).tolist():
         try:
             cut = changed(design, "laser", acrylic_kerf_mm=kerf)
             refuse_unbuildable(cut)
@@ -252,17 +254,14 @@ VARIANTS = {
         "printing",
         press_clearance_mm=0.15,
     ),
-    "flat gel thinner than the mold's notches": changed(
-        STANDARD, "gel", curved=False, thickness_mm=0.5
+    "flat gel thinner than the mold's notches, the widest camera head that fits": changed(
+        changed(STANDARD, "gel", curved=False, thickness_mm=0.5), "camera", head_size_mm=12.0
     ),
     "curved gel thinner than the mold's notches": changed(FINGER, "gel", thickness_mm=0.7),
     "thick acrylic, no films, larger screws": changed(
         changed(changed(STANDARD, "acrylic", thickness_mm=6.0), "fastening", screw="M2.5"),
         "lights",
         **BARE,
-    ),
-    "the widest camera head that fits the pupil's place": changed(
-        STANDARD, "camera", head_size_mm=12.0
     ),
     "pins as thick as the screws' core holes, shortest compartment": replace(
         changed(changed(STANDARD, "acrylic", tip_offset_mm=1.5), "camera", pupil_x_mm=42.7),
@@ -298,7 +297,7 @@ def designs(draw: st.DrawFn) -> Wedge:
         "compartment": ("length_mm", "width_mm", "height_mm"),
     }  # fmt: skip
     for group in draw(
-        st.lists(st.sampled_from(sorted(moved)), min_size=1, max_size=3, unique=True)
+        st.lists(st.sampled_from(sorted(moved)), min_size=3, max_size=5, unique=True)
     ):
         name = draw(st.sampled_from(moved[group]))
         factor = draw(st.floats(0.95, 1.14))
@@ -311,13 +310,13 @@ def designs(draw: st.DrawFn) -> Wedge:
     return design
 
 
-@settings(max_examples=4, suppress_health_check=list(HealthCheck))
+@settings(max_examples=2, suppress_health_check=list(HealthCheck))
 @given(designs())
 def test_random_designs_are_refused_or_pass_every_check(design: Wedge) -> None:
     try:
         built = model(design)
     except WedgeError as refusal:
         assert re.match(r"[\w.]+ = -?[\d.]+ .*must be at (least|most) [\d.]+", str(refusal))
-        return
+        reject()  # which takes no time, and is no example of one that passes
     results = run_checks(built)
     assert [f"{r.check} {r.subject} {r.value:g} {r.detail}" for r in results if not r.passed] == []
