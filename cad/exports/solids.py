@@ -91,10 +91,9 @@ def threemf_of(meshes: Mapping[str, trimesh.Trimesh]) -> bytes:
     """3MF core specification 1.3: one object a mesh, in mm, with fixed dates."""
     objects, items = [], []
     for number, (name, mesh) in enumerate(meshes.items(), start=1):
-        vertices = "".join(
-            f'<vertex x="{x:.6f}" y="{y:.6f}" z="{z:.6f}"/>' for x, y, z in mesh.vertices + 0.0
-        )
-        triangles = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in mesh.faces)
+        points, corners = (np.asarray(mesh.vertices) + 0.0).tolist(), mesh.faces.tolist()
+        vertices = "".join(f'<vertex x="{x:.6f}" y="{y:.6f}" z="{z:.6f}"/>' for x, y, z in points)
+        triangles = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in corners)
         objects.append(
             f'<object id="{number}" type="model" name="{name}"><mesh><vertices>{vertices}'
             f"</vertices><triangles>{triangles}</triangles></mesh></object>"
