@@ -254,21 +254,25 @@ VARIANTS = {
         "printing",
         press_clearance_mm=0.15,
     ),
-    "flat gel thinner than the mold's notches, the widest camera head that fits": changed(
-        changed(STANDARD, "gel", curved=False, thickness_mm=0.5), "camera", head_size_mm=12.0
-    ),
     "curved gel thinner than the mold's notches": changed(FINGER, "gel", thickness_mm=0.7),
-    "thick acrylic, no films, larger screws": changed(
-        changed(changed(STANDARD, "acrylic", thickness_mm=6.0), "fastening", screw="M2.5"),
+    "thick acrylic, no films, larger screws, the widest camera head that fits": changed(
+        replace(
+            changed(STANDARD, "acrylic", thickness_mm=6.0),
+            fastening=replace(STANDARD.fastening, screw="M2.5"),
+            camera=replace(STANDARD.camera, head_size_mm=12.0),
+        ),
         "lights",
         **BARE,
     ),
-    "pins as thick as the screws' core holes, shortest compartment": replace(
-        changed(changed(STANDARD, "acrylic", tip_offset_mm=1.5), "camera", pupil_x_mm=42.7),
-        mirror=replace(STANDARD.mirror, foot_x_mm=4.5),
-        housing=replace(STANDARD.housing, case_length_mm=52.4),
-        fastening=replace(STANDARD.fastening, pin_diameter_mm=1.4),
-        compartment=replace(STANDARD.compartment, length_mm=40.0),
+    "pins as thick as the screws' core holes, shortest compartment, flat gel below its notches": (
+        replace(
+            changed(changed(STANDARD, "acrylic", tip_offset_mm=1.5), "camera", pupil_x_mm=42.7),
+            mirror=replace(STANDARD.mirror, foot_x_mm=4.5),
+            housing=replace(STANDARD.housing, case_length_mm=52.4),
+            fastening=replace(STANDARD.fastening, pin_diameter_mm=1.4),
+            compartment=replace(STANDARD.compartment, length_mm=40.0),
+            gel=replace(STANDARD.gel, curved=False, thickness_mm=0.5),
+        )
     ),
 }
 
