@@ -5,7 +5,8 @@
 Colours are taken as a polynomial of the surface normal, the normal as the ball's inside the circle
 and as fading exponentially outside, where the gel hangs free. The polynomial is solved for at each
 step (variable projection; Golub and Pereyra, 2003). How it changes with the step is left out of the
-derivatives, which leaves the gradient as it is (Kaufman, 1975).
+derivatives, which leaves the gradient as it is (Kaufman, 1975). Steps are those of Levenberg and
+Marquardt: for four parameters scipy's ``least_squares`` spends half of its time on itself.
 """
 
 from dataclasses import dataclass
@@ -13,7 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64
 from scipy.linalg.lapack import dposv
-from scipy.optimize import least_squares
 
 Column = Float64[np.ndarray, " n"]
 Colors = Float64[np.ndarray, "3 n"]
@@ -23,7 +23,7 @@ which the slope fades outside."""
 
 SCALE = (1.0, 1.0, 1.0, 0.3)
 """Of a step of each parameter."""
-MOST_STEPS = 40
+FIRST_DAMPING, MOST_STEPS = 1e-3, 40
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,19 +55,35 @@ def fit_ball(
         enough: a step that changes the parameters, or what is unexplained, by a smaller share is
             the last.
     """
-    seen = near.color * weight
+    seen, scale = near.color * weight, np.array(SCALE)
+    lowest, highest = bounds
+    at, damping = first, FIRST_DAMPING
+    rest, change = _rest_and_change(at, near, seen, weight, ball_radius_px)
+    for _ in range(MOST_STEPS):
+        step = _step(rest, change, damping, (lowest - at, highest - at))
+        tried = _rest_and_change(at + step, near, seen, weight, ball_radius_px)
+        less = 1 - float(tried[0] @ tried[0]) / max(float(rest @ rest), 1e-300)
+        if less > 0:
+            at, damping, (rest, change) = at + step, damping / 10, tried
+        else:
+            damping *= 10
+        is_small = np.linalg.norm(step / scale) < enough * np.linalg.norm(at / scale)
+        if is_small or 0 <= less < enough:
+            break
+    return at
 
-    found: Parameters = least_squares(
-        lambda parameters: _rest(parameters, near, seen, weight, ball_radius_px).ravel(),
-        first,
-        jac=lambda parameters: _change(parameters, near, seen, weight, ball_radius_px),
-        bounds=bounds,
-        x_scale=SCALE,
-        ftol=enough,
-        xtol=enough,
-        max_nfev=MOST_STEPS,
-    ).x
-    return found
+
+def _step(
+    rest: np.ndarray, change: np.ndarray, damping: float, reach: tuple[np.ndarray, np.ndarray]
+) -> np.ndarray:
+    """Of Levenberg and Marquardt, within reach; what would leave it from its edge stays."""
+    down, square = -change @ rest, change @ change.T
+    square[np.diag_indices(4)] *= 1 + damping
+    lowest, highest = reach
+    free = np.flatnonzero(((down > 0) | (lowest < 0)) & ((down < 0) | (highest > 0)))
+    step = np.zeros(4)
+    step[free] = np.linalg.lstsq(square[np.ix_(free, free)], down[free], rcond=None)[0]
+    return np.clip(step, lowest, highest)
 
 
 def unexplained(
@@ -140,17 +156,18 @@ def _without(values: np.ndarray, terms: np.ndarray) -> np.ndarray:
     return values - _shares(values, terms) @ terms
 
 
-def _change(
+def _rest_and_change(
     parameters: np.ndarray, near: Near, seen: np.ndarray, weight: np.ndarray, ball_radius_px: float
-) -> np.ndarray:
-    """How what is unexplained changes with each parameter, a column each."""
+) -> tuple[np.ndarray, np.ndarray]:
+    """What is unexplained, in one row, and how it changes with each parameter, a row each."""
     _, _, radius, log_fade = parameters
     away_x, away_y, distance = _away(parameters, near)
     slope = _slope(parameters, distance, ball_radius_px)
     sine = _sine(slope)
     nx, ny = -away_x * sine, -away_y * sine
     terms = _terms(nx, ny) * weight
-    by_nx, by_ny = _by_normal(_shares(seen, terms), nx, ny) * weight
+    shares = _shares(seen, terms)
+    by_nx, by_ny = _by_normal(shares, nx, ny) * weight
     by_sine = by_nx * away_x + by_ny * away_y
     # Of the slope: by the distance, the radius, and the fade.
     fade, beyond = np.exp(log_fade), np.maximum(distance - radius, 0)
@@ -169,7 +186,8 @@ def _change(
             -by_sine * (slope * beyond / fade * of_sine),
         ]
     )
-    return -_without(changes.reshape(12, -1), terms).reshape(4, -1).T
+    change = -_without(changes.reshape(12, -1), terms).reshape(4, -1)
+    return (seen - shares @ terms).ravel(), change
 
 
 def _by_normal(shares: np.ndarray, nx: np.ndarray, ny: np.ndarray) -> np.ndarray:

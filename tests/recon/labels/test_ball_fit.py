@@ -7,7 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from recon.labels.ball_fit import Near, _change, _normal, _terms, fit_ball, unexplained
+from recon.labels.ball_fit import (
+    Near,
+    _normal,
+    _rest_and_change,
+    _terms,
+    fit_ball,
+    unexplained,
+)
 
 BALL_PX = 30.0
 LOWEST, HIGHEST = np.array([30.0, 20.0, 4.0, -0.7]), np.array([50.0, 40.0, 28.0, 3.0])
@@ -37,6 +44,17 @@ def test_a_contact_that_the_model_made_is_found_again(seed: int) -> None:
     assert np.abs(unexplained(first, near, weight, BALL_PX)).max() > 0.01
 
 
+def test_a_contact_larger_than_allowed_is_as_large_as_allowed_and_otherwise_the_best() -> None:
+    near, weight = near_of(np.array([41.0, 29.0, 14.0, 1.0]), 0), np.ones(EVERYWHERE.shape[1])
+    highest = np.array([50.0, 40.0, 12.0, 3.0])
+    first = np.array([44.0, 27.0, 11.0, 0.5])
+    found = fit_ball(near, weight, BALL_PX, first, (LOWEST, highest), 1e-9)
+    assert found[2] == 12 and (found >= LOWEST).all()
+    rest, change = _rest_and_change(found, near, near.color * weight, weight, BALL_PX)
+    gradient = change @ rest / np.linalg.norm(change, axis=1) / np.linalg.norm(rest)
+    assert gradient[[0, 1, 3]] == pytest.approx(0, abs=1e-3) and gradient[2] < -0.01
+
+
 @given(
     seed=st.integers(0, 1000),
     center=st.tuples(st.floats(32, 48), st.floats(22, 38)),
@@ -52,11 +70,11 @@ def test_the_gradient_is_that_of_the_sum_of_squares(seed, center, radius, log_fa
     def half_squares(at: np.ndarray) -> float:
         return float((unexplained(at, near, weight, BALL_PX) ** 2).sum() / 2)
 
-    change = _change(parameters, near, near.color * weight, weight, BALL_PX)
-    rest = unexplained(parameters, near, weight, BALL_PX).ravel()
+    rest, change = _rest_and_change(parameters, near, near.color * weight, weight, BALL_PX)
+    assert rest == pytest.approx(unexplained(parameters, near, weight, BALL_PX).ravel(), abs=1e-9)
     steps = 1e-5 * np.eye(4)
     by_steps = [half_squares(parameters + d) - half_squares(parameters - d) for d in steps]
-    assert change.T @ rest == pytest.approx(np.array(by_steps) / 2e-5, rel=1e-3, abs=1e-2)
+    assert change @ rest == pytest.approx(np.array(by_steps) / 2e-5, rel=1e-3, abs=1e-2)
 
 
 def test_the_pixel_at_the_very_centre_tells_where_the_centre_is():
