@@ -3,8 +3,9 @@
 """What every test shares: the same examples at every run, none judged by the clock, one cache, and
 one browser for all pages."""
 
+import gc
 import os
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 
 import hypothesis
@@ -18,6 +19,17 @@ os.environ["WEDGE_CACHE"] = str(Path(__file__).resolve().parents[1] / "build" / 
 
 hypothesis.settings.register_profile("same-every-run", derandomize=True, deadline=None)
 hypothesis.settings.load_profile("same-every-run")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """What imports have made stays: nobody looks through its million objects for garbage."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 @pytest.fixture(scope="session", autouse=True)
