@@ -17,6 +17,9 @@ from tests.browser import close_browsers
 # Kept from run to run, as imports and compiling take a while; the user's own stays as it is.
 os.environ["WEDGE_CACHE"] = str(Path(__file__).resolve().parents[1] / "build" / "test-cache")
 
+# No test outlives a power cut, and thousands of files would each wait for the disk.
+os.fsync = lambda _: None
+
 hypothesis.settings.register_profile("same-every-run", derandomize=True, deadline=None)
 hypothesis.settings.load_profile("same-every-run")
 
