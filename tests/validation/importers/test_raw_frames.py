@@ -127,7 +127,7 @@ def test_a_pad_of_a_third_of_the_assumed_size_is_measured(tmp_path: Path) -> Non
 def test_the_pitch_that_no_light_shows_follows_the_other_s(unseen: int, tmp_path: Path) -> None:
     """As the pad's proportions are known; x and y of the set are the truth's y and x."""
     lights_deg = {"R": 0.0, "B": 180.0} if unseen == 0 else {"R": 90.0, "B": -90.0}
-    frames = raw_frames(tmp_path / "mine", presses=8, seed=3, lights_deg=lights_deg)
+    frames = raw_frames(tmp_path / "mine", presses=4, seed=3, lights_deg=lights_deg)
     width_mm, length_mm = pad_size_mm()
     assumed_mm = (1.5 * length_mm, 1.5 * width_mm)
     prepared = imported(frames, tmp_path / "made", pad_size_mm=assumed_mm)
