@@ -35,14 +35,16 @@ from validation.table_text import (
 )
 
 
-@pytest.fixture(autouse=True)
-def quick_training(monkeypatch):
-    monkeypatch.setattr(mlp_training, "PIXELS", 4000)
-    monkeypatch.setattr(mlp_training, "EPOCHS", 20)
-    monkeypatch.setattr(mlp_training, "BATCH", 128)
+@pytest.fixture(autouse=True, scope="module")
+def quick_training():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(mlp_training, "PIXELS", 4000)
+        patch.setattr(mlp_training, "EPOCHS", 20)
+        patch.setattr(mlp_training, "BATCH", 128)
+        yield
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def one_thread():
     with ThreadPoolExecutor(1) as executor:
         yield executor
@@ -53,6 +55,19 @@ def measured(tmp_path, executor, *, folds=1, estimators=("table",), **options):
     return error_table(dataset.folder, estimators, folds=folds, seed=0, executor=executor)
 
 
+@pytest.fixture(scope="module")
+def table(tmp_path_factory, one_thread):
+    """Of a sensor lit like the Wedge."""
+    return measured(tmp_path_factory.mktemp("table"), one_thread)
+
+
+@pytest.fixture(scope="module")
+def network_errors(tmp_path_factory, one_thread):
+    """The same with the network, by lights."""
+    measured_by = measured(tmp_path_factory.mktemp("mlp"), one_thread, estimators=("mlp",))
+    return errors_by_lights(measured_by)
+
+
 def errors_by_lights(table):
     return {
         (row.configuration, row.missing_axis): row.errors.values
@@ -61,8 +76,7 @@ def errors_by_lights(table):
     }
 
 
-def test_a_sensor_lit_like_the_wedge_has_the_papers_six_rows(tmp_path, one_thread):
-    table = measured(tmp_path, one_thread)
+def test_a_sensor_lit_like_the_wedge_has_the_papers_six_rows(table):
     rows = [(row.configuration, row.missing_axis) for row in table.rows if row.pixels == "contact"]
     assert rows == [
         ("R", "zero"),
@@ -123,26 +137,26 @@ def test_an_estimator_can_be_spared_all_but_all_lights(tmp_path, one_thread):
     assert page.count("–</td>") == 2 * 4 * 5  # pixel sets, metrics, configurations without mlp
 
 
-def test_zero_means_the_slope_itself_is_the_error(tmp_path, one_thread):
+def test_zero_means_the_slope_itself_is_the_error(table):
     """With the unseen axis at zero, its error is the mean slope of the truth."""
-    table = measured(tmp_path, one_thread)
     row = next(row for row in table.rows if row.missing_axis == "zero")
     x_and_y = row.errors.values["gx_mae"], row.errors.values["gy_mae"]
     assert x_and_y[0] == pytest.approx(row.errors.mean_abs_gradient, rel=0.02)
     assert x_and_y[1] < 0.5 * x_and_y[0]
 
 
-def test_network_infers_most_of_the_axis_that_no_light_sees(tmp_path, one_thread):
-    errors = errors_by_lights(measured(tmp_path, one_thread, estimators=("mlp",)))
-    assert errors["RB", "network"]["gx_mae"] < 0.5 * errors["RB", "zero"]["gx_mae"]
+def test_network_infers_most_of_the_axis_that_no_light_sees(network_errors):
+    assert network_errors["RB", "network"]["gx_mae"] < 0.5 * network_errors["RB", "zero"]["gx_mae"]
     # Both slopes come out as those of one surface: on clean light the measured one loses a little.
     # Zero's error is the mean slope itself.
-    assert errors["RB", "network"]["gy_mae"] < 0.1 * errors["RB", "zero"]["gx_mae"]
+    assert network_errors["RB", "network"]["gy_mae"] < 0.1 * network_errors["RB", "zero"]["gx_mae"]
 
 
-def test_three_lights_beat_opposite_ones_beat_one(tmp_path, one_thread):
-    errors = errors_by_lights(measured(tmp_path, one_thread, estimators=("mlp",)))
-    mean = {lights: np.mean([e["theta_x_deg"], e["theta_y_deg"]]) for lights, e in errors.items()}
+def test_three_lights_beat_opposite_ones_beat_one(network_errors):
+    mean = {
+        lights: np.mean([errors["theta_x_deg"], errors["theta_y_deg"]])
+        for lights, errors in network_errors.items()
+    }
     assert mean["RGB", "none"] < mean["RB", "zero"] <= mean["R", "zero"] * 1.05
 
 
@@ -188,8 +202,7 @@ def test_document_is_the_plans(tmp_path, one_thread):
             assert 0 < low < row[name] < high
 
 
-def test_markdown_and_html_hold_every_row(tmp_path, one_thread):
-    table = measured(tmp_path, one_thread)
+def test_markdown_and_html_hold_every_row(table):
     lines = [line for line in table_markdown(table).splitlines() if line.startswith("|")]
     assert len(lines) == len(table.rows) + 2
     unescaped = [line.replace("\\|", "") for line in lines]
@@ -219,8 +232,7 @@ def test_one_judged_press_has_no_interval(tmp_path, one_thread):
     assert "In brackets" in caption(replace(table, test=3))
 
 
-def test_a_caption_claims_nothing_of_who_was_judged(tmp_path, one_thread):
-    table = measured(tmp_path, one_thread)
+def test_a_caption_claims_nothing_of_who_was_judged(table):
     assert "trained on 8 presses, tested on 2 presses; seed 0" in caption(table)
     assert "5-fold by press, tested on 10 presses" in caption(replace(table, folds=5, test=10))
     assert "w/o network sets the unseen axis to zero" in caption(table)

@@ -119,7 +119,7 @@ def test_depth_of_presses_held_out_is_off_by_about_what_is_expected(folder, monk
     from recon.estimators import default_training
 
     monkeypatch.setattr(generalization, "FOLDS", 2)
-    monkeypatch.setattr(default_training, "STEPS", 400)
+    monkeypatch.setattr(default_training, "STEPS", 200)
     monkeypatch.setattr(default_training, "BATCH", 128)
     (row,) = generalization.intervals(str(folder))
     assert row["presses"] == 12 and row["covered"] > 0.8
@@ -130,7 +130,7 @@ def test_another_seed_teaches_other_networks(folder, monkeypatch, capsys):
     pytest.importorskip("torch")
     from recon.estimators import default_training
 
-    monkeypatch.setattr(default_training, "STEPS", 100)
+    monkeypatch.setattr(default_training, "STEPS", 20)
     monkeypatch.setattr(default_training, "BATCH", 64)
     printed = []
     for seed in ("1", "2", "1"):
