@@ -98,7 +98,7 @@ def _rest(
     parameters: np.ndarray, near: Near, seen: np.ndarray, weight: np.ndarray, ball_radius_px: float
 ) -> np.ndarray:
     """What is unexplained of weighted colours."""
-    return _without(seen, _terms(*_normal(parameters, near, ball_radius_px)) * weight)
+    return without(seen, _terms(*_normal(parameters, near, ball_radius_px)) * weight)
 
 
 def _normal(
@@ -151,7 +151,7 @@ def _shares(values: np.ndarray, terms: np.ndarray) -> np.ndarray:
     return found
 
 
-def _without(values: np.ndarray, terms: np.ndarray) -> np.ndarray:
+def without(values: np.ndarray, terms: np.ndarray) -> np.ndarray:
     """Rows of values less their projection on the terms."""
     return values - _shares(values, terms) @ terms
 
@@ -186,7 +186,7 @@ def _rest_and_change(
             -by_sine * (slope * beyond / fade * of_sine),
         ]
     )
-    change = -_without(changes.reshape(12, -1), terms).reshape(4, -1)
+    change = -without(changes.reshape(12, -1), terms).reshape(4, -1)
     return (seen - shares @ terms).ravel(), change
 
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
+from recon.labels.ball_fit import without
 from recon.pixels import BallPress
 
 PRESSES = 10
@@ -81,7 +82,7 @@ def _stretch_shear(press: BallPress, seed: int) -> tuple[float, float]:
 
 
 def _pixels(press: BallPress, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Places from the centre and colours of some pixels near a contact, dots left out.
+    """Places from the centre and colours, a row each, of some pixels near a contact; dots left out.
 
     Places are in square pixels, as large as the frame's own are.
     """
@@ -93,7 +94,7 @@ def _pixels(press: BallPress, seed: int) -> tuple[np.ndarray, np.ndarray, np.nda
     places = np.flatnonzero(near)
     if len(places) > PIXELS:
         places = np.random.default_rng(seed).choice(places, PIXELS, replace=False)
-    color = press.difference.reshape(-1, 3)[places].astype(float)
+    color = np.ascontiguousarray(press.difference.reshape(-1, 3)[places].T, np.float64)
     return x.ravel()[places], y.ravel()[places], color
 
 
@@ -106,14 +107,14 @@ def _unexplained(
     x, y = x - center_x, y - center_y
     dx = np.exp(-stretch / 2) * x - shear / 2 * y
     dy = np.exp(stretch / 2) * y - shear / 2 * x
-    distance = np.hypot(dx, dy) + 1e-9
+    distance = np.sqrt(dx * dx + dy * dy) + 1e-9
     inside = np.minimum(distance, radius)
-    slope = inside / np.sqrt(ball_px**2 - inside**2)
+    slope = inside / np.sqrt(ball_px**2 - inside * inside)
     slope = slope * np.exp(-np.maximum(distance - radius, 0) / np.exp(log_fade))
-    sine = slope / np.sqrt(1 + slope**2)
+    sine = slope / np.sqrt(1 + slope * slope)
     nx, ny = dx / distance * sine, dy / distance * sine
-    one = np.ones_like(nx)
-    terms = np.stack([one, nx, ny, nx * ny, nx**2 - ny**2, sine**2, nx * sine**2, ny * sine**2], 1)
-    shares = np.linalg.lstsq(terms.T @ terms, terms.T @ color, rcond=None)[0]
-    rest: np.ndarray = color - terms @ shares
-    return rest.ravel()
+    flat = sine * sine
+    terms = np.stack(
+        [np.ones_like(nx), nx, ny, nx * ny, nx * nx - ny * ny, flat, nx * flat, ny * flat]
+    )
+    return without(color, terms).ravel()
