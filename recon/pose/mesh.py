@@ -150,23 +150,25 @@ def render(
     pairs = counts[0] * counts[1]
     if pairs.sum() > MOST_PAIRS:
         raise WedgeError("the mesh has too many large triangles above each other: simplify it.")
-    triangle = np.repeat(np.arange(len(pairs)), pairs)
-    order = np.arange(len(triangle)) - np.repeat(np.cumsum(pairs) - pairs, pairs)
-    column = first[0][triangle] + order % np.maximum(counts[0][triangle], 1)
-    row = first[1][triangle] + order // np.maximum(counts[0][triangle], 1)
-    place = np.stack([x_mm[column], y_mm[row]], -1)
-    inside = _inside(corners, triangle, place)
-    triangle, column, row, place = triangle[inside], column[inside], row[inside], place[inside]
-    z_mm = corners[triangle, 0, 2] + (slopes[triangle] * (place - corners[triangle, 0, :2])).sum(1)
-    lowest = np.lexsort((z_mm, row * width + column))
-    pixel = (row * width + column)[lowest]
-    front = lowest[np.r_[True, pixel[1:] != pixel[:-1]]] if len(pixel) else lowest
-    rest = rest_of(gel, size_px, mm_per_px)
-    depth: DepthMap = rest.depth_mm.copy()
+    triangle, row = _counted(first[1], np.where(counts[0] > 0, counts[1], 0))
+    left, right = _ends(corners, triangle, y_mm[row])
+    from_column = np.ceil((left - x_mm[0]) / mm_per_px[0] - HAIR_PX)
+    to_column = np.floor((right - x_mm[0]) / mm_per_px[0] + HAIR_PX)
+    from_column = np.maximum(from_column, first[0][triangle]).astype(np.int64)
+    to_column = np.minimum(to_column, last[0][triangle]).astype(np.int64)
+    line, column = _counted(from_column, np.maximum(to_column - from_column + 1, 0))
+    corner, slope = corners[triangle, 0], slopes[triangle]
+    start_mm = (slope * corner[:, :2]).sum(1) - corner[:, 2] - slope[:, 1] * y_mm[row]
+    depth_mm = start_mm[line] - slope[line, 0] * x_mm[column]
+    rest, pixel = rest_of(gel, size_px, mm_per_px), row[line] * width + column
+    deepest_mm = rest.depth_mm.astype(float).ravel()
+    below = depth_mm > deepest_mm[pixel]
+    line, depth_mm, pixel = line[below], depth_mm[below], pixel[below]
+    np.maximum.at(deepest_mm, pixel, depth_mm)
+    front = depth_mm == deepest_mm[pixel]
+    depth: DepthMap = deepest_mm.astype(np.float32).reshape(height, width)
     gradient: GradientField = rest.gradient.copy()
-    touched = front[z_mm[front] < -rest.depth_mm[row[front], column[front]]]
-    depth[row[touched], column[touched]] = -z_mm[touched]
-    gradient[row[touched], column[touched]] = -slopes[triangle[touched]]
+    gradient.reshape(-1, 2)[pixel[front]] = -slope[line[front]]
     contact = depth - rest.depth_mm > CONTACT_DEPTH_MM
     return MeshTouch(
         gradient=gradient, depth_mm=depth, contact=contact, mm_per_px=mm_per_px, gel=gel
@@ -232,15 +234,25 @@ def _below(
     return np.where(there, places, np.inf).min(0), np.where(there, places, -np.inf).max(0)
 
 
-def _inside(
-    corners: Float[np.ndarray, "t 3 3"], triangle: np.ndarray, place: Float[np.ndarray, "n 2"]
-) -> np.ndarray:
-    """Whether a place lies in its triangle, seen from below; borders count as inside."""
-    signs = []
-    for one, other in ((0, 1), (1, 2), (2, 0)):
-        start, along = corners[:, one, :2], corners[:, other, :2] - corners[:, one, :2]
-        to_place = place - start[triangle]
-        side = along[triangle, 0] * to_place[:, 1] - along[triangle, 1] * to_place[:, 0]
-        signs.append(side)
-    turns = np.stack(signs)
-    return np.logical_or((turns >= -1e-12).all(0), (turns <= 1e-12).all(0))
+def _counted(
+    first: Int[np.ndarray, " n"], counts: Int[np.ndarray, " n"]
+) -> tuple[Int[np.ndarray, " m"], Int[np.ndarray, " m"]]:
+    """So many whole numbers from each first one on: whose they are, and they themselves."""
+    whose = np.repeat(np.arange(len(counts)), counts)
+    return whose, np.arange(len(whose)) + (first + counts - np.cumsum(counts))[whose]
+
+
+def _ends(
+    corners: Float[np.ndarray, "t 3 3"],
+    triangle: Int[np.ndarray, " n"],
+    y_mm: Float[np.ndarray, " n"],
+) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
+    """Least and greatest x of triangles along lines of one y, which touch them but for rounding."""
+    starts = np.ascontiguousarray(np.moveaxis(corners[..., :2], 1, 0))[:, triangle]
+    ends = starts[[1, 2, 0]]
+    y_mm = np.clip(y_mm, starts[..., 1].min(0), starts[..., 1].max(0))
+    rise = ends[..., 1] - starts[..., 1]
+    share = (y_mm - starts[..., 1]) / np.where(rise == 0, 1.0, rise)
+    crosses = (rise != 0) & (share >= 0) & (share <= 1)
+    x_mm = starts[..., 0] + share * (ends - starts)[..., 0]
+    return np.where(crosses, x_mm, np.inf).min(0), np.where(crosses, x_mm, -np.inf).max(0)

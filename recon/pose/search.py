@@ -12,6 +12,7 @@ whole size and where its middle would be are unknown, and several of both are tr
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import cv2
 import numpy as np
@@ -215,11 +216,14 @@ def _about_z(angles: Float[np.ndarray, " n"]) -> Float[np.ndarray, "n 4 4"]:
     return turns
 
 
-def _directions(count: int) -> Iterator[Float[np.ndarray, "3 3"]]:
+@cache
+def _directions(count: int) -> tuple[Float[np.ndarray, "3 3"], ...]:
     """Rotations that bring points all over a sphere (Fibonacci's lattice) to the gel."""
     golden = np.pi * (3 - np.sqrt(5))
+    turns = []
     for index in range(count):
         down = 1 - 2 * (index + 0.5) / count
         around = np.sqrt(1 - down**2)
         way = np.array([around * np.cos(golden * index), around * np.sin(golden * index), down])
-        yield Rotation.align_vectors([[0.0, 0.0, -1.0]], [way])[0].as_matrix()
+        turns.append(Rotation.align_vectors([[0.0, 0.0, -1.0]], [way])[0].as_matrix())
+    return tuple(turns)
