@@ -18,6 +18,7 @@ from sensor.design import FINGER
 from sensor.errors import WedgeError
 from sensor.unit import write_unit_card
 from tests.synthetic import KEYSTONE_PX, RAW_SIZE_PX, SIZE_PX, make_dataset
+from tests.written import write_anew
 
 LENS = Lens(
     frame_size_px=RAW_SIZE_PX,
@@ -174,7 +175,7 @@ def test_a_file_cut_anywhere_is_refused_by_name(unit, name):
     else:
         lengths = range(0, len(whole) - 4, max(1, len(whole) // 60))
     for length in lengths:
-        path.write_bytes(whole[:length])
+        write_anew(path, whole[:length])
         with pytest.raises(WedgeError, match=re.escape(name)):
             load_calibration(unit)
 
@@ -194,7 +195,7 @@ def test_any_damage_to_the_arrays_header_is_a_sentence_or_nothing(unit):
         for flip in (0x01, 0x55):
             changed = bytearray(whole)
             changed[place] ^= flip
-            path.write_bytes(changed)
+            write_anew(path, changed)
             try:
                 load_calibration(unit)
             except WedgeError as error:

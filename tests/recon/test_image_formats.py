@@ -13,6 +13,7 @@ from recon.images import read_image
 from sensor.dataset import IMAGES
 from sensor.errors import WedgeError
 from tests.synthetic import digitized, gradient_of, shaded
+from tests.written import write_anew
 
 PICTURE = digitized(shaded(gradient_of((50.0, 40.0, 15.0)))[24:56:4, 32:80:4])
 
@@ -87,7 +88,7 @@ def test_a_changed_byte_gives_a_frame_or_a_sentence(tmp_path, ending):
     for place in range(len(whole)):
         changed = bytearray(whole)
         changed[place] ^= 0x55
-        path.write_bytes(changed)
+        write_anew(path, changed)
         try:
             assert read_image(path).dtype == np.uint8
         except WedgeError as error:

@@ -18,6 +18,7 @@ from PIL import Image
 from recon.images import read_arrays, read_frame, read_image, write_image
 from sensor.errors import WedgeError
 from tests.synthetic import digitized, gradient_of, shaded
+from tests.written import write_anew
 
 PICTURE = digitized(shaded(gradient_of((50.0, 40.0, 15.0)))[24:56:4, 32:80:4])
 
@@ -69,11 +70,11 @@ def test_a_picture_cut_anywhere_is_refused_and_never_half_gray(tmp_path, kind, o
     path = tmp_path / "frame.img"
     whole = encoded(kind, **options)
     for length in range(len(whole) - needless):
-        path.write_bytes(whole[:length])
+        write_anew(path, whole[:length])
         with pytest.raises(WedgeError, match=r"frame\.img"):
             read_image(path)
     for length in range(len(whole) - needless, len(whole) + 1):
-        path.write_bytes(whole[:length])
+        write_anew(path, whole[:length])
         np.testing.assert_array_equal(read_image(path), np.asarray(Image.open(io.BytesIO(whole))))
 
 
@@ -103,7 +104,7 @@ def test_damaged_words_about_a_picture_cost_nothing_and_are_not_told(tmp_path):
 def test_a_png_with_a_changed_byte_is_refused_or_unchanged(tmp_path, data):
     whole = bytearray(encoded("PNG"))
     whole[data.draw(st.integers(0, len(whole) - 1))] ^= data.draw(st.integers(1, 255))
-    (tmp_path / "frame.png").write_bytes(whole)
+    write_anew(tmp_path / "frame.png", whole)
     try:
         found = read_image(tmp_path / "frame.png")
     except WedgeError:
@@ -117,7 +118,7 @@ def test_a_damaged_jpeg_gives_a_frame_or_a_sentence(tmp_path, data):
     whole = bytearray(encoded("JPEG"))
     for _ in range(data.draw(st.integers(1, 4))):
         whole[data.draw(st.integers(0, len(whole) - 1))] ^= data.draw(st.integers(1, 255))
-    (tmp_path / "frame.jpg").write_bytes(whole)
+    write_anew(tmp_path / "frame.jpg", whole)
     try:
         assert read_image(tmp_path / "frame.jpg").dtype == np.uint8
     except WedgeError as error:
@@ -373,7 +374,7 @@ def test_a_damaged_npz_gives_the_frame_or_a_sentence(tmp_path, save):
         changed[place] ^= 0x55
         damaged.append(bytes(changed))
     for time_s, content in enumerate(damaged):
-        path.write_bytes(content)
+        write_anew(path, content)
         os.utime(path, (time_s, time_s))  # as a later write would: the cache goes by the date
         try:
             np.testing.assert_array_equal(read_frame(tmp_path, "frames.npz#2"), FRAMES[2])

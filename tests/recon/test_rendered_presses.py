@@ -19,6 +19,7 @@ from tests.synthetic import (
     shaded,
     true_depth_mm,
 )
+from tests.written import write_anew
 
 
 def test_presses_come_in_order_with_what_changed_and_their_own_depth(tmp_path):
@@ -113,7 +114,7 @@ def test_a_truth_with_any_bytes_changed_is_depths_or_a_sentence(tmp_path, data):
     for place in data.draw(st.lists(st.integers(0, len(content) - 1), min_size=1, max_size=4)):
         content[place] = data.draw(st.integers(0, 255))
     path = tmp_path / "truth.npy"
-    path.write_bytes(content[: data.draw(st.integers(0, len(content)))])
+    write_anew(path, content[: data.draw(st.integers(0, len(content)))])
     try:
         depth_mm = read_depth(path, (4, 5))
     except WedgeError as error:

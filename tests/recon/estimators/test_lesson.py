@@ -3,6 +3,7 @@
 """What the default estimator learns from, and what it says of its own errors."""
 
 from dataclasses import replace
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -72,6 +73,7 @@ def elastic_press(labelled_mm: float, stretch: float = 1.0) -> BallPress:
     )
 
 
+@cache
 def lessons(presses):
     """What the default estimator is taught by so many presses, all alike."""
     press = elastic_press(TRUE_MM)

@@ -7,7 +7,17 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from benchmarks.pose_search import block, cut_off, drawn_case, held, lying, noisy, off, polyhedron
+from benchmarks.pose_search import (
+    Case,
+    block,
+    cut_off,
+    drawn_case,
+    held,
+    lying,
+    noisy,
+    off,
+    polyhedron,
+)
 from recon.pose.estimate import PoseEstimate
 from recon.pose.joint import Joint
 from recon.pose.mesh import Mesh
@@ -22,10 +32,13 @@ def searched(mesh: Mesh, touch) -> PoseEstimate:
     return Tracker("joint", MeshModel(mesh=mesh, registration=Joint()))(touch)
 
 
-@pytest.mark.parametrize("number", [1, 6, 26, 31])
+@pytest.mark.parametrize("number", [6, 26, 31])
 def test_a_random_pose_of_a_random_polyhedron_is_found(number):
     touched = drawn_case("polyhedra", number)
-    found = searched(touched.mesh, touched.touch)
+    assert_found(touched, searched(touched.mesh, touched.touch))
+
+
+def assert_found(touched: Case, found: PoseEstimate) -> None:
     assert found.words == "tracking"
     angle, away = off(touched, found.T_sensor_object, own_rotations(touched.mesh))
     assert angle < 1 and away < 0.05
@@ -81,7 +94,7 @@ def test_every_picture_that_a_search_draws_is_compared(monkeypatch):
     monkeypatch.setattr(MeshModel, "_rendered", drawing)
     monkeypatch.setattr(Joint, "align", comparing)
     touched = drawn_case("polyhedra", 1)
-    assert searched(touched.mesh, touched.touch).words == "tracking"
+    assert_found(touched, searched(touched.mesh, touched.touch))
     assert {id(item.prepared) for item in drawn} == {id(item) for item in compared}
 
 

@@ -21,6 +21,7 @@ from recon.stream.ros import COMPRESSED_IMAGE, CompressedImage
 from sensor.errors import WedgeError
 from tests.recon.stream.test_recording import frame, record
 from tests.synthetic import make_dataset
+from tests.written import write_anew
 
 COUNT = 240
 MOST_IN_A_CHUNK = 61
@@ -89,7 +90,7 @@ def changed(path: Path, place: int, content: bytes) -> Path:
     whole = bytearray(path.read_bytes())
     whole[place : place + len(content)] = content
     copy = path.with_name("changed.mcap")
-    copy.write_bytes(whole)
+    write_anew(copy, whole)
     return copy
 
 

@@ -31,6 +31,7 @@ from recon.stream.ros import COMPRESSED_IMAGE, FORMAT, CompressedImage
 from sensor.errors import WedgeError
 from tests.recon.stream.servers import FRAMES
 from tests.synthetic import make_dataset
+from tests.written import write_anew
 
 TYPES = get_typestore(Stores.ROS2_HUMBLE)
 STEP_NS = 16_666_667
@@ -250,7 +251,7 @@ def test_at_every_length_that_a_write_can_leave_what_is_whole_is_read(tmp_path: 
     cut = tmp_path / "cut.mcap"
     counts = []
     for length in range(2000, len(whole), 40_007):
-        cut.write_bytes(whole[:length])
+        write_anew(cut, whole[:length])
         try:
             source = McapSource(cut)
         except WedgeError as error:

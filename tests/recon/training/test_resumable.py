@@ -4,6 +4,7 @@
 
 import signal
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 
 import numpy as np
 import pytest
@@ -99,6 +100,12 @@ each_training = pytest.mark.parametrize(
 each_checkpoint = pytest.mark.parametrize("train", [first_course, further, doubt, contact_again])
 
 
+@cache
+def uninterrupted(train):
+    """What a training becomes that nobody breaks off."""
+    return train(None)
+
+
 def at_step(step, monkeypatch, do):
     """Do something amid the step of that number, counted from 1."""
     clip, taken = torch.nn.utils.clip_grad_norm_, []
@@ -124,7 +131,7 @@ def interrupted_at(step, monkeypatch):
 @each_training
 def test_an_interrupted_training_goes_on_to_the_same_network(train, tmp_path, monkeypatch, capsys):
     path = tmp_path / "checkpoint.safetensors"
-    whole, losses = train(None)
+    whole, losses = uninterrupted(train)
     with monkeypatch.context() as broken, pytest.raises(KeyboardInterrupt):
         interrupted_at(4 if train is not contact_courses else 5, broken)
         train(path)
@@ -143,7 +150,7 @@ def test_ctrl_c_is_heard_after_a_step_and_the_checkpoint_has_that_step(
     train, asked_at, tmp_path, monkeypatch, capsys
 ):
     path = tmp_path / "checkpoint.safetensors"
-    whole, losses = train(None)
+    whole, losses = uninterrupted(train)
     with monkeypatch.context() as asked, pytest.raises(KeyboardInterrupt, match="the same command"):
         at_step(asked_at, asked, lambda: signal.raise_signal(signal.SIGINT))
         train(path)
@@ -213,7 +220,7 @@ def test_a_checkpoint_of_the_same_settings_and_another_network_is_refused(tmp_pa
 def test_batches_that_others_make_ahead_are_those_of_one_process():
     with ThreadPoolExecutor(2) as executor:
         ahead, losses = first_course(None, executor=executor)
-    alone, same = first_course(None)
+    alone, same = uninterrupted(first_course)
     assert same == losses
     for name, values in alone.items():
         np.testing.assert_array_equal(values, ahead[name])
