@@ -36,11 +36,15 @@ def dotted(places, radius_px=3.0, image=None, noise=0.004, darkness=0.8, seed=0)
     """Dark dots, their edges a pixel wide, on an image (h, w, 3); float32, 0 to 1."""
     image = pad() if image is None else image
     height, width = image.shape[:2]
-    columns, rows = np.meshgrid(np.arange(width), np.arange(height))
+    rows, columns = np.ogrid[:height, :width]
     shade = np.ones((height, width))
     for x, y in places:
-        away = np.hypot(columns - x, rows - y)
-        shade = np.minimum(shade, 1 - darkness * np.clip(radius_px + 0.5 - away, 0, 1))
+        near = tuple(
+            slice(max(int(at - radius_px - 1), 0), max(int(at + radius_px + 2), 0)) for at in (y, x)
+        )
+        away = np.hypot(columns[:, near[1]] - x, rows[near[0]] - y)
+        dot = 1 - darkness * np.clip(radius_px + 0.5 - away, 0, 1)
+        shade[near] = np.minimum(shade[near], dot)
     noisy = image * shade[..., None]
     noisy = noisy + noise * np.random.default_rng(seed).standard_normal(image.shape)
     return np.clip(noisy, 0, 1).astype(np.float32)

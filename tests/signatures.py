@@ -8,7 +8,7 @@ It sees nothing but types, dtypes and shapes, so it is asked once for each that 
 
 import inspect
 from collections.abc import Callable, Hashable
-from functools import wraps
+from functools import cache, wraps
 from itertools import islice
 from threading import local
 from types import FunctionType
@@ -18,7 +18,7 @@ import jaxtyping
 import numpy as np
 from beartype import beartype
 
-LOOKED_AT = 8
+LOOKED_AT = 4
 """Items of a list or mapping that tell its kind; beartype looks at one."""
 
 each_call = jaxtyping.jaxtyped
@@ -47,7 +47,9 @@ def each_kind(*, typechecker: Any) -> Callable[[Any], Any]:
         def answered(*_args: Any, **_named: Any) -> Any:
             return given.answer
 
-        checked_answer = check(answered)
+        @cache
+        def checked_answer() -> Callable[..., Any]:
+            return check(answered)
 
         @wraps(item)
         def call(*args: Any, **named: Any) -> Any:
@@ -57,7 +59,7 @@ def each_kind(*, typechecker: Any) -> Callable[[Any], Any]:
             if kind not in known:
                 given.answer = answer
                 try:
-                    checked_answer(*args, **named)
+                    checked_answer()(*args, **named)
                 finally:
                     del given.answer
                 known.add(kind)

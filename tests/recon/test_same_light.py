@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from recon.fast import FastReconstructor
@@ -19,6 +19,7 @@ from tests.synthetic import make_dataset
 from validation.acceptance.gel import as_seen
 from validation.evaluation import in_light_of
 
+few = settings(max_examples=30)
 seeds = st.integers(0, 2**32 - 1)
 changes = st.floats(0.06, LARGEST_CHANGE - 0.05).flatmap(
     lambda change: st.sampled_from([1 - change, 1 + change])
@@ -45,6 +46,7 @@ def ball(blank, seed):
     return (inside[..., None] * np.stack([0.3 * dx, -0.2 * dy, -0.3 * dx], -1)).astype(np.float32)
 
 
+@few
 @given(seed=seeds, factor=changes, shape=shapes)
 def test_brighter_and_darker_light_is_taken_off(seed, factor, shape):
     blank = blank_gel(shape, seed)
@@ -53,6 +55,7 @@ def test_brighter_and_darker_light_is_taken_off(seed, factor, shape):
     np.testing.assert_allclose(in_same_light(frame - blank, blank), touched, atol=5e-3)
 
 
+@few
 @given(seed=seeds, factor=changes)
 def test_one_lamp_that_fades_is_told_and_leaves_the_others(seed, factor):
     blank = blank_gel((240, 320), seed)
@@ -61,6 +64,7 @@ def test_one_lamp_that_fades_is_told_and_leaves_the_others(seed, factor):
     np.testing.assert_allclose(factors, [factor, 1, 1], atol=2e-3)
 
 
+@few
 @given(seed=seeds, level=st.floats(-0.019, 0.019))
 def test_a_slight_change_and_a_touch_stay_as_they_are(seed, level):
     blank = blank_gel((240, 320), seed)
@@ -68,6 +72,7 @@ def test_a_slight_change_and_a_touch_stay_as_they_are(seed, level):
     assert in_same_light(difference, blank) is difference
 
 
+@few
 @given(seed=seeds, level=st.sampled_from([-0.06, 0.06, 0.1]))
 def test_light_that_is_added_is_no_factor(seed, level):
     """Of the room, or a black level: differences between colours stay as large as they were."""
@@ -77,6 +82,7 @@ def test_light_that_is_added_is_no_factor(seed, level):
     assert in_same_light(difference, blank) is difference
 
 
+@few
 @given(seed=seeds, change=st.floats(0.05, 0.3))
 def test_a_face_that_flattens_the_dome_is_no_light(seed, change):
     """It tilts skin one way on one side and the other way on the other."""
@@ -86,6 +92,7 @@ def test_a_face_that_flattens_the_dome_is_no_light(seed, change):
     assert in_same_light(difference, blank) is difference
 
 
+@few
 @given(seed=seeds, lost=st.sampled_from([0.0, 0.3, 2.0]), color=st.integers(0, 2))
 def test_nothing_is_divided_where_a_lamp_is_out_or_far_too_bright(seed, lost, color):
     """Else what little is left of it would be read as slopes, or as none at all."""
@@ -96,6 +103,7 @@ def test_nothing_is_divided_where_a_lamp_is_out_or_far_too_bright(seed, lost, co
     assert in_same_light(difference, blank) is difference
 
 
+@few
 @given(seed=seeds, color=st.integers(0, 2))
 def test_a_colour_that_a_wide_touch_changes_is_not_divided_for_another_s_sake(seed, color):
     blank = blank_gel((240, 320), seed)

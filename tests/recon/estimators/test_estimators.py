@@ -36,7 +36,7 @@ PREPARED = 3 * (1 + ASPECTS)
 CHANNELS = ("RGB", "RB", "RG", "GB", "R", "G", "B")
 JUDGED = ("RGB", "RB")
 """Channels with which errors are measured; what holds however long one trains trains briefly."""
-STEPS, FEW_STEPS = 1200, 60
+STEPS, FEW_STEPS = 400, 40
 
 
 @pytest.fixture(scope="module")

@@ -337,7 +337,7 @@ def test_most_unseen_truths_lie_in_their_interval_and_few_in_a_fifth_of_it(tmp_p
     pytest.importorskip("torch")
     from recon.estimators import default_training
 
-    monkeypatch.setattr(default_training, "STEPS", 800)
+    monkeypatch.setattr(default_training, "STEPS", 400)
     monkeypatch.setattr(default_training, "BATCH", 128)
     presses = read_presses(make_dataset(tmp_path / "set", presses=48)).presses
     # Noise of the labels is what the interval must know of beside that of the camera.

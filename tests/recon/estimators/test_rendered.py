@@ -4,6 +4,7 @@
 
 import json
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -87,12 +88,18 @@ def described(pixels):
     return map(tuple, np.concatenate([pixels.position, pixels.slopes], 1).tolist())
 
 
-def found_again(seen, sensor):
-    """Where pixels that are seen are, and where they come from in the rendered sensor's.
+@cache
+def pixels_of_the_first():
+    """Where the first rendered sensor's are.
 
     Flat gel of several presses may lie at one place, and is left out.
     """
-    known = {pixel: at for at, pixel in enumerate(described(sensor)) if any(pixel[2:])}
+    return {at: i for i, at in enumerate(described(rendered_sensors()[0])) if any(at[2:])}
+
+
+def found_again(seen):
+    """Where pixels that are seen are, and where they come from in the first rendered sensor's."""
+    known = pixels_of_the_first()
     own = [(at, known[pixel]) for at, pixel in enumerate(described(seen)) if pixel in known]
     return np.array(own).T
 
@@ -167,7 +174,7 @@ def test_pixels_come_in_the_colours_of_the_sensor_at_hand():
     taught, light = balls(sensor)
     seen, _ = rendered_pixels(taught, light, np.nan, 4000, seed=0)
     assert 3900 < len(seen.slopes) <= 4000
-    here, there = found_again(seen, sensor)
+    here, there = found_again(seen)
     assert len(here) > 2000  # the sensor whose light fits counts most
     place = sensor.position[there]
     blank = blank_colors(light, place)
@@ -183,7 +190,7 @@ def test_whatever_is_lit_all_of_a_sensors_pixels_are_drawn_from(columns):
     sensor = rendered_sensors()[0]
     taught, light = balls(sensor, columns)
     seen, _ = rendered_pixels(taught, light, np.nan, 4000, seed=0)
-    _, there = found_again(seen, sensor)
+    _, there = found_again(seen)
     tenths = np.histogram(there, 10, (0, len(sensor.slopes)))[0] / len(there)
     assert len(there) > 2000
     np.testing.assert_allclose(tenths, 0.1, atol=0.03)
@@ -194,7 +201,7 @@ def test_what_no_mix_explains_is_told_by_the_balls_and_kept_within_their_slopes(
     sensor = rendered_sensors()[0]
     taught, light = balls(sensor, columns, own=0.2)
     seen, _ = rendered_pixels(taught, light, np.nan, 4000, seed=0)
-    here, there = found_again(seen, sensor)
+    here, there = found_again(seen)
     place, slopes = sensor.position[there], sensor.slopes[there]
     steepness = np.linalg.norm(slopes, axis=1)
     gentle = steepness < 0.6
@@ -303,8 +310,8 @@ def test_random_objects_press_into_the_gel_and_come_again():
 
 
 def test_pixels_that_are_kept_have_the_slopes_and_the_colours_of_their_frames(tmp_path):
-    balls = make_dataset(tmp_path / "balls", presses=10).folder
-    deep = make_deeper_set(tmp_path / "deep", presses=10).folder
+    balls = make_dataset(tmp_path / "balls", presses=5).folder
+    deep = make_deeper_set(tmp_path / "deep", presses=5).folder
     pressed = make_rendered_set(tmp_path / "pressed", presses=2, seed=5, noise_gray_levels=0)
     kept = sensor_arrays(balls, deep, [pressed.folder])
     fewer = sensor_arrays(balls, deep, [pressed.folder], 600)

@@ -116,16 +116,7 @@ import numpy as np
 from recon.estimators import gradient_field
 from recon.fast import fixed_point, vectors
 from recon.fast.network import FrameMlp
-from tests.dotted import HEIGHT, WIDTH, dotted, grid_px, pad
-from tests.recon.fast.units import (
-    blank_frame,
-    make_unit,
-    planes,
-    pressed,
-    random_default,
-    random_mlp,
-    scaled,
-)
+from tests.recon.fast.units import random_mlp
 network, out = random_mlp(), np.empty((2, 6, 70), np.float32)
 difference = np.random.default_rng(0).normal(0, 0.1, (6, 70, 3)).astype(np.float32)
 FrameMlp(network, (70, 6))(np.ascontiguousarray(np.moveaxis(difference, -1, 0)), out)

@@ -29,7 +29,7 @@ from recon.pose.rigid import Transform, inverse, motion
 from tests.recon.pose.touched import coarse_bead, touch
 
 Kind = Literal["PLANE_ICP", "GICP"]
-FRAMES = 40
+FRAMES = 28
 THINGS = {"cube corner": lambda: cube_corner(2.0), "shallow texture": shallow_texture}
 every_kind = pytest.mark.parametrize("kind", get_args(Kind))
 every_thing = pytest.mark.parametrize("thing", THINGS)

@@ -26,7 +26,7 @@ THINGS = {
     "shallow texture": shallow_texture,
     "bead": coarse_bead,
 }
-FRAMES, MOTIONS, ALIKE_PX = 16, 4, 4.0
+FRAMES, MOTIONS, ALIKE_PX = 8, 4, 4.0
 every_length = pytest.mark.parametrize("number", range(len(LENGTHS_MM)))
 
 
@@ -67,7 +67,7 @@ def test_pulls_of_errors_are_stated_also_where_the_frame_cuts_the_contact_off(sh
     beside[1:-1, 1:-1] = False
     beside &= ~still.contact[window]
     rng, drawn = np.random.default_rng(0), []
-    for _ in range(150):
+    for _ in range(80):
         errors = smooth_noise(rng, still.contact.shape, length_px(number))
         depth = integrate(errors, MM_PER_PX, boundary_of(still.contact))
         along_y, along_x = np.gradient(depth, MM_PER_PX[1], MM_PER_PX[0])

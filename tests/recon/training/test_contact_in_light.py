@@ -68,7 +68,8 @@ def test_batches_repeat_and_show_the_truth_where_it_is_deep(pad):
         assert (np.diff(seen[7], axis=1) > 0).all() and (np.diff(seen[8], axis=0) > 0).all()
 
 
-def test_a_short_training_learns_what_is_held(pad):
+def test_a_short_training_learns_what_is_held(pad, monkeypatch):
+    monkeypatch.setattr(training, "FRAMES", 3)
     presses = [dent(60, 40), dent(90, 70, 20.0), dent(70, 60, 8.0)]
     _, losses = training.train(presses, pad, 12, 0)
     assert np.mean(losses[-3:]) < 0.9 * losses[0]

@@ -84,8 +84,8 @@ def test_without_torch_training_says_so_in_one_sentence():
 def test_a_short_training_beats_zero_and_its_start(training, monkeypatch):
     monkeypatch.setattr(training, "LARGE_SHARE", 0.0)  # large frames are slow
     monkeypatch.setattr(training, "SMALL_PX", (32, 48))
-    chosen = settings(training, 60, seed=1, recipes=("contact",))
-    batches = [training.training_batch(chosen, 1000 + step) for step in range(4)]
+    chosen = settings(training, 40, seed=1, recipes=("contact",))
+    batches = [training.training_batch(chosen, 1000 + step) for step in range(2)]
     first = training.UNet(CHANNELS).weights()  # these take the slopes seen for all
     learnt, _ = training.train(chosen)
 
