@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A real browser, started once for all tests of a process; each test has pages of its own."""
+"""A real browser with one window for all tests of a process; each test has tabs of its own."""
 
 import contextlib
 import functools
@@ -8,7 +8,7 @@ import shutil
 from collections.abc import Iterator
 
 import pytest
-from playwright.sync_api import Browser, Playwright, sync_playwright
+from playwright.sync_api import BrowserContext, Playwright, sync_playwright
 
 CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 needs_chromium = pytest.mark.skipif(
@@ -18,26 +18,22 @@ _ended = contextlib.ExitStack()
 
 
 @contextlib.contextmanager
-def chromium(*options: str) -> Iterator[Browser]:
-    """A browser without any page; those that are opened in it are closed at the end.
-
-    Args:
-        options: of Chromium's command line.
-    """
-    browser = _launched(options)
-    others = set(browser.contexts)
+def chromium() -> Iterator[BrowserContext]:
+    """Its window; the tabs that are opened in it are closed at the end."""
+    window = _window()
+    others = set(window.pages)
     try:
-        yield browser
+        yield window
     finally:
-        for context in browser.contexts:
-            if context not in others:
-                context.close()
+        for page in window.pages:
+            if page not in others:
+                page.close()
 
 
 def close_browsers() -> None:
     """End what was started."""
     _ended.close()
-    _launched.cache_clear()
+    _window.cache_clear()
     _playwright.cache_clear()
 
 
@@ -47,8 +43,9 @@ def _playwright() -> Playwright:
 
 
 @functools.cache
-def _launched(options: tuple[str, ...]) -> Browser:
-    browser = _playwright().chromium.launch(
-        executable_path=CHROMIUM, args=["--no-sandbox", *options]
-    )
-    return _ended.enter_context(contextlib.closing(browser))
+def _window() -> BrowserContext:
+    """One that is never without a tab, as to open the next takes longer than most pages."""
+    browser = _playwright().chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+    window = _ended.enter_context(contextlib.closing(browser)).new_context()
+    window.new_page()
+    return window

@@ -3,8 +3,10 @@
 """A page of the command line, served and opened in a real browser."""
 
 import contextlib
+import functools
 import os
 import re
+import socket
 import subprocess
 import sys
 import threading
@@ -12,6 +14,7 @@ import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TextIO
+from urllib.parse import urlsplit
 
 import pytest
 from playwright.sync_api import Page, expect
@@ -28,7 +31,7 @@ expect.set_options(timeout=30_000)
 @contextlib.contextmanager
 def served(*words: object) -> Iterator[str]:
     """The address of the page that a command serves."""
-    port = free_port()
+    port = _port()
     with running(*words, "--port", port) as output:
         yield _address(output, port)
 
@@ -36,7 +39,7 @@ def served(*words: object) -> Iterator[str]:
 @contextlib.contextmanager
 def serving(*words: object) -> Iterator[tuple[str, "subprocess.Popen[str]"]]:
     """That address, and the process that serves it: one as users start it, which takes longer."""
-    port = free_port()
+    port = _port()
     command = [sys.executable, "-P", "-m", "app", *map(str, words), "--port", str(port)]
     # NiceGUI serves otherwise where it sees pytest, and few users have lines written at once.
     environment = {
@@ -54,21 +57,42 @@ def serving(*words: object) -> Iterator[tuple[str, "subprocess.Popen[str]"]]:
             server.terminate()
 
 
+def _port() -> int:
+    """That of the server before, where it is free: what all pages are made of is then known."""
+    port = _first_port()
+    try:
+        socket.create_server(("127.0.0.1", port)).close()
+    except OSError:
+        return free_port()
+    return port
+
+
+@functools.cache
+def _first_port() -> int:
+    return free_port()
+
+
 def _address(output: TextIO, port: int) -> str:
     """Where the page will be, once the command says so."""
     next(line for line in output if line.startswith("Open "))
     return f"http://127.0.0.1:{port}"
 
 
-def until_it_answers(address: str) -> None:
+def until_it_listens(address: str) -> None:
     """Wait for a server, which says where it will be just before it listens."""
-    pause = threading.Event()
-    for _ in range(1000):
+    place, pause = urlsplit(address), threading.Event()
+    for _ in range(3000):
         with contextlib.suppress(OSError):
-            urllib.request.urlopen(address, timeout=5).close()
+            socket.create_connection((place.hostname, place.port), timeout=5).close()
             return
-        pause.wait(0.05)
-    pytest.fail(f"nothing answers at {address}")
+        pause.wait(0.02)
+    pytest.fail(f"nothing listens at {address}")
+
+
+def until_it_answers(address: str) -> None:
+    """Wait until a server has made its page once."""
+    until_it_listens(address)
+    urllib.request.urlopen(address, timeout=60).close()
 
 
 @contextlib.contextmanager
@@ -76,10 +100,12 @@ def opened(
     address: str, width_px: int = 1400, height_px: int = 800, *, part: str = "#heading"
 ) -> Iterator[Page]:
     """The page in a browser, its heading or another part there."""
-    with chromium() as browser:
-        page = browser.new_page(viewport={"width": width_px, "height": height_px})
+    with chromium() as window:
+        page = window.new_page()
+        page.set_viewport_size({"width": width_px, "height": height_px})
         page.set_default_timeout(PATIENCE_MS)
-        until_it_answers(address)
+        if urlsplit(address).port:  # not a file
+            until_it_listens(address)
         page.goto(address)
         page.locator(part).filter(has_text=re.compile(r"\S")).first.wait_for()
         yield page

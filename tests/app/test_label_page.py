@@ -215,8 +215,7 @@ def test_a_circle_stays_smaller_than_its_own_ball(tmp_path: Path) -> None:
 def test_a_circle_moved_in_another_tab_is_shown_before_it_is_edited(tmp_path: Path) -> None:
     dataset = make_dataset(tmp_path / "set", presses=1)
     with served("label", dataset.folder) as address, opened(address) as page:
-        assert page.context.browser is not None
-        other = page.context.browser.new_page()
+        other = page.context.new_page()
         other.goto(address)
         expect(other.locator("#heading")).to_contain_text("centre")
         page.keyboard.press("ArrowRight")
@@ -363,8 +362,7 @@ def test_a_page_loaded_anew_lists_frames_that_came_since_and_counts_those_seen(
         for key, seen in (("=", 1), ("Enter", 1), ("Backspace", 2), ("Control+z", 1)):
             page.keyboard.press(key)
             expect(looked_at).to_have_text(f"{seen} of 2 frames checked")
-        assert page.context.browser is not None
-        before = page.context.browser.new_page()
+        before = page.context.new_page()
         before.goto(address)
         before.locator("#frames").wait_for()
         (tmp_path / third.file).rename(came)

@@ -7,9 +7,6 @@ import contextlib
 import math
 import os
 import re
-import signal
-import subprocess
-import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -19,7 +16,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from playwright.sync_api import Page
+from playwright.sync_api import Page, WebError
 
 from app.__main__ import main
 from app.pages import pictures
@@ -34,8 +31,8 @@ from recon.stream import Counts, TimedFrame
 from recon.stream.jpeg import decode_jpeg
 from sensor.dataset import Dataset
 from sensor.errors import WedgeError
-from tests.app.served import serving, until_it_answers
-from tests.browser import CHROMIUM, chromium
+from tests.app.served import opened, served
+from tests.browser import chromium, needs_chromium
 from tests.recon.fast.units import blank_frame, make_unit, pressed
 from tests.recon.stream.servers import free_port
 from tests.synthetic import digitized, gradient_of, make_dataset, shaded
@@ -55,40 +52,19 @@ def data_folder() -> Path:
 
 
 @contextlib.contextmanager
-def live(*words: object) -> Iterator[str]:
-    """The page served by the command; its address."""
-    port = free_port()
-    command = [sys.executable, "-m", "app", "live", *map(str, words), "--port", str(port)]
-    # Without the test's own variables, which turn NiceGUI into its testing mode.
-    env = {k: v for k, v in os.environ.items() if not k.startswith(("PYTEST", "NICEGUI"))}
-    with subprocess.Popen(command, stdout=subprocess.PIPE, env=env, text=True) as process:
-        try:
-            assert "Open http" in process.stdout.readline()
-            yield f"http://127.0.0.1:{port}"
-        finally:
-            process.terminate()
-
-
-@pytest.fixture(scope="module")
-def browser_page() -> Iterator[Page]:
-    if CHROMIUM is None:
-        pytest.skip("chromium is not installed: see requirements/debian.txt")
-    with chromium("--use-gl=swiftshader", "--enable-webgl", "--ignore-gpu-blocklist") as browser:
-        page = browser.new_page(viewport={"width": 1400, "height": 1000})
-        page.set_default_timeout(PATIENCE_MS)
-        yield page
-
-
-def open_page(page: Page, url: str) -> list[str]:
-    """Go there once it answers; a list that fills with the browser's complaints."""
+def live(*words: object) -> Iterator[tuple[Page, list[str]]]:
+    """The page that the command serves, and a list that fills with the browser's complaints."""
     complaints: list[str] = []
-    page.on("pageerror", lambda error: complaints.append(str(error)))
-    for _ in range(600):
-        with contextlib.suppress(Exception):
-            page.goto(url)
-            break
-        page.wait_for_timeout(50)
-    return complaints
+
+    def note(told: WebError) -> None:
+        complaints.append(str(told.error))
+
+    with served("live", *words) as address, chromium() as window:
+        window.on("weberror", note)
+        with opened(address, 1400, 1000, part=".state") as page:
+            page.set_default_timeout(PATIENCE_MS)
+            yield page, complaints
+        window.remove_listener("weberror", note)
 
 
 def learnt(dataset: Dataset) -> Calibration:
@@ -104,7 +80,8 @@ def learnt(dataset: Dataset) -> Calibration:
     )
 
 
-def test_two_sensors_one_of_them_away(tmp_path: Path, browser_page: Page) -> None:
+@needs_chromium
+def test_two_sensors_one_of_them_away(tmp_path: Path) -> None:
     unit, rng = learnt(make_dataset(tmp_path / "set")), np.random.default_rng(0)
     unit.save(tmp_path / "unit")
     light = shaded(gradient_of((50.0, 45.0, 17.0)))
@@ -113,9 +90,7 @@ def test_two_sensors_one_of_them_away(tmp_path: Path, browser_page: Page) -> Non
         write_image(tmp_path / "frames" / f"{index}.png", frame)
     away, folder = f"http://127.0.0.1:{free_port()}", tmp_path / "unit"
     words = [tmp_path / "frames", away, "--unit", folder, folder, "--captures", tmp_path / "kept"]
-    with live(*words) as url:
-        page = browser_page
-        complaints = open_page(page, url)
+    with live(*words) as (page, complaints):
         first, second = page.locator("#sensor-0"), page.locator("#sensor-1")
         page.wait_for_function(
             "parseFloat(document.querySelector('#sensor-0 .deepest').innerText) > 0"
@@ -156,7 +131,8 @@ def test_two_sensors_one_of_them_away(tmp_path: Path, browser_page: Page) -> Non
         assert complaints == []
 
 
-def test_a_real_clip_shows_its_touch(tmp_path: Path, browser_page: Page) -> None:
+@needs_chromium
+def test_a_real_clip_shows_its_touch(tmp_path: Path) -> None:
     clip = data_folder() / CLIP
     if not clip.is_file():
         pytest.skip(f"{CLIP} is not on this machine: name its folder by WEDGE_DATA")
@@ -174,9 +150,10 @@ def test_a_real_clip_shows_its_touch(tmp_path: Path, browser_page: Page) -> None
         pad_size_mm=(35.0, 25.5),
     )
     replace(ideal, card=card, background=background).save(tmp_path / "unit")
-    with live(clip, "--unit", tmp_path / "unit", "--captures", tmp_path / "kept") as url:
-        page = browser_page
-        complaints = open_page(page, url)
+    with live(clip, "--unit", tmp_path / "unit", "--captures", tmp_path / "kept") as (
+        page,
+        complaints,
+    ):
         page.wait_for_selector("#sensor-0 canvas")
         page.wait_for_function(f"{NUMBER}('.contact').innerText) > 20")
         picture = tmp_path / "page.png"
@@ -303,14 +280,6 @@ def test_each_press_of_a_dataset_is_an_object_of_its_own(tmp_path: Path) -> None
         frame = read_image(dataset.folder / label.file)
         shown = watcher._look(reconstruct, frame, time.monotonic()).followed
         assert shown is not None and (shown.state, shown.pose) == ("–", APART)
-
-
-def test_ctrl_c_ends_the_page_well(tmp_path: Path) -> None:
-    write_image(tmp_path / "frames" / "0.png", make_unit((160, 120)).background)
-    with serving("live", tmp_path / "frames") as (address, server):
-        until_it_answers(address)
-        server.send_signal(signal.SIGINT)
-        assert server.wait(timeout=60) == 0
 
 
 def test_a_sparkline_spans_its_seconds() -> None:

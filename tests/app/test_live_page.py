@@ -13,7 +13,7 @@ from playwright.sync_api import Page, WebSocket, expect
 
 from recon.images import write_image
 from tests.app.served import opened, served, serving, until_it_answers
-from tests.browser import chromium, needs_chromium
+from tests.browser import needs_chromium
 from tests.recon.fast.units import make_unit, pressed
 
 pytestmark = needs_chromium
@@ -22,6 +22,9 @@ HOLD = "window.held = []; window.emit = emitEvent; window.emitEvent = (...x) => 
 LET_GO = "window.emitEvent = emit; emit(...held[0])"
 FILLED = """() => [...document.querySelectorAll(".picture:has(img)")].every(
     place => Math.abs(place.clientHeight - place.querySelector("img").clientHeight) < 2)"""
+NO_WEBGL = """HTMLCanvasElement.prototype.getContext = (usual => function (kind, ...how) {
+    return kind.includes("webgl") ? null : usual.call(this, kind, ...how);
+})(HTMLCanvasElement.prototype.getContext)"""
 TWICE = """() => {
     const ids = [...document.querySelectorAll("#app [id]")].map(x => x.id);
     return ids.filter((id, at) => ids.indexOf(id) !== at);
@@ -39,12 +42,6 @@ def live(folder: Path, *words: object) -> Iterator[tuple[Page, str]]:
         yield page, address
 
 
-def another(page: Page) -> Page:
-    """Another browser's page."""
-    assert page.context.browser is not None
-    return page.context.browser.new_page()
-
-
 def test_a_browser_that_owes_an_answer_is_sent_nothing_more(tmp_path: Path) -> None:
     received: list[str] = []
 
@@ -52,7 +49,7 @@ def test_a_browser_that_owes_an_answer_is_sent_nothing_more(tmp_path: Path) -> N
         socket.on("framereceived", lambda message: received.append(str(message)))
 
     with live(tmp_path) as (page, address):
-        slow = another(page)
+        slow = page.context.new_page()
         slow.on("websocket", listen)
         slow.goto(address)
         expect(slow.locator(".age")).to_contain_text("s old")
@@ -70,7 +67,7 @@ def test_a_browser_that_owes_an_answer_is_sent_nothing_more(tmp_path: Path) -> N
 
 def test_both_tabs_are_told_of_a_new_background(tmp_path: Path) -> None:
     with live(tmp_path) as (page, address):
-        other = another(page)
+        other = page.context.new_page()
         other.goto(address)
         for tab in (page, other):
             expect(tab.locator(".state")).to_have_text("live")
@@ -141,18 +138,15 @@ def test_two_sensors_buttons_are_told_apart_and_long_names_fit_a_phone(tmp_path:
 
 def test_a_browser_without_webgl_is_told_so(tmp_path: Path) -> None:
     make_unit((160, 120)).save(tmp_path / "unit")
-    with (
-        live(tmp_path, "--unit", tmp_path / "unit") as (_, address),
-        chromium("--disable-3d-apis") as browser,
-    ):
-        page = browser.new_page()
-        page.goto(address)
+    with live(tmp_path, "--unit", tmp_path / "unit") as (page, _):
+        page.add_init_script(NO_WEBGL)
+        page.reload()
         page.get_by_text("This browser has no WebGL 2").wait_for()
         expect(page.locator(".surface")).to_be_hidden()
         expect(page.get_by_text("drag to turn")).to_be_hidden()
 
 
-def test_a_browser_that_hangs_up_within_a_request_is_no_news(
+def test_a_browser_that_hangs_up_is_no_news_and_ctrl_c_ends_the_page_well(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     write_image(tmp_path / "frames" / "0.png", make_unit((160, 120)).background)

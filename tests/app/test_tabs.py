@@ -185,8 +185,7 @@ def round_set(folder: Path) -> Dataset:
 @contextmanager
 def two_tabs(*words: object) -> Iterator[tuple[Page, Page]]:
     with served(*words) as address, opened(address) as one:
-        assert one.context.browser is not None
-        two = one.context.browser.new_page()  # a context of its own, as a second person's
+        two = one.context.new_page()
         two.goto(address)
         expect(two.locator("#heading")).to_have_text(one.locator("#heading").inner_text())
         yield one, two

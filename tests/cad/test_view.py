@@ -38,8 +38,10 @@ def test_the_model_holds_the_bodies_to_a_few_micrometres(finger: Model) -> None:
 def page() -> Iterator[object]:
     if CHROMIUM is None:
         pytest.skip("chromium is not installed")
-    with chromium("--enable-unsafe-swiftshader") as browser:
-        yield browser.new_page(viewport={"width": 900, "height": 700})
+    with chromium() as window:
+        page = window.new_page()
+        page.set_viewport_size({"width": 900, "height": 700})
+        yield page
 
 
 def picture(page: object, part: object = None) -> np.ndarray:

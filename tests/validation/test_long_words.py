@@ -51,8 +51,9 @@ def test_a_long_word_makes_no_page_wider(
     width_px: int,
 ) -> None:
     path = written(tmp_path)
-    with chromium() as browser:
-        page = browser.new_page(viewport={"width": width_px, "height": 800})
+    with chromium() as window:
+        page = window.new_page()
+        page.set_viewport_size({"width": width_px, "height": 800})
         page.emulate_media(media=media)
         page.goto(path.as_uri())
         assert page.evaluate("document.documentElement.scrollWidth") == width_px

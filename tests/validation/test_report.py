@@ -169,8 +169,9 @@ def test_contents_lead_to_every_section(text: str) -> None:
 @needs_chromium
 def test_words_in_pictures_stay_legible_on_a_phone(text: str, tmp_path: Path) -> None:
     (tmp_path / "page.html").write_text(text)
-    with chromium() as browser:
-        page = browser.new_page(viewport={"width": 375, "height": 800})
+    with chromium() as window:
+        page = window.new_page()
+        page.set_viewport_size({"width": 375, "height": 800})
         page.goto((tmp_path / "page.html").as_uri())
         assert page.evaluate("document.documentElement.scrollWidth") == 375
         shown = page.locator("figure img").evaluate_all(
