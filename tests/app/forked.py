@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command line in processes of its own that need not import anything anew.
 
-Importing what serves a page takes about as long as most tests of a page. So one process imports it
-and forks into those that are asked for.
+Importing what serves a page takes longer than most tests of a page. So one process imports it and
+forks into those that are asked for.
 """
 
 import contextlib
@@ -16,9 +16,7 @@ from typing import TextIO
 from app.__main__ import main
 
 _FORKS = multiprocessing.get_context("forkserver")
-_FORKS.set_forkserver_preload(
-    ["app.label", "app.live"] + [f"app.pages.{page}" for page in ("label", "corners", "live")]
-)
+_FORKS.set_forkserver_preload(["tests.app.warmed"])
 
 
 @contextlib.contextmanager
