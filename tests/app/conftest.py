@@ -7,10 +7,13 @@ search itself, which is tested in ``tests/recon/labels``, depends on nothing but
 """
 
 import hashlib
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import pytest
 
+import app._workers
+import app.table
 from recon.arrays import Difference
 from recon.labels import capture, find_circles
 from recon.labels.circles import Circle
@@ -32,3 +35,10 @@ def found_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
     for module in (capture, find_circles):
         monkeypatch.setattr(module, "find_circle", remembered)
+
+
+@pytest.fixture
+def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No other processes, which take seconds to begin; their own tests are in ``test_workers``."""
+    for module in (app._workers, app.table):
+        monkeypatch.setattr(module, "process_pool", lambda: ThreadPoolExecutor(1))

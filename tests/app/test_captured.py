@@ -28,10 +28,7 @@ from validation.importers.lights import measure_lights_deg
 
 PRESSES = ["press-001.png", "press-002.png", "press-003.png"]
 
-
-@pytest.fixture(autouse=True)
-def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(app._workers, "process_pool", lambda: ThreadPoolExecutor(1))
+pytestmark = pytest.mark.usefixtures("in_this_process")
 
 
 def without_caliper(tmp_path: Path) -> list[str]:

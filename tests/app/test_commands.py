@@ -37,7 +37,7 @@ def workplace(tmp_path_factory):
     folder = tmp_path_factory.mktemp("workplace")
     make_dataset(folder / "set", presses=12)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(default_training, "STEPS", 600)
+        patch.setattr(default_training, "STEPS", 60)
         patch.setattr(default_training, "BATCH", 128)
         assert run("calibrate", folder / "set", "--out", folder / "unit") == 0
     return folder
@@ -99,7 +99,8 @@ def test_presses_to_depth(tmp_path, capsys, options, words):
     assert picture.std() > 10
 
 
-def test_what_is_fitted_beside_is_what_one_would_fit_alone(tmp_path):
+def test_what_is_fitted_beside_is_what_one_would_fit_alone(tmp_path, monkeypatch):
+    monkeypatch.setattr(default_training, "STEPS", 60)
     dataset = make_dataset(tmp_path / "set", presses=12)
     words = ["--estimator", "default", "--seed", 3, "--out", tmp_path / "unit"]
     assert run("calibrate", dataset.folder, *words) == 0
@@ -139,7 +140,7 @@ def test_a_unit_that_sees_one_slope_says_so_and_shows_its_doubt(tmp_path, lights
         assert 0 < image["doubt"] < 0.5 and read_image(pictures[0]).std() > 10
 
 
-def test_table_writes_what_it_prints(workplace, tmp_path, capsys):
+def test_table_writes_what_it_prints(workplace, tmp_path, capsys, in_this_process):
     files = [tmp_path / name for name in ("t.json", "t.md", "t.html")]
     words = [word for file in files for word in (f"--{FORMATS[file.suffix]}", file)]
     words += ["--folds", 2]  # of all presses, enough for intervals
@@ -154,10 +155,11 @@ def test_table_writes_what_it_prints(workplace, tmp_path, capsys):
 FORMATS = {".json": "json", ".md": "markdown", ".html": "html"}
 
 
-def test_same_seed_same_table(workplace, tmp_path):
+def test_same_seed_same_table_in_whatever_process(workplace, tmp_path, request):
     for name in ("a", "b"):
         words = ["--estimator", "table", "--seed", 3, "--json", tmp_path / name]
         assert run("table", workplace / "set", *words) == 0
+        request.getfixturevalue("in_this_process")
     assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
 
 
@@ -322,7 +324,9 @@ def test_what_does_not_exist_is_refused_in_one_sentence(
     assert not any(tmp_path.iterdir())
 
 
-def test_disk_full_leaves_nothing_half_written(workplace, tmp_path, monkeypatch, capsys):
+def test_disk_full_leaves_nothing_half_written(
+    workplace, tmp_path, monkeypatch, capsys, in_this_process
+):
     def full(_descriptor):
         raise OSError(28, "No space left on device")
 
@@ -354,7 +358,7 @@ def test_estimators_are_all_looked_up_before_the_first_is_fitted(
     assert "no estimator is called" in refused(capsys, *words)
 
 
-def test_an_estimator_named_twice_is_measured_once(workplace, tmp_path):
+def test_an_estimator_named_twice_is_measured_once(workplace, tmp_path, in_this_process):
     for name, estimators in (("once", "table"), ("twice", "table, table")):
         words = ["--estimator", estimators, "--json", tmp_path / name]
         assert run("table", workplace / "set", *words) == 0

@@ -88,11 +88,6 @@ def test_a_frame_of_another_camera_is_named(tmp_path: Path) -> None:
         found_circle(press_reader(dataset), "odd.png")
 
 
-@pytest.fixture
-def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(app._workers, "process_pool", lambda: ThreadPoolExecutor(1))
-
-
 def label_quietly(dataset: Dataset) -> object:
     """The exit status of the automatic search."""
     with pytest.raises(SystemExit) as stop:

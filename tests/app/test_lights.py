@@ -5,13 +5,11 @@
 import re
 import shutil
 import tomllib
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-import app._workers
 from app._lights import lights_remark
 from recon.labels.circles import Circle
 from sensor.dataset import read_dataset, write_card
@@ -22,10 +20,7 @@ from tests.synthetic import BALL_RADIUS_MM, LIGHTS_DEG, SIZE_PX, make_dataset
 
 RED_AND_BLUE = {"R": 90.0, "B": -90.0}
 
-
-@pytest.fixture(autouse=True)
-def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(app._workers, "process_pool", lambda: ThreadPoolExecutor(1))
+pytestmark = pytest.mark.usefixtures("in_this_process")
 
 
 @pytest.fixture

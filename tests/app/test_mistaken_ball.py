@@ -3,22 +3,17 @@
 """A ball stated wrongly, and stated right afterwards; sets not to label; presses few or deep."""
 
 import shlex
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import pytest
 
-import app._workers
 from recon.presses import deep_presses, read_presses
 from sensor.dataset import read_dataset, write_card, write_labels
 from sensor.unit import read_unit_card
 from tests.app.test_commands import refused, run
 from tests.synthetic import KEYSTONE_PX, MM_PER_PX, SIZE_PX, make_dataset, make_deeper_set
 
-
-@pytest.fixture(autouse=True)
-def in_this_process(monkeypatch):
-    monkeypatch.setattr(app._workers, "process_pool", lambda: ThreadPoolExecutor(1))
+pytestmark = pytest.mark.usefixtures("in_this_process")
 
 
 def stated(dataset, ball_radius_mm):

@@ -63,6 +63,20 @@ def known(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "build"
 
 
+@pytest.fixture
+def few_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Sections without pictures in the place of most; the rest of the page is as it is."""
+
+    def plain(*_: object) -> Section:
+        return Section(title="A set", html="")
+
+    for name in ("results.dataset_section", "side_by_side.side_by_side_section"):
+        monkeypatch.setattr(f"validation.report.{name}", plain)
+    monkeypatch.setattr(reproduce, "beside_each_other", lambda *_: [])
+    monkeypatch.setattr(reproduce, "touch_sections", lambda *_: [])
+    monkeypatch.setattr(reproduce, "_integrators", lambda: plain())
+
+
 def test_writes_page_table_and_unit_and_again(
     known: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -90,7 +104,10 @@ def test_writes_page_table_and_unit_and_again(
 
 
 def test_without_the_solid_modeller_the_page_says_so(
-    known: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    known: Path,
+    few_figures: None,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     def fail(*_: object, **__: object) -> None:
         raise MissingExtraError("fabricate needs cadquery: install the extra cad.")
@@ -103,7 +120,7 @@ def test_without_the_solid_modeller_the_page_says_so(
 
 
 def test_a_failed_check_of_the_files_fails_the_command(
-    known: Path, monkeypatch: pytest.MonkeyPatch
+    known: Path, few_figures: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fabricate(wanted: Wedge, folder: Path, *, again: bool) -> dict[str, Any]:
         with new_folder(folder) as draft:
@@ -123,7 +140,9 @@ def test_a_folder_that_is_no_fabrication_is_not_replaced(known: Path) -> None:
     assert (known / "fabrication" / "finger" / "thesis.tex").read_text() == "years"
 
 
-def test_a_failure_leaves_the_page_of_before(known: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failure_leaves_the_page_of_before(
+    known: Path, few_figures: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
     known.mkdir()
     (known / "index.html").write_text("before")
 
@@ -136,7 +155,9 @@ def test_a_failure_leaves_the_page_of_before(known: Path, monkeypatch: pytest.Mo
     assert (known / "index.html").read_text() == "before"
 
 
-def test_a_unit_stays_until_the_next_is_whole(known: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_unit_stays_until_the_next_is_whole(
+    known: Path, few_figures: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
     reproduce.main(known, folds=2)
     unit = known / "units" / "here"
     before = {path.name: path.read_bytes() for path in unit.iterdir()}

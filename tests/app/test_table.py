@@ -11,6 +11,8 @@ import pytest
 from tests.app.test_commands import refused, run
 from tests.synthetic import make_dataset
 
+pytestmark = pytest.mark.usefixtures("in_this_process")
+
 
 def test_a_dataset_that_cannot_be_tabulated_costs_the_others_nothing(tmp_path, capsys):
     good = make_dataset(tmp_path / "good", presses=12)
