@@ -15,16 +15,16 @@ from typing import TextIO
 
 from app.__main__ import main
 
-_FORKS = multiprocessing.get_context("forkserver")
-_FORKS.set_forkserver_preload(["tests.app.warmed"])
+FORKS = multiprocessing.get_context("forkserver")
+FORKS.set_forkserver_preload(["tests.app.warmed"])
 
 
 @contextlib.contextmanager
 def running(*words: object) -> Iterator[TextIO]:
     """What a command prints while it runs; it is ended with the context."""
-    reader, writer = _FORKS.Pipe(duplex=False)
+    reader, writer = FORKS.Pipe(duplex=False)
     # By its name, NiceGUI knows the process that serves.
-    process = _FORKS.Process(target=_run, name="MainProcess", args=(list(map(str, words)), writer))
+    process = FORKS.Process(target=_run, name="MainProcess", args=(list(map(str, words)), writer))
     process.start()
     writer.close()
     try:

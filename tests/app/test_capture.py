@@ -25,13 +25,16 @@ from recon.stream import TimedFrame
 from sensor.dataset import LENS_FILE, read_dataset, write_labels
 from sensor.design import STANDARD
 from sensor.errors import WedgeError
+from tests.app.test_commands import refused, run
 from tests.synthetic import BALL_RADIUS_MM, KEYSTONE_PX, make_dataset, pad_size_mm
 from tests.validation.importers.test_raw_frames import GAP_MM, caliper, off_pad
 
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def test_a_folder_of_frames_becomes_a_dataset(tmp_path: Path) -> None:
+def test_a_folder_of_frames_becomes_a_dataset(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     like = make_dataset(tmp_path / "like", presses=4)
     frames = tmp_path / "frames"
     frames.mkdir()
@@ -53,9 +56,8 @@ def test_a_folder_of_frames_becomes_a_dataset(tmp_path: Path) -> None:
     for label, truth in zip(captured.labels, like.labels, strict=True):
         off = (label.center_x_px - truth.center_x_px, label.center_y_px - truth.center_y_px)
         assert np.hypot(*off) < 1.0
-    again = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert again.returncode == 2
-    assert len(again.stderr.splitlines()) == 1
+    assert run(*words) == 2
+    assert len(capsys.readouterr().err.splitlines()) == 1
 
 
 def test_names_in_a_folder_say_what_shows_the_blank_gel_and_a_caliper(
@@ -115,7 +117,9 @@ def test_of_several_balls_one_must_be_named(
     assert not (tmp_path / "out").exists()
 
 
-def test_the_lens_of_the_dataset_comes_along(tmp_path: Path) -> None:
+def test_the_lens_of_the_dataset_comes_along(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], in_this_process: None
+) -> None:
     like = make_dataset(tmp_path / "like", presses=2)
     height, width = read_image(like.folder / "background.png").shape[:2]
     lens = Lens(
@@ -133,22 +137,20 @@ def test_the_lens_of_the_dataset_comes_along(tmp_path: Path) -> None:
     out = tmp_path / "out"
     words = ("capture", str(frames), "--like", str(like.folder), "--out", str(out))
     words = (*words, "--presses", "1")
-    command = [sys.executable, "-P", "-m", "app", *words]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    assert f"1 press in {out}." in done.stdout
+    assert run(*words) == 0
+    assert f"1 press in {out}." in capsys.readouterr().out
     assert read_lens(out / LENS_FILE) == lens
 
 
-def test_frames_of_another_size_than_the_dataset_s_are_refused(tmp_path: Path) -> None:
+def test_frames_of_another_size_than_the_dataset_s_are_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     like = make_dataset(tmp_path / "like", presses=1)
     write_image(tmp_path / "frames" / "0.png", np.zeros((60, 80, 3), np.uint8))
     words = ("--like", str(like.folder), "--out", str(tmp_path / "out"))
-    command = [sys.executable, "-P", "-m", "app", "capture", str(tmp_path / "frames"), *words]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert done.returncode == 2
+    said = refused(capsys, "capture", tmp_path / "frames", *words)
     height, width = read_image(like.folder / "background.png").shape[:2]
-    assert "the frames are 80x60 pixels" in done.stderr and f"{width}x{height}" in done.stderr
+    assert "the frames are 80x60 pixels" in said and f"{width}x{height}" in said
     assert not (tmp_path / "out").exists()
 
 
@@ -164,13 +166,14 @@ def new_sensor(tmp_path: Path) -> tuple[str, ...]:
     return (*words, "--ball-radius-mm", f"{BALL_RADIUS_MM:g}", "--caliper-mm", f"{GAP_MM:g}")
 
 
-def test_a_new_sensor_is_captured_with_nothing_known_but_its_ball(tmp_path: Path) -> None:
-    words, out = new_sensor(tmp_path), tmp_path / "out"
-    command = [sys.executable, "-P", "-m", "app", *words]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    assert done.stderr.count("caliper taken") >= 1
-    assert "the caliper's pictures will measure it" in done.stderr
+def test_a_new_sensor_is_captured_with_nothing_known_but_its_ball(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    assert run(*new_sensor(tmp_path)) == 0
+    said = capsys.readouterr().err
+    assert said.count("caliper taken") >= 1
+    assert "the caliper's pictures will measure it" in said
     captured = read_dataset(out)
     assert captured.card.pad_size_mm == pytest.approx(pad_size_mm()[::-1], rel=0.03)
     assert len(captured.labels) == 3
@@ -194,12 +197,8 @@ def named_sensor(tmp_path: Path) -> list[str]:
 
 @pytest.mark.parametrize("blank_is", ["in the folder", "apart"])
 def test_all_pictures_that_are_named_as_a_caliper_s_measure_the_scale(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    blank_is: str,
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], in_this_process: None, blank_is: str
 ) -> None:
-    monkeypatch.setattr(app._workers, "process_pool", lambda: ThreadPoolExecutor(1))
     words, blank = named_sensor(tmp_path), tmp_path / "blank.png"
     if blank_is == "apart":
         (tmp_path / "frames" / "background.png").rename(blank)
@@ -323,13 +322,14 @@ def test_what_was_taken_stays_where_its_circles_are_not_found_anew(
 def test_the_pad_is_as_large_as_said_and_that_is_told_before_the_first_press(
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
+    in_this_process: None,
     options: tuple[str, ...],
     size: tuple[float, float],
 ) -> None:
     words = list(new_sensor(tmp_path))
     del words[words.index("--caliper-mm") :]
-    with pytest.raises(SystemExit, match=r"^0$"):
-        main([*words, *options])
+    words[words.index("--presses") + 1] = "1"
+    assert run(*words, *options) == 0
     assert read_dataset(tmp_path / "out").card.pad_size_mm == size
     before, *_ = capsys.readouterr().err.partition("taken at")
     assert f"The pad is taken to be {size[0]:g} x {size[1]:g} mm" in before
@@ -349,19 +349,19 @@ def test_a_pad_s_size_beside_another_dataset_is_refused(
     assert not (tmp_path / "out").exists()
 
 
-def test_a_caliper_beside_another_dataset_is_refused(tmp_path: Path) -> None:
+def test_a_caliper_beside_another_dataset_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     like = make_dataset(tmp_path / "like", presses=1)
     words = ("--like", str(like.folder), "--caliper-mm", "5", "--out", str(tmp_path / "out"))
-    command = [sys.executable, "-P", "-m", "app", "capture", str(like.folder), *words]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert done.returncode == 2
-    assert "--caliper-mm measures it again: leave one of them out" in done.stderr
+    said = refused(capsys, "capture", like.folder, *words)
+    assert "--caliper-mm measures it again: leave one of them out" in said
     assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize("sensor", ["known", "new", "measured by a caliper"])
 def test_a_circle_that_somebody_draws_while_presses_are_taken_stays(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, sensor: str
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, in_this_process: None, sensor: str
 ) -> None:
     words, out = list(new_sensor(tmp_path)), tmp_path / "out"
     if sensor != "measured by a caliper":

@@ -9,7 +9,6 @@ import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from multiprocessing import get_context
 from multiprocessing.synchronize import Barrier
 from pathlib import Path
 from typing import Any
@@ -29,6 +28,7 @@ from recon.labels.label_book import CERTAIN, LabelBook, doubtful_first, pressed_
 from recon.presses import press_reader
 from sensor.dataset import BallLabel, Dataset, read_dataset, write_card, write_labels
 from sensor.errors import WedgeError
+from tests.app.forked import FORKS
 from tests.app.served import opened, served
 from tests.browser import needs_chromium
 from tests.synthetic import BALL_RADIUS_MM, make_dataset
@@ -42,14 +42,11 @@ def as_found(dataset: Dataset) -> list[BallLabel]:
         return found_labels(press_reader(dataset), [x.file for x in dataset.labels], pool)
 
 
-def wedge(*words: str) -> list[str]:
-    return [sys.executable, "-P", "-m", "app", *words]
-
-
 def test_circles_are_found_without_a_label(tmp_path: Path) -> None:
     truth = make_dataset(tmp_path / "set", presses=4, in_npz=True).labels
     (tmp_path / "set" / "labels.csv").unlink()
-    command = wedge("label", str(tmp_path / "set"), "--no-page")
+    words = ("label", str(tmp_path / "set"), "--no-page")
+    command = [sys.executable, "-P", "-m", "app", *words]
     done = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
     assert done.stdout == "Frames with a circle: 4 of 4; doubtful: 0.\n"
     found = {label.file: label for label in read_dataset(tmp_path / "set").labels}
@@ -88,22 +85,23 @@ def test_a_frame_of_another_camera_is_named(tmp_path: Path) -> None:
         found_circle(press_reader(dataset), "odd.png")
 
 
-def label_quietly(dataset: Dataset) -> object:
+def label_quietly(dataset: Dataset, *words: str) -> object:
     """The exit status of the automatic search."""
     with pytest.raises(SystemExit) as stop:
-        main(["label", str(dataset.folder), "--no-page"])
+        main(["label", str(dataset.folder), "--no-page", *words])
     return stop.value.code
 
 
-def test_a_circle_found_again_is_that_of_the_press_s_own_ball(tmp_path: Path) -> None:
+def test_a_circle_found_again_is_that_of_the_press_s_own_ball(
+    tmp_path: Path, in_this_process: None
+) -> None:
     dataset = make_dataset(tmp_path / "set", presses=2)
     by_card = as_found(dataset)
     card = replace(dataset.card, ball_radius_mm=2 * BALL_RADIUS_MM)
     write_card(dataset.folder / "dataset.toml", card)
     own = [replace(x, ball_radius_mm=BALL_RADIUS_MM, quality=0.5) for x in dataset.labels]
     write_labels(dataset.folder / "labels.csv", own)
-    command = wedge("label", str(dataset.folder), "--no-page", "--again")
-    subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
+    assert label_quietly(dataset, "--again") == 0
     found = read_dataset(dataset.folder).labels
     assert [replace(label, ball_radius_mm=None) for label in found] == by_card
     assert {label.ball_radius_mm for label in found} == {BALL_RADIUS_MM}
@@ -228,9 +226,8 @@ def label_thirty(dataset: Dataset, name: str, begin: Barrier) -> None:
 
 
 def test_two_programs_at_once_lose_nothing_of_each_other(tmp_path: Path) -> None:
-    dataset, context = make_dataset(tmp_path / "set", presses=1), get_context("spawn")
-    begin = context.Barrier(2)
-    programs = [context.Process(target=label_thirty, args=(dataset, x, begin)) for x in "ab"]
+    dataset, begin = make_dataset(tmp_path / "set", presses=1), FORKS.Barrier(2)
+    programs = [FORKS.Process(target=label_thirty, args=(dataset, x, begin)) for x in "ab"]
     for program in programs:
         program.start()
     for program in programs:
@@ -275,8 +272,11 @@ def test_the_doubtful_come_first_and_the_seen_last(tmp_path: Path) -> None:
     assert doubtful_first([*files, "new.png"], book)[2] == "new.png"
 
 
-def test_that_no_ball_touches_outlives_the_page(tmp_path: Path) -> None:
-    folder = make_dataset(tmp_path / "set", presses=3).folder
+def test_that_no_ball_touches_outlives_the_page(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], in_this_process: None
+) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=3)
+    folder = dataset.folder
     book = LabelBook(read_dataset(folder))
     first, second, third = (label.file for label in book.labels)
     for file in (first, second):
@@ -290,12 +290,11 @@ def test_that_no_ball_touches_outlives_the_page(tmp_path: Path) -> None:
     book.put(replace(circle, file=second))
     assert not book.has_no_ball(second)
 
-    command = wedge("label", str(folder), "--no-page")
-    done = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
-    assert "No ball was found" not in done.stdout
+    assert label_quietly(dataset) == 0
+    assert "No ball was found" not in capsys.readouterr().out
     assert [label.file for label in read_dataset(folder).labels] == [second, third]
     assert LabelBook(read_dataset(folder)).has_no_ball(first)
-    subprocess.run([*command, "--again"], cwd=ROOT, check=True, capture_output=True)
+    assert label_quietly(dataset, "--again") == 0
     assert len(read_dataset(folder).labels) == 3
     assert not LabelBook(read_dataset(folder)).has_no_ball(first)
 
@@ -374,11 +373,12 @@ def test_a_circle_is_dragged_resized_and_undone_in_a_browser(tmp_path: Path) -> 
     assert after.keys() == before.keys()
 
 
-def test_a_set_whose_background_is_missing_gets_no_labels(tmp_path: Path) -> None:
+def test_a_set_whose_background_is_missing_gets_no_labels(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     dataset = make_dataset(tmp_path / "set", presses=1)
     (dataset.folder / "labels.csv").unlink()
     (dataset.folder / "background.png").unlink()
-    words = wedge("label", str(dataset.folder), "--no-page")
-    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert done.returncode == 2 and "background.png" in done.stderr
+    assert label_quietly(dataset) == 2
+    assert "background.png" in capsys.readouterr().err
     assert not (dataset.folder / "labels.csv").exists()
