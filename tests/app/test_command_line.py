@@ -66,10 +66,11 @@ def test_help_imports_nothing_heavy() -> None:
 
 
 @pytest.mark.parametrize("name", command_line.SUBCOMMANDS)
-def test_each_subcommand_has_help_of_its_own(name: str) -> None:
-    done = run(name, "--help")
-    assert done.returncode == 0, done.stderr
-    assert f"usage: wedge {name}" in done.stdout
+def test_each_subcommand_has_help_of_its_own(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stopped:
+        command_line.main([name, "--help"])
+    assert stopped.value.code == 0
+    assert f"usage: wedge {name}" in capsys.readouterr().out
 
 
 def test_an_unknown_option_is_wrong_usage() -> None:
@@ -139,17 +140,17 @@ def test_a_reader_who_leaves_is_no_error() -> None:
 
 
 @pytest.mark.parametrize(("encoding", "degree"), [("ascii", "\\xb0"), ("latin-1", "°")])
-def test_what_the_terminal_cannot_show_is_spelled_out(encoding: str, degree: str) -> None:
-    done = subprocess.run(
-        [*MODULE, "data", "list"],
-        env={**os.environ, "PYTHONIOENCODING": encoding},
-        capture_output=True,
-        encoding=encoding,
-        check=False,
-    )
-    assert (done.returncode, done.stderr) == (0, "")
-    assert f"three lights 120{degree} apart" in done.stdout
-    assert "\\u2013" in done.stdout  # a dash, which neither has
+def test_what_the_terminal_cannot_show_is_spelled_out(
+    encoding: str, degree: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    terminal = io.TextIOWrapper(shown := io.BytesIO(), encoding=encoding)
+    monkeypatch.setattr(sys, "stdout", terminal)
+    with pytest.raises(SystemExit) as stopped:
+        command_line.main(["data", "list"])
+    assert stopped.value.code == 0
+    said = shown.getvalue().decode(encoding)
+    assert f"three lights 120{degree} apart" in said
+    assert "\\u2013" in said  # a dash, which neither has
 
 
 def test_output_that_is_no_terminal_s_is_left_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -214,7 +214,7 @@ def poses_in(out):
 
 def test_a_disk_that_fills_up_ends_a_run_but_takes_nothing(workplace, tmp_path, capsys):
     (tmp_path / "clip").mkdir()
-    for index in range(100):
+    for index in range(70):
         frame = workplace / "clip" / f"frame-{(0, 1, 2, 3, 2)[index % 5]}.png"
         (tmp_path / "clip" / f"{index:03d}.png").symlink_to(frame)
     words = ("track", workplace / "unit", tmp_path / "clip", "--background", "first", "--out")
@@ -229,7 +229,7 @@ def test_a_disk_that_fills_up_ends_a_run_but_takes_nothing(workplace, tmp_path, 
         "poses.png",
     ]
     followed, recorded = poses_in(out)
-    assert followed == list(range(len(followed))) and 31 <= len(followed) < 100
+    assert followed == list(range(len(followed))) and 31 <= len(followed) < 70
     assert len(followed) - 31 <= recorded <= len(followed) and recorded > 0
     assert f"{out / 'poses.mcap'} cannot be written: File too large." in said
     assert f"Frames 0 to {followed[-1]} are kept in {out}: poses.mcap, poses.csv" in said
@@ -238,7 +238,7 @@ def test_a_disk_that_fills_up_ends_a_run_but_takes_nothing(workplace, tmp_path, 
     assert document["remarks"][-1] in said
     assert f"Continue with --begin {len(followed)}." in said
     assert run(*words, rest, "--begin", len(followed)) == 0
-    assert [*followed, *poses_in(rest)[0]] == list(range(100))
+    assert [*followed, *poses_in(rest)[0]] == list(range(70))
 
 
 def test_a_disk_that_turns_out_full_at_the_end_costs_the_pictures_alone(
