@@ -57,7 +57,7 @@ def test_a_browser_that_owes_an_answer_is_sent_nothing_more(tmp_path: Path) -> N
         slow.wait_for_function("held.length")
         received.clear()
         before = slow.evaluate(SOURCE)
-        for _ in range(5):
+        for _ in range(3):
             page.wait_for_function(f"before => {SOURCE} != before", arg=page.evaluate(SOURCE))
         assert not any("data:image" in message for message in received)
         assert slow.evaluate("held.length") == 1

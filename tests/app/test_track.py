@@ -59,10 +59,17 @@ def workplace(tmp_path_factory):
     return folder
 
 
-def test_a_clip_becomes_poses_a_plot_an_overlay_and_transforms(workplace, tmp_path):
-    out = tmp_path / "out"
-    words = (workplace / "unit", workplace / "clip", "--background", "first")
-    assert run("track", *words, "--out", out, "--json", tmp_path / "poses.json") == 0
+@pytest.fixture(scope="module")
+def tracked(workplace):
+    """What `wedge track` makes of the clip: a folder, and the numbers beside it."""
+    out = workplace / "tracked"
+    words = (workplace / "unit", workplace / "clip", "--background", "first", "--out", out)
+    assert run("track", *words, "--json", workplace / "poses.json") == 0
+    return out, json.loads((workplace / "poses.json").read_text())
+
+
+def test_a_clip_becomes_poses_a_plot_an_overlay_and_transforms(tracked):
+    out, document = tracked
     with (out / "poses.csv").open() as stream:
         rows = list(csv.DictReader(stream))
     assert [row["state"] == "lost" for row in rows] == [True, False, False, False, True]
@@ -70,7 +77,6 @@ def test_a_clip_becomes_poses_a_plot_an_overlay_and_transforms(workplace, tmp_pa
     assert rows[0]["x_mm"] == "" and float(rows[1]["qw"]) == 1
     # A smooth ball: where it went is seen, how it turned is not, and that is said.
     assert rows[3]["state"] == "weak"
-    document = json.loads((tmp_path / "poses.json").read_text())
     assert [row["state"] for row in document["poses"]] == [row["state"] for row in rows]
     assert document["poses"][0]["x_mm"] is None and document["poses"][0]["covariance"] is None
     assert document["first_contact"]["frame"] == 1
@@ -83,23 +89,19 @@ def test_a_clip_becomes_poses_a_plot_an_overlay_and_transforms(workplace, tmp_pa
     assert {row["markers"] for row in rows} == {"none"}
 
 
-def test_a_frame_that_no_gel_has_felt_is_not_the_object(workplace, tmp_path):
-    clip, poses = tmp_path / "clip", {}
-    for name in ("clear", "dark"):
-        folder = clip / name
-        shutil.copytree(workplace / "clip", folder)
-        if name == "dark":
-            for place in ("frame-0b.png", "frame-2b.png"):
-                write_image(folder / place, np.zeros_like(read_image(folder / "frame-0.png")))
-        words = (workplace / "unit", folder, "--background", "first", "--json", tmp_path / "t.json")
-        assert run("track", *words, "--out", tmp_path / name) == 0
-        poses[name] = json.loads((tmp_path / "t.json").read_text())["poses"]
-    dark = [row for row in poses["dark"] if row["image"].endswith("b.png")]
+def test_a_frame_that_no_gel_has_felt_is_not_the_object(workplace, tracked, tmp_path):
+    clip, (_, clear) = shutil.copytree(workplace / "clip", tmp_path / "clip"), tracked
+    for place in ("frame-0b.png", "frame-2b.png"):
+        write_image(clip / place, np.zeros_like(read_image(clip / "frame-0.png")))
+    words = (workplace / "unit", clip, "--background", "first", "--json", tmp_path / "t.json")
+    assert run("track", *words, "--out", tmp_path / "out") == 0
+    poses = json.loads((tmp_path / "t.json").read_text())["poses"]
+    dark = [row for row in poses if row["image"].endswith("b.png")]
     assert [(row["state"], row["reason"], row["x_mm"]) for row in dark] == 2 * [
         ("lost", STRANGE, None)
     ]
     for before, after in zip(
-        poses["clear"], (row for row in poses["dark"] if row not in dark), strict=True
+        clear["poses"], (row for row in poses if row not in dark), strict=True
     ):
         assert (before["state"], before["x_mm"]) == (after["state"], after["x_mm"])
 
@@ -159,10 +161,8 @@ def test_what_touches_from_the_first_frame_on_has_no_first_contact(
         assert document["first_contact"] is None and document["touched_at_start"] is True
 
 
-def test_the_covariance_of_a_pose_is_written_shifts_first(workplace, tmp_path):
-    words = (workplace / "unit", workplace / "clip", "--background", "first")
-    assert run("track", *words, "--out", tmp_path / "out", "--json", tmp_path / "poses.json") == 0
-    row = json.loads((tmp_path / "poses.json").read_text())["poses"][3]
+def test_the_covariance_of_a_pose_is_written_shifts_first(tracked):
+    row = tracked[1]["poses"][3]
     covariance = np.zeros((6, 6))
     covariance[np.triu_indices(6)] = row["covariance"]
     covariance += np.triu(covariance, 1).T
