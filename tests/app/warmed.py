@@ -25,7 +25,7 @@ from app import label, live
 from app._words import understood
 from recon.fast import FastReconstructor
 from recon.labels import ball_size, odd_rows, press_doubts
-from recon.pose.ready import make_ready
+from recon.pose.warm_up import warm_up
 from tests.recon.fast.units import make_unit
 from validation import datasets
 
@@ -35,6 +35,6 @@ Image.preinit()
 templates.get_template("index.html")
 cv2.setNumThreads(1)
 FastReconstructor(make_unit((160, 120)))
-make_ready()
+warm_up()
 cv2.setNumThreads(-1)
 gc.freeze()  # or each fork would copy it all by looking for garbage
