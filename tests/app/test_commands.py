@@ -101,7 +101,7 @@ def test_presses_to_depth(tmp_path, capsys, options, words):
 
 def test_what_is_fitted_beside_is_what_one_would_fit_alone(tmp_path, monkeypatch):
     monkeypatch.setattr(default_training, "STEPS", 60)
-    dataset = make_dataset(tmp_path / "set", presses=12)
+    dataset = make_dataset(tmp_path / "set", presses=6)
     words = ["--estimator", "default", "--seed", 3, "--out", tmp_path / "unit"]
     assert run("calibrate", dataset.folder, *words) == 0
     kept = load_calibration(tmp_path / "unit")
