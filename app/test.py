@@ -40,7 +40,8 @@ def main() -> int:
     with ThreadPoolExecutor(AT_ONCE) as pool:
         passed = pool.map(_passes, CHECKS, CHECKS.values())
         failed = [name for name, well in zip(CHECKS, passed, strict=True) if not well]
-    if run_pytest([f"--numprocesses={AT_ONCE}"]) != 0:
+    # Each process begins with half of the files: few of them share what two would both build.
+    if run_pytest([f"--numprocesses={AT_ONCE}", "--dist=worksteal"]) != 0:
         failed.append("tests")
     if failed:
         print(f"wedge: failed: {', '.join(failed)}", file=sys.stderr)
