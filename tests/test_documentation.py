@@ -167,7 +167,7 @@ def test_the_frame_rates_of_the_readme_are_those_that_were_measured() -> None:
         large = rates[f"fast path: 640x480 JPEG to depth{name}"]
         small = rates[f"fast path: 320x240 JPEG to depth{name}"]
         assert re.search(
-            rf"^\| {row} \| {large} \| \d+ \| {small} \|",
+            rf"^\| {row} \| {large} \| [\d.]+ \| {small} \| [\d.]+ \|$",
             (ROOT / "README.md").read_text(),
             re.MULTILINE,
         )

@@ -4,8 +4,8 @@
 
 What lies between ``<!-- table: DATASET [WORD...] -->`` and ``<!-- end of table -->`` of a page is
 replaced, by the rows whose lights, estimator or pixels are the words; likewise ``<!-- bench -->``,
-``<!-- filling -->``, what ways of filling dots leave and take, and ``<!-- network: DATASET -->``,
-what the network leaves of errors without it.
+``<!-- speed -->``, how fast frames become depth, ``<!-- filling -->``, what ways of filling dots
+leave and take, and ``<!-- network: DATASET -->``, what the network leaves of errors without it.
 After a new measurement:
 
     wedge reproduce
@@ -30,10 +30,20 @@ PAGES = (
     HERE.parents[1] / "README.md",
     HERE / "index.md",
     HERE / "performance.md",
+    HERE.parent / "concepts" / "streaming.md",
     HERE.parent / "concepts" / "markers.md",
 )
 BLOCK = re.compile(r"(<!-- table: ([\w-]+)([\w+% ]*) -->\n).*?(<!-- end of table -->)", re.DOTALL)
 BENCH = re.compile(r"(<!-- bench -->\n).*?(<!-- end of bench -->)", re.DOTALL)
+SPEED = re.compile(r"(<!-- speed -->\n).*?(<!-- end of speed -->)", re.DOTALL)
+FRAMES = {
+    "`default`, ball presses": " by our estimator, these presses",
+    "`default`, the whole pad pressed": " by our estimator, all of the gel pressed",
+    "`default`, a gel with dots": " by our estimator, dots at rest",
+    "`default`, lights on one line": " by our estimator, red and blue alone",
+    "`mlp`, ball presses": "",
+}
+"""What is reconstructed, and how ``wedge bench`` calls it."""
 FILLING = re.compile(r"(<!-- filling -->\n).*?(<!-- end of filling -->)", re.DOTALL)
 NETWORK = re.compile(r"(<!-- network: ([\w-]+) -->\n).*?(<!-- end of network -->)", re.DOTALL)
 
@@ -46,12 +56,31 @@ def filled(page: str) -> str:
 
     page = BLOCK.sub(table, page)
     page = NETWORK.sub(lambda found: f"{found[1]}\n{_network(found[2])}\n{found[3]}", page)
+    page = SPEED.sub(lambda found: f"{found[1]}\n{_speed()}\n{found[2]}", page)
     page = FILLING.sub(lambda found: f"{found[1]}\n{_filling()}\n{found[2]}", page)
     return BENCH.sub(lambda found: f"{found[1]}\n{_bench()}\n{found[2]}", page)
 
 
 def _figures() -> list[dict[str, Any]]:
     return list(json.loads((HERE / "bench.json").read_text())["figures"])
+
+
+def _speed() -> str:
+    """Frames per second, and times the floor."""
+    figures = {figure["name"]: figure for figure in _figures()}
+    lines = ["| | 640×480 | times the floor | 320×240 | times the floor |", "|---|--:|--:|--:|--:|"]
+    for frames, name in FRAMES.items():
+        cells = []
+        for size in ("640x480", "320x240"):
+            start = f"fast path: {size} JPEG to depth{name}"
+            ratio = figures[
+                f"{start}{', against its floor' if name else ' against its floor, one thread'}"
+            ]
+            timed = ratio if name else figures[f"{start}, one thread"]
+            (rate,) = re.findall(r"(\d+) frames/s", timed["unit"])
+            cells += [rate, f"{ratio['value']:.2g}"]
+        lines.append(f"| {frames} | {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
 
 
 def _filling() -> str:
