@@ -93,6 +93,16 @@ def test_a_face_that_flattens_the_dome_is_no_light(seed, change):
 
 
 @few
+@given(seed=seeds, factor=st.floats(1.1, 1.4))
+def test_light_on_two_thirds_of_the_frame_is_not_that_of_all(seed, factor):
+    """As of a window, or of what is gripped: a third of the gel shows that no lamp is brighter."""
+    blank = blank_gel((240, 320), seed)
+    difference = (factor - 1) * blank
+    difference[160:] = 0
+    assert in_same_light(difference, blank) is difference
+
+
+@few
 @given(seed=seeds, lost=st.sampled_from([0.0, 0.3, 2.0]), color=st.integers(0, 2))
 def test_nothing_is_divided_where_a_lamp_is_out_or_far_too_bright(seed, lost, color):
     """Else what little is left of it would be read as slopes, or as none at all."""

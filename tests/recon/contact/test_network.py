@@ -71,12 +71,13 @@ def test_the_numpy_network_is_the_torch_network(training):
     np.testing.assert_allclose(found[0], expected, atol=1e-4)
 
 
-def test_a_short_training_learns_and_its_weights_come_back(training, tmp_path):
+def test_a_short_training_learns_and_its_weights_come_back(training, tmp_path, monkeypatch):
     with ThreadPoolExecutor(1) as executor:
         weights, losses = training.train(0, (15, 5), CHANNELS, executor, count=16)
-        again, _ = training.train(0, (1, 1), CHANNELS, executor, count=1)
-    assert np.mean(losses[-5:]) < 0.9 * losses[0]
-    assert weights.keys() == again.keys()
+        monkeypatch.setattr(training, "learning_rate", lambda *_: 0.0)
+        unlearnt, unchanged = training.train(0, (15, 5), CHANNELS, executor, count=16)
+    assert np.mean(losses[-5:]) < 0.97 * np.mean(unchanged[-5:])  # of the same batches
+    assert weights.keys() == unlearnt.keys()
     save_weights(tmp_path / "net.safetensors", weights, "a command", 0, CONTACT)
     for name, values in load_weights(tmp_path / "net.safetensors", CONTACT).items():
         np.testing.assert_array_equal(values, weights[name])

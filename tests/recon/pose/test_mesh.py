@@ -16,6 +16,7 @@ from recon.pose.joint import Joint
 from recon.pose.mesh import CONTACT_DEPTH_MM, Mesh, averaged, read_mesh, render, under_side
 from recon.pose.models import MeshModel
 from recon.pose.pyramid import Pyramid
+from recon.pose.registration import pixel_grid_mm
 from recon.pose.rigid import angle_deg, applied, inverse, motion, rigid, shift_mm
 from recon.pose.tracker import Tracker
 from sensor.errors import WedgeError
@@ -115,6 +116,25 @@ def test_a_ridge_is_its_own_mirror_image_wherever_it_runs_in_a_pixel(columns):
     slopes = averaged(ridge, np.eye(4), (columns, 20), (0.1, 0.1)).gradient[..., 0]
     assert np.abs(slopes).max() == pytest.approx(1, abs=1e-5)
     np.testing.assert_allclose(slopes, -slopes[:, ::-1], atol=1e-5)
+
+
+@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
+def test_of_sides_above_each_other_the_lowest_is_felt(order):
+    x_mm, y_mm = np.meshgrid(*pixel_grid_mm((60, 40), (0.2, 0.2)))
+    heights = -1.0 - 0.1 * x_mm, -0.8 + 0.05 * x_mm - 0.02 * y_mm  # two that cross
+    corners = np.array([[-30, -30], [30, -30], [0, 60]], float)
+    points = [
+        np.column_stack([corners, -1.0 - 0.1 * corners[:, 0]]),
+        np.column_stack([corners, -0.8 + corners @ (0.05, -0.02)]),
+    ]
+    both = Mesh(
+        vertices_mm=np.concatenate([points[index] for index in order]),
+        triangles=np.array([[0, 1, 2], [3, 4, 5]]),
+    )
+    found = render(both, np.eye(4), (60, 40), (0.2, 0.2))
+    np.testing.assert_allclose(found.depth_mm, -np.minimum(*heights), atol=1e-6)
+    lower = (heights[0] < heights[1])[..., None]
+    np.testing.assert_allclose(found.gradient, np.where(lower, (0.1, 0), (-0.05, 0.02)), atol=1e-6)
 
 
 def test_triangles_that_would_fill_the_memory_are_refused():
