@@ -86,7 +86,7 @@ def main(
         json: Write the numbers of points, depths and uncertainties here as JSON.
     """
     from app._frames import read_checked
-    from app._gel import design_gel
+    from app._gel import laid_on
     from recon.calibration import load_calibration
     from recon.pipeline import Reconstructor
 
@@ -105,7 +105,11 @@ def main(
             f"{json} could be the file of a cloud in {out}: write the numbers elsewhere."
         )
     calibration = load_calibration(unit)
-    gel, remarks = design_gel(design, unit, calibration.card)
+    gel: Gel | None = None
+    remarks: list[str] = []
+    if design is not None:
+        wanted, remarks = laid_on(design, unit, calibration.card)
+        gel = wanted.gel
     blank = None if background is None else read_checked(background, calibration.unwarp)
     remarks += light_remarks(calibration, blank, str(background))
     run = _Run(

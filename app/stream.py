@@ -94,7 +94,8 @@ class FeltFile:
         from recon.follower import Follower
         from recon.touch_file import TouchFile
 
-        self._follow, self._file = Follower(unit), TouchFile(path)
+        self._follow = Follower(unit)
+        self._file = TouchFile(path, self._follow.gel)
         self.pose = self.markers = self.doubt = ""
         """What the newest frame says, in words."""
 

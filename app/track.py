@@ -12,11 +12,12 @@ import tyro
 
 from app._first_contact import first_touched
 from app._frames import UnitFrame, read_checked, unit_frames
-from app._gel import design_gel, flat_remarks
+from app._gel import laid_on
 from app._growing_files import Growing, file_names, growing
 from app._output import OutputFile, keep_inputs, print_table, write_json
 from app._progress import progress
 from app._remarks import light_remarks
+from sensor.design_file import known_design
 from sensor.errors import WedgeError
 from sensor.files import check_outputs
 
@@ -84,7 +85,7 @@ def main(
         mesh: The object as STL, PLY or OBJ, in mm.
         start: The first pose: a text file of 4 x 4 numbers, T_sensor_object in mm.
         design: The design (standard, finger or FILE.toml) on whose curved gel the object travels;
-            by default the gel is flat.
+            by default the unit's own if that is standard or finger, else the gel is flat.
         background: A blank frame taken today, or `first` if the source begins with one; by default
             the unit's own.
         begin: Skip this many frames: a light first touch represents the object poorly.
@@ -104,8 +105,11 @@ def main(
     check_outputs(*(out / name for name in file_names("poses")), json)
     keep_inputs([unit, source, mesh, start, design, background], [json])
     calibration = load_calibration(unit)
-    gel, said = design_gel(design, unit, calibration.card)
-    said += [] if design else flat_remarks(calibration.card)
+    said: list[str] = []
+    built_from = known_design(calibration.card.design_sha256)
+    if design is not None:
+        built_from, said = laid_on(design, unit, calibration.card)
+    gel = None if built_from is None else built_from.gel
     track = _tracker(tracker, mesh, start, gel)
     blank = None
     if background not in (None, "first"):
@@ -156,7 +160,8 @@ def main(
         print(f"Open {out / 'overlay.webp'}")
     for sentence in said:
         print(sentence, file=sys.stderr)
-    document = {"unit": str(unit), "source": source, "tracker": tracker, "design": design} | first
+    named = None if built_from is None else built_from.name
+    document = {"unit": str(unit), "source": source, "tracker": tracker, "design": named} | first
     write_json(json, {**document, "poses": poses, "remarks": [*came.remarks, *said]})
     came.tell()
     return 2 if files.failed else 0

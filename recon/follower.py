@@ -18,6 +18,7 @@ from recon.pose.estimate import PoseEstimate
 from recon.pose.registration import OwnTouch
 from recon.pose.tracker import Tracker
 from recon.pose.warm_up import warm_up
+from sensor.design_file import known_design
 
 LOOK_AGAIN_S = 1.0
 """After so long it is seen whether dots that do not belong are still there: finding them takes many
@@ -78,14 +79,17 @@ class Follower:
         self._before: Frame | None = None
         self._unexpected = "none"
         self._looked_s = 0.0
-        self._track = Tracker()
+        built_from = known_design(unit.card.design_sha256)
+        self.gel = None if built_from is None else built_from.gel
+        """On which the object travels; flat where the unit names no known design."""
+        self._track = Tracker(gel=self.gel)
         self._object_number = 0
         self._touched_s: float | None = None
         """When the object last touched; ``None`` before it has."""
 
     def begin_anew(self) -> None:
         """Take what touches next for another object."""
-        self._track = Tracker()
+        self._track = Tracker(gel=self.gel)
         self._object_number += 1
         self._touched_s = None
 

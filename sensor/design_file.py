@@ -54,6 +54,11 @@ def load_design(name_or_file: str) -> Wedge:
     return design
 
 
+def known_design(sha256: str | None) -> Wedge | None:
+    """The design of this hash, if it is known by name."""
+    return next((design for design in DESIGNS.values() if design.sha256 == sha256), None)
+
+
 def _refuse_name(name: str) -> None:
     """Refuse what cannot be a folder's name in one line of text; 60 characters fit any disk."""
     good = name.strip() == name and name.isprintable() and not {"/", "\\"} & {*name}

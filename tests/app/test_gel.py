@@ -11,7 +11,7 @@ from rosbags.highlevel import AnyReader
 
 from recon.pose.rest import rest_at
 from recon.touch_file import SKIN
-from sensor.design import STANDARD
+from sensor.design import FINGER, STANDARD
 from sensor.unit import read_unit_card, write_unit_card
 from tests.app.test_track import run, workplace  # noqa: F401  (a fixture)
 
@@ -33,19 +33,25 @@ def felt(path):
 
 def test_points_and_poses_lie_on_the_design_s_gel(workplace, tmp_path, capsys):  # noqa: F811
     unit = shutil.copytree(workplace / "unit", tmp_path / "unit")
-    write_unit_card(unit, replace(read_unit_card(unit), design_sha256=STANDARD.sha256))
-    found, remarked = {}, {}
-    for design in ("standard", ""):
-        out, told = tmp_path / f"out{design}", tmp_path / f"{design}.json"
+    card, found = read_unit_card(unit), {}
+    for name, of_unit, options, design, remarks in (
+        ("flat", None, (), None, 0),
+        ("asked", None, ("--design", "standard"), "standard", 0),
+        ("own", STANDARD.sha256, (), "standard", 0),
+        ("another's", FINGER.sha256, ("--design", "standard"), "standard", 1),
+    ):
+        write_unit_card(unit, replace(card, design_sha256=of_unit))
+        out, told = tmp_path / name, tmp_path / f"{name}.json"
         words = ("track", unit, workplace / "clip", "--background", "first", "--json", told)
-        assert run(*words, "--out", out, *(("--design", design) if design else ())) == 0
-        found[design] = felt(out / "poses.mcap")
+        assert run(*words, "--out", out, *options) == 0
+        found[name] = felt(out / "poses.mcap")
         document = json.loads(told.read_text())
-        assert document["design"] == (design or None)
-        remarked[design] = document["remarks"]
-        assert all(remark in capsys.readouterr().err for remark in remarked[design])
-    assert not remarked["standard"] and "with --design standard" in remarked[""][0]
-    (points, shifts_mm), (flat, flat_mm) = found["standard"], found[""]
+        assert document["design"] == design and len(document["remarks"]) == remarks
+        assert capsys.readouterr().err.count("another design than standard") == remarks
+    for name in ("own", "another's"):
+        for asked, same in zip(found["asked"], found[name], strict=True):
+            np.testing.assert_array_equal(asked, same)
+    (points, shifts_mm), (flat, flat_mm) = found["asked"], found["flat"]
     rest_mm, _ = rest_at(STANDARD.gel, flat[:, 0].astype(float), flat[:, 1].astype(float))
     assert rest_mm.max() > 0.02
     np.testing.assert_allclose(points, flat - np.outer(rest_mm, [0, 0, 1]), atol=1e-4)

@@ -12,8 +12,11 @@ from recon.pipeline import Reconstructor
 from recon.plausible import IMPLAUSIBLE, STRANGE
 from recon.pose.estimate import PoseEstimate
 from recon.pose.registration import own
+from recon.pose.rigid import angle_deg
+from sensor.design import STANDARD
 from tests.dotted import dotted, grid_px
 from tests.recon.fast.units import make_unit
+from tests.recon.pose.test_rest import journey
 from tests.recon.pose.touched import MM_PER_PX, SIZE_PX, bead_pair, blank
 from tests.synthetic import digitized
 
@@ -44,6 +47,16 @@ def test_after_a_second_without_touch_the_next_object_is_new():
         felt = follow(unit.background, touch, now_s)
         assert (felt.pose.state, felt.object_number, felt.dots) == (state, number, None)
     np.testing.assert_array_equal(felt.pose.T_sensor_object, np.eye(4))
+
+
+@pytest.mark.parametrize("built_from", [None, STANDARD])
+def test_what_travels_over_the_gel_of_the_unit_s_design_does_not_turn(built_from):
+    unit = make_unit(SIZE_PX)
+    named = None if built_from is None else built_from.sha256
+    follow = Follower(replace(unit, card=replace(unit.card, design_sha256=named)))
+    for second, (touch, _) in enumerate(journey()):
+        felt = follow(unit.background, touch, 0.1 * second)
+    assert (angle_deg(felt.pose.T_sensor_object) < 1) == (built_from is not None)
 
 
 def test_the_first_object_is_the_first_whenever_it_comes():
