@@ -37,7 +37,12 @@ from validation.report.fabrication import LINKS, fabrication_section, no_fabrica
 from validation.report.integrators import integrator_section
 from validation.report.page import Picture, Section, figure_html, table_html, write_report
 from validation.report.remarks import reproduction_section, weakness_section
-from validation.report.results import DatasetResults, dataset_section, headline_section
+from validation.report.results import (
+    DatasetResults,
+    dataset_section,
+    headline_section,
+    truth_of_peaks,
+)
 
 TICK_PT = 8.0
 """The smallest type of figures."""
@@ -226,6 +231,11 @@ def test_numbers_are_the_tables(results: DatasetResults, text: str) -> None:
         assert f"{errors.values['theta_x_deg']:.2f}<small>{low:.2f}–{high:.2f}</small>" in text
     assert results.row("contact").configuration == "RGB"
     assert results.dataset.sha256 in text
+
+
+def test_what_depths_are_judged_against_is_said(text: str) -> None:
+    file, both = truth_of_peaks({"truth file"}), truth_of_peaks({"truth file", "ball cap"})
+    assert "The truth is the ball" in text and "cap" not in file and both.startswith(file)
 
 
 def test_one_judged_press_has_no_interval(results: DatasetResults) -> None:

@@ -226,6 +226,19 @@ def summary_caption(results: Sequence[DatasetResults]) -> str:
     )
 
 
+def truth_of_peaks(truths: set[str]) -> str:
+    """What depths at the centre are judged against, in words.
+
+    Args:
+        truths: of ``DepthErrors.truth``.
+    """
+    cap = "the ball's cap above the rim of the labelled circle"
+    file = "the set's own, below the gel at rest"
+    if truths == {"truth file"}:
+        return file
+    return cap if truths == {"ball cap"} else f"{file}, or where it has none, {cap}"
+
+
 def _figures(results: DatasetResults) -> list[Picture]:
     table, held, card = results.table, results.held_out, results.dataset.card
     judged = f"{card.name}, {counted(table.test)}"
@@ -243,17 +256,19 @@ def _figures(results: DatasetResults) -> list[Picture]:
     ]
     found_mm, true_mm = results.peaks_mm()
     low_mm, median_mm, high_mm = results.rmse_mm()
-    whole = all(label.contact_radius_px.is_integer() for label in results.dataset.labels)
+    truths = {error.truth for errors in table.depth.values() for error in errors}
+    radii_px = [label.contact_radius_px for label in results.dataset.labels]
+    columns = truths == {"ball cap"} and all(radius.is_integer() for radius in radii_px)
     pictures += [
         Picture(
             content=plot_bytes(peak_figure(table.depth)),
             alt=f"Scatter of reconstructed against true depth, one point per press; means "
             f"{found_mm:.2f} and {true_mm:.2f} mm for {results.estimator}",
-            caption=f"Depth at the contact's centre, all lights ({judged}). The truth is the "
-            "ball's cap above the rim of the labelled circle"
+            caption=f"Depth at the contact's centre, all lights ({judged}). The truth is "
+            + truth_of_peaks(truths)
             + (
                 "; the points form columns because radii were labelled in whole pixels."
-                if whole
+                if columns
                 else "."
             ),
         ),
