@@ -113,8 +113,8 @@ class Tracker:
                 what turns. By default it is flat.
 
         Raises:
-            WedgeError: the registration is unknown, the model is none or of another registration,
-                or the pose is not a rigid transform.
+            WedgeError: the registration is unknown, the model is none, of another registration or
+                on another gel, or the pose is not a rigid transform.
         """
         if registration not in REGISTRATIONS:
             raise WedgeError(
