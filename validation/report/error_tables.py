@@ -17,7 +17,10 @@ PAPERS_MARKS = " Diamonds: the paper's values, from another sensor."
 
 
 def error_tables(table: ErrorTable) -> list[str]:
-    """As the paper's Table I: configurations side by side, errors below each other."""
+    """As the paper's Table I: configurations side by side, all lights first, errors below.
+
+    A narrow page shows the first columns; those of fewer lights are reached by scrolling.
+    """
     return [_error_table(table, pixels) for pixels in reversed(PIXEL_SETS)]
 
 
@@ -51,6 +54,7 @@ def _error_table(table: ErrorTable, pixels: PixelSet) -> str:
         if row.pixels == pixels
     }
     columns = widest([row for row in table.rows if row.pixels == pixels])
+    columns.sort(key=lambda column: len(column[0]), reverse=True)
     estimators = list(dict.fromkeys(key[0] for key in chosen))
     rows, from_paper, papers = [], [], paper_errors(columns)
     for metric, heading in HEADINGS.items():
