@@ -121,7 +121,7 @@ def main(
     ):
         if came.live and frames is None:
             raise WedgeError(f"{source} has no end: limit the number of frames with --frames.")
-        run, reconstruct = _Run(track, files, apart=came.apart), None
+        run, reconstruct = _Run(track, files, gel, apart=came.apart), None
         for index, frame in enumerate(came):
             if index == 0 and background == "first":
                 if frame.image is None:
@@ -170,13 +170,13 @@ def main(
 class _Run:
     """What was found frame after frame, written as it comes."""
 
-    def __init__(self, track: "Tracker", files: Growing, *, apart: bool) -> None:
+    def __init__(self, track: "Tracker", files: Growing, gel: "Gel | None", *, apart: bool) -> None:
         self.found: list[PoseEstimate] = []
         self.rows: list[list[Any]] = []
         """As in the table."""
         self.touched: list[tuple[int, int, bool]] = []
         """Number, time in ns and whether something touches, of each whole frame."""
-        self._track, self._files, self._apart = track, files, apart
+        self._track, self._files, self._gel, self._apart = track, files, gel, apart
         self._dots: Tracked | None = None
         """Of the frame before, where frames follow each other."""
         self._anchor: np.ndarray | None = None
@@ -211,7 +211,7 @@ class _Run:
         from validation.figures.tracking import anchor_on, overlay
 
         if self._anchor is None and pose.T_sensor_object is not None:
-            self._anchor = anchor_on(touch, pose.T_sensor_object)
+            self._anchor = anchor_on(touch, pose.T_sensor_object, self._gel)
         picture = overlay(image, touch.contact, touch.mm_per_px, pose, self._anchor)
         self._files.clip.add(picture)
 

@@ -18,6 +18,7 @@ from recon.pose.estimate import PoseEstimate
 from recon.pose.registration import OwnTouch
 from recon.pose.tracker import Tracker
 from recon.pose.warm_up import warm_up
+from sensor.design import Gel
 from sensor.design_file import known_design
 
 LOOK_AGAIN_S = 1.0
@@ -51,6 +52,8 @@ class Felt:
     """Its depth and contact."""
     pose: PoseEstimate
     """Of the object in the gel frame."""
+    gel: Gel | None
+    """On which the pose was found; flat without."""
     object_number: int
     """Counts the objects: poses of two numbers have nothing to do with each other."""
     dots: Tracked | None
@@ -120,6 +123,7 @@ class Follower:
             image=image,
             touch=kept,
             pose=doubted(found, word, still=still, doubt=doubt),
+            gel=self.gel,
             object_number=self._object_number,
             dots=self._dots,
             markers=word,

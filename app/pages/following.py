@@ -45,7 +45,7 @@ class PoseView:
         touch, pose = felt.touch, felt.pose.T_sensor_object
         is_alone = self._apart and pose is not None
         if self._anchor is None and pose is not None and not is_alone:
-            self._anchor = anchor_on(touch, pose)
+            self._anchor = anchor_on(touch, pose, felt.gel)
         shown = pose_picture(felt.image, touch.contact, touch.mm_per_px, felt.pose, self._anchor)
         words = "none on this gel" if felt.markers == "none" else felt.markers
         if felt.dots is not None:

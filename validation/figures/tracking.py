@@ -14,8 +14,10 @@ from scipy.spatial.transform import Rotation
 
 from recon.arrays import ContactMask, GradientField, Unwarped
 from recon.pose.estimate import PoseEstimate
-from recon.pose.registration import Touch, contact_points
+from recon.pose.registration import Touch, contact_points, own
+from recon.pose.rest import laid
 from recon.pose.rigid import Points, Transform, applied, inverse
+from sensor.design import Gel
 from sensor.toml import Pair
 from validation.figures.overlay import Picture, enlarged, with_words
 from validation.figures.style import (
@@ -110,9 +112,15 @@ def shaded(gradient: GradientField) -> Unwarped:
     return np.repeat(np.clip(lit, 0, 1)[..., None], 3, -1).astype(np.float32)
 
 
-def anchor_on(touch: Touch, T_sensor_object: Transform) -> Points:
-    """The deepest point of a touch, in the object's frame: a place for its axes."""
-    points = contact_points(touch)
+def anchor_on(touch: Touch, T_sensor_object: Transform, gel: Gel | None = None) -> Points:
+    """The deepest point of a touch, in the object's frame: a place for its axes.
+
+    Args:
+        touch: as it was reconstructed.
+        T_sensor_object: the object's pose in it.
+        gel: a curved one on which the pose was found.
+    """
+    points = contact_points(laid(own(touch), gel))
     return applied(inverse(T_sensor_object), points[points[:, 2].argmin()])
 
 

@@ -6,10 +6,14 @@ import numpy as np
 import pytest
 
 from recon.pose.estimate import PoseEstimate
-from recon.pose.rigid import motion
+from recon.pose.rest import rest_at
+from recon.pose.rigid import applied, motion
+from sensor.design import STANDARD
+from tests.recon.pose.touched import bead_pair
 from validation.figures.png import png_bytes
 from validation.figures.tracking import (
     LIGHT,
+    anchor_on,
     overlay,
     pose_figure,
     pose_picture,
@@ -74,6 +78,18 @@ def test_a_name_that_the_font_lacks_is_drawn_without_a_warning():
     figure = pose_figure([0.0, 0.1], [LOST, turned(3)], "Prüf ström 指")
     assert png_bytes(figure, 40)[:4] == b"\x89PNG"
     assert figure.axes[0].get_title(loc="left") == "Prüf ström ?"
+
+
+def test_axes_are_drawn_from_a_point_of_the_skin_on_the_gel_of_the_pose():
+    touch, _, pose = bead_pair(3)
+    aside = {name: np.roll(getattr(touch, name), 30, 1) for name in ("depth_mm", "contact")}
+    touch = replace(touch, **aside)
+    on_flat, on_curve = (applied(pose, anchor_on(touch, pose, gel)) for gel in (None, STANDARD.gel))
+    assert on_flat[2] == pytest.approx(-touch.depth_mm.max(), abs=1e-6)
+    rest_mm, _ = rest_at(STANDARD.gel, on_curve[:1], on_curve[1:2])
+    assert rest_mm > 0.04
+    column, row = (on_curve[:2] / touch.mm_per_px + np.array([79.5, 59.5])).round().astype(int)
+    assert on_curve[2] == pytest.approx(-touch.depth_mm[row, column] - rest_mm[0], abs=1e-5)
 
 
 def test_axes_stand_where_the_object_is():
