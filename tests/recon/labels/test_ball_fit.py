@@ -4,7 +4,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from recon.labels.ball_fit import (
@@ -55,6 +55,7 @@ def test_a_contact_larger_than_allowed_is_as_large_as_allowed_and_otherwise_the_
     assert gradient[[0, 1, 3]] == pytest.approx(0, abs=1e-3) and gradient[2] < -0.01
 
 
+@settings(max_examples=25)
 @given(
     seed=st.integers(0, 1000),
     center=st.tuples(st.floats(32, 48), st.floats(22, 38)),
