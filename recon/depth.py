@@ -215,7 +215,7 @@ def inferred_depth(
     rows, columns, pitch_mm = fewer_px(height, width, mm_per_px)
     boundary, shrunk = boundary_of(disturbed), (rows, columns) != (height, width)
     if shrunk:
-        gradient = resampled(gradient.astype(np.float32), rows, columns)
+        gradient = resampled(gradient.astype(np.float32, copy=False), rows, columns)
         share = resampled(disturbed.astype(np.float32)[..., None], rows, columns)
         disturbed = share[..., 0] >= 0.5
     beyond = rows_beyond(disturbed, gradient, unseen, hinted=hinted)

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Masks at a quarter of the frame's resolution, one element for 4 x 4 pixels."""
 
+from functools import reduce
+
 import numpy as np
 from jaxtyping import Bool, UInt8
 
@@ -18,7 +20,6 @@ def in_pixels(disturbed: QuarterMask, size_px: tuple[int, int]) -> Bool[np.ndarr
 
 def in_quarters(mask: Bool[np.ndarray, "h w"]) -> UInt8[np.ndarray, "qh qw"]:
     """One where a mask of pixels holds any of 4 x 4."""
-    rest = [(0, -length % SIDE_PX) for length in mask.shape]
-    height, width = (-(-length // SIDE_PX) for length in mask.shape)
-    blocks = np.pad(mask, rest).reshape(height, SIDE_PX, width, SIDE_PX)
-    return np.asarray(blocks.any((1, 3)), np.uint8)
+    whole = np.pad(mask, [(0, -length % SIDE_PX) for length in mask.shape])
+    rows = reduce(np.bitwise_or, (whole[k::SIDE_PX] for k in range(SIDE_PX)))
+    return reduce(np.bitwise_or, (rows[:, k::SIDE_PX] for k in range(SIDE_PX))).view(np.uint8)

@@ -11,6 +11,7 @@ from jaxtyping import Bool, Float32
 from recon.arrays import ContactMask, Difference
 from recon.integration.poisson import Boundary
 from recon.medians import median
+from recon.windows import window_about
 
 SMOOTHING_PX = 2.0
 FINE_PX = 200
@@ -99,11 +100,11 @@ def disturbed_in_smooth(
     middle = _medians(some)
     least = least_change(np.abs(some - middle), grain)
     changed = patches(_farthest(smooth, drift_of(middle)) > least)
-    rest = ~changed[::every, ::every]
-    if not changed.any() or not rest.any():
+    rest = np.flatnonzero(~changed[::every, ::every])
+    if not changed.any() or not rest.size:
         return changed
-    few = some[:, rest]
-    change = _farthest(smooth, _medians(few[:, :: max(1, few.shape[1] // ENOUGH_PX), None]))
+    few = some.reshape(len(some), -1)[:, rest[:: max(1, rest.size // ENOUGH_PX)]]
+    change = _farthest(smooth, _medians(few[..., None]))
     faint = max(FAINT * float(change.max()), FAINTEST, NOISE_FACTOR * grain)
     return with_flanks(changed, patches(change > faint), rim_px) if faint < least else changed
 
@@ -114,13 +115,17 @@ def with_flanks(changed: ContactMask, faintly: ContactMask, rim_px: int) -> Cont
     A flat face on a domed gel has flanks so gentle that hardly more than its corners changes much.
     Around a contact with a rim the faint flank is as narrow as the blur.
     """
-    beside = (faintly & ~changed).view(np.uint8)
+    if not changed.any():
+        return changed
+    window = window_about(changed | faintly, 1)
+    core = changed[window]
+    beside = (faintly[window] & ~core).view(np.uint8)
     wide = cv2.morphologyEx(beside, cv2.MORPH_OPEN, CROSS, iterations=rim_px) > 0
-    count, parts = cv2.connectedComponents((changed | wide).view(np.uint8), connectivity=4)
+    count, parts = cv2.connectedComponents((core | wide).view(np.uint8), connectivity=4)
     joined = np.zeros(count, bool)
-    joined[parts[changed]] = True
+    joined[parts[core]] = True
     joined[0] = False
-    return np.asarray(changed | joined[parts])
+    return _put_back(core | joined[parts], window, changed)
 
 
 def _medians(planes: Float32[np.ndarray, "lit h w"]) -> Float32[np.ndarray, "lit 1 1"]:
@@ -152,13 +157,14 @@ def lit_planes(colors: Float32[np.ndarray, "3 h w"]) -> list[int]:
 
 def large_patches(mask: ContactMask) -> ContactMask:
     """The mask without hairs, holes filled, and without specks that lie alone."""
-    if not mask.size:
+    if not mask.any():
         return mask
-    whole = np.pad(mask, 1).view(np.uint8)  # beyond the frame nothing is changed
+    window = window_about(mask, 0)
+    whole = np.pad(mask[window], 1).view(np.uint8)  # beyond it nothing is changed
     steps = round(HAIR_PX * _fineness(mask.shape))
     inside = cv2.morphologyEx(whole, cv2.MORPH_OPEN, CROSS, iterations=steps)[1:-1, 1:-1]
     least_px = max(LEAST_AREA * mask.size, LEAST_PX)
-    return filled_patches(inside.view(bool), BESIDE_PX, least_px)
+    return filled_patches(_put_back(inside.view(bool), window, mask), BESIDE_PX, least_px)
 
 
 def _fineness(shape: tuple[int, ...]) -> float:
@@ -168,7 +174,10 @@ def _fineness(shape: tuple[int, ...]) -> float:
 
 def filled_patches(mask: ContactMask, beside_px: int, least_px: float) -> ContactMask:
     """The mask with holes filled, without smaller specks that lie farther away from all patches."""
-    whole = np.pad(mask, 1).view(np.uint8)
+    if not mask.any():
+        return mask
+    window = window_about(mask, 0)
+    whole = np.pad(mask[window], 1).view(np.uint8)
     _, gaps = cv2.connectedComponents(1 - whole, connectivity=4)
     filled = (gaps != gaps[0, 0]).view(np.uint8)[1:-1, 1:-1]
     _, patches, boxes, _ = cv2.connectedComponentsWithStats(filled, connectivity=4)
@@ -177,8 +186,16 @@ def filled_patches(mask: ContactMask, beside_px: int, least_px: float) -> Contac
     near = cv2.dilate(large[patches].view(np.uint8), CROSS, iterations=beside_px)
     large[patches[near > 0]] = True
     large[0] = False
-    disturbed: ContactMask = large[patches]
-    return disturbed
+    return _put_back(large[patches], window, mask)
+
+
+def _put_back(
+    part: Bool[np.ndarray, "rows columns"], window: tuple[slice, slice], like: ContactMask
+) -> ContactMask:
+    """A frame's mask that is empty but for a window; work on all of a frame would cost more."""
+    whole = np.zeros_like(like)
+    whole[window] = part
+    return whole
 
 
 def drift_of(middle: Float32[np.ndarray, "lit 1 1"]) -> Float32[np.ndarray, "lit 1 1"]:

@@ -16,6 +16,7 @@ from jaxtyping import Bool, Float
 from recon.arrays import ContactMask, GradientField
 from recon.lights import Axis
 from recon.missing_axis.moved import FLANK, near_disturbed
+from recon.windows import window_about
 
 Slopes = Float[np.ndarray, "h w"]
 Lines = Bool[np.ndarray, " w"]
@@ -61,9 +62,9 @@ def rows_beyond(
         unseen: the axis across the lights.
         hinted: whether the estimator looks around a pixel.
     """
-    slopes, depth = _along_lines(disturbed, gradient, unseen)
+    slopes, depth, side_px = _along_lines(disturbed, gradient, unseen)
     least = (CUT, WHOLE, np.inf) if hinted else (CUT_BY_PIXELS, WHOLE_BY_PIXELS, REST)
-    before, after = cut_edges(slopes, depth, *least)
+    before, after = cut_edges(slopes, depth, side_px, *least)
     rows = len(slopes)
     if before and after:
         highest = _highest_row(depth)
@@ -72,13 +73,14 @@ def rows_beyond(
 
 
 def cut_edges(
-    slopes: Slopes, depth: Slopes, least: float, whole: float, rest: float
+    slopes: Slopes, depth: Slopes, side_px: int, least: float, whole: float, rest: float
 ) -> tuple[bool, bool]:
     """Whether something is cut by the first row, and by the last.
 
     Args:
         slopes: ∂depth/∂y of disturbed gel, the lights being along y.
         depth: their sum along each line, nowhere negative.
+        side_px: of the squares over which slopes at an edge are averaged.
         least: share of their deepest at which steep lines are cut.
         whole: share of all lines' deepest that lines which are cut have at the edge, at least.
         rest: share of the disturbed gel along a line that it may lie away from the edge.
@@ -97,7 +99,7 @@ def cut_edges(
             or deepest[level].sum() > MANY * deepest.sum()
         )
 
-    first, last = _steep_at_edges(slopes)
+    first, last = _steep_at_edges(slopes, side_px)
     return cut(0, first), cut(-1, last)
 
 
@@ -109,8 +111,8 @@ def is_cut_twice(disturbed: ContactMask, gradient: GradientField, unseen: Axis) 
         gradient: (h, w, 2), mm/mm.
         unseen: the axis across the lights.
     """
-    slopes, depth = _along_lines(disturbed, gradient, unseen)
-    first, last = _steep_at_edges(slopes)
+    slopes, depth, side_px = _along_lines(disturbed, gradient, unseen)
+    first, last = _steep_at_edges(slopes, side_px)
     deepest = depth.max(axis=0, initial=0)
     at_zero = np.minimum(depth[0], depth[-1]) <= CUT * deepest
     return bool(deepest[first & last & at_zero].sum() > MANY * deepest.sum())
@@ -138,23 +140,26 @@ def within(wider: np.ndarray, unseen: Axis, beyond: Beyond) -> np.ndarray:
 
 def _along_lines(
     disturbed: ContactMask, gradient: GradientField, unseen: Axis
-) -> tuple[Float[np.ndarray, "rows lines"], Float[np.ndarray, "rows lines"]]:
+) -> tuple[Float[np.ndarray, "rows lines"], Float[np.ndarray, "rows lines"], int]:
     """Slopes of disturbed gel, and their sum along each line, lifted to be nowhere negative.
 
-    The lines run along y, whatever the lights do.
+    The lines run along y, whatever the lights do. Those that pass disturbed gel are told of, and
+    some beside them: as many as the side in pixels, given as well, over which slopes are averaged.
     """
     known = gradient[..., 1]
     if unseen == "y":
         disturbed, known = disturbed.T, gradient[..., 0].T
-    slopes = np.where(near_disturbed(disturbed), known, 0).astype(np.float32)
+    near = near_disturbed(disturbed)
+    side_px = max(1, round(FLANK * min(near.shape)))
+    lines = window_about(near, side_px)[1] if near.any() else slice(1)
+    slopes = np.where(near[:, lines], known[:, lines], 0).astype(np.float32)
     depth = np.cumsum(slopes, axis=0)
     depth -= np.minimum(depth.min(axis=0), 0)
-    return slopes, depth
+    return slopes, depth, side_px
 
 
-def _steep_at_edges(slopes: Slopes) -> tuple[Lines, Lines]:
+def _steep_at_edges(slopes: Slopes, side_px: int) -> tuple[Lines, Lines]:
     """Which lines are steep at the first row, and at the last."""
-    side_px = max(1, round(FLANK * min(slopes.shape)))
     steep = np.abs(cv2.blur(slopes, (side_px, side_px)))
     least = STEEP * steep.max()
     return steep[0] > least, steep[-1] > least

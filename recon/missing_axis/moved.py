@@ -14,6 +14,7 @@ from jaxtyping import Bool, Float
 
 from recon.contact.disturbed import CROSS
 from recon.lights import Axis
+from recon.windows import window_about
 
 Mask = Bool[np.ndarray, "h w"]
 
@@ -42,8 +43,10 @@ def widest_support(disturbed: Mask, unseen: Axis) -> Mask:
     if unseen == "y":
         return widest_support(disturbed.T, "x").T
     near = near_disturbed(disturbed)
-    below, above = np.maximum.accumulate(near), np.maximum.accumulate(near[::-1])[::-1]
-    return _with_flanks(below & above)
+    if near.any():
+        window = window_about(near, 0)
+        near[window] = _filled_along(near[window])
+    return _with_flanks(near)
 
 
 def may_have_moved(disturbed: Mask, known: Float[np.ndarray, "h w"]) -> Mask:
@@ -56,7 +59,15 @@ def may_have_moved(disturbed: Mask, known: Float[np.ndarray, "h w"]) -> Mask:
         disturbed: where the colour changed.
         known: ∂depth/∂y, the lights being along y.
     """
-    near = near_disturbed(disturbed)
+    moved = near_disturbed(disturbed)
+    if moved.any():
+        lines = window_about(moved, 0)[1]
+        moved[:, lines] = _joined_along(moved[:, lines], known[:, lines])
+    return _with_flanks(moved)
+
+
+def _joined_along(near: Mask, known: Float[np.ndarray, "h w"]) -> Mask:
+    """``may_have_moved`` but for the flanks, of disturbed gel with its margin."""
     bounded = np.where(near, known, 0)
     from_above = np.cumsum(bounded, axis=0)
     from_below = from_above - from_above[-1:]  # both are depths, if nothing lies in between
@@ -67,10 +78,13 @@ def may_have_moved(disturbed: Mask, known: Float[np.ndarray, "h w"]) -> Mask:
     for patch in range(1, count):
         left, top, width, height = boxes[patch, :4]
         box = np.s_[top : top + height, left : left + width]
-        part = patches[box] == patch
-        below, above = np.maximum.accumulate(part), np.maximum.accumulate(part[::-1])[::-1]
-        moved[box] |= below & above
-    return _with_flanks(moved)
+        moved[box] |= _filled_along(patches[box] == patch)
+    return moved
+
+
+def _filled_along(mask: Mask) -> Mask:
+    """What lies in a column between two pixels of the mask, and they."""
+    return np.maximum.accumulate(mask) & np.maximum.accumulate(mask[::-1])[::-1]
 
 
 def _with_flanks(moved: Mask) -> Mask:

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy import ndimage
 
 from recon.ball import ball_cap
 from recon.contact import disturbed
@@ -224,6 +225,31 @@ def test_flanks_no_wider_than_a_rim_are_not_added(seed, rim_px):
     changed = disc(x, y, 20)
     around = disc(x, y, 20 + rim_px)
     np.testing.assert_array_equal(disturbed.with_flanks(changed, around, rim_px), changed)
+
+
+@given(seeds, st.floats(0.02, 0.7))
+def test_patches_and_flanks_are_those_of_the_whole_frame(seed, share):
+    """Work is done on a window; SciPy's is on all of it, and beyond the frame flanks go on."""
+    random = np.random.default_rng(seed)
+    blurred = cv2.GaussianBlur(random.standard_normal((40, 50)), (0, 0), random.uniform(0.3, 4))
+    some, more = np.quantile(blurred, [1 - share, max(0, 1 - 1.7 * share)])
+    blurred = np.pad(blurred, random.integers(0, 2) * 7, constant_values=-np.inf)
+    mask = blurred > some
+
+    parts, _ = ndimage.label(ndimage.binary_fill_holes(mask))
+    large = np.bincount(parts.ravel()) >= 20
+    large[0] = False
+    near = ndimage.binary_dilation(large[parts], iterations=3)
+    wanted = np.isin(parts, parts[near]) & (parts > 0)
+    changed = disturbed.filled_patches(mask, 3, 20.0)
+    np.testing.assert_array_equal(changed, wanted)
+
+    faintly = blurred > more
+    wide = ndimage.binary_erosion(faintly & ~changed, iterations=2, border_value=1)
+    wide = ndimage.binary_dilation(wide, iterations=2)
+    parts, _ = ndimage.label(changed | wide)
+    wanted = np.isin(parts, parts[changed]) & (parts > 0)
+    np.testing.assert_array_equal(disturbed.with_flanks(changed, faintly, 2), wanted)
 
 
 def test_flanks_that_hang_together_with_nothing_found_are_not_added():
