@@ -21,7 +21,7 @@ from recon.contact.disturbed import is_strange
 from recon.integration.weighed import shorter_side_mm
 from recon.lights import Axis, unseen_axis
 from recon.missing_axis.mirrored import is_cut_twice
-from recon.quarters import in_pixels
+from recon.windows import window_about
 
 Plane = Float32[np.ndarray, "part_h part_w"]
 Window = tuple[slice, slice]
@@ -29,11 +29,17 @@ NOISE_PX = 1.0
 """Standard deviation of the Gaussian that takes single pixels' errors off the slopes."""
 REACH_PX = 5
 """What lies farther changes none of them: four of OpenCV's Gaussian, one of a difference."""
-MOST_OFF = 0.12
-"""Of the squared slopes, what no surface has. Right frames of five sets have 0.101 at most..."""
+AROUND = 1 / 20
+"""Of the frame's shorter side: standard deviation of the Gaussian over which squares are averaged.
+A mirrored picture beside a blank one that is not has gentle slopes all over, of a surface or nearly
+so, and in the midst of them a contact whose slopes are of none."""
+CELLS = 60
+"""Along the shorter side, by which they are: enough for that Gaussian."""
+MOST_OFF = 0.1
+"""Of the squared slopes, what no surface has..."""
 LEAST_OFF = 0.087
 """...where its root mean square is at least this, in mm/mm: the noise of gel that something hardly
-touches is of no surface either, but is 0.083 at most; altered frames have 0.092 and more."""
+touches is of no surface either."""
 DEEPEST = 1 / 4
 """Of the frame's shorter side; right frames of five sets reach 0.150."""
 HIGHEST = 1 / 10
@@ -87,77 +93,60 @@ def is_implausible(touch: Skin, unseen: Axis | None) -> bool:
     side_mm = shorter_side_mm(touch.depth_mm.shape, touch.mm_per_px)
     if touch.depth_mm.max() > DEEPEST * side_mm or -touch.depth_mm.min() > HIGHEST * side_mm:
         return True
-    return unseen is None and _off(touch) > LEAST_OFF and _share_off(touch) > MOST_OFF
+    off, share = (0.0, 0.0) if unseen else slopes_of_no_surface(touch)
+    return off > LEAST_OFF and share > MOST_OFF
 
 
 def slopes_of_no_surface(touch: Skin) -> tuple[float, float]:
     """What the slopes of the depth lack: its root mean square, and its share of all squares.
 
-    Central differences of the depth, where the gel is dented; the mean is taken where it is
-    disturbed besides, and is 0 where it is so nowhere. Both are 0 on flat gel, and of one row or
-    column of pixels, whose slopes are always of some surface.
+    Both are of the place where most is lacking, of those where the colour changed: means over what
+    lies around it (``AROUND``). Central differences of the depth are held against the slopes where
+    the gel is dented. Both are 0 on flat gel, and of one row or column of pixels, whose slopes are
+    always of some surface.
     """
-    return _off(touch), _share_off(touch)
-
-
-def _off(touch: Skin) -> float:
-    """The first of ``slopes_of_no_surface``: few pixels, so that it is known quickly."""
-    touched = _dented(touch.gradient) & _disturbed(touch)
-    off2, _, window = _squares(touch, touched)
-    return math.sqrt(_mean(off2, touched[window]))
-
-
-def _share_off(touch: Skin) -> float:
-    """The second."""
     dented = _dented(touch.gradient)
-    off2, slopes2, window = _squares(touch, dented)
-    whole = _mean(slopes2, dented[window])
-    return _mean(off2, dented[window]) / whole if whole else 0.0
+    if not dented.any():
+        return 0.0, 0.0
+    window = window_about(dented, REACH_PX)
+    if min(dented[window].shape) < 2:
+        return 0.0, 0.0
+    shape = dented.shape
+    cells = tuple(min(n, max(1, round(CELLS * n / min(shape)))) for n in reversed(shape))
+    squares = _squares(touch, dented, window)
+    off2, slopes2 = (_averaged(plane, window, shape, cells) for plane in squares)
+    changed = cv2.resize(touch.disturbed.astype(np.float32), cells, interpolation=cv2.INTER_AREA)
+    off2 *= changed > 0
+    where = off2.argmax()
+    most, all_there = float(off2.flat[where]), float(slopes2.flat[where])
+    return math.sqrt(most), most / all_there if all_there else 0.0
 
 
-def _squares(touch: Skin, of: ContactMask) -> tuple[Plane, Plane, Window]:
-    """What the slopes lack, and the slopes: squared and smoothed, around the gel that is asked for.
+def _squares(touch: Skin, dented: ContactMask, window: Window) -> tuple[Plane, Plane]:
+    """What the slopes lack, and the slopes: squared, and smoothed, in a window.
 
     Single planes, of which OpenCV and NumPy are many times as quick.
     """
-    window = _around(of)
     depth_mm, gradient = touch.depth_mm[window].astype(np.float32), touch.gradient[window]
-    if min(depth_mm.shape) < 2:
-        return np.zeros_like(depth_mm), np.zeros_like(depth_mm), window
     along_y, along_x = np.gradient(depth_mm, *touch.mm_per_px[::-1])
-    dented = _dented(gradient)
     off2, slopes2 = np.zeros_like(depth_mm), np.zeros_like(depth_mm)
     for along, axis in ((along_x, 0), (along_y, 1)):
         slope = gradient[..., axis].astype(np.float32)
-        lack = np.where(dented, along - slope, np.float32(0))
+        lack = np.where(dented[window], along - slope, np.float32(0))
         off2 += np.square(cv2.GaussianBlur(lack, (0, 0), NOISE_PX))
         slopes2 += np.square(cv2.GaussianBlur(slope, (0, 0), NOISE_PX))
-    return off2, slopes2, window
+    return off2, slopes2
+
+
+def _averaged(
+    plane: Plane, window: Window, shape: tuple[int, ...], cells: tuple[int, ...]
+) -> Float32[np.ndarray, "rows columns"]:
+    """The mean around each of so many (columns, rows) of a frame that is zero beside a window."""
+    whole = np.zeros(shape, np.float32)
+    whole[window] = plane
+    coarse = cv2.resize(whole, cells, interpolation=cv2.INTER_AREA)
+    return np.asarray(cv2.GaussianBlur(coarse, (0, 0), AROUND * min(cells)), np.float32)
 
 
 def _dented(gradient: GradientField) -> ContactMask:
     return (gradient[..., 0] != 0) | (gradient[..., 1] != 0)
-
-
-def _mean(squares: Plane, where: ContactMask) -> float:
-    """0 where there is nothing."""
-    return cv2.mean(squares, where.view(np.uint8))[0] if where.size else 0.0
-
-
-def _around(of: ContactMask) -> Window:
-    """All that is set, and beside it what is smoothed into it."""
-    if not of.any():
-        return slice(0), slice(0)
-    left, top, width, height = cv2.boundingRect(of.view(np.uint8))
-    return (
-        slice(max(0, top - REACH_PX), top + height + REACH_PX),
-        slice(max(0, left - REACH_PX), left + width + REACH_PX),
-    )
-
-
-def _disturbed(touch: Skin) -> ContactMask:
-    """In pixels."""
-    height, width = touch.depth_mm.shape
-    if touch.disturbed.shape == (height, width):
-        return touch.disturbed
-    return in_pixels(touch.disturbed, (width, height))
