@@ -27,7 +27,7 @@ METAVARS = {
     "mesh": "FILE",
     "out": "DIR",
     "pad_size_mm": "FLOAT FLOAT",
-    "scene": "NAME",
+    "scene": "NAME|FILE",
     "sensor": "NAME",
     "start": "FILE",
 }

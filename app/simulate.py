@@ -4,8 +4,9 @@
 
 import shlex
 import sys
+from hashlib import sha256
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from app._output import command_line
 from app._progress import progress
@@ -18,9 +19,12 @@ from sensor.design_file import load_design
 from sensor.errors import WedgeError
 from sensor.files import new_folder
 
+if TYPE_CHECKING:
+    from simulation.indenters import Indenter
+
 PRESSES = 40
 HASH_DIGITS = 8
-"""Of a design file's hash: as many as the case's roof shows."""
+"""Of a file's hash: as many as the case's roof shows of a design's."""
 
 
 def main(
@@ -56,18 +60,19 @@ def main(
         design: standard, finger, or a TOML file that changes some numbers of one of them.
         scene: balls (labelled presses of the calibration ball), shapes (each showcase object
             once), set (both), tools (18 plain objects, most with flat tops, each at two depths),
-            or one of them: ball_array, lego, screw_cap, m2_screw, tyre, cube_corner, prism,
-            threads, disc_shallow, disc_deep, ...
+            one of them: ball_array, lego, screw_cap, m2_screw, tyre, cube_corner, prism, threads,
+            disc_shallow, disc_deep, ...; or your own part as STL, PLY or OBJ, in mm. Its lowest
+            side is pressed in, with its x along the frame's columns and its z away from the gel.
         presses: Ball presses, spread over the pad; 40 unless given.
         samples: Light paths per pixel, rounded up to rows and columns of them (32 to 35); twice as
             many take twice as long and leave less noise.
         width_px: Pixels along the pad.
         ball_radius_mm: Radius of the calibration ball.
         depth_mm: Press everything this deep below the gel in its middle, instead of each ball at a
-            random depth and each other object at its own. On a curved gel, an edge of a flat object
-            may go in deeper, or its face not touch.
-        off_center: Press each shape and tool four times, toward the pad's corners, by this share of
-            the available distance (0 to 1), instead of once in its middle.
+            random depth and each other object at its own, your part at 0.5 mm. On a curved gel, an
+            edge of a flat object may go in deeper, or its face not touch.
+        off_center: Press each shape, tool or part four times, toward the pad's corners, by this
+            share of the available distance (0 to 1), instead of once in its middle.
         paint: gray is matt; silver is semi-specular and can only be seen straight on.
         markers: Print a lattice of dots on the skin.
         view: gel shows the pad straight on; raw is the camera's own frame, over the mirror, which
@@ -84,7 +89,7 @@ def main(
 
     planned = presses_of(
         wanted,
-        scene,
+        _part(scene, depth_mm) if Path(scene).suffix else scene,
         count=PRESSES if presses is None else presses,
         seed=seed,
         width_px=width_px,
@@ -114,7 +119,7 @@ def main(
             folder,
             recipe,
             planned,
-            source=_source(wanted, design),
+            source=_source(wanted, design, scene),
             executor=executor,
             truth=truth,
             set_name=out.resolve().name,
@@ -134,15 +139,29 @@ def main(
     )
 
 
-def _source(wanted: Wedge, design: str) -> str:
-    """The command that makes the set again; a design file goes by its name and its numbers' hash.
+def _part(path: str, depth_mm: float | None) -> "Indenter":
+    """What a mesh presses in."""
+    from recon.pose.mesh import read_mesh
+    from simulation.meshes import PART_DEPTH_MM, part_of
+
+    mesh = read_mesh(Path(path))
+    corners_mm = mesh.vertices_mm[mesh.triangles]
+    return part_of(corners_mm, PART_DEPTH_MM if depth_mm is None else depth_mm)
+
+
+def _source(wanted: Wedge, design: str, scene: str) -> str:
+    """The command that makes the set again; files go by their names and hashes.
 
     Args:
         wanted: the design.
         design: as it was typed.
+        scene: as it was typed.
     """
-    is_file = design.endswith(".toml")
-    made_of = f", of the design {wanted.sha256[:HASH_DIGITS]}" if is_file else ""
+    files = {}
+    if design.endswith(".toml"):
+        files["design"] = design, wanted.sha256
+    if Path(scene).suffix:
+        files["scene"] = scene, sha256(Path(scene).read_bytes()).hexdigest()
     words = [word for word in sys.argv[1:] if word]
     kept, skip = [], False
     for word in words:
@@ -152,9 +171,12 @@ def _source(wanted: Wedge, design: str) -> str:
         if word == "--out":
             skip = True
             continue
-        for option in ("", "--design="):
-            if word == option + design and is_file:
-                word = option + Path(design).name
+        for name, (typed, _) in files.items():
+            for option in ("", f"--{name}="):
+                if word == option + typed:
+                    word = option + Path(typed).name
         kept.append(word)
+    made_of = [f", of the {name} {digest[:HASH_DIGITS]}" for name, (_, digest) in files.items()]
     is_typed = kept[:1] == ["simulate"]
-    return ("wedge " + shlex.join(kept) if is_typed else f"design {wanted.name}") + made_of
+    command = "wedge " + shlex.join(kept) if is_typed else f"design {wanted.name}"
+    return command + "".join(made_of)

@@ -19,7 +19,7 @@ from sensor.design import Wedge
 from sensor.errors import WedgeError
 from simulation.camera import expose, photograph
 from simulation.engine import Engine
-from simulation.indenters import CALIBRATION_BALL_MM, calibration_ball, shapes
+from simulation.indenters import CALIBRATION_BALL_MM, Indenter, calibration_ball, shapes
 from simulation.kept import Kept
 from simulation.presses import (
     Press,
@@ -175,7 +175,7 @@ def around(view: View, depth_mm: Map) -> Window:
 
 def presses_of(
     design: Wedge,
-    scene: str,
+    scene: str | Indenter,
     *,
     count: int,
     seed: int,
@@ -188,24 +188,27 @@ def presses_of(
 
     Args:
         design: the sensor.
-        scene: "balls", "shapes", "set" (both), "tools", or the name of one shape or tool.
+        scene: "balls", "shapes", "set" (both), "tools", the name of one shape or tool, or a thing
+            of one's own.
         count: of ball presses.
         seed: of their places and depths.
         width_px: of the frames, whose pixels each press has to reach.
         ball_radius_mm: of the calibration ball.
         depth_mm: of every press, instead of the ball's random and the shapes' own depths.
-        off_center: of shapes and tools, as ``placed_presses`` has it.
+        off_center: of all but balls, as ``placed_presses`` has it.
 
     Raises:
         WedgeError: the scene is unknown, or a press cannot be.
     """
     showcase, plain = shapes(design.pad_size_mm), tools(design.pad_size_mm)
     known = {**showcase, **plain}
+    if isinstance(scene, Indenter):
+        known, scene = {scene.name: scene}, scene.name
     if scene not in ("balls", "shapes", "set", "tools", *known):
         raise WedgeError(
             f"there is no scene {scene!r}: take balls, shapes, set (both), tools, one of "
-            f"{', '.join(showcase)}, or one of {', '.join(TOOLS)} followed by"
-            f" _{' or _'.join(DEPTHS_MM)}."
+            f"{', '.join(showcase)}, one of {', '.join(TOOLS)} followed by"
+            f" _{' or _'.join(DEPTHS_MM)}, or a mesh in mm (.stl, .ply, .obj)."
         )
     if off_center and scene == "balls":
         raise WedgeError(

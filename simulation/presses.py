@@ -140,8 +140,8 @@ def reach_under(design: Wedge, view: View, press: Press) -> Map:
         WedgeError: the object is larger than the pad or reaches the skin at no pixel, or the depth
             is not finite, not positive, past a round object's middle or through the gel.
     """
-    refuse_size(press.indenter, design.pad_size_mm)
     refuse_depth(press.indenter, press.depth_mm)
+    refuse_size(press.indenter, design.pad_size_mm)
     x, y = view.grid_mm
     rest = rest_height_mm(design.gel, x, y)
     object_x, object_y, lowest = _placed(design, press)

@@ -12,8 +12,10 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor
 from contextlib import ExitStack, contextmanager, redirect_stdout
 from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import simulation.engine
@@ -88,7 +90,8 @@ def test_simulate_writes_a_dataset_that_says_how_it_was_made(here, monkeypatch, 
     ("words", "said"),
     [
         (["--design", "thumb"], "neither a design"),
-        (["--scene", "cat"], "no scene"),
+        (["--scene", "cat"], "no scene 'cat'"),
+        (["--scene", "stl"], "or a mesh in mm (.stl, .ply, .obj)."),
         (["--samples", "0"], "--samples 0"),
         (["--width-px", "2"], "--width-px 2"),
         (["--presses", "0"], "--presses 0"),
@@ -106,6 +109,57 @@ def test_simulate_refuses_in_a_sentence_and_leaves_nothing(here, words, said, ca
     assert typed("simulate", *SMALL, *words, "--out", "d") == 2
     assert said in capsys.readouterr().err
     assert list(here.iterdir()) == []
+
+
+def stl(size_mm: float) -> bytes:
+    """A tetrahedron on its tip, as an STL file."""
+    tip, *rim = size_mm * np.array([[0, 0, 0], [-0.5, -0.4, 0.3], [0.5, -0.4, 0.3], [0, 0.6, 0.3]])
+    sides = [[tip, rim[0], rim[1]], [tip, rim[1], rim[2]], [tip, rim[2], rim[0]], rim]
+    record = np.zeros(4, [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("rest", "<u2")])
+    record["corners"] = sides
+    return bytes(80) + np.uint32(4).tobytes() + record.tobytes()
+
+
+def test_a_part_of_one_s_own_is_pressed_in(here, monkeypatch, capsys) -> None:
+    (here / "cad").mkdir()
+    (here / "cad" / "tip.STL").write_bytes(stl(4.0))
+    words = ["simulate", *SMALL, "--scene", "cad/tip.STL", "--depth-mm", "0.9", "--out", "d"]
+    monkeypatch.setattr("sys.argv", ["wedge", *words])
+    assert typed(*words) == 0
+    assert "0 labelled presses, 1 shape with its truth" in capsys.readouterr().out
+    names = {path.name for path in (here / "d").glob("*.jpg")}
+    assert names == {"part.jpg", *(f"background_{index}.jpg" for index in range(4))}
+    depth_mm = np.load(here / "d" / "truth" / "part.npy")
+    assert 0.5 < depth_mm.max() < 0.9  # pixels of half a millimetre miss the tip
+    digest = sha256(stl(4.0)).hexdigest()[:8]
+    assert read_dataset(here / "d").card.source == (
+        "wedge simulate --design finger --samples 4 --width-px 24 --scene tip.STL --depth-mm 0.9,"
+        f" of the scene {digest}"
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "words", "said"),
+    [
+        ("part.stl", stl(0.02), [], "part.stl: the mesh is only 0.02 mm across: it seems to be in"),
+        ("part.stl", stl(20_000), [], "part.stl: the mesh is 2e+04 mm across: its unit is not mm"),
+        ("part.stl", stl(4)[:-9], [], "part.stl: the mesh has 0 triangles: give one of"),
+        ("part.ply", b"ply\nformat ascii", [], "part.ply cannot be read as PLY: export it again."),
+        ("part.obj", b"", [], "part.obj"),
+        ("part.step", b"", [], "part.step is not an STL, PLY or OBJ file."),
+        ("other.stl", b"", [], "part.stl cannot be read: No such file or directory."),
+        ("part.stl", stl(9), ["--presses", "5"], "the scene part.stl has none: leave it out."),
+        ("part.stl", stl(4), ["--depth-mm", "nan"], "part: a press of nan mm must be deeper than"),
+        ("part.stl", stl(4), ["--depth-mm", "2"], "part: a press of 2 mm goes through the gel"),
+        ("part.stl", stl(40), ["--depth-mm", "15"], "part of 40 x 40 mm is larger than the pad"),
+    ],
+)
+def test_a_file_that_is_no_part_is_refused(here, name, content, words, said, capsys) -> None:
+    (here / name).write_bytes(content)
+    scene = name.replace("other", "part")
+    assert typed("simulate", *SMALL, "--scene", scene, *words, "--out", "d") == 2
+    assert said in capsys.readouterr().err
+    assert [path.name for path in here.iterdir()] == [name]
 
 
 @pytest.mark.parametrize(
@@ -164,7 +218,7 @@ def test_a_design_file_goes_by_its_name_into_the_card(joined, monkeypatch, tmp_p
     told = "--design=mine.toml" if joined else "--design mine.toml"
     for pad_mm in (9.4, 9.0):  # one name, two sensors
         wanted = replace(FINGER, gel=replace(FINGER.gel, pad_width_mm=pad_mm))
-        source = simulate._source(wanted, path)
+        source = simulate._source(wanted, path, "balls")
         sources.add(source)
         assert source == f"wedge simulate {told}, of the design {wanted.sha256[:8]}"
     assert len(sources) == 2
