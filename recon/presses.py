@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from jaxtyping import Float32
 
-from recon.arrays import Difference, Frame, Unwarped
+from recon.arrays import ContactMask, Difference, Frame, Unwarped
 from recon.coverage import Coverage
 from recon.geometry.lens import Lens, read_lens
 from recon.geometry.unwarp import Unwarp, is_within, prepare_unwarp
@@ -52,6 +53,18 @@ class PressSet:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Seen:
+    """What an unwarped frame shows, as estimators take it."""
+
+    difference: Difference
+    """To the blank gel, in that one's light; what dots hide is filled in from around them."""
+    hidden: ContactMask | None
+    """Where dots hid the colour, of a marker gel."""
+    light: Float32[np.ndarray, "3"]
+    """How many times as bright as the blank frame it was."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class PressReader:
     """Reads presses of one dataset, one at a time: few of a large set need be in memory."""
 
@@ -74,24 +87,29 @@ class PressReader:
         frame = read_frame(self.dataset.folder, label.file)
         image = self.unwarped(label.file, frame)  # first: a small background is no label's fault
         _check_inside(self.dataset, label, self.unwarp.size_px)
+        seen = self.seen(image)
+        return BallPress(
+            file=label.file,
+            difference=seen.difference,
+            center_px=(label.center_x_px, label.center_y_px),
+            contact_radius_px=label.contact_radius_px,
+            ball_radius_mm=self.dataset.ball_radius_mm(label),
+            mm_per_px=self.dataset.card.mm_per_px,
+            hidden=seen.hidden,
+            blank=self.blank,
+            light=tuple(seen.light.tolist()),
+            fingerprint=fingerprint(frame),
+        )
+
+    def seen(self, image: Unwarped) -> Seen:
+        """What an unwarped frame of the dataset shows."""
         difference, hidden = image - self.blank, None
         light = light_of(difference, self.blank)
         difference = divided(difference, self.blank, light)
         if self.dots is not None:
             hidden = self.dots.hidden(self.dots.track(difference + self.blank))
             difference = fill_gradients(difference, hidden, "harmonic", repeatable=True)
-        return BallPress(
-            file=label.file,
-            difference=difference,
-            center_px=(label.center_x_px, label.center_y_px),
-            contact_radius_px=label.contact_radius_px,
-            ball_radius_mm=self.dataset.ball_radius_mm(label),
-            mm_per_px=self.dataset.card.mm_per_px,
-            hidden=hidden,
-            blank=self.blank,
-            light=tuple(light.tolist()),
-            fingerprint=fingerprint(frame),
-        )
+        return Seen(difference=difference, hidden=hidden, light=light)
 
     def difference(self, image: Unwarped) -> Difference:
         """An unwarped frame minus the blank one, in that one's light."""

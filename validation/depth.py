@@ -38,7 +38,7 @@ class DepthErrors:
     bias_mm: float
     """Mean of reconstruction minus truth."""
     peak_mm: float
-    """Depth at the contact's centre."""
+    """Depth at the contact's centre; of a shape, where it is deepest."""
     peak_truth_mm: float
 
 
@@ -121,19 +121,25 @@ def cap_of(press: BallPress) -> BallCap:
 
 
 def read_truth(folder: Path, press: BallPress) -> DepthMap | None:
-    """Depth that the dataset knows, where it does: ``truth/NAME.npy``, NAME as in the label.
-
-    The truth of ``frames.npz#17`` is ``truth/frames-17.npy``.
+    """Depth that the dataset knows, where it does, in its ``truth_file``.
 
     Raises:
         WedgeError: the file cannot be read, or is not a depth map of the frame's size.
     """
-    file, _, index = press.file.partition("#")
-    stem = str(Path(file).with_suffix(""))
-    path = folder / "truth" / (f"{stem}-{index}.npy" if index else f"{stem}.npy")
+    path = truth_file(folder, press.file)
     if not path.is_file():
         return None
     return read_depth(path, press.difference.shape[:2])
+
+
+def truth_file(folder: Path, frame: str) -> Path:
+    """Where a dataset keeps the depth of a frame, if it knows it: ``truth/NAME.npy``.
+
+    That of ``frames.npz#17`` is ``truth/frames-17.npy``.
+    """
+    file, _, index = frame.partition("#")
+    stem = str(Path(file).with_suffix(""))
+    return folder / "truth" / (f"{stem}-{index}.npy" if index else f"{stem}.npy")
 
 
 def _distance_mm(press: BallPress) -> DepthMap:

@@ -6,6 +6,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from statistics import fmean
 
+import numpy as np
+from jaxtyping import Float32
+
+from recon.arrays import Unwarped
 from recon.calibration import Calibration, lit_channels
 from recon.estimators import GradientEstimator, fit_estimator, lesson_of
 from recon.estimators.effort import Effort
@@ -119,8 +123,9 @@ def judge_presses_singly(
 
 def in_light_of(calibration: Calibration, presses: PressSet) -> PressSet:
     """Presses as the light of a unit's calibration would show them, as its frames are seen."""
-    own, blank = calibration.unwarp(calibration.background), presses.unwarp(presses.background)
-    if own.shape != blank.shape or (light := light_of(blank - own, own)).tolist() == [1, 1, 1]:
+    blank = presses.unwarp(presses.background)
+    light = light_beside(calibration, blank)
+    if (light == 1).all():
         return presses
     return replace(
         presses,
@@ -129,6 +134,12 @@ def in_light_of(calibration: Calibration, presses: PressSet) -> PressSet:
             for press in presses.presses
         ),
     )
+
+
+def light_beside(calibration: Calibration, blank: Unwarped) -> Float32[np.ndarray, "3"]:
+    """How many times as bright as at a unit's calibration each colour of a blank gel is."""
+    own = calibration.unwarp(calibration.background)
+    return light_of(blank - own, own) if own.shape == blank.shape else np.ones(3, np.float32)
 
 
 def table_of(

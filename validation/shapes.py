@@ -11,15 +11,19 @@ from pathlib import Path
 
 import numpy as np
 
-from recon.arrays import DepthMap, Difference, Unwarped
+from recon.arrays import ContactMask, DepthMap, Difference, Unwarped
 from recon.calibration import Calibration
 from recon.cloud import expected_error_mm
 from recon.images import read_frame
+from recon.labels.label_book import pressed_frames
 from recon.pipeline import reconstruct
 from recon.presses import press_reader
 from recon.rendered_presses import depth_files, read_depth
 from sensor.dataset import Dataset, read_dataset
+from sensor.errors import WedgeError
 from sensor.toml import Pair
+from validation.depth import truth_file
+from validation.evaluation import light_beside
 
 TOUCHED = 0.05
 """Share of the deepest true depth from which the skin counts as pressed (``Shape``)."""
@@ -34,8 +38,12 @@ class KnownShape:
     """One shape as a camera saw it, and its true depth."""
 
     name: str
+    file: str
+    """Of the frame."""
     frame: Unwarped
     difference: Difference
+    hidden: ContactMask | None
+    """Where dots hid the colour, of a marker gel."""
     truth_mm: DepthMap
 
 
@@ -44,6 +52,7 @@ class Shape:
     """One shape as reconstructed."""
 
     name: str
+    file: str
     frame: Unwarped
     difference: Difference
     depth_mm: DepthMap
@@ -87,22 +96,37 @@ def name_in_words(name: str) -> str:
     return " ".join(_CAPITALS.get(word, word) for word in name.split("_"))
 
 
+def shape_files(dataset: Dataset) -> list[Path]:
+    """The true depths of frames that no label names, in the order of their names."""
+    labelled = {truth_file(dataset.folder, label.file) for label in dataset.labels}
+    return [path for path in depth_files(dataset.folder) if path not in labelled]
+
+
 def known_shapes(dataset: Dataset, names: Collection[str] | None = None) -> Iterator[KnownShape]:
     """Every unlabelled frame of a dataset whose depth is known, or those of some names.
 
     Raises:
-        WedgeError: a frame or a truth file cannot be used.
+        WedgeError: a frame or a truth file cannot be used, or a truth file has no frame.
     """
     reader = press_reader(dataset)
-    labelled = {Path(label.file).stem for label in dataset.labels}
-    for path in depth_files(dataset.folder):
-        if path.stem in labelled or (names is not None and path.stem not in names):
+    frames = pressed_frames(dataset.folder, dataset.card)
+    frame_of = {truth_file(dataset.folder, name): name for name in frames}
+    for path in shape_files(dataset):
+        if names is not None and path.stem not in names:
             continue
-        frame = reader.unwarp(read_frame(dataset.folder, f"{path.stem}.jpg"))
+        file = frame_of.get(path)
+        if file is None:
+            raise WedgeError(
+                f"{path} is the depth of a frame that is missing: copy it or remove both."
+            )
+        frame = reader.unwarped(file, read_frame(dataset.folder, file))
+        seen = reader.seen(frame)
         yield KnownShape(
             name=path.stem,
+            file=file,
             frame=frame,
-            difference=reader.difference(frame),
+            difference=seen.difference,
+            hidden=seen.hidden,
             truth_mm=read_depth(path, frame.shape[:2]),
         )
 
@@ -123,25 +147,33 @@ def measure_shapes(folder: Path, unit: Calibration) -> list[Shape]:
     Raises:
         WedgeError: a frame or a truth file cannot be used.
     """
-    dataset = read_dataset(folder)
-    shapes = []
+    return list(reconstructed_shapes(read_dataset(folder), unit))
+
+
+def reconstructed_shapes(dataset: Dataset, unit: Calibration) -> Iterator[Shape]:
+    """The same one at a time, of a dataset that was read, in the light of the unit's calibration.
+
+    Raises:
+        WedgeError: a frame or a truth file cannot be used.
+    """
+    light = light_beside(unit, press_reader(dataset).blank)
     for known in known_shapes(dataset):
         found = reconstruct(
-            known.difference,
+            known.difference / light,
             unit.estimator,
             missing=unit.card.missing_axis,
             lights_deg=unit.card.lights_deg,
             mm_per_px=dataset.card.mm_per_px,
+            hidden=known.hidden,
+            repeatable=True,
         )
-        shapes.append(
-            Shape(
-                name=known.name,
-                frame=known.frame,
-                difference=known.difference,
-                depth_mm=found.depth_mm,
-                truth_mm=known.truth_mm,
-                mm_per_px=dataset.card.mm_per_px,
-                expected_error_mm=None if found.slope_error is None else expected_error_mm(found),
-            )
+        yield Shape(
+            name=known.name,
+            file=known.file,
+            frame=known.frame,
+            difference=known.difference,
+            depth_mm=found.depth_mm,
+            truth_mm=known.truth_mm,
+            mm_per_px=dataset.card.mm_per_px,
+            expected_error_mm=None if found.slope_error is None else expected_error_mm(found),
         )
-    return shapes

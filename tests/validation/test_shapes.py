@@ -90,7 +90,8 @@ def test_the_section_names_every_shape_and_its_picture_is_whole() -> None:
         truth[30 - half : 30 + half, 38 - half : 42 + half] = 0.5
         frame = np.full((60, 80, 3), 0.5, np.float32)
         return Shape(
-            name=name, frame=frame, difference=frame * 0, depth_mm=truth * 0.9, truth_mm=truth,
+            name=name, file=f"{name}.jpg", frame=frame, difference=frame * 0,
+            depth_mm=truth * 0.9, truth_mm=truth,
             mm_per_px=(0.1, 0.1),
         )  # fmt: skip
 
