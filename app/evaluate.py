@@ -14,6 +14,7 @@ from app._output import (
     keep_inputs,
     print_error_table,
     print_left_out,
+    print_rows,
     print_table,
     refuse_unit_folder,
     write_json,
@@ -26,7 +27,8 @@ from sensor.unit import UNIT_FILE
 
 if TYPE_CHECKING:
     from recon.calibration import Calibration
-    from validation.drift import Evaluation, Move
+    from validation.drift import Evaluation, Move, Pairing
+    from validation.shape_errors import ShapeErrors
 
 
 def main(
@@ -40,7 +42,8 @@ def main(
     """Measure the gradient and depth errors of a calibrated unit on the presses of a dataset.
 
     Every press is judged. Errors are too low on presses the unit was calibrated on; a line reports
-    how many there are.
+    how many there are. Of frames without a circle whose depth is in truth/, such as the shapes of
+    `wedge simulate`, the depth is judged where the skin is pressed.
 
     Name several units, or several datasets in the order of their dates, and every unit is measured
     on every dataset of its frame size. A number is reported if it differs from the unit's first
@@ -64,28 +67,34 @@ def main(
     """
     from validation.drift import moves
     from validation.report.drift import drift_document
+    from validation.report.shape_errors import shape_document
 
     units, datasets = _units_and_datasets(what)
     refuse_unit_folder(out)
     page = None if out is None else out / "index.html"
     check_outputs(page, json)
     keep_inputs(what, [json])
-    found, refused = _measured(units, datasets, seed)
-    if not found:
+    found, shapes, refused = _measured(units, datasets, seed)
+    if not found and not shapes:
         raise WedgeError(refused[0]["reason"])
     moved = moves(found)
-    if len(units) * len(datasets) == 1:
-        _tell_one(found[0])
-        write_json(json, _document_of_one(found[0]))
-    else:
+    several = len(units) * len(datasets) > 1
+    document = drift_document(found, moved, refused) if several else {}
+    if found and several:
         _tell_several(found, moved)
-        write_json(json, drift_document(found, moved, refused))
+    elif found:
+        _tell_one(found[0])
+        document = _document_of_one(found[0])
+    if shapes:
+        document["shapes"] = [shape_document(item) for item in shapes]
+        _tell_shapes(shapes, found, several=several)
+    write_json(json, document)
     for line in refused:
         print(f"left out: {line['reason']}", file=sys.stderr)
     if out is not None:
-        _write_page(out, found, moved)
+        _write_page(out, found, moved, shapes)
         print(f"Page: {page}")
-    return 2 if any(_fits_none(line, found) for line in refused) else 0
+    return 2 if any(_fits_none(line, [*found, *shapes]) for line in refused) else 0
 
 
 def _units_and_datasets(what: Sequence[str]) -> tuple[list[Path], list[str]]:
@@ -110,8 +119,8 @@ def _units_and_datasets(what: Sequence[str]) -> tuple[list[Path], list[str]]:
 
 def _measured(
     units: Sequence[Path], datasets: Sequence[str], seed: int
-) -> "tuple[list[Evaluation], list[dict[str, str]]]":
-    """Each unit on each dataset, and the pairs that do not fit, each with its reason.
+) -> "tuple[list[Evaluation], list[ShapeErrors], list[dict[str, str]]]":
+    """Each unit on each dataset: its presses, its shapes; and what does not fit, with the reason.
 
     Raises:
         WedgeError: a unit cannot be read, or two have one serial.
@@ -123,15 +132,18 @@ def _measured(
     _refuse_namesakes(units, calibrations)
     called = told_apart(datasets)
     found: list[Evaluation] = []
+    shapes: list[ShapeErrors] = []
     refused: list[dict[str, str]] = []
     for calibration in calibrations:
         for name in datasets:
             try:
-                found.append(_evaluated(calibration, name, called[name], seed))
+                presses, shown = _evaluated(calibration, name, called[name], seed)
+                found += presses
+                shapes += shown
             except WedgeError as error:
                 words = {"unit": calibration.card.serial, "dataset": called[name]}
                 refused.append({**words, "reason": str(error)})
-    return found, refused
+    return found, shapes, refused
 
 
 def _tell_one(item: "Evaluation") -> None:
@@ -178,19 +190,56 @@ def _tell_several(found: "Sequence[Evaluation]", moved: "Sequence[Move]") -> Non
             print_left_out(left_out)
 
 
-def _write_page(out: Path, found: "Sequence[Evaluation]", moved: "Sequence[Move]") -> None:
+def _tell_shapes(
+    shapes: "Sequence[ShapeErrors]", found: "Sequence[Evaluation]", *, several: bool
+) -> None:
+    """Print the depth errors of every shape, or of several pairs their means.
+
+    Args:
+        shapes: of each unit on each dataset that has some.
+        found: whose datasets have been told of already.
+        several: whether several pairs were named.
+    """
+    from validation.report.drift import lit_otherwise, pictures_moved
+    from validation.report.shape_errors import HEADINGS, shape_rows, shape_sentence, shape_summary
+
+    if several:
+        print_table(*shape_summary(shapes))
+    else:
+        print_rows(HEADINGS, shape_rows(shapes[0]), ", in the file of --json")
+        print(shape_sentence(shapes[0]))
+    for name, left_out in {item.dataset: item.left_out for item in shapes}.items():
+        if left_out:
+            print(f"{name}: " if several else "", end="", file=sys.stderr)
+            print_left_out(left_out)
+    told = {(item.unit, item.dataset) for item in found}
+    others = [item for item in shapes if (item.unit, item.dataset) not in told]
+    for sentence in (*pictures_moved(others), *lit_otherwise(others)):
+        print(sentence, file=sys.stderr)
+
+
+def _write_page(
+    out: Path,
+    found: "Sequence[Evaluation]",
+    moved: "Sequence[Move]",
+    shapes: "Sequence[ShapeErrors]",
+) -> None:
     from validation.report.drift import drift_sections
     from validation.report.page import write_report
+    from validation.report.shape_errors import shape_section
 
     write_report(
         out,
         title="Units over data sets",
         lead="Written by wedge evaluate; data sets in the order in which they were named.",
-        sections=drift_sections(found, moved),
+        sections=[
+            *(drift_sections(found, moved) if found else ()),
+            *([shape_section(shapes)] if shapes else ()),
+        ],
     )
 
 
-def _fits_none(left_out: dict[str, str], found: "Sequence[Evaluation]") -> bool:
+def _fits_none(left_out: dict[str, str], found: "Sequence[Pairing]") -> bool:
     """Whether a unit or a dataset of a pair that was left out is measured in no other pair."""
     units, datasets = {item.unit for item in found}, {item.dataset for item in found}
     return left_out["unit"] not in units or left_out["dataset"] not in datasets
@@ -213,17 +262,40 @@ def _refuse_namesakes(units: Sequence[Path], calibrations: "Sequence[Calibration
         seen[serial] = folder
 
 
-def _evaluated(calibration: "Calibration", name: str, called: str, seed: int) -> "Evaluation":
+def _evaluated(
+    calibration: "Calibration", name: str, called: str, seed: int
+) -> "tuple[list[Evaluation], list[ShapeErrors]]":
+    """A unit on the presses of a dataset, unless it shows shapes alone; and on its shapes."""
     from sensor.dataset import read_dataset
     from validation.datasets import dataset_folder
     from validation.drift import evaluate_on
+    from validation.shape_errors import judge_shapes
+    from validation.shapes import shape_files
 
     source = read_dataset(dataset_folder(name))
+    shown = bool(shape_files(source))
+    pressed = bool(source.labels) or not shown
+    each = 1 / (pressed + shown)
+    presses, shapes = [], []
     with progress(f"{calibration.card.serial} on {called}") as show:
-        return evaluate_on(
-            calibration,
-            source,
-            seed=seed,
-            called=called,
-            progress=lambda share: show(share, "measuring"),
-        )
+        if pressed:
+            presses.append(
+                evaluate_on(
+                    calibration,
+                    source,
+                    seed=seed,
+                    called=called,
+                    progress=lambda share: show(each * share, "measuring"),
+                )
+            )
+        if shown:
+            shapes.append(
+                judge_shapes(
+                    calibration,
+                    source,
+                    seed=seed,
+                    called=called,
+                    progress=lambda share: show(1 - each + each * share, "measuring shapes"),
+                )
+            )
+    return presses, shapes

@@ -15,7 +15,7 @@ from recon.presses import press_reader, read_presses
 from sensor.dataset import Dataset
 from validation.acceptance.gel import noise_of, of_one_frame, untouched
 from validation.acceptance.moved import moved_px
-from validation.depth import rmse_interval_mm
+from validation.depth import DepthErrors, rmse_interval_mm
 from validation.error_table import ErrorTable
 from validation.evaluation import (
     colors_lit_otherwise,
@@ -98,22 +98,28 @@ def difference(now: Number, before: Number) -> Interval:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Evaluation:
-    """One unit on one data set."""
+class Pairing:
+    """One unit on one data set, and what errors there do not show."""
 
     unit: str
     dataset: str
     """By which it is told from others: no two sets of one unit may share it."""
-    learnt: int
-    """How many of these presses the unit has learnt from."""
-    errors: ErrorTable
-    numbers: Mapping[str, Number]
-    """By name, such as ``theta_x_deg`` or ``brightness_R``."""
     moved_px: float | None
     """How far the blank gel's picture is from where it was at the calibration, as ``moved_px``
     tells; the set has its own corners, found again, so its errors do not show it."""
     lit_otherwise: str
     """The unit's colours that the set says to have no light, or one elsewhere, such as "RB"."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Evaluation(Pairing):
+    """One unit on the labelled presses of one data set."""
+
+    learnt: int
+    """How many of these presses the unit has learnt from."""
+    errors: ErrorTable
+    numbers: Mapping[str, Number]
+    """By name, such as ``theta_x_deg`` or ``brightness_R``."""
 
     @property
     def held_out(self) -> bool:
@@ -185,13 +191,7 @@ def evaluate_on(
         )
         for name, symbol in (("theta_x_deg", "θx"), ("theta_y_deg", "θy"))
     }
-    numbers["depth_rmse_mm"] = replace(
-        _number("depth RMSE", "mm", [x.rmse_mm for x in judged.depth]),
-        tabulated=rmse_interval_mm(judged.depth, seed),
-    )
-    numbers["depth_bias_mm"] = replace(
-        _number("depth bias", "mm", [x.bias_mm for x in judged.depth]), signed=True
-    )
+    numbers |= depth_numbers(judged.depth, seed)
     numbers |= _of_light(presses.presses, card.channels, len(dataset.card.background))
     before, now = map(calibration.unwarp, (calibration.background, presses.background))
     return Evaluation(
@@ -203,6 +203,16 @@ def evaluate_on(
         moved_px=moved_px(before, now),
         lit_otherwise=colors_lit_otherwise(card, dataset.card),
     )
+
+
+def depth_numbers(errors: Sequence[DepthErrors], seed: int) -> dict[str, Number]:
+    """The numbers of ``DEPTH_ERRORS`` over some presses."""
+    rmse = _number("depth RMSE", "mm", [error.rmse_mm for error in errors])
+    bias = _number("depth bias", "mm", [error.bias_mm for error in errors])
+    return {
+        "depth_rmse_mm": replace(rmse, tabulated=rmse_interval_mm(errors, seed)),
+        "depth_bias_mm": replace(bias, signed=True),
+    }
 
 
 def moves(evaluations: Sequence[Evaluation]) -> list[Move]:

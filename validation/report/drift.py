@@ -8,7 +8,7 @@ from decimal import Decimal
 from typing import Any
 
 from validation.acceptance.limits import limit_called
-from validation.drift import ERRORS, Evaluation, Move, Number, compared
+from validation.drift import ERRORS, Evaluation, Move, Number, Pairing, compared
 from validation.evaluation import ELSEWHERE_DEG
 from validation.figures.drift import drift_figure
 from validation.figures.png import plot_bytes
@@ -47,7 +47,7 @@ def sentences(moved: Sequence[Move]) -> list[str]:
     ]
 
 
-def pictures_moved(evaluations: Sequence[Evaluation]) -> list[str]:
+def pictures_moved(evaluations: Sequence[Pairing]) -> list[str]:
     """Where the camera has moved since the calibration, of which errors say nothing."""
     limit = limit_called("moved_px")
     said = []
@@ -65,7 +65,7 @@ def pictures_moved(evaluations: Sequence[Evaluation]) -> list[str]:
     return said
 
 
-def lit_otherwise(evaluations: Sequence[Evaluation]) -> list[str]:
+def lit_otherwise(evaluations: Sequence[Pairing]) -> list[str]:
     """Which data sets are of other lights than the unit, by what they say of themselves."""
     return [
         f"{item.unit} on {item.dataset}: by lights_deg, the data set has no light of "
