@@ -77,7 +77,7 @@ class ErrorTable:
     left_out: tuple[tuple[str, str], ...]
     """Presses that could not be used, and why."""
     folds_fitted: Mapping[str, tuple[Fold, ...]]
-    """Per estimator, what each split taught it, with all lights."""
+    """Per estimator, what each split taught it, with all lights. The first tells its doubt too."""
 
     @property
     def balls(self) -> str:
@@ -95,6 +95,7 @@ class Task:
     missing_axes: tuple[MissingAxis, ...]
     split: Split
     seed: int
+    effort: Effort
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -143,6 +144,7 @@ def error_table(
             missing_axes=missing_axes,
             split=part,
             seed=seed,
+            effort=Effort.WHOLE if channels == lit and part is parts[0] else Effort.SLOPES,
         )
         for estimator in estimators
         for channels, missing_axes in configurations(dataset.card.lights_deg).items()
@@ -221,9 +223,7 @@ def run_task(task: Task) -> TaskResult:
     taught = FEW if len(task.split.train) <= FEW else FEW + 1
     lessons = _lessons(task.folder, task.seed, task.estimator, taught)
     train = join([lessons[index] for index in task.split.train])
-    # Doubt is shown of all lights only.
-    effort = Effort.WHOLE if task.channels == lit else Effort.SLOPES
-    estimator = fit_estimator(task.estimator, train, task.channels, task.seed, effort=effort)
+    estimator = fit_estimator(task.estimator, train, task.channels, task.seed, effort=task.effort)
     del train
     measured: dict[tuple[MissingAxis, PixelSet], list[PressErrors]] = {}
     depth: list[DepthErrors] = []

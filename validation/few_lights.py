@@ -15,6 +15,7 @@ from jaxtyping import Float32
 
 from recon.arrays import DepthMap, Difference
 from recon.estimators import GradientEstimator, fit_estimator, lesson_of
+from recon.estimators.effort import Effort
 from recon.pipeline import Reconstruction, reconstruct
 from recon.presses import read_presses
 from sensor.dataset import Dataset, read_dataset
@@ -72,7 +73,7 @@ def measure_touches(
     others = [index for index in range(len(presses)) if index != widest]
     taught = lesson_of(estimator, presses, others, SEED)
     fitted = {
-        lit: fit_estimator(estimator, taught, lit, SEED)
+        lit: fit_estimator(estimator, taught, lit, SEED, effort=Effort.SLOPES)
         for lit in dict.fromkeys(lit for _, lit, _ in WAYS)
     }
     ball = presses[widest]

@@ -16,6 +16,7 @@ import app.table
 import recon.estimators.mlp_training as mlp_training
 from app.__main__ import main
 from recon.estimators import lesson_of
+from recon.estimators.effort import Effort
 from recon.estimators.lesson import FEW
 from recon.presses import read_presses
 from sensor.dataset import read_dataset, write_card, write_labels
@@ -274,5 +275,20 @@ def test_presses_teach_as_few_or_many_as_a_fold_learns_from_not_as_the_set_holds
     monkeypatch.setattr(module, "fit_estimator", fitted)
     task = {"estimator": "default", "channels": "RGB", "missing_axes": ("none",), "seed": 0}
     with pytest.raises(InterruptedError):
-        module.run_task(module.Task(folder=folder, split=split, **task))
+        module.run_task(module.Task(folder=folder, split=split, effort=Effort.SLOPES, **task))
     assert told[0].place.tolist() == taught.place.tolist()
+
+
+def test_doubt_is_measured_of_all_lights_and_of_the_first_split_alone(
+    tmp_path, one_thread, monkeypatch
+):
+    asked, fit = [], module.fit_estimator
+
+    def noted(estimator, pixels, channels, seed, *, effort):
+        asked.append((channels, effort))
+        return fit(estimator, pixels, channels, seed, effort=effort)
+
+    monkeypatch.setattr(module, "fit_estimator", noted)
+    measured(tmp_path, one_thread, folds=2)
+    rest = [(channels, Effort.SLOPES) for channels in ("R", "RB", "RG") for _ in range(2)]
+    assert asked == [*rest, ("RGB", Effort.WHOLE), ("RGB", Effort.SLOPES)]
