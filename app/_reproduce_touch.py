@@ -11,6 +11,7 @@ from app._progress import progress
 
 if TYPE_CHECKING:
     from recon.arrays import Unwarped
+    from recon.estimators import GradientEstimator
     from recon.markers.tracking import Tracked
     from sensor.toml import Pair
     from validation.contact import Overlap
@@ -27,7 +28,10 @@ SHOWN_PRESSES = tuple(f"ball-{number}.jpg" for number in range(8, 20))
 
 
 def touch_sections(
-    results: "Sequence[DatasetResults]", estimator: str, executor: Executor
+    results: "Sequence[DatasetResults]",
+    estimator: str,
+    twin: "GradientEstimator | None",
+    executor: Executor,
 ) -> "list[Section]":
     """The sections, of the sets that are here.
 
@@ -35,6 +39,7 @@ def touch_sections(
         results: of datasets with labelled balls on this machine; masks are judged on the presses
             that each fold of the error table holds out.
         estimator: what masks and depths are made with; one of the tables'.
+        twin: it, fitted to all balls of ``TWIN``, where that is here.
         executor: does the sets side by side.
     """
     from validation.datasets import DATASETS, dataset_folder
@@ -52,7 +57,7 @@ def touch_sections(
             )
             for item in results
         }
-        held = executor.submit(_shapes, dataset_folder(TWIN), estimator) if TWIN in here else None
+        held = executor.submit(_shapes, dataset_folder(TWIN), twin) if twin else None
         clips = [dataset_folder(clip.name) for clip in CLIPS if {clip.name, TWIN} <= here]
         curves = executor.submit(_curves, dataset_folder(TWIN), clips) if clips else None
         counted = {
@@ -72,12 +77,12 @@ def touch_sections(
     return [contact_section(overlaps, found), *shapes, *sections]
 
 
-def _shapes(folder: Path, estimator: str) -> "list[ShapeContact]":
+def _shapes(folder: Path, fitted: "GradientEstimator") -> "list[ShapeContact]":
     from sensor.dataset import read_dataset
     from sensor.design import STANDARD
     from validation.contact_shapes import shape_contacts
 
-    return shape_contacts(read_dataset(folder), STANDARD, estimator=estimator)
+    return shape_contacts(read_dataset(folder), STANDARD, fitted)
 
 
 def _overlaps(folder: Path, folds: "Sequence[Fold]") -> "list[Overlap]":

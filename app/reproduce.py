@@ -22,7 +22,7 @@ from app._reproduce_comparisons import (
     shapes_by_estimator,
     twins_beside_sensors,
 )
-from app._reproduce_touch import touch_sections
+from app._reproduce_touch import TWIN, touch_sections
 from app._seed import Seed
 from app._workers import process_pool
 from sensor.design_file import load_design
@@ -30,6 +30,7 @@ from sensor.errors import WedgeError
 
 if TYPE_CHECKING:
     from recon.calibration import Calibration
+    from recon.estimators import GradientEstimator
     from validation.datasets import KnownDataset
     from validation.few_lights import Touch
     from validation.report.page import Section
@@ -141,11 +142,13 @@ def _measure_all(out: Path, present: "Sequence[KnownDataset]", folds: int, seed:
     of_known_depth: list[Section] = []
     shapes: dict[str, dict[str, list[Shape]]] = {}
     beside: dict[str, list[Unseen]] = {}
+    fitted: dict[str, GradientEstimator] = {}
     with process_pool() as executor:
         for dataset in present:
             twin = dataset.name in TWINS
             measured, unit = _measure(dataset, TWIN_FOLDS if twin else folds, seed, executor)
             results.append(measured)
+            fitted[dataset.name] = unit.estimator
             if twin:
                 shapes[dataset.name] = shapes_by_estimator(
                     measured.dataset.folder, unit, ESTIMATORS[1:], seed, executor
@@ -159,7 +162,7 @@ def _measure_all(out: Path, present: "Sequence[KnownDataset]", folds: int, seed:
         likeness = [twins_beside_sensors(TWINS, executor)] if shapes else []
         touches = dict(zip(shapes, (future.result() for future in few_lights), strict=True))
         tracking = executor.submit(_tracking)
-        touch = touch_sections(results, ESTIMATORS[0], executor)
+        touch = touch_sections(results, ESTIMATORS[0], fitted.get(TWIN), executor)
         tracked = tracking.result()
     return _Measured(
         results=results,

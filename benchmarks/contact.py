@@ -24,7 +24,7 @@ from sensor.files import check_outputs, write_atomic
 from validation.contact import ball_overlaps, blank_frames_in_contact, mean_iou
 from validation.contact_shapes import ShapeContact, shape_contacts
 from validation.datasets import dataset_folder
-from validation.folds import fit_folds
+from validation.folds import fit_folds, fit_presses
 
 TWINS = (("twin-standard", "standard"), ("twin-finger", "finger"))
 BALLS = ("taxim-gelsight", "known-depth", "wedge-lab", "twin-standard", "twin-finger")
@@ -51,8 +51,11 @@ def shape_rows(
     rows: list[dict[str, object]] = []
     for dataset, design in twins:
         folder, wedge = dataset_folder(dataset), load_design(design)
+        twin = read_dataset(folder)
+        presses = read_presses(twin).presses
         for estimator in estimators:
-            found = shape_contacts(read_dataset(folder), wedge, estimator=estimator)
+            fitted = fit_presses(presses, range(len(presses)), estimator, "RGB", seed=0)
+            found = shape_contacts(twin, wedge, fitted)
             rows += [_row(dataset, estimator, shape) for shape in found]
             mean, exact = (
                 float(np.mean([getattr(shape, name) for shape in found]))

@@ -14,16 +14,16 @@ from recon.arrays import ContactMask, Difference
 from recon.contact.disturbed import disturbed_mask
 from recon.contact.mask import contact_mask
 from recon.contact.shadows import cast_shadows
+from recon.estimators import GradientEstimator
 from recon.images import read_frame
 from recon.pipeline import Reconstruction, reconstruct
-from recon.presses import press_reader, read_presses
+from recon.presses import press_reader
 from sensor.dataset import Dataset
 from sensor.design import Wedge
 from simulation.indenters import shapes
 from simulation.presses import Press, skin_under
 from simulation.skin import Skin, View
 from validation.contact import iou
-from validation.folds import fit_presses
 from validation.shadows import ShadowScore, score_shadows, true_shadows
 
 
@@ -50,16 +50,16 @@ class ShapeContact:
         return iou(self.exact, self.truth)
 
 
-def shape_contacts(dataset: Dataset, design: Wedge, *, estimator: str) -> list[ShapeContact]:
+def shape_contacts(
+    dataset: Dataset, design: Wedge, fitted: GradientEstimator
+) -> list[ShapeContact]:
     """The shapes of a twin's set, by an estimator that has seen its balls alone.
 
     Args:
         dataset: of the twin, labelled balls and shapes.
         design: that the twin rendered.
-        estimator: its name.
+        fitted: to all colours of the balls.
     """
-    presses = read_presses(dataset).presses
-    fitted = fit_presses(presses, range(len(presses)), estimator, "RGB", seed=0)
     reader = press_reader(dataset)
     card = dataset.card
     lights: Mapping[str, float] = card.lights_deg or {}

@@ -15,11 +15,13 @@ from style import BLUE, ORANGE, SOFT, bare, figure
 
 from recon.arrays import ContactMask
 from recon.contact.mask import contact_mask
+from recon.presses import read_presses
 from sensor.dataset import read_dataset
 from sensor.design import STANDARD
 from validation.contact import iou
 from validation.contact_shapes import ShapeContact, shape_contacts
 from validation.datasets import dataset_folder
+from validation.folds import fit_presses
 from validation.shapes import name_in_words
 
 SHAPES = ("screw_cap", "m2_screw", "cube_corner", "prism")
@@ -35,7 +37,9 @@ def by_slopes_alone(shape: ShapeContact) -> ContactMask:
 
 
 dataset = read_dataset(dataset_folder("twin-standard"))
-shapes = {shape.name: shape for shape in shape_contacts(dataset, STANDARD, estimator="default")}
+presses = read_presses(dataset).presses
+fitted = fit_presses(presses, range(len(presses)), "default", "RGB", seed=0)
+shapes = {shape.name: shape for shape in shape_contacts(dataset, STANDARD, fitted)}
 for shape in shapes.values():
     truth, by_slopes = shape.truth, by_slopes_alone(shape)
     held_px = truth.sum()
