@@ -92,11 +92,16 @@ def descend(
     """
     learning = _learning(first)
     layers, change = learning.layers, rule_for(learning)
+    # One network after the other: what a step of one writes stays in the cache.
+    numbers = range(len(layers[0][0]))
+    own, slopes = ([_alone(of, number) for number in numbers] for of in (layers, learning.slopes))
     rooms: dict[int, Room] = {}
     for step, (inputs, wanted) in enumerate(batches, start=1):
         rows = inputs.shape[1]  # an epoch's last batch may have fewer
-        room = rooms.get(rows) or rooms.setdefault(rows, room_for(layers, rows))
-        backpropagate(layers, activation, inputs, wanted, learning.slopes, room)
+        room = rooms.get(rows) or rooms.setdefault(rows, room_for(own[0], rows))
+        for number in numbers:
+            seen, said = inputs[number : number + 1], wanted[number : number + 1]
+            backpropagate(own[number], activation, seen, said, slopes[number], room)
         change(step, *one_cycle(step - 1, steps))
         if step % REPORT_EVERY == 0 or step == steps:
             progress(step / steps)
@@ -250,6 +255,12 @@ def _learning(first: Sequence[Layer]) -> Learning:
         layers=_layers_of(weights, first),
         slopes=_layers_of(gradient, first),
     )
+
+
+def _alone(layers: Sequence[Layer], number: int) -> tuple[Layer, ...]:
+    """Views of one network's layers."""
+    one = slice(number, number + 1)
+    return tuple((weight[one], bias[one]) for weight, bias in layers)
 
 
 def _layers_of(flat: torch.Tensor, like: Sequence[Layer]) -> tuple[Layer, ...]:

@@ -127,7 +127,12 @@ def tilt_terms(slopes: Pairs) -> Float64[np.ndarray, "n t"]:
 
 def _powers(position: np.ndarray, powers: tuple[tuple[int, int], ...]) -> np.ndarray:
     highest = 1 + max(i for i, _ in powers)
-    x, y = ([along**i for i in range(highest)] for along in position.T)
+
+    def each(along: np.ndarray) -> list[np.ndarray]:
+        some, which = np.unique(along, return_inverse=True)  # a frame has few, and powers are slow
+        return [(some**i)[which] for i in range(highest)]
+
+    x, y = (each(along) for along in position.T)
     return np.stack([x[i] * y[j] for i, j in powers], 1)
 
 
