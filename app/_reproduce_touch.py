@@ -14,9 +14,7 @@ if TYPE_CHECKING:
     from recon.estimators import GradientEstimator
     from recon.markers.tracking import Tracked
     from sensor.toml import Pair
-    from validation.contact import Overlap
     from validation.contact_shapes import ShapeContact
-    from validation.folds import Fold
     from validation.force import ForceCurve
     from validation.report.page import Section
     from validation.report.results import DatasetResults
@@ -36,7 +34,7 @@ def touch_sections(
     """The sections, of the sets that are here.
 
     Args:
-        results: of datasets with labelled balls on this machine; masks are judged on the presses
+        results: of datasets with labelled balls on this machine; masks are those of the presses
             that each fold of the error table holds out.
         estimator: what masks and depths are made with; one of the tables'.
         twin: it, fitted to all balls of ``TWIN``, where that is here.
@@ -51,12 +49,6 @@ def touch_sections(
     here = {known.name for known in DATASETS if known.find() is not None}
     sections: list[Section] = []
     with progress("contact and dots") as show:
-        judged = {
-            item.table.dataset: executor.submit(
-                _overlaps, item.dataset.folder, item.table.folds_fitted[estimator]
-            )
-            for item in results
-        }
         held = executor.submit(_shapes, dataset_folder(TWIN), twin) if twin else None
         clips = [dataset_folder(clip.name) for clip in CLIPS if {clip.name, TWIN} <= here]
         curves = executor.submit(_curves, dataset_folder(TWIN), clips) if clips else None
@@ -68,12 +60,10 @@ def touch_sections(
         scores = {name: score_detection(*frame) for name, frame in counted.items()}
         if SHOWN in scores:
             sections.append(marker_section(scores, SHOWN, *_shown(dataset_folder(SHOWN))))
-        overlaps = {}
-        for done, (name, future) in enumerate(judged.items(), start=1):
-            overlaps[name] = future.result()
-            show(done / (len(judged) + 1), name)
         found = curves.result() if curves else []
+        show(0.5, "contact of shapes")
         shapes = [shape_contact_section(TWIN, estimator, held.result())] if held else []
+    overlaps = {item.table.dataset: item.table.contact[estimator] for item in results}
     return [contact_section(overlaps, found), *shapes, *sections]
 
 
@@ -83,15 +73,6 @@ def _shapes(folder: Path, fitted: "GradientEstimator") -> "list[ShapeContact]":
     from validation.contact_shapes import shape_contacts
 
     return shape_contacts(read_dataset(folder), STANDARD, fitted)
-
-
-def _overlaps(folder: Path, folds: "Sequence[Fold]") -> "list[Overlap]":
-    from recon.presses import read_presses
-    from sensor.dataset import read_dataset
-    from validation.contact import ball_overlaps
-
-    dataset = read_dataset(folder)
-    return ball_overlaps(dataset, read_presses(dataset).presses, folds)
 
 
 def _curves(twin: Path, clips: list[Path]) -> "list[ForceCurve]":

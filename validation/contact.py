@@ -66,7 +66,7 @@ def ball_overlaps(
                 mm_per_px=press.mm_per_px,
                 hidden=press.hidden,
             )
-            found.append(_overlap(press.file, touch.contact, disc(press)))
+            found.append(disc_overlap(press, touch.contact))
     return found
 
 
@@ -137,9 +137,11 @@ def mean_iou(found: Sequence[Overlap]) -> float:
     return float(np.mean([item.iou for item in found]))
 
 
-def _overlap(name: str, mask: ContactMask, truth: ContactMask) -> Overlap:
+def disc_overlap(press: BallPress, mask: ContactMask) -> Overlap:
+    """How a press's mask fits its labelled disc."""
+    truth = disc(press)
     return Overlap(
-        name=name,
+        name=press.file,
         iou=iou(mask, truth),
         radius_ratio=float(np.sqrt(mask.sum() / max(int(truth.sum()), 1))),
     )

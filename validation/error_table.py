@@ -11,7 +11,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import Executor, as_completed
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import combinations
+from itertools import chain, combinations
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +31,7 @@ from recon.pixels import BallPress, Pixels, join, label_pixels
 from recon.presses import LeftOut, PressReader, press_reader, refuse_no_press, sifted
 from sensor.dataset import BallLabel, read_dataset
 from sensor.unit import MissingAxis
+from validation.contact import Overlap, disc_overlap
 from validation.depth import DepthErrors, depth_errors
 from validation.folds import Fold
 from validation.metrics import PIXEL_SETS, Errors, PixelSet, PressErrors, mean_errors, press_errors
@@ -74,6 +75,8 @@ class ErrorTable:
     rows: tuple[Row, ...]
     depth: Mapping[str, tuple[DepthErrors, ...]]
     """Per estimator, one entry a held-out press, with all lights and as a unit reads them."""
+    contact: Mapping[str, tuple[Overlap, ...]]
+    """Likewise, how the contact mask fits the labelled disc."""
     left_out: tuple[tuple[str, str], ...]
     """Presses that could not be used, and why."""
     folds_fitted: Mapping[str, tuple[Fold, ...]]
@@ -105,6 +108,8 @@ class TaskResult:
     presses: Mapping[tuple[MissingAxis, PixelSet], tuple[PressErrors, ...]]
     depth: tuple[DepthErrors, ...]
     """Only of all lights that the dataset has."""
+    contact: tuple[Overlap, ...]
+    """Likewise."""
     fitted: GradientEstimator
 
 
@@ -162,6 +167,10 @@ def error_table(
             future.cancel()
         raise
     results = {task: future.result() for future, task in futures.items()}
+    by_estimator = {
+        estimator: [result for task, result in results.items() if task.estimator == estimator]
+        for estimator in estimators
+    }
     return ErrorTable(
         dataset=dataset.card.name,
         licence=dataset.card.licence,
@@ -172,13 +181,12 @@ def error_table(
         seed=seed,
         rows=_rows(results, seed),
         depth={
-            estimator: tuple(
-                error
-                for task, result in results.items()
-                if task.estimator == estimator
-                for error in result.depth
-            )
-            for estimator in estimators
+            name: tuple(chain.from_iterable(one.depth for one in found))
+            for name, found in by_estimator.items()
+        },
+        contact={
+            name: tuple(chain.from_iterable(one.contact for one in found))
+            for name, found in by_estimator.items()
         },
         left_out=tuple((press.file, press.reason) for press in survey.left_out),
         folds_fitted={
@@ -227,12 +235,14 @@ def run_task(task: Task) -> TaskResult:
     del train
     measured: dict[tuple[MissingAxis, PixelSet], list[PressErrors]] = {}
     depth: list[DepthErrors] = []
+    contact: list[Overlap] = []
     for index in task.split.test:
         press, pixels = labelled.reader.read(labelled.labels[index]), labelled.pixels[index]
         for missing in task.missing_axes:
             if (task.channels, missing) == (lit, shipped):  # as a unit reads it: depth as well
                 found = reconstruct_press(press, estimator, missing, lights_deg)
                 depth.append(depth_errors(found.depth_mm, press, task.folder))
+                contact.append(disc_overlap(press, found.contact))
                 errors = errors_in(found, estimator, press.file, pixels)
             else:
                 errors = measure_press(estimator, press, pixels, missing, lights_deg)
@@ -241,6 +251,7 @@ def run_task(task: Task) -> TaskResult:
     return TaskResult(
         presses={key: tuple(errors) for key, errors in measured.items()},
         depth=tuple(depth),
+        contact=tuple(contact),
         fitted=estimator,
     )
 

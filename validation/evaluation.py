@@ -270,4 +270,5 @@ def _table(
         depth={estimator.name: judged.depth},
         left_out=tuple((press.file, press.reason) for press in presses.left_out),
         folds_fitted={},
+        contact={},
     )

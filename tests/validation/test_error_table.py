@@ -22,6 +22,7 @@ from recon.presses import read_presses
 from sensor.dataset import read_dataset, write_card, write_labels
 from tests.synthetic import make_dataset
 from validation import error_table as module
+from validation.contact import ball_overlaps
 from validation.error_table import configurations, error_table, widest
 from validation.evaluation import hold_out
 from validation.metrics import METRICS
@@ -257,6 +258,15 @@ def test_several_sets_give_a_table_each_and_a_page(tmp_path, monkeypatch, capsys
     assert 'id="a"' in page and 'id="b"' in page
     printed = capsys.readouterr().out
     assert all(f"{table['rows'][0]['theta_x_deg']:.2f}" in printed for table in tables)
+
+
+def test_contact_masks_are_those_of_the_presses_held_out(tmp_path, one_thread):
+    dataset = make_dataset(tmp_path / "set", presses=10)
+    table = error_table(dataset.folder, ["table"], folds=2, seed=0, executor=one_thread)
+    presses = read_presses(dataset).presses
+    found = ball_overlaps(dataset, presses, table.folds_fitted["table"])
+    assert list(table.contact["table"]) == found
+    assert sorted(item.name for item in found) == sorted(press.file for press in presses)
 
 
 @pytest.mark.parametrize("train", [FEW, FEW + 1])
