@@ -54,10 +54,13 @@ def shapes_by_estimator(
 
     fits = [executor.submit(fit_unit, folder, unit.card.serial, seed, name) for name in others]
     with progress(f"shapes of {unit.card.serial}") as show:
+        measured = {unit.card.estimator: executor.submit(measure_shapes, folder, unit)}
+        for name, fit in zip(others, fits, strict=True):
+            measured[name] = executor.submit(measure_shapes, folder, fit.result())
         found = {}
-        for done, fitted in enumerate([unit, *(future.result() for future in fits)], start=1):
-            found[fitted.card.estimator] = measure_shapes(folder, fitted)
-            show(done / (1 + len(others)), fitted.card.estimator)
+        for done, (name, future) in enumerate(measured.items(), start=1):
+            found[name] = future.result()
+            show(done / len(measured), name)
     return found
 
 

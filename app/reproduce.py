@@ -159,10 +159,10 @@ def _measure_all(out: Path, present: "Sequence[KnownDataset]", folds: int, seed:
             if dataset.name in KNOWN_DEPTH:
                 of_known_depth.append(known_depth(KNOWN_DEPTH[dataset.name], unit))
         few_lights = [executor.submit(_few_lights, name) for name in shapes]
+        tracking = executor.submit(_tracking)  # as long as all that follows, on one process
         likeness = [twins_beside_sensors(TWINS, executor)] if shapes else []
-        touches = dict(zip(shapes, (future.result() for future in few_lights), strict=True))
-        tracking = executor.submit(_tracking)
         touch = touch_sections(results, ESTIMATORS[0], fitted.get(TWIN), executor)
+        touches = dict(zip(shapes, (future.result() for future in few_lights), strict=True))
         tracked = tracking.result()
     return _Measured(
         results=results,
