@@ -91,7 +91,6 @@ def depth_of(
     lights_deg: Mapping[str, float] | None,
     mm_per_px: Pair,
     hidden: ContactMask | None = None,
-    repeatable: bool = False,
     infer: Callable[[GradientField, ContactMask], Depth] | None = None,
 ) -> Depth:
     """Depth by an estimator's slopes.
@@ -104,12 +103,11 @@ def depth_of(
         lights_deg: where the lights sit; ``None`` where nobody said.
         mm_per_px: pixel pitch along x and y.
         hidden: where dots hid the colour; slopes are filled anew from slopes around them.
-        repeatable: as in ``fill_gradients``.
         infer: stands in for ``inferred_depth``, with all that the frames of a unit share prepared.
     """
     unseen = unseen_axis(lights_deg, estimator.channels)
     if hidden is not None:
-        gradient = beneath_dots(gradient, hidden, unseen, mm_per_px, repeatable=repeatable)
+        gradient = beneath_dots(gradient, hidden, unseen, mm_per_px)
     if missing == "network" and unseen is not None:
         hinted = estimator.looks_around
         if by_deg := line_turn_deg(lights_deg, estimator.channels):
@@ -134,13 +132,11 @@ def beneath_dots(
     hidden: ContactMask,
     unseen: Axis | None,
     mm_per_px: Pair,
-    *,
-    repeatable: bool,
 ) -> GradientField:
     """The gradient field, filled where dots hid the colour from slopes around them."""
     # Slopes of which one is not seen are not yet those of one surface.
     method = "surface" if unseen is None else "biharmonic"
-    return fill_gradients(gradient, hidden, method, mm_per_px, repeatable=repeatable)
+    return fill_gradients(gradient, hidden, method, mm_per_px)
 
 
 def of_moved_gel(

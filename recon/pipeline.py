@@ -108,7 +108,6 @@ def reconstruct(
     lights_deg: Mapping[str, float] | None,
     mm_per_px: Pair,
     hidden: ContactMask | None = None,
-    repeatable: bool = False,
 ) -> Reconstruction:
     """A difference image to gradients, depth and contact.
 
@@ -120,7 +119,6 @@ def reconstruct(
         mm_per_px: pixel pitch along x and y.
         hidden: where dots hid the colour; the difference is filled there, and slopes are filled
             anew from slopes around them.
-        repeatable: as in ``recon.markers.filling.fill_gradients``.
     """
     disturbed = disturbed_in(difference, estimator)
     found = depth_of(
@@ -131,7 +129,6 @@ def reconstruct(
         lights_deg=lights_deg,
         mm_per_px=mm_per_px,
         hidden=hidden,
-        repeatable=repeatable,
     )
     return Reconstruction(
         difference=difference,

@@ -108,7 +108,7 @@ class PressReader:
         difference = divided(difference, self.blank, light)
         if self.dots is not None:
             hidden = self.dots.hidden(self.dots.track(difference + self.blank))
-            difference = fill_gradients(difference, hidden, "harmonic", repeatable=True)
+            difference = fill_gradients(difference, hidden, "harmonic")
         return Seen(difference=difference, hidden=hidden, light=light)
 
     def difference(self, image: Unwarped) -> Difference:

@@ -43,7 +43,6 @@ def reconstruct_press(
         lights_deg=lights_deg,
         mm_per_px=press.mm_per_px,
         hidden=press.hidden,
-        repeatable=True,
     )
 
 
@@ -68,7 +67,7 @@ def slopes_of(
         gradient = gradient_field(estimator, press.difference)
         if press.hidden is not None:
             pitch_mm = press.mm_per_px
-            gradient = beneath_dots(gradient, press.hidden, unseen, pitch_mm, repeatable=True)
+            gradient = beneath_dots(gradient, press.hidden, unseen, pitch_mm)
         disturbed = disturbed_in(press.difference, estimator)
         gradient = of_moved_gel(gradient, disturbed, estimator, missing, unseen)
         return _at(pixels, gradient, estimator)

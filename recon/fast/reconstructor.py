@@ -28,7 +28,7 @@ from recon.fast.disturbance import (
     FrameDisturbance,
     border_of,
 )
-from recon.fast.dots import FrameDots
+from recon.fast.dots import FrameDots, FrameSlopes
 from recon.fast.ensemble import FrameEnsemble, Seen
 from recon.fast.inference import BORDERS, FrameInference
 from recon.fast.network import FrameMlp
@@ -153,7 +153,7 @@ class FastReconstructor:
         blank = seen / light
         self._watch = DotWatch(blank, card.markers)
         tracker = self._watch.tracker
-        self._dots = None if tracker is None else FrameDots(tracker, blank)
+        self._dots = None if tracker is None else FrameDots(tracker, blank, card.mm_per_px)
         # Dots on slopes of which one is not seen are filled in another way: ``recon.depth`` knows.
         inferred = card.missing_axis != "none" or self._dots is not None
         self._unseen = unseen_axis(card.lights_deg, card.channels) if inferred else None
@@ -196,7 +196,7 @@ class FastReconstructor:
             self._weigh = {
                 border: FrameWeighing(size_px, card.mm_per_px, border) for border in borders
             }
-        if tracker is not None:
+        if tracker is not None and self._unseen is not None:
             reach = max(reach, math.ceil(BESIDE_DOTS * tracker.markers.spacing_px / SIDE_PX))
         self._beside = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
         rows = self._asked.shape[1]
@@ -274,16 +274,19 @@ class FastReconstructor:
             quartered = in_quarters(disturbed).astype(bool)
         else:
             disturbed = quartered = self._find_disturbance(difference)
-        near = self._take_gradient(difference, partial(self._near, quartered), gradient)
+        slopes = None
         if self._dots is not None and hidden is not None:
-            self._dots.fill_slopes(gradient, hidden, self.calibration.card.mm_per_px)
+            slopes = self._dots.slopes(hidden)
+        near = self._take_gradient(difference, partial(self._near, quartered), gradient, slopes)
+        if slopes is not None:
+            slopes(gradient, near)
         reach = self.calibration.estimator.reach
         moved = disturbed if near is None else near
         if self._small and reach is not None:
             still = without_still(np.moveaxis(gradient, 0, -1).copy(), disturbed, reach)
             gradient[:] = np.moveaxis(still, -1, 0)
             moved = np.asarray(gradient.any(0))
-        elif near is not None and self._beside.size > 1:
+        elif near is not None and (self._beside.size > 1 or slopes is not None):
             gradient *= in_pixels(near, self._unwarp.size_px)
         border = (boundary_of if self._small else border_of)(moved)
         depth_mm = self._integrate[border](gradient)
@@ -315,6 +318,7 @@ class FastReconstructor:
         difference: Float32[np.ndarray, "3 h w"],
         near: Callable[[Seen], QuarterMask | None],
         out: Float32[np.ndarray, "2 h w"],
+        slopes: FrameSlopes | None = None,
     ) -> QuarterMask | None:
         """Write gradients as planes, our estimator's of what is near and beside it alone.
 
@@ -328,6 +332,8 @@ class FastReconstructor:
             seen, small = self._ours.prepared(difference)
             moved = near(small)
             asked = None if moved is None else cv2.dilate(moved.view(np.uint8), self._beside) > 0
+            if asked is not None and slopes is not None:
+                asked = slopes.around(asked)
             apply = partial(self._ours, seen, self._asked, near=asked)
         else:
             whole = np.ascontiguousarray(np.moveaxis(difference, 0, -1))

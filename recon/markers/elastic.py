@@ -5,18 +5,17 @@
 A membrane (``harmonic``) or a thin plate (``biharmonic``) is held with springs by the pixels around
 a dot: noise there is averaged, not copied. ``surface`` fills both slopes at once, as two plates
 that must be the slopes of one surface: the curl of a gradient is zero, so what is known of one
-slope says how the other goes on. What such an energy puts under a dot is a fixed matrix times the
-values around it: made once for a shape of dot that comes often, and kept while dots stand still.
-Before, and where dots move, the shape's equations are solved, a band.
+slope says how the other goes on. Each dot is a small system of equations of its own, a band, which
+is factored once for all dots of its shape, wherever they are.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import cv2
 import numpy as np
-from jaxtyping import Float, Float32, Float64, Int64
+from jaxtyping import Bool, Float, Float32, Float64, Int32, Int64
 from scipy import ndimage
 from scipy.linalg import cholesky_banded
 from scipy.linalg.lapack import dpbtrs
@@ -31,113 +30,105 @@ STIFFNESS: Mapping[str, float] = {"harmonic": 0.05, "biharmonic": 0.3, "surface"
 """Of the membrane or plate against the springs: what noise is averaged over."""
 CURL_STIFFNESS = 10.0
 """How firmly the two plates of ``surface`` are held to be slopes of one."""
-WIDEST_GROUP = 1.5
-"""Dots whose matrices differ in size by less than this factor are filled in one product."""
 LARGEST_PX = 500
 TILE_PX = 16
 """Hidden pixels that hang together are cut into tiles of this side where they are more."""
+SHAPES = 1024
+"""That are kept, of all methods. Of a dot 21 pixels wide, ``surface`` takes 1 MB for one."""
 EVERY_SIDE = np.ones((3, 3), np.uint8)
 
-FEW = 0.3
-"""Share of dots up to which those alone are filled around which not all is zero, as it is around
-most dots of slopes: more are quicker in one product."""
-OFTEN = 3
-"""Fillings of one shape of dot after which its matrix is made, which costs as much as some."""
-
-Block = tuple[Int64[np.ndarray, "k n"], Int64[np.ndarray, "k m"], Float32[np.ndarray, "k n m"]]
-"""Of k dots: places to fill, places listened to, both padded with the dot's own; the matrices."""
-Made = tuple[list["_Dot"], list[Block], list[Block]]
-"""The dots that are solved, and the matrices of the others, for fields and for planes."""
-
 Planes = Float[np.ndarray, "c h w"]
+Pixels = Float[np.ndarray, "s c"]
+"""The values of each pixel of a field or of planes, row by row: a view."""
+Box = tuple[int, int, int, int]
+"""Top, left, bottom and right; the last two are the first beyond."""
 
 
 class ElasticFill:
     """Fills what one arrangement of dots hides."""
 
     def __init__(
-        self, hidden: ContactMask, method: str, aspect: float, *, repeatable: bool = False
+        self,
+        hidden: ContactMask,
+        method: str,
+        aspect: float,
+        before: "ElasticFill | None" = None,
     ) -> None:
         """Find the dots.
 
         Args:
-            hidden: (h, w), true under dots; some pixel is not.
+            hidden: (h, w), true under dots.
             method: a key of ``RING_PX``.
             aspect: of a pixel's height to its width; only ``surface`` asks.
-            repeatable: round alike whatever was filled before, which takes longer.
+            before: of other hidden pixels, else alike: its dots are taken, the very objects, where
+                nothing around them has changed.
         """
-        self._together, self._size = 2 if method == "surface" else 1, hidden.size
-        self._repeatable = repeatable
-        self._dots = _placed_dots(hidden, method, aspect, self._together)
-        self._made: Made = self._dots, [], []
-        far = hidden.copy()
-        for dot in self._dots:
-            far.flat[dot.places // self._together] = False
+        self.hidden, self._method, self._aspect = hidden, method, aspect
+        self._whole: dict[Box, Dot] = {}
+        numbers, boxes, tiles = _parts(hidden)
+        kept = {} if before is None else before._unchanged(hidden, boxes)
+        dots, far = [], np.zeros_like(hidden)
+        for number, box in (*boxes.items(), *tiles.items()):
+            dot = kept.get(number) or _placed_dot(numbers, number, box, hidden, method, aspect)
+            if dot is None:
+                far[_within(box)] |= numbers[_within(box)] == number
+                continue
+            dots.append(dot)
+            if number in boxes:
+                self._whole[box] = dot
+        self.dots = tuple(dots)
         # In the midst of a wide hidden area nothing is known within the ring.
-        self._far = nearest_known(far, beside(hidden)) if far.any() else None
+        around = beside(hidden)
+        self.far = nearest_known(far, around) if far.any() and around.any() else None
+
+    def moved(self, hidden: ContactMask) -> "ElasticFill":
+        """Of other hidden pixels; what has not changed is not prepared anew."""
+        if np.array_equal(hidden, self.hidden):
+            return self
+        return ElasticFill(hidden, self._method, self._aspect, self)
 
     def __call__(self, field: Field) -> Field:
         """A new field with hidden pixels filled; two slopes, or any values but for ``surface``."""
         filled = np.array(field, order="C")
-        single, blocks, _ = self._prepared()
-        if self._far is not None:
-            places, sources = self._far
-            pixels = filled.reshape(self._size, -1)
-            pixels[places] = pixels[sources]
-        values = filled.reshape(self._size * self._together, -1)
-        for block in blocks:
-            _multiply(values, block)
-        for dot in single:
-            values[dot.places] = dot.shape.solve(values[dot.sources])
+        self._fill(filled.reshape(self.hidden.size, -1), self._systems)
         return filled
 
-    def in_place(self, planes: Planes) -> None:
-        """Fill the hidden pixels of planes that lie one behind the other."""
+    def in_place(self, planes: Planes, dots: "Iterable[Dot] | None" = None) -> None:
+        """Fill the hidden pixels of planes that lie one behind the other, or some dots of them."""
         assert planes.flags.c_contiguous
-        single, _, blocks = self._prepared()
-        pixels = planes.reshape(len(planes), -1)
-        if self._far is not None:
-            places, sources = self._far
-            pixels[:, places] = pixels[:, sources]
-        values = pixels.T if self._together == 1 else pixels.reshape(-1, 1)
-        for block in blocks:
-            _multiply(values, block)
-        for dot in single:
-            known = values[self._in_planes(dot.sources)]
-            values[self._in_planes(dot.places)] = dot.shape.solve(known)
+        pixels = planes.reshape(len(planes), -1).T
+        self._fill(pixels, self._systems if dots is None else _systems(dots))
 
-    def _prepared(self) -> Made:
-        """With the matrices of the shapes that have come often by now.
+    def _fill(self, pixels: Pixels, systems: "Systems") -> None:
+        if self.far is not None:
+            places, sources = self.far
+            pixels[places] = pixels[sources]
+        elif not self.dots:  # nothing is hidden, or all
+            pixels[self.hidden.ravel()] = 0
+        systems.solve(pixels)
 
-        They change places with the dots at once: another thread may be filling.
+    @cached_property
+    def _systems(self) -> "Systems":
+        return _systems(self.dots)
+
+    def _unchanged(self, hidden: ContactMask, boxes: "Mapping[int, Box]") -> "dict[int, Dot]":
+        """Dots of this arrangement that another has as well, by their numbers there.
+
+        What is hidden in a dot's box and in the ring around it says all about it.
         """
-        if self._repeatable or all(dot.shape.solved < OFTEN for dot in self._made[0]):
-            return self._made
-        single = [dot for dot in self._dots if dot.shape.solved < OFTEN]
-        blocks = _blocks([dot for dot in self._dots if dot.shape.solved >= OFTEN])
-        in_planes = [
-            (self._in_planes(places), self._in_planes(sources), weights)
-            for places, sources, weights in blocks
-        ]
-        self._made = made = single, blocks, in_planes
-        return made
-
-    def _in_planes(self, values: Int64[np.ndarray, "*n"]) -> Int64[np.ndarray, "*n"]:
-        """Where values that lie beside each other in pixels lie in planes."""
-        return values % self._together * self._size + values // self._together
-
-
-def _multiply(values: Float[np.ndarray, "_ _"], block: Block) -> None:
-    """Fill dots by their matrices."""
-    places, sources, weights = block
-    known = values[sources]
-    some = known.any((1, 2))
-    if some.mean() > FEW:
-        values[places] = weights @ known
-    else:
-        values[places] = 0
-        for one in np.flatnonzero(some):  # no matrix is copied
-            values[places[one]] = weights[one] @ known[one]
+        height, width = hidden.shape
+        changes = cv2.integral((hidden != self.hidden).view(np.uint8))
+        ring_px = RING_PX[self._method]
+        top, left, bottom, right = np.array([*boxes.values()], int).reshape(-1, 4).T
+        top, left = np.maximum(top - ring_px, 0), np.maximum(left - ring_px, 0)
+        bottom, right = np.minimum(bottom + ring_px, height), np.minimum(right + ring_px, width)
+        changed = changes[bottom, right] - changes[top, right]
+        changed += changes[top, left] - changes[bottom, left]
+        return {
+            number: self._whole[box]
+            for (number, box), few in zip(boxes.items(), changed, strict=True)
+            if not few and box in self._whole
+        }
 
 
 def beside(hidden: ContactMask) -> ContactMask:
@@ -153,40 +144,116 @@ def nearest_known(
     return np.flatnonzero(hidden), np.flatnonzero(around)[chosen]
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Dot:
+def _within(box: "Box", ring_px: int = 0) -> tuple[slice, slice]:
+    """The pixels of a box and of a ring around it, in the frame."""
+    top, left, bottom, right = box
+    return (
+        slice(max(top - ring_px, 0), bottom + ring_px),
+        slice(max(left - ring_px, 0), right + ring_px),
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Dot:
     """A shape at its place."""
 
+    box: Box
+    """Around what it hides."""
     places: Int64[np.ndarray, " n"]
     sources: Int64[np.ndarray, " m"]
-    """What is filled and what is listened to, where the values of a pixel lie side by side."""
-    shape: "_Shape"
+    """The pixels that are filled and those that are listened to."""
+    shape: "Shape"
 
 
-def _placed_dots(hidden: ContactMask, method: str, aspect: float, together: int) -> list[_Dot]:
-    """Every dot with something known around it; ``together`` values a pixel."""
-    ring_px, width = RING_PX[method], hidden.shape[1]
-    dots, covered = _parts(hidden), hidden.view(np.uint8)
-    found: list[_Dot] = []
-    for number, place in enumerate(ndimage.find_objects(dots), start=1):
-        if place is None:
-            continue
-        top, left = (max(side.start - ring_px, 0) for side in place)
-        window = np.s_[top : place[0].stop + ring_px, left : place[1].stop + ring_px]
-        seen = covered[window] + (dots[window] == number)
-        dot = _dot_in(seen.tobytes(), seen.shape, width, method, aspect)
-        if dot is not None:
-            corner = together * (top * width + left)
-            moved = dot.places + corner, dot.sources + corner
-            found.append(_Dot(places=moved[0], sources=moved[1], shape=dot.shape))
-    return found
+@dataclass(frozen=True, kw_only=True)
+class Systems:
+    """Dots, those of one shape one after the other."""
+
+    shapes: list[tuple["Shape", int]]
+    """With how many dots each has."""
+    places: Int64[np.ndarray, " n"]
+    sources: Int64[np.ndarray, " m"]
+    """Of all dots."""
+
+    def solve(self, pixels: Pixels) -> None:
+        """Fill the dots."""
+        known, channels = pixels[self.sources], pixels.shape[1]
+        solved = np.empty((len(self.places), channels))
+        begin, first = 0, 0
+        for shape, count in self.shapes:
+            end, last = begin + count * shape.filled_px, first + count * shape.listened_px
+            around = known[first:last].reshape(count, -1, channels)
+            solved[begin:end] = shape.solve(around).reshape(-1, channels)
+            begin, first = end, last
+        pixels[self.places] = solved
 
 
-@lru_cache(maxsize=1024)
+def _systems(dots: Iterable[Dot]) -> Systems:
+    groups: dict[Shape, list[Dot]] = {}
+    for dot in dots:
+        groups.setdefault(dot.shape, []).append(dot)
+    in_order = [dot for group in groups.values() for dot in group]
+    none = np.zeros(0, np.int64)
+    return Systems(
+        shapes=[(shape, len(group)) for shape, group in groups.items()],
+        places=np.concatenate([none, *(dot.places for dot in in_order)]),
+        sources=np.concatenate([none, *(dot.sources for dot in in_order)]),
+    )
+
+
+def _parts(
+    hidden: ContactMask,
+) -> tuple[Int32[np.ndarray, "h w"], dict[int, Box], dict[int, Box]]:
+    """Every dot under its number; many dots that touch, as along an edge, in tiles.
+
+    Returns:
+        The numbers of pixels; the boxes of whole dots and of tiles.
+    """
+    count, numbers, stats, _ = cv2.connectedComponentsWithStats(
+        hidden.view(np.uint8), connectivity=8, ltype=cv2.CV_32S
+    )
+    left, top, width, height, area = stats.T
+    large = area > LARGEST_PX
+    large[0] = False
+    found = np.stack([top, left, top + height, left + width], 1).tolist()
+    boxes = {number: tuple(found[number]) for number in range(1, count) if not large[number]}
+    if not large.any():
+        return numbers, boxes, {}
+    rows, columns = np.indices(hidden.shape) // TILE_PX
+    tile = count + rows * (columns.max() + 1) + columns
+    numbers = np.where(large[numbers], tile, numbers).astype(np.int32)
+    tiles = {
+        number: (place[0].start, place[1].start, place[0].stop, place[1].stop)
+        for number, place in enumerate(ndimage.find_objects(numbers), start=1)
+        if number >= count and place is not None
+    }
+    return numbers, boxes, tiles
+
+
+def _placed_dot(
+    numbers: Int32[np.ndarray, "h w"],
+    number: int,
+    box: Box,
+    hidden: ContactMask,
+    method: str,
+    aspect: float,
+) -> Dot | None:
+    """The dot of a number, unless nothing is known around it."""
+    window, width = _within(box, RING_PX[method]), hidden.shape[1]
+    seen = hidden.view(np.uint8)[window] + (numbers[window] == number)
+    dot = _dot_in(seen.tobytes(), seen.shape, width, method, aspect)
+    if dot is None:
+        return None
+    places, sources, shape = dot
+    corner = window[0].start * width + window[1].start
+    return Dot(box=box, places=places + corner, sources=sources + corner, shape=shape)
+
+
+@lru_cache(maxsize=SHAPES)
 def _dot_in(
     seen: bytes, shape: tuple[int, int], width: int, method: str, aspect: float
-) -> _Dot | None:
-    """The dot in the upper left of a frame of that width, unless nothing is known around it.
+) -> "tuple[Int64[np.ndarray, ' n'], Int64[np.ndarray, ' m'], Shape] | None":
+    """Places, sources and shape of the dot in the upper left of a frame, if all is not hidden.
 
     Args:
         seen: 2 under the dot, 1 under others, else 0.
@@ -201,15 +268,90 @@ def _dot_in(
     known &= window == 0
     if not known.any():
         return None
-    together = 2 if method == "surface" else 1
-    places, sources = (
-        _each(rows * width + columns, together) for rows, columns in map(np.nonzero, (dot, known))
-    )
-    return _Dot(
-        places=places,
-        sources=sources,
-        shape=_shape(dot.tobytes(), known.tobytes(), shape, method, aspect),
-    )
+    places, sources = (rows * width + columns for rows, columns in map(np.nonzero, (dot, known)))
+    return places, sources, _shape(dot.tobytes(), known.tobytes(), shape, method, aspect)
+
+
+@lru_cache(maxsize=SHAPES)
+def _shape(dot: bytes, known: bytes, shape: tuple[int, int], method: str, aspect: float) -> "Shape":
+    hidden, held = (np.frombuffer(mask, bool).reshape(shape) for mask in (dot, known))
+    return Shape(hidden, held, method, aspect)
+
+
+class Shape:
+    """A dot and its surroundings, wherever they are."""
+
+    def __init__(
+        self,
+        hidden: Bool[np.ndarray, "h w"],
+        held: Bool[np.ndarray, "h w"],
+        method: str,
+        aspect: float,
+    ) -> None:
+        """Of the pixels under a dot, and those that are listened to."""
+        self.filled_px, self.listened_px = map(int, map(np.count_nonzero, (hidden, held)))
+        self._together, self._method, self._aspect = _together(method), method, aspect
+        self._number = np.full(hidden.shape, -1)
+        some = hidden | held
+        self._number[some] = np.arange(np.count_nonzero(some))
+        self._filled, self._listened = (
+            _each(self._number[mask], self._together) for mask in (hidden, held)
+        )
+
+    def solve(self, known: Float[np.ndarray, "k m c"]) -> Float64[np.ndarray, "k n c"]:
+        """What stands under k such dots, from what stands around each."""
+        count, _, channels = known.shape
+        columns = count * channels // self._together
+        apart = known.reshape(count, len(self._listened), -1).swapaxes(0, 1)
+        solved = self._solution(apart.reshape(-1, columns)).reshape(-1, count, columns // count)
+        return solved.swapaxes(0, 1).reshape(count, -1, channels)
+
+    def weights(self) -> Float32[np.ndarray, "n m"]:
+        """What each value around a dot adds to each value under it."""
+        return self._solution(np.eye(len(self._listened))).astype(np.float32)
+
+    def _solution(self, known: Float[np.ndarray, "m k"]) -> Float64[np.ndarray, "n k"]:
+        """In the dot, for k columns of values around it."""
+        pull = np.zeros((self._factors.shape[1], known.shape[1]), order="F")
+        pull[self._listened] = known
+        # LAPACK itself: scipy's cho_solve_banded takes three times as long to call it.
+        solved, _ = dpbtrs(self._factors, pull, lower=1, overwrite_b=1)
+        return np.asarray(solved[self._filled])
+
+    @cached_property
+    def _factors(self) -> Float64[np.ndarray, "b n"]:
+        """Those of its energy.
+
+        It is ``sum over known (u - g)^2 + stiffness * sum (differences of u)^2`` over the dot
+        and the pixels around it: first differences for a membrane; second differences, the mixed
+        one twice, for a plate. ``surface`` has two such u, and adds ``stiffness * sum (du_y/dx -
+        du_x/dy)^2``. Where the frame's edge or another dot cuts the surroundings, the energy has
+        fewer terms: a natural border. Pixels are numbered row by row and a term spans three rows
+        at most, so the matrix is a band.
+        """
+        method, together, number = self._method, self._together, self._number
+        terms: list[Terms] = [
+            (together * places + part, STIFFNESS[method], weights)
+            for places, weights in (_terms(number, stencil) for stencil in STENCILS[method])
+            for part in range(together)
+        ]
+        if method == "surface":
+            along_x, weights_x = _terms(number, ALONG_X)
+            along_y, weights_y = _terms(number, ALONG_Y)
+            weights = np.concatenate([-weights_y / self._aspect, weights_x])
+            both = np.concatenate([together * along_y, together * along_x + 1], 1)
+            terms.append((both, CURL_STIFFNESS, weights))
+        energy = _band(terms, together * (int(number.max()) + 1))
+        energy[0, self._listened] += 1
+        energy[0] += 1e-9
+        return np.asarray(
+            cholesky_banded(energy, overwrite_ab=True, lower=True, check_finite=False)
+        )
+
+
+def _together(method: str) -> int:
+    """Values of a pixel that are solved for together."""
+    return 2 if method == "surface" else 1
 
 
 def _each(pixels: Int64[np.ndarray, " n"], together: int) -> Int64[np.ndarray, " m"]:
@@ -217,127 +359,23 @@ def _each(pixels: Int64[np.ndarray, " n"], together: int) -> Int64[np.ndarray, "
     return (together * pixels[:, None] + np.arange(together)).ravel()
 
 
-def _blocks(dots: list[_Dot]) -> list[Block]:
-    """The matrices of dots, in groups of like size."""
-    groups: list[list[_Dot]] = []
-    for dot in sorted(dots, key=lambda dot: dot.shape.weights.size):
-        if groups and dot.shape.weights.size <= WIDEST_GROUP * groups[-1][0].shape.weights.size:
-            groups[-1].append(dot)
-        else:
-            groups.append([dot])
-    return [_block(group) for group in groups]
-
-
-def _parts(hidden: ContactMask) -> Int64[np.ndarray, "h w"]:
-    """Every dot under its number; many dots that touch, as along an edge, in tiles."""
-    dots, count = ndimage.label(hidden, EVERY_SIDE)
-    sizes = np.bincount(dots.ravel())
-    sizes[0] = 0
-    if sizes.max() <= LARGEST_PX:
-        return dots.astype(np.int64)
-    rows, columns = np.indices(hidden.shape) // TILE_PX
-    tile = rows * (columns.max() + 1) + columns
-    large = (sizes > LARGEST_PX)[dots]
-    return np.where(large, count + 1 + tile, dots).astype(np.int64)
-
-
-def _block(group: list[_Dot]) -> Block:
-    """Dots of like size, padded to the largest: what is filled twice is filled alike."""
-    rows = max(len(dot.places) for dot in group)
-    columns = max(len(dot.sources) for dot in group)
-    weights = np.zeros((len(group), rows, columns), np.float32)
-    for one, dot in zip(weights, group, strict=True):
-        one[: len(dot.places), : len(dot.sources)] = dot.shape.weights
-        one[len(dot.places) :] = one[len(dot.places) - 1]
-    places = np.stack([_padded(dot.places, rows) for dot in group])
-    return places, np.stack([_padded(dot.sources, columns) for dot in group]), weights
-
-
-def _padded(values: Int64[np.ndarray, " n"], count: int) -> Int64[np.ndarray, " count"]:
-    """As many, the last one again and again."""
-    return np.pad(values, (0, count - len(values)), mode="edge")
-
-
-class _Shape:
-    """A dot and its surroundings, wherever they are: the factors of its energy."""
-
-    def __init__(
-        self, factors: Float64[np.ndarray, "b n"], filled: np.ndarray, listened: np.ndarray
-    ) -> None:
-        self._factors, self._filled, self._listened = factors, filled, listened
-        self.solved = 0
-        """How often; a benign race where two threads fill."""
-
-    def solve(self, known: Float[np.ndarray, "m c"]) -> Float64[np.ndarray, "n c"]:
-        """What stands under the dot, from what stands around it."""
-        self.solved += 1
-        pull = np.zeros((self._factors.shape[1], known.shape[1]))
-        pull[self._listened] = known
-        return self._solution(pull)[self._filled]
-
-    @cached_property
-    def weights(self) -> Float32[np.ndarray, "n m"]:
-        """What each value around a dot adds to each value under it."""
-        # The energy is symmetric, so a row of its inverse is a column.
-        rows = self._solution(np.eye(self._factors.shape[1])[:, self._filled]).T
-        return rows[:, self._listened].astype(np.float32)
-
-    def _solution(self, pull: Float64[np.ndarray, "n k"]) -> Float64[np.ndarray, "n k"]:
-        # LAPACK itself: scipy's cho_solve_banded takes three times as long to call it.
-        return np.asarray(dpbtrs(self._factors, pull, lower=1)[0])
-
-
 Terms = tuple[np.ndarray, float, np.ndarray]
 """Places (t, s), a factor and weights (s): of an energy ``factor * (weights @ u[places])^2``."""
 
 
-@lru_cache(maxsize=1024)
-def _shape(dot: bytes, known: bytes, shape: tuple[int, int], method: str, aspect: float) -> _Shape:
-    """The energy of a dot, in factors.
-
-    It is ``sum over known (u - g)^2 + stiffness * sum (differences of u)^2`` over the dot
-    and the pixels around it: first differences for a membrane; second differences, the mixed one
-    twice, for a plate. ``surface`` has two such u, and adds ``stiffness * sum (du_y/dx -
-    du_x/dy)^2``. Where the frame's edge or another dot cuts the surroundings, the energy has fewer
-    terms: a natural border. Pixels are numbered row by row and a term spans three rows at most,
-    so the matrix is a band.
-    """
-    hidden, held = (np.frombuffer(mask, bool).reshape(shape) for mask in (dot, known))
-    together = 2 if method == "surface" else 1
-    number = np.full(shape, -1)
-    number[hidden | held] = np.arange(np.count_nonzero(hidden | held))
-    terms: list[Terms] = [
-        (together * places + part, STIFFNESS[method], weights)
-        for places, weights in (_terms(number, stencil) for stencil in STENCILS[method])
-        for part in range(together)
-    ]
-    if method == "surface":
-        along_x, weights_x = _terms(number, ALONG_X)
-        along_y, weights_y = _terms(number, ALONG_Y)
-        weights = np.concatenate([-weights_y / aspect, weights_x])
-        both = np.concatenate([together * along_y, together * along_x + 1], 1)
-        terms.append((both, CURL_STIFFNESS, weights))
-    filled, listened = (_each(number[mask], together) for mask in (hidden, held))
-    energy = _band(terms, together * (int(number.max()) + 1))
-    energy[0, listened] += 1
-    energy[0] += 1e-9
-    factors = cholesky_banded(energy, overwrite_ab=True, lower=True, check_finite=False)
-    return _Shape(factors, filled, listened)
-
-
 def _band(terms: list[Terms], size: int) -> Float64[np.ndarray, "b n"]:
     """The sum of all terms as LAPACK's lower band of a symmetric matrix."""
-    rows, columns, values = [], [], []
+    columns, below, values = [], [], []
     for places, factor, weights in terms:
-        term, first, second = np.nonzero(places[:, :, None] >= places[:, None, :])
-        rows.append(places[term, first])
-        columns.append(places[term, second])
-        values.append((factor * np.outer(weights, weights))[first, second])
-    column = np.concatenate(columns)
-    below = np.concatenate(rows) - column
-    height = int(below.max(initial=0)) + 1
-    sums = np.bincount(below * size + column, np.concatenate(values), height * size)
-    return sums.reshape(height, size)
+        # Which of a term's places come after which is the same wherever it is.
+        first, second = np.nonzero((places[:1, :, None] >= places[:1, None, :]).all(0))
+        columns.append(places[:, second].ravel())
+        below.append(places[:, first].ravel() - columns[-1])
+        values.append(np.tile(factor * weights[first] * weights[second], len(places)))
+    column, row = np.concatenate(columns), np.concatenate(below)
+    height = int(row.max(initial=0)) + 1
+    sums = np.bincount(column * height + row, np.concatenate(values), size * height)
+    return sums.reshape(size, height).T  # as LAPACK has its arrays
 
 
 Stencil = tuple[tuple[int, int, float], ...]

@@ -16,7 +16,7 @@ from scipy.interpolate import griddata
 from scipy.spatial import QhullError
 
 from recon.arrays import ContactMask
-from recon.markers.elastic import ElasticFill, Field, Planes, beside, nearest_known
+from recon.markers.elastic import ElasticFill, Field, beside, nearest_known
 from sensor.errors import WedgeError
 from sensor.toml import Pair
 
@@ -30,8 +30,6 @@ def fill_gradients(
     hidden: ContactMask,
     method: str = "surface",
     mm_per_px: Pair = (1.0, 1.0),
-    *,
-    repeatable: bool = False,
 ) -> Field:
     """A field with its hidden pixels filled from around them.
 
@@ -41,7 +39,6 @@ def fill_gradients(
         hidden: (h, w), true under dots.
         method: one of ``METHODS``.
         mm_per_px: pixel pitch along x and y; only their ratio matters, and only to ``surface``.
-        repeatable: round alike whatever was filled before, which takes longer: no matrix is made.
 
     Returns:
         A new field of the same dtype; pixels that are not hidden are untouched.
@@ -50,27 +47,13 @@ def fill_gradients(
         WedgeError: no method has that name.
     """
     aspect = mm_per_px[1] / mm_per_px[0]
-    return _prepared(hidden.tobytes(), hidden.shape, method, aspect, repeatable)(gradient)
-
-
-def fill_planes(
-    planes: Planes, hidden: ContactMask, method: str, mm_per_px: Pair = (1.0, 1.0)
-) -> None:
-    """``fill_gradients`` in place, for planes (c, h, w) that lie one behind the other."""
-    aspect = mm_per_px[1] / mm_per_px[0]
-    fill = _prepared(hidden.tobytes(), hidden.shape, method, aspect, False)
-    if isinstance(fill, ElasticFill):
-        fill.in_place(planes)
-    else:
-        planes[:] = np.moveaxis(fill(np.moveaxis(planes, 0, -1)), -1, 0)
+    return _prepared(hidden.tobytes(), hidden.shape, method, aspect)(gradient)
 
 
 def prepare_fill(
     hidden: ContactMask,
     method: str = "surface",
     mm_per_px: Pair = (1.0, 1.0),
-    *,
-    repeatable: bool = False,
 ) -> Fill:
     """All that depends only on where the dots are, done once; arguments as above.
 
@@ -86,15 +69,13 @@ def prepare_fill(
         return _nearest(hidden, around)
     if method in ("linear", "cubic"):
         return _interpolated(hidden, around, method)
-    return ElasticFill(hidden, method, mm_per_px[1] / mm_per_px[0], repeatable=repeatable)
+    return ElasticFill(hidden, method, mm_per_px[1] / mm_per_px[0])
 
 
 @lru_cache(maxsize=4)
-def _prepared(
-    hidden: bytes, shape: tuple[int, int], method: str, aspect: float, repeatable: bool
-) -> Fill:
+def _prepared(hidden: bytes, shape: tuple[int, int], method: str, aspect: float) -> Fill:
     mask = np.frombuffer(hidden, bool).reshape(shape)
-    return prepare_fill(mask, method, (1.0, aspect), repeatable=repeatable)
+    return prepare_fill(mask, method, (1.0, aspect))
 
 
 def _nearest(hidden: ContactMask, around: ContactMask) -> Fill:

@@ -156,13 +156,17 @@ class MarkerTracker:
     def _settled(self, expected: Points, places: Places) -> tuple[Points, Bool[np.ndarray, " n"]]:
         """How far the dots have moved from rest, and which are seen, from a guess of the former."""
         rest, spacing = self.markers.position_px, self.markers.spacing_px
+        tree = KDTree(places)
         for _ in range(ROUNDS):
-            spot, seen = _match(rest + expected, places, REACH * spacing)
+            before = expected
+            spot, seen = _match(rest + expected, tree, REACH * spacing)
             moved = np.where(seen[:, None], places[spot] - rest, np.nan)
             like_neighbors = self._smooth(moved, expected)
             odd = np.linalg.norm(moved - like_neighbors, axis=1) > DISAGREEMENT * spacing
             seen &= ~odd
             expected = np.where(seen[:, None], moved, like_neighbors)
+            if np.array_equal(expected, before):  # another round would find the same
+                break
         return expected, seen
 
     def _torn(self, moved: Points, seen: Bool[np.ndarray, " n"]) -> Bool[np.ndarray, "n k"]:
@@ -190,11 +194,12 @@ class MarkerTracker:
     ) -> tuple[Points, Bool[np.ndarray, " n"]]:
         """Matched anew from a part outward, ring by ring, each by the dots within."""
         rest, reach = self.markers.position_px, REACH * self.markers.spacing_px
+        tree = KDTree(places)
         done, expected = part.copy(), np.where(part[:, None], moved, np.nan)
         while len(ring := np.flatnonzero(~done & (done[self._near].sum(1) >= LEAST_BESIDE))):
             guess = self._smooth(expected, moved)[ring]
             ours = np.concatenate([rest[done] + expected[done], rest[ring] + guess])
-            spot, near = _match(ours, places, reach)
+            spot, near = _match(ours, tree, reach)
             found = places[spot[-len(ring) :]] - rest[ring]
             expected[ring] = np.where(near[-len(ring) :, None], found, guess)
             done[ring] = True
@@ -222,9 +227,9 @@ def marker_tracker(blank: Unwarped) -> MarkerTracker | None:
 
 
 def _match(
-    expected: Points, places: Places, reach_px: float
+    expected: Points, places: KDTree, reach_px: float
 ) -> tuple[np.ndarray, Bool[np.ndarray, " n"]]:
     """For each expected place the spot that is nearest to it and that it is nearest to."""
-    away, spot = KDTree(places).query(expected)
-    _, back = KDTree(expected).query(places)
+    away, spot = places.query(expected)
+    _, back = KDTree(expected).query(places.data)
     return spot, (away < reach_px) & (back[spot] == np.arange(len(expected)))

@@ -2,13 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """What every way of filling owes, then what ours promises beyond."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 
 from recon.ball import ball_cap
-from recon.markers import elastic
-from recon.markers.elastic import OFTEN
-from recon.markers.filling import METHODS, fill_gradients, fill_planes, prepare_fill
+from recon.markers.elastic import ElasticFill
+from recon.markers.filling import METHODS, fill_gradients, prepare_fill
 from sensor.errors import WedgeError
 
 WIDTH, HEIGHT = 64, 48
@@ -144,73 +145,39 @@ def test_what_is_prepared_once_fills_every_field():
         np.testing.assert_allclose(fill(field), fill_gradients(field, HIDDEN), atol=1e-6)
 
 
-@pytest.mark.parametrize("method", ELASTIC)
-def test_dots_are_filled_alike_whether_solved_or_by_their_matrices(method):
-    """The matrices are made when a shape has come often, whatever else is hidden then."""
-    hidden = dots(at=(5.0, 3.0), radius_px=3.7)  # no other test has cached these shapes
-    field = random_field(5)
-    fill = prepare_fill(hidden, method)
-    first = fill(field)
-    for _ in range(OFTEN + 1):
-        np.testing.assert_allclose(fill(field), first, atol=1e-5)
-    hidden[20:26, 30:33] = True
-    grown = prepare_fill(hidden, method)
-    once = grown(field)
-    for _ in range(OFTEN + 1):
-        np.testing.assert_allclose(grown(field), once, atol=1e-5)
-    np.testing.assert_allclose(once[:12], first[:12], atol=1e-5)
-
-
-@pytest.mark.parametrize("method", ELASTIC)
-def test_where_most_is_flat_dots_are_filled_as_anywhere(method):
-    hidden = dots(at=(7.0, 6.0), radius_px=3.4)
-    field = np.zeros_like(random_field(6))
-    field[12:24, 14:28] = random_field(6)[12:24, 14:28]  # around few of the dots
-    wanted = fill_gradients(field, hidden, method, repeatable=True)
-    assert wanted[hidden].any() and not wanted[hidden].all()
-    fill = prepare_fill(hidden, method)
-    for _ in range(OFTEN + 2):  # at last by matrices, of some dots alone
-        np.testing.assert_allclose(fill(spoiled(field, hidden)), wanted, atol=1e-5)
-
-
 @pytest.mark.parametrize("hidden", [HIDDEN, np.ones_like(HIDDEN)], ids=["dots", "all"])
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", ELASTIC)
 def test_planes_are_filled_in_place_as_fields_are(method, hidden):
     field = random_field(7)
-    for _ in range(OFTEN + 2):  # at first by solving, at last by matrices
-        planes = np.ascontiguousarray(np.moveaxis(spoiled(field, hidden), -1, 0))
-        fill_planes(planes, hidden, method, (0.1, 0.12))
-        wanted = fill_gradients(field, hidden, method, (0.1, 0.12))
-        np.testing.assert_allclose(np.moveaxis(planes, 0, -1), wanted, atol=1e-5)
+    planes = np.ascontiguousarray(np.moveaxis(spoiled(field, hidden), -1, 0))
+    ElasticFill(hidden, method, 1.2).in_place(planes)
+    wanted = fill_gradients(field, hidden, method, (0.1, 0.12))
+    np.testing.assert_array_equal(np.moveaxis(planes, 0, -1), wanted)
 
 
-@pytest.mark.parametrize(("way", "radius_px"), [("field", 3.1), ("planes", 2.9)])
-def test_a_thread_that_fills_while_another_makes_matrices_fills_every_dot(
-    way, radius_px, monkeypatch
-):
-    hidden = dots(at=(6.3, 2.4), radius_px=radius_px)  # no other test has cached these shapes
-    field = random_field(9)
-    fill = prepare_fill(hidden, "harmonic")
+@pytest.mark.parametrize("method", ELASTIC)
+def test_of_planes_some_dots_alone_are_filled(method):
+    fill, field = ElasticFill(HIDDEN, method, 1.0), random_field(9)
+    planes = np.ascontiguousarray(np.moveaxis(field, -1, 0))
+    few = fill.dots[3:5]
+    fill.in_place(planes, few)
+    filled, flat = np.moveaxis(planes, 0, -1), np.zeros(HIDDEN.size, bool)
+    for dot in few:
+        flat[dot.places] = True
+    some = flat.reshape(HIDDEN.shape)
+    np.testing.assert_array_equal(filled[some], fill(field)[some])
+    np.testing.assert_array_equal(filled[~some], field[~some])
+    assert 0 < some.sum() < HIDDEN.sum()
 
-    def filled():
-        if way == "field":
-            return fill(spoiled(field, hidden))
-        planes = np.ascontiguousarray(np.moveaxis(spoiled(field, hidden), -1, 0))
-        fill.in_place(planes)
-        return np.moveaxis(planes, 0, -1)
 
-    wanted = filled()  # many dots of few shapes: each comes often at once
-    make, meanwhile = elastic._blocks, []
-
-    def making(dots):
-        if not meanwhile:
-            meanwhile.append(None)
-            meanwhile[0] = filled()
-        return make(dots)
-
-    monkeypatch.setattr(elastic, "_blocks", making)
-    for found in (filled(), meanwhile[0]):
-        np.testing.assert_allclose(found, wanted, atol=1e-5)
+@pytest.mark.parametrize("method", ELASTIC)
+def test_threads_that_fill_at_once_fill_alike(method):
+    hidden = dots(at=(6.3, 2.4), radius_px=3.1)  # no other test has cached these shapes
+    fill, fields = prepare_fill(hidden, method), [random_field(seed) for seed in range(8)]
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(fill, fields))
+    for field, filled in zip(fields, found, strict=True):
+        np.testing.assert_array_equal(filled, fill(field))
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -226,27 +193,17 @@ def test_an_unknown_way_is_refused_by_name():
         fill_gradients(random_field(0), HIDDEN, "telea")
 
 
-@pytest.mark.parametrize("method", ["harmonic", "biharmonic", "surface"])
-def test_repeatable_filling_rounds_alike_whatever_was_filled_before(method):
-    field = random_field(0)
-    first = fill_gradients(field, HIDDEN, method, repeatable=True)
-    for _ in range(OFTEN + 1):
-        fill_gradients(field, HIDDEN, method)
-    after = fill_gradients(field, HIDDEN, method, repeatable=True)
-    np.testing.assert_array_equal(after, first)
-
-
 @pytest.mark.parametrize("method", ELASTIC)
 def test_a_dot_is_filled_alike_wherever_it_lies_however_wide_the_frame(method):
     # The same gel in the corner of a narrow frame, then in the midst of wider ones, in one go.
     gel = np.random.default_rng(0).normal(size=(20, 20, 2))
     hidden = dots(size=(20, 20), at=(10.0, 9.0))
-    alone = fill_gradients(gel, hidden, method, repeatable=True)
+    alone = fill_gradients(gel, hidden, method)
     for top, left, width in ((20, 20, WIDTH), (5, 40, WIDTH), (20, 20, WIDTH + 7)):
         field, covered = np.ones((HEIGHT, width, 2)), np.zeros((HEIGHT, width), bool)
         there = np.s_[top : top + 20, left : left + 20]
         field[there], covered[there] = gel, hidden
-        found = fill_gradients(field, covered, method, repeatable=True)
+        found = fill_gradients(field, covered, method)
         np.testing.assert_array_equal(found[there], alone)
         np.testing.assert_array_equal(found[~covered], field[~covered])
 
