@@ -42,7 +42,7 @@ class FrameDots:
         self._tracker, self._blank = tracker, np.ascontiguousarray(np.moveaxis(blank, -1, 0))
         rest, aspect = tracker.hidden(), mm_per_px[1] / mm_per_px[0]
         self._colors = ElasticFill(rest, "harmonic", aspect)
-        self._slopes = ElasticFill(rest, "surface", aspect)
+        self._slopes = FrameSlopes(ElasticFill(rest, "surface", aspect))
         self._at_rest = frozenset(self._colors.dots)
         self._blocks = _blocks(self._colors.dots)
 
@@ -62,7 +62,7 @@ class FrameDots:
 
     def slopes(self, hidden: ContactMask) -> "FrameSlopes":
         """What fills slopes where dots hide colours."""
-        return FrameSlopes(self._slopes.moved(hidden))
+        return self._slopes.moved(hidden)
 
 
 class FrameSlopes:
@@ -75,6 +75,11 @@ class FrameSlopes:
         hidden, side = fill.hidden.view(np.uint8), np.ones((SIDE_PX + 2, SIDE_PX + 2), np.uint8)
         covered = cv2.erode(hidden, side, anchor=(1, 1))[::SIDE_PX, ::SIDE_PX]
         self._open = covered == 0
+
+    def moved(self, hidden: ContactMask) -> "FrameSlopes":
+        """Of other hidden pixels; what has not changed is not prepared anew."""
+        fill = self._fill.moved(hidden)
+        return self if fill is self._fill else FrameSlopes(fill)
 
     def around(self, near: QuarterMask) -> QuarterMask:
         """What is near, and where slopes must be known to fill it, but for what dots hide."""

@@ -18,7 +18,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Float32, Float64, Int32, Int64
 from scipy import ndimage
 from scipy.linalg import cholesky_banded
-from scipy.linalg.lapack import dpbtrs
+from scipy.linalg.lapack import dpbtrs, spbtrs
 from scipy.spatial import KDTree
 
 from recon.arrays import ContactMask
@@ -34,7 +34,10 @@ LARGEST_PX = 500
 TILE_PX = 16
 """Hidden pixels that hang together are cut into tiles of this side where they are more."""
 SHAPES = 1024
-"""That are kept, of all methods. Of a dot 21 pixels wide, ``surface`` takes 1 MB for one."""
+"""That are kept, of all methods. Of a dot 21 pixels wide, ``surface`` takes 0.5 MB for one."""
+FIRM = 0.1
+"""Dots held so firmly are solved for in single precision, to 1e-5 of what stands around them: the
+least diagonal element of their factors. Those with hardly anything around them are not."""
 EVERY_SIDE = np.ones((3, 3), np.uint8)
 
 Planes = Float[np.ndarray, "c h w"]
@@ -298,7 +301,7 @@ class Shape:
             _each(self._number[mask], self._together) for mask in (hidden, held)
         )
 
-    def solve(self, known: Float[np.ndarray, "k m c"]) -> Float64[np.ndarray, "k n c"]:
+    def solve(self, known: Float[np.ndarray, "k m c"]) -> Float[np.ndarray, "k n c"]:
         """What stands under k such dots, from what stands around each."""
         count, _, channels = known.shape
         columns = count * channels // self._together
@@ -310,16 +313,18 @@ class Shape:
         """What each value around a dot adds to each value under it."""
         return self._solution(np.eye(len(self._listened))).astype(np.float32)
 
-    def _solution(self, known: Float[np.ndarray, "m k"]) -> Float64[np.ndarray, "n k"]:
+    def _solution(self, known: Float[np.ndarray, "m k"]) -> Float[np.ndarray, "n k"]:
         """In the dot, for k columns of values around it."""
-        pull = np.zeros((self._factors.shape[1], known.shape[1]), order="F")
+        factors = self._factors
+        pull = np.zeros((factors.shape[1], known.shape[1]), factors.dtype, order="F")
         pull[self._listened] = known
         # LAPACK itself: scipy's cho_solve_banded takes three times as long to call it.
-        solved, _ = dpbtrs(self._factors, pull, lower=1, overwrite_b=1)
+        solve = spbtrs if factors.dtype == np.float32 else dpbtrs
+        solved, _ = solve(factors, pull, lower=1, overwrite_b=1)
         return np.asarray(solved[self._filled])
 
     @cached_property
-    def _factors(self) -> Float64[np.ndarray, "b n"]:
+    def _factors(self) -> Float[np.ndarray, "b n"]:
         """Those of its energy.
 
         It is ``sum over known (u - g)^2 + stiffness * sum (differences of u)^2`` over the dot
@@ -344,9 +349,8 @@ class Shape:
         energy = _band(terms, together * (int(number.max()) + 1))
         energy[0, self._listened] += 1
         energy[0] += 1e-9
-        return np.asarray(
-            cholesky_banded(energy, overwrite_ab=True, lower=True, check_finite=False)
-        )
+        factors = cholesky_banded(energy, overwrite_ab=True, lower=True, check_finite=False)
+        return np.asarray(factors, np.float32 if factors[0].min() > FIRM else np.float64)
 
 
 def _together(method: str) -> int:

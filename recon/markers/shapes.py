@@ -7,6 +7,7 @@ what is prepared for filling them.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -52,15 +53,20 @@ class DotShapes:
         if not moved.any():
             return mask
         height, width = mask.shape
-        rows, columns = np.nonzero(self.owner >= 0)
-        dots = self.owner[rows, columns]
-        rows, columns, dots = (values[moved[dots]] for values in (rows, columns, dots))
+        those = moved[self._owned[2]]
+        rows, columns, dots = (values[those] for values in self._owned)
         shift = np.rint(displacement_px[dots]).astype(int)
         now = np.zeros_like(mask)
         rows, columns = rows + shift[:, 1], columns + shift[:, 0]
         kept = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
         now[rows[kept], columns[kept]] = True
         return mask | _grown(now, STRETCH_PX)
+
+    @cached_property
+    def _owned(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Rows, columns and dots of the pixels that whole dots hide."""
+        rows, columns = np.nonzero(self.owner >= 0)
+        return rows, columns, self.owner[rows, columns]
 
 
 def dot_shapes(blank: Unwarped, markers: Markers) -> DotShapes:
