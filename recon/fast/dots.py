@@ -111,25 +111,24 @@ class FrameSlopes:
 
 def _blocks(dots: Iterable[Dot]) -> list[Block]:
     """The matrices of dots, in groups of like size."""
-    weights = {shape: shape.weights() for shape in dict.fromkeys(dot.shape for dot in dots)}
     groups: list[list[Dot]] = []
-    for dot in sorted(dots, key=lambda dot: weights[dot.shape].size):
-        size = weights[dot.shape].size
-        if groups and size <= WIDEST_GROUP * weights[groups[-1][0].shape].size:
+    for dot in sorted(dots, key=lambda dot: len(dot.places) * len(dot.sources)):
+        size = len(dot.places) * len(dot.sources)
+        if groups and size <= WIDEST_GROUP * len(groups[-1][0].places) * len(groups[-1][0].sources):
             groups[-1].append(dot)
         else:
             groups.append([dot])
-    return [_block(group, [weights[dot.shape] for dot in group]) for group in groups]
+    return [_block(group) for group in groups]
 
 
-def _block(group: list[Dot], weights: list[Float32[np.ndarray, "_ _"]]) -> Block:
+def _block(group: list[Dot]) -> Block:
     """Dots of like size, padded to the largest: what is filled twice is filled alike."""
     rows = max(len(dot.places) for dot in group)
     columns = max(len(dot.sources) for dot in group)
     matrices = np.zeros((len(group), rows, columns), np.float32)
-    for matrix, own in zip(matrices, weights, strict=True):
-        matrix[: len(own), : own.shape[1]] = own
-        matrix[len(own) :] = matrix[len(own) - 1]
+    for matrix, dot in zip(matrices, group, strict=True):
+        matrix[: len(dot.places), : len(dot.sources)] = dot.shape.weights
+        matrix[len(dot.places) :] = matrix[len(dot.places) - 1]
     places = np.stack([_padded(dot.places, rows) for dot in group])
     return places, np.stack([_padded(dot.sources, columns) for dot in group]), matrices
 

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What every way of filling owes, then what ours promises beyond."""
 
+from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 from recon.ball import ball_cap
 from recon.markers.elastic import ElasticFill
+from recon.markers.energies import MANY
 from recon.markers.filling import METHODS, fill_gradients, prepare_fill
 from sensor.errors import WedgeError
 
@@ -168,6 +170,17 @@ def test_of_planes_some_dots_alone_are_filled(method):
     np.testing.assert_array_equal(filled[some], fill(field)[some])
     np.testing.assert_array_equal(filled[~some], field[~some])
     assert 0 < some.sum() < HIDDEN.sum()
+
+
+@pytest.mark.parametrize("method", ELASTIC)
+def test_many_dots_of_one_shape_are_filled_as_each_alone(method):
+    fill, field = ElasticFill(dots(pitch_px=8, radius_px=1.9), method, 1.1), random_field(5)
+    together, alone = (np.ascontiguousarray(np.moveaxis(field, -1, 0)) for _ in range(2))
+    fill.in_place(together)
+    for dot in fill.dots:
+        fill.in_place(alone, [dot])
+    assert max(Counter(dot.shape for dot in fill.dots).values()) > MANY
+    np.testing.assert_allclose(together, alone, atol=1e-5)
 
 
 @pytest.mark.parametrize("method", ELASTIC)
