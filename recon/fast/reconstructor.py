@@ -22,12 +22,7 @@ from recon.depth import Depth, depth_of, fewer_px, untouched_depth
 from recon.estimators import gradient_field
 from recon.estimators.default import Default
 from recon.estimators.mlp import Mlp
-from recon.fast.disturbance import (
-    LEAST_SIDE_PX,
-    LEAST_STILL_PX,
-    FrameDisturbance,
-    border_of,
-)
+from recon.fast.disturbance import LEAST_SIDE_PX, LEAST_STILL_PX, FrameDisturbance, border_of
 from recon.fast.dots import FrameDots, FrameSlopes
 from recon.fast.ensemble import FrameEnsemble, Seen
 from recon.fast.inference import BORDERS, FrameInference
@@ -196,7 +191,7 @@ class FastReconstructor:
             self._weigh = {
                 border: FrameWeighing(size_px, card.mm_per_px, border) for border in borders
             }
-        if tracker is not None and self._unseen is not None:
+        if tracker is not None and (self._small or self._unseen is not None):
             reach = max(reach, math.ceil(BESIDE_DOTS * tracker.markers.spacing_px / SIDE_PX))
         self._beside = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
         rows = self._asked.shape[1]
@@ -274,12 +269,14 @@ class FastReconstructor:
             quartered = in_quarters(disturbed).astype(bool)
         else:
             disturbed = quartered = self._find_disturbance(difference)
-        slopes = None
-        if self._dots is not None and hidden is not None:
-            slopes = self._dots.slopes(hidden)
-        near = self._take_gradient(difference, partial(self._near, quartered), gradient, slopes)
+        slopes = None if self._dots is None or hidden is None else self._dots.slopes(hidden)
+        around = None if self._small else slopes
+        near = self._take_gradient(difference, partial(self._near, quartered), gradient, around)
         if slopes is not None:
-            slopes(gradient, near)
+            where = near
+            if self._small and near is not None:  # all slopes that were asked for, and dots beside
+                where = cv2.dilate(near.view(np.uint8), self._beside, iterations=2) > 0
+            slopes(gradient, where)
         reach = self.calibration.estimator.reach
         moved = disturbed if near is None else near
         if self._small and reach is not None:
