@@ -165,7 +165,6 @@ def reconstructed_shapes(dataset: Dataset, unit: Calibration) -> Iterator[Shape]
             lights_deg=unit.card.lights_deg,
             mm_per_px=dataset.card.mm_per_px,
             hidden=known.hidden,
-            repeatable=True,
         )
         yield Shape(
             name=known.name,
