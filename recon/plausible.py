@@ -35,9 +35,9 @@ A mirrored picture beside a blank one that is not has gentle slopes all over, of
 so, and in the midst of them a contact whose slopes are of none."""
 CELLS = 60
 """Along the shorter side, by which they are: enough for that Gaussian."""
-MOST_OFF = 0.1
+MOST_OFF = 0.12
 """Of the squared slopes, what no surface has..."""
-LEAST_OFF = 0.087
+LEAST_OFF = 0.13
 """...where its root mean square is at least this, in mm/mm: the noise of gel that something hardly
 touches is of no surface either."""
 DEEPEST = 1 / 4

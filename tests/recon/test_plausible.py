@@ -63,7 +63,7 @@ def test_what_is_deeper_than_a_gel_is_implausible_and_an_axis_set_to_zero_is_not
     depth_mm = integrate(cap.gradient, PITCH_MM, "dirichlet")
     assert not is_implausible(touch_of(cap.gradient, depth_mm), None)
     assert is_implausible(touch_of(6 * cap.gradient, 6 * depth_mm), None)
-    one = np.where([True, False], cap.gradient, 0)
+    one = np.where([True, False], 1.5 * cap.gradient, 0)
     half_mm = integrate(one, PITCH_MM, "dirichlet")
     assert is_implausible(touch_of(one, half_mm), None)
     assert not is_implausible(touch_of(one, half_mm), "y")
