@@ -12,7 +12,7 @@ import numpy as np
 from sensor.design import Gel, Wedge
 from sensor.errors import WedgeError
 from simulation.indenters import Indenter, refuse_depth, refuse_size
-from simulation.skin import Map, Skin, View, pressed, refuse_untouched, rest_height_mm
+from simulation.skin import Map, Skin, View, pressed, refuse_reach, rest_height_mm
 
 BALL_DEPTHS: Final = (0.2, 0.42)
 """Shallowest and deepest press of a ball, of its radius."""
@@ -137,11 +137,13 @@ def reach_under(design: Wedge, view: View, press: Press) -> Map:
     """How far the object of a press reaches below the untouched skin, in mm; quickly told.
 
     Raises:
-        WedgeError: the object is larger than the pad or reaches the skin at no pixel, or the depth
-            is not finite, not positive, past a round object's middle or through the gel.
+        WedgeError: the object is larger than the pad, off it, without a height at a pixel or
+            reaches the skin at none, or the depth is not finite, not positive, past a round
+            object's middle or through the gel.
     """
     refuse_depth(press.indenter, press.depth_mm)
     refuse_size(press.indenter, design.pad_size_mm)
+    _refuse_off_pad(design, press)
     x, y = view.grid_mm
     rest = rest_height_mm(design.gel, x, y)
     object_x, object_y, lowest = _placed(design, press)
@@ -152,8 +154,18 @@ def reach_under(design: Wedge, view: View, press: Press) -> Map:
         )
     reach: Map = rest - lowest - press.indenter.profile(x - object_x, y - object_y)
     with told_of(press):
-        refuse_untouched(reach)
+        refuse_reach(reach)
     return reach
+
+
+def _refuse_off_pad(design: Wedge, press: Press) -> None:
+    length_mm, width_mm = design.pad_size_mm
+    x_mm, y_mm = press.center_mm
+    if not (abs(x_mm) <= length_mm / 2 and abs(y_mm) <= width_mm / 2):
+        raise WedgeError(
+            f"{press.name}: its place ({x_mm:g}, {y_mm:g}) mm from the middle lies off the pad of "
+            f"{length_mm:g} x {width_mm:g} mm: press on the pad."
+        )
 
 
 @contextmanager

@@ -126,10 +126,10 @@ def pressed(view: View, gel: Gel, reach_mm: Map, cover_mm: float = 0.0) -> Skin:
         cover_mm: thickness of paint and glove over the gel: finer detail does not come through.
 
     Raises:
-        WedgeError: nothing reaches the skin, the cover hides all of the dent, or the skin does not
-            settle.
+        WedgeError: the reach is no number somewhere, nothing reaches the skin, the cover hides all
+            of the dent, or the skin does not settle.
     """
-    refuse_untouched(reach_mm)
+    refuse_reach(reach_mm)
     floor = np.maximum(reach_mm, -1.0)  # what stays a millimetre above cannot touch
     sigma = [cover_mm / pitch for pitch in view.mm_per_px[::-1]]
     depth = _obstacle(floor, [collar_mm(gel) / pitch for pitch in view.mm_per_px[::-1]])
@@ -138,6 +138,20 @@ def pressed(view: View, gel: Gel, reach_mm: Map, cover_mm: float = 0.0) -> Skin:
         depth = ndimage.gaussian_filter(depth, sigma, mode="nearest")
     refuse_untouched(depth)
     return Skin(depth_mm=np.where(depth < SMALLEST_MM, 0.0, depth), contact=contact)
+
+
+def refuse_reach(reach_mm: Map) -> None:
+    """Refuse an object that is nowhere or without end at a pixel, or reaches the skin at none.
+
+    Raises:
+        WedgeError: the reach is NaN or inf at a pixel, or as ``refuse_untouched``.
+    """
+    if not (reach_mm < np.inf).all():
+        raise WedgeError(
+            "the object's profile is NaN or -inf at some pixels: let it give a height there, or "
+            "inf where there is no object."
+        )
+    refuse_untouched(reach_mm)
 
 
 def refuse_untouched(depth_mm: Map) -> None:

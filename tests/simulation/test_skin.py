@@ -242,6 +242,30 @@ def test_nothing_is_pressed_through_the_gel(design, center_mm) -> None:
             skin_under(design, view, replace(deep, depth_mm=depth_mm))
 
 
+@pytest.mark.parametrize("height_mm", [np.nan, -np.inf])
+def test_an_object_without_a_height_is_refused_as_such(height_mm) -> None:
+    holed = replace(BALL, profile=lambda x, y: np.where(np.hypot(x, y) < 0.5, height_mm, 0.0))
+    press = Press(name="holed", indenter=holed, center_mm=(0, 0), depth_mm=0.3)
+    with pytest.raises(WedgeError, match=r"^holed: the object's profile is NaN or -inf"):
+        skin_under(STANDARD, gel_view(STANDARD, 80), press)
+    reach_mm = np.where(np.hypot(*VIEW.grid_mm) < 0.5, -height_mm, 0.3)
+    with pytest.raises(WedgeError, match="NaN or -inf"):
+        pressed(VIEW, FLAT, reach_mm)
+
+
+@pytest.mark.parametrize("center_mm", [(50, 0), (-17.1, 0), (0, 12.8), (np.nan, 0), (0, np.inf)])
+def test_a_place_off_the_pad_is_refused_as_such(center_mm) -> None:
+    press = Press(name="b", indenter=BALL, center_mm=center_mm, depth_mm=0.3)
+    with pytest.raises(WedgeError, match=r"^b: its place .* lies off the pad of 34 x 25\.5 mm"):
+        skin_under(STANDARD, gel_view(STANDARD, 80), press)
+
+
+@pytest.mark.parametrize("center_mm", [(17.0, 0.0), (0.0, -12.75)])
+def test_a_place_on_the_pad_s_border_is_on_it(center_mm) -> None:
+    press = Press(name="b", indenter=BALL, center_mm=center_mm, depth_mm=0.3)
+    assert skin_under(STANDARD, gel_view(STANDARD, 80), press).contact.any()
+
+
 def test_a_ball_beside_the_middle_of_a_curved_gel_goes_lower_than_its_depth() -> None:
     # It is pressed along the skin's normal: its lowest point is below the place by more.
     at, ball = (14.0, 10.0), calibration_ball(6.0)
