@@ -12,7 +12,7 @@ from app._lights import lights_remark, with_designed_lights
 from app._output import command_line, print_left_out
 from app._pad import proportion_remark, refuse_other_pad
 from app._progress import progress
-from sensor.dataset import CARD_FILE, LENS_FILE
+from sensor.dataset import CARD_FILE, LABELS_FILE, LENS_FILE
 from sensor.errors import WedgeError
 from sensor.files import check_new_folder, new_folder
 from sensor.toml import Pair
@@ -159,11 +159,12 @@ def _import_frames(
 
 @contextmanager
 def _blamed_on(source: Path, folder: Path) -> Iterator[None]:
-    """Name the source in errors, not the passing folder into which it is copied."""
+    """Name the source in errors, not the passing folder into which it is copied, or its labels."""
     try:
         yield
     except WedgeError as error:
-        raise WedgeError(str(error).replace(str(folder), str(source))) from error
+        said = str(error).replace(str(folder / LABELS_FILE), str(source))
+        raise WedgeError(said.replace(str(folder), str(source))) from error
 
 
 def _flat_scale(card: "DatasetCard", given_mm_per_px: float | None, pad_size_mm: Pair) -> str:

@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
+from recon.geometry.unwarp import is_within
 from recon.images import read_image, write_image
 from recon.presses import LeftOut
 from sensor.dataset import BallLabel, DatasetCard
@@ -47,6 +48,8 @@ class Found:
     backgrounds: tuple[Path, ...]
     labels: tuple[BallLabel, ...]
     """Their files as they will be called."""
+    drawn_in: tuple[str, ...]
+    """Of each label: the file, and the line in a text, that its circle was read from."""
     frames: tuple[Path, ...]
     """Of each label, where the frames are pictures."""
     pack: TaximPack | None = None
@@ -104,11 +107,12 @@ def import_calibration(
         ball_radius_mm: of the ball, where the source does not say; each press keeps its own.
 
     Returns:
-        Presses that could not be refitted, and why.
+        Presses whose circle is centred outside the frame or could not be refitted, and why.
 
     Raises:
         WedgeError: no picture has a circle, the ball's radius is nowhere or contradicts the source,
-            most circles are not smaller than their balls, or a frame is damaged or does not fit.
+            most circles are not smaller than their balls, none is centred in its frame, or a frame
+            is damaged or does not fit.
     """
     if not found.labels:
         raise WedgeError(f"{source} has no picture with a circle. {found.left_aside}")
@@ -132,11 +136,33 @@ def import_calibration(
         ball_radius_mm=radius_mm,
         background=names,
     )
+    height, width = read_image(folder / names[0]).shape[:2]
+    beside = _beside_frame(found, (width, height))
+    if len(beside) == len(narrowed):
+        raise WedgeError(
+            f"{source} has no circle in its frame: of {beside[0].file}, {beside[0].reason}."
+        )
+    outside = {press.file for press in beside}
     labels = [
         replace(label, ball_radius_mm=None) if label.ball_radius_mm == radius_mm else label
         for label in narrowed
+        if label.file not in outside
     ]
-    return write_dataset(folder, card, labels, mend_circles=True)
+    return (*beside, *write_dataset(folder, card, labels, mend_circles=True))
+
+
+def _beside_frame(found: Found, size_px: tuple[int, int]) -> list[LeftOut]:
+    """The presses whose circle is centred outside a frame of that size (width, height)."""
+    width, height = size_px
+    return [
+        LeftOut(
+            file=label.file,
+            reason=f"its circle ({drawn_in}) is centred outside the {width}x{height} frame, at "
+            f"({label.center_x_px:g}, {label.center_y_px:g})",
+        )
+        for label, drawn_in in zip(found.labels, found.drawn_in, strict=True)
+        if not is_within((label.center_x_px, label.center_y_px), size_px)
+    ]
 
 
 def _card_radius_mm(found: Found, source: Path, given_mm: float | None) -> float:
@@ -205,6 +231,7 @@ def _gs_sdk(source: Path) -> Found:
             raise WedgeError(f"{source / CATALOG} has no column {column}.")
     labels: list[BallLabel] = []
     frames: list[Path] = []
+    drawn_in: list[str] = []
     for line, row in enumerate(rows[1:], start=2):
         if not any(row):
             continue
@@ -224,18 +251,27 @@ def _gs_sdk(source: Path) -> Found:
         circle = np.concatenate([center, radius]).astype(float).tolist()
         labels.append(drawn_label(name, circle, press / "label.npz", diameter_mm / 2))
         frames.append(press / "gelsight.png")
+        drawn_in.append(f"{folder}/label.npz")
     refuse_count(source, len(labels))
     return Found(
         kind="gs_sdk catalogue",
         backgrounds=(source / "background.png",),
         labels=tuple(labels),
+        drawn_in=tuple(drawn_in),
         frames=tuple(frames),
     )
 
 
 def _taxim(path: Path) -> Found:
     pack = read_taxim_pack(path)
-    return Found(kind="Taxim data pack", backgrounds=(), labels=pack.labels, frames=(), pack=pack)
+    return Found(
+        kind="Taxim data pack",
+        backgrounds=(),
+        labels=pack.labels,
+        drawn_in=(path.name,) * len(pack.labels),
+        frames=(),
+        pack=pack,
+    )
 
 
 def _circle_texts(source: Path) -> Found | None:
@@ -255,6 +291,7 @@ def _circle_texts(source: Path) -> Found | None:
         labels=tuple(
             drawn_label(f"{path.stem}.png", circle, path) for path, circle in texts.circles.items()
         ),
+        drawn_in=tuple(texts.lines[path] for path in texts.circles),
         frames=tuple(texts.circles),
         unmatched=texts.unmatched,
         without=texts.without,

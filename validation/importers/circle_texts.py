@@ -44,6 +44,8 @@ class CircleTexts:
 
     circles: Mapping[Path, Circle]
     """By picture."""
+    lines: Mapping[Path, str]
+    """Of each picture's circle: the text and the line in it."""
     backgrounds: tuple[Path, ...]
     unmatched: tuple[str, ...]
     """Lines that draw no circle, or one on no press's picture that lies there."""
@@ -70,6 +72,7 @@ def read_circle_texts(source: Path) -> CircleTexts:
     stems = _Pictures((path.stem, path) for path in beside)
     names = _Pictures((path.relative_to(source).as_posix(), path) for path in pictures)
     circles: dict[Path, Circle] = {}
+    lines: dict[Path, str] = {}
     unmatched: list[str] = []
     for text in texts:
         for number, line in enumerate(read_text(text).splitlines(), start=1):
@@ -89,12 +92,15 @@ def read_circle_texts(source: Path) -> CircleTexts:
                 raise WedgeError(
                     f"{source / told}: {picture.name} has another circle already: keep one."
                 )
+            else:
+                lines.setdefault(picture, told)
     if circles:
         _refuse_alike(sorted({*beside, *circles}))
     folders = {source, *(path.parent for path in circles)}
     seen = [path for path in pictures if path.parent in folders]
     return CircleTexts(
         circles=circles,
+        lines=lines,
         backgrounds=tuple(path for path in seen if is_background(path.name)),
         unmatched=tuple(unmatched),
         without=tuple(x.name for x in seen if x not in circles and not is_background(x.name)),

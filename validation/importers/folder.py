@@ -9,9 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
+from recon.geometry.unwarp import is_within
 from recon.labels.circles import refit_circle
 from recon.pixels import BallPress
-from recon.presses import LeftOut, read_presses
+from recon.presses import LeftOut, read_presses, refuse_no_press
 from sensor.dataset import (
     CARD_FILE,
     LABELS_FILE,
@@ -45,16 +46,25 @@ def write_dataset(
         What was left out, and why.
 
     Raises:
-        WedgeError: a frame is missing or damaged, or a label does not fit it.
+        WedgeError: a frame is missing or damaged, a label does not fit it, or no circle can be
+            refitted.
     """
     write_card(folder / CARD_FILE, card)
     write_labels(folder / LABELS_FILE, labels)
     left_out: tuple[LeftOut, ...] = ()
     if labels and mend_circles:
         drawn = {label.file: label for label in labels}
-        read = read_presses(read_dataset(folder))
-        left_out = read.left_out
-        labels = [mended(press, drawn[press.file]) for press in read.presses]
+        dataset = read_dataset(folder)
+        read = read_presses(dataset)
+        labels = []
+        gone: list[BallLabel] = []
+        for press in read.presses:
+            label = mended(press, drawn[press.file])
+            inside = is_within((label.center_x_px, label.center_y_px), press.size_px)
+            (labels if inside else gone).append(label)
+        reason = "its circle, once refitted, is centred outside the frame"
+        left_out = (*read.left_out, *(LeftOut(file=x.file, reason=reason) for x in gone))
+        refuse_no_press(dataset, len(labels), left_out)
         write_labels(folder / LABELS_FILE, labels)
     write_card(folder / CARD_FILE, lit(read_dataset(folder)))
     return left_out
