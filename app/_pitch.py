@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What to say of pixels that are far from square, or that the pad is no whole number of."""
 
+from math import sqrt
+
 from app._output import command_line
 from sensor.dataset import CARD_FILE, LABELS_FILE, Dataset
 
@@ -26,7 +28,8 @@ def pitch_remarks(dataset: Dataset) -> list[str]:
         said.append(
             f"Pixels of {x:.4g} x {y:.4g} mm are far from square, which costs depth of fine shapes "
             f"and area of contacts: {mend}, move {LABELS_FILE} aside, run "
-            f"`{command_line('label', dataset.folder)}` and calibrate again."
+            f"`{command_line('label', dataset.folder)}` and calibrate again. Until then, a pixel "
+            f"of a contact_radius_px counts as √({x:.4g} x {y:.4g}) = {sqrt(x * y):.4g} mm."
         )
     if size_px is not None and card.pad_size_mm is not None:
         length, width = card.pad_size_mm

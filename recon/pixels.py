@@ -34,6 +34,7 @@ class BallPress:
     difference: Difference
     center_px: Pair
     contact_radius_px: float
+    """In pixels of sqrt(x * y) of ``mm_per_px``, as labels count it."""
     ball_radius_mm: float
     mm_per_px: Pair
     hidden: ContactMask | None = None

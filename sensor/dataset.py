@@ -57,6 +57,7 @@ class BallLabel:
     center_x_px: float
     center_y_px: float
     contact_radius_px: float
+    """In pixels of sqrt(x * y) of the card's ``mm_per_px``, where pixels are not square."""
     ball_radius_mm: float | None = None
     """Of this press, where it differs from the data set's ball."""
     quality: float | None = None

@@ -9,8 +9,9 @@ import pytest
 
 from app.__main__ import main
 from app._pitch import pitch_remarks
+from recon.presses import read_presses
 from sensor.dataset import read_dataset, write_card
-from tests.synthetic import KEYSTONE_PX, MM_PER_PX, make_dataset
+from tests.synthetic import BALL_RADIUS_MM, KEYSTONE_PX, MM_PER_PX, make_dataset
 
 
 @pytest.fixture(scope="module")
@@ -32,6 +33,20 @@ def test_pixels_that_are_far_from_square_are_said(dataset, shape):
     assert "far from square" in said and "resize the frames" in said
     (said,) = pitch_remarks(stating(dataset, (0.05, 0.05 * shape), (6.0, 5.0 * shape)))
     assert "one number twice" in said and f"`wedge label {dataset.folder}`" in said
+
+
+@pytest.mark.parametrize("pitch_mm", [(0.06, 0.096), (0.2, 0.05)])
+def test_it_is_said_how_many_mm_a_radius_counts_there(dataset, pitch_mm):
+    oblong = stating(dataset, pitch_mm)
+    (said,) = pitch_remarks(oblong)
+    counted_mm = float(re.search(r"contact_radius_px .* = (\S+) mm\.$", said)[1])
+    press = replace(read_presses(dataset).presses[0], mm_per_px=pitch_mm)
+    assert press.contact_radius_mm == pytest.approx(press.contact_radius_px * counted_mm, rel=1e-3)
+    narrow, wide = (
+        replace(dataset.labels[0], contact_radius_px=share * BALL_RADIUS_MM / counted_mm)
+        for share in (0.99, 1.01)
+    )
+    assert oblong.is_within_ball(narrow) and not oblong.is_within_ball(wide)
 
 
 @pytest.mark.parametrize("shape", [1.0, 1.19, 1 / 1.19])
