@@ -21,7 +21,7 @@ def test_presses_that_a_gel_felt_are_told_from_their_mirror_images(tmp_path):
     assert rows["blank"]["n"] == plausible.BLANKS * plausible.FOLDS
     assert rows["faint"]["n"] == count
     assert rows["blank"]["implausible"] == rows["faint"]["implausible"] == 0
-    assert rows["blank"]["most"] > plausible.MOST_OFF
+    assert rows["faint"]["most"] > plausible.MOST_OFF  # the noise of what hardly touches
     right = rows.pop("as they are")
     assert right["implausible"] == 0
     share = "share of no surface, median"
