@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from recon.images import read_image, write_image
+from recon.presses import LeftOut
 from sensor.dataset import Dataset, read_dataset
 from tests.app.test_commands import refused, run
 from tests.synthetic import (
@@ -59,6 +60,14 @@ def write_pack(source: Path, truth: Dataset, circles: list[list[float]]) -> Path
     return write_taxim(truth, source, touch_center=drawn[:, :2], touch_radius=drawn[:, 2])
 
 
+def left_out(source: Path, out: Path) -> list[LeftOut]:
+    found = find_calibration(source)
+    assert found is not None
+    out.mkdir()
+    scale = {"mm_per_px": MM_PER_PX[0], "ball_radius_mm": BALL_RADIUS_MM}
+    return list(import_calibration(found, source, out, **scale))
+
+
 @pytest.mark.parametrize(
     ("write", "drawn_in", "file"),
     [
@@ -73,16 +82,7 @@ def test_it_is_left_out_and_the_others_are_kept(
     circles = [circle(label) for label in truth.labels]
     circles[2] = list(OUTSIDE)
     source = write(tmp_path / "source", truth, circles)
-    found = find_calibration(source)
-    assert found is not None
-    (tmp_path / "out").mkdir()
-    (left,) = import_calibration(
-        found,
-        source,
-        tmp_path / "out",
-        mm_per_px=MM_PER_PX[0],
-        ball_radius_mm=BALL_RADIUS_MM,
-    )
+    (left,) = left_out(source, tmp_path / "out")
     assert left.file == file
     assert left.reason == (
         f"its circle ({drawn_in}) is centred outside the 120x90 frame, at (-4, 42.5)"
@@ -134,16 +134,7 @@ def test_a_circle_that_moves_out_of_the_frame_as_it_is_refitted_is_left_out(
     circles[1] = [1.0, 45.0, 16.0]
     source = write_one_text(tmp_path / "source", truth, circles)
     write_image(source / truth.labels[1].file, digitized(shaded(gradient_of((-3.0, 45.0, 16.0)))))
-    found = find_calibration(source)
-    assert found is not None
-    (tmp_path / "out").mkdir()
-    (left,) = import_calibration(
-        found,
-        source,
-        tmp_path / "out",
-        mm_per_px=MM_PER_PX[0],
-        ball_radius_mm=BALL_RADIUS_MM,
-    )
+    (left,) = left_out(source, tmp_path / "out")
     assert left.file == truth.labels[1].file
     assert left.reason == "its circle, once refitted, is centred outside the frame"
     assert len(read_dataset(tmp_path / "out").labels) == len(truth.labels) - 1
