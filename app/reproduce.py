@@ -71,7 +71,7 @@ def main(out: Path = Path("build"), folds: int = 5, seed: Seed = 0) -> int:
     sets, also shapes other than balls.
 
     OUT receives index.html, error_table.json, fabrication/NAME and units/NAME. The page is written
-    last, completely or not at all. This takes about ten minutes on two cores. The exit status
+    last, completely or not at all. This takes six to ten minutes on two cores. The exit status
     is 1 if a check of the files fails.
 
     Example: wedge reproduce --out build
