@@ -10,6 +10,8 @@ import numpy as np
 from jaxtyping import Float32
 
 SAMPLE = 4000
+FEW = 2 * SAMPLE
+"""Fewer than these are put in order as they are."""
 BRACKET = 0.03
 """Of the sample, either side of its middle: four standard deviations of where the median lies."""
 
@@ -17,22 +19,24 @@ BRACKET = 0.03
 def median(values: np.ndarray) -> float:
     """Of all numbers, none of them NaN, as ``numpy.median``; of none at all it is 0."""
     every = values.ravel()
-    half = every.size // 2
-    sample = np.sort(every[:: max(1, every.size // SAMPLE)])
-    if sample.size == 0:
-        return 0.0
+    if every.size < FEW:
+        return _middle(every, every.size // 2, every.size) if every.size else 0.0
+    sample = np.sort(every[:: every.size // SAMPLE])
     low, high = (sample[int(sample.size * (0.5 + side))] for side in (-BRACKET, BRACKET))
-    rank = half - int(np.count_nonzero(every < low))
+    rank = every.size // 2 - int(np.count_nonzero(every < low))
     if low == high and 0 < rank < np.count_nonzero(every == low):
         return float(low)
     within = every[(every >= low) & (every <= high)]
     if not 0 < rank < within.size:
-        within, rank = every, half
-    parted = np.partition(within, rank)
-    middle = float(parted[rank])
-    if every.size % 2 == 1:
-        return middle
-    return (middle + float(parted[:rank].max())) / 2
+        within, rank = every, every.size // 2
+    return _middle(within, rank, every.size)
+
+
+def _middle(some: np.ndarray, rank: int, count: int) -> float:
+    """The number of that rank; of an even count, its mean with the one before."""
+    parted = np.partition(some, rank)
+    upper = float(parted[rank])
+    return upper if count % 2 == 1 else (upper + float(parted[:rank].max())) / 2
 
 
 def channel_medians(image: Float32[np.ndarray, "h w 3"]) -> Float32[np.ndarray, "3"]:

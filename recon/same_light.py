@@ -8,6 +8,8 @@ the number is told from twelve cells of the frame, most of which must agree on i
 light by a power of it, in which brighter light is a factor, too.
 """
 
+from functools import lru_cache
+
 import numpy as np
 from jaxtyping import Float32
 
@@ -30,6 +32,7 @@ added: a black level, or the room's. ``NOISE`` is added to both scatters, so tha
 nearly nothing are not compared."""
 
 Planes = Float32[np.ndarray, "3 h w"]
+Samples = Float32[np.ndarray, "3 cells pixels"]
 
 
 def in_same_light(difference: Difference, blank: Unwarped) -> Difference:
@@ -59,13 +62,23 @@ def light_of(difference: Difference, blank: Unwarped) -> Float32[np.ndarray, "3"
 
 
 def brightness(difference: Planes, blank: Planes) -> Float32[np.ndarray, "3"]:
-    """How many times as bright as on the blank frame each colour is; ones unless all of it is.
+    """How many times as bright as on the blank frame each colour is; ones unless all of it is."""
+    return brightness_of(sampled(difference), telling(blank))
+
+
+def telling(blank: Planes) -> Samples:
+    """What is sampled of a blank frame; NaN where it is too dark or too bright to tell a factor."""
+    samples = sampled(blank)
+    samples[(samples < DARK) | (samples > BRIGHT)] = np.nan
+    return samples
+
+
+def brightness_of(change: Samples, before: Samples) -> Float32[np.ndarray, "3"]:
+    """``brightness`` of what is sampled of a difference image, by what the blank frame tells.
 
     Only colours whose own cells agree are told. Where one has changed by more than
     ``LARGEST_CHANGE``, none is.
     """
-    before, change = sampled(blank).copy(), sampled(difference)
-    before[(before < DARK) | (before > BRIGHT)] = np.nan
     shares = cell_medians(change / before)
     known = np.isfinite(shares)
     factors, told = np.ones(3, np.float32), np.zeros(3, bool)
@@ -86,18 +99,26 @@ def brightness(difference: Planes, blank: Planes) -> Float32[np.ndarray, "3"]:
     return np.where(told, factors, np.float32(1))
 
 
-def sampled(image: Planes) -> Float32[np.ndarray, "3 cells pixels"]:
+def sampled(image: Planes) -> Samples:
     """Some pixels of each cell."""
-    down, across = CELLS
+    rows, columns = _looked_at(*image.shape[1:])
+    return image[:, rows, columns].reshape(3, CELLS[0] * CELLS[1], SAMPLES**2)
+
+
+@lru_cache(maxsize=8)
+def _looked_at(height: int, width: int) -> tuple[np.ndarray, np.ndarray]:
+    """Rows and columns of the pixels of each cell, (down, across, SAMPLES, SAMPLES)."""
     rows, columns = (
         ((np.arange(cells * SAMPLES) + 0.5) * length / (cells * SAMPLES)).astype(int)
-        for cells, length in zip(CELLS, image.shape[1:], strict=True)
+        for cells, length in zip(CELLS, (height, width), strict=True)
     )
-    some = image[:, rows[:, None], columns].reshape(3, down, SAMPLES, across, SAMPLES)
-    return some.swapaxes(2, 3).reshape(3, down * across, SAMPLES**2)
+    return (
+        np.broadcast_to(rows.reshape(-1, 1, SAMPLES, 1), (*CELLS, SAMPLES, SAMPLES)),
+        np.broadcast_to(columns.reshape(1, -1, 1, SAMPLES), (*CELLS, SAMPLES, SAMPLES)),
+    )
 
 
-def cell_medians(values: Float32[np.ndarray, "3 cells pixels"]) -> Float32[np.ndarray, "3 cells"]:
+def cell_medians(values: Samples) -> Float32[np.ndarray, "3 cells"]:
     """Of each cell; NaN where more than half of it is."""
     ordered = np.sort(values, axis=-1)  # NaN come last
     known = np.isfinite(ordered).sum(-1)

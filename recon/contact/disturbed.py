@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import cv2
 import numpy as np
-from jaxtyping import Bool, Float32
+from jaxtyping import Bool, Float32, UInt8
 
 from recon.arrays import ContactMask, Difference
 from recon.integration.poisson import Boundary
@@ -152,7 +152,8 @@ def spread_of(away: Float32[np.ndarray, "lit *pixels"]) -> float:
 
 def lit_planes(colors: Float32[np.ndarray, "3 h w"]) -> list[int]:
     """Which colours have a light: the others are zero, and tell nothing of the noise."""
-    return [index for index, plane in enumerate(colors) if plane.any()]
+    # The first row tells nearly always, in no time.
+    return [index for index, plane in enumerate(colors) if plane[:1].any() or plane.any()]
 
 
 def large_patches(mask: ContactMask) -> ContactMask:
@@ -160,7 +161,7 @@ def large_patches(mask: ContactMask) -> ContactMask:
     if not mask.any():
         return mask
     window = window_about(mask, 0)
-    whole = np.pad(mask[window], 1).view(np.uint8)  # beyond it nothing is changed
+    whole = _ringed(mask[window])  # beyond it nothing is changed
     steps = round(HAIR_PX * _fineness(mask.shape))
     inside = cv2.morphologyEx(whole, cv2.MORPH_OPEN, CROSS, iterations=steps)[1:-1, 1:-1]
     least_px = max(LEAST_AREA * mask.size, LEAST_PX)
@@ -177,7 +178,7 @@ def filled_patches(mask: ContactMask, beside_px: int, least_px: float) -> Contac
     if not mask.any():
         return mask
     window = window_about(mask, 0)
-    whole = np.pad(mask[window], 1).view(np.uint8)
+    whole = _ringed(mask[window])
     _, gaps = cv2.connectedComponents(1 - whole, connectivity=4)
     filled = (gaps != gaps[0, 0]).view(np.uint8)[1:-1, 1:-1]
     _, patches, boxes, _ = cv2.connectedComponentsWithStats(filled, connectivity=4)
@@ -187,6 +188,14 @@ def filled_patches(mask: ContactMask, beside_px: int, least_px: float) -> Contac
     large[patches[near > 0]] = True
     large[0] = False
     return _put_back(large[patches], window, mask)
+
+
+def _ringed(
+    part: Bool[np.ndarray, "rows columns"],
+) -> UInt8[np.ndarray, "ringed_rows ringed_columns"]:
+    """With a pixel of nothing all around."""
+    ringed: np.ndarray = cv2.copyMakeBorder(part.view(np.uint8), 1, 1, 1, 1, cv2.BORDER_CONSTANT)
+    return ringed
 
 
 def _put_back(

@@ -11,13 +11,15 @@ from recon.estimators.mlp import HIDDEN, Layer, Mlp, channel_indices
 from recon.fast import fixed_point, floating
 from recon.fast.fixed_point import first_layer, hidden_layer
 from recon.fast.floating import tanh_layer
-from recon.fast.vectors import BLOCK
+from recon.fast.vectors import BLOCK, moved
 from recon.kernels import compiled
 from recon.pixels import positions
 
 INPUTS = 5
 """R, G, B, X, Y: a colour that the network does not look at has no weight."""
 WIDTH = HIDDEN[0]
+LINE = 4 * BLOCK
+"""Bytes of a block's row."""
 LARGEST_ERROR = 8e-4
 """In slope, of 16 bits where they are tried; leaves room below 1e-3 for the frames to come."""
 SPLITS = (0.9, 0.95, 1.0, 1.05, 1.1)
@@ -57,15 +59,16 @@ class FrameMlp:
     ) -> None:
         """Write the gradients of some rows of a difference image; both are planes."""
         width = difference.shape[2]
-        begin, end, _ = rows.indices(difference.shape[1])
-        self._apply(
-            difference.reshape(3, -1),
-            self._places,
-            out.reshape(2, -1),
-            begin * width,
-            end * width,
-            *self._weights,
-        )
+        begin, end, _ = (width * row for row in rows.indices(difference.shape[1]))
+        colors, places, slopes = difference.reshape(3, -1), self._places, out.reshape(2, -1)
+        if (count := end - begin) >= BLOCK:
+            self._apply(colors, places, slopes, begin, end, *self._weights)
+            return
+        filled = [np.zeros((len(planes), BLOCK), np.float32) for planes in (colors, places, slopes)]
+        for planes, few in zip(filled, (colors, places), strict=False):
+            planes[:, :count] = few[:, begin:end]
+        self._apply(*filled, 0, BLOCK, *self._weights)
+        slopes[:, begin:end] = filled[2][:, :count]
 
 
 def _layers(network: Mlp) -> list[Layer]:
@@ -106,28 +109,21 @@ def _words(
     return min(tried, key=lambda one: one[1])
 
 
-def _gather(difference: Any, places: Any, values: Any, start: int, count: int) -> None:
-    for p in range(count):
-        for k in range(3):
-            values[k, p] = difference[k, start + p]
-        for k in range(2):
-            values[3 + k, p] = places[k, start + p]
-
-
 def _take_floats(
     difference: Any, places: Any, out: Any, begin: int, end: int, w0: Any, w1: Any, w2: Any, w3: Any
 ) -> None:
     values, result = np.zeros((INPUTS, BLOCK), np.float32), np.empty((2, BLOCK), np.float32)
     a, b = np.empty((WIDTH, BLOCK), np.float32), np.empty((WIDTH, BLOCK), np.float32)
-    groups = WIDTH // floating.NEURONS
+    groups, plane = WIDTH // floating.NEURONS, 4 * difference.shape[1]
     for start in range(begin, end, BLOCK):
-        count = min(BLOCK, end - start)
-        _gathered(difference, places, values, start, count)
+        shift = 4 * min(start, end - BLOCK)  # of the last pixels, some pass twice
+        moved(difference.ctypes.data + shift, plane, values.ctypes.data, LINE, 3)
+        moved(places.ctypes.data + shift, plane, values.ctypes.data + 3 * LINE, LINE, 2)
         tanh_layer(values.ctypes.data, w0.ctypes.data, a.ctypes.data, INPUTS, groups)
         tanh_layer(a.ctypes.data, w1.ctypes.data, b.ctypes.data, WIDTH, groups)
         tanh_layer(b.ctypes.data, w2.ctypes.data, a.ctypes.data, WIDTH, groups)
         floating.last_layer(a.ctypes.data, w3.ctypes.data, result.ctypes.data, WIDTH, 1)
-        out[:, start : start + count] = result[:, :count]
+        moved(result.ctypes.data, LINE, out.ctypes.data + shift, plane, 2)
 
 
 def _take_words(
@@ -135,16 +131,16 @@ def _take_words(
 ) -> None:
     values, result = np.zeros((INPUTS, BLOCK), np.float32), np.empty((2, BLOCK), np.float32)
     a, b = np.empty((WIDTH // 2, BLOCK), np.int32), np.empty((WIDTH // 2, BLOCK), np.int32)
-    groups = WIDTH // floating.NEURONS
+    groups, plane = WIDTH // floating.NEURONS, 4 * difference.shape[1]
     for start in range(begin, end, BLOCK):
-        count = min(BLOCK, end - start)
-        _gathered(difference, places, values, start, count)
+        shift = 4 * min(start, end - BLOCK)  # of the last pixels, some pass twice
+        moved(difference.ctypes.data + shift, plane, values.ctypes.data, LINE, 3)
+        moved(places.ctypes.data + shift, plane, values.ctypes.data + 3 * LINE, LINE, 2)
         first_layer(values.ctypes.data, w0.ctypes.data, a.ctypes.data, INPUTS, groups)
         hidden_layer(a.ctypes.data, w1.ctypes.data, b.ctypes.data, WIDTH // 2, groups)
         hidden_layer(b.ctypes.data, w2.ctypes.data, a.ctypes.data, WIDTH // 2, groups)
         fixed_point.last_layer(a.ctypes.data, w3.ctypes.data, result.ctypes.data, WIDTH // 2, 1)
-        out[:, start : start + count] = result[:, :count]
+        moved(result.ctypes.data, LINE, out.ctypes.data + shift, plane, 2)
 
 
-_gathered = compiled(_gather)
 _in_floats, _in_words = compiled(_take_floats), compiled(_take_words)

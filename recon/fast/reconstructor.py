@@ -292,7 +292,8 @@ class FastReconstructor:
             held = self._weigh[border](gradient, depth_mm, rests=self._resting(gradient, depth_mm))
         if not held:
             some = depth_mm if self._small else depth_mm[2::4, 2::4]
-            depth_mm -= untouched_depth(some, _cut(disturbed, some), border)
+            if level_mm := untouched_depth(some, _cut(disturbed, some), border):
+                depth_mm -= level_mm
         return touch(
             gradient=np.moveaxis(gradient, 0, -1),
             depth_mm=depth_mm,

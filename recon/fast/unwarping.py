@@ -11,10 +11,7 @@ from jaxtyping import Float32
 from recon.arrays import Frame, Unwarped
 from recon.geometry.unwarp import Unwarp
 from recon.kernels import compiled
-from recon.same_light import brightness
-
-FULL_SCALE = np.arange(256, dtype=np.float32) / 255
-"""Each byte as the reference scales it: half of them times 1 / 255 are another float."""
+from recon.same_light import brightness_of, sampled, telling
 
 
 class FrameDifference:
@@ -32,11 +29,13 @@ class FrameDifference:
         self._light, self._in_own_light = light[:, None, None], self._blank
         if (light != 1).any():
             self._in_own_light = self._blank / self._light
+        self._telling = telling(self._in_own_light)
         self._maps = None
+        width, height = unwarp.frame_size_px
+        self._bytes = np.empty((3, height, width), np.uint8)
         if unwarp.maps is not None:
             # The grid of 1/32 pixel on which OpenCV interpolates, found once instead of per frame.
             self._maps = cv2.convertMaps(*unwarp.maps, cv2.CV_16SC2)
-            width, height = unwarp.frame_size_px
             self._scaled = np.empty((height, width, 3), np.float32)
             self._flat = np.empty_like(blank)
 
@@ -45,7 +44,7 @@ class FrameDifference:
         self._take(frame, out)
         if self._in_own_light is not self._blank:
             out /= self._light
-        factors = brightness(out, self._in_own_light)
+        factors = brightness_of(sampled(out), self._telling)
         if (factors != 1).any():
             out += self._in_own_light
             out /= factors[:, None, None]
@@ -53,7 +52,8 @@ class FrameDifference:
 
     def _take(self, frame: Frame, out: Float32[np.ndarray, "3 h w"]) -> None:
         if self._maps is None:
-            _scaled_difference(frame, FULL_SCALE, self._blank, out)
+            cv2.split(frame, list(self._bytes))  # of colours side by side, loops are slow
+            _difference(self._bytes, self._blank, out)
             return
         np.divide(frame, np.float32(255), out=self._scaled)
         cv2.remap(
@@ -63,23 +63,18 @@ class FrameDifference:
             dst=self._flat,
             borderMode=cv2.BORDER_REPLICATE,
         )
-        _difference(self._flat, self._blank, out)
+        cv2.split(self._flat, list(out))
+        out -= self._blank
 
 
-def _take_difference(image: Any, blank: Any, out: Any) -> None:
+def _take_difference(colors: Any, blank: Any, out: Any) -> None:
+    """Of planes of bytes, divided as the reference does: times 1 / 255, half are other floats."""
     _, height, width = out.shape
     for k in range(3):
         for row in range(height):
             for column in range(width):
-                out[k, row, column] = image[row, column, k] - blank[k, row, column]
+                share = np.float32(colors[k, row, column]) / np.float32(255)
+                out[k, row, column] = share - blank[k, row, column]
 
 
-def _take_scaled_difference(frame: Any, scaled: Any, blank: Any, out: Any) -> None:
-    _, height, width = out.shape
-    for k in range(3):
-        for row in range(height):
-            for column in range(width):
-                out[k, row, column] = scaled[frame[row, column, k]] - blank[k, row, column]
-
-
-_difference, _scaled_difference = compiled(_take_difference), compiled(_take_scaled_difference)
+_difference = compiled(_take_difference)

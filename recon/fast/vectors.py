@@ -152,6 +152,24 @@ def dense(arithmetic: Arithmetic) -> Any:
     return layer
 
 
+@intrinsic  # type: ignore[untyped-decorator]
+def moved(_: Any, source: Any, step: Any, target: Any, to_step: Any, rows: Any) -> Any:
+    """Copy BLOCK floats of each of some rows, which are so many bytes apart: loops take longer."""
+
+    def code(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
+        v, (source, step, target, to_step, rows) = Vectors(builder), arguments
+        with cgutils.for_range(builder, rows) as row:
+            start, to = (
+                v.at(address, builder.mul(row.index, by))
+                for address, by in ((source, step), (target, to_step))
+            )
+            for shift in range(0, 4 * BLOCK, VECTOR_BYTES):
+                v.store(v.load(v.at(start, shift), FLOATS), v.at(to, shift))
+        return context.get_dummy_value()
+
+    return types.void(*[types.intp] * 5), code
+
+
 def room(builder: Any, arithmetic: Arithmetic) -> list[list[Any]]:
     """For the sums of a group of neurons over a few vectors of pixels."""
     return [

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from recon.medians import SAMPLE, channel_medians, median
+from recon.medians import FEW, SAMPLE, channel_medians, median
 
 FLOATS = st.floats(-1e3, 1e3, width=32)
 
@@ -21,7 +21,7 @@ def test_of_few_numbers(values: np.ndarray) -> None:
 @settings(max_examples=40, deadline=None)
 @given(
     seed=st.integers(0, 2**32 - 1),
-    count=st.integers(SAMPLE // 2, 12 * SAMPLE),
+    count=st.integers(FEW // 2, 6 * FEW),
     steps=st.sampled_from([None, 1, 8, 200]),
     order=st.sampled_from(["shuffled", "rising", "periodic"]),
 )

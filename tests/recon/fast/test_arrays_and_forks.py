@@ -39,9 +39,9 @@ def test_no_loop_is_compiled_for_a_frame_that_is_laid_otherwise(laid) -> None:
     reconstruct, frame = FastReconstructor(UNIT), laid(FRAME)
     np.testing.assert_array_equal(frame, FRAME)
     wanted = reconstruct(FRAME).depth_mm.copy()
-    compiled = list(unwarping._scaled_difference.signatures)
+    compiled = list(unwarping._difference.signatures)
     np.testing.assert_array_equal(reconstruct(frame).depth_mm, wanted)
-    assert unwarping._scaled_difference.signatures == compiled
+    assert unwarping._difference.signatures == compiled
     np.testing.assert_array_equal(frame, FRAME)
 
 
