@@ -28,6 +28,8 @@ PER_UNIT = 2**16 / (2 * RANGE)
 """Steps of tanh's argument, of 16 bits."""
 LARGEST_SUM = 0.99 * 2**31
 """Leaves room for rounded weights."""
+FIRM = 1e-6
+"""Of the mean square of an activation of 1: how little weights change whose inputs are alike."""
 FINEST, COARSEST = 32700, 1024
 """Steps that an activation of 1 may have."""
 
@@ -118,18 +120,21 @@ first_layer, hidden_layer, last_layer = dense(_First()), dense(_Hidden()), dense
 
 
 def packed(
-    layers: Sequence[tuple[np.ndarray, np.ndarray]], split: float = 1.0
+    layers: Sequence[tuple[np.ndarray, np.ndarray]], shown: Sequence[np.ndarray], split: float
 ) -> tuple[np.ndarray, ...]:
     """Weights [in, out] and biases [out] of a network as its layers read them, as 32-bit words.
 
-    An activation of 1 has ``split`` times as many steps as let it and the largest weight round
-    alike.
+    Args:
+        layers: of the network.
+        shown: to each layer after the first, activations [n, in] by which its weights are rounded.
+        split: an activation of 1 has so many times as many steps as let it and the largest weight
+            round alike.
     """
     last = len(layers) - 1
     weight, bias = layers[0]
     rows = [np.vstack([bias, weight]).astype(np.float64) * PER_UNIT]
     found = [rows[0].astype(np.float32).view(np.int32)]
-    for index, (weight, bias) in enumerate(layers[1:], 1):
+    for index, ((weight, bias), seen) in enumerate(zip(layers[1:], shown, strict=True), 1):
         exact, start = weight.astype(np.float64), bias.astype(np.float64)
         scale = LARGEST_SUM / np.maximum(np.abs(exact).sum(0) + np.abs(start), 1e-9)
         if index < last:
@@ -139,16 +144,40 @@ def packed(
         steps = split * np.exp(np.log(largest).mean() / 2)
         steps = float(np.clip(max(steps, largest.max() / 32767), COARSEST, FINEST))
         found[-1] = np.concatenate([_table(steps), grouped(found[-1], NEURONS)])
-        pairs = np.rint(exact * scale / steps).clip(-32767, 32767).astype(np.int16)
+        whole, left = rounded(exact * scale / steps, seen)
+        pairs = whole.clip(-32767, 32767).astype(np.int16)
         pairs = np.ascontiguousarray(pairs.reshape(-1, 2, pairs.shape[1]).swapaxes(1, 2))
         if index < last:
-            start, second = start * scale + 2 ** (shift - 1), shift.astype(np.int32)
+            half, second = 2 ** (shift - 1), shift.astype(np.int32)
         else:
-            start, second = start * scale, (1 / scale).astype(np.float32).view(np.int32)
-        start = np.rint(start).clip(-(2**31), 2**31 - 1).astype(np.int32)
+            half, second = 0, (1 / scale).astype(np.float32).view(np.int32)
+        start = (
+            np.rint(start * scale + left * steps + half).clip(-(2**31), 2**31 - 1).astype(np.int32)
+        )
         found.append(np.vstack([start, second, pairs.view(np.int32)[..., 0]]))
     found[-1] = grouped(found[-1], LAST)
     return tuple(found)
+
+
+def rounded(weights: np.ndarray, seen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Whole weights [in, out], and the constant [out] with which they sum up what is seen best.
+
+    What rounding one weight leaves, those after it and the constant take up by least squares
+    (Frantar et al., GPTQ, ICLR 2023).
+
+    Args:
+        weights: in steps, [in, out].
+        seen: inputs, [n, in].
+    """
+    inputs = np.column_stack([seen, np.ones(len(seen))]).astype(np.float64)
+    products = inputs.T @ inputs / len(inputs) + FIRM * np.eye(inputs.shape[1])
+    found = np.vstack([weights, np.zeros(weights.shape[1])])
+    for index in range(len(weights)):
+        rest = slice(index + 1, None)
+        left = found[index] - np.rint(found[index])
+        found[index] -= left
+        found[rest] += np.outer(np.linalg.solve(products[rest, rest], products[rest, index]), left)
+    return found[:-1], found[-1]
 
 
 def _table(steps: float) -> np.ndarray:

@@ -6,6 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from recon.estimators import gradient_field
 from recon.estimators.mlp import Mlp
@@ -16,6 +18,23 @@ from tests.recon.fast.units import SLOPE, planes, random_mlp
 pytestmark = pytest.mark.skipif(
     not fixed_point.AVAILABLE, reason="this processor lacks the instructions"
 )
+
+
+@given(seed=st.integers(0, 99), alike=st.integers(1, 16))
+def test_rounded_weights_sum_up_what_they_were_shown(seed: int, alike: int) -> None:
+    random = np.random.default_rng(seed)
+    seen = np.tanh(random.normal(size=(400, 32)) + random.normal(size=32))
+    seen[:, :alike] = seen[:, :1]  # inputs that say the same
+    weights = random.uniform(-9, 9, (32, 32))
+    whole, left = fixed_point.rounded(weights, seen)
+
+    def off(found: np.ndarray, constant: np.ndarray) -> float:
+        return float(np.square(seen @ (found - weights) + constant).mean())
+
+    np.testing.assert_array_equal(whole, np.rint(whole))
+    assert np.abs(whole - weights).max() < 9
+    each_alone = np.rint(weights)
+    assert off(whole, left) < off(each_alone, (seen @ (weights - each_alone)).mean(0))
 
 
 def error_of(network: Mlp) -> float:
