@@ -76,7 +76,7 @@ def main(
         paint: gray is matt; silver is semi-specular and can only be seen straight on.
         markers: Print a lattice of dots on the skin.
         view: gel shows the pad straight on; raw is the camera's own frame, over the mirror, which
-            the corners in dataset.toml unwarp.
+            the corners in dataset.toml and the lens in camera.toml unwarp.
         truth: all keeps the depth of every frame; shapes leaves out that of balls.
         seed: Seed for places, depths, light paths and camera noise.
     """

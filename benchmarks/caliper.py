@@ -28,7 +28,7 @@ import numpy as np
 from recon.geometry.caliper import find_gap, shading_response, slopes_of
 from recon.presses import read_presses
 from sensor.arguments import ending_in_a_sentence
-from sensor.dataset import read_dataset
+from sensor.dataset import LENS_FILE, read_dataset
 from sensor.design import FINGER, STANDARD, Wedge
 from sensor.toml import Pair
 from simulation.dataset import Recipe, write_set
@@ -98,6 +98,7 @@ def render(folder: Path, design: Wedge, executor: Executor) -> None:
         executor=executor,
         progress=lambda share, what: print(f"{share:4.0%} {what}", file=sys.stderr, flush=True),
     )
+    (folder / LENS_FILE).unlink()  # nobody has measured this lens
 
 
 def measured_pad(frames: Path, assumed_mm: Pair, executor: Executor) -> tuple[Pair, int, int]:

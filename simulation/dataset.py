@@ -14,13 +14,23 @@ import numpy as np
 from jaxtyping import Float32
 from scipy import ndimage
 
-from sensor.dataset import CARD_FILE, LABELS_FILE, BallLabel, DatasetCard, write_card, write_labels
+from sensor.dataset import (
+    CARD_FILE,
+    LABELS_FILE,
+    LENS_FILE,
+    BallLabel,
+    DatasetCard,
+    write_card,
+    write_labels,
+)
 from sensor.design import Wedge
 from sensor.errors import WedgeError
+from sensor.files import write_atomic
 from simulation.camera import expose, photograph
 from simulation.engine import Engine
 from simulation.indenters import CALIBRATION_BALL_MM, Indenter, calibration_ball, shapes
 from simulation.kept import Kept
+from simulation.lens import lens_text
 from simulation.presses import (
     Press,
     ball_presses,
@@ -62,7 +72,8 @@ class Recipe:
     cover_mm: float = 0.0
     """Thickness of a glove over the paint."""
     raw: bool = False
-    """Frames as the camera has them, over the mirror, instead of the gel straight on."""
+    """Frames as the camera has them, over the mirror, instead of the gel straight on; the set then
+    has a ``camera.toml``."""
 
     def __post_init__(self) -> None:
         """Check that what is asked for can be rendered.
@@ -104,7 +115,7 @@ def dent_of(recipe: Recipe, press: Press) -> Dent:
     """The dent that a press leaves."""
     view = recipe.view
     skin = skin_under(recipe.design, view, press, cover_mm=recipe.cover_mm)
-    seen = unwarped_skin(recipe.design, view, skin) if recipe.raw else skin
+    seen = unwarped_skin(recipe.design, view, skin, lens_undone=True) if recipe.raw else skin
     with told_of(press):
         circle_px = contact_circle_px(seen) if press.indenter.round_mm > 0 else None
     return Dent(
@@ -293,6 +304,9 @@ def write_set(
         for future in started.values():
             future.cancel()
         raise
+    lens = lens_text(recipe.design) if recipe.raw else None
+    if lens:
+        write_atomic(folder / LENS_FILE, lens.encode())
     write_labels(folder / LABELS_FILE, sorted(labels, key=lambda label: label.file))
     name = set_name or f"twin-{recipe.design.name}"
     write_card(folder / CARD_FILE, _card(recipe, presses, name, source))

@@ -10,6 +10,7 @@ unless a baffle hides it.
 Rays are followed in the body's frame (x from the tip face to the base, z to the mirror).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
@@ -160,19 +161,28 @@ def pixels_of(design: Wedge, points_mm: Points) -> Points:
     return found
 
 
-def unwarped_skin(design: Wedge, view: View, skin: Skin) -> Skin:
+def unwarped_skin(design: Wedge, view: View, skin: Skin, *, lens_undone: bool = False) -> Skin:
     """The skin that each pixel shows once four corners have unwarped the raw frame.
 
     Each pixel's ray is followed to the dented skin, whose parallax is part of what it shows; where
     a ray meets no skin over the mirror, nothing is indented.
+
+    Args:
+        design: the sensor.
+        view: pixels of the skin and of the unwarped frame.
+        skin: as it is.
+        lens_undone: whether the lens is undone first, as by the set's ``camera.toml``.
     """
     raw, unwarped = _unwarping_px(design, view)
     columns, rows = np.meshgrid(*(np.arange(float(count)) for count in view.size_px))
     pixels = np.stack([columns.ravel(), rows.ravel()], 1)
+    if lens_undone:
+        raw = as_pinhole(design.camera, raw).astype(np.float32)
     back = cv2.getPerspectiveTransform(unwarped, raw)
-    seen = follow(
-        design, cv2.perspectiveTransform(pixels[:, None], back)[:, 0], view, skin.depth_mm
-    )
+    shown = cv2.perspectiveTransform(pixels[:, None], back)[:, 0]
+    if lens_undone:
+        shown = through_lens(design.camera, shown)
+    seen = follow(design, shown, view, skin.depth_mm)
     met = (np.isfinite(seen.point_mm[:, 0]) & ~seen.direct).reshape(rows.shape)
     column, row = view.pixel(*np.nan_to_num(seen.point_mm).T)
 
@@ -227,6 +237,27 @@ def directions(camera: Camera, pixels: Points) -> Rays:
     azimuth = offset / np.maximum(radius, 1e-12)[:, None]
     aside = azimuth[:, :1] * up + azimuth[:, 1:] * across
     return np.cos(angle)[:, None] * forward + np.sin(angle)[:, None] * aside
+
+
+def as_pinhole(camera: Camera, pixels: Points) -> Points:
+    """Where a pinhole of the same focal length shows what the camera shows in pixels (n, 2)."""
+    return pixels if camera.projection == "pinhole" else _from_middle(camera, pixels, np.tan)
+
+
+def through_lens(camera: Camera, pixels: Points) -> Points:
+    """Where the camera shows what that pinhole shows in pixels (n, 2)."""
+    return pixels if camera.projection == "pinhole" else _from_middle(camera, pixels, np.arctan)
+
+
+def _from_middle(
+    camera: Camera, pixels: Points, bend: Callable[[np.ndarray], np.ndarray]
+) -> Points:
+    """Pixels moved from or to the frame's middle; distances are in focal lengths."""
+    middle = np.array([camera.width_px, camera.height_px]) / 2 - 0.5
+    away = (pixels - middle) / camera.focal_length_px
+    radius = np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-12)
+    moved: Points = middle + camera.focal_length_px * away * bend(radius) / radius
+    return moved
 
 
 def _through_layers(

@@ -11,6 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from recon.calibration import calibrate
+from recon.geometry.unwarp import prepare_unwarp
 from recon.images import read_image
 from recon.presses import read_presses
 from sensor.dataset import read_dataset
@@ -28,7 +30,7 @@ from simulation.dataset import (
 )
 from simulation.engine import SCALAR
 from simulation.presses import skin_under
-from simulation.raw_view import corners_px
+from simulation.raw_view import corners_px, unwarped_skin
 from simulation.skin import gel_view
 from tests.simulation.conftest import InLine
 from validation.importers.lights import measure_lights_deg
@@ -71,20 +73,55 @@ def test_labels_are_the_contact(folder: Path) -> None:
         assert 0.5 * (truth > 0.02).sum() < np.pi * label.contact_radius_px**2 < (truth > 0).sum()
 
 
-def test_a_raw_sets_truth_and_labels_are_of_the_unwarped_frame(mitsuba, tmp_path: Path) -> None:
-    recipe = replace(RECIPE, width_px=80, samples=1, raw=True)
-    press = replace(PRESSES[0], depth_mm=0.3)
-    write_set(tmp_path, recipe, [press], source="a test", executor=InLine())
-    dataset = read_dataset(tmp_path)
+RAW = replace(RECIPE, width_px=80, samples=1, raw=True)
+RAW_PRESS = replace(PRESSES[0], depth_mm=0.3)
+
+
+@pytest.fixture(scope="module")
+def raw_set(mitsuba, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("raw")
+    write_set(made, RAW, [RAW_PRESS], source="a test", executor=InLine())
+    return made
+
+
+def test_a_raw_sets_truth_and_labels_are_of_the_unwarped_frame(raw_set: Path) -> None:
+    recipe, press = RAW, RAW_PRESS
+    dataset = read_dataset(raw_set)
     assert dataset.card.pad_size_mm == pytest.approx((13, 57 * 13 / 80))
     corners = np.array(corners_px(FINGER, dataset.card.pad_size_mm))
     np.testing.assert_allclose(dataset.card.corners_px, corners, atol=0.01)
     (label,) = dataset.labels
-    truth = np.load(tmp_path / "truth" / f"{press.name}.npy")
+    truth = np.load(raw_set / "truth" / f"{press.name}.npy")
     assert truth.shape[::-1] == dataset.card.unwarped_size_px
     middle = np.argwhere(truth > 0.9 * truth.max()).mean(0)[::-1]
     assert np.linalg.norm(middle - [label.center_x_px, label.center_y_px]) < 1
-    assert np.linalg.norm(middle - recipe.view.pixel(*press.center_mm)) > 1  # nor straight on
+    skin = skin_under(FINGER, recipe.view, press)
+    undone, corners_alone = (
+        unwarped_skin(FINGER, recipe.view, skin, lens_undone=lens_undone).depth_mm
+        for lens_undone in (True, False)
+    )
+    np.testing.assert_allclose(truth, undone, atol=1e-6)
+    for other in (corners_alone, skin.depth_mm):  # nor as the lens shows it, nor straight on
+        assert np.abs(truth - other).max() > 0.02
+
+
+def test_calibrating_a_raw_set_undoes_the_lens_that_it_carries(raw_set: Path) -> None:
+    dataset = read_dataset(raw_set)
+    unit = calibrate(
+        dataset,
+        read_presses(dataset),
+        estimator="table",
+        serial="twin",
+        created="2026-03-01",
+        metrics={},
+        seed=0,
+    )
+    assert unit.lens is not None
+    size_px, corners_px = dataset.card.unwarped_size_px, dataset.card.corners_px
+    told = prepare_unwarp((640, 480), corners_px, size_px, unit.lens).maps
+    bare = prepare_unwarp((640, 480), corners_px, size_px).maps
+    np.testing.assert_array_equal(unit.unwarp.maps, told)
+    assert np.abs(np.subtract(told, bare)).max() > 3
 
 
 def test_another_executor_writes_the_same_set(folder: Path, tmp_path: Path) -> None:

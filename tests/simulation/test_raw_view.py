@@ -3,16 +3,19 @@
 """The raw frame follows the light path that the solids were laid out by, and unwarps to the gel."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 
 from cad import optics
+from recon.geometry.lens import read_lens
 from recon.geometry.unwarp import prepare_unwarp
 from sensor.design import FINGER, STANDARD, Wedge
 from sensor.errors import WedgeError
 from simulation.indenters import calibration_ball
+from simulation.lens import lens_text
 from simulation.presses import Press, contact_circle_px, skin_under
 from simulation.raw_view import (
     MIRROR_REFLECTANCE,
@@ -139,17 +142,22 @@ def test_a_raw_frame_unwarps_to_the_gel(design: Wedge) -> None:
 
 
 @DESIGNS
-def test_the_skin_of_a_raw_frame_is_what_the_unwarped_frame_shows(design: Wedge) -> None:
+@pytest.mark.parametrize("undone", [False, True], ids=["lens", "undone"])
+def test_the_skin_of_a_raw_frame_is_what_the_unwarped_frame_shows(
+    design: Wedge, undone: bool, tmp_path: Path
+) -> None:
     # Paint that shines as deep as it is pressed tells the depth through the camera and back.
+    (tmp_path / "camera.toml").write_text(lens_text(design) or "")
     view = gel_view(design, 161)  # no whole number of pixels across
     for x, y in ((-4.5, -2.2), (4.5, 2.2)):
         press = Press(name="b", indenter=calibration_ball(1.5), center_mm=(x, y), depth_mm=0.6)
         skin = skin_under(design, view, press)
-        seen = unwarped_skin(design, view, skin)
+        seen = unwarped_skin(design, view, skin, lens_undone=undone)
         unwarp = prepare_unwarp(
             (design.camera.width_px, design.camera.height_px),
             corners_px(design, view.size_mm),
             view.size_px,
+            read_lens(tmp_path / "camera.toml") if undone else None,
         )
         looks = (skin.depth_mm / 0.6, skin.contact, np.ones_like(skin.depth_mm))
         frame = raw_frame(design, view, np.stack(looks, -1).astype(np.float32), skin.depth_mm)
