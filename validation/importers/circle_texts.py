@@ -17,7 +17,7 @@ from pathlib import Path
 from recon.labels.label_book import refuse_name
 from sensor.dataset import IMAGES
 from sensor.errors import WedgeError
-from validation.importers.drawn import MOST_PRESSES
+from validation.importers.drawn import MOST_PRESSES, is_circle
 from validation.importers.raw_frames import is_background
 
 LARGEST_TEXT = 10**7
@@ -162,7 +162,7 @@ def _files(source: Path) -> list[Path]:
 
 
 def _circle(text: str, *, more: bool = False) -> Circle | None:
-    """Three numbers, with ``more`` perhaps others behind them; ``None`` where there are not."""
+    """A circle's three numbers, perhaps with ``more`` behind them; ``None`` where they are none."""
     text = re.sub(r"[()\[\]{}\"']", " ", REMARK.sub("", text)).strip(" \t,;")
     words = [word.strip().replace(",", ".") for word in text.split(";")]
     if len(words) < 3:
@@ -172,7 +172,7 @@ def _circle(text: str, *, more: bool = False) -> Circle | None:
     if len(words) < 3 or (len(words) > 3 and not more) or not all(map(NUMBER.fullmatch, words[:3])):
         return None
     x_px, y_px, radius_px = map(float, words[:3])
-    return x_px, y_px, radius_px
+    return (x_px, y_px, radius_px) if is_circle(x_px, y_px, radius_px) else None
 
 
 def _refuse_alike(pictures: Sequence[Path]) -> None:

@@ -28,6 +28,11 @@ def read_numbers(path: Path, names: Sequence[str]) -> dict[str, np.ndarray]:
     return arrays
 
 
+def is_circle(x_px: float, y_px: float, radius_px: float) -> bool:
+    """Whether numbers may be a circle in a picture."""
+    return bool(np.isfinite([x_px, y_px]).all()) and 0 < radius_px < LARGEST_RADIUS_PX
+
+
 def drawn_label(
     file: str, circle: Sequence[float], where: Path, ball_radius_mm: float | None = None
 ) -> BallLabel:
@@ -43,7 +48,7 @@ def drawn_label(
         WedgeError: it is no circle.
     """
     x_px, y_px, radius_px = circle
-    if not (np.isfinite([x_px, y_px, radius_px]).all() and 0 < radius_px < LARGEST_RADIUS_PX):
+    if not is_circle(x_px, y_px, radius_px):
         raise WedgeError(f"{where}: ({x_px:g}, {y_px:g}), radius {radius_px:g} is not a circle.")
     return BallLabel(
         file=file,

@@ -303,13 +303,15 @@ def test_names_differ_by_case_and_folders_and_numbers_by_what_sets_them_apart(
     assert found.left_aside is None
 
 
-def test_what_fits_no_picture_is_said(
-    truth: Dataset, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("endless", ["1e999", "inf", "nan"])
+def test_what_fits_no_picture_or_is_no_circle_is_said(
+    endless: str, truth: Dataset, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     source = write_one_text(truth, tmp_path / "source")
     text = source / "calib_res.txt"
     _, *others = text.read_text().splitlines()
     unread = ["press00.png 45,5 40,2 12,1", "press99.png 45 40 12", "press00.bmp 45 40 12"]
+    unread += ["press00.png 45 40 -12", f"press00.png 45 40 {endless}"]
     text.write_text("\n".join([*unread, *others]))
     words = ["--mm-per-px", f"{MM_PER_PX[0]}", "--ball-radius-mm", f"{BALL_RADIUS_MM}"]
     with pytest.raises(SystemExit) as stop:
