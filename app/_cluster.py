@@ -11,13 +11,11 @@ from sensor.errors import WedgeError
 from sensor.extras import how_to_install
 
 PATIENCE_S = 10
-RETRIES = 3
-"""A task whose worker is lost goes to another this often."""
 
 
 @contextmanager
 def cluster_pool(address: str) -> Iterator[Executor]:
-    """The workers of a Dask cluster.
+    """The workers of a Dask cluster; what a lost one was doing, the scheduler gives to others.
 
     Raises:
         WedgeError: Dask is not installed, nothing answers, no worker is there, or they are lost.
@@ -42,7 +40,7 @@ def cluster_pool(address: str) -> Iterator[Executor]:
         if not client.scheduler_info()["workers"]:
             raise WedgeError(f"the Dask scheduler at {address} has no workers: start some.")
         try:
-            yield client.get_executor(retries=RETRIES)  # type: ignore[no-untyped-call]
+            yield client.get_executor()  # type: ignore[no-untyped-call]
         except (CancelledError, KilledWorker) as error:
             raise WedgeError(
                 f"the Dask scheduler at {address} was lost, or its workers keep ending, perhaps "

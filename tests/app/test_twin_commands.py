@@ -325,6 +325,19 @@ def test_what_a_lost_worker_was_doing_is_done_by_another(tmp_path: Path, cluster
         assert executor.submit(dies_once).result(timeout=60) == 7
 
 
+def test_a_task_that_fails_is_not_tried_again(tmp_path: Path, cluster: str) -> None:
+    tries = str(tmp_path / "tries")
+
+    def fails() -> None:
+        with Path(tries).open("a") as file:
+            file.write("once ")
+        raise WedgeError("no more light")
+
+    with cluster_pool(cluster) as executor, pytest.raises(WedgeError, match="no more light"):
+        executor.submit(fails).result(timeout=60)
+    assert Path(tries).read_text() == "once "
+
+
 def test_a_task_that_ends_every_worker_is_a_sentence(cluster: str) -> None:
     with pytest.raises(WedgeError, match="its workers keep ending"), cluster_pool(cluster) as pool:
         pool.submit(os._exit, 1).result(timeout=60)
