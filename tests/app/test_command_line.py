@@ -73,6 +73,26 @@ def test_each_subcommand_has_help_of_its_own(name: str, capsys: pytest.CaptureFi
     assert f"usage: wedge {name}" in capsys.readouterr().out
 
 
+def test_each_subcommand_can_be_imported_first() -> None:
+    """In whatever order: each in a fork of an interpreter that has imported none."""
+    code = """
+import importlib, os, sys
+from app.__main__ import SUBCOMMANDS
+for name in SUBCOMMANDS:
+    if not (child := os.fork()):
+        try:
+            importlib.import_module(f"app.{name}")
+        except BaseException as error:
+            print(f"app.{name}: {error!r}", flush=True)
+        os._exit(0)
+    os.waitpid(child, 0)
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
 def test_an_unknown_option_is_wrong_usage() -> None:
     done = run("bench", "--no-such-option")
     assert done.returncode == 2
