@@ -67,6 +67,11 @@ class BallPress:
         """X and y of every pixel from the ball's centre."""
         return offsets_mm(self.size_px, self.center_px, self.mm_per_px)
 
+    @property
+    def distance_mm(self) -> DistanceMap:
+        """Of every pixel from the ball's centre."""
+        return np.hypot(*self.offsets_mm)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Pixels:

@@ -203,8 +203,7 @@ def unusable(press: BallPress) -> str | None:
     """Why a press cannot be used; ``None`` where it can."""
     if press.contact_radius_px < LEAST_RADIUS_PX:
         return f"the contact circle is smaller than {LEAST_RADIUS_PX:g} pixels"
-    away_mm = np.hypot(*press.offsets_mm)
-    inside = away_mm < press.contact_radius_mm * (1 - RIM_PX / press.contact_radius_px)
+    inside = press.distance_mm < press.contact_radius_mm * (1 - RIM_PX / press.contact_radius_px)
     if inside.all():
         return "the contact circle encloses the frame, so that no rim shows how deep it is"
     if np.abs(press.difference[inside]).max(-1).mean() < LEAST_CHANGE:

@@ -72,8 +72,7 @@ def ball_overlaps(
 
 def disc(press: BallPress) -> ContactMask:
     """The labelled contact of a press."""
-    away_mm = np.hypot(*press.offsets_mm)
-    return np.asarray(away_mm < press.contact_radius_mm)
+    return press.distance_mm < press.contact_radius_mm
 
 
 def blank_frames_in_contact(dataset: Dataset, count: int) -> int:

@@ -65,7 +65,7 @@ def depth_errors(depth: DepthMap, press: BallPress, folder: Path) -> DepthErrors
     truth = true_depth(depth, press, folder)
     depth = depth - truth.rim_mm
     error = (depth - truth.depth_mm)[truth.contact]
-    disc = _distance_mm(press) < max(PEAK_RADIUS * press.contact_radius_mm, max(press.mm_per_px))
+    disc = press.distance_mm < max(PEAK_RADIUS * press.contact_radius_mm, max(press.mm_per_px))
     return DepthErrors(
         file=press.file,
         truth=truth.name,
@@ -100,7 +100,7 @@ def true_depth(depth: DepthMap, press: BallPress, folder: Path) -> TrueDepth:
     if known is not None:
         return TrueDepth(name="truth file", depth_mm=known, contact=cap.contact, rim_mm=0.0)
     rim_width_mm = RIM_WIDTH_PX * press.contact_radius_mm / press.contact_radius_px
-    rim = cap.contact & (_distance_mm(press) > press.contact_radius_mm - rim_width_mm)
+    rim = cap.contact & (press.distance_mm > press.contact_radius_mm - rim_width_mm)
     return TrueDepth(
         name="ball cap",
         depth_mm=cap.depth_mm,
@@ -140,8 +140,3 @@ def truth_file(folder: Path, frame: str) -> Path:
     file, _, index = frame.partition("#")
     stem = str(Path(file).with_suffix(""))
     return folder / "truth" / (f"{stem}-{index}.npy" if index else f"{stem}.npy")
-
-
-def _distance_mm(press: BallPress) -> DepthMap:
-    x_mm, y_mm = press.offsets_mm
-    return np.hypot(x_mm, y_mm)

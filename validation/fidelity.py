@@ -111,8 +111,7 @@ def likeness(folder: Path, corners_px: Sequence[Pair] | None = None) -> Likeness
 
 def grain_of(press: BallPress) -> float:
     """Standard deviation of the untouched gel's difference image, pixel to pixel, grey levels."""
-    x_mm, y_mm = press.offsets_mm
-    away = np.hypot(x_mm, y_mm) > GRAIN_FROM * press.contact_radius_mm
+    away = press.distance_mm > GRAIN_FROM * press.contact_radius_mm
     steps = np.diff(press.difference, axis=1)[away[:, 1:] & away[:, :-1]]
     return float(GRAY_LEVELS * steps.std() / np.sqrt(2))
 

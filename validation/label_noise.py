@@ -152,8 +152,8 @@ def _judged(read: Read, name: str) -> Bool[np.ndarray, " n"]:
     if name == "contact+5%":
         return np.ones_like(contact)
     press = read.press
-    away_mm = np.hypot(*press.offsets_mm)
-    flat = away_mm.ravel()[read.pixels.place] >= FLAT_FROM * press.contact_radius_mm
+    away_mm = press.distance_mm.ravel()[read.pixels.place]
+    flat = away_mm >= FLAT_FROM * press.contact_radius_mm
     return np.asarray(contact | flat)
 
 

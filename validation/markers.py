@@ -102,7 +102,7 @@ def _press_errors(
     assert press.hidden is not None
     labelled = label_pixels(press, 0, SEED)
     pixels = labelled[labelled.contact]
-    away_mm = np.hypot(*press.offsets_mm).ravel()[pixels.place]
+    away_mm = press.distance_mm.ravel()[pixels.place]
     ring = np.minimum((RINGS * away_mm / away_mm.max()).astype(int), RINGS - 1)
     around = np.ones((2 * CLEAR_PX + 1,) * 2, np.uint8)
     near = cv2.dilate(press.hidden.astype(np.uint8), around).ravel()[pixels.place] > 0

@@ -167,8 +167,7 @@ def covered_area(presses: Sequence[BallPress]) -> ContactMask:
     """Where the pad lies near a press."""
     covered = np.zeros(presses[0].difference.shape[:2], bool)
     for press in presses:
-        x_mm, y_mm = press.offsets_mm
-        covered |= np.hypot(x_mm, y_mm) < REACH * press.contact_radius_mm
+        covered |= press.distance_mm < REACH * press.contact_radius_mm
     return covered
 
 
@@ -179,8 +178,7 @@ def smooth(image: Difference, sigma_px: float) -> Difference:
 
 def untouched(press: BallPress) -> ContactMask:
     """Where a press does not reach, and no dot hides the gel."""
-    x_mm, y_mm = press.offsets_mm
-    flat = np.hypot(x_mm, y_mm) > UNTOUCHED_FROM * press.contact_radius_mm
+    flat = press.distance_mm > UNTOUCHED_FROM * press.contact_radius_mm
     return flat if press.hidden is None else flat & ~press.hidden
 
 
