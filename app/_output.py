@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the subcommands share at their output: tables on the terminal, JSON in files."""
+"""What the subcommands share at their output: names of files, and tables on the terminal."""
 
 import csv
 import io
@@ -9,14 +9,13 @@ import shlex
 import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
 from sensor.dataset import CARD_FILE, IMAGES
-from sensor.documents import json_bytes, text_bytes
+from sensor.documents import text_bytes
 from sensor.errors import WedgeError
-from sensor.files import write_atomic
 from sensor.unit import UNIT_FILE
 
 OutputFile = Annotated[Path | None, tyro.conf.arg(metavar="FILE")]
@@ -150,12 +149,6 @@ class RowFile:
 
     def _unwritable(self, error: OSError) -> WedgeError:
         return WedgeError(f"{self._path} cannot be written: {error.strerror}.")
-
-
-def write_json(path: Path | None, document: dict[str, Any]) -> None:
-    """Write a document where the user asked for one; what is no finite number becomes null."""
-    if path is not None:
-        write_atomic(path, json_bytes(document))
 
 
 def command_line(*words: str | Path) -> str:

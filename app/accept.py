@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from app._output import OutputFile, keep_inputs, print_table, refuse_unit_folder, write_json
+from app._output import OutputFile, keep_inputs, print_table, refuse_unit_folder
 from app._progress import progress
 from app._seed import Seed
 from sensor.errors import WedgeError
-from sensor.files import check_outputs
+from sensor.files import check_outputs, write_json
 
 if TYPE_CHECKING:
     from recon.arrays import Frame

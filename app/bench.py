@@ -8,10 +8,10 @@ import time
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from app._output import OutputFile, print_table, write_json
+from app._output import OutputFile, print_table
 from app._progress import progress
 from app._workers import process_pool
-from sensor.files import check_outputs
+from sensor.files import check_outputs, write_json
 
 if TYPE_CHECKING:
     from benchmarks.measurement import Measurement

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from app._output import OutputFile, command_line, keep_inputs, print_error_table, write_json
+from app._output import OutputFile, command_line, keep_inputs, print_error_table
 from app._progress import progress
 from app._seed import Seed
 from sensor.dataset import CARD_FILE, Dataset, read_dataset
 from sensor.design import Wedge
 from sensor.errors import WedgeError
-from sensor.files import check_new_folder, check_outputs
+from sensor.files import check_new_folder, check_outputs, write_json
 from sensor.unit import UNIT_FILE
 
 if TYPE_CHECKING:

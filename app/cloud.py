@@ -11,18 +11,11 @@ import tyro
 
 from app._first_contact import first_touched
 from app._frames import UnitFrame, is_image, unit_frames
-from app._output import (
-    OutputFile,
-    keep_inputs,
-    output_names,
-    print_rows,
-    refuse_unit_folder,
-    write_json,
-)
+from app._output import OutputFile, keep_inputs, output_names, print_rows, refuse_unit_folder
 from app._progress import progress
 from app._remarks import doubt_remarks, light_remarks
 from sensor.errors import WedgeError
-from sensor.files import check_outputs, write_atomic
+from sensor.files import check_outputs, write_atomic, write_json
 
 if TYPE_CHECKING:
     from recon.cloud import PointCloud

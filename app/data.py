@@ -8,10 +8,11 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
-from app._output import OutputFile, print_table, write_json
+from app._output import OutputFile, print_table
 from app._progress import progress
 from sensor.dataset import CARD_FILE
 from sensor.errors import WedgeError
+from sensor.files import write_json
 
 IMPORT_OPTIONS = ("--out", "--ball-radius-mm", "--mm-per-px", "--pad-size-mm", "--design")
 

@@ -17,12 +17,11 @@ from app._output import (
     print_rows,
     print_table,
     refuse_unit_folder,
-    write_json,
 )
 from app._progress import progress
 from app._seed import Seed
 from sensor.errors import WedgeError
-from sensor.files import check_outputs
+from sensor.files import check_outputs, write_json
 from sensor.unit import UNIT_FILE
 
 if TYPE_CHECKING:

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from app._fabricate import MANIFEST, fabricate
-from app._output import OutputFile, keep_inputs, print_table, write_json
+from app._output import OutputFile, keep_inputs, print_table
 from sensor.design_file import load_design
 from sensor.errors import WedgeError
-from sensor.files import check_outputs
+from sensor.files import check_outputs, write_json
 
 
 def main(design: str = "standard", out: Path | None = None, json: OutputFile = None) -> int:

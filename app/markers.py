@@ -10,10 +10,10 @@ import tyro
 
 from app._frames import UnitFrame, read_checked, unit_frames
 from app._growing_files import Growing, file_names, growing
-from app._output import OutputFile, keep_inputs, print_rows, write_json
+from app._output import OutputFile, keep_inputs, print_rows
 from app._progress import progress
 from sensor.errors import WedgeError
-from sensor.files import check_outputs
+from sensor.files import check_outputs, write_json
 
 if TYPE_CHECKING:
     from recon.arrays import Unwarped

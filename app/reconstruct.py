@@ -16,12 +16,11 @@ from app._output import (
     output_names,
     print_table,
     refuse_unit_folder,
-    write_json,
 )
 from app._progress import progress
 from app._remarks import doubt_remarks, light_remarks
 from sensor.errors import WedgeError
-from sensor.files import check_outputs, write_atomic
+from sensor.files import check_outputs, write_atomic, write_json
 
 if TYPE_CHECKING:
     import numpy as np

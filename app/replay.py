@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from app._output import OutputFile, keep_inputs, write_json
+from app._output import OutputFile, keep_inputs
 from app._sources import open_where, refuse_few
 from sensor.errors import WedgeError
-from sensor.files import check_outputs
+from sensor.files import check_outputs, write_json
 from sensor.interrupt import UntilInterrupted
 from sensor.wire import STREAM_PATH
 

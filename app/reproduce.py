@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from app._fabricate import MANIFEST, MissingExtraError, fabricate
-from app._output import print_table, write_json
+from app._output import print_table
 from app._progress import progress
 from app._reproduce_comparisons import (
     beside_each_other,
@@ -27,6 +27,7 @@ from app._seed import Seed
 from app._workers import process_pool
 from sensor.design_file import load_design
 from sensor.errors import WedgeError
+from sensor.files import write_json
 
 if TYPE_CHECKING:
     from recon.calibration import Calibration

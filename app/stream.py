@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from app._output import OutputFile, keep_inputs, write_json
+from app._output import OutputFile, keep_inputs
 from app._sources import Rate, open_live, refuse_few, unit_of
 from sensor.errors import WedgeError
-from sensor.files import check_outputs
+from sensor.files import check_outputs, write_json
 from sensor.interrupt import UntilInterrupted
 
 if TYPE_CHECKING:

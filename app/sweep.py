@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from app._cluster import cluster_pool
-from app._output import OutputFile, keep_inputs, print_table, write_json
+from app._output import OutputFile, keep_inputs, print_table
 from app._progress import progress
 from app._render_refusals import refuse_numbers, refuse_unbuildable
 from app._seed import Seed
@@ -18,7 +18,7 @@ from app._workers import process_pool
 from sensor.design import Wedge
 from sensor.design_file import load_design
 from sensor.errors import WedgeError
-from sensor.files import check_outputs, write_atomic
+from sensor.files import check_outputs, write_atomic, write_json
 
 if TYPE_CHECKING:
     from validation.sweep import SweepPoint

@@ -15,14 +15,13 @@ from app._output import (
     keep_inputs,
     print_error_table,
     refuse_unit_folder,
-    write_json,
 )
 from app._progress import progress
 from app._seed import Seed
 from app._workers import process_pool
 from sensor.documents import text_bytes
 from sensor.errors import WedgeError
-from sensor.files import check_outputs, write_atomic
+from sensor.files import check_outputs, write_atomic, write_json
 
 if TYPE_CHECKING:
     from validation.error_table import ErrorTable

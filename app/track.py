@@ -14,12 +14,12 @@ from app._first_contact import first_touched
 from app._frames import UnitFrame, read_checked, unit_frames
 from app._gel import laid_on
 from app._growing_files import Growing, file_names, growing
-from app._output import OutputFile, keep_inputs, print_table, write_json
+from app._output import OutputFile, keep_inputs, print_table
 from app._progress import progress
 from app._remarks import light_remarks
 from sensor.design_file import known_design
 from sensor.errors import WedgeError
-from sensor.files import check_outputs
+from sensor.files import check_outputs, write_json
 
 if TYPE_CHECKING:
     import numpy as np

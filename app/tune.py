@@ -12,11 +12,11 @@ from urllib.parse import unquote, urlsplit
 
 import tyro
 
-from app._output import OutputFile, keep_inputs, print_table, write_json
+from app._output import OutputFile, keep_inputs, print_table
 from app._progress import Report, progress
 from app._sources import is_dataset, open_where, what_was_damaged, whole_frames
 from sensor.errors import WedgeError, printable
-from sensor.files import check_outputs
+from sensor.files import check_outputs, write_json
 
 if TYPE_CHECKING:
     import numpy as np

@@ -33,8 +33,7 @@ from recon.pixels import BallPress, label_pixels
 from recon.presses import read_presses
 from sensor.arguments import ending_in_a_sentence
 from sensor.dataset import read_dataset
-from sensor.documents import json_bytes
-from sensor.files import check_outputs, write_atomic
+from sensor.files import check_outputs, write_json
 from sensor.toml import Pair
 from validation.datasets import dataset_folder
 from validation.folds import fit_presses
@@ -163,9 +162,7 @@ def main() -> None:
                 shares = "".join(f" {item.share_of_zero[name]:.2f} |" for name in ANSWERS)
                 line = f"| {item.gradients} | {item.missing} | {item.count} |{shares}"
                 print(line, flush=True)
-        if options.json:
-            content = {"axis_question": [asdict(item) for item in found]}
-            write_atomic(options.json, json_bytes(content))
+        write_json(options.json, {"axis_question": [asdict(item) for item in found]})
 
 
 if __name__ == "__main__":

@@ -23,8 +23,7 @@ from recon.missing_axis.inference import infer_missing_axis
 from recon.training.missing_axis import Settings, share_of_zeros_error, train
 from recon.training.random_surfaces import Recipe
 from sensor.arguments import ending_in_a_sentence
-from sensor.documents import json_bytes
-from sensor.files import check_outputs, write_atomic
+from sensor.files import check_outputs, write_json
 
 STEPS = 600
 SMALLER, LARGER = (6, 8, 12, 16), (24, 32, 48, 64)
@@ -98,9 +97,7 @@ def main() -> None:
             found.append(item)
             shares = "".join(f" {share:.3f} |" for share in item.share_of_zero.values())
             print(f"| {name} | {item.parameters} | {item.milliseconds:.1f} |{shares}", flush=True)
-        if options.json:
-            content = {"axis_training": [asdict(item) for item in found]}
-            write_atomic(options.json, json_bytes(content))
+        write_json(options.json, {"axis_training": [asdict(item) for item in found]})
 
 
 if __name__ == "__main__":

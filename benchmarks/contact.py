@@ -18,9 +18,8 @@ from recon.presses import read_presses
 from sensor.arguments import ending_in_a_sentence
 from sensor.dataset import read_dataset
 from sensor.design_file import load_design
-from sensor.documents import json_bytes
 from sensor.errors import WedgeError
-from sensor.files import check_outputs, write_atomic
+from sensor.files import check_outputs, write_json
 from validation.contact import ball_overlaps, blank_frames_in_contact, mean_iou
 from validation.contact_shapes import ShapeContact, shape_contacts
 from validation.datasets import dataset_folder
@@ -161,8 +160,7 @@ def main() -> None:
             "balls": ball_rows(estimators[0]) if options.balls and estimators else [],
             "blanks": blank_rows(options.blanks) if options.blanks > 0 else [],
         }
-        if options.json is not None:
-            write_atomic(options.json, json_bytes(document))
+        write_json(options.json, document)
 
 
 if __name__ == "__main__":

@@ -34,9 +34,8 @@ from recon.training.random_balls import SQUARE, random_ball
 from recon.training.random_surfaces import RECIPES
 from sensor.arguments import ending_in_a_sentence
 from sensor.dataset import read_dataset
-from sensor.documents import json_bytes
 from sensor.errors import WedgeError
-from sensor.files import check_outputs, write_atomic
+from sensor.files import check_outputs, write_json
 from validation.datasets import dataset_folder
 from validation.folds import fit_presses
 
@@ -221,9 +220,7 @@ def main() -> None:
         for row in measured(options.sensor):
             found.append(row)
             print(_line(row), flush=True)
-        if options.json:
-            content = {"doubt": [asdict(row) for row in found]}
-            write_atomic(options.json, json_bytes(content))
+        write_json(options.json, {"doubt": [asdict(row) for row in found]})
 
 
 if __name__ == "__main__":

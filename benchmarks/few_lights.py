@@ -34,9 +34,8 @@ from recon.pixels import BallPress, label_pixels
 from recon.presses import read_presses
 from sensor.arguments import ending_in_a_sentence
 from sensor.dataset import Dataset, read_dataset
-from sensor.documents import json_bytes
 from sensor.errors import WedgeError
-from sensor.files import check_outputs, write_atomic
+from sensor.files import check_outputs, write_json
 from sensor.unit import MissingAxis
 from validation.datasets import dataset_folder
 from validation.depth import depth_errors
@@ -230,9 +229,7 @@ def main() -> None:
             for comparison in compare(name, estimator):
                 found.append(comparison)
                 _print(comparison, real=not name.startswith("twin"))
-        if options.json:
-            content = {"few_lights": [asdict(comparison) for comparison in found]}
-            write_atomic(options.json, json_bytes(content))
+        write_json(options.json, {"few_lights": [asdict(comparison) for comparison in found]})
 
 
 def _print(comparison: Comparison, real: bool) -> None:

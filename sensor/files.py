@@ -11,7 +11,9 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from glob import escape
 from pathlib import Path
+from typing import Any
 
+from sensor.documents import json_bytes
 from sensor.errors import WedgeError
 
 TOKEN_BYTES = 6
@@ -52,6 +54,16 @@ def write_atomic(path: Path, content: bytes) -> None:
         stream.write(content)
         stream.flush()
         os.fsync(stream.fileno())
+
+
+def write_json(path: Path | None, document: Any) -> None:
+    """Write a document where somebody asked for one; what is no finite number becomes null.
+
+    Raises:
+        WedgeError: as ``write_atomic``.
+    """
+    if path is not None:
+        write_atomic(path, json_bytes(document))
 
 
 def clear_leftovers(path: Path) -> None:

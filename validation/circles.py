@@ -22,9 +22,8 @@ from recon.labels.find_circle import candidates, color_change, find_circle, sear
 from recon.presses import PressReader, press_reader
 from sensor.arguments import ending_in_a_sentence
 from sensor.dataset import BallLabel, read_dataset
-from sensor.documents import json_bytes
 from sensor.errors import WedgeError
-from sensor.files import check_outputs, write_atomic
+from sensor.files import check_outputs, write_json
 from validation.datasets import dataset_folder, on_this_machine, shared_folder
 from validation.importers.known_depth import published_labels
 from validation.intervals import Interval, bootstrap_intervals, counted, remark
@@ -229,8 +228,7 @@ def main() -> None:
         check_outputs(arguments.json)
         with ProcessPoolExecutor(2) as pool:
             numbers = measure(arguments.sets or on_this_machine(SETS), pool)
-        if arguments.json:
-            write_atomic(arguments.json, json_bytes(numbers))
+        write_json(arguments.json, numbers)
 
 
 if __name__ == "__main__":

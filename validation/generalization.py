@@ -33,9 +33,8 @@ from recon.pixels import BallPress, label_pixels
 from recon.presses import read_presses
 from sensor.arguments import ending_in_a_sentence
 from sensor.dataset import Dataset, read_dataset
-from sensor.documents import json_bytes
 from sensor.errors import WedgeError
-from sensor.files import check_outputs, write_atomic
+from sensor.files import check_outputs, write_json
 from validation.datasets import dataset_folder
 from validation.depth import depth_errors, true_depth
 from validation.error_table import measure_press
@@ -321,9 +320,8 @@ def main() -> None:
     with ending_in_a_sentence(parser):
         check_outputs(options.json)
         rows = measures[options.what]()
-        if options.json:
-            document = {"what": options.what, "dataset": options.dataset, "rows": rows}
-            write_atomic(options.json, json_bytes(document))
+        document = {"what": options.what, "dataset": options.dataset, "rows": rows}
+        write_json(options.json, document)
     for row in rows:
         print("  ".join(f"{key} {_text(value)}" for key, value in row.items()))
 

@@ -28,8 +28,7 @@ from recon.pixels import BallPress, Pixels, ball_slopes, label_pixels
 from recon.presses import read_presses
 from sensor.arguments import ending_in_a_sentence
 from sensor.dataset import read_dataset
-from sensor.documents import json_bytes
-from sensor.files import check_outputs, write_atomic
+from sensor.files import check_outputs, write_json
 from sensor.toml import Pair
 from validation.datasets import dataset_folder
 from validation.folds import fit_presses
@@ -191,8 +190,7 @@ def main() -> None:
     with ending_in_a_sentence(parser):
         check_outputs(options.json)
         rows = label_noise(options.dataset, (names[0], names[1]))
-        if options.json:
-            write_atomic(options.json, json_bytes(rows))
+        write_json(options.json, rows)
     for row in rows:
         cells = [f"{k} {v:.3f}" if isinstance(v, float) else f"{k} {v}" for k, v in row.items()]
         print("  ".join(cells))

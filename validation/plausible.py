@@ -28,8 +28,7 @@ from recon.plausible import MOST_OFF, is_implausible, slopes_of_no_surface
 from recon.presses import press_reader, read_presses
 from sensor.arguments import ending_in_a_sentence
 from sensor.dataset import Dataset, read_dataset
-from sensor.documents import json_bytes
-from sensor.files import check_outputs, write_atomic
+from sensor.files import check_outputs, write_json
 from validation.contact import blank_frames
 from validation.datasets import dataset_folder
 from validation.folds import fit_folds, fit_presses
@@ -156,8 +155,7 @@ def main() -> None:
                     print(
                         "  ".join(f"{k} {x}" for k, x in zip(row, cells, strict=True)), flush=True
                     )
-        if options.json:
-            write_atomic(options.json, json_bytes(rows))
+        write_json(options.json, rows)
 
 
 if __name__ == "__main__":

@@ -27,8 +27,7 @@ from recon.labels.find_circle import find_circle
 from recon.presses import press_reader
 from sensor.arguments import ending_in_a_sentence
 from sensor.dataset import BallLabel, read_dataset
-from sensor.documents import json_bytes
-from sensor.files import check_outputs, write_atomic
+from sensor.files import check_outputs, write_json
 from validation.contact import drifted, noisy
 from validation.datasets import dataset_folder, on_this_machine
 from validation.force import FORCES, measured_forces
@@ -163,8 +162,7 @@ def main() -> None:
         check_outputs(arguments.json)
         with ProcessPoolExecutor(2) as pool:
             rows = measure(pool)
-        if arguments.json:
-            write_atomic(arguments.json, json_bytes([asdict(row) for row in rows]))
+        write_json(arguments.json, [asdict(row) for row in rows])
     blank = _total(rows, ("before the grip", "seen again"))
     print(f"balls found on blank frames: {blank}; beside presses: ", end="")
     print(_total(rows, ("beside a press",)))
