@@ -15,33 +15,23 @@ import cv2
 import numpy as np
 
 from recon.arrays import Frame
-from recon.calibration import Calibration, calibrate
+from recon.calibration import Calibration, unit_of_set
 from recon.fast import FastReconstructor
 from recon.images import read_frame
 from recon.pipeline import Reconstructor
-from recon.presses import read_presses
 from sensor.arguments import ending_in_a_sentence
 from sensor.dataset import read_dataset
 from validation.datasets import dataset_folder
 
 SIZES_PX = ((320, 240), (200, 150), (160, 120), (97, 83), (64, 48))
 PRESSES = 6
-SEED = 0
 
 
 def taught(name: str) -> tuple[Calibration, list[Frame]]:
     """A unit of a rendered set, and frames of its presses and shapes."""
     folder = dataset_folder(name)
     dataset = read_dataset(folder)
-    unit = calibrate(
-        dataset,
-        read_presses(dataset),
-        estimator="default",
-        serial="s",
-        created="-",
-        metrics={},
-        seed=SEED,
-    )
+    unit = unit_of_set(dataset, "default")
     files = [label.file for label in dataset.labels[:PRESSES]]
     files += [f"{path.stem}.jpg" for path in sorted((folder / "truth").glob("*.npy"))]
     return unit, [read_frame(folder, file) for file in files]

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from benchmarks.measurement import Measurement
 from recon.arrays import Difference, Frame
-from recon.calibration import Calibration, calibrate
+from recon.calibration import Calibration, calibrate, unit_of_set
 from recon.images import read_frame
 from recon.presses import read_presses
 from sensor.dataset import read_dataset
@@ -63,15 +63,7 @@ def by_two_lights(folder: Path) -> tuple[Calibration, list[Frame]]:
     lights_deg = {c: deg for c, deg in (whole.card.lights_deg or {}).items() if c in "RB"}
     kept = [label for i, label in enumerate(whole.labels) if i % LEFT_OUT]
     dataset = replace(whole, card=replace(whole.card, lights_deg=lights_deg), labels=tuple(kept))
-    unit = calibrate(
-        dataset,
-        read_presses(dataset),
-        estimator="default",
-        serial="bench",
-        created="2000-01-01",
-        metrics={},
-        seed=0,
-    )
+    unit = unit_of_set(dataset, "default")
     return unit, [read_frame(folder, label.file) for label in whole.labels[::LEFT_OUT]]
 
 

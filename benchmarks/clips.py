@@ -16,13 +16,12 @@ from pathlib import Path
 import numpy as np
 
 from recon.arrays import Frame
-from recon.calibration import Calibration, calibrate
+from recon.calibration import Calibration, unit_of_set
 from recon.pipeline import Reconstruction
 from recon.pose.estimate import PoseEstimate
 from recon.pose.registration import contact_middle
 from recon.pose.rigid import angle_deg, applied, inverse
 from recon.pose.tracker import Tracker
-from recon.presses import read_presses
 from sensor.dataset import read_dataset
 from sensor.toml import Pair
 from validation.datasets import dataset_folder, shared_folder
@@ -86,16 +85,7 @@ class ThereAndBack:
 
 def learnt_elsewhere(estimator: str = "mlp") -> Calibration:
     """The other lab's unit."""
-    dataset = read_dataset(dataset_folder(LEARNT_FROM))
-    return calibrate(
-        dataset,
-        read_presses(dataset),
-        estimator=estimator,
-        serial=LEARNT_FROM,
-        created="2026-01-01",
-        metrics={},
-        seed=0,
-    )
+    return unit_of_set(read_dataset(dataset_folder(LEARNT_FROM)), estimator)
 
 
 def borrowed(unit: Calibration, frame: Frame) -> Calibration:

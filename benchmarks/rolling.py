@@ -20,13 +20,12 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from benchmarks.touches import Thing, bead, lowest_surface
-from recon.calibration import calibrate
+from recon.calibration import unit_of_set
 from recon.images import read_image
 from recon.pipeline import Reconstructor
 from recon.pose.rest import rest_at
 from recon.pose.rigid import Transform, angle_deg, inverse, rigid
 from recon.pose.tracker import REGISTRATIONS, Tracker
-from recon.presses import read_presses
 from sensor.arguments import ending_in_a_sentence
 from sensor.dataset import read_dataset
 from sensor.design import STANDARD
@@ -109,16 +108,7 @@ def followed(folder: Path, way: str) -> Mapping[str, Sequence[float]]:
     Raises:
         WedgeError: a frame is missing, or a tracker's library is not installed.
     """
-    dataset = read_dataset(dataset_folder("twin-standard"))
-    unit = calibrate(
-        dataset,
-        read_presses(dataset),
-        estimator="default",
-        serial="twin-standard",
-        created="2026-01-01",
-        metrics={},
-        seed=SEED,
-    )
+    unit = unit_of_set(read_dataset(dataset_folder("twin-standard")), "default")
     reconstruct = Reconstructor(unit, read_image(folder / BLANK))
     first, *_ = steps = poses(way)
     running = {name: Tracker(name, None, first, STANDARD.gel) for name in REGISTRATIONS}

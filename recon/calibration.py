@@ -19,7 +19,7 @@ from recon.geometry.lens import Lens, read_lens, write_lens
 from recon.geometry.unwarp import Unwarp, prepare_unwarp
 from recon.images import read_image, write_image
 from recon.lights import unseen_axis
-from recon.presses import PressSet
+from recon.presses import PressSet, read_presses
 from recon.tensor_files import read_tensors
 from sensor.dataset import LENS_FILE, Dataset
 from sensor.design import Wedge
@@ -169,6 +169,25 @@ def calibrate(
         created=created,
         metrics=metrics,
         design=design,
+    )
+
+
+def unit_of_set(dataset: Dataset, estimator: str) -> Calibration:
+    """A unit that all usable presses of a dataset taught, to measure or to try something with.
+
+    It is named as the dataset, of no real day, and says nothing of its errors.
+
+    Raises:
+        WedgeError: no press can be used.
+    """
+    return calibrate(
+        dataset,
+        read_presses(dataset),
+        estimator=estimator,
+        serial=dataset.card.name,
+        created="2000-01-01",
+        metrics={},
+        seed=0,
     )
 
 

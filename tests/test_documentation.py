@@ -24,9 +24,8 @@ import trimesh
 
 import app.__main__
 from app._words import understood
-from recon.calibration import calibrate
+from recon.calibration import unit_of_set
 from recon.images import read_image
-from recon.presses import read_presses
 from tests.synthetic import make_dataset
 from validation.datasets import DATASETS
 
@@ -51,15 +50,7 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     dataset = make_dataset(folder / "balls")
     for name, source in {"background": "background", "press": "press00"}.items():
         (folder / f"{name}.png").write_bytes((folder / "balls" / f"{source}.png").read_bytes())
-    unit = calibrate(
-        dataset,
-        read_presses(dataset),
-        estimator="table",
-        serial="wedge-001",
-        created="2026-01-01",
-        metrics={},
-        seed=0,
-    )
+    unit = unit_of_set(dataset, "table")
     (folder / "units").mkdir()
     unit.save(folder / "units" / "wedge-001")
     (text,) = [text for text in blocks(DOCS / "howto" / "design.md", "toml") if "base" in text]

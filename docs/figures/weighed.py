@@ -7,10 +7,9 @@ from pathlib import Path
 import numpy as np
 from style import INK, bare, figure
 
-from recon.calibration import calibrate
+from recon.calibration import unit_of_set
 from recon.integration.poisson import integrate
 from recon.pipeline import reconstruct
-from recon.presses import read_presses
 from sensor.dataset import read_dataset
 from validation.datasets import dataset_folder
 from validation.shapes import measure_shapes, name_in_words
@@ -20,10 +19,7 @@ MOST_MM = 0.08
 SCALE_MM = 2.0
 
 folder = dataset_folder("twin-finger")
-dataset = read_dataset(folder)
-unit = calibrate(
-    dataset, read_presses(dataset), estimator="default", serial="s", created="-", metrics={}, seed=0
-)
+unit = unit_of_set(read_dataset(folder), "default")
 shapes = {shape.name: shape for shape in measure_shapes(folder, unit)}
 drawing = figure(7.4, 5.4)
 rows = drawing.subplots(len(SHAPES), 3)

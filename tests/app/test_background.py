@@ -10,10 +10,9 @@ import pytest
 
 from app.__main__ import main
 from app._remarks import light_remarks
-from recon.calibration import calibrate
+from recon.calibration import unit_of_set
 from recon.fast import FastReconstructor
 from recon.images import read_image, write_image
-from recon.presses import read_presses
 from tests.app.test_watching import _Endless, until, watching
 from tests.recon.fast.units import make_unit
 from tests.synthetic import make_dataset
@@ -29,15 +28,7 @@ def workplace(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A unit, the blank gel and a press, both as bright as then, dimmer, and too dim."""
     folder = tmp_path_factory.mktemp("workplace")
     dataset = make_dataset(folder / "set", presses=8)
-    calibrate(
-        dataset,
-        read_presses(dataset),
-        estimator="table",
-        serial="test",
-        created="2026-01-01",
-        metrics={},
-        seed=0,
-    ).save(folder / "unit")
+    unit_of_set(dataset, "table").save(folder / "unit")
     for name, share in (("same", 0.0), ("near", 0.2), ("dim", 0.6)):
         for index, file in enumerate(("background.png", dataset.labels[0].file)):
             (folder / name).mkdir(exist_ok=True)

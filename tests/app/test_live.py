@@ -24,12 +24,10 @@ from app.pages.blank import BLANK_FRAMES
 from app.pages.following import APART
 from app.pages.live import HISTORY_S, sparkline
 from app.pages.watching import Watcher
-from recon.calibration import Calibration, calibrate
+from recon.calibration import unit_of_set
 from recon.images import read_image, write_image
-from recon.presses import read_presses
 from recon.stream import Counts, TimedFrame
 from recon.stream.jpeg import decode_jpeg
-from sensor.dataset import Dataset
 from sensor.errors import WedgeError
 from tests.app.served import opened, served
 from tests.browser import chromium, needs_chromium
@@ -67,22 +65,9 @@ def live(*words: object) -> Iterator[tuple[Page, list[str]]]:
         window.remove_listener("weberror", note)
 
 
-def learnt(dataset: Dataset) -> Calibration:
-    """A unit of an ideal sensor."""
-    return calibrate(
-        dataset,
-        read_presses(dataset),
-        estimator="table",
-        serial="ideal",
-        created="2026-01-01",
-        metrics={},
-        seed=0,
-    )
-
-
 @needs_chromium
 def test_two_sensors_one_of_them_away(tmp_path: Path) -> None:
-    unit, rng = learnt(make_dataset(tmp_path / "set")), np.random.default_rng(0)
+    unit, rng = unit_of_set(make_dataset(tmp_path / "set"), "table"), np.random.default_rng(0)
     unit.save(tmp_path / "unit")
     light = shaded(gradient_of((50.0, 45.0, 17.0)))
     for index in range(20):
@@ -140,7 +125,7 @@ def test_a_real_clip_shows_its_touch(tmp_path: Path) -> None:
     background = cv2.cvtColor(capture.read()[1], cv2.COLOR_BGR2RGB)
     capture.release()
     # What colour means is learnt from an ideal sensor whose lights sit as the Wedge's do.
-    ideal = learnt(make_dataset(tmp_path / "set"))
+    ideal = unit_of_set(make_dataset(tmp_path / "set"), "table")
     card = replace(
         ideal.card,
         frame_size_px=(640, 480),
@@ -274,7 +259,7 @@ def test_the_surface_lies_as_the_gel_frame_says() -> None:
 
 def test_each_press_of_a_dataset_is_an_object_of_its_own(tmp_path: Path) -> None:
     dataset = make_dataset(tmp_path / "set", presses=6)
-    watcher = Watcher(str(dataset.folder), learnt(dataset), tmp_path)
+    watcher = Watcher(str(dataset.folder), unit_of_set(dataset, "table"), tmp_path)
     reconstruct = watcher._prepared()
     for label in dataset.labels:  # each elsewhere, with no lift between
         frame = read_image(dataset.folder / label.file)

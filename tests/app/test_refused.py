@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from app._sources import refuse_few
-from recon.calibration import calibrate
-from recon.presses import read_presses
+from recon.calibration import unit_of_set
 from sensor.errors import WedgeError
 from tests.app.test_commands import refused
 from tests.synthetic import SIZE_PX, make_dataset
@@ -22,8 +21,7 @@ def workplace(tmp_path_factory):
     """A dataset and a unit calibrated on it, shared and not to be changed."""
     folder = tmp_path_factory.mktemp("workplace")
     dataset = make_dataset(folder / "set", presses=12)
-    words = {"estimator": "table", "serial": "unit", "created": "2026-01-01", "metrics": {}}
-    calibrate(dataset, read_presses(dataset), seed=0, **words).save(folder / "unit")
+    unit_of_set(dataset, "table").save(folder / "unit")
     return folder
 
 

@@ -15,11 +15,10 @@ from PIL import Image
 import app._growing_files
 import app.track
 from app.__main__ import main
-from recon.calibration import calibrate
+from recon.calibration import unit_of_set
 from recon.images import read_image, write_image
 from recon.pipeline import Reconstructor
 from recon.plausible import STRANGE
-from recon.presses import read_presses
 from recon.stream import Recorder, TimedFrame
 from recon.stream.jpeg import encode_jpeg
 from sensor.wire import Stamp
@@ -39,16 +38,7 @@ def workplace(tmp_path_factory):
     """A unit, and a clip of a ball that comes, rolls sideways and leaves."""
     folder = tmp_path_factory.mktemp("workplace")
     dataset = make_dataset(folder / "set", presses=8)
-    unit = calibrate(
-        dataset,
-        read_presses(dataset),
-        estimator="table",
-        serial="test",
-        created="2026-01-01",
-        metrics={},
-        seed=0,
-    )
-    unit.save(folder / "unit")
+    unit_of_set(dataset, "table").save(folder / "unit")
     places = [None, (50.0, 45.0, 17.0), (50.5, 45.0, 17.0), (51.0, 45.0, 17.0), None]
     rng = np.random.default_rng(0)
     (folder / "clip").mkdir()

@@ -15,10 +15,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from recon.calibration import calibrate
+from recon.calibration import unit_of_set
 from recon.fast import FastReconstructor
 from recon.images import read_image
-from recon.presses import read_presses
 from recon.stream import Counts, TimedFrame, open_source
 from recon.stream.jpeg import decode_jpeg
 from recon.stream.ros import FORMAT
@@ -43,17 +42,7 @@ def node(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A unit, and a folder of one JPEG of a press."""
     folder = tmp_path_factory.mktemp("desk")
-    dataset = make_dataset(folder / "balls")
-    unit = calibrate(
-        dataset,
-        read_presses(dataset),
-        estimator="table",
-        serial="wedge-001",
-        created="2026-01-01",
-        metrics={},
-        seed=0,
-    )
-    unit.save(folder / "unit")
+    unit_of_set(make_dataset(folder / "balls"), "table").save(folder / "unit")
     (folder / "frames").mkdir()
     press = Image.fromarray(read_image(folder / "balls" / "press00.png"))
     press.save(folder / "frames" / "0.jpg", quality=95)

@@ -12,7 +12,7 @@ import pytest
 import recon
 import sensor
 from recon.ball import ball_cap
-from recon.calibration import calibrate
+from recon.calibration import unit_of_set
 from recon.contact.disturbed import boundary_of, disturbed_mask
 from recon.contact.mask import contact_mask
 from recon.depth import HINT_SHARE, SEEN_SHARE, infer_gradient, without
@@ -24,7 +24,6 @@ from recon.missing_axis.columns import weigh_columns
 from recon.missing_axis.inference import infer_missing_axis
 from recon.missing_axis.moved import FLANK, MARGIN_PX
 from recon.pipeline import Reconstructor, reconstruct
-from recon.presses import read_presses
 from recon.still import REACH
 from sensor.errors import WedgeError
 from tests.synthetic import (
@@ -41,15 +40,7 @@ from tests.synthetic import (
 
 
 def save_unit(dataset, folder, estimator="mlp"):
-    calibrate(
-        dataset,
-        read_presses(dataset),
-        estimator=estimator,
-        serial="wedge-001",
-        created="2026-03-01",
-        metrics={},
-        seed=0,
-    ).save(folder)
+    unit_of_set(dataset, estimator).save(folder)
 
 
 @pytest.fixture(scope="module", params=[None, KEYSTONE_PX], ids=["straight", "keystone"])

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from safetensors.numpy import load_file, save_file
 
-from recon.calibration import calibrate, load_calibration
+from recon.calibration import load_calibration, unit_of_set
 from recon.estimators import restore_estimator
 from recon.estimators.default import MEMBERS, MEMBERS_OF_FEW, SLOPE_KNOTS
 from recon.estimators.lean import FLAT
@@ -20,7 +20,6 @@ from recon.estimators.mlp import HIDDEN
 from recon.estimators.networks import HIDDEN as HIDDEN_OF_DEFAULT
 from recon.estimators.shading import LIGHT_POWERS
 from recon.estimators.surroundings import ASPECTS
-from recon.presses import read_presses
 from recon.still import FARTHEST, REACH
 from recon.tensor_files import read_tensors
 from recon.unet.weights import MISSING_AXIS, load_weights, save_weights, shipped_weights
@@ -52,15 +51,7 @@ def test_numbers_that_numpy_lacks_are_named(tmp_path, kind):
 @pytest.fixture(scope="module")
 def calibration(tmp_path_factory):
     dataset = make_dataset(tmp_path_factory.mktemp("set"), presses=3)
-    return calibrate(
-        dataset,
-        read_presses(dataset),
-        estimator="table",
-        serial="wedge-001",
-        created="2026-03-01",
-        metrics={},
-        seed=0,
-    )
+    return unit_of_set(dataset, "table")
 
 
 @pytest.mark.parametrize("kind", KINDS)

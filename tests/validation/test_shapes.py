@@ -11,9 +11,8 @@ import pytest
 
 from app._reproduce_comparisons import shapes_by_estimator
 from recon.ball import ball_cap
-from recon.calibration import Calibration, calibrate
+from recon.calibration import Calibration, unit_of_set
 from recon.images import read_image, write_image
-from recon.presses import read_presses
 from sensor.errors import WedgeError
 from tests.synthetic import MM_PER_PX, SIZE_PX, make_dataset
 from validation.figures.png import png_bytes
@@ -27,15 +26,7 @@ def taught(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Calibration]
     """A synthetic set, one press of which appears once more as a shape, and a unit of the rest."""
     folder = tmp_path_factory.mktemp("set")
     dataset = make_dataset(folder, presses=8)
-    unit = calibrate(
-        dataset,
-        read_presses(dataset),
-        estimator="table",
-        serial="x",
-        created="2026-01-01",
-        metrics={},
-        seed=0,
-    )
+    unit = unit_of_set(dataset, "table")
     label = dataset.labels[0]
     cap = ball_cap(
         SIZE_PX,
