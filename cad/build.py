@@ -31,8 +31,6 @@ from cad.refusals import refuse_unbuildable
 from cad.steps import Assembly
 from sensor.design import Wedge
 
-Progress = Callable[[str], None]
-
 
 @dataclass(frozen=True)
 class Model:

@@ -109,12 +109,6 @@ class Skin:
     """Where the object touches."""
 
 
-def untouched(view: View) -> Skin:
-    """The skin at rest."""
-    shape = view.size_px[::-1]
-    return Skin(depth_mm=np.zeros(shape), contact=np.zeros(shape, bool))
-
-
 def pressed(view: View, gel: Gel, reach_mm: Map, cover_mm: float = 0.0) -> Skin:
     """The skin under an object.
 

@@ -10,7 +10,7 @@ in a laser are hydrogen chloride, so a knife cuts them.
 import io
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from ezdxf import units
@@ -134,18 +134,6 @@ def outline(piece: Piece, grow: float = 0.0) -> list[Vertex]:
 
 def _angle(middle: tuple[float, float], point: tuple[float, float]) -> float:
     return math.atan2(point[1] - middle[1], point[0] - middle[0])
-
-
-def area_mm2(points: Sequence[Vertex]) -> float:
-    """Area inside a closed outline with bulges."""
-    total = 0.0
-    for (x0, y0, bulge), (x1, y1, _) in zip(points, [*points[1:], points[0]], strict=True):
-        total += (x0 * y1 - x1 * y0) / 2
-        if bulge:
-            angle = 4 * math.atan(bulge)
-            radius = math.hypot(x1 - x0, y1 - y0) / (2 * math.sin(abs(angle) / 2))
-            total += radius**2 / 2 * (angle - math.sin(angle))
-    return total
 
 
 def laser_files(design: Wedge) -> Iterator[tuple[str, bytes]]:

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What an object looks like from a pose: earlier touches of it, or its mesh."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Protocol, runtime_checkable
@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from recon.pose.mesh import Mesh, averaged
 from recon.pose.pyramid import Pyramid
 from recon.pose.registration import Registration, Touch, contact_middle, of_one_sensor, own
-from recon.pose.rest import gel_of, laid, lifted, tangent
+from recon.pose.rest import gel_of, lifted, tangent
 from recon.pose.rigid import (
     Covariance,
     Points,
@@ -246,21 +246,3 @@ def moved_mm(item: Keyframe, between: Transform) -> float:
     """How far a motion in the gel frame moves the middle of a keyframe's contact."""
     middle = np.append(item.middle, 1.0)
     return float(np.linalg.norm((between @ middle - middle)[:3]))
-
-
-def touches(
-    seen: Iterable[tuple[Touch, Transform]], registration: Registration, gel: Gel | None = None
-) -> TouchModel:
-    """A model of touches with known poses.
-
-    Args:
-        seen: the touches and their poses.
-        registration: the tracker's.
-        gel: the tracker's.
-    """
-    return TouchModel(
-        keyframes=[
-            keyframe(laid(own(touch), gel), pose, np.zeros((6, 6)), registration)
-            for touch, pose in seen
-        ]
-    )

@@ -3,9 +3,11 @@
 """Models that several tests measure, built once, and a folder written twice by the command."""
 
 import fcntl
+import math
 import os
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -13,7 +15,7 @@ import pytest
 from bom.bill import make_bill, read_parts
 from bom.fit import parts_for
 from cad.build import Model, manifest_of, model
-from cad.exports.laser import Piece, sheets
+from cad.exports.laser import Piece, Vertex, sheets
 from cad.guide import part_names
 from sensor.design import FINGER, STANDARD, Wedge
 
@@ -23,6 +25,18 @@ ROOT = Path(__file__).resolve().parents[2]
 def pieces_by_id(design: Wedge) -> dict[str, Piece]:
     """Every piece of every sheet."""
     return {piece.id: piece for sheet in sheets(design) for piece in sheet.pieces}
+
+
+def area_mm2(points: Sequence[Vertex]) -> float:
+    """Area inside a closed outline with bulges."""
+    total = 0.0
+    for (x0, y0, bulge), (x1, y1, _) in zip(points, [*points[1:], points[0]], strict=True):
+        total += (x0 * y1 - x1 * y0) / 2
+        if bulge:
+            angle = 4 * math.atan(bulge)
+            radius = math.hypot(x1 - x0, y1 - y0) / (2 * math.sin(abs(angle) / 2))
+            total += radius**2 / 2 * (angle - math.sin(angle))
+    return total
 
 
 def names_of(built: Model) -> dict[str, str]:

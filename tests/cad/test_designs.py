@@ -17,13 +17,13 @@ from cad.bounds import at_least
 from cad.build import model, run_checks
 from cad.checks.sight import check_sight
 from cad.electronics.resistors import ADAPTER_MA, ADAPTER_V, RATED_W, ballasts
-from cad.exports.laser import area_mm2, outline, sheet_dxf, sheets
+from cad.exports.laser import outline, sheet_dxf, sheets
 from cad.mesh import mesh_of
 from cad.refusals import refuse_unbuildable
 from sensor.design import FINGER, STANDARD, Wedge
 from sensor.design_file import load_design
 from sensor.errors import WedgeError
-from tests.cad.conftest import pieces_by_id
+from tests.cad.conftest import area_mm2, pieces_by_id
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -25,7 +25,7 @@ from cad.build import Model, manifest_of
 from cad.catalogue import PRINTED
 from cad.electronics.wiring import wiring_svg
 from cad.exports.drawing import drawing_of
-from cad.exports.laser import area_mm2, outline, sheet_dxf, sheets
+from cad.exports.laser import outline, sheet_dxf, sheets
 from cad.exports.solids import step_of_assembly
 from cad.exports.step_colors import with_colors
 from cad.exports.views import color_of
@@ -34,7 +34,7 @@ from cad.manifest import with_hashes
 from cad.mesh import DEFLECTION_MM
 from cad.strokes import strokes, width_of
 from sensor.design import FINGER, STANDARD
-from tests.cad.conftest import pieces_by_id
+from tests.cad.conftest import area_mm2, pieces_by_id
 from validation.report.fabrication import fabrication_section
 
 Folders = tuple[Path, Path]

@@ -23,12 +23,12 @@ from simulation.presses import (
 from simulation.skin import (
     NARROW_PX,
     SMALLEST_MM,
+    Skin,
     View,
     collar_mm,
     gel_view,
     pressed,
     rest_height_mm,
-    untouched,
 )
 
 FLAT = replace(STANDARD.gel, curved=False)
@@ -145,8 +145,9 @@ def test_what_does_not_reach_the_skin_is_refused() -> None:
     assert pressed(VIEW, FLAT, needle).depth_mm.any()
     with pytest.raises(WedgeError, match="does not reach"):
         pressed(VIEW, FLAT, needle, cover_mm=0.5)
+    still = np.zeros(VIEW.size_px[::-1])
     with pytest.raises(WedgeError, match="no pixel shows the contact"):
-        contact_circle_px(untouched(VIEW))
+        contact_circle_px(Skin(depth_mm=still, contact=still > 0))
 
 
 @pytest.mark.parametrize("design", [STANDARD, FINGER])

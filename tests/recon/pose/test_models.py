@@ -21,13 +21,12 @@ from recon.pose.models import (
     MeshModel,
     TouchModel,
     keyframe,
-    touches,
 )
 from recon.pose.registration import contact_middle, contact_points
 from recon.pose.rigid import applied, motion
 from recon.pose.tracker import REGISTRATIONS, Tracker
 from sensor.errors import WedgeError
-from tests.recon.pose.touched import bead_pair, coarse_bead
+from tests.recon.pose.touched import bead_pair, coarse_bead, touches
 
 
 def of_bead() -> Keyframe:

@@ -16,7 +16,7 @@ from benchmarks.touches import SyntheticTouch, pressed
 from recon.integration.poisson import integrate
 from recon.pose.joint import Joint
 from recon.pose.mesh import averaged, render
-from recon.pose.models import MeshModel, touches
+from recon.pose.models import MeshModel
 from recon.pose.pyramid import Pyramid
 from recon.pose.registration import own, pixel_grid_mm
 from recon.pose.rest import laid, lifted, rest_at, rest_of, tangent
@@ -25,7 +25,7 @@ from recon.pose.rim import rim
 from recon.pose.tracker import REGISTRATIONS, Tracker
 from sensor.design import STANDARD, Gel
 from sensor.errors import WedgeError
-from tests.recon.pose.touched import coarse_bead, corner
+from tests.recon.pose.touched import coarse_bead, corner, touches
 
 GEL = STANDARD.gel
 SIZE_PX, MM_PER_PX, FINE = (160, 120), (0.2, 0.19), (0.1268, 0.1268)

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from benchmarks.touches import SyntheticTouch, Thing, _below, _convex, bead, lowest_surface
 from recon.integration.poisson import integrate
 from recon.pose.joint import Joint
-from recon.pose.models import MOST_LEARNT, TouchModel, keyframe, touches
+from recon.pose.models import MOST_LEARNT, TouchModel, keyframe
 from recon.pose.pyramid import Pyramid
 from recon.pose.registration import PRIOR, PRIOR_DEG, own, pixel_grid_mm
 from recon.pose.rigid import angle_deg, inverse, motion, rigid, shift_mm
@@ -26,6 +26,7 @@ from tests.recon.pose.touched import (
     coarse_bead,
     corner,
     touch,
+    touches,
 )
 
 every_tracker = pytest.mark.parametrize("name", REGISTRATIONS)

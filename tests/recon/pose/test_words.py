@@ -9,11 +9,10 @@ import pytest
 
 from benchmarks.touches import SyntheticTouch, bead, pressed
 from recon.pose.joint import Joint
-from recon.pose.models import touches
 from recon.pose.rigid import motion, rigid, turned_covariance
 from recon.pose.tracker import LEAST_CONTACT_PX, LONGEST_STEP_DEG, LONGEST_STEP_MM, Tracker
 from sensor.errors import WedgeError
-from tests.recon.pose.touched import MM_PER_PX, bead_pair, coarse_bead, corner, touch
+from tests.recon.pose.touched import MM_PER_PX, bead_pair, coarse_bead, corner, touch, touches
 
 
 @pytest.mark.parametrize(

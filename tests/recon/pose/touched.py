@@ -2,11 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Touches of a quarter of a frame's pixels, made once for all tests."""
 
+from collections.abc import Iterable
 from functools import cache
 
 import numpy as np
 
 from benchmarks.touches import SyntheticTouch, Thing, bead, cube_corner, motions, pressed
+from recon.pose.models import TouchModel, keyframe
+from recon.pose.registration import Registration, Touch, own
+from recon.pose.rest import laid
+from recon.pose.rigid import Transform
+from sensor.design import Gel
 
 SIZE_PX, MM_PER_PX = (160, 120), (0.1268, 0.1268)
 PAIRS = 8
@@ -42,3 +48,15 @@ def blank() -> SyntheticTouch:
     gradient = 0.05 * rng.standard_normal((*SIZE_PX[::-1], 2)).astype(np.float32)
     empty = np.zeros(SIZE_PX[::-1], np.float32)
     return SyntheticTouch(gradient=gradient, depth_mm=empty, contact=empty > 0, mm_per_px=MM_PER_PX)
+
+
+def touches(
+    seen: Iterable[tuple[Touch, Transform]], registration: Registration, gel: Gel | None = None
+) -> TouchModel:
+    """A model of touches with known poses, for a tracker of the same registration and gel."""
+    return TouchModel(
+        keyframes=[
+            keyframe(laid(own(item), gel), pose, np.zeros((6, 6)), registration)
+            for item, pose in seen
+        ]
+    )
