@@ -303,9 +303,9 @@ def bead(radius_mm: float = 5.0, press_mm: float = 0.8, amplitude_mm: float = 0.
     return Thing(name="textured bead", field=field, start_mm=start_mm)
 
 
-def screw(radius_mm: float = 2.0, press_mm: float = 0.9) -> Thing:
+def screw() -> Thing:
     """A thread along x, 1 mm a turn and 0.3 mm high, that tapers at both ends."""
-    height_mm, pitch_mm, end_mm = 0.3, 1.0, 4.0
+    radius_mm, press_mm, height_mm, pitch_mm, end_mm = 2.0, 0.9, 0.3, 1.0, 4.0
     axis_z = radius_mm + height_mm / 2 - press_mm
 
     def field(points: Points) -> tuple[Values, Points]:

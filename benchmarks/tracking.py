@@ -94,13 +94,13 @@ def _off_mm(found: Transform, true: Transform) -> float:
     return shift_mm(inverse(found) @ true)
 
 
-def roll(trackers: Sequence[str] = ("joint", "gicp"), to_deg: float = 360.0) -> Roll:
+def roll(trackers: Sequence[str] = ("joint", "gicp")) -> Roll:
     """Roll and follow."""
     thing: Thing = bead()
     center = np.array([0, 0, 5.0 - 0.8])
     rng = np.random.default_rng(3)
     running = {name: Tracker(name) for name in trackers}
-    angles = np.arange(0, to_deg + 1e-9, ROLL_STEP_DEG)
+    angles = np.arange(0, 360 + 1e-9, ROLL_STEP_DEG)
     errors: dict[str, list[float]] = {name: [] for name in trackers}
     estimates: list[PoseEstimate] = []
     touches: list[SyntheticTouch] = []

@@ -36,11 +36,10 @@ _EDGES_DEG = 25.0
 
 @dataclass(frozen=True)
 class Item:
-    """One mesh to draw: its colour (red, green, blue in 0 to 1) and opacity."""
+    """One mesh to draw: its colour (red, green, blue in 0 to 1)."""
 
     mesh: trimesh.Trimesh
     color: Vector
-    opacity: float = 1.0
     edges: bool = True
 
 
@@ -113,7 +112,6 @@ def _add(renderer: vtkRenderer, item: Item) -> None:
     actor.SetMapper(mapper)
     look = actor.GetProperty()
     look.SetColor(*item.color)
-    look.SetOpacity(item.opacity)
     look.SetInterpolationToFlat()
     look.SetAmbient(0.15)
     renderer.AddActor(actor)

@@ -18,12 +18,12 @@ def draw_pixels(axes: Axes) -> None:
         axes.plot(column, row, "o", color=INK, ms=5)
 
 
-def draw_midpoints(axes: Axes, color: str = ORANGE) -> None:
+def draw_midpoints(axes: Axes) -> None:
     """The slopes between neighbours."""
     for row, column in product(range(ROWS), range(COLUMNS - 1)):
-        axes.plot(column + 0.5, row, ">", color=color, ms=5)
+        axes.plot(column + 0.5, row, ">", color=ORANGE, ms=5)
     for row, column in product(range(ROWS - 1), range(COLUMNS)):
-        axes.plot(column, row + 0.5, "v", color=color, ms=5)
+        axes.plot(column, row + 0.5, "v", color=ORANGE, ms=5)
 
 
 def draw_dirichlet(axes: Axes) -> None:

@@ -40,11 +40,10 @@ def figure(width_in: float, height_in: float) -> Figure:
     return Figure(figsize=(width_in, height_in), facecolor="white", layout="constrained")
 
 
-def bare(axes: Axes, *, equal: bool = True) -> Axes:
+def bare(axes: Axes) -> Axes:
     """Axes for a drawing: no frame, no ticks."""
     axes.set_axis_off()
-    if equal:
-        axes.set_aspect("equal")
+    axes.set_aspect("equal")
     return axes
 
 

@@ -16,13 +16,13 @@ network sees of them.
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
 from functools import partial
-from itertools import islice
 from typing import Literal
 
 import cv2
 import numpy as np
 from jaxtyping import Float32
 
+from recon.training.batches import made_ahead
 from recon.training.contact_surfaces import STEEPEST_SLOPE, contact_surface, surface_gradient
 
 Recipe = Literal["paper", "contact"]
@@ -33,6 +33,8 @@ LARGEST_SIGMA_SHARE = 0.2  # of the frame's shorter side
 HEIGHT_SHARE = (0.005, 0.08)  # of the frame's shorter side; 0.1 to 2 mm of a pad 25 mm wide
 BLOCK = 50
 """Surfaces that a worker makes at a time."""
+BLOCKS_AHEAD = 7
+"""What is made waits in memory until it is taken."""
 
 
 def paper_surface(rng: np.random.Generator, height_px: int, width_px: int) -> Surface:
@@ -76,7 +78,6 @@ def surface_set(
     size_px: tuple[int, int],
     seed: int,
     executor: Executor,
-    progress: Callable[[float], None] = lambda _share: None,
 ) -> Float32[np.ndarray, "count h w"]:
     """Many surfaces, made in parallel; the result does not depend on by whom.
 
@@ -86,18 +87,12 @@ def surface_set(
         size_px: rows and columns of each.
         seed: surface i is drawn from (seed, i).
         executor: runs the blocks.
-        progress: called with the share that is done.
     """
     surfaces = np.empty((count, *size_px), np.float32)
-    starts = iter(range(0, count, BLOCK))
+    starts = range(0, count, BLOCK)
     make = partial(_block, recipe, count, size_px, seed)
-    # A few blocks ahead and no more: what is made waits in memory until it is taken.
-    waiting = [(start, executor.submit(make, start)) for start in islice(starts, 8)]
-    while waiting:
-        start, block = waiting.pop(0)
-        surfaces[start : start + BLOCK] = block.result()
-        progress(min(start + BLOCK, count) / count)
-        waiting.extend((later, executor.submit(make, later)) for later in islice(starts, 1))
+    for start, block in zip(starts, made_ahead(make, starts, executor, BLOCKS_AHEAD), strict=True):
+        surfaces[start : start + BLOCK] = block
     return surfaces
 
 
