@@ -11,13 +11,13 @@ The last line says of how many of the frames as they are a change of light is to
 """
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from recon.arrays import DepthMap, Difference, Unwarped
 from recon.calibration import Calibration, load_calibration
-from recon.pipeline import reconstruct
 from recon.pixels import BallPress
 from recon.presses import press_reader, read_presses
 from recon.same_light import in_same_light
@@ -25,6 +25,7 @@ from sensor.arguments import ending_in_a_sentence
 from sensor.dataset import read_dataset
 from validation.datasets import dataset_folder
 from validation.depth import depth_errors
+from validation.reconstructed import reconstruct_press
 
 FACTORS = (0.75, 0.9, 0.97, 1.0, 1.03, 1.1, 1.25)
 
@@ -37,14 +38,9 @@ def in_other_light(press: BallPress, blank: Unwarped, factor: float) -> Differen
 
 def depth_mm_of(unit: Calibration, press: BallPress, difference: Difference) -> DepthMap:
     """Depth by the unit."""
-    return reconstruct(
-        difference,
-        unit.estimator,
-        missing=unit.card.missing_axis,
-        lights_deg=unit.card.lights_deg,
-        mm_per_px=press.mm_per_px,
-        hidden=press.hidden,
-    ).depth_mm
+    seen = replace(press, difference=difference)
+    card = unit.card
+    return reconstruct_press(seen, unit.estimator, card.missing_axis, card.lights_deg).depth_mm
 
 
 def measure(folder: Path, name: str) -> None:

@@ -11,11 +11,11 @@ import numpy as np
 from recon.arrays import ContactMask, Difference, Frame, Unwarped
 from recon.contact.disturbed import disturbed_mask
 from recon.markers.filling import fill_gradients
-from recon.pipeline import reconstruct
 from recon.pixels import BallPress
 from recon.presses import PressReader, press_reader
 from sensor.dataset import Dataset
 from validation.folds import Fold
+from validation.reconstructed import reconstruct_press
 
 READ_NOISE_LEVELS, SHOT_NOISE, FLICKER = (0.5, 2.0), 0.02, 0.002
 COLOR_DRIFT, STAIN, STAINS_ACROSS = 0.012, 0.003, (16, 12)
@@ -58,14 +58,7 @@ def ball_overlaps(
     for fold in folds:
         for index in fold.test:
             press = presses[index]
-            touch = reconstruct(
-                press.difference,
-                fold.estimator,
-                missing="none",
-                lights_deg=dataset.card.lights_deg,
-                mm_per_px=press.mm_per_px,
-                hidden=press.hidden,
-            )
+            touch = reconstruct_press(press, fold.estimator, "none", dataset.card.lights_deg)
             found.append(disc_overlap(press, touch.contact))
     return found
 
