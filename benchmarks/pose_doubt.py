@@ -17,7 +17,6 @@ from statistics import fmean
 import numpy as np
 from jaxtyping import Float
 from scipy.ndimage import gaussian_filter
-from scipy.spatial.transform import Rotation
 
 from benchmarks.touches import (
     SLOPE_NOISE,
@@ -32,7 +31,7 @@ from benchmarks.touches import (
 from recon.arrays import GradientField
 from recon.integration.poisson import integrate
 from recon.pose.registration import Registration
-from recon.pose.rigid import Covariance, Transform, Twist, inverse
+from recon.pose.rigid import Covariance, Transform, Twist, inverse, turn_and_shift
 from recon.pose.tracker import REGISTRATIONS
 
 LENGTHS_PX = (0.0, 2.0, 4.0, 8.0)
@@ -92,8 +91,7 @@ def errors_of(
         )
         found = registration.align(first, second, np.eye(4))
         left = inverse(step.moved) @ found.T_current_reference
-        turn = Rotation.from_matrix(left[:3, :3]).as_rotvec()
-        yield np.concatenate([turn, left[:3, 3]]), found.covariance
+        yield turn_and_shift(left), found.covariance
 
 
 def square(twist: Twist, covariance: Covariance) -> float:

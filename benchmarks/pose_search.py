@@ -40,7 +40,7 @@ from recon.pose.joint import Joint
 from recon.pose.mesh import Mesh, render, under_side
 from recon.pose.models import Keyframe, MeshModel
 from recon.pose.registration import Touch, contact_middle, contact_points
-from recon.pose.rigid import Transform, angle_deg, applied, inverse, rigid
+from recon.pose.rigid import Transform, angle_deg, applied, inverse, rigid, turn_and_shift
 from recon.pose.symmetry import nearest_turn, own_rotations
 from recon.pose.tracker import ALIKE, FITS, Tracker
 
@@ -226,8 +226,7 @@ def held(case: Case, found: PoseEstimate, rotations: list[Transform]) -> float:
     assert found.T_sensor_object is not None and found.covariance is not None
     turn = nearest_turn(case.pose, found.T_sensor_object, rotations)
     left = inverse(found.T_sensor_object) @ case.pose @ turn
-    twist = np.concatenate([Rotation.from_matrix(left[:3, :3]).as_rotvec(), left[:3, 3]])
-    return square(twist, found.covariance)
+    return square(turn_and_shift(left), found.covariance)
 
 
 def searched(case: Case) -> Outcome:

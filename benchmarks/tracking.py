@@ -25,7 +25,7 @@ from benchmarks.touches import SyntheticTouch, Thing, bead, motions, pressed, th
 from recon.pipeline import Reconstructor
 from recon.pose.estimate import PoseEstimate
 from recon.pose.pyramid import Pyramid
-from recon.pose.rigid import Transform, angle_deg, inverse, rigid, shift_mm
+from recon.pose.rigid import Transform, angle_deg, inverse, rigid, shift_mm, turn_and_shift
 from recon.pose.tracker import REGISTRATIONS, Tracker
 from validation.datasets import shared_folder
 from validation.tracking import Roll, StepErrors
@@ -75,7 +75,7 @@ def _errors(
         found = registration.align(reference, registration.prepare(second), np.eye(4))
         taken = time.process_time() - begun
         left = inverse(moved) @ found.T_current_reference
-        twist = np.concatenate([Rotation.from_matrix(left[:3, :3]).as_rotvec(), left[:3, 3]])
+        twist = turn_and_shift(left)
         square = float(twist @ np.linalg.solve(found.covariance, twist))
         rows.append((angle_deg(left), _off_mm(found.T_current_reference, moved), square, taken))
     angle, shift, _, taken = (median(column) for column in zip(*rows, strict=True))

@@ -5,12 +5,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from app.pages import pictures
 from recon.follower import Felt
 from recon.pose.estimate import PoseEstimate
-from recon.pose.rigid import Points
+from recon.pose.rigid import Points, turn_and_shift
 from validation.figures.markers import draw_arrows, marker_words
 from validation.figures.tracking import anchor_on, pose_picture
 
@@ -64,10 +63,11 @@ def pose_words(found: PoseEstimate) -> str:
     """Turn and shift with a standard deviation each, or why there are none."""
     if found.T_sensor_object is None:
         return found.reason
-    turn = np.degrees(Rotation.from_matrix(found.T_sensor_object[:3, :3]).as_rotvec())
-    shift = found.T_sensor_object[:3, 3]
+    turn, shift = np.split(turn_and_shift(found.T_sensor_object), 2)
     return (
-        "turn {:+.1f} {:+.1f} {:+.1f}° ± {:.1f}°, ".format(*turn, found.rotation_std_deg)
+        "turn {:+.1f} {:+.1f} {:+.1f}° ± {:.1f}°, ".format(
+            *np.degrees(turn), found.rotation_std_deg
+        )
         + "shift {:+.2f} {:+.2f} {:+.2f} mm ± {:.2f} mm".format(*shift, found.translation_std_mm)
         + (f"; {found.reason}" if found.reason else "")
     )

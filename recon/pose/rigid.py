@@ -11,6 +11,7 @@ import math
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
 
 Transform = Float[np.ndarray, "4 4"]
 Twist = Float[np.ndarray, "6"]
@@ -107,6 +108,12 @@ def angle_deg(transform: Transform) -> float:
 def shift_mm(transform: Transform) -> float:
     """How far a transform moves the origin."""
     return float(np.linalg.norm(transform[:3, 3]))
+
+
+def turn_and_shift(transform: Transform) -> Twist:
+    """The rotation vector in rad and the translation in mm; of a small motion, its twist."""
+    turn = Rotation.from_matrix(transform[:3, :3]).as_rotvec()
+    return np.concatenate([turn, transform[:3, 3]])
 
 
 def straightened(transform: Transform) -> Transform:

@@ -10,13 +10,12 @@ import numpy as np
 from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from scipy.spatial.transform import Rotation
 
 from recon.arrays import ContactMask, GradientField, Unwarped
 from recon.pose.estimate import PoseEstimate
 from recon.pose.registration import Touch, contact_points, own
 from recon.pose.rest import laid
-from recon.pose.rigid import Points, Transform, applied, inverse
+from recon.pose.rigid import Points, Transform, applied, inverse, turn_and_shift
 from sensor.design import Gel
 from sensor.toml import Pair
 from validation.figures.overlay import Picture, enlarged, with_words
@@ -94,13 +93,13 @@ def series(
     for index, item in enumerate(found):
         if item.T_sensor_object is None or item.covariance is None:
             continue
-        rest = Rotation.from_matrix(item.T_sensor_object[:3, :3]).as_rotvec()
+        rest, shift[index] = np.split(turn_and_shift(item.T_sensor_object), 2)
         once = 2 * np.pi * rest / max(float(np.linalg.norm(rest)), 1e-12)
         choices = whole - once, whole, whole + once
         away = [np.linalg.norm(choice + rest - last) for choice in choices]
         whole = choices[int(np.argmin(away))]
         vector = last = whole + rest
-        turn[index], shift[index] = np.degrees(vector), item.T_sensor_object[:3, 3]
+        turn[index] = np.degrees(vector)
         deviation = np.sqrt(np.maximum(np.diag(item.covariance), 0))
         spread[index] = np.concatenate([np.degrees(deviation[:3]), deviation[3:]])
     return turn, shift, spread
@@ -142,10 +141,9 @@ def overlay(
     """
     numbers = ""
     if found.T_sensor_object is not None:
-        turn = np.degrees(Rotation.from_matrix(found.T_sensor_object[:3, :3]).as_rotvec())
-        shift = found.T_sensor_object[:3, 3]
+        turn, shift = np.split(turn_and_shift(found.T_sensor_object), 2)
         numbers = "turn {:+.1f} {:+.1f} {:+.1f} deg   shift {:+.2f} {:+.2f} {:+.2f} mm".format(
-            *turn, *shift
+            *np.degrees(turn), *shift
         )
     shown = pose_picture(image, contact, mm_per_px, found, anchor_mm)
     return with_words(shown, found.words, WORDS.get(found.state, LOST), numbers)
@@ -184,7 +182,7 @@ def _draw_axes(
     scale = picture.shape[1] / columns
     rows = picture.shape[0] / scale
     ends = anchor_mm + np.concatenate([np.zeros((1, 3)), AXIS_MM * np.eye(3)])
-    seen = ends @ pose[:3, :3].T + pose[:3, 3]
+    seen = applied(pose, ends)
     x_px = (seen[:, 0] / mm_per_px[0] + (columns - 1) / 2 + 0.5) * scale
     y_px = (seen[:, 1] / mm_per_px[1] + (rows - 1) / 2 + 0.5) * scale
     places = np.clip(np.round(np.stack([x_px, y_px], 1)), -4000, 4000).astype(int)

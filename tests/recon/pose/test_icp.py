@@ -10,7 +10,6 @@ from typing import Literal, get_args
 import cv2
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 from benchmarks.touches import (
     CONTACT_DEPTH_MM,
@@ -25,7 +24,7 @@ from recon.pose.gaps import gaps_between
 from recon.pose.icp import MOST_POINTS, Icp
 from recon.pose.noise import pixels
 from recon.pose.registration import PRIOR
-from recon.pose.rigid import Transform, inverse, motion
+from recon.pose.rigid import Transform, inverse, motion, turn_and_shift
 from tests.recon.pose.touched import coarse_bead, touch
 
 Kind = Literal["PLANE_ICP", "GICP"]
@@ -66,8 +65,7 @@ def errors(kind: Kind, thing: str, noise: float) -> Iterator[tuple[np.ndarray, n
         )
         found = registration.align(first, second, np.eye(4))
         left = inverse(pose) @ found.T_current_reference
-        turn = Rotation.from_matrix(left[:3, :3]).as_rotvec()
-        yield np.concatenate([turn, left[:3, 3]]), found.covariance
+        yield turn_and_shift(left), found.covariance
 
 
 @every_kind

@@ -17,6 +17,7 @@ from recon.pose.rigid import (
     rigid_or_none,
     skew,
     straightened,
+    turn_and_shift,
     turned_covariance,
 )
 
@@ -52,6 +53,12 @@ def test_adjoint_carries_twists_from_one_frame_to_another(twist, place):
     transform = motion(place)
     there = transform @ motion(twist) @ inverse(transform)
     np.testing.assert_allclose(there, motion(adjoint(transform) @ twist), atol=1e-9)
+
+
+@given(twists, st.integers(-8, -3))
+def test_turn_and_shift_of_a_small_motion_are_its_twist(twist, power):
+    small = twist * 10.0**power
+    np.testing.assert_allclose(turn_and_shift(motion(small)), small, atol=10.0 ** (2 * power + 1))
 
 
 @given(twists)

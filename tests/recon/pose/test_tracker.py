@@ -15,7 +15,7 @@ from recon.pose.joint import Joint
 from recon.pose.models import MOST_LEARNT, TouchModel, keyframe
 from recon.pose.pyramid import Pyramid
 from recon.pose.registration import PRIOR, PRIOR_DEG, own, pixel_grid_mm
-from recon.pose.rigid import angle_deg, inverse, motion, rigid, shift_mm
+from recon.pose.rigid import angle_deg, inverse, motion, rigid, shift_mm, turn_and_shift
 from recon.pose.tracker import REGISTRATIONS, Tracker
 from sensor.errors import WedgeError
 from tests.recon.pose.touched import (
@@ -322,7 +322,7 @@ def test_errors_are_as_large_as_the_covariance_says():
     for first, second, moved in bead_pairs():
         found = Joint().align(Pyramid(first), Pyramid(second), np.eye(4))
         left = inverse(moved) @ found.T_current_reference
-        error = np.concatenate([Rotation.from_matrix(left[:3, :3]).as_rotvec(), left[:3, 3]])
+        error = turn_and_shift(left)
         squares.append(error @ np.linalg.solve(found.covariance, error))
     assert 1 < np.mean(squares) < 15  # six, of a perfect covariance
 
