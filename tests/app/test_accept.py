@@ -10,7 +10,7 @@ from app import accept
 from recon.geometry.unwarp import prepare_unwarp
 from recon.stream import Recorder
 from sensor.errors import WedgeError
-from tests.app.test_commands import refused
+from tests.app.commands import refused
 from tests.recon.stream.servers import FRAMES, ScriptedServer
 from tests.recon.stream.test_http import numbered
 from tests.recon.stream.test_newest import SCAN

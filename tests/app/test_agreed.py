@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 import app._workers
-from app.__main__ import main
 from recon.labels import find_circles
 from recon.presses import press_reader
 from sensor.dataset import BallLabel, read_dataset
+from tests.app.commands import run
 from tests.synthetic import BALL_RADIUS_MM, SIZE_PX, make_dataset
 
 
@@ -35,9 +35,7 @@ def labels(frames: Path, out: Path, command: str) -> tuple[BallLabel, ...]:
     else:
         size = ("--pad-size-mm", 0.1 * SIZE_PX[0], 0.1 * SIZE_PX[1])
         words = [*command.split(), frames, "--out", out, "--ball-radius-mm", BALL_RADIUS_MM, *size]
-    with pytest.raises(SystemExit) as left:
-        main([str(word) for word in words])
-    assert left.value.code in (0, None)
+    assert run(*words) == 0
     return read_dataset(out).labels
 
 

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.__main__ import main
 from app._remarks import light_remarks
 from recon.calibration import unit_of_set
 from recon.fast import FastReconstructor
 from recon.images import read_image, write_image
+from tests.app.commands import run
 from tests.app.test_watching import _Endless, until, watching
 from tests.recon.fast.units import make_unit
 from tests.synthetic import make_dataset
@@ -53,9 +53,7 @@ def test_commands_say_once_that_the_light_is_another(
     source = frames if name == "track" else frames / "frame-1.png"
     blank = first or frames / "frame-0.png"
     words = [name, workplace / "unit", source, "--background", blank, "--json", numbers]
-    with pytest.raises(SystemExit) as stop:
-        main([str(word) for word in (*words, "--out", tmp_path / "out")])
-    assert stop.value.code in (0, None)
+    assert run(*words, "--out", tmp_path / "out") == 0
     said = [line for line in capsys.readouterr().err.splitlines() if "brightness" in line]
     remarks = [line for line in json.loads(numbers.read_text())["remarks"] if "brightness" in line]
     assert said == remarks and len(said) == (light == "dim")

@@ -25,7 +25,7 @@ from recon.stream import TimedFrame
 from sensor.dataset import LENS_FILE, read_dataset, write_labels
 from sensor.design import STANDARD
 from sensor.errors import WedgeError
-from tests.app.test_commands import refused, run
+from tests.app.commands import refused, run
 from tests.synthetic import BALL_RADIUS_MM, KEYSTONE_PX, make_dataset, pad_size_mm
 from tests.validation.importers.test_raw_frames import GAP_MM, caliper, off_pad
 
@@ -73,9 +73,7 @@ def test_names_in_a_folder_say_what_shows_the_blank_gel_and_a_caliper(
     ]:
         write_image(frames / name, read_image(like.folder / file))
     words = ["--like", str(like.folder), "--presses", "2", "--out", str(tmp_path / "out")]
-    with pytest.raises(SystemExit) as left:
-        main(["capture", str(frames), *words])
-    assert left.value.code == 0
+    assert run("capture", frames, *words) == 0
     np.testing.assert_array_equal(
         read_image(tmp_path / "out" / "background.png"), read_image(blank)
     )
@@ -95,9 +93,7 @@ def test_a_folder_without_a_name_for_the_blank_gel_has_it_first_and_that_is_said
         write_image(frames / name, read_image(like.folder / file))
     write_image(frames / "b.png", read_image(like.folder / "press00.png"))
     words = ["--like", str(like.folder), "--presses", "1", "--out", str(out)]
-    with pytest.raises(SystemExit) as left:
-        main(["capture", str(frames), *words])
-    assert left.value.code == 0
+    assert run("capture", frames, *words) == 0
     blank = read_image(like.folder / "background.png")
     np.testing.assert_array_equal(read_image(out / "background.png"), blank)
     assert "a.png is taken to show it" in capsys.readouterr().err
@@ -110,9 +106,7 @@ def test_of_several_balls_one_must_be_named(
     first, second = like.labels
     write_labels(like.folder / "labels.csv", [replace(first, ball_radius_mm=2.5), second])
     words = ["capture", str(tmp_path), "--like", str(like.folder), "--out", str(tmp_path / "out")]
-    with pytest.raises(SystemExit) as stop:
-        main(words)
-    assert stop.value.code == 2
+    assert run(*words) == 2
     assert "balls of 2.5 and 4 mm radius" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
@@ -218,9 +212,7 @@ def test_a_caliper_that_is_named_for_another_gap_is_refused(
 ) -> None:
     words = named_sensor(tmp_path)
     words[words.index("--caliper-mm") + 1] = "5"
-    with pytest.raises(SystemExit) as left:
-        main(words)
-    assert left.value.code == 2
+    assert run(*words) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert "3mm-0.png gives a caliper gap of 3 mm, but --caliper-mm is 5" in line
     assert not (tmp_path / "out").exists()
@@ -234,9 +226,7 @@ def test_a_folder_of_a_caliper_alone_is_refused(
     write_image(tmp_path / "blank.png", blank)
     write_image(tmp_path / "frames" / "5mm-0.png", press)
     words = ["--like", str(like.folder), "--background", str(tmp_path / "blank.png")]
-    with pytest.raises(SystemExit) as left:
-        main(["capture", str(tmp_path / "frames"), *words, "--out", str(tmp_path / "out")])
-    assert left.value.code == 2
+    assert run("capture", tmp_path / "frames", *words, "--out", tmp_path / "out") == 2
     assert "holds no picture of a ball press" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
@@ -301,9 +291,7 @@ def test_what_was_taken_stays_where_its_circles_are_not_found_anew(
 ) -> None:
     monkeypatch.setattr(Ending, "fault", fault)
     monkeypatch.setattr(app._workers, "process_pool", Ending)
-    with pytest.raises(SystemExit) as left:
-        main(list(new_sensor(tmp_path)))
-    assert left.value.code == status
+    assert run(*new_sensor(tmp_path)) == status
     assert "The presses are kept in" in capsys.readouterr().err
     kept = read_dataset(tmp_path / "out")
     assert len(kept.labels) == 3
@@ -342,9 +330,7 @@ def test_a_pad_s_size_beside_another_dataset_is_refused(
 ) -> None:
     like = make_dataset(tmp_path / "like", presses=1)
     words = ["--like", str(like.folder), "--out", str(tmp_path / "out"), *options]
-    with pytest.raises(SystemExit) as left:
-        main(["capture", str(like.folder), *words])
-    assert left.value.code == 2
+    assert run("capture", like.folder, *words) == 2
     assert f"leave {options[0]} out" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
@@ -390,9 +376,7 @@ def test_a_circle_that_somebody_draws_while_presses_are_taken_stays(
         return usual(watcher, frame)
 
     monkeypatch.setattr(PressWatcher, "judge_alone", meanwhile)
-    with pytest.raises(SystemExit) as left:
-        main(words)
-    assert left.value.code == 0
+    assert run(*words) == 0
     captured = read_dataset(out)
     assert [label.file for label in captured.labels] == [f"press-00{i}.png" for i in (1, 2, 3)]
     assert [label.quality == CERTAIN for label in captured.labels] == [True, False, False]

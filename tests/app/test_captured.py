@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 
 import app._workers
-from app.__main__ import main
 from recon.labels import find_circles
 from recon.labels.capture import PressWatcher
 from recon.labels.corner_book import CornerBook
@@ -22,6 +21,7 @@ from recon.labels.find_circles import agreed, found_circle, labels_of
 from recon.labels.label_book import CERTAIN, LabelBook
 from recon.presses import press_reader
 from sensor.dataset import BallLabel, Dataset, read_dataset, write_card
+from tests.app.commands import run
 from tests.app.test_capture import new_sensor
 from validation.importers import folder as importers_folder
 from validation.importers.lights import measure_lights_deg
@@ -49,12 +49,6 @@ def between_presses(monkeypatch: pytest.MonkeyPatch, *changes: Callable[[], obje
         return usual(watcher, frame)
 
     monkeypatch.setattr(PressWatcher, "judge_alone", meanwhile)
-
-
-def status(words: list[str]) -> object:
-    with pytest.raises(SystemExit) as ended:
-        main(words)
-    return ended.value.code
 
 
 def move_corner(out: Path, by_px: float = 4.0) -> None:
@@ -95,7 +89,7 @@ def test_presses_go_on_by_corners_moved_meanwhile(
         moved.append(read_dataset(out).card.corners_px)
 
     between_presses(monkeypatch, change)
-    assert status(words) == 0
+    assert run(*words) == 0
     captured = read_dataset(out)
     assert [captured.card.corners_px] == moved
     assert list(captured.labels) == as_found(captured)
@@ -114,7 +108,7 @@ def test_ctrl_c_while_moved_corners_are_followed_ends_the_capture_with_all_circl
         raise KeyboardInterrupt
 
     monkeypatch.setattr(PressWatcher, "look_through", interrupted)
-    status(words)
+    run(*words)
     captured = read_dataset(out)
     assert len(captured.labels) == 2  # the press after the move was taken before
     assert list(captured.labels) == as_found(captured, 2)
@@ -133,7 +127,7 @@ def test_corners_moved_while_circles_are_found_at_the_caliper_s_scale(
         return usual(dataset)
 
     monkeypatch.setattr(importers_folder, "lit", meanwhile)
-    assert status(words) == 0
+    assert run(*words) == 0
     captured = read_dataset(out)
     assert [captured.card.corners_px] == moved
     assert list(captured.labels) == as_found(captured)
@@ -152,7 +146,7 @@ def test_a_press_without_a_ball_by_corners_moved_at_the_end_is_named(
         return usual(dataset)
 
     monkeypatch.setattr(importers_folder, "lit", meanwhile)
-    assert status(words) == 0
+    assert run(*words) == 0
     assert f"no ball was found in {PRESSES[2]}." in capsys.readouterr().out
     captured = read_dataset(out)
     assert list(captured.labels) == as_found(captured, 2)
@@ -170,7 +164,7 @@ def test_circles_drawn_in_pixels_of_other_corners_end_it_and_all_is_kept(
         book.put(drawn[0])
 
     between_presses(monkeypatch, draw, lambda: edit_corner(out))
-    assert status(words) == 2
+    assert run(*words) == 2
     said = capsys.readouterr().err.splitlines()[-1]
     assert "check whether they still fit. The presses are kept in" in said
     assert list(read_dataset(out).labels) == drawn
@@ -193,7 +187,7 @@ def test_a_card_that_cannot_be_read_meanwhile_costs_no_press(
         path.write_bytes(b"mm_per_px = [\n")
 
     between_presses(monkeypatch, spoil, *([lambda: path.write_bytes(whole)] * is_mended))
-    assert status(words) == (0 if is_mended else 2)
+    assert run(*words) == (0 if is_mended else 2)
     assert all((out / file).is_file() for file in PRESSES)
     if not is_mended:
         said = capsys.readouterr().err.splitlines()[-1]
@@ -217,7 +211,7 @@ def test_a_circle_that_waited_is_centred_like_the_others(
         path.write_bytes(b"mm_per_px = [\n")
 
     between_presses(monkeypatch, spoil, lambda: path.write_bytes(whole))
-    assert status(words) == 0
+    assert run(*words) == 0
     captured = read_dataset(path.parent)
     assert list(captured.labels) == as_found(captured)
 
@@ -241,7 +235,7 @@ def test_corners_that_another_file_kept_from_being_read_are_followed_once_it_is_
         path.write_bytes(whole)
 
     between_presses(monkeypatch, move_and_spoil, lambda: None, lambda: None, mend)
-    assert status(words) == 0
+    assert run(*words) == 0
     lines = capsys.readouterr().err.splitlines()
     (unread,) = [i for i, line in enumerate(lines) if "judged as before until this" in line]
     (followed,) = [i for i, line in enumerate(lines) if "judged by it from now on" in line]
@@ -288,7 +282,7 @@ def test_others_need_not_wait_while_circles_are_found_and_lights_measured(
 
     monkeypatch.setattr(app._workers, "process_pool", Busy)
     monkeypatch.setattr("validation.importers.folder.measure_lights_deg", lights)
-    assert status(words) == 0
+    assert run(*words) == 0
     captured = read_dataset(out)
     assert [label.file for label in captured.labels] == PRESSES[:2]
     assert [label.quality == CERTAIN for label in captured.labels] == [False, True]

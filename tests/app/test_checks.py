@@ -11,9 +11,9 @@ from playwright.sync_api import expect
 
 import app.test
 from app import bench
-from app.__main__ import main
 from app.test import CHECKS, ROOT, _passes
 from benchmarks.measurement import Measurement
+from tests.app.commands import run
 from tests.app.served import opened
 from tests.browser import needs_chromium
 
@@ -68,34 +68,27 @@ def test_pages_opened_from_the_disk_are_searched(built: Built, tmp_path: Path) -
         expect(found).to_have_attribute("href", (site / "other.html").as_uri())
 
 
-def status(*words: str) -> int:
-    with pytest.raises(SystemExit) as left:
-        main(list(words))
-    assert isinstance(left.value.code, int)
-    return left.value.code
-
-
 @pytest.mark.parametrize("broken", [None, "ruff", "mypy", "pytest", "mkdocs"])
 def test_any_check_that_fails_fails_the_command_and_the_others_run_all_the_same(
     broken: str | None, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     ran: list[str] = []
 
-    def run(tool: str, *arguments: str, output: int | None = None) -> CompletedProcess[str]:
+    def tool_run(tool: str, *arguments: str, output: int | None = None) -> CompletedProcess[str]:
         ran.append(tool)
         # Of pytest, any status but 0: 5 is that it found no test.
         failed = {"pytest": 5}.get(tool, 1) if tool == broken else 0
         return CompletedProcess(tool, failed, stdout=f"{tool} was here\n")
 
-    monkeypatch.setattr(app.test, "_run", run)
-    assert status("test") == (1 if broken else 0)
+    monkeypatch.setattr(app.test, "_run", tool_run)
+    assert run("test") == (1 if broken else 0)
     *checks, last = ran  # the checks run beside each other
     assert sorted(checks) == sorted(command.split()[0] for command in CHECKS.values())
     assert last == "pytest"
     told = capsys.readouterr()
     assert (f"{broken} was here" in told.out) is (broken not in (None, "pytest"))
     assert ("wedge: failed: " in told.err) is bool(broken)
-    assert status("test", "-k", "poisson") == (5 if broken == "pytest" else 0)
+    assert run("test", "-k", "poisson") == (5 if broken == "pytest" else 0)
 
 
 @pytest.mark.parametrize(("value", "missed"), [(0.9, False), (1.0, False), (1.1, True)])
@@ -110,5 +103,5 @@ def test_a_figure_that_misses_its_bar_fails_the_bench(
         Measurement(name="other", value=9.0, unit="s"),
     ]
     monkeypatch.setattr(bench, "_all", lambda: iter([(0.5, x) for x in figures]))
-    assert status("bench") == int(missed)
+    assert run("bench") == int(missed)
     assert ("MISSED" in capsys.readouterr().out) is missed

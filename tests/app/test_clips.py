@@ -20,7 +20,7 @@ from recon.stream import FolderSource, McapSource, Recorder, TimedFrame
 from recon.stream.jpeg import encode_jpeg
 from sensor.errors import WedgeError
 from sensor.wire import Stamp
-from tests.app.test_streams import refused, run
+from tests.app.commands import refused, run
 from tests.app.test_touch_commands import PLACES, make_unit, with_dots
 from tests.recon.stream.servers import ScriptedServer, stream, write_clip
 

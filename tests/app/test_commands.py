@@ -15,10 +15,10 @@ import pytest
 
 import recon.estimators.default_training as default_training
 import recon.estimators.mlp_training as mlp_training
-from app.__main__ import main
 from recon.calibration import calibrate, load_calibration
 from recon.images import read_image, write_image
 from recon.presses import read_presses
+from tests.app.commands import refused, run
 from tests.synthetic import KEYSTONE_PX, SIZE_PX, make_dataset, true_depth_mm
 
 
@@ -41,22 +41,6 @@ def workplace(tmp_path_factory):
         patch.setattr(default_training, "BATCH", 128)
         assert run("calibrate", folder / "set", "--out", folder / "unit") == 0
     return folder
-
-
-def run(*words):
-    with pytest.raises(SystemExit) as stop:
-        main([str(word) for word in words])
-    return stop.value.code
-
-
-def refused(capsys, *words):
-    """The one sentence that a refused command prints."""
-    capsys.readouterr()
-    assert run(*words) == 2
-    sentence = capsys.readouterr().err.strip().splitlines()[-1]
-    assert sentence.startswith("wedge: ")
-    assert "Traceback" not in sentence
-    return sentence
 
 
 def contents(folder):

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from playwright.sync_api import WebSocket, expect
 
-from app.__main__ import main
 from app.pages.corners import DIGIT_PX, label_places
 from recon.geometry.lens import Lens, write_lens
 from recon.labels.corner_book import CornerBook
@@ -18,6 +17,7 @@ from recon.labels.label_book import LabelBook
 from recon.presses import press_reader, read_background
 from sensor.dataset import BallLabel, Dataset, read_dataset, write_card, write_labels
 from sensor.errors import WedgeError
+from tests.app.commands import run
 from tests.app.served import opened, served, serving
 from tests.browser import needs_chromium
 from tests.synthetic import KEYSTONE_PX, make_dataset
@@ -223,9 +223,7 @@ def test_digits_stand_clear_of_rings_and_within_the_frame() -> None:
 def test_corners_without_a_page_are_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    with pytest.raises(SystemExit) as stop:
-        main(["label", str(tmp_path), "--corners", "--no-page"])
-    assert stop.value.code == 2
+    assert run("label", tmp_path, "--corners", "--no-page") == 2
     assert "--no-page opens none: leave one of them out" in capsys.readouterr().err
 
 

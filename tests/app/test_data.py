@@ -13,7 +13,7 @@ from app._importing import _say
 from recon.geometry.lens import Lens, read_lens, write_lens
 from sensor.dataset import LENS_FILE, DatasetCard, read_dataset
 from sensor.design import FINGER
-from tests.app.test_commands import refused, run
+from tests.app.commands import refused, run
 from tests.synthetic import (
     BALL_RADIUS_MM,
     KEYSTONE_PX,

@@ -13,7 +13,8 @@ from recon.pose.rest import rest_at
 from recon.touch_file import SKIN
 from sensor.design import FINGER, STANDARD
 from sensor.unit import read_unit_card, write_unit_card
-from tests.app.test_track import run, workplace  # noqa: F401  (a fixture)
+from tests.app.commands import run
+from tests.app.test_track import workplace  # noqa: F401  (a fixture)
 
 
 def felt(path):

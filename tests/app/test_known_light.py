@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import recon.estimators.default_training as default_training
-from app.__main__ import main
 from recon.calibration import load_calibration
 from recon.contact.known_light import MOST_UNLIKE
 from recon.contact.mask import contact_mask
@@ -16,6 +15,7 @@ from recon.fast.reconstructor import FastReconstructor
 from recon.images import read_frame
 from recon.pipeline import Reconstructor
 from sensor.dataset import read_dataset, write_labels
+from tests.app.commands import run
 from tests.synthetic import make_dataset
 from validation.contact import iou
 from validation.datasets import dataset_folder
@@ -31,9 +31,7 @@ def quick_training(monkeypatch):
 
 
 def calibrated(folder, out, capsys):
-    with pytest.raises(SystemExit) as stop:
-        main(["calibrate", str(folder), "--out", str(out)])
-    assert stop.value.code == 0
+    assert run("calibrate", folder, "--out", out) == 0
     return capsys.readouterr().out
 
 

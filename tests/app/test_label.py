@@ -21,13 +21,13 @@ from playwright.sync_api import expect
 import app._workers
 import app.label
 import recon.labels.label_book
-from app.__main__ import main
 from recon.images import write_image
 from recon.labels.find_circles import found_circle, found_labels
 from recon.labels.label_book import CERTAIN, LabelBook, doubtful_first, pressed_frames
 from recon.presses import press_reader
 from sensor.dataset import BallLabel, Dataset, read_dataset, write_card, write_labels
 from sensor.errors import WedgeError
+from tests.app.commands import run
 from tests.app.forked import FORKS
 from tests.app.served import opened, served
 from tests.browser import needs_chromium
@@ -87,9 +87,7 @@ def test_a_frame_of_another_camera_is_named(tmp_path: Path) -> None:
 
 def label_quietly(dataset: Dataset, *words: str) -> object:
     """The exit status of the automatic search."""
-    with pytest.raises(SystemExit) as stop:
-        main(["label", str(dataset.folder), "--no-page", *words])
-    return stop.value.code
+    return run("label", dataset.folder, "--no-page", *words)
 
 
 def test_a_circle_found_again_is_that_of_the_press_s_own_ball(

@@ -10,7 +10,7 @@ import pytest
 import app.label
 import sensor.files
 from sensor.dataset import write_labels
-from tests.app.test_commands import refused, run
+from tests.app.commands import refused, run
 from tests.synthetic import make_dataset
 
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-import app.__main__
 from recon.geometry.lens import read_lens
 from recon.images import write_image
 from sensor.dataset import Dataset, write_labels
+from tests.app.commands import run
 from tests.chessboards import TILTS, TRUE, rendered
 from tests.synthetic import make_dataset
 
@@ -39,18 +39,11 @@ def presses(folder: Path, *, labelled: bool) -> Dataset:
     return dataset
 
 
-def lens_of(*words: object) -> int:
-    with pytest.raises(SystemExit) as ended:
-        app.__main__.main(["lens", *map(str, words)])
-    assert isinstance(ended.value.code, int)
-    return ended.value.code
-
-
 def test_chessboards_become_the_lens_beside_the_presses(
     chessboards: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder, picture = presses(tmp_path / "balls", labelled=False).folder, tmp_path / "lens.png"
-    assert lens_of(chessboards, "--out", folder, "--picture", picture) == 0
+    assert run("lens", chessboards, "--out", folder, "--picture", picture) == 0
     lens = read_lens(folder / "camera.toml")
     assert lens.frame_size_px == TRUE.frame_size_px
     assert lens.focal_px == pytest.approx(TRUE.focal_px, rel=0.02)
@@ -67,7 +60,7 @@ def test_what_shows_no_whole_board_is_named(
     mixed = tmp_path / "mixed"
     shutil.copytree(chessboards, mixed)
     write_image(mixed / "lid.png", np.full((240, 320, 3), 90, np.uint8))
-    assert lens_of(mixed, "--out", tmp_path / "balls") == 0
+    assert run("lens", mixed, "--out", tmp_path / "balls") == 0
     assert "No whole board of that size was found in lid.png." in capsys.readouterr().out
     assert (tmp_path / "balls" / "camera.toml").is_file()
 
@@ -80,7 +73,7 @@ def test_boards_that_keep_to_the_middle_leave_a_guess_and_say_so(
     for number, tilt in enumerate(TILTS):
         frame = rendered(tilt, number)
         write_image(folder / f"{number}.png", frame[inset : 240 - inset, inset : 320 - inset])
-    assert lens_of(folder, "--out", tmp_path / "balls") == 0
+    assert run("lens", folder, "--out", tmp_path / "balls") == 0
     said = "is a guess: take boards nearer to the frame's corners." in capsys.readouterr().out
     assert said == guessed
 
@@ -114,7 +107,7 @@ def test_a_place_or_pictures_that_do_not_fit_are_refused_and_nothing_is_written(
             for number in range(2):
                 write_image(pictures / f"{number}.png", rendered(TILTS[number], number))
             reason = "a whole chessboard was found in 2 of 2 pictures"
-    assert lens_of(pictures, "--out", out) == 2
+    assert run("lens", pictures, "--out", out) == 2
     error = capsys.readouterr().err
     assert reason in error.splitlines()[-1]
     assert not (out / "camera.toml").exists()
@@ -126,6 +119,6 @@ def test_a_picture_that_would_pass_for_a_press_or_a_board_is_refused(
 ) -> None:
     out = tmp_path / "raw"
     picture = (out if beside == "presses" else chessboards) / "lens.png"
-    assert lens_of(chessboards, "--out", out, "--picture", picture) == 2
+    assert run("lens", chessboards, "--out", out, "--picture", picture) == 2
     assert "would be taken for one of the pictures beside it" in capsys.readouterr().err
     assert not picture.exists() and not out.exists()

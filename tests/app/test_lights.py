@@ -15,7 +15,7 @@ from recon.labels.circles import Circle
 from sensor.dataset import read_dataset, write_card
 from sensor.design import FINGER
 from sensor.unit import read_unit_card
-from tests.app.test_commands import run
+from tests.app.commands import run
 from tests.synthetic import BALL_RADIUS_MM, LIGHTS_DEG, SIZE_PX, make_dataset
 
 RED_AND_BLUE = {"R": 90.0, "B": -90.0}

@@ -18,7 +18,6 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, WebError
 
-from app.__main__ import main
 from app.pages import pictures
 from app.pages.blank import BLANK_FRAMES
 from app.pages.following import APART
@@ -29,6 +28,7 @@ from recon.images import read_image, write_image
 from recon.stream import Counts, TimedFrame
 from recon.stream.jpeg import decode_jpeg
 from sensor.errors import WedgeError
+from tests.app.commands import run
 from tests.app.served import opened, served
 from tests.browser import chromium, needs_chromium
 from tests.recon.fast.units import blank_frame, make_unit, pressed
@@ -297,9 +297,7 @@ def test_bad_input_is_a_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[s
             (str(tmp_path / "nothing"),): "nothing does not exist: name an address",
         }
         for words, sentence in cases.items():
-            with pytest.raises(SystemExit) as stop:
-                main(["live", *words])
-            assert stop.value.code == 2
+            assert run("live", *words) == 2
             assert sentence in capsys.readouterr().err
 
 

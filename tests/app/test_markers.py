@@ -12,8 +12,8 @@ from mcap.reader import make_reader
 
 from recon.images import write_image
 from recon.markers.tracking import MarkerTracker, Tracked
+from tests.app.commands import run
 from tests.app.test_clips import pictures, unit
-from tests.app.test_streams import run
 from tests.app.test_touch_commands import PLACES
 from tests.sensor.test_files import full_disk
 

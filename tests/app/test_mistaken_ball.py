@@ -10,7 +10,7 @@ import pytest
 from recon.presses import deep_presses, read_presses
 from sensor.dataset import read_dataset, write_card, write_labels
 from sensor.unit import read_unit_card
-from tests.app.test_commands import refused, run
+from tests.app.commands import refused, run
 from tests.synthetic import KEYSTONE_PX, MM_PER_PX, SIZE_PX, make_dataset, make_deeper_set
 
 pytestmark = pytest.mark.usefixtures("in_this_process")

@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import pytest
 
-from app.__main__ import main
 from app._pitch import pitch_remarks
 from recon.presses import read_presses
 from sensor.dataset import read_dataset, write_card
+from tests.app.commands import run
 from tests.synthetic import BALL_RADIUS_MM, KEYSTONE_PX, MM_PER_PX, make_dataset
 
 
@@ -78,8 +78,6 @@ def test_calibrate_says_it(dataset, tmp_path, capsys):
     x, y = MM_PER_PX
     write_card(dataset.folder / "dataset.toml", replace(dataset.card, mm_per_px=(x, 1.3 * y)))
     words = ["calibrate", str(dataset.folder), "--out", str(tmp_path / "u"), "--estimator", "table"]
-    with pytest.raises(SystemExit) as left:
-        main(words)
-    assert left.value.code == 0
+    assert run(*words) == 0
     (said,) = pitch_remarks(read_dataset(dataset.folder))
     assert said in capsys.readouterr().out.splitlines()

@@ -11,22 +11,16 @@ from typing import Any
 
 import pytest
 
-from app.__main__ import main
 from recon.calibration import Calibration
 from recon.cloud import point_cloud
 from recon.estimators import GradientEstimator
 from recon.images import read_image, write_image
 from recon.pipeline import Reconstructor
+from tests.app.commands import run
 from tests.recon.fast.units import make_unit, pressed, random_default
 from tests.synthetic import LIGHTS_DEG, make_dataset
 
 WITHOUT_NUMBA = "import sys; sys.modules['numba'] = None; from app.__main__ import main; main()"
-
-
-def run(*words: object) -> object:
-    with pytest.raises(SystemExit) as stop:
-        main([str(word) for word in words])
-    return stop.value.code
 
 
 @pytest.mark.parametrize("way", ["beside itself", "as numbers", "over the blank gel"])

@@ -12,7 +12,7 @@ import pytest
 from app._sources import refuse_few
 from recon.calibration import unit_of_set
 from sensor.errors import WedgeError
-from tests.app.test_commands import refused
+from tests.app.commands import refused
 from tests.synthetic import SIZE_PX, make_dataset
 
 

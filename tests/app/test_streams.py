@@ -20,7 +20,6 @@ from mcap.reader import make_reader
 
 import app.stream
 import recon.stream
-from app.__main__ import main
 from app._sources import Rate, unit_of
 from recon.images import read_image, write_image
 from recon.plausible import STRANGE
@@ -28,22 +27,9 @@ from recon.stream import FrameSource, McapSource, TimedFrame, open_source
 from recon.stream.mcap_file import McapFile
 from sensor.errors import WedgeError
 from sensor.wire import Stamp
+from tests.app.commands import refused, run
 from tests.recon.fast.units import make_unit
 from tests.recon.stream.servers import FRAMES, HEAD, ScriptedServer, free_port, stream, write_clip
-
-
-def run(*words: object) -> int:
-    with pytest.raises(SystemExit) as stop:
-        main([str(word) for word in words])
-    return stop.value.code
-
-
-def refused(capsys: pytest.CaptureFixture[str], *words: object) -> str:
-    capsys.readouterr()
-    assert run(*words) == 2
-    (sentence,) = capsys.readouterr().err.strip().splitlines()[-1:]
-    assert sentence.startswith("wedge: ")
-    return sentence
 
 
 @pytest.fixture

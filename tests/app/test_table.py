@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from tests.app.test_commands import refused, run
+from tests.app.commands import refused, run
 from tests.synthetic import make_dataset
 
 pytestmark = pytest.mark.usefixtures("in_this_process")

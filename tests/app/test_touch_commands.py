@@ -22,7 +22,7 @@ from recon.presses import read_presses
 from sensor.dataset import read_dataset
 from sensor.design import FINGER
 from sensor.unit import write_unit_card
-from tests.app.test_commands import refused, run
+from tests.app.commands import refused, run
 from tests.dotted import dotted, grid_px
 from tests.synthetic import SIZE_PX, make_dataset
 

@@ -14,7 +14,6 @@ from PIL import Image
 
 import app._growing_files
 import app.track
-from app.__main__ import main
 from recon.calibration import unit_of_set
 from recon.images import read_image, write_image
 from recon.pipeline import Reconstructor
@@ -22,15 +21,10 @@ from recon.plausible import STRANGE
 from recon.stream import Recorder, TimedFrame
 from recon.stream.jpeg import encode_jpeg
 from sensor.wire import Stamp
+from tests.app.commands import run
 from tests.recon.stream.servers import ScriptedServer, stream
 from tests.sensor.test_files import failing, full_disk
 from tests.synthetic import digitized, gradient_of, make_dataset, shaded
-
-
-def run(*words):
-    with pytest.raises(SystemExit) as stop:
-        main([str(word) for word in words])
-    return stop.value.code
 
 
 @pytest.fixture(scope="module")

@@ -16,11 +16,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
-import app.__main__
 from firmware_pi.newest import Newest
 from firmware_pi.server import StreamServer
 from firmware_pi.settings import Settings, read_settings, write_settings
 from sensor.unit import UnitCard, write_unit_card
+from tests.app.commands import run
 from tests.synthetic import make_dataset
 
 RGB = (90, 120, 100)
@@ -69,20 +69,13 @@ def stream(settings: Settings, credentials: str | None = None, **more: object) -
             thread.join()
 
 
-def run(*words: str | Path) -> int:
-    with pytest.raises(SystemExit) as left:
-        app.__main__.main(["tune", *map(str, words)])
-    assert isinstance(left.value.code, int)
-    return left.value.code
-
-
 def test_a_folder_of_frames_becomes_settings(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder, file = frames(tmp_path / "blank", 0, 0, 0, 0), tmp_path / "wedge.toml"
     before = Settings(red_gain=1.3, blue_gain=2.0, address="10.55.0.1")
     write_settings(file, before)
-    assert run(folder, "--settings", file, "--json", tmp_path / "tune.json") == 0
+    assert run("tune", folder, "--settings", file, "--json", tmp_path / "tune.json") == 0
     after = read_settings(file)
     assert after.red_gain > before.red_gain
     assert after.blue_gain > before.blue_gain
@@ -98,7 +91,7 @@ def test_a_folder_of_frames_becomes_settings(
 
 
 def test_flicker_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(frames(tmp_path / "blank", 0, 9, 9, 0)) == 0
+    assert run("tune", frames(tmp_path / "blank", 0, 9, 9, 0)) == 0
     assert "the light flickers" in capsys.readouterr().out
     assert [path.name for path in tmp_path.iterdir()] == ["blank"]  # nothing was written
 
@@ -107,7 +100,7 @@ def test_flicker_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
 def test_too_few_frames_for_flicker_are_counted(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], levels: list[int], counted: str
 ) -> None:
-    assert run(frames(tmp_path / "blank", *levels)) == 0
+    assert run("tune", frames(tmp_path / "blank", *levels)) == 0
     assert f"at least 3 frames; {counted} came." in capsys.readouterr().out
 
 
@@ -119,12 +112,12 @@ def test_a_damaged_frame_is_left_out_and_said(
     for number, said in ((broken, "1 damaged frame."), (1, "2 damaged frames.")):
         path = folder / f"{number:03}.png"
         path.write_bytes(path.read_bytes()[:60])
-        assert run(folder, "--json", report) == 0
+        assert run("tune", folder, "--json", report) == 0
         assert f"{folder}: {said}" in capsys.readouterr().out
     assert json.loads(report.read_text())["blank"]["frames"] == 1
     for path in folder.iterdir():
         path.write_bytes(path.read_bytes()[:60])
-    assert run(folder) == 2
+    assert run("tune", folder) == 2
     assert f"{folder}, frame 0: " in capsys.readouterr().err
 
 
@@ -132,7 +125,7 @@ def test_of_a_dataset_the_blank_frames_alone_are_read(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     made = make_dataset(tmp_path / "set", presses=2)
-    assert run(made.folder, "--json", tmp_path / "tune.json") == 0
+    assert run("tune", made.folder, "--json", tmp_path / "tune.json") == 0
     document = json.loads((tmp_path / "tune.json").read_text())
     assert document["blank"]["frames"] == len(made.card.background)
 
@@ -150,12 +143,12 @@ def test_a_touched_gel_is_refused_but_not_bands(
         turn = np.arange(size_px[1]) / period + number / 4
         bands = np.rint(20 * np.sin(2 * np.pi * turn))  # a dimmed lamp's
         Image.fromarray((image + bands[:, None, None]).astype(np.uint8)).save(path)
-    assert run(folder) == 0 and "moving bands" in capsys.readouterr().out
+    assert run("tune", folder) == 0 and "moving bands" in capsys.readouterr().out
     pressed = folder / f"{touched:03}.png"
     image = np.array(Image.open(pressed))
     image[15 * times : 30 * times, 20 * times : 40 * times] += np.uint8([40, 0, 0])
     Image.fromarray(image).save(pressed)
-    assert run(folder, "--settings", file) == 2
+    assert run("tune", folder, "--settings", file) == 2
     assert "something touches the gel" in capsys.readouterr().err
     assert not file.exists()
 
@@ -168,7 +161,8 @@ def test_a_stream_says_itself_what_it_was_made_with(
     write_settings(file, Settings(red_gain=7.0))
     made_with = Settings(red_gain=1.1, blue_gain=1.2, exposure_us=5000)
     with stream(made_with, credentials) as url:
-        assert run(url, "--settings", file, "--frames", "5", "--json", tmp_path / "t.json") == 0
+        words = (url, "--settings", file, "--frames", "5", "--json", tmp_path / "t.json")
+        assert run("tune", *words) == 0
     document = json.loads((tmp_path / "t.json").read_text())
     assert document["before"] == asdict(made_with)
     tuned = read_settings(file)
@@ -182,7 +176,7 @@ def test_a_pi_that_refused_settings_is_said_to(
     said = "The Pi refused newer settings and keeps the old ones: camera 0 gives no frame."
     for refused in (None, "camera 0 gives no frame."):
         with stream(Settings(), refused=refused) as url:
-            assert run(url, "--frames", "5", "--json", tmp_path / "tune.json") == 0
+            assert run("tune", url, "--frames", "5", "--json", tmp_path / "tune.json") == 0
         remarks = json.loads((tmp_path / "tune.json").read_text())["remarks"]
         assert (said in remarks) == (said in capsys.readouterr().out) == bool(refused)
 
@@ -194,14 +188,14 @@ def test_where_the_stream_does_not_say_its_settings_those_assumed_are_named(
     file, report = tmp_path / "wedge.toml", tmp_path / "tune.json"
     write_settings(file, Settings(red_gain=7.0))
     with stream(Settings(red_gain=1.1), "wedge:secret", silent=True) as url:
-        assert run(url, "--settings", file, "--frames", "5", "--json", report) == 0
+        assert run("tune", url, "--settings", file, "--frames", "5", "--json", report) == 0
         said = capsys.readouterr().out
     assert json.loads(report.read_text())["before"]["red_gain"] == 7.0
     assert "/settings gives no answer" in said and "secret" not in said
     assert f"Assumed: the frames were taken with the settings in {file}." in said
-    assert run(frames(tmp_path / "blank", 0), "--settings", file) == 0
+    assert run("tune", frames(tmp_path / "blank", 0), "--settings", file) == 0
     assert f"the settings in {file}" in capsys.readouterr().out
-    assert run(tmp_path / "blank", "--settings", tmp_path / "new.toml") == 0
+    assert run("tune", tmp_path / "blank", "--settings", tmp_path / "new.toml") == 0
     assert "Assumed" not in capsys.readouterr().out
 
 
@@ -211,11 +205,11 @@ def test_a_stream_with_settings_of_another_version_is_said_and_the_file_used(
     file, report = tmp_path / "wedge.toml", tmp_path / "tune.json"
     write_settings(file, Settings(red_gain=7.0))
     with stream(Settings(red_gain=1.1), hdr=True) as url:
-        assert run(url, "--settings", file, "--frames", "5", "--json", report) == 0
+        assert run("tune", url, "--settings", file, "--frames", "5", "--json", report) == 0
         said = capsys.readouterr().out
         assert "of another version" in said and "unknown key hdr" in said
         assert json.loads(report.read_text())["before"]["red_gain"] == 7.0
-        assert run(url, "--frames", "5") == 0
+        assert run("tune", url, "--frames", "5") == 0
         assert "give the Pi's file with --settings" in capsys.readouterr().out
 
 
@@ -224,7 +218,7 @@ def test_a_misspelt_settings_file_is_refused_by_name_and_stays(
 ) -> None:
     folder, file = frames(tmp_path / "blank", 0), tmp_path / "wedge.toml"
     file.write_text("red_gian = 1.0\n")
-    assert run(folder, "--settings", file) == 2
+    assert run("tune", folder, "--settings", file) == 2
     assert "did you mean red_gain" in capsys.readouterr().err
     assert file.read_text() == "red_gian = 1.0\n"
 
@@ -234,11 +228,11 @@ def test_a_frame_of_the_folder_is_not_written_over_but_an_earlier_report_may_be(
 ) -> None:
     folder = frames(tmp_path / "blank", 0, 0, 0)
     before = (folder / "000.png").read_bytes()
-    assert run(folder, "--json", folder / "000.png") == 2
+    assert run("tune", folder, "--json", folder / "000.png") == 2
     assert capsys.readouterr().err.count("is an input and would be overwritten") == 1
     assert (folder / "000.png").read_bytes() == before
     for _ in range(2):
-        assert run(folder, "--json", folder / "tune.json") == 0
+        assert run("tune", folder, "--json", folder / "tune.json") == 0
 
 
 @pytest.mark.parametrize("report", ["wedge.toml", "sub/../wedge.toml", "clip.mp4"])
@@ -255,7 +249,7 @@ def test_what_is_read_is_not_written_over_by_json(
     clip.release()
     write_settings(Path("wedge.toml"), Settings())
     before = {path.name: path.read_bytes() for path in tmp_path.glob("*.*")}
-    assert run("clip.mp4", "--settings", "wedge.toml", "--json", report) == 2
+    assert run("tune", "clip.mp4", "--settings", "wedge.toml", "--json", report) == 2
     assert "is an input and would be overwritten" in capsys.readouterr().err
     assert {path.name: path.read_bytes() for path in tmp_path.glob("*.*")} == before
 
@@ -267,7 +261,7 @@ def test_a_gel_too_bright_for_any_setting_is_not_settled(
     Image.new("RGB", (64, 48), (240, 240, 240)).save(tmp_path / "blank" / "0.png")
     file = tmp_path / "wedge.toml"
     write_settings(file, Settings(exposure_us=30))
-    assert run(tmp_path / "blank", "--settings", file) == 0
+    assert run("tune", tmp_path / "blank", "--settings", file) == 0
     said = capsys.readouterr().out
     assert "lower the current of the LEDs" in said
     assert "Not settled: correct what is reported above and run again." in said
@@ -296,11 +290,11 @@ def test_a_unit_says_where_the_pad_is(tmp_path: Path, capsys: pytest.CaptureFixt
     (tmp_path / "blank").mkdir()
     Image.fromarray(image).save(tmp_path / "blank" / "0.png")
     report = tmp_path / "tune.json"
-    assert run(tmp_path / "blank", "--json", report) == 0
+    assert run("tune", tmp_path / "blank", "--json", report) == 0
     assert min(json.loads(report.read_text())["blank"]["saturated"]) > 0.4
-    assert run(tmp_path / "blank", "--unit", tmp_path / "unit", "--json", report) == 0
+    assert run("tune", tmp_path / "blank", "--unit", tmp_path / "unit", "--json", report) == 0
     assert json.loads(report.read_text())["blank"]["saturated"] == [0, 0, 0]
-    assert run(tmp_path / "blank", "--unit", tmp_path / "none") == 2
+    assert run("tune", tmp_path / "blank", "--unit", tmp_path / "none") == 2
     assert "does not exist: name a unit folder" in capsys.readouterr().err
 
 
@@ -314,13 +308,13 @@ def test_bad_input_is_one_sentence(
     monkeypatch.chdir(tmp_path)
     frames(tmp_path / "blank", 0)
     (tmp_path / "empty").mkdir()
-    assert run(*words) == 2
+    assert run("tune", *words) == 2
     assert capsys.readouterr().err.count("\n") == 1
 
 
 def test_the_mean_is_grey_in_the_end(tmp_path: Path) -> None:
     file = tmp_path / "wedge.toml"
-    assert run(frames(tmp_path / "blank", 0, 0, 0), "--settings", file) == 0
+    assert run("tune", frames(tmp_path / "blank", 0, 0, 0), "--settings", file) == 0
     linear = ((np.array(RGB) / 255 + 0.055) / 1.055) ** 2.4
     after = read_settings(file)
     gains = np.array([after.red_gain / 1.5, 1, after.blue_gain / 1.5])

@@ -20,7 +20,6 @@ import pytest
 
 import simulation.engine
 from app import simulate, sweep
-from app.__main__ import main
 from app._cluster import cluster_pool
 from app._render_refusals import refuse_unbuildable
 from sensor.dataset import read_dataset
@@ -28,6 +27,7 @@ from sensor.design import FINGER
 from sensor.errors import WedgeError
 from sensor.extras import how_to_install
 from simulation.engine import SCALAR
+from tests.app.commands import run
 from tests.simulation.conftest import InLine
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -55,12 +55,6 @@ def here(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     return tmp_path
 
 
-def typed(*words: str) -> int:
-    with pytest.raises(SystemExit) as ended:
-        main(list(words))
-    return int(ended.value.code or 0)
-
-
 SMALL = ("--design", "finger", "--samples", "4", "--width-px", "24")
 FIVE_PRESSES = ("sweep", "lights.lit_sides", "RGB", "R", "G", "--design", "finger",
                 "--presses", "5", "--samples", "16", "--width-px", "48")  # fmt: skip
@@ -69,7 +63,7 @@ FIVE_PRESSES = ("sweep", "lights.lit_sides", "RGB", "R", "G", "--design", "finge
 def test_simulate_writes_a_dataset_that_says_how_it_was_made(here, monkeypatch, capsys) -> None:
     words = ["simulate", *SMALL, "--presses", "2", "--out", "d"]
     monkeypatch.setattr("sys.argv", ["wedge", *words])
-    assert typed(*words) == 0
+    assert run(*words) == 0
     dataset = read_dataset(here / "d")
     assert len(dataset.labels) == 2
     assert (
@@ -80,10 +74,10 @@ def test_simulate_writes_a_dataset_that_says_how_it_was_made(here, monkeypatch, 
     told = capsys.readouterr().out
     assert "2 labelled presses, 0 shapes with their truth" in told
     assert "wedge table" not in told  # which would refuse contacts of so few pixels
-    assert typed("simulate", *SMALL, "--scene", "prism", "--out", "sub/e") == 0
+    assert run("simulate", *SMALL, "--scene", "prism", "--out", "sub/e") == 0
     assert read_dataset(here / "sub" / "e").card.name == "e"
     assert "0 labelled presses, 1 shape with its truth" in capsys.readouterr().out
-    assert typed(*words) == 2  # the folder is not empty now
+    assert run(*words) == 2  # the folder is not empty now
 
 
 @pytest.mark.parametrize(
@@ -106,7 +100,7 @@ def test_simulate_writes_a_dataset_that_says_how_it_was_made(here, monkeypatch, 
     ],
 )
 def test_simulate_refuses_in_a_sentence_and_leaves_nothing(here, words, said, capsys) -> None:
-    assert typed("simulate", *SMALL, *words, "--out", "d") == 2
+    assert run("simulate", *SMALL, *words, "--out", "d") == 2
     assert said in capsys.readouterr().err
     assert list(here.iterdir()) == []
 
@@ -125,7 +119,7 @@ def test_a_part_of_one_s_own_is_pressed_in(here, monkeypatch, capsys) -> None:
     (here / "cad" / "tip.STL").write_bytes(stl(4.0))
     words = ["simulate", *SMALL, "--scene", "cad/tip.STL", "--depth-mm", "0.9", "--out", "d"]
     monkeypatch.setattr("sys.argv", ["wedge", *words])
-    assert typed(*words) == 0
+    assert run(*words) == 0
     assert "0 labelled presses, 1 shape with its truth" in capsys.readouterr().out
     names = {path.name for path in (here / "d").glob("*.jpg")}
     assert names == {"part.jpg", *(f"background_{index}.jpg" for index in range(4))}
@@ -157,7 +151,7 @@ def test_a_part_of_one_s_own_is_pressed_in(here, monkeypatch, capsys) -> None:
 def test_a_file_that_is_no_part_is_refused(here, name, content, words, said, capsys) -> None:
     (here / name).write_bytes(content)
     scene = name.replace("other", "part")
-    assert typed("simulate", *SMALL, "--scene", scene, *words, "--out", "d") == 2
+    assert run("simulate", *SMALL, "--scene", scene, *words, "--out", "d") == 2
     assert said in capsys.readouterr().err
     assert [path.name for path in here.iterdir()] == [name]
 
@@ -174,7 +168,7 @@ def test_a_file_that_is_no_part_is_refused(here, name, content, words, said, cap
 )
 def test_sweep_refuses_before_it_renders(here, words, said, monkeypatch, capsys) -> None:
     monkeypatch.setattr("validation.sweep.write_set", None)
-    assert typed("sweep", "lights.lit_sides", "RGB", *SMALL, *words, "--out", "s") == 2
+    assert run("sweep", "lights.lit_sides", "RGB", *SMALL, *words, "--out", "s") == 2
     assert said in " ".join(capsys.readouterr().err.split())
     assert list(here.iterdir()) == []
 
@@ -186,7 +180,7 @@ def judged(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(io.StringIO()) as said:
         in_one_process(patch)
         patch.chdir(folder)
-        assert typed(*FIVE_PRESSES, "--out", "s", "--json", "s.json") == 0
+        assert run(*FIVE_PRESSES, "--out", "s", "--json", "s.json") == 0
     (folder / "said.txt").write_text(said.getvalue())
     return folder
 
@@ -227,7 +221,7 @@ def test_a_design_file_goes_by_its_name_into_the_card(joined, monkeypatch, tmp_p
 def test_a_sweep_writes_down_what_it_left_out(here, capsys) -> None:
     (here / "dark.toml").write_text('base = "finger"\n[lights]\nblue_side_leds = 0\n')
     words = [word if word != "finger" else "dark.toml" for word in FIVE_PRESSES]
-    assert typed(*words, "--out", "s", "--json", "s.json") == 0
+    assert run(*words, "--out", "s", "--json", "s.json") == 0
     document = json.loads((here / "s.json").read_text())
     assert [point["value"] for point in document["points"]] == ["R", "G"]
     ((value, reason),) = (row.values() for row in document["left_out"])
@@ -238,9 +232,9 @@ def test_a_sweep_writes_down_what_it_left_out(here, capsys) -> None:
 def test_a_design_that_cannot_be_cut_is_not_rendered(here, capsys) -> None:
     pytest.importorskip("cadquery")
     (here / "short.toml").write_text('base = "standard"\n[mirror]\nlength_mm = 25.0\n')
-    assert typed("simulate", "--design", "short.toml", "--out", "d") == 2
+    assert run("simulate", "--design", "short.toml", "--out", "d") == 2
     assert "mirror.length_mm = 25" in capsys.readouterr().err
-    assert typed("sweep", "mirror.length_mm", "25", "--out", "s") == 2
+    assert run("sweep", "mirror.length_mm", "25", "--out", "s") == 2
     assert [path.name for path in here.iterdir()] == ["short.toml"]
 
 
@@ -263,7 +257,7 @@ def test_the_sweep_of_the_documentation_leaves_no_value_out(here, monkeypatch, c
         raise WedgeError("all can be built")
 
     monkeypatch.setattr(sweep, "process_pool", stops)
-    assert typed(*line.split()[1:]) == 2
+    assert run(*line.split()[1:]) == 2
     said = capsys.readouterr().err
     assert "all can be built" in said and "left out" not in said
 
@@ -273,7 +267,7 @@ def test_a_failure_in_the_middle_leaves_no_dataset(here, monkeypatch) -> None:
         raise WedgeError("no more light")
 
     monkeypatch.setattr("simulation.dataset.trace_press", fails)
-    assert typed("simulate", *SMALL, "--presses", "2", "--out", "d") == 2
+    assert run("simulate", *SMALL, "--presses", "2", "--out", "d") == 2
     assert list(here.iterdir()) == []
 
 
@@ -287,7 +281,7 @@ def test_a_lost_worker_is_a_sentence(here, monkeypatch, capsys) -> None:
         yield Lost()
 
     monkeypatch.setattr(sweep, "process_pool", pool)
-    assert typed("sweep", "lights.lit_sides", "RGB", *SMALL, "--out", "s") == 2
+    assert run("sweep", "lights.lit_sides", "RGB", *SMALL, "--out", "s") == 2
     assert "run the same command again" in capsys.readouterr().err
 
 
@@ -307,7 +301,7 @@ def cluster() -> Iterator[str]:
 
 
 def test_a_cluster_gives_the_same_numbers(here: Path, judged: Path, cluster: str) -> None:
-    assert typed(*FIVE_PRESSES, "--out", "s", "--json", "s.json", "--cluster", cluster) == 0
+    assert run(*FIVE_PRESSES, "--out", "s", "--json", "s.json", "--cluster", cluster) == 0
     documents = [json.loads((folder / "s.json").read_text()) for folder in (here, judged)]
     assert documents[0] == documents[1]
 
@@ -388,10 +382,10 @@ def test_an_address_where_nothing_answers_is_a_sentence(here, monkeypatch, capsy
     pytest.importorskip("distributed")
     monkeypatch.setattr("app._cluster.PATIENCE_S", 0.3)
     arguments = ("sweep", "lights.lit_sides", "RGB", "--out", "s", "--cluster")
-    assert typed(*arguments, "tcp://127.0.0.1:9") == 2
+    assert run(*arguments, "tcp://127.0.0.1:9") == 2
     assert "no Dask scheduler answers at tcp://127.0.0.1:9" in capsys.readouterr().err
     # A client made for what is no address would print a traceback when it goes.
     monkeypatch.setattr("distributed.Client", lambda *_, **__: pytest.fail("it was made"))
     for address in ("nonsense://x", "garbage"):
-        assert typed(*arguments, address) == 2
+        assert run(*arguments, address) == 2
         assert f"no Dask scheduler answers at {address}" in capsys.readouterr().err

@@ -18,7 +18,7 @@ from recon.images import write_image
 from recon.stream import Recorder, TimedFrame
 from recon.stream.jpeg import scan_start
 from sensor.extras import how_to_install
-from tests.app.test_streams import refused, run
+from tests.app.commands import refused, run
 from tests.recon.fast.units import make_unit
 from tests.recon.stream.servers import FRAMES, ScriptedServer, free_port, stream, write_clip
 

@@ -18,6 +18,7 @@ from recon.images import read_image
 from recon.presses import LeftOut
 from recon.stream import Recorder, TimedFrame
 from sensor.dataset import write_labels
+from tests.app.commands import run
 from tests.validation.sensors import change_frames
 from validation.acceptance.errors import error_intervals, error_values
 from validation.acceptance.limits import GROUPS, LIMITS, Limit, verdict
@@ -250,9 +251,7 @@ def test_a_recording_tells_the_rate_and_what_has_no_times_is_refused(
     (rate,) = [entry for entry in measured if entry["name"] == "frame_rate_hz"]
     assert (left.value.code, rate["grade"], rate["value"]) == (1, "fail", pytest.approx(8.0))
     for untimed in (broken.folder, tmp_path / "folder.mcap"):
-        with pytest.raises(SystemExit) as left:
-            main([*words, str(untimed)])
-        assert left.value.code == 2
+        assert run(*words, untimed) == 2
         assert "when its frames were taken" in " ".join(capsys.readouterr().err.split())
 
 
@@ -263,9 +262,7 @@ def test_the_command_exits_zero_only_on_a_pass(calibration, broken, tmp_path, ca
     write_labels(broken.folder / "labels.csv", again)
     words = ["accept", str(tmp_path / "wedge-007"), str(broken.folder)]
     files = ["--out", str(tmp_path / "paper"), "--junit", str(tmp_path / "accept.xml")]
-    with pytest.raises(SystemExit) as left:
-        main([*words, *files])
-    assert left.value.code == 0
+    assert run(*words, *files) == 0
     told = capsys.readouterr().out
     assert "12 presses that it was not calibrated on" in told
     assert "Left out 1 press: twice.png: it is the same picture as press11.png." in told
@@ -276,7 +273,5 @@ def test_the_command_exits_zero_only_on_a_pass(calibration, broken, tmp_path, ca
         assert (tmp_path / name).stat().st_size > 500
     write_labels(broken.folder / "labels.csv", broken.labels)
     change_frames(broken, lambda frame, _: frame[..., ::-1])
-    with pytest.raises(SystemExit) as left:
-        main(words)
-    assert left.value.code == 1
+    assert run(*words) == 1
     assert "swapped wires" in capsys.readouterr().out

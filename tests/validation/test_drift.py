@@ -12,11 +12,11 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
-from app.__main__ import main
 from recon.calibration import load_calibration
 from recon.presses import read_presses
 from sensor.dataset import read_dataset, write_labels
 from sensor.errors import WedgeError
+from tests.app.commands import run
 from tests.synthetic import KEYSTONE_PX, make_dataset
 from tests.validation.sensors import PRESSES, change_frames, good_set, unit_of
 from validation import drift
@@ -253,12 +253,6 @@ def test_a_quantity_s_lights_stand_in_one_row_and_no_titles_meet(evaluations):
     for one, other in combinations(titles, 2):
         left, right = sorted((titles[one], titles[other]), key=lambda box: box.x0)
         assert rows[one] != rows[other] or left.x1 + left.height < right.x0
-
-
-def run(*words):
-    with pytest.raises(SystemExit) as left:
-        main([str(word) for word in words])
-    return left.value.code
 
 
 def test_the_command_takes_several_days_and_leaves_out_another_sensor(dates, tmp_path, capsys):

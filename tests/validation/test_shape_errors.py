@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from app.__main__ import main
 from recon.calibration import load_calibration
 from recon.images import read_frame
 from recon.pipeline import Reconstructor
 from recon.presses import read_background
 from sensor.dataset import Dataset, read_dataset, write_labels
+from tests.app.commands import run
 from tests.synthetic import KEYSTONE_PX, make_dataset
 from tests.validation.sensors import change_frames, dotted_set, unit_of
 from validation.depth import truth_file
@@ -24,12 +24,6 @@ from validation.depth import truth_file
 OFF_MM = 0.01, 0.02, 0.06
 DENT_MM = 0.08
 """Deeper than this is the dent: what is left of it by any of ``OFF_MM`` is over 5 % of it all."""
-
-
-def run(*words: object) -> int | str | None:
-    with pytest.raises(SystemExit) as left:
-        main([str(word) for word in words])
-    return left.value.code
 
 
 def shape_set(dataset: Dataset, unit: Path, labelled: int = 0) -> Path:

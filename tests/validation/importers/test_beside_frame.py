@@ -11,7 +11,7 @@ import pytest
 from recon.images import read_image, write_image
 from recon.presses import LeftOut
 from sensor.dataset import Dataset, read_dataset
-from tests.app.test_commands import refused, run
+from tests.app.commands import refused, run
 from tests.synthetic import (
     BALL_RADIUS_MM,
     MM_PER_PX,

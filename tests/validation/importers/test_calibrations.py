@@ -16,6 +16,7 @@ from app.__main__ import main
 from recon.images import read_frame, read_image, write_image
 from sensor.dataset import Dataset, read_dataset
 from sensor.errors import WedgeError
+from tests.app.commands import run
 from tests.synthetic import BALL_RADIUS_MM, MM_PER_PX, make_dataset
 from tests.validation.importers.packs import circle, write_taxim
 from validation.importers import circle_texts, drawn
@@ -160,9 +161,7 @@ def test_a_ball_that_contradicts_the_catalogue_is_refused(
 ) -> None:
     source = write_gs_sdk(truth, tmp_path / "source", (8.0, 9.5, 9.5, 9.5, 9.5))
     words = ["--mm-per-px", f"{MM_PER_PX[0]}", "--ball-radius-mm", f"{radius_mm}"]
-    with pytest.raises(SystemExit) as stop:
-        main(["data", "import", str(source), "--out", str(tmp_path / "out"), *words])
-    assert stop.value.code == 2
+    assert run("data", "import", source, "--out", tmp_path / "out", *words) == 2
     said = capsys.readouterr().err
     assert f"{source} states a ball of radius 4 mm" in said
     assert f"--ball-radius-mm {radius_mm:g} contradicts" in said
@@ -199,9 +198,7 @@ def test_a_circle_drawn_wider_than_its_ball_costs_no_other_press(
     wide_px = 1.02 * BALL_RADIUS_MM / MM_PER_PX[0]
     np.savez(drawn, center=np.array([x, y]), radius=np.array(wide_px))
     words = ["--mm-per-px", f"{MM_PER_PX[0]}"]
-    with pytest.raises(SystemExit) as stop:
-        main(["data", "import", str(source), "--out", str(tmp_path / "out"), *words])
-    assert stop.value.code == 0, capsys.readouterr().err
+    assert run("data", "import", source, "--out", tmp_path / "out", *words) == 0
     read = read_dataset(tmp_path / "out")
     assert len(read.labels) == len(truth.labels)
     assert read.labels[2].contact_radius_px * MM_PER_PX[0] < BALL_RADIUS_MM
@@ -212,9 +209,7 @@ def test_circle_texts_without_a_pitch_leave_the_frames_as_ones_own(
     truth: Dataset, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     source = write_texts(truth, tmp_path / "source")
-    with pytest.raises(SystemExit) as stop:
-        main(["data", "import", str(source), "--out", str(tmp_path / "out")])
-    assert stop.value.code == 2
+    assert run("data", "import", source, "--out", tmp_path / "out") == 2
     said = capsys.readouterr()
     assert "in text files are ignored" in said.out
     assert "--ball-radius-mm" in said.err
@@ -314,9 +309,7 @@ def test_what_fits_no_picture_or_is_no_circle_is_said(
     unread += ["press00.png 45 40 -12", f"press00.png 45 40 {endless}"]
     text.write_text("\n".join([*unread, *others]))
     words = ["--mm-per-px", f"{MM_PER_PX[0]}", "--ball-radius-mm", f"{BALL_RADIUS_MM}"]
-    with pytest.raises(SystemExit) as stop:
-        main(["data", "import", str(source), "--out", str(tmp_path / "out"), *words])
-    assert stop.value.code == 0
+    assert run("data", "import", source, "--out", tmp_path / "out", *words) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert len(read_dataset(tmp_path / "out").labels) == len(others)
     for number, line in enumerate(unread, start=1):
@@ -338,9 +331,7 @@ def test_presses_that_are_left_out_have_their_own_reasons(
     write_image(source / again, read_image(source / first))
     write_image(source / blank, read_image(source / "bg-0.png"))
     words = ["--mm-per-px", f"{MM_PER_PX[0]}", "--ball-radius-mm", f"{BALL_RADIUS_MM}"]
-    with pytest.raises(SystemExit) as stop:
-        main(["data", "import", str(source), "--out", str(tmp_path / "out"), *words])
-    assert stop.value.code == 0
+    assert run("data", "import", source, "--out", tmp_path / "out", *words) == 0
     assert [x.file for x in read_dataset(tmp_path / "out").labels] == [first, *others]
     said = capsys.readouterr().err.splitlines()
     assert said[-3:] == [
