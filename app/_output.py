@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from sensor.closing import Closing
 from sensor.dataset import CARD_FILE, IMAGES
 from sensor.documents import text_bytes
 from sensor.errors import WedgeError
@@ -92,7 +93,7 @@ def _is_read_in(folders: set[Path], path: Path) -> bool:
     )
 
 
-class RowFile:
+class RowFile(Closing):
     """A CSV file that is written row by row, and ends with a whole one where the disk is full."""
 
     def __init__(self, path: Path, headings: Sequence[str]) -> None:
@@ -109,12 +110,6 @@ class RowFile:
         except OSError as error:
             raise self._unwritable(error) from error
         self.add(headings)
-
-    def __enter__(self) -> "RowFile":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def add(self, *rows: Sequence[object]) -> None:
         """Append rows, all or none.

@@ -16,6 +16,7 @@ from recon.pose.tf_message import MM_PER_M, TF_MESSAGE, tf_message
 from recon.stream.cdr import CdrWriter
 from recon.stream.mcap_file import McapFile, MessageType
 from recon.stream.point_cloud2 import POINT_CLOUD2, point_cloud2
+from sensor.closing import Closing
 from sensor.design import Gel
 from sensor.toml import Pair
 
@@ -35,7 +36,7 @@ DOT = np.dtype(
 )
 
 
-class TouchFile:
+class TouchFile(Closing):
     """Written as it comes; complete after every second, whatever happens to the writer."""
 
     def __init__(self, path: Path, gel: Gel | None = None) -> None:
@@ -51,12 +52,6 @@ class TouchFile:
         self._file = McapFile(path, {})
         self._channels: dict[str, int] = {}
         self._gel = gel
-
-    def __enter__(self) -> "TouchFile":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def add(self, time_ns: int, touch: Skin, pose: PoseEstimate, dots: Tracked | None) -> None:
         """Append all that one frame says.

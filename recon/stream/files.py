@@ -5,7 +5,7 @@
 import os
 import threading
 import time
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -15,6 +15,7 @@ from recon.arrays import Frame
 from recon.images import frame_count, read_frame
 from recon.picture_names import picture_names
 from recon.stream.frame import Counts, TimedFrame
+from sensor.closing import Closing
 from sensor.dataset import frame_name, read_dataset
 from sensor.errors import WedgeError
 
@@ -29,7 +30,7 @@ PRESSES_FPS = 1.0
 """Frames of a dataset have nothing to do with each other."""
 
 
-class _Pixels(ABC):
+class _Pixels(Closing):
     """A source whose frames come decoded."""
 
     live = timed = False
@@ -38,12 +39,6 @@ class _Pixels(ABC):
         self.name = name
         self.counts = Counts(connections=1)
         self._closed = threading.Event()
-
-    def __enter__(self) -> "_Pixels":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def close(self) -> None:
         """End the iteration, from whichever thread."""

@@ -18,6 +18,7 @@ from recon.stream.clock import SenderClock, clock_remark
 from recon.stream.deadline import DeadlineSocket
 from recon.stream.frame import Counts, TimedFrame
 from recon.stream.multipart import MultipartReader
+from sensor.closing import Closing
 from sensor.errors import WedgeError, printable
 from sensor.wire import STREAM_PATH, Stamp, read_stamp
 
@@ -36,7 +37,7 @@ _LINK_LOCAL = re.compile(r"fe[89ab][0-9a-f]:|.*:.*%", re.IGNORECASE)
 _LOST = (OSError, http.client.HTTPException, EOFError, ValueError)
 
 
-class HttpSource:
+class HttpSource(Closing):
     """A multipart stream of JPEGs, such as ``http://10.55.0.1:8080/stream.mjpg``.
 
     The first connection must succeed and give a frame, or the iteration raises ``WedgeError``;
@@ -70,12 +71,6 @@ class HttpSource:
         self._damaged = 0
         """Parts since the last numbered frame."""
         self._first = self._connect()
-
-    def __enter__(self) -> "HttpSource":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def close(self) -> None:
         """End the stream, from whichever thread."""

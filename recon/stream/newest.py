@@ -8,13 +8,14 @@ import time
 from collections.abc import Iterator
 
 from recon.stream.frame import FrameSource, TimedFrame
+from sensor.closing import Closing
 from sensor.errors import WedgeError
 
 DAMAGED_FRAMES = 5
 """So many in a row are said."""
 
 
-class Newest:
+class Newest(Closing):
     """Reads a source in a thread of its own and keeps the newest frame alone.
 
         with Newest(open_source("http://10.55.0.1:8080")) as frames:
@@ -41,12 +42,6 @@ class Newest:
         self._error: Exception | None = None
         self._thread = threading.Thread(target=self._read, name=source.name, daemon=True)
         self._thread.start()
-
-    def __enter__(self) -> "Newest":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def __iter__(self) -> Iterator[TimedFrame]:
         """Wait for the next frame, again and again, until the source ends."""

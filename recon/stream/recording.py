@@ -15,6 +15,7 @@ from recon.stream.jpeg import START, encode_jpeg
 from recon.stream.mcap_file import MAGIC, McapFile, mcap_records
 from recon.stream.mcap_reading import Damage, read_records
 from recon.stream.ros import COMPRESSED_IMAGE, FORMAT, CompressedImage
+from sensor.closing import Closing
 from sensor.dataset import LENS_FILE
 from sensor.errors import WedgeError, printable
 from sensor.unit import BACKGROUND_FILE, GRADIENTS_FILE, UNIT_FILE, refuse_no_unit
@@ -54,7 +55,7 @@ def refuse_other_name(path: Path) -> None:
         )
 
 
-class Recorder:
+class Recorder(Closing):
     """Writes frames of one or several sensors to a new file."""
 
     def __init__(
@@ -87,12 +88,6 @@ class Recorder:
         self._untimed, self._begun_ns = frozenset(untimed), time.time_ns()
         self._lock = threading.Lock()
 
-    def __enter__(self) -> "Recorder":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
     def add(self, sensor: str, frame: TimedFrame) -> None:
         """Append a frame.
 
@@ -123,7 +118,7 @@ class Recorder:
             self._file.close()
 
 
-class McapSource:
+class McapSource(Closing):
     """The JPEGs of one topic of an MCAP file; one that is damaged gives those that are whole."""
 
     live = False
@@ -185,12 +180,6 @@ class McapSource:
             for name in UNIT_FILES
             if f"{owner}/{name}" in attached
         }
-
-    def __enter__(self) -> "McapSource":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def close(self) -> None:
         """End the iteration, from whichever thread."""

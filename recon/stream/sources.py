@@ -12,6 +12,7 @@ from recon.stream.files import FOLDER_FPS, FolderSource, UsbSource, VideoSource,
 from recon.stream.frame import FrameSource, TimedFrame
 from recon.stream.http import HttpSource, hidden_login
 from recon.stream.recording import ENDING, McapSource, is_recording
+from sensor.closing import Closing
 from sensor.dataset import CARD_FILE
 from sensor.errors import WedgeError
 
@@ -82,7 +83,7 @@ def open_source(where: str | Path) -> FrameSource:
     return McapSource(path) if is_recording(path) else VideoSource(path)
 
 
-class Paced:
+class Paced(Closing):
     """A file's frames at the pace at which they were taken, as if its sensor were here.
 
     A gap of more than ``LONGEST_GAP_S``, where the sensor was off or a stamp is wrong, is cut
@@ -102,12 +103,6 @@ class Paced:
         self.source, self.speed, self.repeat = source, speed, repeat
         self.name, self.counts, self.timed = source.name, source.counts, source.timed
         self._closed = Event()
-
-    def __enter__(self) -> "Paced":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def close(self) -> None:
         """End the iteration, from whichever thread."""
