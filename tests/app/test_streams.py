@@ -10,8 +10,6 @@ import subprocess
 import sys
 import threading
 from collections import Counter
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -183,17 +181,7 @@ def test_a_stream_that_stands_still_is_said(
     assert ("stands still" in capsys.readouterr().out) is still
 
 
-@contextmanager
-def usual_ctrl_c() -> Iterator[None]:
-    """Whoever runs the tests may have told them to ignore it."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
-
-
-@pytest.mark.usefixtures("at_leisure")
+@pytest.mark.usefixtures("at_leisure", "usual_ctrl_c")
 def test_ctrl_c_ends_a_stream_and_its_numbers_are_written(
     tmp_path: Path, unit: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -205,13 +193,11 @@ def test_ctrl_c_ends_a_stream_and_its_numbers_are_written(
         signal.raise_signal(signal.SIGINT)
 
     monkeypatch.setattr(Rate, "tick", interrupted)
-    with usual_ctrl_c():
-        assert run("stream", folder, "--json", numbers) == 0
+    assert run("stream", folder, "--json", numbers) == 0
     assert json.loads(numbers.read_text())["received"] == 1
     monkeypatch.setattr(Rate, "tick", usual)
     monkeypatch.setattr(app.stream, "_taken", lambda *_: iter([signal.raise_signal(signal.SIGINT)]))
-    with usual_ctrl_c():
-        assert run("stream", folder) == 130  # nothing had come
+    assert run("stream", folder) == 130  # nothing had come
 
 
 def test_a_damaged_image_is_neither_recorded_nor_sent(
@@ -235,6 +221,7 @@ def test_a_damaged_image_is_neither_recorded_nor_sent(
     assert said.endswith("holds no whole frame: 4 damaged.")
 
 
+@pytest.mark.usefixtures("usual_ctrl_c")
 def test_a_stream_that_is_lost_and_back_is_said(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -258,7 +245,7 @@ def test_a_stream_that_is_lost_and_back_is_said(
 
     out, told = tmp_path / "touch.mcap", Told()
     monkeypatch.setattr(sys, "stderr", told)
-    with ScriptedServer(stream(*FRAMES[:3]), b"", back) as server, usual_ctrl_c():
+    with ScriptedServer(stream(*FRAMES[:3]), b"", back) as server:
         words = ["record", server.url, "--out", out, "--seconds", 10]
         assert run(*words) == 0
     assert said_lost.is_set()

@@ -9,13 +9,7 @@ import pytest
 
 from sensor.interrupt import Asked, UntilInterrupted
 
-
-@pytest.fixture(autouse=True)
-def usual_ctrl_c() -> Iterator[None]:
-    """Whoever runs the tests may have told them to ignore it."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
+pytestmark = pytest.mark.usefixtures("usual_ctrl_c")
 
 
 def test_without_ctrl_c_all_come() -> None:

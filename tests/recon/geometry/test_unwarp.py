@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from recon.geometry.lens import Lens
 from recon.geometry.unwarp import Unwarp, prepare_unwarp
 from sensor.errors import WedgeError
+from tests.synthetic import homography
 
 RAW = (320, 240)
 PAD = (200, 150)
@@ -21,15 +22,6 @@ WIDE_LENS = Lens(
     radial=(-0.2, 0.04, -0.003),
     rms_px=0.2,
 )
-
-
-def homography(points, images):
-    """The map that takes four points to four others: its eight equations solved."""
-    rows, values = [], []
-    for (x, y), (u, v) in zip(points, images, strict=True):
-        rows += [[x, y, 1, 0, 0, 0, -u * x, -u * y], [0, 0, 0, x, y, 1, -v * x, -v * y]]
-        values += [u, v]
-    return np.append(np.linalg.solve(rows, values), 1).reshape(3, 3)
 
 
 def apply(matrix, points):

@@ -41,14 +41,6 @@ def small(monkeypatch):
     monkeypatch.setattr(contact_further, "FELT_FRAMES", 2)
 
 
-@pytest.fixture
-def usual_ctrl_c():
-    """Whoever runs the tests may have told them to ignore it."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
-
-
 def slopes(seed=0):
     return np.random.default_rng(seed).normal(0, 0.3, (2, 32, 32)).astype(np.float32)
 
