@@ -18,6 +18,7 @@ from recon.images import read_image
 from recon.presses import LeftOut
 from recon.stream import Recorder, TimedFrame
 from sensor.dataset import write_labels
+from sensor.documents import json_bytes
 from tests.app.commands import run
 from tests.validation.sensors import change_frames
 from validation.acceptance.errors import error_intervals, error_values
@@ -70,7 +71,7 @@ def test_every_form_of_the_certificate_says_the_same(calibration, accepted):
     spoilt = {"moved_px": {"": float("inf")}, "contrast_gray_levels": {"R": 30.0, "G": 1.0}}
     failed = replace(accepted, values={**accepted.values, **spoilt})
     card = calibration.card
-    said = json.loads(json.dumps(document(card, SET, failed), allow_nan=False))
+    said = json.loads(json_bytes(document(card, SET, failed)))
     assert said["grade"] == "fail"
     suite = ElementTree.fromstring(junit_xml(card, "<set>", failed))
     broken = [case.get("name") for case in suite if case.find("failure") is not None]

@@ -82,17 +82,15 @@ def document(card: UnitCard, occasion: Occasion, found: Acceptance) -> dict[str,
         "learnt_presses": found.learnt,
         "errors_from": "dataset" if found.errors else "calibration",
         "held_out_presses": found.held_out,
-        "mean_abs_gradient": _finite(found.mean_abs_gradient),
+        "mean_abs_gradient": found.mean_abs_gradient,
         "left_out": [{"file": press.file, "reason": press.reason} for press in found.left_out],
         "doubts": list(found.doubts),
         "grade": verdict(found.values),
         "measurements": [
             {
                 "name": limit.name,
-                "value": _finite(limit.worst(found.values[limit.name])[1]),
-                "parts": {
-                    part: _finite(value) for part, value in found.values[limit.name].items() if part
-                },
+                "value": limit.worst(found.values[limit.name])[1],
+                "parts": {part: value for part, value in found.values[limit.name].items() if part},
                 "ci95": list(found.intervals[limit.name])
                 if limit.name in found.intervals
                 else None,
@@ -314,11 +312,6 @@ def _ends(limit: Limit, found: Acceptance) -> str:
 def _plain_unit(limit: Limit) -> str:
     """Of the JSON's numbers, where shares are shares."""
     return limit.unit.removeprefix("%").strip() if limit.shown_times != 1 else limit.unit
-
-
-def _finite(value: float) -> float | None:
-    """JSON knows no infinity."""
-    return value if math.isfinite(value) else None
 
 
 def _bound(limit: Limit, value: float) -> str:
