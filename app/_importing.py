@@ -4,7 +4,7 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from math import hypot
+from math import dist
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -254,9 +254,7 @@ def _say_refitted(
 
     drawn = {label.file: label for label in theirs}
     pairs = [(drawn[label.file], label) for label in refitted]
-    moved_px = median(
-        hypot(a.center_x_px - b.center_x_px, a.center_y_px - b.center_y_px) for a, b in pairs
-    )
+    moved_px = median(dist(a.center_px, b.center_px) for a, b in pairs)
     times = median(b.contact_radius_px / a.contact_radius_px for a, b in pairs)
     doubtful = sum(map(is_doubtful, refitted))
     print(

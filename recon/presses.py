@@ -91,7 +91,7 @@ class PressReader:
         return BallPress(
             file=label.file,
             difference=seen.difference,
-            center_px=(label.center_x_px, label.center_y_px),
+            center_px=label.center_px,
             contact_radius_px=label.contact_radius_px,
             ball_radius_mm=self.dataset.ball_radius_mm(label),
             mm_per_px=self.dataset.card.mm_per_px,
@@ -306,7 +306,7 @@ def dataset_unwarp(dataset: Dataset, background: Frame, lens: Lens | None) -> Un
 
 def _check_inside(dataset: Dataset, label: BallLabel, size_px: tuple[int, int]) -> None:
     width, height = size_px
-    x_px, y_px = label.center_x_px, label.center_y_px
+    x_px, y_px = label.center_px
     if not is_within((x_px, y_px), size_px):
         raise WedgeError(
             f"{dataset.folder / 'labels.csv'}: the centre of {label.file} ({x_px:g}, {y_px:g}) "

@@ -63,6 +63,11 @@ class BallLabel:
     quality: float | None = None
     """0 (useless) to 1 (certain)."""
 
+    @property
+    def center_px(self) -> Pair:
+        """Of the circle, x and y."""
+        return self.center_x_px, self.center_y_px
+
 
 @dataclass(frozen=True, kw_only=True)
 class DatasetCard:

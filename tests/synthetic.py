@@ -195,9 +195,8 @@ def digitized(light: np.ndarray) -> np.ndarray:
 
 def true_depth_mm(label: BallLabel) -> np.ndarray:
     """Depth of a labelled press in the unwarped frame."""
-    center = (label.center_x_px, label.center_y_px)
     radius_mm = label.contact_radius_px * MM_PER_PX[0]
-    return ball_cap(SIZE_PX, center, radius_mm, BALL_RADIUS_MM, MM_PER_PX).depth_mm
+    return ball_cap(SIZE_PX, label.center_px, radius_mm, BALL_RADIUS_MM, MM_PER_PX).depth_mm
 
 
 def make_fabrication(folder: Path, design: str, *, failed: int) -> dict[str, Any]:

@@ -86,7 +86,7 @@ def look(reader: PressReader, label: BallLabel) -> Found:
     ball_mm, pitch_mm = reader.dataset.ball_radius_mm(label), reader.dataset.card.mm_per_px
     difference = reader.unwarp(read_frame(reader.dataset.folder, label.file)) - reader.blank
     scale = COMPARED_AT_PX / difference.shape[1]
-    truth = np.array([label.center_x_px, label.center_y_px])
+    truth = np.array(label.center_px)
     small, ball_px = search_image(difference, ball_mm, pitch_mm)
     shrunk = small.shape[1] / difference.shape[1]
     fits = []

@@ -256,7 +256,7 @@ class LabelPage:
         said = words(label, self.reader.dataset.card.mm_per_px)
         held = self.moved is not None
         self.heading.say(self.file, f"{said}, {known}", held=held)
-        grip = ((label.center_x_px, label.center_y_px), label.contact_radius_px)
+        grip = label.center_px, label.contact_radius_px
         self.canvas.draw(drawn(label), [grip], held=held)
 
     def take(self, place_px: Place) -> Place | None:
@@ -270,7 +270,7 @@ class LabelPage:
             label = new_circle(self.file, *place_px, self.largest_px / 2, ball_mm)
             label = self.moved = moved(label, *place_px, self.reader.unwarp.size_px)
             self.draw()
-        return label.center_x_px, label.center_y_px
+        return label.center_px
 
     def drag(self, place_px: Place) -> None:
         """Show the circle elsewhere."""
@@ -313,7 +313,7 @@ class LabelPage:
         if held and key in ONCE:
             return
         if key in ARROWS and label is not None:
-            x_px, y_px = label.center_x_px, label.center_y_px
+            x_px, y_px = label.center_px
             dx, dy = (step_px * by for by in ARROWS[key])
             self.keep(moved(label, x_px + dx, y_px + dy, self.reader.unwarp.size_px), held)
         elif key in plain:

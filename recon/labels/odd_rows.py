@@ -25,4 +25,4 @@ def has_frame(folder: Path, file: str) -> bool:
 
 def is_outside(label: BallLabel, size_px: tuple[int, int]) -> bool:
     """Whether a circle's centre lies outside the unwarped frame of that size (width, height)."""
-    return not is_within((label.center_x_px, label.center_y_px), size_px)
+    return not is_within(label.center_px, size_px)

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`wedge capture` makes a dataset folder that calibration reads."""
 
+import math
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -54,8 +55,7 @@ def test_a_folder_of_frames_becomes_a_dataset(
     captured = read_dataset(out)
     assert len(captured.labels) == len(like.labels)
     for label, truth in zip(captured.labels, like.labels, strict=True):
-        off = (label.center_x_px - truth.center_x_px, label.center_y_px - truth.center_y_px)
-        assert np.hypot(*off) < 1.0
+        assert math.dist(label.center_px, truth.center_px) < 1.0
     assert run(*words) == 2
     assert len(capsys.readouterr().err.splitlines()) == 1
 
@@ -364,7 +364,7 @@ def test_a_circle_that_somebody_draws_while_presses_are_taken_stays(
         dataset = read_dataset(out)
         assert dataset.card.unwarped_size_px is not None
         label = dataset.labels[0]
-        middle = np.array([label.center_x_px, label.center_y_px])
+        middle = np.array(label.center_px)
         return (middle + 0.5) / dataset.card.unwarped_size_px
 
     def meanwhile(watcher: PressWatcher, frame: Any) -> Any:

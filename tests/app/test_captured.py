@@ -258,7 +258,7 @@ def test_others_need_not_wait_while_circles_are_found_and_lights_measured(
         dataset = read_dataset(out)
         label, size_px = dataset.label(PRESSES[1]), dataset.card.unwarped_size_px
         assert label is not None and size_px is not None
-        return (np.array([label.center_x_px, label.center_y_px]) + 0.5) / size_px
+        return (np.array(label.center_px) + 0.5) / size_px
 
     def meanwhile() -> None:
         handle = os.open(out, os.O_RDONLY)

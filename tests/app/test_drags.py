@@ -37,7 +37,7 @@ def made(folder: Path, words: tuple[str, ...], name: str = "press00.png") -> Pat
 def places(folder: Path) -> Places:
     """Of the circle, or of the corners."""
     dataset = read_dataset(folder)
-    circles = [(label.center_x_px, label.center_y_px) for label in dataset.labels]
+    circles = [label.center_px for label in dataset.labels]
     return circles or list(dataset.card.corners_px or ())
 
 

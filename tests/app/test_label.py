@@ -3,6 +3,7 @@
 """`wedge label`: the command, the book of labels, and the page in a real browser."""
 
 import errno
+import math
 import os
 import shutil
 import subprocess
@@ -53,8 +54,7 @@ def test_circles_are_found_without_a_label(tmp_path: Path) -> None:
     assert found.keys() == {label.file for label in truth}
     for label in truth:
         circle = found[label.file]
-        off = (circle.center_x_px - label.center_x_px, circle.center_y_px - label.center_y_px)
-        assert np.hypot(*off) < 1.0
+        assert math.dist(circle.center_px, label.center_px) < 1.0
         assert circle.contact_radius_px == pytest.approx(label.contact_radius_px, rel=0.15)
 
 

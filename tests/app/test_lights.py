@@ -34,8 +34,7 @@ def frames(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
     def circle(*_: object) -> Circle:
         label = next(sought)
-        center_px = (label.center_x_px, label.center_y_px)
-        return Circle(center_px=center_px, radius_px=label.contact_radius_px, quality=1.0)
+        return Circle(center_px=label.center_px, radius_px=label.contact_radius_px, quality=1.0)
 
     monkeypatch.setattr("recon.labels.capture.find_circle", circle)
     monkeypatch.setattr("recon.labels.find_circles.find_circle", circle)

@@ -91,7 +91,7 @@ def test_unseen_balls_have_their_depth_place_and_outline(sets, tmp_path, estimat
         rows, columns = np.indices(depth.shape)
         deep = np.maximum(depth - depth.max() / 2, 0)
         center = (deep * columns).sum() / deep.sum(), (deep * rows).sum() / deep.sum()
-        assert center == pytest.approx((label.center_x_px, label.center_y_px), abs=0.5)
+        assert center == pytest.approx(label.center_px, abs=0.5)
         touched = truth > 0
         assert (found.contact & touched).sum() / (found.contact | touched).sum() >= 0.75
         expected = boundary_of(disturbed_mask(found.difference))

@@ -61,7 +61,7 @@ def test_presses_are_differences_to_the_background_in_the_order_of_the_labels(da
         assert press.difference.dtype == np.float32
         error = press.difference - true_difference(label)
         assert np.abs(error).max() < 6 * GRAY_LEVEL and abs(error.mean()) < 0.1 * GRAY_LEVEL
-        assert press.center_px == (label.center_x_px, label.center_y_px)
+        assert press.center_px == label.center_px
         assert press.contact_radius_px == label.contact_radius_px
         assert press.ball_radius_mm == BALL_RADIUS_MM and press.mm_per_px == (0.1, 0.1)
 

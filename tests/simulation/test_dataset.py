@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A rendered set is a dataset like any other, and the same whoever renders it."""
 
+import math
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
@@ -11,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from recon.calibration import calibrate
+from recon.calibration import unit_of_set
 from recon.geometry.unwarp import prepare_unwarp
 from recon.images import read_image
 from recon.presses import read_presses
@@ -94,7 +95,7 @@ def test_a_raw_sets_truth_and_labels_are_of_the_unwarped_frame(raw_set: Path) ->
     truth = np.load(raw_set / "truth" / f"{press.name}.npy")
     assert truth.shape[::-1] == dataset.card.unwarped_size_px
     middle = np.argwhere(truth > 0.9 * truth.max()).mean(0)[::-1]
-    assert np.linalg.norm(middle - [label.center_x_px, label.center_y_px]) < 1
+    assert math.dist(middle, label.center_px) < 1
     skin = skin_under(FINGER, recipe.view, press)
     undone, corners_alone = (
         unwarped_skin(FINGER, recipe.view, skin, lens_undone=lens_undone).depth_mm
@@ -107,15 +108,7 @@ def test_a_raw_sets_truth_and_labels_are_of_the_unwarped_frame(raw_set: Path) ->
 
 def test_calibrating_a_raw_set_undoes_the_lens_that_it_carries(raw_set: Path) -> None:
     dataset = read_dataset(raw_set)
-    unit = calibrate(
-        dataset,
-        read_presses(dataset),
-        estimator="table",
-        serial="twin",
-        created="2026-03-01",
-        metrics={},
-        seed=0,
-    )
+    unit = unit_of_set(dataset, "table")
     assert unit.lens is not None
     size_px, corners_px = dataset.card.unwarped_size_px, dataset.card.corners_px
     told = prepare_unwarp((640, 480), corners_px, size_px, unit.lens).maps

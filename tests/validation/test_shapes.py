@@ -30,7 +30,7 @@ def taught(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Calibration]
     label = dataset.labels[0]
     cap = ball_cap(
         SIZE_PX,
-        (label.center_x_px, label.center_y_px),
+        label.center_px,
         label.contact_radius_px * MM_PER_PX[0],
         dataset.card.ball_radius_mm,
         MM_PER_PX,

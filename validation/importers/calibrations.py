@@ -161,7 +161,7 @@ def _beside_frame(found: Found, size_px: tuple[int, int]) -> list[LeftOut]:
             f"({label.center_x_px:g}, {label.center_y_px:g})",
         )
         for label, drawn_in in zip(found.labels, found.drawn_in, strict=True)
-        if not is_within((label.center_x_px, label.center_y_px), size_px)
+        if not is_within(label.center_px, size_px)
     ]
 
 

@@ -60,7 +60,7 @@ def write_dataset(
         gone: list[BallLabel] = []
         for press in read.presses:
             label = mended(press, drawn[press.file])
-            inside = is_within((label.center_x_px, label.center_y_px), press.size_px)
+            inside = is_within(label.center_px, press.size_px)
             (labels if inside else gone).append(label)
         reason = "its circle, once refitted, is centred outside the frame"
         left_out = (*read.left_out, *(LeftOut(file=x.file, reason=reason) for x in gone))

@@ -90,4 +90,4 @@ def test_a_label_s_centre_lies_on_the_frame(
     center: tuple[float, float], kept: tuple[float, float]
 ) -> None:
     label = Circle(center_px=center, radius_px=9.0, quality=0.5).label("a.png", SIZE_PX)
-    assert (label.center_x_px, label.center_y_px) == kept
+    assert label.center_px == kept

@@ -90,7 +90,7 @@ def test_taxim_becomes_rgb_with_its_own_circles(tmp_path: Path) -> None:
     frames = make_taxim(tmp_path / "dataPack.npz")
     taxim.import_taxim(tmp_path / "dataPack.npz", tmp_path / "set")
     dataset = read_dataset(tmp_path / "set")
-    assert [(x.center_x_px, x.center_y_px) for x in dataset.labels] == PLACES
+    assert [x.center_px for x in dataset.labels] == PLACES
     assert {x.contact_radius_px for x in dataset.labels} == {30.0}
     for index, label in enumerate(dataset.labels):
         assert (read_frame(dataset.folder, label.file) == frames[index]).all()
@@ -121,7 +121,7 @@ def test_wedge_lab_is_turned_into_the_gel_frame(tmp_path: Path) -> None:
     dataset = read_dataset(tmp_path / "set")
     assert [label.file for label in dataset.labels] == ["ball-0.jpg", "ball-10.jpg"]
     for label in dataset.labels:
-        assert (label.center_x_px, label.center_y_px) == pytest.approx((200.0, 80.0), abs=0.5)
+        assert label.center_px == pytest.approx((200.0, 80.0), abs=0.5)
         assert label.contact_radius_px == pytest.approx(19.0, rel=0.03)
         assert label.quality is not None
         assert 0.5 < label.quality <= 1
@@ -159,8 +159,8 @@ def test_known_depth_circles_are_mended(tmp_path: Path) -> None:
     known_depth.import_known_depth(tmp_path / "source", tmp_path / "set")
     labels = {label.file: label for label in read_dataset(tmp_path / "set").labels}
     first, second = labels["calib_1_real.png"], labels["calib_22_real.png"]
-    assert (first.center_x_px, first.center_y_px) == pytest.approx((140.0, 90.0), abs=0.5)
-    assert (second.center_x_px, second.center_y_px) == pytest.approx((210.0, 180.0), abs=0.5)
+    assert first.center_px == pytest.approx((140.0, 90.0), abs=0.5)
+    assert second.center_px == pytest.approx((210.0, 180.0), abs=0.5)
     assert first.contact_radius_px == pytest.approx(22.0, rel=0.03)
     assert second.contact_radius_px == pytest.approx(19.0, rel=0.03)
 

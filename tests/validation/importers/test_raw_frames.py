@@ -94,7 +94,7 @@ def raw_places(card: DatasetCard, labels: tuple[BallLabel, ...]) -> np.ndarray:
     right, bottom = size[0] - 0.5, size[1] - 0.5
     edges = [(-0.5, -0.5), (right, -0.5), (right, bottom), (-0.5, bottom)]
     to_raw = cv2.getPerspectiveTransform(np.float32(edges), np.float32(card.corners_px))
-    places = np.array([[[x.center_x_px, x.center_y_px]] for x in labels])
+    places = np.array([[x.center_px] for x in labels])
     return cv2.perspectiveTransform(places, to_raw)[:, 0]
 
 
