@@ -34,12 +34,12 @@ from recon.training.further_courses import (
     between,
     command_of,
     course_parser,
-    digest_of,
     presses_of,
+    settings_of,
 )
 from recon.training.loss_curve import refuse_weights, write_curve
 from recon.training.resumable import DEVICE, checkpoint_of
-from recon.unet.weights import load_weights, save_weights, sha256_of
+from recon.unet.weights import load_weights, save_weights
 from sensor.arguments import ending_in_a_sentence
 from sensor.extras import how_to_install
 
@@ -82,15 +82,9 @@ def train_further(
         WedgeError: the checkpoint belongs to another training, or cannot be read or written.
     """
     network = ContactNet(unet.channels_of(first)).to(DEVICE)
-    with torch.no_grad():
-        for name, parameter in network.layers.named_parameters():
-            parameter.copy_(torch.from_numpy(np.array(first[name])))
+    network.take(first)
     make = partial(further_batch, presses, seed)
-    settings = {
-        "seed": seed,
-        "first": sha256_of(first),
-        "presses": digest_of(press.held for press in presses),
-    }
+    settings = settings_of(seed, first, (press.held for press in presses))
     losses = follow(network, COURSE, partial(map, make), steps, settings, checkpoint)
     return between(first, network.weights(), AFTER), losses
 

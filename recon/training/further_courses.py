@@ -11,6 +11,7 @@ from typing import TypeVar
 import numpy as np
 
 from recon import unet
+from recon.unet.weights import sha256_of
 from sensor.arguments import at_least
 from sensor.errors import WedgeError
 
@@ -70,6 +71,13 @@ def presses_of(
         raise WedgeError("no rendered press is felt: name sets of benchmarks.rendered_presses.")
     print(f"{len(presses)} presses as felt", flush=True)
     return presses
+
+
+def settings_of(
+    seed: int, first: unet.Weights, truths: Iterable[np.ndarray]
+) -> dict[str, int | str]:
+    """What a checkpoint must agree in: the seed, the weights before, and what was pressed."""
+    return {"seed": seed, "first": sha256_of(first), "presses": digest_of(truths)}
 
 
 def digest_of(truths: Iterable[np.ndarray]) -> str:

@@ -98,13 +98,6 @@ class UNet(UNetLayers):
         with torch.no_grad():
             self.layers["out"].get_parameter("bias")[8:] = FIRST_LOG_DOUBT
 
-    def take(self, weights: unet.Weights) -> None:
-        """Go on from these, which need not have what the doubt has of its own."""
-        with torch.no_grad():
-            for name, parameter in self.layers.named_parameters():
-                if name in weights:
-                    parameter.copy_(torch.from_numpy(np.array(weights[name])))
-
     def forward(self, maps: Float[Tensor, "n 3 h w"]) -> Float[Tensor, "n 3 h w"]:
         """Gradients and doubt; the shapes of ``recon.unet.forward`` with n frames in front."""
         features, coarse = self.all_features(maps)

@@ -14,11 +14,10 @@ from pathlib import Path
 import numpy as np
 
 from recon import unet
-from recon.training.further_courses import digest_of
+from recon.training.further_courses import settings_of
 from recon.training.measured_presses import MeasuredPress
 from recon.training.missing_axis import Settings, UNet, doubt_losses, learning_rate, training_batch
 from recon.training.resumable import DEVICE, ResumableTraining
-from recon.unet.weights import sha256_of
 from sensor.extras import how_to_install
 
 try:
@@ -66,11 +65,7 @@ def train_doubt(
     taught = [parameter.requires_grad_() for layer in own for parameter in layer.parameters()]
     optimizer = torch.optim.Adam(taught)
     surfaces = Settings(seed=seed, steps=steps, horizon=steps, channels=channels)
-    settings = {
-        "seed": seed,
-        "first": sha256_of(weights),
-        "presses": digest_of(press.truth for press in presses),
-    }
+    settings = settings_of(seed, weights, (press.truth for press in presses))
     training = ResumableTraining(network, optimizer, steps, settings, checkpoint)
 
     def learn(step: int) -> float:

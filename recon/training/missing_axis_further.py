@@ -26,8 +26,8 @@ from recon.training.further_courses import (
     between,
     command_of,
     course_parser,
-    digest_of,
     presses_of,
+    settings_of,
 )
 from recon.training.loss_curve import refuse_weights, write_curve
 from recon.training.measured_presses import MeasuredPress, measured_presses
@@ -45,7 +45,7 @@ from recon.training.missing_axis import (
 )
 from recon.training.missing_axis_doubt import LEAST_MOVED_PX, train_doubt
 from recon.training.resumable import DEVICE, ResumableTraining, checkpoint_of
-from recon.unet.weights import load_weights, save_weights, sha256_of
+from recon.unet.weights import load_weights, save_weights
 from sensor.arguments import ending_in_a_sentence
 from sensor.extras import how_to_install
 
@@ -102,11 +102,7 @@ def train_further(
     network.take(first)
     optimizer = Soap(network.parameters())
     surfaces = Settings(seed=seed, steps=steps, horizon=steps, channels=channels)
-    settings = {
-        "seed": seed,
-        "first": sha256_of(first),
-        "presses": digest_of(press.truth for press in presses),
-    }
+    settings = settings_of(seed, first, (press.truth for press in presses))
     training = ResumableTraining(network, optimizer, steps, settings, checkpoint)
 
     def learn(step: int) -> float:

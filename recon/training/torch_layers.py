@@ -55,6 +55,13 @@ class UNetLayers(nn.Module):
                 nn.init.kaiming_normal_(layer.get_parameter("weight"), nonlinearity="relu")
             nn.init.zeros_(layer.get_parameter("bias"))
 
+    def take(self, weights: unet.Weights) -> None:
+        """Go on from these, which need not have what the doubt has of its own."""
+        with torch.no_grad():
+            for name, parameter in self.layers.named_parameters():
+                if name in weights:
+                    parameter.copy_(torch.from_numpy(np.array(weights[name])))
+
     def features(self, maps: Float[Tensor, "n maps h w"]) -> Float[Tensor, "n channels h//2 w//2"]:
         """What the last layer sees."""
         return self.all_features(maps)[0]
