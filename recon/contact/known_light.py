@@ -13,13 +13,12 @@ import math
 from collections.abc import Callable
 from typing import Final
 
-import cv2
 import numpy as np
 from jaxtyping import Bool, Float32
 
 from recon import unet
 from recon.arrays import ContactMask, DepthMap, GradientField
-from recon.contact.network import network_input
+from recon.contact.network import network_input, resized
 from recon.pixels import positions
 from recon.unet.weights import Purpose, shipped_weights
 from recon.windows import window_about
@@ -114,14 +113,14 @@ def held_in_light(
     height, width = (part.stop - part.start for part in window)
     rows, columns = (max(1, round(length * share)) for length in (height, width))
     change, position, depth_px, slopes = (
-        _resized(np.asarray(maps[window], np.float32), rows, columns)
+        resized(np.asarray(maps[window], np.float32), rows, columns)
         for maps in (difference, positions(near.shape[::-1]), depth_mm / PITCH_MM, gradient)
     )
     blank = blank_at(position.reshape(-1, 2)).reshape(rows, columns, 3)
     beside = ((0, 0), (0, -rows % stride), (0, -columns % stride))
     maps = np.pad(light_input(change, blank, position, depth_px, slopes), beside)
     score = unet.through_layers(weights, maps)[0, :rows, :columns]
-    found[window] = (_resized(score, height, width) > 0) & near[window]
+    found[window] = (resized(score, height, width) > 0) & near[window]
     return found
 
 
@@ -135,11 +134,3 @@ def _whole(part: slice, step: float, length: int) -> slice:
     """
     first, last = part.start // step, -(-part.stop // step)
     return slice(int(first * step), min(length, round(last * step)))
-
-
-def _resized(maps: Float32[np.ndarray, "h w *c"], rows: int, columns: int) -> np.ndarray:
-    """The maps in other pixels: averages where these are larger."""
-    if maps.shape[:2] == (rows, columns):
-        return maps
-    how = cv2.INTER_AREA if rows < len(maps) else cv2.INTER_LINEAR
-    return np.asarray(cv2.resize(maps, (columns, rows), interpolation=how), np.float32)

@@ -83,17 +83,17 @@ def _score(
     pitch_mm = (mm_per_px[0] * mm_per_px[1]) ** 0.5 * coarser
     depth = np.asarray(depth_mm / pitch_mm, np.float32)
     slopes = np.ascontiguousarray(gradient, np.float32)
-    if coarser > 1:
-        depth, slopes = _shrunk(depth, rows, columns), _shrunk(slopes, rows, columns)
+    depth, slopes = resized(depth, rows, columns), resized(slopes, rows, columns)
     stride = unet.stride(weights)
     flat_gel = ((0, 0), (0, -rows % stride), (0, -columns % stride))
     maps = np.pad(network_input(depth, slopes), flat_gel)
     score = unet.through_layers(weights, maps)[0, :rows, :columns]
-    if coarser == 1:
-        return score
-    return np.asarray(cv2.resize(score, (width, height)), np.float32)
+    return resized(score, height, width)
 
 
-def _shrunk(maps: np.ndarray, rows: int, columns: int) -> np.ndarray:
-    """Averages over coarser pixels."""
-    return np.asarray(cv2.resize(maps, (columns, rows), interpolation=cv2.INTER_AREA), np.float32)
+def resized(maps: Float32[np.ndarray, "h w *c"], rows: int, columns: int) -> np.ndarray:
+    """The maps in other pixels: averages where these are larger."""
+    if maps.shape[:2] == (rows, columns):
+        return maps
+    how = cv2.INTER_AREA if rows < len(maps) else cv2.INTER_LINEAR
+    return np.asarray(cv2.resize(maps, (columns, rows), interpolation=how), np.float32)
