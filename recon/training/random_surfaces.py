@@ -78,6 +78,7 @@ def surface_set(
     size_px: tuple[int, int],
     seed: int,
     executor: Executor,
+    progress: Callable[[float], None] = lambda _share: None,
 ) -> Float32[np.ndarray, "count h w"]:
     """Many surfaces, made in parallel; the result does not depend on by whom.
 
@@ -87,12 +88,14 @@ def surface_set(
         size_px: rows and columns of each.
         seed: surface i is drawn from (seed, i).
         executor: runs the blocks.
+        progress: called with the share that is done.
     """
     surfaces = np.empty((count, *size_px), np.float32)
     starts = range(0, count, BLOCK)
     make = partial(_block, recipe, count, size_px, seed)
     for start, block in zip(starts, made_ahead(make, starts, executor, BLOCKS_AHEAD), strict=True):
         surfaces[start : start + BLOCK] = block
+        progress(min(start + BLOCK, count) / count)
     return surfaces
 
 

@@ -39,13 +39,15 @@ def test_the_same_seed_gives_the_same_surface_and_another_seed_another(recipe):
 
 def test_a_set_does_not_depend_on_who_makes_it():
     count = BLOCK + 7
+    shares = []
     with ThreadPoolExecutor(2) as threads:
-        made = surface_set("contact", count, (24, 32), 5, threads)
+        made = surface_set("contact", count, (24, 32), 5, threads, shares.append)
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as process:
         again = surface_set("contact", count, (24, 32), 5, process)
     np.testing.assert_array_equal(made, again)
     alone = RECIPES["contact"](np.random.default_rng([5, count - 1]), 24, 32)
     np.testing.assert_array_equal(made[-1], alone)
+    assert shares == sorted(shares) and shares[-1] == 1
 
 
 def test_contacts_are_some_empty_some_on_the_border_many_small_and_some_steep():
