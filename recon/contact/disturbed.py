@@ -51,6 +51,8 @@ HAIR_PX = 2
 """What is not wider than twice this is a hair."""
 CROSS = np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8)
 """A pixel and its four neighbours."""
+OUTSIDE = 2
+"""Fills what is beyond all patches; holes stay."""
 DEVIATION = 1.4826
 """Standard deviation of normal noise over its median absolute deviation."""
 BORDER_PX = 3
@@ -179,10 +181,12 @@ def filled_patches(mask: ContactMask, beside_px: int, least_px: float) -> Contac
         return mask
     window = window_about(mask, 0)
     whole = _ringed(mask[window])
-    _, gaps = cv2.connectedComponents(1 - whole, connectivity=4)
-    filled = (gaps != gaps[0, 0]).view(np.uint8)[1:-1, 1:-1]
-    _, patches, boxes, _ = cv2.connectedComponentsWithStats(filled, connectivity=4)
+    cv2.floodFill(whole, None, (0, 0), OUTSIDE)
+    filled = whole[1:-1, 1:-1] != OUTSIDE
+    _, patches, boxes, _ = cv2.connectedComponentsWithStats(filled.view(np.uint8), connectivity=4)
     large = boxes[:, cv2.CC_STAT_AREA] >= least_px
+    if large[1:].all():
+        return _put_back(filled, window, mask)
     large[0] = False
     near = cv2.dilate(large[patches].view(np.uint8), CROSS, iterations=beside_px)
     large[patches[near > 0]] = True
