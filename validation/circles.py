@@ -19,6 +19,7 @@ from scipy.stats import rankdata
 
 from recon.images import read_frame
 from recon.labels.find_circle import candidates, color_change, find_circle, search_image
+from recon.pixels import cap_height_mm
 from recon.presses import PressReader, press_reader
 from sensor.arguments import ending_in_a_sentence
 from sensor.dataset import BallLabel, read_dataset
@@ -48,6 +49,8 @@ class Found:
     """Of the outline (``recon.labels.outline``), in contact radii."""
     radius_ratio: float | None = None
     """Found over labelled radius."""
+    cap_ratio: float | None = None
+    """Height of the ball's cap over the found circle, over that on the labelled one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,6 +67,10 @@ class CircleErrors:
     """Median of the offsets along x and y."""
     radius_ratio: float | None = None
     """Median of found over labelled radii."""
+    radius_ratios: tuple[float, float] | None = None
+    """Least and most of them."""
+    cap_ratio: float | None = None
+    """Median of the caps' heights, found over labelled."""
     spread: float | None = None
     """Median of the outlines': ``recon.labels.find_circles`` chooses by it how all are centred."""
 
@@ -99,11 +106,14 @@ def look(reader: PressReader, label: BallLabel) -> Found:
     if circle is None:
         return Found(None, tuple(fits))
     x_px, y_px = scale * (np.array(circle.center_px) - truth)
+    side_mm = float(np.sqrt(np.prod(pitch_mm)))
     return Found(
         (float(x_px), float(y_px)),
         tuple(fits),
         spread=circle.spread,
         radius_ratio=circle.radius_px / label.contact_radius_px,
+        cap_ratio=cap_height_mm(circle.radius_px * side_mm, ball_mm)
+        / cap_height_mm(label.contact_radius_px * side_mm, ball_mm),
     )
 
 
@@ -114,11 +124,14 @@ def summary(name: str, found: Sequence[Found]) -> CircleErrors:
     if not offsets:
         return row
     away = np.hypot(*np.transpose(offsets))
+    radii = [one.radius_ratio for one in found if one.radius_ratio is not None]
     bias = np.median(offsets, axis=0)
     return replace(
         row,
         spread=_median([one.spread for one in found]),
-        radius_ratio=_median([one.radius_ratio for one in found]),
+        radius_ratio=_median(radii),
+        radius_ratios=(min(radii), max(radii)) if radii else None,
+        cap_ratio=_median([one.cap_ratio for one in found]),
         median_px=float(np.median(away)),
         mean_px=float(away.mean()),
         within_90_px=float(np.quantile(away, 0.9)),
@@ -209,7 +222,13 @@ def _line(row: CircleErrors) -> str:
     if row.bias_px is None:
         return f"{row.name}: {row.presses} presses, all missed"
     x_px, y_px = row.bias_px
-    radius = "" if row.radius_ratio is None else f"; radii {row.radius_ratio:.3f} of the set's"
+    radius = ""
+    if row.radius_ratios is not None:
+        least, most = row.radius_ratios
+        radius = (
+            f"; radii {row.radius_ratio:.3f} of the set's (median; {least:.3f} to {most:.3f}), "
+            f"caps {row.cap_ratio:.2f} as high (median)"
+        )
     spread = "" if row.spread is None else f"; outlines spread by {row.spread:.3f} radii"
     return (
         f"{row.name}: {row.presses} presses, {row.missed} missed; at {COMPARED_AT_PX} px of width "

@@ -39,10 +39,25 @@ def test_radii_are_told_in_shares_of_the_labelled_ones(tmp_path: Path) -> None:
     assert here.radius_ratio == pytest.approx(1, abs=0.15)
     assert wide.radius_ratio == pytest.approx(here.radius_ratio / 2)
     missed = Found(None, ())
-    assert summary("set", [here, wide, missed]).radius_ratio == pytest.approx(
-        0.75 * here.radius_ratio
-    )
+    row = summary("set", [here, wide, missed])
+    assert row.radius_ratio == pytest.approx(0.75 * here.radius_ratio)
+    assert row.radius_ratios == (wide.radius_ratio, here.radius_ratio)
     assert summary("set", [missed]).radius_ratio is None
+
+
+def test_caps_are_told_in_shares_of_those_on_the_labelled_circles(tmp_path: Path) -> None:
+    dataset = make_dataset(tmp_path / "set", presses=1)
+    reader, label = press_reader(dataset), dataset.labels[0]
+    ball_px = dataset.ball_radius_mm(label) / dataset.card.mm_per_px[0]
+    here = look(reader, label)
+    narrow = look(reader, replace(label, contact_radius_px=ball_px * np.sin(np.pi / 6)))
+    wide = look(reader, replace(label, contact_radius_px=ball_px * np.sin(np.pi / 3)))
+    lower = (1 - np.cos(np.pi / 6)) / (1 - np.cos(np.pi / 3))
+    assert wide.cap_ratio == pytest.approx(lower * narrow.cap_ratio)
+    assert here.cap_ratio == pytest.approx(here.radius_ratio**2, rel=0.1)
+    assert summary("set", [narrow, wide]).cap_ratio == pytest.approx(
+        (narrow.cap_ratio + wide.cap_ratio) / 2
+    )
 
 
 def test_the_area_is_the_share_of_pairs_in_the_right_order() -> None:
