@@ -13,7 +13,7 @@ own, and by how much the cap that a ball of 2.4 mm has over such a circle is hig
 Each once with the scale of the pad's own size, once with that of a caliper in its middle, and both
 again as if ``wedge lens`` had undone all of the lens. Then how many times as large skin in the
 middle looks by the pad's own size: at rest, per mm that it lies deeper, and at rest without the
-dome, without the lens and without both.
+dome, without the lens and without both; and by how much skin at rest is seen beside its place.
 """
 
 import argparse
@@ -41,6 +41,8 @@ PLACES: Final = ((0.0, 0.0), (-0.5, 0.0), (0.5, 0.0), (0.0, 0.5))
 """Shares of half the pad's length and width, from its middle; negative x is toward the base."""
 DEPTHS_MM: Final = (0.3, 0.6, 0.9)
 SMALL_MM: Final = 1.0
+GRID: Final = (31, 21)
+"""Places along the pad's length and width."""
 
 
 def without_lens(design: Wedge) -> Wedge:
@@ -90,6 +92,16 @@ def magnification(design: Wedge, depth_mm: float, across_mm: float = SMALL_MM) -
     return float(np.sqrt((right - left)[0] * (below - above)[1])) / across_mm
 
 
+def misplaced_mm(design: Wedge) -> float:
+    """By how much skin at rest is seen beside its place, where on the pad that is most."""
+    halves = [
+        side_mm / 2 * np.linspace(-1, 1, count)
+        for side_mm, count in zip(design.pad_size_mm, GRID, strict=True)
+    ]
+    points = np.stack(np.meshgrid(*halves), -1).reshape(-1, 2)
+    return float(np.hypot(*(seen_at_mm(design, points, 0.0) - points).T).max())
+
+
 def caliper_scale(design: Wedge) -> float:
     """How long a mm of the unwarped frame is by a caliper's edges in the middle of the pad."""
     return 1 / magnification(design, DEPTH_MM, GAP_MM)
@@ -128,7 +140,9 @@ def middle(design: Wedge) -> str:
     return (
         f"{design.name}, skin in the middle: {rest:.3f} at rest, "
         f"{(deeper - rest) / DEPTHS_MM[-1]:+.3f} per mm deeper; "
-        "flat {:.3f}, lens undone {:.3f}, both {:.3f}".format(*without)
+        "flat {:.3f}, lens undone {:.3f}, both {:.3f}; ".format(*without)
+        + f"misplaced by up to {misplaced_mm(design):.1f} mm, "
+        f"lens undone {misplaced_mm(without_lens(design)):.1f}"
     )
 
 

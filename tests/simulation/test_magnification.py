@@ -15,6 +15,7 @@ from benchmarks.magnification import (
     dented,
     magnification,
     middle,
+    misplaced_mm,
     rows,
     seen_at_mm,
     times_as_wide,
@@ -51,6 +52,7 @@ def test_straight_rays_show_a_plane_where_it_is_and_nearer_ones_larger_all_alike
     design = straight_rays(design, monkeypatch)
     points_mm = GRID * np.array(design.pad_size_mm) / 2
     np.testing.assert_allclose(seen_at_mm(design, points_mm, 0.0), points_mm, atol=1e-3)
+    assert misplaced_mm(design) < 2e-3
     far_mm = []
     for depth_mm in (0.3, 0.9):
         seen_mm = seen_at_mm(design, points_mm, depth_mm)
@@ -86,6 +88,13 @@ def test_contacts_are_as_many_times_as_wide_as_skin_at_their_rim(design: Wedge) 
 def test_a_caliper_in_the_middle_measures_what_is_pressed_there(design: Wedge) -> None:
     for camera in (design, without_lens(design)):
         assert caliper_scale(camera) * magnification(camera, 0.4) == pytest.approx(1, abs=0.005)
+
+
+def test_skin_away_from_the_corners_is_seen_beside_its_place_less_far_without_the_lens() -> None:
+    corners_mm = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * np.array(STANDARD.pad_size_mm) / 2
+    off_mm = np.hypot(*(seen_at_mm(STANDARD, 0.5 * corners_mm, 0.0) - 0.5 * corners_mm).T)
+    assert off_mm.max() <= misplaced_mm(STANDARD)
+    assert misplaced_mm(without_lens(STANDARD)) < misplaced_mm(STANDARD)
 
 
 @pytest.mark.parametrize("radius_mm", [0.1, 1.2, 2.4])
