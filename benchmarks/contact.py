@@ -3,14 +3,19 @@
 """Where it touches, against the twin's truth, labelled balls and blank gel.
 
 ``python -m benchmarks.contact`` prints the overlap of contact masks with the truth on the twin's
-shapes and of shadows with those of traced rays; ``--twin FOLDER DESIGN`` takes a set that was
-rendered anew instead (``wedge simulate --scene set``), ``--balls`` adds the labelled balls of every
-set that is here, ``--blanks N`` noisy blank frames of every sensor.
+shapes, the processor time that a mask takes, and the overlap of shadows with those of traced rays;
+``--twin FOLDER DESIGN`` takes a set that was rendered anew instead (``wedge simulate --scene
+set``), ``--balls`` adds the labelled balls of every set that is here, ``--blanks N`` noisy blank
+frames of every sensor.
 """
 
 import argparse
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from statistics import median
+from time import process_time
 
 import numpy as np
 
@@ -20,7 +25,7 @@ from sensor.dataset import read_dataset
 from sensor.design_file import load_design
 from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_json
-from validation.contact import ball_overlaps, blank_frames_in_contact, mean_iou
+from validation.contact import ball_overlaps, blank_frames_in_contact, iou, mean_iou
 from validation.contact_shapes import ShapeContact, shape_contacts
 from validation.datasets import dataset_folder
 from validation.folds import fit_folds, fit_presses
@@ -33,6 +38,23 @@ BLANK_GELS = (
     *("twin-finger", "wedge-mit-golf-ball", "wedge-mit-lego", "wedge-mit-bolt"),
     "wedge-lab-markerless",
 )
+
+
+MASKS: dict[str, Callable[[ShapeContact], object]] = {
+    "": lambda shape: replace(shape.touch).contact,  # a copy, which has not been asked yet
+    " by slopes alone": lambda shape: shape.by_slopes,
+}
+REPEATS = 3
+
+
+def taken_ms(act: Callable[[], object]) -> float:
+    """Median processor time of some repeats."""
+    times_ms = []
+    for _ in range(REPEATS):
+        start = process_time()
+        act()
+        times_ms.append(1e3 * (process_time() - start))
+    return median(times_ms)
 
 
 def shape_rows(
@@ -56,15 +78,26 @@ def shape_rows(
             fitted = fit_presses(presses, range(len(presses)), estimator, "RGB", seed=0)
             found = shape_contacts(twin, wedge, fitted)
             rows += [_row(dataset, estimator, shape) for shape in found]
-            mean, exact = (
-                float(np.mean([getattr(shape, name) for shape in found]))
-                for name in ("iou", "exact_iou")
+            of_shapes = rows[-len(found) :]
+            mean, by_slopes, exact = (
+                np.mean([row[name] for row in of_shapes])
+                for name in ("iou", "iou_by_slopes", "iou_with_true_depth")
             )
-            print(f"{dataset}, {estimator}: mean IoU {mean:.3f}; with the true depth {exact:.3f}")
-            for shape in found:
+            print(
+                f"{dataset}, {estimator}: mean IoU {mean:.3f}; by slopes alone {by_slopes:.3f}; "
+                f"with the true depth {exact:.3f}"
+            )
+            for shape, row in zip(found, of_shapes, strict=True):
                 print(
-                    f"  {shape.name:12s} {shape.iou:.3f}  with the true depth "
-                    f"{shape.exact_iou:.3f}  held {int(shape.truth.sum())} px"
+                    f"  {shape.name:12s} {shape.iou:.3f}  by slopes alone "
+                    f"{row['iou_by_slopes']:.3f}  with the true depth {shape.exact_iou:.3f}  "
+                    f"held {row['held_px']} px"
+                )
+            for how, mask in MASKS.items():
+                times_ms = [taken_ms(partial(mask, shape)) for shape in found]
+                print(
+                    f"  a mask{how} takes {min(times_ms):.0f} to {max(times_ms):.0f} ms "
+                    f"(processor time, n {len(times_ms)})"
                 )
             shadows = [shape.shadows for shape in found]
             right, all_found = (
@@ -85,6 +118,7 @@ def _row(dataset: str, estimator: str, shape: ShapeContact) -> dict[str, object]
         "estimator": estimator,
         "shape": shape.name,
         "iou": shape.iou,
+        "iou_by_slopes": iou(shape.by_slopes, shape.truth),
         "iou_with_true_depth": shape.exact_iou,
         "held_px": int(shape.truth.sum()),
         "shadow_precision": shadows.precision,

@@ -45,6 +45,12 @@ class ShapeContact:
         return iou(self.touch.contact, self.truth)
 
     @property
+    def by_slopes(self) -> ContactMask:
+        """The mask that a sensor of unknown light would get."""
+        touch = self.touch
+        return contact_mask(touch.disturbed, touch.depth_mm, touch.gradient, touch.mm_per_px)
+
+    @property
     def exact_iou(self) -> float:
         """The same from the exact skin."""
         return iou(self.exact, self.truth)

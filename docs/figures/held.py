@@ -13,13 +13,11 @@ from matplotlib.patches import Patch
 from scipy.ndimage import binary_dilation, binary_erosion
 from style import BLUE, ORANGE, SOFT, bare, figure
 
-from recon.arrays import ContactMask
-from recon.contact.mask import contact_mask
 from recon.presses import read_presses
 from sensor.dataset import read_dataset
 from sensor.design import STANDARD
 from validation.contact import iou
-from validation.contact_shapes import ShapeContact, shape_contacts
+from validation.contact_shapes import shape_contacts
 from validation.datasets import dataset_folder
 from validation.folds import fit_presses
 from validation.shapes import name_in_words
@@ -30,18 +28,12 @@ SCALE_MM = 2.0
 KINDS = {"held, found": SOFT, "held, missed": BLUE, "found, not held": ORANGE}
 
 
-def by_slopes_alone(shape: ShapeContact) -> ContactMask:
-    """The mask that a sensor of unknown light would get."""
-    touch = shape.touch
-    return contact_mask(touch.disturbed, touch.depth_mm, touch.gradient, touch.mm_per_px)
-
-
 dataset = read_dataset(dataset_folder("twin-standard"))
 presses = read_presses(dataset).presses
 fitted = fit_presses(presses, range(len(presses)), "default", "RGB", seed=0)
 shapes = {shape.name: shape for shape in shape_contacts(dataset, STANDARD, fitted)}
 for shape in shapes.values():
-    truth, by_slopes = shape.truth, by_slopes_alone(shape)
+    truth, by_slopes = shape.truth, shape.by_slopes
     held_px = truth.sum()
     fewer, more = (iou(edged(truth), truth) for edged in (binary_erosion, binary_dilation))
     print(
@@ -54,7 +46,7 @@ rows = drawing.subplots(2, len(SHAPES))
 for column, name in zip(rows.T, SHAPES, strict=True):
     shape = shapes[name]
     touch, truth = shape.touch, shape.truth
-    by_slopes = by_slopes_alone(shape)
+    by_slopes = shape.by_slopes
     places = np.argwhere(truth)
     side = int((places.max(0) - places.min(0)).max()) // 2 + MARGIN_PX
     middle = (places.max(0) + places.min(0)) // 2
