@@ -8,7 +8,8 @@
 A unit is calibrated on all presses of a set, and reconstructs each both ways. The compiled way may
 take gel as flat that the reference does not, or the other way round: given is what share of a
 frame's pixels that is, by how much all other slopes differ at most, and depth. Then six presses,
-and all shapes of a rendered set, are made smaller: depth is off by so much of the frame's peak.
+and all shapes of a rendered set, are made smaller, if they are unwarped: depth is off by so much of
+the frame's peak.
 """
 
 import argparse
@@ -127,6 +128,8 @@ def main() -> None:
             unit = unit_of_set(dataset, options.estimator)
             presses = [read_frame(dataset.folder, label.file) for label in dataset.labels]
             print(line(name, apart(unit, presses)), flush=True)
+            if dataset.card.corners_px is not None:
+                continue  # the frames are raw, and the corners hold in frames of this size only
             frames = few_frames(dataset)
             for size_px in SIZES_PX:
                 off = depth_off(smaller(unit, size_px), [resized(f, size_px) for f in frames])
