@@ -57,7 +57,6 @@ def main() -> None:
                 repetition,
                 Recipe(engine=engine, design=FINGER, samples=100, cover_mm=thickness),
                 pitch,
-                1,
             )
             for thickness in GLOVES_MM.values()
             for pitch in PITCHES_MM
@@ -89,7 +88,7 @@ def lit(engine, design: Wedge, pool) -> tuple[np.ndarray, dict[str, float]]:
         Press(name=f"{x}", indenter=BALL, center_mm=(x, y), depth_mm=0.45) for x, y in PLACES_MM
     ]
     strips = [pool.submit(trace_part, recipe, rest, window, 1) for window in bands(recipe.view)]
-    dents = [pool.submit(trace_press, recipe, press, 1) for press in presses]
+    dents = [pool.submit(trace_press, recipe, press) for press in presses]
     blank = np.concatenate([strip.result() for strip in strips])
     untouched = smoothed(blank, recipe.view.mm_per_px[0], rest, None)
     camera = expose(untouched)
