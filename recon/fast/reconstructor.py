@@ -108,8 +108,8 @@ class FastReconstructor:
     chooses the border and the gel that ``default`` takes for flat, is found at a quarter of the
     resolution, but for small frames, and for lights on one line, which need it in pixels: so in
     large frames slopes beside still gel are zero in one and not in the other. In 200 presses of
-    five sets that were 0.5 to 2.0 % of the pixels (medians of the sets; 5.7 % at most), and depth
-    was off by 0.09 mm at most, by more than 0.03 mm in four. With ``mlp``, slopes of 200 presses
+    five sets that were 0.5 to 2.0 % of the pixels (medians of the sets; 5.8 % at most), and depth
+    was off by 0.10 mm at most, by more than 0.03 mm in four. With ``mlp``, slopes of 200 presses
     agreed to 1e-3. Of 138, three got another border, by which depth is off by up to 0.09 mm. The
     lookup table is the reference's.
 
