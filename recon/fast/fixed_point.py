@@ -151,9 +151,8 @@ def packed(
             half, second = 2 ** (shift - 1), shift.astype(np.int32)
         else:
             half, second = 0, (1 / scale).astype(np.float32).view(np.int32)
-        start = (
-            np.rint(start * scale + left * steps + half).clip(-(2**31), 2**31 - 1).astype(np.int32)
-        )
+        start = np.rint(start * scale + left * steps + half)
+        start = start.clip(-(2**31), 2**31 - 1).astype(np.int32)
         found.append(np.vstack([start, second, pairs.view(np.int32)[..., 0]]))
     found[-1] = grouped(found[-1], LAST)
     return tuple(found)

@@ -18,8 +18,8 @@ from recon.pixels import positions
 INPUTS = 5
 """R, G, B, X, Y: a colour that the network does not look at has no weight."""
 WIDTH = HIDDEN[0]
-LINE = 4 * BLOCK
-"""Bytes of a block's row."""
+LINE_BYTES = 4 * BLOCK
+"""Of a block's row."""
 LARGEST_ERROR = 6.5e-4
 """In slope, of 16 bits where they are tried; leaves room below 1e-3 for the frames to come, whose
 worst pixel is up to 1.5 times as far off."""
@@ -66,7 +66,7 @@ class FrameMlp:
             self._apply(colors, places, slopes, begin, end, *self._weights)
             return
         filled = [np.zeros((len(planes), BLOCK), np.float32) for planes in (colors, places, slopes)]
-        for planes, few in zip(filled, (colors, places), strict=False):
+        for planes, few in zip(filled[:2], (colors, places), strict=True):
             planes[:, :count] = few[:, begin:end]
         self._apply(*filled, 0, BLOCK, *self._weights)
         slopes[:, begin:end] = filled[2][:, :count]
@@ -125,16 +125,22 @@ def _take_floats(
 ) -> None:
     values, result = np.zeros((INPUTS, BLOCK), np.float32), np.empty((2, BLOCK), np.float32)
     a, b = np.empty((WIDTH, BLOCK), np.float32), np.empty((WIDTH, BLOCK), np.float32)
-    groups, plane = WIDTH // floating.NEURONS, 4 * difference.shape[1]
+    groups, plane_bytes = WIDTH // floating.NEURONS, 4 * difference.shape[1]
     for start in range(begin, end, BLOCK):
         shift = 4 * min(start, end - BLOCK)  # of the last pixels, some pass twice
-        moved(difference.ctypes.data + shift, plane, values.ctypes.data, LINE, 3)
-        moved(places.ctypes.data + shift, plane, values.ctypes.data + 3 * LINE, LINE, 2)
+        moved(difference.ctypes.data + shift, plane_bytes, values.ctypes.data, LINE_BYTES, 3)
+        moved(
+            places.ctypes.data + shift,
+            plane_bytes,
+            values.ctypes.data + 3 * LINE_BYTES,
+            LINE_BYTES,
+            2,
+        )
         tanh_layer(values.ctypes.data, w0.ctypes.data, a.ctypes.data, INPUTS, groups)
         tanh_layer(a.ctypes.data, w1.ctypes.data, b.ctypes.data, WIDTH, groups)
         tanh_layer(b.ctypes.data, w2.ctypes.data, a.ctypes.data, WIDTH, groups)
         floating.last_layer(a.ctypes.data, w3.ctypes.data, result.ctypes.data, WIDTH, 1)
-        moved(result.ctypes.data, LINE, out.ctypes.data + shift, plane, 2)
+        moved(result.ctypes.data, LINE_BYTES, out.ctypes.data + shift, plane_bytes, 2)
 
 
 def _take_words(
@@ -142,16 +148,22 @@ def _take_words(
 ) -> None:
     values, result = np.zeros((INPUTS, BLOCK), np.float32), np.empty((2, BLOCK), np.float32)
     a, b = np.empty((WIDTH // 2, BLOCK), np.int32), np.empty((WIDTH // 2, BLOCK), np.int32)
-    groups, plane = WIDTH // floating.NEURONS, 4 * difference.shape[1]
+    groups, plane_bytes = WIDTH // floating.NEURONS, 4 * difference.shape[1]
     for start in range(begin, end, BLOCK):
         shift = 4 * min(start, end - BLOCK)  # of the last pixels, some pass twice
-        moved(difference.ctypes.data + shift, plane, values.ctypes.data, LINE, 3)
-        moved(places.ctypes.data + shift, plane, values.ctypes.data + 3 * LINE, LINE, 2)
+        moved(difference.ctypes.data + shift, plane_bytes, values.ctypes.data, LINE_BYTES, 3)
+        moved(
+            places.ctypes.data + shift,
+            plane_bytes,
+            values.ctypes.data + 3 * LINE_BYTES,
+            LINE_BYTES,
+            2,
+        )
         first_layer(values.ctypes.data, w0.ctypes.data, a.ctypes.data, INPUTS, groups)
         hidden_layer(a.ctypes.data, w1.ctypes.data, b.ctypes.data, WIDTH // 2, groups)
         hidden_layer(b.ctypes.data, w2.ctypes.data, a.ctypes.data, WIDTH // 2, groups)
         fixed_point.last_layer(a.ctypes.data, w3.ctypes.data, result.ctypes.data, WIDTH // 2, 1)
-        moved(result.ctypes.data, LINE, out.ctypes.data + shift, plane, 2)
+        moved(result.ctypes.data, LINE_BYTES, out.ctypes.data + shift, plane_bytes, 2)
 
 
 _in_floats, _in_words = compiled(_take_floats), compiled(_take_words)

@@ -60,7 +60,8 @@ def _elimination(
 ) -> Float32[np.ndarray, "rows columns"]:
     """What the sweeps multiply by.
 
-    Along the columns the equation is ``z[r-1] - (2 - value) z[r] + z[r+1] = s[r]``. Free borders
+    Along the columns the equation is ``z[r-1] - (2 - value) z[r] + z[r+1] = s[r]``, where ``value``
+    is a wave's eigenvalue along the rows, times the square of the columns' pitch. Free borders
     have 1 instead of 2 in the first and last row; the constant, which they leave open, is fixed by
     a zero in the last row and removed by the caller.
     """

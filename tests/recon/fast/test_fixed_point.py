@@ -32,7 +32,7 @@ def test_rounded_weights_sum_up_what_they_were_shown(seed: int, alike: int) -> N
         return float(np.square(seen @ (found - weights) + constant).mean())
 
     np.testing.assert_array_equal(whole, np.rint(whole))
-    assert np.abs(whole - weights).max() < 9
+    assert np.abs(whole - weights).max() < 3
     each_alone = np.rint(weights)
     assert off(whole, left) < off(each_alone, (seen @ (weights - each_alone)).mean(0))
 
