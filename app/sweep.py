@@ -48,7 +48,9 @@ def main(
     be built are named and left out.
 
     OUT keeps what is rendered: an interrupted sweep continues where it stopped, and no value is
-    rendered twice. OUT/sweep.png shows the result.
+    rendered twice. A kept set is used again only if the whole design, the options, the renderer,
+    the libraries and this program's code are those that made it; else a new one is rendered beside
+    it. OUT/sweep.png shows the result.
 
     Example: wedge sweep lights.lit_sides RGB RG RB R --json sweep.json
 

@@ -15,17 +15,23 @@ from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import sensor.design
+import cv2
+import numpy
+import PIL
+import scipy
+
+import sensor
 import simulation
 from recon.calibration import lit_channels
 from recon.lights import Axis, unseen_axis
 from recon.presses import LEAST_RADIUS_PX, read_presses
-from sensor.dataset import CARD_FILE, read_dataset
+from sensor.dataset import CARD_FILE, LENS_FILE, read_dataset
 from sensor.design import Wedge
 from sensor.errors import WedgeError
 from sensor.files import new_folder, sha256_of_files
 from simulation.dataset import Recipe, dent_of, label_of, presses_of, write_set
 from simulation.engine import Engine
+from simulation.lens import lens_text
 from simulation.presses import Press
 from validation.error_table import Row
 from validation.evaluation import hold_out
@@ -54,6 +60,8 @@ OF_A_DOME = ("gel.semi_axis_across_mm", "gel.semi_axis_normal_mm", "gel.semi_axi
 OF_BARE_LEDS = ("lights.led_length_mm", "lights.backing_thickness_mm")
 """Behind a diffuser their row is one lamp, on the acrylic whatever is behind."""
 SEEN_BESIDES = ("wiring.led_pitch_mm",)
+LIBRARIES = (numpy, scipy, cv2, PIL)
+"""That the twin computes dents, noise and JPEGs with, besides Mitsuba."""
 LEAST_PRESSES = 2
 """That a split needs: one to learn from, one to judge."""
 Progress = Callable[[float, str], None]
@@ -209,13 +217,14 @@ def planned_presses(recipe: Recipe, size: SweepSize) -> list[Press]:
 
 
 def key_of(recipe: Recipe, presses: int) -> str:
-    """Hash of everything that decides a rendered set, Mitsuba and our code included."""
-    decided_by = *Path(simulation.__file__).parent.glob("*.py"), Path(sensor.design.__file__)
-    code = {path.name: path for path in decided_by}
+    """Hash of everything that decides a rendered set, libraries and our code included."""
+    floors = (Path(floor.__path__[0]) for floor in (sensor, simulation))
+    code = {f"{path.parent.name}/{path.name}": path for at in floors for path in at.glob("*.py")}
     decides = {
         "design": recipe.design.sha256,
         "variant": recipe.engine.variant,
         "mitsuba": recipe.engine.mitsuba,
+        "libraries": [library.__version__ for library in LIBRARIES],
         "width_px": recipe.width_px,
         "samples": recipe.samples,
         "seed": recipe.seed,
@@ -248,7 +257,7 @@ def _rendered(
 ) -> Path:
     key = key_of(recipe, len(presses))
     made, keep = folder / "sets" / key, folder / "parts" / key
-    if _is_whole(made):
+    if _is_whole(made, recipe):
         return made
     shutil.rmtree(made, ignore_errors=True)  # it has lost a file since: rendered again
     with new_folder(made, alike=CARD_FILE) as draft:
@@ -266,14 +275,16 @@ def _rendered(
     return made
 
 
-def _is_whole(folder: Path) -> bool:
-    """Whether a set is there with all its frames."""
+def _is_whole(folder: Path, recipe: Recipe) -> bool:
+    """Whether a set is there with all its frames, and with its lens where it has one."""
     try:
         dataset = read_dataset(folder)
     except WedgeError:
         return False
-    frames = [*dataset.card.background, *(label.file for label in dataset.labels)]
-    return all((folder / frame).is_file() for frame in frames)
+    files = [*dataset.card.background, *(label.file for label in dataset.labels)]
+    if recipe.raw and lens_text(recipe.design):
+        files.append(LENS_FILE)  # without which corners would be undone by another lens
+    return all((folder / file).is_file() for file in files)
 
 
 def _judged(folder: Path, value: str, seed: int) -> SweepPoint:

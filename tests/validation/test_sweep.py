@@ -3,14 +3,18 @@
 """A sweep varies what it says, renders nothing twice, and gives one answer wherever it runs."""
 
 import itertools
+import shutil
 from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
 
+import sensor
 import simulation.engine
 from recon.presses import LEAST_RADIUS_PX
+from sensor.dataset import LENS_FILE
 from sensor.design import FINGER, STANDARD, Wedge
 from sensor.errors import WedgeError
 from simulation.dataset import Recipe, dent_of, label_of, presses_of, write_set
@@ -22,6 +26,7 @@ from validation.figures.sweep import sweep_figure
 from validation.lighting import contrast, lit_area, unevenness
 from validation.metrics import METRICS, Errors
 from validation.sweep import (
+    LIBRARIES,
     SEEN_OVER_THE_MIRROR,
     SweepPoint,
     SweepSize,
@@ -72,6 +77,28 @@ def test_nothing_is_rendered_twice(tmp_path: Path) -> None:
     assert 0 < point.lit_area <= other.lit_area + 0.02 <= 1.02  # fewer colours to wait for
     picture = png_bytes(sweep_figure("lights.lit_sides", [same, other]))
     assert picture == png_bytes(sweep_figure("lights.lit_sides", [same, other]))
+
+
+def test_a_raw_set_that_has_lost_its_lens_is_rendered_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("mitsuba")
+    monkeypatch.setattr("validation.sweep._judged", lambda *_: point("30", 4))
+    executor, tasks = Counting(), []
+    for _ in range(3):
+        sweep(
+            [("30", FINGER)],
+            field="mirror.angle_deg",
+            folder=tmp_path,
+            size=replace(SIZE, samples=1, width_px=64),
+            engine=SCALAR,
+            executor=executor,
+        )
+        tasks.append(executor.tasks)
+        (lens,) = (tmp_path / "sets").glob(f"*/{LENS_FILE}")
+        if len(tasks) == 2:
+            lens.unlink()
+    assert tasks[1] == tasks[0] and tasks[2] == 2 * tasks[0]
 
 
 def test_a_value_that_cannot_be_pressed_is_told_before_anything_is_rendered(tmp_path: Path) -> None:
@@ -253,6 +280,33 @@ def test_a_set_that_another_mitsuba_rendered_is_another(monkeypatch: pytest.Monk
     engines = SCALAR, Engine(variant=SCALAR.variant), Engine(variant=SCALAR.variant)
     names = [key_of(Recipe(engine=engine, design=FINGER), 5) for engine in engines]
     assert names[0] != names[1] == names[2]
+
+
+@pytest.mark.parametrize("floor", [sensor, simulation], ids=["sensor", "simulation"])
+def test_a_set_that_other_code_rendered_is_another(
+    floor: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recipe = Recipe(engine=SCALAR, design=FINGER)
+    names = [key_of(recipe, 5)]
+    leave_out = shutil.ignore_patterns("sets", "__pycache__")
+    copy = shutil.copytree(floor.__path__[0], tmp_path / floor.__name__, ignore=leave_out)
+    monkeypatch.setattr(floor, "__path__", [str(copy)])
+    assert key_of(recipe, 5) == names[0]  # wherever it lies
+    files = list(copy.glob("*.py"))
+    for file in files:
+        file.write_text(file.read_text(encoding="utf-8") + "# changed\n", encoding="utf-8")
+        names.append(key_of(recipe, 5))
+    assert len(set(names)) == 1 + len(files) > 10
+
+
+@pytest.mark.parametrize("library", LIBRARIES, ids=lambda library: library.__name__)
+def test_a_set_that_another_library_computed_is_another(
+    library: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recipe = Recipe(engine=SCALAR, design=FINGER)
+    before = key_of(recipe, 5)
+    monkeypatch.setattr(library, "__version__", "0.1")
+    assert key_of(recipe, 5) != before
 
 
 def test_lit_area_is_the_share_that_every_colour_reaches() -> None:
