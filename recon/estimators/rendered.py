@@ -121,14 +121,10 @@ def rendered_pixels(
     sensors = rendered_sensors()
     matched = [matched_light(sensor.shading, taught, light) for sensor in sensors]
     unexplained = np.array([match.unexplained for match in matched])
-    weight = np.maximum(unexplained, 1e-3) ** -LIKENESS
-    if np.isfinite(collar):
-        apart = np.log([float(sensor.collar[0]) / collar for sensor in sensors]) / COLLAR_SPREAD
-        weight *= np.exp((np.min(apart**2) - apart**2) / 2)
     least = float(unexplained.min())
     count = round(count * max(0.0, 1 - least))
     random = np.random.default_rng(seed)
-    from_each = random.multinomial(count, weight / weight.sum())
+    from_each = random.multinomial(count, shares_of(sensors, unexplained, collar))
     steepness = np.linalg.norm(taught.slopes, axis=1)
     steepest = float(np.quantile(steepness[steepness > 0], MOST)) if count else 0.0
     seen = []
@@ -139,6 +135,23 @@ def rendered_pixels(
         seen.append(_seen(sensor, chosen, match.mix, left, steepest, light))
     joined = {name: np.concatenate([vars(part)[name] for part in seen]) for name in vars(seen[0])}
     return SeenPixels(**joined), least
+
+
+def shares_of(
+    sensors: Sequence[RenderedSensor], unexplained: Float64[np.ndarray, " s"], collar: float
+) -> Float64[np.ndarray, " s"]:
+    """How much each rendered sensor counts, by its light and, where a collar is known, by its gel.
+
+    Args:
+        sensors: to choose from.
+        unexplained: what the mix of each leaves of the balls' squared change of colour.
+        collar: in shares of the frame's shorter side, or NaN.
+    """
+    weight = np.maximum(unexplained, 1e-3) ** -LIKENESS
+    if np.isfinite(collar):
+        apart = np.log([float(sensor.collar[0]) / collar for sensor in sensors]) / COLLAR_SPREAD
+        weight *= np.exp((np.min(apart**2) - apart**2) / 2)
+    return np.asarray(weight / weight.sum())
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -201,11 +214,17 @@ def left_by_mix(
     shading: Shadings, match: Match, taught: Taught, light: Light
 ) -> Float64[np.ndarray, "t c"]:
     """What the mix leaves of the balls' changes of colour, by slope and place."""
+    left = np.asarray(taught.color - mixed_colors(shading, match, taught, light), np.float32)
+    return fit_shading(replace(taught, color=left), light)
+
+
+def mixed_colors(
+    shading: Shadings, match: Match, taught: Taught, light: Light
+) -> Float64[np.ndarray, "n c"]:
+    """The changes of colour that the mix tells of the balls' slopes, places and depths."""
     blank = np.maximum(blank_colors(light, taught.position), DARKEST)
     level, deeper = _changes(shading, taught)
-    mixed = _placed(level + match.deepness * deeper, taught.position) @ match.mix
-    left = np.asarray(taught.color - mixed * blank, np.float32)
-    return fit_shading(replace(taught, color=left), light)
+    return _placed(level + match.deepness * deeper, taught.position) @ match.mix * blank
 
 
 @lru_cache

@@ -29,6 +29,7 @@ COMMANDS = (
     "benchmarks.cut_contacts unit SET",
     "benchmarks.few_lights SET",
     "benchmarks.fixed_point SET",
+    "benchmarks.light_and_gel SET",
     "benchmarks.rendered_pixels --sensor one SET SET SET --out unwritten",
 )
 DOUBT = "benchmarks.doubt --sensor SET SET"  # reads a set after minutes, and looks it up before
