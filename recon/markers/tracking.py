@@ -42,7 +42,7 @@ LONGEST_STEP = 0.35
 """A longer median step, in spacings, may have moved every dot onto its neighbour's place."""
 STEEPEST = 0.5
 """Neighbours whose shifts differ by a larger share of their distance are not both who they seem. It
-was 0.35 at most on 161 real frames of three gels, and 0.6 or more with dots taken for others."""
+was 0.35 at most on 123 real frames of three gels, and 0.6 or more with dots taken for others."""
 RIM = 2
 """Dots so many neighbours away from a tear are who they seem, on one side of it."""
 LEAST_BESIDE = 2

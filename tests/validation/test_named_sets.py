@@ -27,6 +27,7 @@ COMMANDS = (
     "benchmarks.agreement SET",
     "benchmarks.contact --estimator table --twin SET standard",
     "benchmarks.cut_contacts unit SET",
+    "benchmarks.dots SET",
     "benchmarks.few_lights SET",
     "benchmarks.fixed_point SET",
     "benchmarks.light_and_gel SET",
