@@ -111,6 +111,7 @@ def test_a_damaged_truth_is_one_sentence(
     "name",
     [
         "benchmarks.bound",
+        "benchmarks.dents",
         "benchmarks.pose_doubt",
         "benchmarks.rolling",
         "benchmarks.soak",
