@@ -233,10 +233,10 @@ def print_error_table(table: "ErrorTable") -> None:
     print_left_out(table.left_out)
 
 
-def print_left_out(left_out: "Sequence[tuple[str, str]] | Sequence[LeftOut]") -> None:
+def print_left_out(left_out: "Sequence[LeftOut]") -> None:
     """Name and count the presses that could not be used."""
-    pairs = [item if isinstance(item, tuple) else (item.file, item.reason) for item in left_out]
-    if pairs:
-        print(f"left out {len(pairs)} press{'es' if len(pairs) > 1 else ''}:", file=sys.stderr)
-    for file, reason in pairs:
-        print(f"  {file}: {reason}", file=sys.stderr)
+    count = len(left_out)
+    if count:
+        print(f"left out {count} press{'es' if count > 1 else ''}:", file=sys.stderr)
+    for press in left_out:
+        print(f"  {press.file}: {press.reason}", file=sys.stderr)

@@ -77,8 +77,8 @@ class ErrorTable:
     """Per estimator, one entry a held-out press, with all lights and as a unit reads them."""
     contact: Mapping[str, tuple[Overlap, ...]]
     """Likewise, how the contact mask fits the labelled disc."""
-    left_out: tuple[tuple[str, str], ...]
-    """Presses that could not be used, and why."""
+    left_out: tuple[LeftOut, ...]
+    """Presses that could not be used."""
     folds_fitted: Mapping[str, tuple[Fold, ...]]
     """Per estimator, what each split taught it, with all lights. The first tells its doubt too."""
 
@@ -188,7 +188,7 @@ def error_table(
             name: tuple(chain.from_iterable(one.contact for one in found))
             for name, found in by_estimator.items()
         },
-        left_out=tuple((press.file, press.reason) for press in survey.left_out),
+        left_out=survey.left_out,
         folds_fitted={
             estimator: tuple(
                 Fold(estimator=result.fitted, test=task.split.test)

@@ -268,7 +268,7 @@ def _table(
             for column, name in enumerate(PIXEL_SETS)
         ),
         depth={estimator.name: judged.depth},
-        left_out=tuple((press.file, press.reason) for press in presses.left_out),
+        left_out=presses.left_out,
         folds_fitted={},
         contact={},
     )

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from recon.calibration import Calibration
 from recon.labels.label_book import pressed_frames
-from recon.presses import press_reader
+from recon.presses import LeftOut, press_reader
 from sensor.dataset import Dataset
 from validation.acceptance.moved import moved_px
 from validation.depth import DepthErrors, truth_file
@@ -29,8 +29,8 @@ class ShapeErrors(Pairing):
     """Where the skin is pressed, as ``Shape`` says."""
     numbers: Mapping[str, Number]
     """``depth_rmse_mm`` and ``depth_bias_mm``."""
-    left_out: tuple[tuple[str, str], ...]
-    """Frames of unknown depth, each with the reason."""
+    left_out: tuple[LeftOut, ...]
+    """Frames of unknown depth."""
 
 
 def judge_shapes(
@@ -68,7 +68,7 @@ def judge_shapes(
         depth=tuple(depth),
         numbers=depth_numbers(depth, seed),
         left_out=tuple(
-            (name, UNKNOWN)
+            LeftOut(file=name, reason=UNKNOWN)
             for name in pressed_frames(dataset.folder, dataset.card)
             if dataset.label(name) is None and not truth_file(dataset.folder, name).is_file()
         ),

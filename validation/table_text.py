@@ -4,6 +4,7 @@
 
 import html
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict
 from statistics import fmean
 from typing import Any
 
@@ -56,7 +57,7 @@ def table_document(table: ErrorTable) -> dict[str, Any]:
             for estimator, errors in table.depth.items()
             if errors
         ],
-        "left_out": [{"file": file, "reason": reason} for file, reason in table.left_out],
+        "left_out": [asdict(press) for press in table.left_out],
     }
 
 

@@ -189,7 +189,7 @@ def test_unusable_press_is_named_and_left_out(tmp_path, one_thread):
     tiny = replace(dataset.labels[4], contact_radius_px=1.0)
     write_labels(tmp_path / "set" / "labels.csv", [*dataset.labels[:4], tiny, *dataset.labels[5:]])
     table = error_table(dataset.folder, ["table"], folds=5, seed=0, executor=one_thread)
-    assert [file for file, _ in table.left_out] == [tiny.file]
+    assert [press.file for press in table.left_out] == [tiny.file]
     assert table.test == 9
 
 

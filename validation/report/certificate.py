@@ -5,7 +5,7 @@
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 from xml.etree import ElementTree
 
@@ -83,7 +83,7 @@ def document(card: UnitCard, occasion: Occasion, found: Acceptance) -> dict[str,
         "errors_from": "dataset" if found.errors else "calibration",
         "held_out_presses": found.held_out,
         "mean_abs_gradient": found.mean_abs_gradient,
-        "left_out": [{"file": press.file, "reason": press.reason} for press in found.left_out],
+        "left_out": [asdict(press) for press in found.left_out],
         "doubts": list(found.doubts),
         "grade": verdict(found.values),
         "measurements": [

@@ -67,7 +67,7 @@ def _weaknesses(results: DatasetResults) -> list[str]:
     items += _useless_networks(results)
     left_out = results.table.left_out
     if left_out:
-        named = "; ".join(f"{file}: {reason}" for file, reason in left_out)
+        named = "; ".join(f"{press.file}: {press.reason}" for press in left_out)
         items.append(f"Left out {len(left_out)} of {len(results.dataset.labels)} presses: {named}.")
     else:
         items.append(f"No press was left out; {len(results.dataset.labels)} were labelled.")

@@ -3,6 +3,7 @@
 """Depth errors of units on shapes: in tables, as a page, and for machines."""
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from statistics import fmean
 from typing import Any
 
@@ -68,7 +69,7 @@ def shape_document(item: ShapeErrors) -> dict[str, Any]:
         "ci95": {"rmse_mm": rmse and list(rmse), "bias_mm": bias and list(bias)},
         "moved_px": item.moved_px,
         "lit_otherwise": list(item.lit_otherwise),
-        "left_out": [{"file": file, "reason": reason} for file, reason in item.left_out],
+        "left_out": [asdict(frame) for frame in item.left_out],
     }
 
 

@@ -14,7 +14,7 @@ from bom.bill import make_bill, read_parts, totals_text
 from bom.fit import parts_for
 from recon.estimators import GradientEstimator, fit_estimator
 from recon.pixels import Pixels
-from recon.presses import read_presses
+from recon.presses import LeftOut, read_presses
 from sensor.design import FINGER, STANDARD
 from tests.synthetic import make_fabrication
 from tests.validation.report.html_page import Page
@@ -57,7 +57,9 @@ def test_steep_slopes_that_come_back_whole_are_no_weakness(
 
 
 def test_presses_left_out_are_named(results: DatasetResults) -> None:
-    table = replace(results.table, left_out=(("press07.png", "no contact is visible"),))
+    table = replace(
+        results.table, left_out=(LeftOut(file="press07.png", reason="no contact is visible"),)
+    )
     words = weakness_section([replace(results, table=table)]).html
     assert "Left out 1 of 6 presses: press07.png: no contact is visible." in words
 
