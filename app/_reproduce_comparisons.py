@@ -86,12 +86,12 @@ def beside_each_other(
 def twins_beside_sensors(twins: Sequence[str], executor: Executor) -> "Section":
     """The rendered sets beside what real ones are here, and networks that cross over."""
     from simulation.raw_view import pad_corners_px
-    from validation.datasets import DATASETS, dataset_folder
+    from validation.datasets import dataset_folder, known_datasets
     from validation.fidelity import likeness, transfer
     from validation.report.fidelity import fidelity_section
 
     with progress("twin beside sensors") as show:
-        known = {dataset.name: dataset for dataset in DATASETS}
+        known = known_datasets()
         folders = {
             name: dataset_folder(name)
             for name in (*twins, *REAL)

@@ -40,13 +40,13 @@ def touch_sections(
         twin: it, fitted to all balls of ``TWIN``, where that is here.
         executor: does the sets side by side.
     """
-    from validation.datasets import DATASETS, dataset_folder
+    from validation.datasets import dataset_folder, known_datasets
     from validation.dots import COUNTED_FRAMES, hand_counted, score_detection
     from validation.importers.wedge_mit import CLIPS
     from validation.report.contact_shapes import shape_contact_section
     from validation.report.touch import contact_section, marker_section
 
-    here = {known.name for known in DATASETS if known.find() is not None}
+    here = {name for name, known in known_datasets().items() if known.find() is not None}
     sections: list[Section] = []
     with progress("contact and dots") as show:
         held = executor.submit(_shapes, dataset_folder(TWIN), twin) if twin else None

@@ -30,12 +30,10 @@ def open_where(where: str) -> "FrameSource":
         WedgeError: it is none, or cannot be opened.
     """
     from recon.stream import open_source
-    from validation.datasets import DATASETS, dataset_folder
+    from validation.datasets import dataset_folder, known_datasets
 
     refuse_nowhere(where)
-    if where in {dataset.name for dataset in DATASETS}:
-        return open_source(dataset_folder(where))
-    return open_source(where)
+    return open_source(dataset_folder(where) if where in known_datasets() else where)
 
 
 def refuse_nowhere(where: str, *also: str) -> None:
@@ -49,18 +47,17 @@ def refuse_nowhere(where: str, *also: str) -> None:
         WedgeError: it is neither an address, nor there, nor of a kind that gives frames.
     """
     from recon.stream import refuse_no_source
-    from validation.datasets import DATASETS
+    from validation.datasets import known_datasets
 
-    if where not in {dataset.name for dataset in DATASETS}:
+    if where not in known_datasets():
         refuse_no_source(where, ("a dataset that `wedge data list` names", *also))
 
 
 def is_dataset(where: str) -> bool:
     """Whether frames from there are presses that have nothing to do with each other."""
-    from validation.datasets import DATASETS
+    from validation.datasets import known_datasets
 
-    known = {dataset.name for dataset in DATASETS}
-    return where in known or (Path(where) / CARD_FILE).is_file()
+    return where in known_datasets() or (Path(where) / CARD_FILE).is_file()
 
 
 def open_live(where: str, *, repeat: bool = False) -> "FrameSource":

@@ -144,10 +144,10 @@ def _refuse_no_folder(dataset: Path) -> None:
     """
     if dataset.exists():
         return
-    from validation.datasets import DATASETS
+    from validation.datasets import known_datasets
 
     name = str(dataset)
-    if name in {known.name for known in DATASETS}:
+    if name in known_datasets():
         raise WedgeError(
             f"{name} is a known dataset in the cache, which stays as it was imported: copy it "
             f'first, cp -r "$(wedge data path {name})" my-{name}, and label the copy.'

@@ -106,10 +106,10 @@ def _present(folds: int, seed: int) -> "tuple[list[KnownDataset], dict[str, str]
     Raises:
         WedgeError: it has none, or one of them cannot be split into so many folds.
     """
-    from validation.datasets import DATASETS
+    from validation.datasets import known_datasets
     from validation.splits import splits
 
-    known = {dataset.name: dataset for dataset in DATASETS}
+    known = known_datasets()
     present = [known[name] for name in NAMES if known[name].find() is not None]
     absent = {name: known[name].sought for name in NAMES if known[name] not in present}
     if not present:

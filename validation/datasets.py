@@ -59,6 +59,11 @@ class KnownDataset:
         return cache_folder() / f"{self.name}-{key[:12]}"
 
 
+def known_datasets() -> dict[str, KnownDataset]:
+    """Every set that a command accepts by name, by that name."""
+    return {known.name: known for known in DATASETS}
+
+
 def dataset_folder(name: str | Path) -> Path:
     """The folder of a dataset, given as a folder or by a known name; imported where needed.
 
@@ -68,11 +73,12 @@ def dataset_folder(name: str | Path) -> Path:
     path = Path(name)
     if (path / CARD_FILE).is_file():
         return path
-    known = {dataset.name: dataset for dataset in DATASETS}.get(str(name))
+    by_name = known_datasets()
+    known = by_name.get(str(name))
     if known is None:
         if path.is_dir():
             raise WedgeError(f"{path} is not a dataset folder: it has no {CARD_FILE}.")
-        near = difflib.get_close_matches(str(name), [x.name for x in DATASETS], n=2, cutoff=0.5)
+        near = difflib.get_close_matches(str(name), by_name, n=2, cutoff=0.5)
         hint = (
             f"did you mean {' or '.join(near)}?"
             if near
