@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from app._lights import with_designed_lights
 from app._output import command_line
+from app._progress import progress
+from app._workers import process_pool
 from sensor.dataset import (
     CARD_FILE,
     LABELS_FILE,
@@ -21,6 +23,8 @@ from sensor.dataset import (
     write_labels,
 )
 from sensor.errors import WedgeError
+from sensor.files import alone_in
+from sensor.toml import located
 
 if TYPE_CHECKING:
     from recon.geometry.caliper import Scale
@@ -219,7 +223,6 @@ class Captured:
         """The folder as it is now, and how its frames are unwarped."""
         from recon.labels.find_circle import refuse_ball
         from recon.presses import dataset_unwarp, read_dataset_lens
-        from sensor.toml import located
 
         assert self.watcher.background is not None
         dataset = read_dataset(self.out, labelled=False)
@@ -233,7 +236,6 @@ class Captured:
 
     def _follow(self, dataset: "Dataset", unwarp: "Unwarp") -> str:
         from recon.labels.label_book import LabelBook, is_by_hand, places
-        from sensor.files import alone_in
 
         before, card = self.card, dataset.card
         if places(card) == places(before):
@@ -263,7 +265,6 @@ class Captured:
         """Write what was measured beside what others wrote meanwhile; not if they moved corners."""
         from recon.labels.label_book import places
         from recon.labels.rescaled import merged
-        from sensor.files import alone_in
 
         with alone_in(self.out):
             now = read_dataset(self.out, labelled=False)
@@ -326,8 +327,6 @@ def _found_anew(before: "Dataset", card: "DatasetCard") -> "Dataset":
 
 def _found(reader: "PressReader", files: list[str], title: str) -> "dict[str, Circle]":
     """The circles of some frames, of those in which a ball shows."""
-    from app._progress import progress
-    from app._workers import process_pool
     from recon.labels.find_circles import found_circles
 
     with progress(title) as show, process_pool() as pool:

@@ -6,13 +6,15 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from math import dist
 from pathlib import Path
+from statistics import median
 from typing import TYPE_CHECKING
 
 from app._lights import lights_remark, with_designed_lights
 from app._output import command_line, print_left_out
 from app._pad import proportion_remark, refuse_other_pad
 from app._progress import progress
-from sensor.dataset import CARD_FILE, LABELS_FILE, LENS_FILE
+from app._workers import process_pool
+from sensor.dataset import CARD_FILE, LABELS_FILE, LENS_FILE, read_dataset, write_card
 from sensor.errors import WedgeError
 from sensor.files import check_new_folder, new_folder
 from sensor.toml import Pair
@@ -48,8 +50,6 @@ def import_source(
     Raises:
         WedgeError: the source is neither, something is missing in it, or ``out`` is kept.
     """
-    from sensor.dataset import read_dataset, write_card
-
     for name, value in (("ball-radius-mm", ball_radius_mm), ("mm-per-px", mm_per_px)):
         if value is not None and not 0 < value < 1e3:
             raise WedgeError(f"--{name} {value:g} must be above 0 and below 1000.")
@@ -94,7 +94,6 @@ def _import_calibration(
     mm_per_px: float | None,
     ball_radius_mm: float | None,
 ) -> None:
-    from sensor.dataset import read_dataset
     from validation.importers.calibrations import import_calibration
 
     if mm_per_px is None:
@@ -124,7 +123,6 @@ def _import_frames(
     pad_size_mm: Pair,
     design: "Wedge | None",
 ) -> None:
-    from app._workers import process_pool
     from validation.importers.raw_frames import import_raw_frames
 
     if not source.is_dir():
@@ -248,8 +246,6 @@ def _say_refitted(
     kind: str, theirs: "Sequence[BallLabel]", refitted: "Sequence[BallLabel]"
 ) -> None:
     """How far refitting to the shading took the circles from where somebody drew them."""
-    from statistics import median
-
     from recon.labels.press_doubts import is_doubtful
 
     drawn = {label.file: label for label in theirs}

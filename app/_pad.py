@@ -2,10 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """How large a pad is taken to be that nothing has measured, and whether it is the design's."""
 
-from recon.lights import Axis
+from typing import TYPE_CHECKING
+
 from sensor.design import STANDARD, Wedge
 from sensor.errors import WedgeError
 from sensor.toml import Pair
+
+if TYPE_CHECKING:
+    from recon.lights import Axis
 
 OTHER_PAD = 0.2
 """Share by which a pad that was measured may differ from its design's; real Wedges do by 0.09."""
@@ -75,7 +79,7 @@ def pad_remark(pad_size_mm: Pair | None, design: Wedge | None) -> str:
     return f"The sensor has a pad of {_sizes(pad_size_mm, design)}: check that the design is right."
 
 
-def proportion_remark(unseen: Axis | None) -> str:
+def proportion_remark(unseen: "Axis | None") -> str:
     """What to say of a scale that a caliper measured along one axis alone; empty otherwise."""
     if unseen is None:
         return ""

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from app._progress import progress
+from sensor.dataset import read_dataset
 from sensor.design_file import load_design
 
 if TYPE_CHECKING:
@@ -27,7 +28,6 @@ def fit_unit(folder: Path, serial: str, seed: int, estimator: str) -> "Calibrati
     """Calibrate on every press of a dataset."""
     from recon.calibration import calibrate
     from recon.presses import read_presses
-    from sensor.dataset import read_dataset
 
     dataset = read_dataset(folder)
     presses = read_presses(dataset)
@@ -118,7 +118,6 @@ def twins_beside_sensors(twins: Sequence[str], executor: Executor) -> "Section":
 def known_depth(name: str, unit: "Calibration") -> "Section":
     """Presses of known depth, reconstructed by a unit that has seen none of them."""
     from recon.presses import read_presses
-    from sensor.dataset import read_dataset
     from validation.datasets import dataset_folder
     from validation.examples import example
     from validation.report.results import known_depth_section

@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from app._progress import progress
+from sensor.dataset import read_dataset
+from sensor.design import STANDARD
 
 if TYPE_CHECKING:
     from recon.arrays import Unwarped
@@ -68,15 +70,12 @@ def touch_sections(
 
 
 def _shapes(folder: Path, fitted: "GradientEstimator") -> "list[ShapeContact]":
-    from sensor.dataset import read_dataset
-    from sensor.design import STANDARD
     from validation.contact_shapes import shape_contacts
 
     return shape_contacts(read_dataset(folder), STANDARD, fitted)
 
 
 def _curves(twin: Path, clips: list[Path]) -> "list[ForceCurve]":
-    from sensor.dataset import read_dataset
     from validation.force import force_curve, lend
 
     lent = lend(read_dataset(twin))
@@ -87,7 +86,6 @@ def _shown(folder: Path) -> "tuple[list[tuple[str, Unwarped, Tracked]], Pair]":
     """Name, frame and dots of some presses, and their pitch."""
     from recon.images import read_frame
     from recon.presses import press_reader
-    from sensor.dataset import read_dataset
 
     reader = press_reader(read_dataset(folder))
     assert reader.dots is not None

@@ -12,8 +12,10 @@ import tyro
 from app._output import OutputFile, keep_inputs, print_table, refuse_unit_folder
 from app._progress import progress
 from app._seed import Seed
+from app._sources import open_where, what_was_damaged, whole_frames
+from sensor.dataset import read_dataset
 from sensor.errors import WedgeError
-from sensor.files import check_outputs, write_json
+from sensor.files import check_outputs, write_atomic, write_json
 
 if TYPE_CHECKING:
     from recon.arrays import Frame
@@ -63,8 +65,6 @@ def main(
         junit: Write them here as JUnit XML, one test case per limit.
     """
     from recon.calibration import load_calibration
-    from sensor.dataset import read_dataset
-    from sensor.files import write_atomic
     from validation.acceptance.limits import verdict
     from validation.datasets import dataset_folder
     from validation.report.certificate import Occasion, document, junit_xml
@@ -133,8 +133,6 @@ def _say(card: "UnitCard", occasion: "Occasion", found: "Acceptance") -> None:
 
 def _times(where: str | None, unwarp: "Unwarp") -> tuple[list[int], list[int]]:
     """Times in ns of a stream's frames, and their numbers where it bears some."""
-    from app._sources import open_where, what_was_damaged, whole_frames
-
     if where is None:
         return [], []
     with open_where(where) as source:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from app._output import OutputFile, print_table
 from app._progress import progress
 from app._workers import process_pool
+from sensor.dataset import read_dataset
 from sensor.files import check_outputs, write_json
 
 if TYPE_CHECKING:
@@ -78,7 +79,6 @@ def _all() -> "Iterator[tuple[float, Measurement]]":
     )
     from benchmarks.measurement import Measurement, interleaved_ms
     from recon.images import read_frame
-    from sensor.dataset import read_dataset
     from validation.datasets import dataset_folder
 
     folder = dataset_folder("taxim-gelsight")

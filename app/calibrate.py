@@ -12,11 +12,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from app._importing import import_source
+from app._lights import one_line_remark, with_dead_lights
 from app._output import OutputFile, command_line, keep_inputs, print_error_table
+from app._pad import assumed_pad_mm, pad_remark, refuse_other_pad, refuse_smaller_pad
+from app._pitch import pitch_remarks
 from app._progress import progress
 from app._seed import Seed
 from sensor.dataset import CARD_FILE, Dataset, read_dataset
 from sensor.design import Wedge
+from sensor.design_file import load_design
 from sensor.errors import WedgeError
 from sensor.files import check_new_folder, check_outputs, write_json
 from sensor.unit import UNIT_FILE
@@ -63,14 +68,10 @@ def main(
         seed: Seed for the split, drawing pixels and training.
         json: Write the errors on the held-out presses here as JSON.
     """
-    from app._lights import one_line_remark, with_dead_lights
-    from app._pad import pad_remark, refuse_other_pad, refuse_smaller_pad
-    from app._pitch import pitch_remarks
     from recon.estimators import refuse_unfittable
     from recon.labels.ball_size import refuse_small_ball
     from recon.labels.press_doubts import press_doubts
     from recon.presses import press_reader
-    from sensor.design_file import load_design
     from validation.datasets import dataset_folder
     from validation.table_text import table_document
 
@@ -198,8 +199,6 @@ def _dataset_of(
         estimator: its name.
         again: options, for who is told to go on with what an earlier run has found.
     """
-    from app._importing import import_source
-    from app._pad import assumed_pad_mm
     from recon.estimators import kind_of
     from validation.datasets import dataset_folder
 

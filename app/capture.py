@@ -16,8 +16,11 @@ from app._captured import Captured
 from app._lights import lights_remark
 from app._output import command_line
 from app._pad import assumed_pad_mm, proportion_remark
+from app._sources import is_dataset, open_live, open_where
 from sensor.dataset import CARD_FILE, Dataset, read_dataset
+from sensor.design_file import load_design
 from sensor.errors import WedgeError
+from sensor.files import check_outputs, refuse_kept_folder
 
 if TYPE_CHECKING:
     from recon.labels.capture import PressWatcher
@@ -73,10 +76,7 @@ def main(
         ball_radius_mm: Radius of the ball; needed without --like, or if the ball is another one.
         background: A picture of the blank gel, if the stream shows none.
     """
-    from app._sources import open_live
     from recon.stream import Newest, shown_address
-    from sensor.design_file import load_design
-    from sensor.files import check_outputs, refuse_kept_folder
     from validation.intervals import counted
 
     if presses < 1:
@@ -154,7 +154,6 @@ def _pictures(
     Raises:
         WedgeError: there is none of a press, or a name says another gap than is given.
     """
-    from app._sources import is_dataset, open_where
     from recon.stream import FolderSource
     from validation.importers.raw_frames import only_caliper, told_by_name
 

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from app._first_contact import first_touched
-from app._frames import UnitFrame, is_image, unit_frames
+from app._frames import UnitFrame, is_image, read_checked, unit_frames
+from app._gel import laid_on
 from app._output import OutputFile, keep_inputs, output_names, print_rows, refuse_unit_folder
 from app._progress import progress
 from app._remarks import doubt_remarks, light_remarks
@@ -78,8 +79,6 @@ def main(
         frames: Stop after this many frames.
         json: Write the numbers of points, depths and uncertainties here as JSON.
     """
-    from app._frames import read_checked
-    from app._gel import laid_on
     from recon.calibration import load_calibration
     from recon.pipeline import Reconstructor
 

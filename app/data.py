@@ -8,9 +8,12 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
+from app._importing import import_source
 from app._output import OutputFile, print_table
+from app._pad import assumed_pad_mm
 from app._progress import progress
 from sensor.dataset import CARD_FILE
+from sensor.design_file import load_design
 from sensor.errors import WedgeError
 from sensor.files import write_json
 
@@ -76,10 +79,6 @@ def main(
         print(_folder(name))
         return
     if action == "import":
-        from app._importing import import_source
-        from app._pad import assumed_pad_mm
-        from sensor.design_file import load_design
-
         if not name or out is None:
             raise WedgeError("name a source and a dataset: `wedge data import SOURCE --out DIR`.")
         if mm_per_px is not None and pad_size_mm is not None:

@@ -20,6 +20,7 @@ from app._output import (
 )
 from app._progress import progress
 from app._seed import Seed
+from sensor.dataset import read_dataset
 from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_json
 from sensor.unit import UNIT_FILE
@@ -265,7 +266,6 @@ def _evaluated(
     calibration: "Calibration", name: str, called: str, seed: int
 ) -> "tuple[list[Evaluation], list[ShapeErrors]]":
     """A unit on the presses of a dataset, unless it shows shapes alone; and on its shapes."""
-    from sensor.dataset import read_dataset
     from validation.datasets import dataset_folder
     from validation.drift import evaluate_on
     from validation.shape_errors import judge_shapes

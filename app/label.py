@@ -4,15 +4,19 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
 from app._progress import progress
+from app._workers import process_pool
 from sensor.dataset import CARD_FILE, LABELS_FILE, read_dataset
 from sensor.errors import WedgeError
 from sensor.extras import how_to_install
+from sensor.files import check_outputs
+from sensor.toml import located
 
 if TYPE_CHECKING:
     from recon.labels.circles import Circle
@@ -65,8 +69,6 @@ def main(
     )
     from recon.labels.press_doubts import is_doubtful
     from recon.presses import press_reader
-    from sensor.files import check_outputs
-    from sensor.toml import located
 
     if corners and no_page:
         raise WedgeError("--corners opens a page, and --no-page opens none: leave one of them out.")
@@ -157,9 +159,6 @@ def _refuse_no_folder(dataset: Path) -> None:
 
 def _find(reader: "PressReader", book: "LabelBook", files: list[str]) -> None:
     """Find the circles of some frames in parallel; what is found is kept, whatever ends it."""
-    from functools import partial
-
-    from app._workers import process_pool
     from recon.labels.find_circles import agreed, found_circle, labels_of
 
     circles: dict[str, Circle] = {}

@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from app._sources import refuse_nowhere
+from app._progress import progress
+from app._sources import refuse_nowhere, unit_of
+from sensor.dataset import read_dataset
 from sensor.errors import WedgeError
 from sensor.extras import how_to_install
 from sensor.files import check_outputs
@@ -87,7 +89,6 @@ def main(
 
 def _inside(where: str) -> "Calibration | None":
     """The unit that a recording brings."""
-    from app._sources import unit_of
     from recon.calibration import load_calibration
     from recon.stream import is_recording
 
@@ -99,10 +100,8 @@ def _inside(where: str) -> "Calibration | None":
 
 def _demo_unit() -> "Calibration":
     """A unit of the rendered twin, by the estimator that needs no training."""
-    from app._progress import progress
     from recon.calibration import calibrate
     from recon.presses import read_presses
-    from sensor.dataset import read_dataset
     from validation.datasets import dataset_folder
 
     dataset = read_dataset(dataset_folder(DEMO))

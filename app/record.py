@@ -17,6 +17,7 @@ from app._sources import open_live, open_where, refuse_few, unit_of
 from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_json
 from sensor.interrupt import Asked
+from sensor.unit import read_unit_card
 
 if TYPE_CHECKING:
     from recon.stream import FrameSource, Recorder, TimedFrame
@@ -56,7 +57,6 @@ def main(
         json: Write the numbers of frames here as JSON.
     """
     from recon.stream import Recorder, refuse_other_name
-    from sensor.unit import read_unit_card
 
     if not where:
         raise WedgeError("no stream was named: wedge record WHERE... --out FILE.mcap.")

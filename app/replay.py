@@ -5,6 +5,7 @@
 import sys
 import threading
 import time
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import tyro
@@ -52,8 +53,6 @@ def main(
         port: Port to listen on; 0 takes a free one.
         json: Write the numbers of frames here as JSON.
     """
-    from pathlib import Path
-
     from recon.stream import McapSource, Paced
 
     check_outputs(json)

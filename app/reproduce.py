@@ -25,9 +25,11 @@ from app._reproduce_comparisons import (
 from app._reproduce_touch import TWIN, touch_sections
 from app._seed import Seed
 from app._workers import process_pool
+from sensor.dataset import read_dataset
 from sensor.design_file import load_design
 from sensor.errors import WedgeError
-from sensor.files import write_json
+from sensor.files import check_new_folder, write_atomic, write_json
+from sensor.unit import GRADIENTS_FILE
 
 if TYPE_CHECKING:
     from recon.calibration import Calibration
@@ -232,9 +234,6 @@ def _write(out: Path, command: str, measured: _Measured, sections: "Sequence[Sec
 
 def _check_output(out: Path, units: list[str]) -> None:
     """Refuse now what could not be written minutes later."""
-    from sensor.files import check_new_folder, write_atomic
-    from sensor.unit import GRADIENTS_FILE
-
     probe = out / ".probe"
     write_atomic(probe, b"")
     probe.unlink()
@@ -266,7 +265,6 @@ def _measure(
     dataset: "KnownDataset", folds: int, seed: int, executor: Executor
 ) -> "tuple[DatasetResults, Calibration]":
     """The error table, a unit fitted to all presses, and presses held out, side by side."""
-    from sensor.dataset import read_dataset
     from validation.datasets import dataset_folder
     from validation.error_table import error_table
     from validation.evaluation import held_out_metrics

@@ -4,6 +4,7 @@
 
 import http.client
 import json as json_text
+from base64 import b64encode
 from collections.abc import Iterator
 from dataclasses import asdict, fields
 from pathlib import Path
@@ -15,8 +16,11 @@ import tyro
 from app._output import OutputFile, keep_inputs, print_table
 from app._progress import Report, progress
 from app._sources import is_dataset, open_where, what_was_damaged, whole_frames
+from sensor.dataset import read_dataset
 from sensor.errors import WedgeError, printable
 from sensor.files import check_outputs, write_json
+from sensor.unit import read_unit_card
+from sensor.wire import SETTINGS_PATH
 
 if TYPE_CHECKING:
     import numpy as np
@@ -107,7 +111,6 @@ def main(
 def _pad(unit: Path | None) -> "Mask | None":
     """Where the pad is in the unit's raw frames; None for everywhere."""
     from firmware_pi.tuning import pad_mask
-    from sensor.unit import read_unit_card
 
     if unit is None:
         return None
@@ -121,7 +124,6 @@ def _open_blank(where: str) -> "FrameSource":
     if not is_dataset(where):
         return open_where(where)
     from recon.stream import FolderSource
-    from sensor.dataset import read_dataset
     from validation.datasets import dataset_folder
 
     dataset = read_dataset(dataset_folder(where))
@@ -176,7 +178,6 @@ def _settings_of_stream(source: str) -> "tuple[Settings | None, list[str]]":
     version's.
     """
     from firmware_pi.settings import settings_of
-    from sensor.wire import SETTINGS_PATH
 
     address = urlsplit(source)
     if address.scheme != "http" or address.hostname is None:
@@ -203,9 +204,6 @@ def _settings_of_stream(source: str) -> "tuple[Settings | None, list[str]]":
 
 
 def _get_json(host: str, port: int, user: str | None, password: str | None) -> Any:
-    from base64 import b64encode
-
-    from sensor.wire import SETTINGS_PATH
 
     headers = {}
     if user is not None:

@@ -12,7 +12,9 @@ from typing import Any
 
 import pytest
 
-import app._workers
+import app._captured
+import app._importing
+import app.label
 import app.table
 from recon.arrays import Difference
 from recon.labels import capture, find_circles
@@ -40,5 +42,5 @@ def found_once(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """No other processes, which take seconds to begin; their own tests are in ``test_workers``."""
-    for module in (app._workers, app.table):
+    for module in (app._captured, app._importing, app.label, app.table):
         monkeypatch.setattr(module, "process_pool", lambda: ThreadPoolExecutor(1))

@@ -3,12 +3,10 @@
 """Every command that finds circles centres those of one sensor in the same way."""
 
 import shutil
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
-import app._workers
 from recon.labels import find_circles
 from recon.presses import press_reader
 from sensor.dataset import BallLabel, read_dataset
@@ -39,11 +37,11 @@ def labels(frames: Path, out: Path, command: str) -> tuple[BallLabel, ...]:
     return read_dataset(out).labels
 
 
+@pytest.mark.usefixtures("in_this_process")
 @pytest.mark.parametrize("command", ["label", "data import", "capture"])
 def test_widely_spread_outlines_give_way_to_the_shading(
     command: str, frames: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(app._workers, "process_pool", lambda: ThreadPoolExecutor(1))
     by_outline = labels(frames, tmp_path / "outline", command)
     monkeypatch.setattr(find_circles, "WIDEST_SPREAD", -1.0)
     by_shading = labels(frames, tmp_path / "shading", command)

@@ -14,7 +14,6 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
-import app._workers
 from app.__main__ import main
 from app.capture import _followed
 from recon.geometry.lens import Lens, read_lens, write_lens
@@ -290,7 +289,7 @@ def test_what_was_taken_stays_where_its_circles_are_not_found_anew(
     status: int,
 ) -> None:
     monkeypatch.setattr(Ending, "fault", fault)
-    monkeypatch.setattr(app._workers, "process_pool", Ending)
+    monkeypatch.setattr("app._captured.process_pool", Ending)
     assert run(*new_sensor(tmp_path)) == status
     assert "The presses are kept in" in capsys.readouterr().err
     kept = read_dataset(tmp_path / "out")

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-import app._workers
 from recon.labels import find_circles
 from recon.labels.capture import PressWatcher
 from recon.labels.corner_book import CornerBook
@@ -280,7 +279,7 @@ def test_others_need_not_wait_while_circles_are_found_and_lights_measured(
         meanwhile()
         return measure_lights_deg(*given)
 
-    monkeypatch.setattr(app._workers, "process_pool", Busy)
+    monkeypatch.setattr("app._captured.process_pool", Busy)
     monkeypatch.setattr("validation.importers.folder.measure_lights_deg", lights)
     assert run(*words) == 0
     captured = read_dataset(out)

@@ -3,12 +3,10 @@
 """`wedge data import` says which scale it took, and `wedge data` ignores no option."""
 
 import shutil
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
-import app._workers
 from app._importing import _say
 from recon.geometry.lens import Lens, read_lens, write_lens
 from sensor.dataset import LENS_FILE, DatasetCard, read_dataset
@@ -26,9 +24,8 @@ from validation.importers.raw_frames import Prepared
 
 
 @pytest.fixture
-def flat(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def flat(tmp_path: Path, in_this_process: None) -> Path:
     """Raw frames that show the gel plane, without a pad's rim or a caliper's picture."""
-    monkeypatch.setattr(app._workers, "process_pool", lambda: ThreadPoolExecutor(1))
     made = make_dataset(tmp_path / "made", presses=3)
     (tmp_path / "flat").mkdir()
     for name in ("background.png", *(label.file for label in made.labels)):
