@@ -6,8 +6,9 @@ The touches are one ball press that no estimator has learnt from and the set's s
 known. (The figures of the paper's section on the missing axis, with a truth beside them.)
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -78,34 +79,16 @@ def measure_touches(
     }
     ball = presses[widest]
     ways = _ways(ball.difference, fitted, dataset)
+    truth_mm = true_depth(ways["three lights"].depth_mm, ball, folder).depth_mm
     touches = [
-        Touch(
-            name="ball",
-            truth_mm=true_depth(ways["three lights"].depth_mm, ball, folder).depth_mm,
-            depth_mm={way: found.depth_mm for way, found in ways.items()},
-            rmse_mm={
-                way: depth_errors(found.depth_mm, ball, folder).rmse_mm
-                for way, found in ways.items()
-            },
-            doubt=_doubt(ways),
-            mm_per_px=ball.mm_per_px,
+        _touch(
+            "ball", ways, truth_mm, lambda depth_mm: depth_errors(depth_mm, ball, folder).rmse_mm
         )
     ]
     for shape in known_shapes(dataset, names):
         ways = _ways(shape.difference, fitted, dataset)
-        touches.append(
-            Touch(
-                name=shape.name,
-                truth_mm=shape.truth_mm,
-                depth_mm={way: found.depth_mm for way, found in ways.items()},
-                rmse_mm={
-                    way: rmse_of_deeper_mm(found.depth_mm, shape.truth_mm)
-                    for way, found in ways.items()
-                },
-                doubt=_doubt(ways),
-                mm_per_px=dataset.card.mm_per_px,
-            )
-        )
+        rmse_mm = partial(rmse_of_deeper_mm, truth_mm=shape.truth_mm)
+        touches.append(_touch(shape.name, ways, shape.truth_mm, rmse_mm))
     return touches
 
 
@@ -124,7 +107,19 @@ def _ways(
     }
 
 
-def _doubt(ways: Mapping[str, Reconstruction]) -> Float32[np.ndarray, "h w"]:
-    doubt = ways["two lights, network"].doubt
-    assert doubt is not None
-    return doubt
+def _touch(
+    name: str,
+    ways: Mapping[str, Reconstruction],
+    truth_mm: DepthMap,
+    rmse_of_mm: Callable[[DepthMap], float],
+) -> Touch:
+    inferred = ways["two lights, network"]
+    assert inferred.doubt is not None
+    return Touch(
+        name=name,
+        truth_mm=truth_mm,
+        depth_mm={way: found.depth_mm for way, found in ways.items()},
+        rmse_mm={way: rmse_of_mm(found.depth_mm) for way, found in ways.items()},
+        doubt=inferred.doubt,
+        mm_per_px=inferred.mm_per_px,
+    )
