@@ -63,7 +63,8 @@ def shapes(
 ) -> list[Row]:
     """Depth errors of a set's shapes, by estimators trained on its presses, or some of them."""
     folder, shown = dataset_folder(taught), dataset_folder(judged)
-    dataset, every = read_dataset(folder), read_presses(read_dataset(folder))
+    dataset = read_dataset(folder)
+    every = read_presses(dataset)
     dataset = _lit_by(lights, dataset)
     rows: list[Row] = []
     for how in EVERY if count is None else CHOICES:
@@ -96,7 +97,7 @@ def other(taught: str, judged: str, names: Sequence[str], seed: int = SEED) -> l
     for name in names:
         fitted = _fit(name, lesson, dataset, seed)
         rows.append(
-            {"estimator": name, "taught": taught, **_errors(fitted, task, dataset),
+            {"estimator": name, "taught": taught, **_pooled([(fitted, task)], dataset),
              "depth": _depths(fitted, task, dataset)}
         )  # fmt: skip
         if len(task) >= 2 * FOLDS:
@@ -235,10 +236,6 @@ def _touch(fitted: GradientEstimator, press: BallPress, dataset: Dataset) -> Rec
 
 def _pooled(fitted: Sequence[tuple[GradientEstimator, Presses]], dataset: Dataset) -> Row:
     return _means([e for one, presses in fitted for e in _press_errors(one, presses, dataset)])
-
-
-def _errors(fitted: GradientEstimator, presses: Presses, dataset: Dataset) -> Row:
-    return _means(_press_errors(fitted, presses, dataset))
 
 
 def _press_errors(
