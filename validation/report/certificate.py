@@ -278,7 +278,6 @@ def measured_limits(found: Acceptance) -> Sequence[Limit]:
 
 
 def _tiles(card: UnitCard, found: Acceptance) -> list[Tile]:
-    shown = {limit.name: limit for limit in measured_limits(found)}
     graded = list(grades(found.values).values())
     counts = ", ".join(f"{graded.count(g)} {g}" for g in ("A", "B", "fail") if g in graded)
     verdict_tile = Tile(
@@ -286,27 +285,21 @@ def _tiles(card: UnitCard, found: Acceptance) -> list[Tile]:
         value={"A": "Grade A", "B": "Grade B", "fail": "Fail"}[verdict(found.values)],
         note=f"the worst grade decides: {counts}",
     )
-    return [verdict_tile] + [
-        Tile(
-            label=shown[name].title,
-            value=number(shown[name], shown[name].worst(found.values[name])[1])
-            + ("°" if shown[name].unit == "°" else " %"),
-            note=f"{'' if shown[name].unit == '°' else 'of the depth; '}"
-            f"A {_bound(shown[name], shown[name].grade_a)}, "
-            f"B {_bound(shown[name], shown[name].grade_b)}".replace("≤ ", "≤\u00a0")
-            + _ends(shown[name], found),
-        )
-        for name in TILES
-        if name in shown
-    ]
+    return [verdict_tile, *(_tile(x, found) for x in measured_limits(found) if x.name in TILES)]
 
 
-def _ends(limit: Limit, found: Acceptance) -> str:
-    """An interval as a tile says it."""
-    if limit.name not in found.intervals:
-        return ""
-    low, high = (number(limit, end) for end in found.intervals[limit.name])
-    return f"; 95\u00a0% interval {low} to {high}"
+def _tile(limit: Limit, found: Acceptance) -> Tile:
+    """A measurement in degrees or in per cent of the depth."""
+    is_angle = limit.unit == "°"
+    bounds = f"A {_bound(limit, limit.grade_a)}, B {_bound(limit, limit.grade_b)}"
+    note = ("" if is_angle else "of the depth; ") + bounds.replace("≤ ", "≤\u00a0")
+    if limit.name in found.intervals:
+        low, high = (number(limit, end) for end in found.intervals[limit.name])
+        note += f"; 95\u00a0% interval {low} to {high}"
+    _, worst = limit.worst(found.values[limit.name])
+    return Tile(
+        label=limit.title, value=number(limit, worst) + ("°" if is_angle else " %"), note=note
+    )
 
 
 def _plain_unit(limit: Limit) -> str:
