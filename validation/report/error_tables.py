@@ -26,17 +26,8 @@ def error_tables(table: ErrorTable) -> list[str]:
 
 def table_section(table: ErrorTable) -> Section:
     """A dataset's tables with their plots, as a section named like it."""
-    pictures = [
-        Picture(
-            content=plot_bytes(error_figure(table.rows, pixels)),
-            alt=f"Errors of θx and θy per light configuration and estimator, pixels {pixels}; the "
-            "table above lists the numbers",
-            caption=f"Angle errors per light configuration, pixels {pixels}; "
-            + remark(f"bars are 95 % intervals over {counted(table.test)}", table.test)
-            + f".{PAPERS_MARKS * (pixels == PAPER_PIXELS)}",
-        )
-        for pixels in reversed(PIXEL_SETS)
-    ]
+    intervals = remark(f"bars are 95 % intervals over {counted(table.test)}", table.test)
+    pictures = error_pictures(table, intervals)
     if any(table.depth.values()):
         rmse = Picture(
             content=plot_bytes(rmse_figure(table.depth)),
@@ -45,6 +36,25 @@ def table_section(table: ErrorTable) -> Section:
         )
         pictures.append(rmse)
     return Section(title=table.dataset, html="".join(error_tables(table)) + gallery_html(pictures))
+
+
+def error_pictures(table: ErrorTable, intervals: str) -> list[Picture]:
+    """The tables' angle errors as plots, in the tables' order.
+
+    Args:
+        table: of one dataset.
+        intervals: what the captions say of them.
+    """
+    return [
+        Picture(
+            content=plot_bytes(error_figure(table.rows, pixels)),
+            alt=f"Errors of θx and θy per light configuration and estimator, pixels {pixels}; the "
+            "table above lists the numbers",
+            caption=f"Angle errors per light configuration, pixels {pixels}; {intervals}."
+            + PAPERS_MARKS * (pixels == PAPER_PIXELS),
+        )
+        for pixels in reversed(PIXEL_SETS)
+    ]
 
 
 def _error_table(table: ErrorTable, pixels: PixelSet) -> str:

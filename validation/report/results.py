@@ -12,15 +12,13 @@ from validation.error_table import ErrorTable, Row
 from validation.examples import Example, HeldOut
 from validation.figures.ball_press import press_figure, strip_figure
 from validation.figures.depth_scatter import peak_figure, rmse_figure
-from validation.figures.error_bars import error_figure
 from validation.figures.gradients import gradient_figure
 from validation.figures.light_lobes import SLOPES, lobe_figure, sector_means
 from validation.figures.png import frames_bytes, plot_bytes
 from validation.intervals import counted, enough, remark
 from validation.metrics import PIXEL_SETS, PixelSet
-from validation.paper import PAPER_PIXELS
 from validation.report.error_tables import (
-    PAPERS_MARKS,
+    error_pictures,
     error_tables,
     interval_text,
     number_cell,
@@ -244,22 +242,13 @@ def _figures(results: DatasetResults) -> list[Picture]:
     judged = f"{card.name}, {counted(table.test)}"
     intervals = remark("bars are 95 % intervals over presses", table.test)
     contact = held.pixels.contact
-    pictures = [
-        Picture(
-            content=plot_bytes(error_figure(table.rows, pixels)),
-            alt=f"Errors of θx and θy per light configuration and estimator, pixels {pixels}; the "
-            "table above lists the numbers",
-            caption=f"Angle errors per light configuration, pixels {pixels}; {intervals} "
-            f"({judged}).{PAPERS_MARKS * (pixels == PAPER_PIXELS)}",
-        )
-        for pixels in reversed(PIXEL_SETS)
-    ]
     found_mm, true_mm = results.peaks_mm()
     low_mm, median_mm, high_mm = results.rmse_mm()
     truths = {error.truth for errors in table.depth.values() for error in errors}
     radii_px = [label.contact_radius_px for label in results.dataset.labels]
     columns = truths == {"ball cap"} and all(radius.is_integer() for radius in radii_px)
-    pictures += [
+    pictures = [
+        *error_pictures(table, f"{intervals} ({judged})"),
         Picture(
             content=plot_bytes(peak_figure(table.depth)),
             alt=f"Scatter of reconstructed against true depth, one point per press; means "
