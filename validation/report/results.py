@@ -61,8 +61,8 @@ class DatasetResults:
             key=lambda row: len(row.configuration),
         )
 
-    def rmse_mm(self) -> tuple[float, float, float]:
-        """Quartiles of the depth RMSE over presses: lower, median, upper."""
+    def rmse_quartiles_mm(self) -> tuple[float, float, float]:
+        """Of the depth RMSE over presses: lower, median, upper."""
         errors = [error.rmse_mm for error in self.table.depth[self.estimator]]
         low, median, high = np.percentile(errors, (25, 50, 75))
         return float(low), float(median), float(high)
@@ -79,7 +79,8 @@ class DatasetResults:
 def headline_section(results: Sequence[DatasetResults]) -> Section:
     """The first dataset's numbers in large type, a press of every dataset, and all in a table."""
     first = results[0]
-    contact, low_high = first.row("contact"), first.rmse_mm()
+    contact = first.row("contact")
+    low_mm, median_mm, high_mm = first.rmse_quartiles_mm()
     presses = f"{counted(first.table.test)} of {first.table.dataset}, each judged once"
     tiles = [
         Tile(
@@ -95,8 +96,8 @@ def headline_section(results: Sequence[DatasetResults]) -> Section:
     tiles.append(
         Tile(
             label="Depth RMSE in the contact",
-            value=f"{low_high[1]:.3f} mm",
-            note=f"median press; half lie within {low_high[0]:.3f} and {low_high[2]:.3f} mm"
+            value=f"{median_mm:.3f} mm",
+            note=f"median press; half lie within {low_mm:.3f} and {high_mm:.3f} mm"
             if enough(first.table.test)
             else counted(first.table.test),
         )
@@ -209,7 +210,7 @@ def summary_cells(results: Sequence[DatasetResults]) -> tuple[list[str], list[li
             row = item.row(pixels)
             cells += [number_cell(row, "theta_x_deg"), number_cell(row, "theta_y_deg")]
             cells.append(f"{row.errors.mean_abs_gradient:.2f}")
-        rows.append([*cells, f"{item.rmse_mm()[1]:.3f}"])
+        rows.append([*cells, f"{item.rmse_quartiles_mm()[1]:.3f}"])
     return [*headings, "depth RMSE"], rows
 
 
@@ -243,7 +244,7 @@ def _figures(results: DatasetResults) -> list[Picture]:
     intervals = remark("bars are 95 % intervals over presses", table.test)
     contact = held.pixels.contact
     found_mm, true_mm = results.peaks_mm()
-    low_mm, median_mm, high_mm = results.rmse_mm()
+    low_mm, median_mm, high_mm = results.rmse_quartiles_mm()
     truths = {error.truth for errors in table.depth.values() for error in errors}
     radii_px = [label.contact_radius_px for label in results.dataset.labels]
     columns = truths == {"ball cap"} and all(radius.is_integer() for radius in radii_px)
