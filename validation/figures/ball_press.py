@@ -11,13 +11,10 @@ from validation.examples import PressPicture
 from validation.figures import maps
 from validation.figures.style import BLUE, FULL_IN, INK, ORANGE, SOFT, fitted, styled
 
-AMPLIFIED = 3.0
-"""The difference image, around mid grey."""
 AROUND = 1.6
 """Contact radii that gradients and cuts show to each side of the centre."""
 
 MARGIN, GAP = 0.08, 0.22
-BAR_ROOM = maps.BAR_GAP_IN + maps.BAR_WIDTH_IN + maps.BAR_LABELS_IN
 HIGHEST_FRAME = 2.7
 SHALLOWEST_MM, FLATTEST = 1e-3, 1e-3
 """Ends of scales of depths and of slopes."""
@@ -31,7 +28,7 @@ def press_figure(press: PressPicture) -> Figure:
     pitch = press.mm_per_px
     window = press_window(press)
     window_mm = maps.size_mm(press.depth_mm[window], pitch)
-    quarter = (FULL_IN - 2 * MARGIN - BAR_ROOM - 3 * GAP) / 4
+    quarter = (FULL_IN - 2 * MARGIN - maps.BAR_ROOM_IN - 3 * GAP) / 4
     top = MARGIN + 2 * maps.TITLE_IN + 0.06
     frames = _frame_boxes(press, top)
     below = top + frames[0].height + maps.TITLE_IN + 0.14
@@ -66,7 +63,7 @@ def press_figure(press: PressPicture) -> Figure:
     )
     maps.color_bar(figure, image)
 
-    left = MARGIN + quarter + BAR_ROOM + AXIS_ROOM
+    left = MARGIN + quarter + maps.BAR_ROOM_IN + AXIS_ROOM
     width = (FULL_IN - left - MARGIN - GAP) / 2
     row, column = _nearest(press)
     for index, (depth_mm, truth_mm) in enumerate(
@@ -108,7 +105,7 @@ def strip_figure(press: PressPicture) -> Figure:
 
 def _frame_boxes(press: PressPicture, top: float) -> list[maps.Box]:
     size_mm = maps.size_mm(press.depth_mm, press.mm_per_px)
-    third = (FULL_IN - 2 * MARGIN - BAR_ROOM - 2 * GAP) / 3
+    third = (FULL_IN - 2 * MARGIN - maps.BAR_ROOM_IN - 2 * GAP) / 3
     lefts = [MARGIN + index * (third + GAP) for index in range(3)]
     return [maps.fit_box(left, top, third, HIGHEST_FRAME, size_mm) for left in lefts]
 
@@ -121,12 +118,10 @@ def deepest_mm(press: PressPicture) -> float:
 
 def _frames(figure: Figure, boxes: list[maps.Box], press: PressPicture) -> None:
     pitch = press.mm_per_px
-    amplified = np.clip(0.5 + AMPLIFIED * press.difference, 0, 1)
+    amplified, title = maps.amplified(press.difference), maps.AMPLIFIED_TITLE
     images = [
         maps.show_map(figure, boxes[0], np.clip(press.frame, 0, 1), pitch, "frame, unwarped"),
-        maps.show_map(
-            figure, boxes[1], amplified, pitch, f"difference × {AMPLIFIED:g}, grey is no change"
-        ),
+        maps.show_map(figure, boxes[1], amplified, pitch, f"{title}, grey is no change"),
         maps.show_map(
             figure, boxes[2], press.depth_mm, pitch, "depth", limits=(0.0, deepest_mm(press))
         ),

@@ -29,7 +29,7 @@ def cap_error_figure(
     depth_mm: DepthMap, found_mm: Mapping[str, DepthMap], mm_per_px: Pair
 ) -> Figure:
     """True depth, and the error of each integrator as a share of the height."""
-    room = maps.BAR_GAP_IN + maps.BAR_WIDTH_IN + maps.BAR_LABELS_IN
+    room = maps.BAR_ROOM_IN
     count = 1 + len(found_mm)
     width = (FULL_IN - 2 * MARGIN - count * room - (count - 1) * GAP) / count
     top = MARGIN + maps.TITLE_IN

@@ -11,17 +11,21 @@ from matplotlib.image import AxesImage
 from matplotlib.patches import Rectangle
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 
-from recon.arrays import ContactMask
+from recon.arrays import ContactMask, Difference
 from sensor.toml import Pair
 from validation.figures.style import FAINT
 
 DEPTH_COLORS = "viridis"
 SIGNED_COLORS = "PuOr"
 """Diverging: orange below zero, purple above, white at zero."""
+AMPLIFIED = 3.0
+AMPLIFIED_TITLE = f"difference × {AMPLIFIED:g}"
 
 BAR_GAP_IN, BAR_WIDTH_IN = 0.08, 0.11
 BAR_LABELS_IN = 0.62
 """Width of a colour bar's numbers and unit."""
+BAR_ROOM_IN = BAR_GAP_IN + BAR_WIDTH_IN + BAR_LABELS_IN
+"""Beside a map that has a colour bar."""
 TITLE_IN = 0.22
 """Height of the title above a map."""
 
@@ -59,6 +63,11 @@ def window_around(mask: ContactMask, around: float) -> tuple[slice, slice]:
         low = int(np.clip((along.min() + along.max()) / 2 - half, 0, count - 2 * half))
         spans.append(slice(low, low + 2 * half))
     return spans[0], spans[1]
+
+
+def amplified(difference: Difference) -> Difference:
+    """A difference image as it is shown, ``AMPLIFIED`` times as large around mid grey."""
+    return np.clip(0.5 + AMPLIFIED * difference, 0, 1)
 
 
 def blank(width_in: float, height_in: float) -> Figure:

@@ -11,8 +11,6 @@ from validation.figures import maps
 from validation.figures.style import BLUE, FULL_IN, INK, ORANGE, styled
 from validation.shapes import Shape, name_in_words
 
-AMPLIFIED = 3.0
-"""The difference image, around mid grey."""
 AROUND = 1.15
 """The window, relative to the pressed part."""
 MARGIN, GAP, ROW_GAP, AXIS_IN = 0.08, 0.12, 0.3, 0.5
@@ -21,25 +19,20 @@ MARGIN, GAP, ROW_GAP, AXIS_IN = 0.08, 0.12, 0.3, 0.5
 @styled
 def shape_figure(shapes: Sequence[Shape]) -> Figure:
     """One row a shape, cropped to what is pressed."""
-    room = maps.BAR_GAP_IN + maps.BAR_WIDTH_IN + maps.BAR_LABELS_IN
-    side = (FULL_IN - 2 * MARGIN - 4 * GAP - room - AXIS_IN) / 5
+    side = (FULL_IN - 2 * MARGIN - 4 * GAP - maps.BAR_ROOM_IN - AXIS_IN) / 5
     height = len(shapes) * (side + ROW_GAP) + MARGIN + AXIS_IN
     figure = maps.blank(FULL_IN, height)
     for index, shape in enumerate(shapes):
-        _row(figure, shape, MARGIN + ROW_GAP * 0.8 + index * (side + ROW_GAP), side, room, index)
+        _row(figure, shape, MARGIN + ROW_GAP * 0.8 + index * (side + ROW_GAP), side, index)
     return figure
 
 
-def _row(figure: Figure, shape: Shape, top: float, side: float, room: float, index: int) -> None:
+def _row(figure: Figure, shape: Shape, top: float, side: float, index: int) -> None:
     window, pitch = maps.window_around(shape.touched, AROUND), shape.mm_per_px
     deepest = float(shape.truth_mm.max())
     columns = (
         (shape.frame[window], name_in_words(shape.name), None),
-        (
-            np.clip(0.5 + AMPLIFIED * shape.difference[window], 0, 1),
-            f"difference × {AMPLIFIED:g}",
-            None,
-        ),
+        (maps.amplified(shape.difference[window]), maps.AMPLIFIED_TITLE, None),
         (shape.depth_mm[window], "depth", (0.0, deepest)),
         (shape.truth_mm[window], "true depth", (0.0, deepest)),
     )
@@ -50,7 +43,7 @@ def _row(figure: Figure, shape: Shape, top: float, side: float, room: float, ind
         if place == 0:
             maps.scale_bar(image)
     maps.color_bar(figure, image, "[mm]")
-    left = MARGIN + 4 * (side + GAP) + room + AXIS_IN - 0.1
+    left = MARGIN + 4 * (side + GAP) + maps.BAR_ROOM_IN + AXIS_IN - 0.1
     axes = maps.Box(left=left, top=top, width=side - 0.05, height=side).axes(figure)
     row = int(np.unravel_index(shape.truth_mm.argmax(), shape.truth_mm.shape)[0])
     found, truth = shape.depth_mm[row, window[1]], shape.truth_mm[row, window[1]]

@@ -16,8 +16,10 @@ from validation.acceptance.limits import GROUPS, Grade, verdict
 from validation.acceptance.measurements import Acceptance
 from validation.figures.ball_press import deepest_mm, press_window
 from validation.figures.maps import (
+    AMPLIFIED_TITLE,
     SIGNED_COLORS,
     TITLE_IN,
+    amplified,
     blank,
     color_bar,
     fit_box,
@@ -57,7 +59,6 @@ MOST_FAILURES = 3
 LOWEST_IN, TALLEST_IN, GAP_IN, BAR_IN = 0.85, 1.5, 0.12, 0.6
 """Of a picture, by the room there is; between pictures; beside one for a colour bar."""
 NOTE_IN = 0.12
-AMPLIFIED = 3.0
 FLATTER_THAN = 0.02
 """Of the depth: an error map's least range."""
 
@@ -175,13 +176,7 @@ def _pictures(
         ("blank gel", found.blank.clip(0, 1), "gray", (0.0, 1.0), ""),
         ("weakest light", weakest, "cividis", (0.0, 1.0), "of its brightest"),
         ("presses (white), usable (black)", gray, "gray", (0.0, 1.3 * float(gray.max())), ""),
-        (
-            f"a press: difference × {AMPLIFIED:g}",
-            (0.5 + AMPLIFIED * shown.difference).clip(0, 1),
-            "gray",
-            (0.0, 1.0),
-            "",
-        ),
+        (f"a press: {AMPLIFIED_TITLE}", amplified(shown.difference), "gray", (0.0, 1.0), ""),
         ("its depth", shown.depth_mm[window], "viridis", (0.0, deepest_mm(shown)), "mm"),
         ("depth error in the contact", error_mm, SIGNED_COLORS, (-worst_mm, worst_mm), "mm"),
     )
