@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A field's value against its bound, refused in one sentence."""
+"""Fields of a design by name: their values, their bounds, and refusals in one sentence."""
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
+from operator import attrgetter
 from typing import NoReturn, get_type_hints
 
 from sensor.design import Wedge
@@ -87,3 +88,14 @@ def own_range(field: str) -> tuple[float, float]:
     of_section = get_type_hints(Wedge)[section]
     metadata = next(item.metadata for item in fields(of_section) if item.name == name)
     return metadata.get("low", -math.inf), metadata.get("high", math.inf)
+
+
+def value_of(design: Wedge, field: str) -> float:
+    """What a field is in a design."""
+    return float(attrgetter(field)(design))
+
+
+def with_value(design: Wedge, field: str, value: float) -> Wedge:
+    """The design with another value of one field."""
+    section, _, name = field.partition(".")
+    return replace(design, **{section: replace(getattr(design, section), **{name: value})})

@@ -7,11 +7,12 @@ refracting face is then a plane z = const, so the whole path is one Snell invari
 s = n sin(angle), found as the root of a monotone function of s.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cad.bounds import own_range, value_of, with_value
 from sensor.design import Camera, Wedge
 
 Array = NDArray[np.float64]
@@ -162,13 +163,13 @@ def mm_per_px(design: Wedge) -> tuple[tuple[float, float], tuple[float, float]]:
 
 
 FAULTS = (
-    ("mirror", "angle_deg", 1.0),
-    ("camera", "pupil_x_mm", 0.3),
-    ("camera", "pupil_z_mm", 0.3),
-    ("camera", "pitch_deg", 1.0),
-    ("camera", "diagonal_view_deg", 10.0),
+    ("mirror.angle_deg", 1.0),
+    ("camera.pupil_x_mm", 0.3),
+    ("camera.pupil_z_mm", 0.3),
+    ("camera.pitch_deg", 1.0),
+    ("camera.diagonal_view_deg", 10.0),
 )
-"""Likely faults of building, in either direction: part of the design, field and amount."""
+"""Likely faults of building, in either direction: field of the design and amount."""
 
 
 @dataclass(frozen=True)
@@ -194,20 +195,18 @@ def faulty_pictures(design: Wedge) -> list[Faulty]:
     grid = pad_grid(design, 9)
     nominal = trace(design, grid).pixels
     found = []
-    for part, field, amount in FAULTS:
+    for field, amount in FAULTS:
         shift, margin = 0.0, np.inf
         for by in (-amount, amount):
-            built = _moved(design, part, field, by)
+            built = _moved(design, field, by)
             pixels = trace(built, grid).pixels
             shift = max(shift, float(np.linalg.norm(pixels - nominal, axis=1).max()))
             margin = min(margin, pixel_margin(built.camera, pixels))
-        found.append(Faulty(f"{part}.{field} ± {amount:g}", shift, margin))
+        found.append(Faulty(f"{field} ± {amount:g}", shift, margin))
     return found
 
 
-def _moved(design: Wedge, part: str, field: str, by: float) -> Wedge:
+def _moved(design: Wedge, field: str, by: float) -> Wedge:
     """The design with one number moved, but not past the number's own bounds."""
-    old = getattr(design, part)
-    bounds = type(old).__dataclass_fields__[field].metadata
-    value = float(np.clip(getattr(old, field) + by, bounds["low"], bounds["high"]))
-    return replace(design, **{part: replace(old, **{field: value})})
+    value = float(np.clip(value_of(design, field) + by, *own_range(field)))
+    return with_value(design, field, value)

@@ -4,11 +4,10 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 
-from cad.bounds import EPSILON, Other, at_least, at_most, own_range
+from cad.bounds import EPSILON, Other, at_least, at_most, own_range, value_of, with_value
 from cad.layout import Layout
 from cad.optics import (
     Array,
@@ -142,7 +141,7 @@ def _refuse_blocked_window(place: Layout, paths: Paths) -> None:
         ),
     ):
         if short(place, paths) > EPSILON:
-            value = getattr(place.design.gel, field.removeprefix("gel."))
+            value = value_of(place.design, field)
             at_most(field, value, _largest(place.design, field, short), why)
 
 
@@ -163,13 +162,12 @@ def _largest(design: Wedge, field: str, short: Callable[[Layout, Paths], float])
 
     Where even its least value is too large: below that, by what is then still short.
     """
-    group, _, name = field.partition(".")
 
     def short_at(value: float) -> float:
-        moved = replace(design, **{group: replace(getattr(design, group), **{name: value})})
+        moved = with_value(design, field, value)
         return short(Layout(moved), trace(moved, pad_grid(moved, GRID)))
 
-    low, high = own_range(field)[0], float(getattr(getattr(design, group), name))
+    low, high = own_range(field)[0], value_of(design, field)
     if short_at(low) > 0:
         return low - short_at(low)
     while high - low > BISECTED_MM:
