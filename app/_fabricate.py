@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from app._progress import progress
 from app._workers import process_pool
 from sensor.design import Wedge
+from sensor.documents import json_bytes
 from sensor.errors import WedgeError
 from sensor.extras import how_to_install
 from sensor.files import new_folder
@@ -71,7 +72,7 @@ def _write_papers(built: "Model", manifest: dict[str, Any], folder: Path) -> Non
     from bom.fit import parts_for
     from cad.exports.page import guide_html, page_html
     from cad.guide import guide_text, part_names
-    from cad.manifest import as_text, with_hashes
+    from cad.manifest import with_hashes
 
     lines = make_bill(manifest["bill"], parts_for(built.design, read_parts()))
     billed = {line.part.id: line.part.name for line in lines}
@@ -96,5 +97,4 @@ def _write_papers(built: "Model", manifest: dict[str, Any], folder: Path) -> Non
     steps = [step.title for step in built.assembly.steps]
     page = page_html(built.design, manifest, names, steps, paths)
     (folder / "index.html").write_text(page, encoding="utf-8", newline="\n")
-    text = as_text(with_hashes(manifest, folder))
-    (folder / MANIFEST).write_text(text, encoding="utf-8", newline="\n")
+    (folder / MANIFEST).write_bytes(json_bytes(with_hashes(manifest, folder)))

@@ -76,11 +76,6 @@ class Model:
         }
         return part_entries(self.design, self.printed, bought, self.assembly.counts())
 
-    @cached_property
-    def size_mm(self) -> list[float]:
-        """What all bodies together measure along x, y and z."""
-        return bounding_box_mm(self.bodies.values())
-
 
 def model(design: Wedge) -> Model:
     """Build a design's solids.
@@ -172,7 +167,7 @@ def manifest_of(built: Model, results: list[checks.Result]) -> dict[str, Any]:
     return {
         "design": built.design.name,
         "design_sha256": built.design.sha256,
-        "bounding_box_mm": list(built.size_mm),
+        "bounding_box_mm": bounding_box_mm(built.bodies.values()),
         "parts": [dict(part) for part in built.parts],
         "bill": bill_counts(built.design, counts, built.boards, built.parts),
         "checks": check_entries(results),

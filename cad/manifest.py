@@ -15,7 +15,6 @@ from cad.catalogue import BACK_DOWN, INFILL_PERCENT, UPSIDE_DOWN, printed_parts
 from cad.result import Result
 from cad.tables import density_g_cm3
 from sensor.design import Wedge
-from sensor.documents import json_bytes
 
 REVISION = 3
 """Of the parts' shapes: raised by whoever changes one."""
@@ -62,21 +61,16 @@ def _figures(part_id: str, solid: cq.Solid, material: str) -> dict[str, Any]:
 
 def bounding_box_mm(solids: Iterable[cq.Solid]) -> list[float]:
     """What solids measure together along x, y and z, in mm to three digits."""
-    return [round(size, 3) for size in _sizes_mm(*solids)]
+    box = Bnd_Box()
+    for solid in solids:  # without the tolerances that cadquery's own box adds at curved faces
+        BRepBndLib.AddOptimal_s(solid.wrapped, box, useTriangulation=False, useShapeTolerance=False)
+    x0, y0, z0, x1, y1, z1 = box.Get()
+    return [round(size, 3) for size in (x1 - x0, y1 - y0, z1 - z0)]
 
 
 def size_words(sizes_mm: Iterable[float]) -> str:
     """``78.5 x 34 x 21.9``."""
     return " x ".join(f"{round(size, 1):g}" for size in sizes_mm)
-
-
-def _sizes_mm(*solids: cq.Solid) -> tuple[float, float, float]:
-    """Along x, y and z, without the tolerances that cadquery's own box adds around curved faces."""
-    box = Bnd_Box()
-    for solid in solids:
-        BRepBndLib.AddOptimal_s(solid.wrapped, box, useTriangulation=False, useShapeTolerance=False)
-    x0, y0, z0, x1, y1, z1 = box.Get()
-    return x1 - x0, y1 - y0, z1 - z0
 
 
 def check_entries(results: list[Result]) -> list[dict[str, Any]]:
@@ -105,8 +99,3 @@ def with_hashes(content: Mapping[str, Any], folder: Path) -> dict[str, Any]:
         for path in files
     }
     return {**content, "files": hashes}
-
-
-def as_text(content: Mapping[str, Any]) -> str:
-    """JSON as it lies on disk."""
-    return json_bytes(content).decode()

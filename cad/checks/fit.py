@@ -23,12 +23,8 @@ Bodies = Mapping[str, manifold3d.Manifold]
 def common_mm3(first: manifold3d.Manifold, second: manifold3d.Manifold) -> float:
     """Volume that two bodies share."""
     a, b = np.array(first.bounding_box()), np.array(second.bounding_box())
-    return float((first ^ second).volume()) if boxes_meet(a, b) else 0.0
-
-
-def boxes_meet(a: np.ndarray, b: np.ndarray) -> bool:
-    """Whether two boxes, each as its lowest and highest corner, share space."""
-    return bool((a[:3] < b[3:]).all() and (b[:3] < a[3:]).all())
+    boxes_meet = (a[:3] < b[3:]).all() and (b[:3] < a[3:]).all()  # their lowest, highest corners
+    return float((first ^ second).volume()) if boxes_meet else 0.0
 
 
 def check_interference(assembly: Assembly, bodies: Bodies) -> list[Result]:

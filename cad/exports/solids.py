@@ -7,7 +7,7 @@ import itertools
 import re
 import struct
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -43,8 +43,7 @@ def step_of_assembly(
     return with_colors(content.decode("ascii"), colors.__getitem__).encode("ascii")
 
 
-def _written(write: object, name: str) -> bytes:
-    assert callable(write)
+def _written(write: Callable[[Path], object], name: str) -> bytes:
     with TemporaryDirectory() as folder:
         path = Path(folder, "part.step")
         write(path)
