@@ -24,46 +24,53 @@ class Other:
     """What to change instead."""
 
 
-def at_least(field: str, value: float, bound: float, why: str, most: Other | None = None) -> None:
-    """Raise if a field's value is below its bound.
+@dataclass(frozen=True)
+class Bounds:
+    """Refuses a design that has a field beyond its bound."""
 
-    Args:
-        field: Group and name.
-        value: What it is.
-        bound: Least value.
-        why: What is wrong below it.
-        most: The design's largest value.
-    """
-    if value < bound - EPSILON:
-        shown = _rounded_up(bound)
-        own = own_range(field)[1]
-        if shown > own:
-            _refuse(field, value, f"at least {shown:g}, but may be {own:g} at most", why, _OTHER)
-        if most and shown > _rounded_down(most.bound):
-            but = f"but may be {_rounded_down(most.bound):g} at most {most.why}"
-            _refuse(field, value, f"at least {shown:g}, {but}", why, most.way_out)
-        _refuse(field, value, f"at least {shown:g}", why)
+    design: Wedge
 
+    def at_least(self, field: str, bound: float, why: str, most: Other | None = None) -> None:
+        """Raise if a field's value is below its bound.
 
-def at_most(field: str, value: float, bound: float, why: str, least: Other | None = None) -> None:
-    """Raise if a field's value is above its bound.
+        Args:
+            field: Group and name.
+            bound: Least value.
+            why: What is wrong below it.
+            most: The design's largest value.
+        """
+        value = value_of(self.design, field)
+        if value < bound - EPSILON:
+            shown = _rounded_up(bound)
+            own = own_range(field)[1]
+            if shown > own:
+                but = f"but may be {own:g} at most"
+                _refuse(field, value, f"at least {shown:g}, {but}", why, _OTHER)
+            if most and shown > _rounded_down(most.bound):
+                but = f"but may be {_rounded_down(most.bound):g} at most {most.why}"
+                _refuse(field, value, f"at least {shown:g}, {but}", why, most.way_out)
+            _refuse(field, value, f"at least {shown:g}", why)
 
-    Args:
-        field: Group and name.
-        value: What it is.
-        bound: Largest value.
-        why: What is wrong above it.
-        least: The design's least value.
-    """
-    if value > bound + EPSILON:
-        shown = _rounded_down(bound)
-        own = own_range(field)[0]
-        if shown < own:
-            _refuse(field, value, f"at most {shown:g}, but may not be below {own:g}", why, _OTHER)
-        if least and shown < _rounded_up(least.bound):
-            but = f"but may not be below {_rounded_up(least.bound):g} {least.why}"
-            _refuse(field, value, f"at most {shown:g}, {but}", why, least.way_out)
-        _refuse(field, value, f"at most {shown:g}", why)
+    def at_most(self, field: str, bound: float, why: str, least: Other | None = None) -> None:
+        """Raise if a field's value is above its bound.
+
+        Args:
+            field: Group and name.
+            bound: Largest value.
+            why: What is wrong above it.
+            least: The design's least value.
+        """
+        value = value_of(self.design, field)
+        if value > bound + EPSILON:
+            shown = _rounded_down(bound)
+            own = own_range(field)[0]
+            if shown < own:
+                but = f"but may not be below {own:g}"
+                _refuse(field, value, f"at most {shown:g}, {but}", why, _OTHER)
+            if least and shown < _rounded_up(least.bound):
+                but = f"but may not be below {_rounded_up(least.bound):g} {least.why}"
+                _refuse(field, value, f"at most {shown:g}, {but}", why, least.way_out)
+            _refuse(field, value, f"at most {shown:g}", why)
 
 
 _OTHER = "so another field has to change"

@@ -4,7 +4,7 @@
 
 import math
 
-from cad.bounds import EPSILON, Other, at_least, at_most
+from cad.bounds import EPSILON, Bounds, Other
 from cad.electronics.boards import LEAST_LED_LENGTH, LEAST_LED_WIDTH
 from cad.electronics.resistors import (
     ADAPTER_MA,
@@ -50,113 +50,94 @@ def refuse_unbuildable(design: Wedge) -> None:
 
 
 def _refuse_mirror(place: Layout) -> None:
-    design = place.design
-    mirror, acrylic, roof_z = design.mirror, design.acrylic, design.housing.roof_z_mm
-    at_least(
+    design, bounds = place.design, Bounds(place.design)
+    mirror = design.mirror
+    bounds.at_least(
         "housing.roof_z_mm",
-        roof_z,
         place.mirror_top + (mirror.thickness_mm + MIN_WALL) / math.cos(place.tilt),
         "0.8 mm of roof must cover the mirror",
     )
-    at_most(
+    bounds.at_most(
         "mirror.width_mm",
-        mirror.width_mm,
-        acrylic.width_mm - 1.2 - 2 * place.slide,
+        design.acrylic.width_mm - 1.2 - 2 * place.slide,
         "the acrylic needs a ledge of 0.6 mm on either side of the window",
     )
-    at_least(
+    bounds.at_least(
         "mirror.foot_x_mm",
-        mirror.foot_x_mm,
         place.acrylic_x0 + 0.8 + place.slide + mirror.thickness_mm * math.sin(place.tilt),
         "the acrylic needs a ledge of 0.8 mm at the tip",
     )
-    at_most(
+    bounds.at_most(
         "mirror.length_mm",
-        mirror.length_mm,
         place.longest_mirror,
         "the mirror, from foot_x_mm on, is inserted through the window below it",
     )
 
 
 def _refuse_window(place: Layout) -> None:
-    design = place.design
-    at_least(
+    bounds = Bounds(place.design)
+    pins_x0 = place.pin_places[0][0] - place.pin_hole_radius
+    bounds.at_least(
         "acrylic.tip_offset_mm",
-        design.acrylic.tip_offset_mm,
-        max(MIN_WALL + place.press, MIN_WALL + place.acrylic_x0 - _pin_reach(place)),
+        max(MIN_WALL + place.press, MIN_WALL + place.acrylic_x0 - pins_x0),
         "the tip's wall would be thinner than 0.8 mm",
     )
-    at_least(
+    bounds.at_least(
         "housing.wall_mm",
-        place.wall,
         MIN_WALL + 0.1 + place.pin_hole_radius - place.light_depth,
         "0.8 mm of wall must remain outside the pins",
     )
-    at_most(
+    bounds.at_most(
         "gel.pad_width_mm",
-        design.gel.pad_width_mm,
-        design.acrylic.width_mm + 0.2 - 2 * place.pin_hole_radius,
+        place.design.acrylic.width_mm + 0.2 - 2 * place.pin_hole_radius,
         "the pins' notches in the acrylic would reach into the pad",
     )
     # Grown by half the kerf g, the edge cuts the notch's circle while hole - g > g - outward.
-    at_most(
+    bounds.at_most(
         "laser.acrylic_kerf_mm",
-        design.laser.acrylic_kerf_mm,
         place.pin_hole_radius + PIN_OUTWARD - NOTCH_MARGIN,
         "a wider kerf closes the pins' notches in the acrylic",
     )
 
 
-def _pin_reach(place: Layout) -> float:
-    """Tip-most x of the pins' holes."""
-    return place.pin_places[0][0] - place.pin_hole_radius
-
-
 def _refuse_lights(place: Layout) -> None:
-    design = place.design
-    lights, wiring = design.lights, design.wiring
-    at_least(
+    bounds = Bounds(place.design)
+    lights, wiring = place.design.lights, place.design.wiring
+    bounds.at_least(
         "lights.backing_thickness_mm",
-        lights.backing_thickness_mm,
         FLEX_MM + 0.05,
         "it must hold the LEDs' flexible circuit",
     )
     if lights.gray_filter_transmission < 1 or lights.diffuser:
-        at_least(
+        bounds.at_least(
             "lights.film_thickness_mm",
-            lights.film_thickness_mm,
             LEAST_FILM,
             "gray filter and diffuser are films; without them, set gray_filter_transmission to 1"
             " and diffuser to false",
         )
     other = lights.film_thickness_mm + lights.backing_thickness_mm
-    at_least(
+    bounds.at_least(
         "lights.led_height_mm",
-        lights.led_height_mm,
         place.rib_out + 0.6 - other,
         "wires must pass behind the ribs at the acrylic's corners",
     )
-    at_least(
+    bounds.at_least(
         "acrylic.thickness_mm",
-        design.acrylic.thickness_mm,
         max(lights.led_width_mm + 0.2, 2.7),
         "the LED arrays must fit beside the acrylic",
     )
-    at_least(
+    bounds.at_least(
         "wiring.led_pitch_mm",
-        wiring.led_pitch_mm,
         lights.led_length_mm + 0.25,
         "neighbouring LEDs would touch",
     )
-    at_least(
+    bounds.at_least(
         "lights.led_width_mm",
-        lights.led_width_mm,
         LEAST_LED_WIDTH,
         "its solder pads would be less than 0.6 mm wide",
     )
-    at_least(
+    bounds.at_least(
         "lights.led_length_mm",
-        lights.led_length_mm,
         LEAST_LED_LENGTH,
         "the tracks to its two ends would be too close together",
     )
@@ -169,45 +150,40 @@ def _refuse_lights(place: Layout) -> None:
     for side, room in rooms.items():
         spare = room - 0.4 - lights.led_length_mm
         most = int(spare / wiring.led_pitch_mm + EPSILON) + 1 if spare >= -EPSILON else 0
-        at_most(
+        bounds.at_most(
             f"lights.{side}_leds",
-            getattr(lights, f"{side}_leds"),
             most,
             f"at a pitch of {wiring.led_pitch_mm:g} mm no more fit",
         )
 
 
 def _refuse_currents(place: Layout) -> None:
-    design = place.design
+    design, bounds = place.design, Bounds(place.design)
     wiring = design.wiring
     for color in ("red", "green", "blue"):
-        at_most(
+        bounds.at_most(
             f"wiring.{color}_forward_v",
-            getattr(wiring, f"{color}_forward_v"),
             wiring.supply_v - LEAST_DROP_V,
             f"the supply of {wiring.supply_v:g} V would leave too little voltage for a resistor",
         )
     found = ballasts(design)
     arrays_ma = wiring.led_current_ma * sum(ballast.leds for ballast in found)
     if takes_adapters_supply(design) and arrays_ma > ADAPTER_MA:
-        at_most(
+        bounds.at_most(
             "wiring.led_current_ma",
-            wiring.led_current_ma,
             ADAPTER_MA * wiring.led_current_ma / arrays_ma,
             f"the adapter's {ADAPTER_V:g} V supply gives all arrays together {ADAPTER_MA:g} mA",
         )
     for ballast in found:
         if ballast.ohm < LEAST_OHM:
-            at_most(
+            bounds.at_most(
                 "wiring.led_current_ma",
-                wiring.led_current_ma,
                 1000 * (wiring.supply_v - ballast.forward_v) / LEAST_OHM / ballast.leds,
                 f"the {ballast.color} array's resistor would have less than {LEAST_OHM:g} ohm",
             )
         if ballast.power_w > RATED_W:
-            at_most(
+            bounds.at_most(
                 "wiring.led_current_ma",
-                wiring.led_current_ma,
                 1000 * RATED_W / (wiring.supply_v - ballast.forward_v) / ballast.leds,
                 f"the {ballast.color} array's resistor is rated for {RATED_W:g} W, and the supply"
                 f" has {wiring.supply_v:g} V",
@@ -215,54 +191,47 @@ def _refuse_currents(place: Layout) -> None:
 
 
 def _refuse_camera(place: Layout) -> None:
-    camera, housing = place.design.camera, place.design.housing
+    bounds, camera = Bounds(place.design), place.design.camera
     lean = place.socket_half * math.sin(abs(place.pitch))
-    at_least(
+    bounds.at_least(
         "camera.pupil_x_mm",
-        camera.pupil_x_mm,
         place.tunnel_x0 + place.slide + max(MIN_WALL, camera.barrel_length_mm) + lean,
         "the camera must stand behind the lights at the base, not over the pad",
     )
-    at_least(
+    bounds.at_least(
         "housing.case_length_mm",
-        housing.case_length_mm,
         camera.pupil_x_mm + camera.head_depth_mm * math.cos(place.pitch) + lean,
         "the camera's head must lie inside the case",
     )
     low, high = place.tunnel_z
     most = _before_mirror(place)
-    at_least(
+    bounds.at_least(
         "camera.pupil_z_mm",
-        camera.pupil_z_mm,
         camera.pupil_z_mm + place.bottom + MIN_WALL - low,
         "0.8 mm of case must remain under the camera holder",
         most,
     )
-    at_least(
+    bounds.at_least(
         "housing.roof_z_mm",
-        housing.roof_z_mm,
         max(high + MIN_WALL + MARK_DEPTH, place.plug_z[1] + 1.0),
         "0.8 mm of roof must cover the camera holder below the engraved mark",
     )
     reach = (place.window_x1 - place.design.mirror.foot_x_mm) / (
         camera.pupil_x_mm - place.design.mirror.foot_x_mm
     )
-    at_least(
+    bounds.at_least(
         "camera.pupil_z_mm",
-        camera.pupil_z_mm,
         camera.pupil_z_mm + (MIN_WALL - place.baffle_z(place.window_x1)) / reach,
         "0.8 mm of wall must fit over the lights at the base, below the light that the camera sees",
         most,
     )
-    at_most(
+    bounds.at_most(
         "camera.pupil_z_mm",
-        camera.pupil_z_mm,
         most.bound,
         "the camera must look at the mirror's front",
     )
-    at_most(
+    bounds.at_most(
         "camera.barrel_diameter_mm",
-        camera.barrel_diameter_mm,
         place.widest_barrel,
         "the holder's front needs a rim that stops the camera's head",
     )
@@ -279,111 +248,96 @@ def _before_mirror(place: Layout) -> Other:
 
 
 def _refuse_screws(place: Layout) -> None:
-    housing, pitch = place.design.housing, place.design.fastening.boss_pitch_mm
+    bounds = Bounds(place.design)
     edge = MIN_WALL + place.screw.tap_mm / 2
     low, high = 2 * (place.tunnel_half + edge), 2 * (place.outer_half - edge)
     thinner = " or thinner screws" if place.screw.screw != SCREWS[0] else ""
     way_out = f"take a wider acrylic, a thicker wall{thinner}, or a smaller camera head"
-    at_least(
+    bounds.at_least(
         "fastening.boss_pitch_mm",
-        pitch,
         low,
         "0.8 mm of wall must remain between the screws and the camera holder",
         Other(high, "to fit in the case", way_out),
     )
-    at_most(
+    bounds.at_most(
         "fastening.boss_pitch_mm",
-        pitch,
         high,
         "0.8 mm of wall must remain between the screws and the outside",
         Other(low, "to clear the camera holder", way_out),
     )
-    at_least(
+    bounds.at_least(
         "camera.pupil_z_mm",
-        place.rear_screw_z,
         place.channel_top + edge,
         "the holder's screws would run into the wire channels",
         _before_mirror(place),
     )
-    at_least(
+    bounds.at_least(
         "housing.roof_z_mm",
-        housing.roof_z_mm,
         place.rear_screw_z + edge + place.roof_hole_depth,
         "the screws in the roof would run into those of the camera holder",
     )
-    lights, why = (
-        place.design.lights,
-        "the wire channels beside the camera holder must be 0.8 mm wide",
-    )
+    lights = place.design.lights
+    why = "the wire channels beside the camera holder must be 0.8 mm wide"
     # Beside the acrylic's ribs, where a wider acrylic moves both of a channel's walls...
-    at_least(
+    bounds.at_least(
         "lights.led_height_mm",
-        lights.led_height_mm,
         place.rib_out + 0.8 - lights.film_thickness_mm - lights.backing_thickness_mm,
         why,
     )
     # ...and beside the tunnel.
-    at_least(
+    bounds.at_least(
         "acrylic.width_mm",
-        place.design.acrylic.width_mm,
         2 * (place.tunnel_half + MIN_WALL + 0.8 - place.light_depth),
         why,
     )
     first, second = place.roof_screw_x
-    at_least(
+    bounds.at_least(
         "housing.case_length_mm",
-        housing.case_length_mm,
-        housing.case_length_mm + place.screw.head_diameter_mm + 1.5 - (second - first),
+        place.rear + place.screw.head_diameter_mm + 1.5 - (second - first),
         "the two rows of screws in the roof need more room between them",
     )
-    at_least(
+    bounds.at_least(
         "housing.case_length_mm",
-        housing.case_length_mm,
         place.acrylic_x1 + place.light_depth + MIN_WALL + place.rear_hole_depth,
         "the camera holder's screws would reach the light pockets",
     )
 
 
 def _refuse_compartment(place: Layout) -> None:
-    at_least(
+    bounds = Bounds(place.design)
+    bounds.at_least(
         "compartment.height_mm",
-        place.design.compartment.height_mm,
         compartment_height_mm(),
         "it must hold the boards and the plug on top of each other",
     )
-    at_most(
+    bounds.at_most(
         "compartment.height_mm",
-        place.design.compartment.height_mm,
         place.design.total_thickness_mm,
         "the electronics cover would stick out past the gel and touch objects first",
     )
-    at_least(
+    bounds.at_least(
         "compartment.length_mm",
-        place.design.compartment.length_mm,
         compartment_length_mm(),
         "it must hold the boards behind the space in which the wires bend",
     )
 
 
 def _refuse_wires(place: Layout) -> None:
-    wiring = place.design.wiring
+    bounds = Bounds(place.design)
     for count in by_side({row.color: 2 for row in place.light_rows()}).values():
         for name, room in rooms(place).items():
-            at_most(
+            bounds.at_most(
                 "wiring.wire_diameter_mm",
-                wiring.wire_diameter_mm,
                 thickest_wire_mm(room, count),
                 f"{count} wires pass through the {name}",
             )
-    at_most(
+    bounds.at_most(
         "wiring.ribbon_width_mm",
-        wiring.ribbon_width_mm,
         2 * place.socket_half,
         "the ribbon must pass through the camera's socket",
     )
-    at_most(
+    bounds.at_most(
         "wiring.ribbon_thickness_mm",
-        wiring.ribbon_thickness_mm,
         ribbon_bend_mm(place) / BEND_THICKNESSES,
         "its bend between camera holder and cover would be too tight",
     )

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from cad.bounds import EPSILON, Other, at_least, at_most, own_range, value_of, with_value
+from cad.bounds import EPSILON, Bounds, Other, own_range, value_of, with_value
 from cad.layout import Layout
 from cad.optics import (
     Array,
@@ -67,17 +67,15 @@ def refuse_view(place: Layout) -> None:
 
 
 def _refuse_missed_mirror(place: Layout, paths: Paths) -> None:
-    mirror = place.design.mirror
+    bounds = Bounds(place.design)
     if _below_foot_mm(place, paths) > EPSILON:
-        at_most(
+        bounds.at_most(
             "mirror.foot_x_mm",
-            mirror.foot_x_mm,
             _largest(place.design, "mirror.foot_x_mm", _below_foot_mm),
             "the tip of the pad would be seen below the mirror's foot",
         )
-    at_least(
+    bounds.at_least(
         "mirror.length_mm",
-        mirror.length_mm,
         float(_along_mirror(place, paths).max()) + MIRROR_MARGIN,
         "the base of the pad would be seen past the mirror's top",
         Other(
@@ -86,9 +84,8 @@ def _refuse_missed_mirror(place: Layout, paths: Paths) -> None:
             "take a shorter pad or a longer acrylic",
         ),
     )
-    at_least(
+    bounds.at_least(
         "mirror.width_mm",
-        mirror.width_mm,
         2 * (float(np.abs(paths.mirror[:, 1]).max()) + MIRROR_MARGIN),
         "the sides of the pad would be seen past the mirror",
     )
@@ -106,6 +103,7 @@ def _along_mirror(place: Layout, paths: Paths) -> Array:
 
 def _refuse_narrow_hole(place: Layout, paths: Paths) -> None:
     """Light must come through the holder's hole before the lens, whose axis is the camera's."""
+    bounds = Bounds(place.design)
     camera = place.design.camera
     forward, up, across = camera_axes(camera)
     ways = paths.mirror - paths.pupil
@@ -113,9 +111,8 @@ def _refuse_narrow_hole(place: Layout, paths: Paths) -> None:
     deep = (camera.pupil_x_mm - place.tunnel_x0 - place.slide) / math.cos(place.pitch)
     # The hole leans with the camera: on one side it is deeper by its radius times the pitch.
     radius = (deep * steepest + _LIGHT_MARGIN) / (1 - steepest * math.tan(abs(place.pitch)))
-    at_least(
+    bounds.at_least(
         "camera.barrel_diameter_mm",
-        camera.barrel_diameter_mm,
         2 * (radius - BARREL_GAP),
         "the holder's hole in front of the lens would hide an edge of the pad",
         Other(
@@ -128,6 +125,7 @@ def _refuse_narrow_hole(place: Layout, paths: Paths) -> None:
 
 def _refuse_blocked_window(place: Layout, paths: Paths) -> None:
     """Light must pass between the ledges, and on its way up past the baffle's face."""
+    bounds = Bounds(place.design)
     for field, short, why in (
         (
             "gel.pad_width_mm",
@@ -141,8 +139,7 @@ def _refuse_blocked_window(place: Layout, paths: Paths) -> None:
         ),
     ):
         if short(place, paths) > EPSILON:
-            value = value_of(place.design, field)
-            at_most(field, value, _largest(place.design, field, short), why)
+            bounds.at_most(field, _largest(place.design, field, short), why)
 
 
 def _hidden_sides_mm(place: Layout, paths: Paths) -> float:

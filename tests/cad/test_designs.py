@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, given, reject, settings
 from hypothesis import strategies as st
 
 from cad.assembly import solids_of
-from cad.bounds import at_least
+from cad.bounds import Bounds
 from cad.build import model, run_checks
 from cad.checks.sight import check_sight
 from cad.electronics.resistors import ADAPTER_MA, ADAPTER_V, RATED_W, ballasts
@@ -177,7 +177,8 @@ def test_a_bound_that_the_field_can_never_keep_is_not_asked_for_alone() -> None:
     with pytest.raises(WedgeError, match=r"at most -\d.*, but may not be below 5: .*another field"):
         refuse_unbuildable(changed(FINGER, "mirror", foot_x_mm=16.0))
     with pytest.raises(WedgeError, match=r"at least \d+.*, but may be 60 at most: .*another field"):
-        at_least("housing.roof_z_mm", 60.0, 66.6441, "because")
+        tallest = changed(FINGER, "housing", roof_z_mm=60.0)
+        Bounds(tallest).at_least("housing.roof_z_mm", 66.6441, "because")
 
 
 def test_the_finger_s_cover_stays_behind_its_gel() -> None:
