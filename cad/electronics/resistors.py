@@ -12,32 +12,8 @@ from dataclasses import dataclass
 from cad.layout import Layout
 from sensor.design import Wedge
 
-E24 = (
-    10,
-    11,
-    12,
-    13,
-    15,
-    16,
-    18,
-    20,
-    22,
-    24,
-    27,
-    30,
-    33,
-    36,
-    39,
-    43,
-    47,
-    51,
-    56,
-    62,
-    68,
-    75,
-    82,
-    91,
-)
+E24 = (10, 11, 12, 13, 15, 16, 18, 20, 22, 24, 27, 30,
+       33, 36, 39, 43, 47, 51, 56, 62, 68, 75, 82, 91)  # fmt: skip
 RATED_W = 0.25
 """Of a resistor in a 1206 package."""
 LEAST_OHM = 1.0

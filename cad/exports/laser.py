@@ -80,25 +80,14 @@ def sheets(design: Wedge) -> list[Sheet]:
     ]
     colors = [row.color for row in place.light_rows()]
     sides = sum(color != "green" for color in colors)
+    strips = {"side": sides, "base": len(colors) - sides}
     for film, thickness in place.films.items():
-        side, base = place.film_ranges["side"], place.film_ranges["base"]
-        pieces = [Piece(f"{film}_side", side[1] - side[0], acrylic.thickness_mm, sides)]
-        pieces.append(
-            Piece(
-                f"{film}_base",
-                base[1] - base[0],
-                acrylic.thickness_mm,
-                1 if "green" in colors else 0,
-            )
-        )
-        made.append(
-            Sheet(
-                film,
-                round(thickness, 3),
-                None,
-                tuple(p for p in pieces if p.quantity),
-            )
-        )
+        pieces = [
+            Piece(f"{film}_{where}", end - start, acrylic.thickness_mm, strips[where])
+            for where, (start, end) in place.film_ranges.items()
+            if strips[where]
+        ]
+        made.append(Sheet(film, round(thickness, 3), None, tuple(pieces)))
     return made
 
 

@@ -29,13 +29,12 @@ LID = 3.0
 def gel_pad(gel: Gel) -> cq.Solid:
     """The gel in the mold's frame: back at z = 0, apex at z = -thickness."""
     length, width, depth = gel.pad_length_mm, gel.pad_width_mm, gel.thickness_mm
-    slab = box((-length / 2, length / 2), (-width / 2, width / 2), (-depth - 0.5, 0))
-    if not gel.curved:
-        slab = box((-length / 2, length / 2), (-width / 2, width / 2), (-depth, 0))
-        return one_solid(slab, "the gel")
-    axes = (gel.semi_axis_along_mm, gel.semi_axis_across_mm, gel.semi_axis_normal_mm)
-    cap = ellipsoid_cap(axes, length / 2, width / 2, -depth)
-    return one_solid(slab.intersect(cap), "the gel")
+    below = 0.5 if gel.curved else 0.0
+    body = box((-length / 2, length / 2), (-width / 2, width / 2), (-depth - below, 0))
+    if gel.curved:
+        axes = (gel.semi_axis_along_mm, gel.semi_axis_across_mm, gel.semi_axis_normal_mm)
+        body = body.intersect(ellipsoid_cap(axes, length / 2, width / 2, -depth))
+    return one_solid(body, "the gel")
 
 
 def mold_curved(design: Wedge) -> cq.Solid:
