@@ -104,11 +104,11 @@ def held_in_light(
     if not near.any():
         return found
     weights = shipped_weights(CONTACT_IN_LIGHT)
-    stride = unet.stride(weights)
     share = (mm_per_px[0] * mm_per_px[1]) ** 0.5 / PITCH_MM
+    step = unet.stride(weights) / share
     about = window_about(near, math.ceil(MARGIN_PX / share))
     window = tuple(
-        _whole(part, stride / share, length) for part, length in zip(about, near.shape, strict=True)
+        _whole(part, step, length) for part, length in zip(about, near.shape, strict=True)
     )
     height, width = (part.stop - part.start for part in window)
     rows, columns = (max(1, round(length * share)) for length in (height, width))
@@ -117,8 +117,7 @@ def held_in_light(
         for maps in (difference, positions(near.shape[::-1]), depth_mm / PITCH_MM, gradient)
     )
     blank = blank_at(position.reshape(-1, 2)).reshape(rows, columns, 3)
-    beside = ((0, 0), (0, -rows % stride), (0, -columns % stride))
-    maps = np.pad(light_input(change, blank, position, depth_px, slopes), beside)
+    maps = unet.padded(weights, light_input(change, blank, position, depth_px, slopes))
     score = unet.through_layers(weights, maps)[0, :rows, :columns]
     found[window] = (resized(score, height, width) > 0) & near[window]
     return found

@@ -84,9 +84,7 @@ def _score(
     depth = np.asarray(depth_mm / pitch_mm, np.float32)
     slopes = np.ascontiguousarray(gradient, np.float32)
     depth, slopes = resized(depth, rows, columns), resized(slopes, rows, columns)
-    stride = unet.stride(weights)
-    flat_gel = ((0, 0), (0, -rows % stride), (0, -columns % stride))
-    maps = np.pad(network_input(depth, slopes), flat_gel)
+    maps = unet.padded(weights, network_input(depth, slopes))
     score = unet.through_layers(weights, maps)[0, :rows, :columns]
     return resized(score, height, width)
 

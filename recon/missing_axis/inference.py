@@ -99,10 +99,7 @@ def infer_missing_axis(
     rows, columns = working_size(h, w, mm_per_px, longest_px)
     seen = resampled(measured, rows, columns)
     moved = resampled(support.astype(np.float32)[..., None], rows, columns)[..., 0] > 0
-    stride = unet.stride(weights)
-    maps = unet.network_input(seen, moved, both=False)
-    if rows % stride or columns % stride:  # flat gel up to the next multiple
-        maps = np.pad(maps, ((0, 0), (0, -rows % stride), (0, -columns % stride)))
+    maps = unet.padded(weights, unet.network_input(seen, moved, both=False))
     found = unet.forward(weights, maps)[:, :rows, :columns].transpose(1, 2, 0)
     found = resampled(found, h, w)
     gradient = np.where(support[..., None], found[..., :2], np.float32(0))

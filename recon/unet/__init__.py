@@ -140,6 +140,12 @@ def stride(weights: Weights) -> int:
     return int(2 ** len(channels_of(weights)))
 
 
+def padded(weights: Weights, maps: Features) -> Float32[np.ndarray, "maps _ _"]:
+    """Maps with flat gel below them and to their right, up to multiples of ``stride(weights)``."""
+    rows, columns = (-side % stride(weights) for side in maps.shape[1:])
+    return np.pad(maps, ((0, 0), (0, rows), (0, columns)))
+
+
 def network_input(
     measured: Float32[np.ndarray, "h w 2"], support: Support, *, both: bool
 ) -> Float32[np.ndarray, "3 h w"]:
