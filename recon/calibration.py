@@ -28,6 +28,7 @@ from sensor.files import new_folder, write_atomic
 from sensor.unit import (
     BACKGROUND_FILE,
     GRADIENTS_FILE,
+    UNIT_FILE,
     MissingAxis,
     UnitCard,
     read_unit_card,
@@ -122,7 +123,7 @@ def load_calibration(folder: str | Path) -> Calibration:
     if unwarp.size_px != card.size_px:
         width, height = unwarp.size_px
         raise WedgeError(
-            f"{folder / 'unit.toml'}: size_px must be [{width}, {height}] without corners_px."
+            f"{folder / UNIT_FILE}: size_px must be [{width}, {height}] without corners_px."
         )
     return calibration
 

@@ -19,8 +19,9 @@ from recon.markers.filling import fill_gradients
 from recon.markers.tracking import MarkerTracker, marker_tracker
 from recon.pixels import DEEPEST, RIM_PX, BallPress
 from recon.same_light import divided, in_same_light, light_of
-from sensor.dataset import LENS_FILE, BallLabel, Dataset
+from sensor.dataset import CARD_FILE, LABELS_FILE, LENS_FILE, BallLabel, Dataset
 from sensor.errors import WedgeError
+from sensor.toml import located
 
 LEAST_RADIUS_PX = 3.0
 ENOUGH_PRESSES = 10
@@ -220,7 +221,7 @@ def refuse_no_press(dataset: Dataset, usable: int, left_out: Sequence[LeftOut]) 
     if not usable:
         why = f"; the first: {left_out[0].file}: {left_out[0].reason}" if left_out else ""
         raise WedgeError(
-            f"{dataset.folder / 'labels.csv'} names no press that can be used"
+            f"{dataset.folder / LABELS_FILE} names no press that can be used"
             f" ({len(dataset.labels)} labelled{why}): press the ball and label the frames."
         )
 
@@ -301,7 +302,7 @@ def dataset_unwarp(dataset: Dataset, background: Frame, lens: Lens | None) -> Un
     try:
         return prepare_unwarp((width, height), card.corners_px, card.unwarped_size_px, lens)
     except WedgeError as error:
-        raise WedgeError(f"{dataset.folder / 'dataset.toml'}: {error}") from error
+        raise located(dataset.folder / CARD_FILE, error) from error
 
 
 def _check_inside(dataset: Dataset, label: BallLabel, size_px: tuple[int, int]) -> None:
@@ -309,7 +310,7 @@ def _check_inside(dataset: Dataset, label: BallLabel, size_px: tuple[int, int]) 
     x_px, y_px = label.center_px
     if not is_within((x_px, y_px), size_px):
         raise WedgeError(
-            f"{dataset.folder / 'labels.csv'}: the centre of {label.file} ({x_px:g}, {y_px:g}) "
+            f"{dataset.folder / LABELS_FILE}: the centre of {label.file} ({x_px:g}, {y_px:g}) "
             f"lies outside the {width}x{height} frame."
         )
 

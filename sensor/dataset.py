@@ -143,7 +143,7 @@ class Dataset:
         more = f" and {len(wide) - SHOWN} more" if len(wide) > SHOWN else ""
         again = shlex.join(["wedge", "label", str(self.folder), "--again"])
         raise WedgeError(
-            f"{self.folder / 'labels.csv'} has circles that are not smaller than their ball, of "
+            f"{self.folder / LABELS_FILE} has circles that are not smaller than their ball, of "
             f"{named}{more}: correct ball_radius_mm, or remove those drawn by hand from the table "
             f"and find them again with `{again}`."
         )
@@ -195,11 +195,11 @@ def read_dataset(folder: Path, *, labelled: bool = True, within_balls: bool = Tr
         file = frame_name(label.file)
         if file in seen:  # it would teach in one row and judge in the other
             raise WedgeError(
-                f"{folder / 'labels.csv'} labels {label.file} twice: keep one circle per frame."
+                f"{folder / LABELS_FILE} labels {label.file} twice: keep one circle per frame."
             )
         if file in blank:
             raise WedgeError(
-                f"{folder / 'labels.csv'} labels {label.file}, which dataset.toml says is the "
+                f"{folder / LABELS_FILE} labels {label.file}, which dataset.toml says is the "
                 "blank gel: remove it from one of them."
             )
         seen.add(file)

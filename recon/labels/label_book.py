@@ -11,6 +11,7 @@ from pathlib import Path
 from recon.images import frame_count
 from recon.picture_names import in_order, picture_names
 from sensor.dataset import (
+    CARD_FILE,
     LABELS_FILE,
     BallLabel,
     Dataset,
@@ -190,7 +191,7 @@ class LabelBook:
         dataset = read_dataset(self.folder, labelled=False)
         if places(dataset.card) != places(self._card):
             raise CardMovedError(
-                f"{self.folder / 'dataset.toml'} was changed by another program meanwhile, "
+                f"{self.folder / CARD_FILE} was changed by another program meanwhile, "
                 "which moves the circles: start this command again."
             )
         labels, no_ball = _known(dataset)
