@@ -25,9 +25,9 @@ from recon.calibration import CHANNELS
 from recon.estimators import lesson_of
 from recon.estimators.default import Default, prepared_colors
 from recon.estimators.default_fit import collar_of, dents
-from recon.estimators.mlp import channel_indices
 from recon.estimators.rendered import OF_PIXELS, STEEPEST, VERSION, rendered_arrays
 from recon.estimators.shading import DARKEST, Light, blank_colors, fit_light, fit_shading
+from recon.lights import channel_indices
 from recon.pixels import Pixels, positions
 from recon.presses import read_presses
 from recon.rendered_presses import RenderedPress, depth_files, rendered_presses

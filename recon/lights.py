@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which gradient a set of lights can see.
+"""Which colours a set of lights has, and which gradient it can see.
 
 A light at azimuth a brightens slopes along a, so lights on one line leave the gradient across
 that line unseen. (The paper's configurations R and RB, section IV-B.)
@@ -79,3 +79,8 @@ def _from_axis_deg(angle_deg: float, axis_deg: float) -> float:
 def azimuth_deg(angle_deg: float) -> float:
     """The same direction, above -180 and up to 180."""
     return 180 - (180 - angle_deg) % 360
+
+
+def channel_indices(channels: str) -> list[int]:
+    """Columns of "RGB" that the channels name."""
+    return ["RGB".index(channel) for channel in channels]

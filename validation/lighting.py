@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from recon.arrays import ContactMask, Difference, Unwarped
+from recon.lights import channel_indices
 from recon.pixels import BallPress, Pixels, label_pixels
 
 GRAY_LEVELS = 255
@@ -21,7 +22,7 @@ def linear(image: Unwarped) -> np.ndarray:
 
 def lit_area(background: Unwarped, channels: str = "RGB") -> float:
     """Share of the untouched gel that every one of these colours reaches."""
-    light = linear(background)[..., ["RGB".index(channel) for channel in channels]]
+    light = linear(background)[..., channel_indices(channels)]
     return float((light >= LIT * light.mean((0, 1))).all(-1).mean())
 
 

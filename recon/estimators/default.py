@@ -24,7 +24,7 @@ from jaxtyping import Bool, Float32
 
 from recon.arrays import Difference
 from recon.estimators.lean import FLAT, Lean, lean_at
-from recon.estimators.mlp import CHUNK_ROWS, channel_indices
+from recon.estimators.mlp import CHUNK_ROWS
 from recon.estimators.networks import HIDDEN, Layer, answers
 from recon.estimators.shading import LIGHT_POWERS, Light, blank_colors
 from recon.estimators.surroundings import (
@@ -35,6 +35,7 @@ from recon.estimators.surroundings import (
     quartered,
     surroundings,
 )
+from recon.lights import channel_indices
 from recon.still import FARTHEST, REACH
 
 MEMBERS = 2

@@ -27,12 +27,12 @@ from recon.estimators.elsewhere import (
 )
 from recon.estimators.lean import Lean, fit_lean, lean_at
 from recon.estimators.lesson import FEW
-from recon.estimators.mlp import channel_indices
 from recon.estimators.networks import Layer, answers, members_of
 from recon.estimators.rendered import rendered_pixels, unlike
 from recon.estimators.shading import Light, Taught, fit_light, fit_shading
 from recon.estimators.shown import shown_axes
 from recon.estimators.surroundings import columns_around, of_other_sizes
+from recon.lights import channel_indices
 from recon.pixels import Pixels
 from recon.still import reach_of
 

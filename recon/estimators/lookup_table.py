@@ -17,7 +17,7 @@ from scipy import ndimage
 
 from recon.arrays import Difference
 from recon.estimators.effort import Effort
-from recon.estimators.mlp import channel_indices
+from recon.lights import channel_indices
 from recon.pixels import Pixels
 
 BINS = 48

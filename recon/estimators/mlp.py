@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Float32
 
 from recon.arrays import Difference
+from recon.lights import channel_indices
 
 HIDDEN = (32, 32, 32)
 CHUNK_ROWS = 2048
@@ -98,8 +99,3 @@ class Mlp:
         if tensors["color_scale"].shape != (len(channels),):
             raise ValueError("color_scale has not one number per channel")
         return cls(channels=channels, color_scale=tensors["color_scale"], layers=tuple(layers))
-
-
-def channel_indices(channels: str) -> list[int]:
-    """Columns of "RGB" that the channels name."""
-    return ["RGB".index(channel) for channel in channels]

@@ -7,7 +7,8 @@ from collections.abc import Callable
 import numpy as np
 
 from recon.estimators.effort import Effort
-from recon.estimators.mlp import Mlp, channel_indices
+from recon.estimators.mlp import Mlp
+from recon.lights import channel_indices
 from recon.pixels import Pixels
 
 

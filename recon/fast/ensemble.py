@@ -21,7 +21,6 @@ from recon.estimators.default import (
     asked_size_px,
     drift_of,
 )
-from recon.estimators.mlp import channel_indices
 from recon.estimators.networks import HIDDEN
 from recon.estimators.shading import blank_colors
 from recon.estimators.surroundings import (
@@ -35,6 +34,7 @@ from recon.fast import floating
 from recon.fast.floating import last_layer, rectified_layer
 from recon.fast.vectors import BLOCK
 from recon.kernels import compiled
+from recon.lights import channel_indices
 from recon.pixels import positions
 from recon.quarters import SIDE_PX, QuarterMask
 

@@ -7,12 +7,13 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float32
 
-from recon.estimators.mlp import HIDDEN, Layer, Mlp, channel_indices
+from recon.estimators.mlp import HIDDEN, Layer, Mlp
 from recon.fast import fixed_point, floating
 from recon.fast.fixed_point import first_layer, hidden_layer
 from recon.fast.floating import tanh_layer
 from recon.fast.vectors import BLOCK, moved
 from recon.kernels import compiled
+from recon.lights import channel_indices
 from recon.pixels import positions
 
 INPUTS = 5

@@ -11,6 +11,7 @@ from jaxtyping import Float, Float64
 from recon.arrays import ContactMask, Difference, Unwarped
 from recon.brightness import inner
 from recon.labels.capture import SATURATED_LEVEL
+from recon.lights import channel_indices
 from recon.pixels import BallPress, label_pixels
 from validation.acceptance.lights import Response
 from validation.acceptance.limits import Parts
@@ -95,7 +96,7 @@ def blank_values(gel: Unwarped, channels: str) -> dict[str, Parts]:
     even = smooth(inside, SMOOTHING_PX)
     low, high = np.quantile(even.reshape(-1, 3), [0.02, 0.98], axis=0)
     means = even.mean((0, 1))
-    lit = np.array(["RGB".index(channel) for channel in channels])
+    lit = channel_indices(channels)
     values: dict[str, Parts] = {
         "evenness_share": _by_color(low / np.maximum(high, 1e-6), channels),
         "lit_share": {"": float((even.max(-1) > LIT).mean())},
@@ -158,8 +159,7 @@ def usable_area(
         variance = np.maximum(xx, yy) / determinant
     else:
         variance = 1 / np.maximum(xx if axes == "x" else yy, 1e-12)
-    lit = [index for index in range(3) if "RGB"[index] in channels]
-    clean = (gel[..., lit] < SATURATED).all(-1) & ~worn_skin(gel)
+    clean = (gel[..., channel_indices(channels)] < SATURATED).all(-1) & ~worn_skin(gel)
     return np.asarray((variance <= KNOWN_SLOPE**2) & (even.max(-1) > LIT) & clean)
 
 

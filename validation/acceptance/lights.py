@@ -9,7 +9,7 @@ from itertools import permutations
 import numpy as np
 from jaxtyping import Float64
 
-from recon.lights import sits_like_wedge
+from recon.lights import channel_indices, sits_like_wedge
 from recon.pixels import BallPress, join
 from validation.acceptance.limits import DEAD_GRAY_LEVELS, Parts
 from validation.lighting import GRAY_LEVELS, axes_ratio, response_to_slope, seen_contact
@@ -56,7 +56,7 @@ def light_values(
     contrast = {c: GRAY_LEVELS * float(response.contrast["RGB".index(c)]) for c in channels}
     values: dict[str, Parts] = {"contrast_gray_levels": contrast}
     if sees_both:
-        rows = response.slopes[["RGB".index(c) for c in channels]]
+        rows = response.slopes[channel_indices(channels)]
         values["axes_ratio"] = {"": axes_ratio(rows)}
     alive = [c for c in channels if contrast[c] >= DEAD_GRAY_LEVELS]
     if lights_deg is not None and alive:

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.backends.backend_pdf import FigureCanvasPdf
 from matplotlib.figure import Figure
 
+from recon.lights import channel_indices
 from sensor.toml import Pair
 from sensor.unit import UnitCard
 from validation.acceptance.gel import SMOOTHING_PX, smooth
@@ -170,8 +171,7 @@ def _pictures(
     worst_mm = max(float(np.nanmax(np.abs(error_mm))), flat_mm)
     width = _picture_width_in()
     gray = found.blank.mean(-1)
-    lit = [index for index in range(3) if "RGB"[index] in card.channels]
-    weakest = even[..., lit].min(-1)
+    weakest = even[..., channel_indices(card.channels)].min(-1)
     maps = (
         ("blank gel", found.blank.clip(0, 1), "gray", (0.0, 1.0), ""),
         ("weakest light", weakest, "cividis", (0.0, 1.0), "of its brightest"),
