@@ -20,6 +20,7 @@ from sensor.errors import WedgeError
 from sensor.files import new_folder
 
 if TYPE_CHECKING:
+    from simulation.dataset import Recipe
     from simulation.indenters import Indenter
 
 PRESSES = 40
@@ -85,7 +86,6 @@ def main(
     refuse_numbers(width_px, samples)
     from simulation.dataset import WITH_BALLS, Recipe, presses_of, write_set
     from simulation.engine import best_engine
-    from simulation.render import drawn_samples
 
     planned = presses_of(
         wanted,
@@ -125,17 +125,24 @@ def main(
             set_name=out.resolve().name,
             progress=show,
         )
+    _tell(recipe, len(planned), out)
+
+
+def _tell(recipe: "Recipe", presses: int, out: Path) -> None:
+    """Say what was rendered, and what to do with it where it holds balls enough."""
     from recon.presses import LEAST_RADIUS_PX
+    from simulation.render import drawn_samples
 
     labels = read_dataset(out).labels
-    balls, others = len(labels), len(planned) - len(labels)
+    balls, others = len(labels), presses - len(labels)
     usable = sum(label.contact_radius_px >= LEAST_RADIUS_PX for label in labels)
-    drawn = drawn_samples(samples)
+    drawn = drawn_samples(recipe.samples)
     print(
         f"{balls} labelled press{'' if balls == 1 else 'es'}, "
         f"{others} {'shape with its' if others == 1 else 'shapes with their'} truth: {out}\n"
         f"{recipe.engine.variant}, {drawn} sample{'' if drawn == 1 else 's'} per pixel, "
-        f"design {wanted.name}." + (f" Next: {command_line('table', out)}" if usable > 1 else "")
+        f"design {recipe.design.name}."
+        + (f" Next: {command_line('table', out)}" if usable > 1 else "")
     )
 
 
@@ -162,20 +169,17 @@ def _source(wanted: Wedge, design: str, scene: str) -> str:
         files["design"] = design, wanted.sha256
     if Path(scene).suffix:
         files["scene"] = scene, sha256(Path(scene).read_bytes()).hexdigest()
-    words = [word for word in sys.argv[1:] if word]
-    kept, skip = [], False
+    by_name = {
+        option + typed: option + Path(typed).name
+        for name, (typed, _) in files.items()
+        for option in ("", f"--{name}=")
+    }
+    words, kept = (word for word in sys.argv[1:] if word), []
     for word in words:
-        if skip or word.startswith("--out="):
-            skip = False
-            continue
         if word == "--out":
-            skip = True
-            continue
-        for name, (typed, _) in files.items():
-            for option in ("", f"--{name}="):
-                if word == option + typed:
-                    word = option + Path(typed).name
-        kept.append(word)
+            next(words, None)  # the folder
+        elif not word.startswith("--out="):
+            kept.append(by_name.get(word, word))
     made_of = [f", of the {name} {digest[:HASH_DIGITS]}" for name, (_, digest) in files.items()]
     is_typed = kept[:1] == ["simulate"]
     command = "wedge " + shlex.join(kept) if is_typed else f"design {wanted.name}"
