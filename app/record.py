@@ -150,21 +150,8 @@ def _record(
     errors: list[Exception] = []
 
     def pass_on(sensor: str) -> None:
-        counts = sources[sensor].counts
         try:
-            size_px: tuple[int, int] | None = None
-            for frame in _of_size(sources[sensor], sizes_px.get(sensor)):
-                now_px = frame.size_px
-                if size_px and now_px and now_px != size_px and sensor not in notes:
-                    notes[sensor] = "from {}x{} to {}x{} pixels".format(*size_px, *now_px)
-                    notes[sensor] = f"The frame size changes, first {notes[sensor]}."
-                    _say(f"{sensor}: {notes[sensor]}")
-                size_px = now_px or size_px
-                if frame.flaw:
-                    counts.add_corrupt()
-                    counts.remark = counts.remark or frame.flaw
-                    continue
-                recorder.add(sensor, frame)
+            _pass_on(sensor, sources[sensor], sizes_px.get(sensor), recorder, notes)
         except Exception as error:  # else the stream would seem to have ended
             errors.append(error)
             if len(sources) > 1:
@@ -173,24 +160,13 @@ def _record(
     threads = [threading.Thread(target=pass_on, args=(name,), daemon=True) for name in sources]
     for thread in threads:
         thread.start()
-    begun = time.monotonic()
-    said = dict.fromkeys(sources, "")
-    connections = {sensor: source.counts.connections for sensor, source in sources.items()}
+    begun, news = time.monotonic(), _News(sources)
     try:
         while any(thread.is_alive() for thread in threads) and not asked.to_end:
             if seconds is not None and time.monotonic() - begun >= seconds:
                 break
             threads[0].join(0.2) if threads[0].is_alive() else time.sleep(0.2)
-            for sensor, source in sources.items():
-                counts = source.counts
-                if (remark := counts.remark) != said[sensor]:
-                    said[sensor] = remark
-                    _say(f"{sensor}: {remark or 'frames come.'}")
-                elif counts.connections > connections[sensor] and not counts.lost:
-                    _say(f"{sensor}: the stream was lost and is connected again.")
-                else:
-                    continue
-                connections[sensor] = counts.connections
+            news.say()
             if sys.stderr.isatty():
                 took_s = time.monotonic() - begun
                 print(f"\r{took_s:6.1f} s  {recorder.frames} frames ", end="", file=sys.stderr)
@@ -208,6 +184,50 @@ def _record(
     except WedgeError as error:
         failed.append(error)
     return failed
+
+
+def _pass_on(
+    sensor: str,
+    source: "FrameSource",
+    unit_size_px: tuple[int, int] | None,
+    recorder: "Recorder",
+    notes: dict[str, str],
+) -> None:
+    """Record the frames of a source, its damaged ones left out and counted, until it ends."""
+    size_px: tuple[int, int] | None = None
+    for frame in _of_size(source, unit_size_px):
+        now_px = frame.size_px
+        if size_px and now_px and now_px != size_px and sensor not in notes:
+            change = "from {}x{} to {}x{} pixels".format(*size_px, *now_px)
+            notes[sensor] = f"The frame size changes, first {change}."
+            _say(f"{sensor}: {notes[sensor]}")
+        size_px = now_px or size_px
+        if frame.flaw:
+            source.counts.add_corrupt()
+            source.counts.remark = source.counts.remark or frame.flaw
+        else:
+            recorder.add(sensor, frame)
+
+
+class _News:
+    """Says once what has happened to streams since they were opened."""
+
+    def __init__(self, sources: "Mapping[str, FrameSource]") -> None:
+        self._sources, self._said = sources, dict.fromkeys(sources, "")
+        self._connections = {name: source.counts.connections for name, source in sources.items()}
+
+    def say(self) -> None:
+        """What is new, a line for each stream."""
+        for sensor, source in self._sources.items():
+            counts = source.counts
+            if (remark := counts.remark) != self._said[sensor]:
+                self._said[sensor] = remark
+                _say(f"{sensor}: {remark or 'frames come.'}")
+            elif counts.connections > self._connections[sensor] and not counts.lost:
+                _say(f"{sensor}: the stream was lost and is connected again.")
+            else:
+                continue
+            self._connections[sensor] = counts.connections
 
 
 def _say(sentence: str) -> None:
