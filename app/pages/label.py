@@ -364,7 +364,8 @@ class LabelPage:
     @property
     def largest_px(self) -> float:
         """A contact circle is smaller than its ball."""
-        return largest_radius_px(self.reader.dataset, self.file)
+        dataset = self.reader.dataset
+        return largest_radius_px(dataset, dataset.label(self.file))
 
     def keep(self, label: BallLabel, held: bool = False) -> bool:
         """Write a label; whether it could be written."""

@@ -109,9 +109,9 @@ def drop_wide_circles(folder: Path) -> None:
             write_labels(folder / LABELS_FILE, kept.labels)
 
 
-def largest_radius_px(dataset: Dataset, file: str) -> float:
-    """How large a frame's contact circle may be: its ball is larger."""
-    ball_mm = dataset.ball_radius_mm(dataset.label(file))
+def largest_radius_px(dataset: Dataset, label: BallLabel | None) -> float:
+    """How large a press's contact circle may be: its ball is larger."""
+    ball_mm = dataset.ball_radius_mm(label)
     return LARGEST * ball_mm / math.sqrt(math.prod(dataset.card.mm_per_px))
 
 

@@ -5,7 +5,7 @@
 import math
 from dataclasses import replace
 
-from recon.labels.label_book import LARGEST
+from recon.labels.label_book import largest_radius_px
 from sensor.dataset import BallLabel, Dataset, frame_name
 
 
@@ -21,12 +21,11 @@ def rescaled_label(label: BallLabel, before: Dataset, after: Dataset) -> BallLab
     old, new = ((1, 1) if size is None else size for size in sizes)
     x, y = (n / m for m, n in zip(old, new, strict=True))
     radius_px = label.contact_radius_px * math.sqrt(x * y)
-    largest_px = LARGEST * after.ball_radius_mm(label) / math.sqrt(math.prod(after.card.mm_per_px))
     return replace(
         label,  # the middle of the first pixel is 0
         center_x_px=round((label.center_x_px + 0.5) * x - 0.5, 2),
         center_y_px=round((label.center_y_px + 0.5) * y - 0.5, 2),
-        contact_radius_px=round(min(radius_px, largest_px), 2),
+        contact_radius_px=round(min(radius_px, largest_radius_px(after, label)), 2),
     )
 
 
