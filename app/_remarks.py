@@ -56,7 +56,8 @@ def doubt_remarks(doubts: Sequence[tuple[str, str]]) -> list[str]:
         doubts: names of frames, each with its ``recon.plausible.doubt_word`` or ``cut_word``; where
             that is empty, nothing is said.
     """
-    from recon.plausible import CUT_TWICE, IMPLAUSIBLE, STRANGE
+    from recon.contact.disturbed import STRANGE
+    from recon.plausible import CUT_TWICE, IMPLAUSIBLE
 
     asked = {
         STRANGE: "are the lights on, and is this the unit's sensor?",

@@ -10,10 +10,11 @@ from jaxtyping import Bool
 from recon.arrays import Frame, GradientField, Unwarped
 from recon.calibration import Calibration
 from recon.cloud import Skin
+from recon.contact.disturbed import STRANGE
 from recon.integration.poisson import Boundary
 from recon.markers.tracking import Tracked
 from recon.markers.watch import DotWatch
-from recon.plausible import STRANGE, doubt_word
+from recon.plausible import doubt_word
 from recon.pose.estimate import PoseEstimate
 from recon.pose.registration import OwnTouch
 from recon.pose.tracker import Tracker

@@ -17,7 +17,7 @@ from jaxtyping import Float32
 from recon.arrays import ContactMask, GradientField
 from recon.calibration import Calibration
 from recon.cloud import Skin
-from recon.contact.disturbed import is_strange
+from recon.contact.disturbed import STRANGE, is_strange
 from recon.integration.weighed import shorter_side_mm
 from recon.lights import Axis, unseen_axis
 from recon.missing_axis.mirrored import is_cut_twice
@@ -44,8 +44,6 @@ DEEPEST = 1 / 4
 """Of the frame's shorter side; right frames of five sets reach 0.150."""
 HIGHEST = 1 / 10
 """The same, out of the gel: 0.066."""
-STRANGE = "nearly all of the frame differs from the blank gel"
-"""What ``doubt_word`` says of a frame of something else than this gel."""
 IMPLAUSIBLE = "no gel is so deep, or its slopes are not those of one surface"
 """What it says of a mirrored picture, or of one whose red and blue were swapped."""
 CUT_TWICE = "a contact runs over both edges that the lights shine along"

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float32
 
 from recon.arrays import ContactMask, Difference, Frame, Unwarped
+from recon.contact.disturbed import STRANGE, disturbed_mask, is_strange
 from recon.coverage import Coverage
 from recon.geometry.lens import Lens, read_lens
 from recon.geometry.unwarp import Unwarp, is_within, prepare_unwarp
@@ -209,6 +210,8 @@ def unusable(press: BallPress) -> str | None:
         return "the contact circle encloses the frame, so that no rim shows how deep it is"
     if np.abs(press.difference[inside]).max(-1).mean() < LEAST_CHANGE:
         return "no contact is visible inside the labelled circle"
+    if is_strange(disturbed_mask(press.difference)):
+        return STRANGE
     return None
 
 

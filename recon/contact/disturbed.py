@@ -41,6 +41,8 @@ ENOUGH_PX = 1000
 """Pixels from which the median of what did not change is taken, about."""
 BEYOND_ANY_GRIP = 0.9
 """A frame with a larger share disturbed is dark, another sensor's, or of a camera that moved."""
+STRANGE = "nearly all of the frame differs from the blank gel"
+"""What is said of such a frame."""
 LEAST_AREA = 8e-4
 """Smaller patches, as a share of the frame, are dust..."""
 LEAST_PX = 12.0

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float32
 
 from recon.arrays import Difference, Frame, Unwarped
-from recon.contact.disturbed import disturbed_mask
+from recon.contact.disturbed import STRANGE, disturbed_mask, is_strange
 from recon.coverage import Coverage
 from recon.geometry.unwarp import PixelMap, Unwarp
 from recon.labels.circles import Circle
@@ -184,11 +184,13 @@ class PressWatcher:
         if known_by in self._taken:
             return _no("the same picture, pixel by pixel, as one already taken")
         assert self._single is not None
-        if detail_kept(frame, self._single) < LEAST_DETAIL:
-            return _no("blurred: hold the sensor still, or correct its focus")
         saturated = (seen[contact] >= SATURATED_LEVEL / 255).any(-1).mean()
         if saturated > MOST_SATURATED:
             return _no(f"saturated on {saturated:.0%} of the contact: lower the exposure")
+        if is_strange(contact):
+            return _no(f"{STRANGE}: are the lights on?")
+        if detail_kept(frame, self._single) < LEAST_DETAIL:
+            return _no("blurred: hold the sensor still, or correct its focus")
         circle = find_circle(difference, self.ball_radius_mm, self.mm_per_px)
         if self.calipers_left:
             if circle is not None and circle.quality >= DOUBTFUL:

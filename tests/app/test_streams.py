@@ -19,8 +19,8 @@ from mcap.reader import make_reader
 import app.stream
 import recon.stream
 from app._sources import Rate, unit_of
+from recon.contact.disturbed import STRANGE
 from recon.images import read_image, write_image
-from recon.plausible import STRANGE
 from recon.stream import FrameSource, McapSource, TimedFrame, open_source
 from recon.stream.mcap_file import McapFile
 from sensor.errors import WedgeError

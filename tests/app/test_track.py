@@ -15,9 +15,9 @@ from PIL import Image
 import app._growing_files
 import app.track
 from recon.calibration import unit_of_set
+from recon.contact.disturbed import STRANGE
 from recon.images import read_image, write_image
 from recon.pipeline import Reconstructor
-from recon.plausible import STRANGE
 from recon.stream import Recorder, TimedFrame
 from recon.stream.jpeg import encode_jpeg
 from sensor.wire import Stamp

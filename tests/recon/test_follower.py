@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from recon.contact.disturbed import STRANGE
 from recon.follower import FORGET_S, LOOK_AGAIN_S, Follower, doubted
 from recon.pipeline import Reconstructor
-from recon.plausible import IMPLAUSIBLE, STRANGE
+from recon.plausible import IMPLAUSIBLE
 from recon.pose.estimate import PoseEstimate
 from recon.pose.registration import own
 from recon.pose.rigid import angle_deg

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from recon.contact.disturbed import STRANGE
 from recon.geometry.lens import Lens, write_lens
 from recon.images import read_image, write_image
 from recon.presses import (
@@ -115,6 +116,17 @@ def test_presses_that_cannot_be_used_are_named_with_the_reason(dataset):
         ("blank.png", "no contact is visible inside the labelled circle"),
         ("press02.png", "the contact circle is smaller than 3 pixels"),
     ]
+
+
+@pytest.mark.parametrize("level", [0, 255])
+def test_a_frame_of_one_level_is_no_press(dataset, level):
+    """It differs from the blank gel inside the circle, as everywhere."""
+    shape = (SIZE_PX[1], SIZE_PX[0], 3)
+    write_image(dataset.folder / "lost.png", np.full(shape, level, np.uint8))
+    lost = replace(dataset.labels[1], file="lost.png")
+    made = read_presses(relabelled(dataset, lost, *dataset.labels))
+    assert [press.file for press in made.presses] == [label.file for label in dataset.labels]
+    assert [(left.file, left.reason) for left in made.left_out] == [("lost.png", STRANGE)]
 
 
 def test_a_press_whose_rim_is_not_in_the_frame_is_left_out(dataset):

@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
+from recon.contact.disturbed import STRANGE
 from recon.geometry.unwarp import prepare_unwarp
 from recon.labels.capture import BLANK_FRAMES, STILL_FRAMES, PressWatcher, Verdict
 from tests.shading import as_frame, pressed
@@ -186,3 +187,10 @@ def test_blurred_and_saturated_presses_are_refused_with_a_reason() -> None:
     verdicts = [watch.look(frame) for frame in bright]
     assert not any(verdict.taken for verdict in verdicts)
     assert any("saturated" in verdict.words for verdict in verdicts)
+
+
+def test_a_frame_without_light_is_not_said_to_be_blurred() -> None:
+    watch = watcher()
+    watch.set_background(noisy(BLANK, 0))
+    verdict = watch.judge_alone(np.zeros_like(noisy(BLANK, 0)))
+    assert not verdict.taken and verdict.words == f"{STRANGE}: are the lights on?"
