@@ -33,7 +33,7 @@ def with_designed_lights(card: "DatasetCard", design: Wedge | None) -> "DatasetC
 
 
 def with_dead_lights(dataset: "Dataset", design: Wedge | None) -> tuple["DatasetCard", str]:
-    """The card with the lights that its design has and no press shows, and what to say of them.
+    """The card with the lights that its design has and no press shows, and what to say of lights.
 
     A colour that a card leaves out though presses show it is left out on purpose, and stays so.
     """
@@ -43,7 +43,7 @@ def with_dead_lights(dataset: "Dataset", design: Wedge | None) -> tuple["Dataset
     if design is None or card.lights_deg is None:
         return card, ""
     if set(card.lights_deg) >= set(design.lights.azimuths_deg):
-        return card, ""
+        return card, _swapped(card.lights_deg, design)
     alive = {**(lit(dataset).lights_deg or {}), **card.lights_deg}
     every = with_designed_lights(replace(card, lights_deg=alive), design).lights_deg or {}
     dead = {color: at for color, at in every.items() if color not in alive}
@@ -52,7 +52,7 @@ def with_dead_lights(dataset: "Dataset", design: Wedge | None) -> tuple["Dataset
 
 
 def lights_remark(lights_deg: Mapping[str, float] | None, design: Wedge | None) -> str:
-    """What to say of colours without a light, and of colours that no light should have.
+    """What to say of colours without a light, with another's, or that no light should have.
 
     Empty where there is nothing to say.
 
@@ -62,7 +62,7 @@ def lights_remark(lights_deg: Mapping[str, float] | None, design: Wedge | None) 
     """
     if lights_deg is None:
         return ""
-    remarks = [_dark(lights_deg, design), _not_designed(lights_deg, design)]
+    remarks = [f(lights_deg, design) for f in (_dark, _not_designed, _swapped)]
     return " ".join(remark for remark in remarks if remark)
 
 
@@ -122,4 +122,20 @@ def _not_designed(lights_deg: Mapping[str, float], design: Wedge | None) -> str:
         f"{' and '.join(others).capitalize()} {'changes' if one else 'change'} with the presses, "
         f"but the design {design.name} has no such light: what {'it shows' if one else 'they show'}"
         " is taken for light of other colours and left out."
+    )
+
+
+def _swapped(lights_deg: Mapping[str, float], design: Wedge | None) -> str:
+    from validation.acceptance.lights import swapped_colors
+
+    if design is None:
+        return ""
+    designed: dict[str, float] = {c: at for c, at in design.lights.azimuths_deg.items()}
+    if not (swapped := swapped_colors(lights_deg, designed)):
+        return ""
+    *others, last = [COLORS[color] for color in COLORS if color in swapped]
+    return (
+        f"{', '.join(others).capitalize()} and {last} lie in each other's place, as the design "
+        f"{design.name} has them: the picture is mirrored or turned, or colours or wires are "
+        "exchanged; correct that first."
     )

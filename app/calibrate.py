@@ -107,7 +107,7 @@ def main(
         raise WedgeError(
             f"{source.folder}: {error} Correct dataset.toml, then run `{again}`."
         ) from error
-    card, unlit = with_dead_lights(source, built_from)
+    card, of_lights = with_dead_lights(source, built_from)
     source = replace(source, card=card)
     unit, presses, measured = _fit(
         source, estimator, built_from, seed, serial=out.resolve().name, called=dataset
@@ -116,7 +116,8 @@ def main(
     print_error_table(measured)
     one_line = one_line_remark(source, presses.presses)
     pad = pad_remark(source.card.pad_size_mm, built_from)
-    remarks = (pad, *pitch_remarks(source), unlit, one_line, _light_remark(unit))
+    of_lights = of_lights if folder is None else ""  # else the import has said it
+    remarks = (pad, *pitch_remarks(source), of_lights, one_line, _light_remark(unit))
     for sentence in (*filter(None, remarks), *press_doubts(presses, source.labels)):
         print(sentence)
     print(f"Unit folder: {out}")

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from app._lights import lights_remark
+from recon.images import read_image, write_image
 from recon.labels.circles import Circle
 from sensor.dataset import read_dataset, write_card
 from sensor.design import FINGER
@@ -137,6 +138,33 @@ def test_lights_on_one_line_that_nobody_stated_are_asked_for(
     card.write_text(stated)
     assert run(*words, tmp_path / "said") == 0
     assert "along one line only" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("is_swapped", [True, False])
+def test_colours_in_each_other_s_place_are_said_by_whoever_knows_the_design(
+    frames: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], is_swapped: bool
+) -> None:
+    """A camera's blue, green and red, taken for red, green and blue."""
+    for path in frames.iterdir():
+        write_image(path, read_image(path)[..., :: -1 if is_swapped else 1])
+    design = tmp_path / "own.toml"
+    design.write_text(
+        'base = "finger"\n'
+        f"[gel]\npad_length_mm = {0.1 * SIZE_PX[0]}\n"
+        "[lights]\ngreen_base_leds = 0\n"
+    )
+    ball, said = ("--ball-radius-mm", BALL_RADIUS_MM), "Red and blue lie in each other's place"
+    fitted = ("--estimator", "table", "--out", tmp_path / "unit")
+    captured = tmp_path / "set"
+    for words in (
+        ("capture", frames, "--out", captured, *ball),
+        ("data", "import", frames, "--out", tmp_path / "imported", *ball),
+        ("calibrate", frames, *fitted, *ball),
+        ("calibrate", captured, *fitted),
+    ):
+        shutil.rmtree(tmp_path / "unit", ignore_errors=True)
+        assert run(*words, "--design", design) == 0
+        assert " ".join(capsys.readouterr().out.split()).count(said) == is_swapped
 
 
 def test_several_dark_colours_are_one_sentence() -> None:

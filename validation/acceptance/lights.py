@@ -43,15 +43,20 @@ def light_response(presses: Sequence[BallPress]) -> Response:
 
 
 def light_values(
-    response: Response, channels: str, lights_deg: Mapping[str, float] | None, sees_both: bool
+    response: Response,
+    channels: str,
+    lights_deg: Mapping[str, float] | None,
+    sees_both: bool,
+    designed_deg: Mapping[str, float] | None = None,
 ) -> dict[str, Parts]:
     """Contrast, place and cross-talk of a unit's lights.
 
     Args:
         response: of its colours.
         channels: those with a light.
-        lights_deg: where they should be; ``None`` where nobody said.
+        lights_deg: where the unit has them; ``None`` where nobody said.
         sees_both: whether the lights see both axes by design.
+        designed_deg: where its design has them; ``None`` where that is not known.
     """
     contrast = {c: GRAY_LEVELS * float(response.contrast["RGB".index(c)]) for c in channels}
     values: dict[str, Parts] = {"contrast_gray_levels": contrast}
@@ -59,13 +64,23 @@ def light_values(
         rows = response.slopes[channel_indices(channels)]
         values["axes_ratio"] = {"": axes_ratio(rows)}
     alive = [c for c in channels if contrast[c] >= DEAD_GRAY_LEVELS]
+    found_deg = {c: response.azimuth_deg(c) for c in alive}
     if lights_deg is not None and alive:
-        values |= _places({c: response.azimuth_deg(c) for c in alive}, lights_deg)
+        values |= _places(found_deg, lights_deg)
+    swapped = [swapped_colors(found_deg, x) for x in (lights_deg, designed_deg) if x is not None]
+    if swapped and alive:
+        values["swapped_lights"] = {"": float(max(map(len, swapped)))}
     return values
 
 
-def _places(found_deg: Mapping[str, float], lights_deg: Mapping[str, float]) -> dict[str, Parts]:
-    """Which colours answer to another's light, how far all are turned, and each beside that."""
+def swapped_colors(found_deg: Mapping[str, float], lights_deg: Mapping[str, float]) -> list[str]:
+    """The colours that come from where others should, of those whose place is known."""
+    known = {c: angle for c, angle in found_deg.items() if c in lights_deg}
+    return [c for c, other in _belonging(known, lights_deg).items() if c != other]
+
+
+def _belonging(found_deg: Mapping[str, float], lights_deg: Mapping[str, float]) -> dict[str, str]:
+    """Each colour, and the one in whose place it is."""
     colors = tuple(found_deg)
     orders = {
         order: sum(
@@ -77,7 +92,12 @@ def _places(found_deg: Mapping[str, float], lights_deg: Mapping[str, float]) -> 
     best = min(orders, key=orders.__getitem__)
     if orders[colors] - orders[best] < CLEARLY_DEG:
         best = colors
-    belongs = dict(zip(colors, best, strict=True))
+    return dict(zip(colors, best, strict=True))
+
+
+def _places(found_deg: Mapping[str, float], lights_deg: Mapping[str, float]) -> dict[str, Parts]:
+    """How far all colours are turned, and each beside that, from where they belong."""
+    colors, belongs = tuple(found_deg), _belonging(found_deg, lights_deg)
     # Of a Wedge the lights sit on the axes; of others nobody knows better than the calibration.
     ideal = (
         {c: 90.0 * round(angle / 90.0) for c, angle in lights_deg.items()}
@@ -89,7 +109,6 @@ def _places(found_deg: Mapping[str, float], lights_deg: Mapping[str, float]) -> 
     common = _mean_deg(off)
     aside = {c: min(abs(turn_deg(angle - common)), 90.0) for c, angle in off.items()}
     return {
-        "swapped_lights": {"": float(sum(c != other for c, other in belongs.items()))},
         "lights_turned_deg": {"": abs(_mean_deg(turns))},
         "cross_talk_share": {c: float(np.sin(np.radians(angle))) for c, angle in aside.items()},
     }

@@ -15,6 +15,7 @@ from recon.labels.press_doubts import press_doubts
 from recon.lights import unseen_axis
 from recon.presses import LeftOut, PressSet, read_presses
 from sensor.dataset import Dataset
+from sensor.design_file import known_design
 from sensor.unit import UnitCard
 from validation.acceptance.errors import (
     ball_radius_values,
@@ -46,6 +47,9 @@ from validation.intervals import Interval
 
 LEAST_FRESH = 5
 """Presses that a unit has not learnt from, beside others that it has: so many judge it alone."""
+OWN_LIGHTS = (
+    "no known design says where its lights belong, and it has learnt from all these presses"
+)
 SINCE_CALIBRATION = ("brightness_change_share", "moved_px")
 NO_NUMBERS = "the frames have no numbers; give the address of the sensor's own stream"
 NO_TIMES = "a dataset's frames have no times; give a recording or a stream with --stream"
@@ -143,7 +147,10 @@ def _but_fewer_lights(
     gel = without_dots(blank, presses.dots)
     before, now = map(calibration.unwarp, (calibration.background, presses.background))
     covered, inside = covered_area(presses.presses), inner(blank.shape)
-    response = light_response(presses.presses)
+    response, design = light_response(presses.presses), known_design(card.design_sha256)
+    designed_deg = None
+    if design is not None:
+        designed_deg = {str(color): at for color, at in design.lights.azimuths_deg.items()}
     blanks = len(dataset.card.background)
     still = stillness(presses.presses, channels, blanks)
     of_frames: Parts = still.get("noise_gray_levels", dict.fromkeys(channels, 0.0))
@@ -157,7 +164,7 @@ def _but_fewer_lights(
         **ball_radius_values(errors, card),
         **steepest_values((fresh or presses).presses),
         "usable_presses": {"": float(len(presses.presses))},
-        **light_values(response, channels, card.lights_deg, unseen is None),
+        **light_values(response, channels, card.lights_deg, unseen is None, designed_deg),
         **still,
         **blank_values(gel, channels),
         "brightness_change_share": brightness_change(before, now, channels),
@@ -167,6 +174,9 @@ def _but_fewer_lights(
         **pictured,
         **timing_values(times_ns, indices),
     }
+    is_own = design is None and learnt == len(presses.presses)
+    if is_own and values.get("swapped_lights") == {"": 0}:  # lights are where they were seen
+        absent["swapped_lights"] = OWN_LIGHTS
     typical = median(press.contact_radius_px for press in presses.presses)
     shown = min(presses.presses, key=lambda press: abs(press.contact_radius_px - typical))
     pictured_press = example(calibration.estimator, card.missing_axis, dataset, presses, shown)
