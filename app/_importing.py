@@ -152,6 +152,7 @@ def _import_frames(
             ),
             progress=show,
         )
+    print_left_out(prepared.left_out)
     _say(prepared, out, _flat_scale(prepared.card, mm_per_px, pad_size_mm))
 
 

@@ -5,6 +5,7 @@
 import hashlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -123,13 +124,22 @@ class PressReader:
         Raises:
             WedgeError: it is not as large as the background; the sentence names both files.
         """
-        if frame.shape != self.background.shape:
-            folder, blank = self.dataset.folder, self.dataset.card.background[0]
-            raise WedgeError(
-                f"{folder / file} is {_size(frame)} pixels, but {blank} is "
-                f"{_size(self.background)}: remove what another camera took."
-            )
+        blank = self.dataset.card.background[0]
+        refuse_other_size(self.dataset.folder / file, frame, blank, self.background)
         return self.unwarp(frame)
+
+
+def refuse_other_size(path: Path, frame: Frame, blank: str, background: Frame) -> None:
+    """Refuse a frame that is not as large as the blank one.
+
+    Raises:
+        WedgeError: it is not; the sentence names both files.
+    """
+    if frame.shape != background.shape:
+        raise WedgeError(
+            f"{path} is {_size(frame)} pixels, but {blank} is {_size(background)}: remove what "
+            "another camera took."
+        )
 
 
 def fingerprint(frame: Frame) -> str:

@@ -9,6 +9,7 @@ import pytest
 
 from app._importing import _say
 from recon.geometry.lens import Lens, read_lens, write_lens
+from recon.images import read_image, write_image
 from sensor.dataset import LENS_FILE, DatasetCard, read_dataset
 from sensor.design import FINGER
 from tests.app.commands import refused, run
@@ -148,6 +149,7 @@ def test_a_pad_that_may_be_none_is_said(
     prepared = Prepared(
         card=card,
         presses=(*(x.file for x in labels), *(f"other{i}.png" for i in range(without_ball))),
+        left_out=(),
         labels=labels,
         scale=None,
         caliper=0,
@@ -160,6 +162,30 @@ def test_a_pad_that_may_be_none_is_said(
     assert ("No corners of a pad" in said) == (pad == "none")
     corners = f"wedge label {tmp_path / 'out'} --corners"
     assert (corners in said) == (pad == "in use" and without_ball > len(labels))
+
+
+def test_presses_in_damaged_pictures_and_in_those_of_another_size_are_left_out_and_named(
+    flat: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    good = (flat / "press00.png").read_bytes()
+    (flat / "cut.png").write_bytes(good[: len(good) // 2])
+    write_image(flat / "small.png", read_image(flat / "press00.png")[::2, ::2])
+    words = imported(flat, "--mm-per-px", MM_PER_PX[0])
+    assert run(*words) == 0
+    told = capsys.readouterr()
+    said, out = told.err, flat.with_name("out")
+    assert "left out 2 presses:" in said and "Balls found in 3 of 3 pictures" in told.out
+    assert "  cut.png: cannot be decoded, it may be truncated: " in said
+    assert "  small.png: is 60x45 pixels, but background.png is 120x90: " in said
+    assert not {"cut.png", "small.png"} & {path.name for path in out.iterdir()}
+    assert {x.file for x in read_dataset(out).labels} == {f"press0{i}.png" for i in range(3)}
+    shutil.rmtree(out)
+    for i in range(3):
+        (flat / f"press0{i}.png").unlink()
+    assert f"{flat / 'cut.png'} cannot be decoded" in refused(capsys, *words)
+    (flat / "cut.png").rename(flat / "background.png")
+    assert f"{flat / 'background.png'} cannot be decoded" in refused(capsys, *words)
+    assert not out.exists()
 
 
 def test_the_pad_is_as_long_as_the_design_s(flat, capsys):

@@ -25,7 +25,7 @@ from recon.images import read_image
 from recon.labels.ball_size import refuse_small_ball
 from recon.labels.find_circles import found_labels
 from recon.labels.label_book import refuse_name
-from recon.presses import PressReader, press_reader
+from recon.presses import LeftOut, PressReader, press_reader, refuse_other_size
 from sensor.dataset import (
     CARD_FILE,
     IMAGES,
@@ -70,6 +70,8 @@ class Prepared:
     card: DatasetCard
     presses: tuple[str, ...]
     """Names of the pictures that were searched."""
+    left_out: tuple[LeftOut, ...]
+    """Those of presses that were not: damaged, or of another size."""
     labels: tuple[BallLabel, ...]
     scale: Scale | None
     """From the caliper, in the pixels of the pad as first taken; ``None`` without one."""
@@ -149,9 +151,10 @@ def import_raw_frames(
         progress: called with the share that is done and what is being done.
 
     Raises:
-        WedgeError: a picture is missing or damaged, the caliper's do not determine a scale, no
-            ball is found, the ball's radius cannot be right, the lens is another camera's, or
-            ``mm_per_px`` is given for frames that tell their scale by a caliper.
+        WedgeError: a picture of the blank gel or of a caliper is damaged, or that of every press;
+            the caliper's do not determine a scale, no ball is found, the ball's radius cannot be
+            right, the lens is another camera's, or ``mm_per_px`` is given for frames that tell
+            their scale by a caliper.
     """
     pictures = _pictures(source)
     if mm_per_px is not None and pictures.caliper:
@@ -159,8 +162,9 @@ def import_raw_frames(
             f"{source / pictures.caliper[0][0]} is a picture of a caliper, which gives the scale: "
             "leave out --mm-per-px or the picture."
         )
-    copy_frames(source, folder, [*pictures.background, *pictures.presses])
     blank = read_image(source / pictures.background[0])
+    pictures, left_out = _readable(source, pictures, blank)
+    copy_frames(source, folder, [*pictures.background, *pictures.presses])
     name = plain_name(source.resolve().name, "frames")
     card = first_card(blank, name, pictures.background, ball_radius_mm, pad_size_mm)
     left_aside = None
@@ -183,6 +187,7 @@ def import_raw_frames(
     return Prepared(
         card=read_dataset(folder).card,
         presses=pictures.presses,
+        left_out=left_out,
         labels=tuple(labels),
         scale=scale,
         caliper=len(pictures.caliper),
@@ -207,6 +212,29 @@ def _pictures(source: Path) -> Pictures:
     for name in pictures.presses:
         refuse_name(source / name)
     return pictures
+
+
+def _readable(
+    source: Path, pictures: Pictures, blank: Frame
+) -> tuple[Pictures, tuple[LeftOut, ...]]:
+    """The pictures without those of presses that cannot be used, and these with the reason.
+
+    Raises:
+        WedgeError: it is all of them; the sentence is the first one's.
+    """
+    faults: dict[str, WedgeError] = {}
+    for name in pictures.presses:
+        try:
+            frame = read_image(source / name)
+            refuse_other_size(source / name, frame, pictures.background[0], blank)
+        except WedgeError as error:
+            faults[name] = error
+    presses = tuple(name for name in pictures.presses if name not in faults)
+    if not presses:
+        raise next(iter(faults.values()))
+    reasons = {x: str(why).removeprefix(f"{source / x} ").rstrip(".") for x, why in faults.items()}
+    left_out = tuple(LeftOut(file=name, reason=reason) for name, reason in reasons.items())
+    return replace(pictures, presses=presses), left_out
 
 
 def _scale(
