@@ -4,12 +4,14 @@
 
 import errno
 import socket
+import sys
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from app._gel import flat_remarks
 from app._progress import progress
 from app._sources import refuse_nowhere, unit_of
 from sensor.dataset import read_dataset
@@ -79,6 +81,9 @@ def main(
         units = [load_calibration(folder) for folder in unit] or [_inside(w) for w in where]
     else:
         where, units = (DEMO,), [_demo_unit()]
+    for known in filter(None, units):
+        for remark in flat_remarks(known.card):
+            print(remark, file=sys.stderr)
     folders = [captures / (f"wedge{i}" if len(where) > 1 else "") for i in range(len(where))]
     watchers = [Watcher(*given) for given in zip(where, units, folders, strict=True)]
     shown = f"[{address}]" if ":" in address else address

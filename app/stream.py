@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
+from app._gel import flat_remarks
 from app._output import OutputFile, keep_inputs
 from app._sources import Rate, open_live, refuse_few, unit_of
 from sensor.errors import WedgeError
@@ -122,6 +123,8 @@ def _felt_file(
         raise WedgeError(
             f"{path} needs a unit to record what is felt: name the sensor's with --unit."
         )
+    for remark in flat_remarks(reconstruct.calibration.card):
+        print(remark, file=sys.stderr)
     return FeltFile(path, reconstruct.calibration)
 
 

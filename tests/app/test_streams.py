@@ -10,6 +10,7 @@ import subprocess
 import sys
 import threading
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +24,9 @@ from recon.contact.disturbed import STRANGE
 from recon.images import read_image, write_image
 from recon.stream import FrameSource, McapSource, TimedFrame, open_source
 from recon.stream.mcap_file import McapFile
+from sensor.design import STANDARD
 from sensor.errors import WedgeError
+from sensor.unit import read_unit_card, write_unit_card
 from sensor.wire import Stamp
 from tests.app.commands import refused, run
 from tests.recon.fast.units import make_unit
@@ -78,6 +81,11 @@ def test_what_a_stream_feels_is_kept_for_others(
         topics = Counter(channel.topic for _, channel, _ in make_reader(stream).iter_messages())
     assert topics["/wedge/contact"] == topics["/wedge/pose_state"] == 9 - told["skipped"]
     assert "exists" in refused(capsys, *command, "--unit", unit)
+    for of_unit, remarks in ((STANDARD.sha256, 0), ("0" * 64, 1)):
+        write_unit_card(unit, replace(read_unit_card(unit), design_sha256=of_unit))
+        again = tmp_path / f"{remarks}.mcap"
+        assert run("stream", clip, "--mcap", again, "--unit", unit) == 0
+        assert capsys.readouterr().err.count("counts as flat") == remarks
     assert "--unit" in refused(capsys, "stream", clip, "--mcap", tmp_path / "none.mcap")
 
 
