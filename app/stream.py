@@ -247,6 +247,8 @@ def _numbers(
         misfit: why the newest frame could not be used; empty where it could.
     """
     counts = newest.source.counts
+    if counts.lost:  # what was felt before says nothing of now
+        touch = felt = None
     of = sum(doubts.values())
     doubted = (f"In {count} of {of} frames, {word}." for word, count in doubts.items() if word)
     return {

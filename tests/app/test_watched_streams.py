@@ -147,6 +147,23 @@ def test_without_rerun_the_extra_is_named(
     assert not shown.exists()
 
 
+@pytest.mark.parametrize("kept", [True, False])
+def test_while_a_stream_is_lost_no_touch_is_shown(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], kept: bool
+) -> None:
+    make_unit((32, 24)).save(tmp_path / "unit")
+    numbers = tmp_path / "numbers.json"
+    with ScriptedServer(stream(*FRAMES), *9 * [b""]) as server:
+        words = ("stream", server.url, "--unit", tmp_path / "unit", "--json", numbers)
+        felt = ("--mcap", tmp_path / "felt.mcap") if kept else ()
+        assert run(*words, *felt, "--seconds", 1.5) == 0
+    told = json.loads(numbers.read_text())
+    assert told["remark"].startswith("lost: ") and told["received"] == len(FRAMES)
+    assert {told[name] for name in ("deepest_mm", "contact_mm2", "pose", "markers")} == {None}
+    said = capsys.readouterr().out
+    assert "[lost: " in said and "deepest" not in said and "pose" not in said
+
+
 @pytest.mark.parametrize("command", ["stream", "record"])
 def test_a_stream_that_breaks_again_and_again_is_said(
     command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
