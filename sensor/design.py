@@ -221,8 +221,7 @@ class Wedge:
             if count * self.lights.led_length_mm > side_mm:
                 raise WedgeError(
                     f"lights.{name} = {count} LEDs of {self.lights.led_length_mm:g} mm do not fit"
-                    f" on a side of {side_mm:g} mm: at most"
-                    f" {int(side_mm / self.lights.led_length_mm)}."
+                    f" on a side of {side_mm:g} mm: take fewer."  # how many, the pitch tells
                 )
         if not self.lights.azimuths_deg:
             raise WedgeError("lights has no LED on any side: set the count of at least one side.")
