@@ -135,8 +135,9 @@ def _buildable(
     base: Wedge, field: str, values: tuple[str, ...]
 ) -> tuple[list[tuple[str, Wedge]], dict[str, str]]:
     """Values with the designs that they give, and why the others give none."""
-    from validation.sweep import varied
+    from validation.sweep import refuse_field, varied
 
+    refuse_field(base, field)
     designs, refusals = [], dict[str, str]()
     for value in dict.fromkeys(values):
         try:
@@ -145,11 +146,16 @@ def _buildable(
             designs.append((value, changed))
         except WedgeError as error:
             refusals[value] = str(error)
-    said = [f"{field} = {value}: {reason}" for value, reason in refusals.items()]
-    if not designs:
-        raise WedgeError(said[0] if said else "give at least one value.")
+    said = [
+        reason if reason.startswith(f"{field} = ") else f"{field} = {value}: {reason}"
+        for value, reason in refusals.items()
+    ]
+    if not designs and len(said) == 1:
+        raise WedgeError(said[0])
     for refusal in said:
         print(f"left out {refusal}", file=sys.stderr)
+    if not designs:
+        raise WedgeError(f"no value of {field} is left to render: give others.")
     return designs, refusals
 
 

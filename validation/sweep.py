@@ -6,6 +6,7 @@ Each value is a set of ball presses, rendered into a folder named by everything 
 what an earlier sweep has rendered is used again, whole or in part.
 """
 
+import difflib
 import hashlib
 import json
 import shutil
@@ -115,19 +116,39 @@ def varied(design: Wedge, field: str, value: str) -> Wedge:
             )
         dark: dict[str, Any] = {name: 0 for color, name in SIDES.items() if color not in value}
         return replace(design, lights=replace(design.lights, **dark))
+    refuse_field(design, field)
     name, _, key = field.partition(".")
-    part: Any = getattr(design, name, None)
-    known = [item.name for item in fields(part)] if is_dataclass(part) else []
-    if key not in known:
-        raise WedgeError(
-            f"there is no field {field!r} to vary: name a part and its field, such as "
-            f"mirror.angle_deg, or {LIT_SIDES}."
-        )
-    if unseen := _unseen(design, field):
-        raise WedgeError(f"the twin {unseen} {field}: all values would give the same result.")
+    part: Any = getattr(design, name)
     number = _parsed(field, value, getattr(part, key))
     changed: Wedge = replace(design, **{name: replace(part, **{key: number})})
     return changed
+
+
+def refuse_field(design: Wedge, field: str) -> None:
+    """Refuse what is no field, or none that the twin looks at, whatever its value.
+
+    Raises:
+        WedgeError: says which, and the field whose name is nearest.
+    """
+    if field == LIT_SIDES:
+        return
+    parts = {part.name: getattr(design, part.name) for part in fields(design)}
+    known = [
+        f"{name}.{item.name}"
+        for name, part in parts.items()
+        if is_dataclass(part)
+        for item in fields(part)
+    ]
+    if field not in known:
+        near = difflib.get_close_matches(field, [*known, LIT_SIDES], n=1)
+        hint = (
+            f"did you mean {near[0]}?"
+            if near
+            else f"name a part and its field, such as mirror.angle_deg, or {LIT_SIDES}."
+        )
+        raise WedgeError(f"there is no field {field!r} to vary: {hint}")
+    if unseen := _unseen(design, field):
+        raise WedgeError(f"the twin {unseen} {field}: all values would give the same result.")
 
 
 def _unseen(design: Wedge, field: str) -> str:

@@ -226,7 +226,7 @@ def test_a_sweep_writes_down_what_it_left_out(here, capsys) -> None:
     assert [point["value"] for point in document["points"]] == ["R", "G"]
     ((value, reason),) = (row.values() for row in document["left_out"])
     assert value == "RGB" and "lights.blue_side_leds = 0" in reason
-    assert f"left out lights.lit_sides = RGB: {reason}" in capsys.readouterr().err
+    assert f"left out {reason}" in capsys.readouterr().err
 
 
 def test_a_design_that_cannot_be_cut_is_not_rendered(here, capsys) -> None:
@@ -235,6 +235,12 @@ def test_a_design_that_cannot_be_cut_is_not_rendered(here, capsys) -> None:
     assert run("simulate", "--design", "short.toml", "--out", "d") == 2
     assert "mirror.length_mm = 25" in capsys.readouterr().err
     assert run("sweep", "mirror.length_mm", "25", "--out", "s") == 2
+    assert "\nleft out" not in capsys.readouterr().err
+    assert run("sweep", "lights.red_side_leds", "12", "9", "--out", "s") == 2
+    *left_out, last = capsys.readouterr().err.splitlines()
+    assert [line.count("lights.red_side_leds = ") for line in left_out] == [1, 1]
+    assert "= 12 LEDs" in left_out[0] and "= 9 must be at most 8" in left_out[1]
+    assert "no value of lights.red_side_leds is left" in last
     assert [path.name for path in here.iterdir()] == ["short.toml"]
 
 

@@ -200,7 +200,9 @@ def test_one_number_is_varied(field, value, part, name, number) -> None:
     ("field", "value", "words"),
     [
         ("mirror", "1", "no field 'mirror'"),
-        ("mirror.angel_deg", "30", "no field"),
+        ("mirror.angel_deg", "30", "no field .* did you mean mirror.angle_deg?"),
+        ("gel.thicknes", "3", "no field .* did you mean gel.thickness_mm?"),
+        ("lights.lit_side", "RG", "no field .* did you mean lights.lit_sides?"),
         ("name", "30", "no field"),
         ("mirror.__class__", "30", "no field"),
         ("mirror.angle_deg", "steep", "must be a number"),
