@@ -193,10 +193,11 @@ def _refuse_currents(place: Layout) -> None:
 def _refuse_camera(place: Layout) -> None:
     bounds, camera = Bounds(place.design), place.design.camera
     lean = place.socket_half * math.sin(abs(place.pitch))
+    base = "lights at the base" if place.design.lights.green_base_leds else "acrylic's base"
     bounds.at_least(
         "camera.pupil_x_mm",
         place.tunnel_x0 + place.slide + max(MIN_WALL, camera.barrel_length_mm) + lean,
-        "the camera must stand behind the lights at the base, not over the pad",
+        f"the camera must stand behind the {base}, not over the pad",
     )
     bounds.at_least(
         "housing.case_length_mm",
@@ -222,7 +223,7 @@ def _refuse_camera(place: Layout) -> None:
     bounds.at_least(
         "camera.pupil_z_mm",
         camera.pupil_z_mm + (MIN_WALL - place.baffle_z(place.window_x1)) / reach,
-        "0.8 mm of wall must fit over the lights at the base, below the light that the camera sees",
+        f"0.8 mm of wall must fit over the {base}, below the light that the camera sees",
         most,
     )
     bounds.at_most(

@@ -135,6 +135,16 @@ def test_a_current_is_refused_just_where_a_resistor_takes_too_much_heat(
             assert not too_hot
 
 
+@pytest.mark.parametrize(
+    ("leds", "words"), [(0, "the acrylic's base"), (1, "the lights at the base")]
+)
+def test_lights_at_the_base_are_named_where_there_are_any(leds: int, words: str) -> None:
+    built = changed(FINGER, "lights", green_base_leds=leds)
+    for camera, what in (({"pupil_x_mm": 18.0}, "behind"), ({"pupil_x_mm": 23.65}, "over")):
+        with pytest.raises(WedgeError, match=f"{what} {words}, "):
+            refuse_unbuildable(changed(built, "camera", **camera))
+
+
 def test_leds_that_leave_a_resistor_too_little_are_refused() -> None:
     with pytest.raises(WedgeError, match=r"blue_forward_v = 3.1 must be at most 3: "):
         refuse_unbuildable(changed(STANDARD, "wiring", blue_forward_v=3.1))
