@@ -16,15 +16,17 @@ from benchmarks.magnification import (
     magnification,
     middle,
     misplaced_mm,
+    off_by,
     rows,
     seen_at_mm,
     times_as_wide,
+    times_by,
     without_lens,
 )
 from sensor.design import FINGER, STANDARD, Wedge
 from simulation.indenters import CALIBRATION_BALL_MM
 from simulation.presses import contact_circle_px
-from simulation.raw_view import unwarped_skin
+from simulation.raw_view import corners_px, pad_corners_px, unwarped_skin
 from simulation.skin import Skin, gel_view
 
 GRID = np.stack(np.meshgrid([-0.8, 0.0, 0.8], [-0.8, 0.0, 0.8]), -1).reshape(-1, 2)
@@ -109,6 +111,18 @@ def test_the_command_tells_the_middle_as_it_is() -> None:
     assert flat > rest > both > pinhole  # the lens magnifies, the dome takes away
 
 
+@BOTH
+def test_by_corners_beside_the_pad_s_all_looks_smaller_by_as_much(design: Wedge) -> None:
+    length_mm, width_mm = design.pad_size_mm
+    own_px = np.array(pad_corners_px(design))
+    wider_px = np.array(corners_px(design, (1.02 * length_mm, 1.02 * width_mm)))
+    for x_mm, y_mm in GRID * np.array(design.pad_size_mm) / 2:
+        assert times_by(design, own_px, own_px, x_mm, y_mm) == pytest.approx(1, abs=1e-6)
+        assert times_by(design, wider_px, own_px, x_mm, y_mm) == pytest.approx(1 / 1.02, 4e-3)
+    assert off_by(design, own_px).endswith("0.0 to 0.0 px off")
+
+
 def test_no_row_is_of_a_press_that_the_gel_does_not_bear() -> None:
-    told = [row.split(")")[1].split()[0] for row in rows(FINGER, gel_view(FINGER, 80))]
+    found = rows(FINGER, gel_view(FINGER, 80), np.array(pad_corners_px(FINGER)))
+    told = [row.split(")")[1].split()[0] for row in found]
     assert set(told) == {"0.3", "0.6"}
