@@ -1,12 +1,13 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""`--design` of `wedge track`: the curved gel on which the touched object travels."""
+"""The curved gel on which a touched object travels, and who says that it counts as flat."""
 
 import json
 import shutil
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from rosbags.highlevel import AnyReader
 
 from recon.pose.rest import rest_at
@@ -15,6 +16,7 @@ from sensor.design import FINGER, STANDARD
 from sensor.unit import read_unit_card, write_unit_card
 from tests.app.commands import run
 from tests.app.test_track import workplace  # noqa: F401  (a fixture)
+from tests.recon.stream.servers import free_port
 
 
 def felt(path):
@@ -59,3 +61,20 @@ def test_points_and_poses_lie_on_the_design_s_gel(workplace, tmp_path, capsys): 
     assert rest_mm.max() > 0.02
     np.testing.assert_allclose(points, flat - np.outer(rest_mm, [0, 0, 1]), atol=1e-4)
     assert shifts_mm.shape == flat_mm.shape and (shifts_mm[1:] != flat_mm[1:]).any()
+
+
+@pytest.mark.parametrize(("of_unit", "remarks"), [(STANDARD.sha256, 0), ("0" * 64, 1)])
+def test_the_live_page_says_that_a_gel_counts_as_flat(
+    workplace,  # noqa: F811
+    tmp_path,
+    monkeypatch,
+    capsys,
+    of_unit,
+    remarks,
+):
+    monkeypatch.setattr("app.pages.live.serve", lambda *_, **__: None)
+    unit = shutil.copytree(workplace / "unit", tmp_path / "unit")
+    write_unit_card(unit, replace(read_unit_card(unit), design_sha256=of_unit))
+    words = ("live", workplace / "clip", "--unit", unit, "--captures", tmp_path)
+    assert run(*words, "--port", free_port()) == 0
+    assert capsys.readouterr().err.count("counts as flat") == remarks
