@@ -6,10 +6,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from app._pad import refuse_other_pad
-from sensor.design_file import known_design, load_design
-from sensor.unit import UNIT_FILE
+from sensor.design_file import load_design
+from sensor.unit import DESIGN_FILE, UNIT_FILE
 
 if TYPE_CHECKING:
+    from recon.calibration import Calibration
     from sensor.design import Wedge
     from sensor.unit import UnitCard
 
@@ -30,11 +31,12 @@ def laid_on(design: str, unit: Path, card: "UnitCard") -> "tuple[Wedge, list[str
     ]
 
 
-def flat_remarks(card: "UnitCard") -> list[str]:
+def flat_remarks(unit: "Calibration") -> list[str]:
     """A sentence where a unit's gel counts as flat although the unit names a design."""
-    if card.design_sha256 is None or known_design(card.design_sha256) is not None:
+    if unit.card.design_sha256 is None or unit.design is not None:
         return []
     return [
-        f"The gel of unit {card.serial} counts as flat, as its design is neither standard nor "
-        "finger: `wedge track --design FILE.toml` lays what is touched on the gel of its file."
+        f"The gel of unit {unit.card.serial} counts as flat, as its folder holds no {DESIGN_FILE} "
+        "of the design that it was built from: calibrate it again with `--design FILE.toml`, or "
+        "track with it."
     ]

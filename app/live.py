@@ -82,7 +82,7 @@ def main(
     else:
         where, units = (DEMO,), [_demo_unit()]
     for known in filter(None, units):
-        for remark in flat_remarks(known.card):
+        for remark in flat_remarks(known):
             print(remark, file=sys.stderr)
     folders = [captures / (f"wedge{i}" if len(where) > 1 else "") for i in range(len(where))]
     watchers = [Watcher(*given) for given in zip(where, units, folders, strict=True)]

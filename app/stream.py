@@ -123,7 +123,7 @@ def _felt_file(
         raise WedgeError(
             f"{path} needs a unit to record what is felt: name the sensor's with --unit."
         )
-    for remark in flat_remarks(reconstruct.calibration.card):
+    for remark in flat_remarks(reconstruct.calibration):
         print(remark, file=sys.stderr)
     return FeltFile(path, reconstruct.calibration)
 

@@ -17,7 +17,6 @@ from app._growing_files import Growing, file_names, growing
 from app._output import OutputFile, keep_inputs, print_table
 from app._progress import progress
 from app._remarks import light_remarks
-from sensor.design_file import known_design
 from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_json
 
@@ -107,7 +106,7 @@ def main(
     calibration = load_calibration(unit)
     card = calibration.card
     if design is None:
-        built_from, said = known_design(card.design_sha256), flat_remarks(card)
+        built_from, said = calibration.design, flat_remarks(calibration)
     else:
         built_from, said = laid_on(design, unit, card)
     gel = None if built_from is None else built_from.gel

@@ -23,10 +23,12 @@ from recon.presses import PressSet, read_presses
 from recon.tensor_files import read_tensors
 from sensor.dataset import LENS_FILE, Dataset
 from sensor.design import Wedge
+from sensor.design_file import design_text, known_design, load_design
 from sensor.errors import WedgeError
 from sensor.files import new_folder, write_atomic
 from sensor.unit import (
     BACKGROUND_FILE,
+    DESIGN_FILE,
     GRADIENTS_FILE,
     UNIT_FILE,
     MissingAxis,
@@ -50,6 +52,8 @@ class Calibration:
     """From colour to gradient."""
     lens: Lens | None = None
     """``None`` where the frames are taken for undistorted."""
+    design: Wedge | None = None
+    """That it was built from; ``None`` where nobody named one, or where its numbers are lost."""
 
     @property
     def unwarp(self) -> Unwarp:
@@ -77,6 +81,8 @@ class Calibration:
             write_atomic(unit / GRADIENTS_FILE, content)
             if self.lens:
                 write_lens(unit / LENS_FILE, self.lens)
+            if self.design and known_design(self.design.sha256) is None:
+                write_atomic(unit / DESIGN_FILE, design_text(self.design).encode())
 
 
 def load_calibration(folder: str | Path) -> Calibration:
@@ -112,7 +118,13 @@ def load_calibration(folder: str | Path) -> Calibration:
     except WedgeError as error:
         raise WedgeError(f"{path}: {error}") from error
     lens = read_lens(folder / LENS_FILE) if (folder / LENS_FILE).is_file() else None
-    calibration = Calibration(card=card, background=background, estimator=estimator, lens=lens)
+    calibration = Calibration(
+        card=card,
+        background=background,
+        estimator=estimator,
+        lens=lens,
+        design=_built_from(folder, card.design_sha256),
+    )
     try:
         unwarp = calibration.unwarp
         unwarp.check(background)
@@ -126,6 +138,15 @@ def load_calibration(folder: str | Path) -> Calibration:
             f"{folder / UNIT_FILE}: size_px must be [{width}, {height}] without corners_px."
         )
     return calibration
+
+
+def _built_from(folder: Path, sha256: str | None) -> Wedge | None:
+    """The design of a unit's hash: a known one, or that of the file in its folder."""
+    path, known = folder / DESIGN_FILE, known_design(sha256)
+    if known or sha256 is None or not path.is_file():
+        return known
+    own = load_design(str(path))
+    return own if own.sha256 == sha256 else None
 
 
 def lit_channels(dataset: Dataset) -> tuple[str, MissingAxis]:
@@ -228,4 +249,5 @@ def unit_of(
         background=presses.background,
         estimator=fitted,
         lens=presses.lens,
+        design=design,
     )

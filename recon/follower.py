@@ -20,7 +20,6 @@ from recon.pose.registration import OwnTouch
 from recon.pose.tracker import Tracker
 from recon.pose.warm_up import warm_up
 from sensor.design import Gel
-from sensor.design_file import known_design
 
 LOOK_AGAIN_S = 1.0
 """After so long it is seen whether dots that do not belong are still there: finding them takes many
@@ -83,9 +82,8 @@ class Follower:
         self._before: Frame | None = None
         self._unexpected = "none"
         self._looked_s = 0.0
-        built_from = known_design(unit.card.design_sha256)
-        self.gel = None if built_from is None else built_from.gel
-        """On which the object travels; flat where the unit names no known design."""
+        self.gel = None if unit.design is None else unit.design.gel
+        """On which the object travels; flat where the unit has no design."""
         self._track = Tracker(gel=self.gel)
         self._object_number = 0
         self._touched_s: float | None = None

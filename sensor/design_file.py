@@ -3,13 +3,13 @@
 """Designs by name or from a TOML file that changes some numbers of a known one."""
 
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import asdict, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from sensor.design import FINGER, STANDARD, Wedge
 from sensor.errors import WedgeError, shown
-from sensor.toml import finite, read_toml, refuse_unknown_keys
+from sensor.toml import finite, read_toml, refuse_unknown_keys, toml_text
 
 DESIGNS: Mapping[str, Wedge] = {design.name: design for design in (STANDARD, FINGER)}
 
@@ -52,6 +52,11 @@ def load_design(name_or_file: str) -> Wedge:
     except WedgeError as error:
         raise WedgeError(f"{path}: {error}") from error
     return design
+
+
+def design_text(design: Wedge) -> str:
+    """A design as a file with all its numbers, which ``load_design`` reads."""
+    return "# All numbers of a design.\n" + toml_text({"base": STANDARD.name, **asdict(design)})
 
 
 def known_design(sha256: str | None) -> Wedge | None:

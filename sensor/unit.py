@@ -3,7 +3,7 @@
 """The unit folder: one built sensor, measured. Written by calibration, never edited by hand.
 
 ``unit.toml`` is described here; ``background.png`` and ``gradients.safetensors`` beside it hold
-arrays, which ``recon`` reads and writes.
+arrays, which ``recon`` reads and writes, and ``design.toml`` a design that has no name here.
 """
 
 import tomllib
@@ -33,7 +33,7 @@ MissingAxis = Literal["none", "zero", "network"]
 """What stands in for the gradient that the lights cannot see."""
 
 UNIT_FILE, BACKGROUND_FILE = "unit.toml", "background.png"
-GRADIENTS_FILE = "gradients.safetensors"
+GRADIENTS_FILE, DESIGN_FILE = "gradients.safetensors", "design.toml"
 
 REQUIRED_KEYS = (
     "serial",

@@ -18,9 +18,9 @@ from recon.stream.ros import COMPRESSED_IMAGE, FORMAT, CompressedImage
 from sensor.closing import Closing
 from sensor.dataset import LENS_FILE
 from sensor.errors import WedgeError, printable
-from sensor.unit import BACKGROUND_FILE, GRADIENTS_FILE, UNIT_FILE, refuse_no_unit
+from sensor.unit import BACKGROUND_FILE, DESIGN_FILE, GRADIENTS_FILE, UNIT_FILE, refuse_no_unit
 
-UNIT_FILES = (UNIT_FILE, BACKGROUND_FILE, GRADIENTS_FILE, LENS_FILE)
+UNIT_FILES = (UNIT_FILE, BACKGROUND_FILE, GRADIENTS_FILE, LENS_FILE, DESIGN_FILE)
 """Attached as SENSOR/unit.toml and so on."""
 RECORDED_QUALITY = 95
 """Of frames that were no JPEGs before."""

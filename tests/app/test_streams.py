@@ -20,6 +20,7 @@ from mcap.reader import make_reader
 import app.stream
 import recon.stream
 from app._sources import Rate, unit_of
+from recon.calibration import load_calibration
 from recon.contact.disturbed import STRANGE
 from recon.images import read_image, write_image
 from recon.stream import FrameSource, McapSource, TimedFrame, open_source
@@ -64,6 +65,17 @@ def test_a_recording_of_a_recording_keeps_its_unit(tmp_path: Path, unit: Path) -
     assert run("record", clip, again, "--out", two) == 0
     assert McapSource(two, "wedge1").unit == McapSource(first).unit
     assert not McapSource(two, "wedge0").unit
+
+
+def test_a_recording_keeps_the_numbers_of_an_own_design(tmp_path: Path) -> None:
+    own = replace(STANDARD, name="mine", gel=replace(STANDARD.gel, thickness_mm=3.0))
+    made = make_unit((160, 120))
+    card = replace(made.card, design_sha256=own.sha256)
+    replace(made, card=card, design=own).save(tmp_path / "unit")
+    clip, out = write_clip(tmp_path / "clip.avi", 3), tmp_path / "touch.mcap"
+    assert run("record", clip, "--out", out, "--unit", tmp_path / "unit") == 0
+    with unit_of(str(out), None) as folder:
+        assert folder is not None and load_calibration(folder).design == own
 
 
 def test_what_a_stream_feels_is_kept_for_others(

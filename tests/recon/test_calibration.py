@@ -15,8 +15,9 @@ from recon.images import write_image
 from recon.presses import read_presses
 from sensor.dataset import LENS_FILE
 from sensor.design import FINGER
+from sensor.design_file import design_text
 from sensor.errors import WedgeError
-from sensor.unit import write_unit_card
+from sensor.unit import DESIGN_FILE, read_unit_card, write_unit_card
 from tests.synthetic import KEYSTONE_PX, RAW_SIZE_PX, SIZE_PX, make_dataset
 from tests.written import write_anew
 
@@ -27,6 +28,7 @@ LENS = Lens(
     radial=(-0.1, 0.0, 0.0),
     rms_px=0.1,
 )
+OWN = replace(FINGER, name="mine", gel=replace(FINGER.gel, thickness_mm=1.25))
 
 
 def calibrated(dataset, estimator="table", seed=0, **options):
@@ -99,6 +101,26 @@ def test_the_lens_goes_with_the_unit(unit, calibration):
     assert again.lens == LENS
     for one, other in zip(calibration.unwarp.maps, again.unwarp.maps, strict=True):
         np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.parametrize("design", [None, FINGER, OWN], ids=["none", "finger", "own"])
+def test_a_unit_knows_the_design_that_it_was_built_from(tmp_path, design):
+    calibrated(make_dataset(tmp_path / "set", presses=2), design=design).save(tmp_path / "unit")
+    assert load_calibration(tmp_path / "unit").design == design
+    assert (tmp_path / "unit" / DESIGN_FILE).exists() == (design is OWN)
+
+
+def test_another_design_beside_a_unit_counts_for_nothing(unit):
+    text = design_text(OWN)
+    (unit / DESIGN_FILE).write_text(text)
+    assert load_calibration(unit).design is None  # as its unit.toml names none
+    write_unit_card(unit, replace(read_unit_card(unit), design_sha256=OWN.sha256))
+    assert load_calibration(unit).design == OWN
+    (unit / DESIGN_FILE).write_text(text.replace("thickness_mm", "thick", 1))
+    with pytest.raises(WedgeError, match=r"design\.toml: unknown"):
+        load_calibration(unit)
+    (unit / DESIGN_FILE).write_text(design_text(FINGER))
+    assert load_calibration(unit).design is None
 
 
 def test_the_same_seed_writes_the_same_bytes(tmp_path, few_epochs):

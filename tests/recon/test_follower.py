@@ -53,8 +53,7 @@ def test_after_a_second_without_touch_the_next_object_is_new():
 @pytest.mark.parametrize("built_from", [None, STANDARD])
 def test_what_travels_over_the_gel_of_the_unit_s_design_does_not_turn(built_from):
     unit = make_unit(SIZE_PX)
-    named = None if built_from is None else built_from.sha256
-    follow = Follower(replace(unit, card=replace(unit.card, design_sha256=named)))
+    follow = Follower(replace(unit, design=built_from))
     for second, (touch, _) in enumerate(journey()):
         felt = follow(unit.background, touch, 0.1 * second)
     assert (angle_deg(felt.pose.T_sensor_object) < 1) == (built_from is not None)

@@ -40,8 +40,8 @@ def test_a_mirrored_sensor_fails_by_its_design_and_by_its_own_presses_is_not_jud
     unit = unit_of(learnt)
     own = accepted_on(unit, learnt)
     assert "swapped_lights" not in own.values
-    assert own.absent["swapped_lights"].startswith("no known design says")
+    assert own.absent["swapped_lights"].startswith("no design says")
     assert accepted_on(unit, today).values["swapped_lights"] == {"": 0.0}
-    designed = replace(unit, card=replace(unit.card, design_sha256=FINGER.sha256))
+    designed = replace(unit, design=FINGER)
     assert failed_of(accepted_on(designed, today)) == {"swapped_lights"}
     assert "swapped_lights" in failed_of(accepted_on(designed, learnt))

@@ -15,7 +15,6 @@ from recon.labels.press_doubts import press_doubts
 from recon.lights import unseen_axis
 from recon.presses import LeftOut, PressSet, read_presses
 from sensor.dataset import Dataset
-from sensor.design_file import known_design
 from sensor.unit import UnitCard
 from validation.acceptance.errors import (
     ball_radius_values,
@@ -47,9 +46,7 @@ from validation.intervals import Interval
 
 LEAST_FRESH = 5
 """Presses that a unit has not learnt from, beside others that it has: so many judge it alone."""
-OWN_LIGHTS = (
-    "no known design says where its lights belong, and it has learnt from all these presses"
-)
+OWN_LIGHTS = "no design says where its lights belong, and it has learnt from all these presses"
 SINCE_CALIBRATION = ("brightness_change_share", "moved_px")
 NO_NUMBERS = "the frames have no numbers; give the address of the sensor's own stream"
 NO_TIMES = "a dataset's frames have no times; give a recording or a stream with --stream"
@@ -147,7 +144,7 @@ def _but_fewer_lights(
     gel = without_dots(blank, presses.dots)
     before, now = map(calibration.unwarp, (calibration.background, presses.background))
     covered, inside = covered_area(presses.presses), inner(blank.shape)
-    response, design = light_response(presses.presses), known_design(card.design_sha256)
+    response, design = light_response(presses.presses), calibration.design
     designed_deg = None
     if design is not None:
         designed_deg = {str(color): at for color, at in design.lights.azimuths_deg.items()}
