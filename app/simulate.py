@@ -41,6 +41,7 @@ def main(
     paint: Literal["gray", "silver"] = "gray",
     markers: bool = False,
     view: Literal["gel", "raw"] = "gel",
+    baffle: bool = True,
     truth: Literal["all", "shapes"] = "all",
     seed: Seed = 0,
 ) -> None:
@@ -78,6 +79,7 @@ def main(
         markers: Print a lattice of dots on the skin.
         view: gel shows the pad straight on; raw is the camera's own frame, over the mirror, which
             the corners in dataset.toml and the lens in camera.toml unwarp.
+        baffle: Hide from raw frames what the camera sees past the mirror, as the printed case does.
         truth: all keeps the depth of every frame; shapes leaves out that of balls.
         seed: Seed for places, depths, light paths and camera noise.
     """
@@ -108,6 +110,7 @@ def main(
         paint=paint,
         markers=markers,
         raw=view == "raw",
+        baffle=baffle,
     )
     with (
         new_folder(out) as folder,

@@ -74,13 +74,20 @@ class Recipe:
     raw: bool = False
     """Frames as the camera has them, over the mirror, instead of the gel straight on; the set then
     has a ``camera.toml``."""
+    baffle: bool = True
+    """Hides from raw frames what the camera sees past the mirror, as the printed case does."""
 
     def __post_init__(self) -> None:
         """Check that what is asked for can be rendered.
 
         Raises:
-            WedgeError: silver paint is to be seen over the mirror.
+            WedgeError: silver paint is to be seen over the mirror, or a baffle to be left out of
+                frames straight on.
         """
+        if not self.baffle and not self.raw:
+            raise WedgeError(
+                "only raw frames show what a baffle hides: take --view raw with --no-baffle."
+            )
         if self.raw and self.paint == "silver":
             raise WedgeError(
                 "the twin renders silver paint only straight on, and via the mirror it looks "
@@ -329,7 +336,9 @@ def _card(recipe: Recipe, presses: Sequence[Press], name: str, source: str) -> D
 
 def seen_by_camera(recipe: Recipe, radiance: Radiance, depth_mm: Map) -> Radiance:
     """The radiance as the recipe's frames show it."""
-    return raw_frame(recipe.design, recipe.view, radiance, depth_mm) if recipe.raw else radiance
+    if not recipe.raw:
+        return radiance
+    return raw_frame(recipe.design, recipe.view, radiance, depth_mm, baffle=recipe.baffle)
 
 
 def label_of(file: str, circle_px: tuple[float, float, float]) -> BallLabel:

@@ -19,6 +19,11 @@ from recon.geometry.unwarp import Corners
 Side = Literal["top", "right", "bottom", "left"]
 SIDES: tuple[Side, ...] = ("top", "right", "bottom", "left")
 
+CLOSED = (1 / 24, 1 / 48)
+"""Dark places so wide are closed, of the frame's shorter side: dots and scratches would be holes.
+
+Where that joins the pad to the direct view of the gel beside it, only narrower ones are.
+"""
 LEAST_AREA = 0.08
 """Least area of a pad, of the frame."""
 LEAST_FILLED = 0.85
@@ -50,22 +55,17 @@ def find_pad(blank: Frame) -> Corners | None:
         blank: raw frame of the untouched gel.
     """
     brightness = cv2.GaussianBlur(blank.max(-1).astype(np.float32), (0, 0), 1)
-    # Dots and scratches are closed, or they would be holes in the area.
-    size = max(3, round(min(brightness.shape) / 24)) | 1
-    closed = cv2.morphologyEx(brightness, cv2.MORPH_CLOSE, np.ones((size, size), np.uint8))
-    level, _ = cv2.threshold(closed.astype(np.uint8), 0, 255, cv2.THRESH_OTSU)
-    areas, count = ndimage.label(closed > level)
-    hulls = [_four_sided(areas == index) for index in range(1, count + 1)]
-    found = [hull for hull in hulls if hull is not None]
-    if not found:
-        return None
-    corners = _refined(brightness, max(found, key=_area))
     height, width = brightness.shape
-    inside = (corners >= -0.5).all() and (corners <= [width - 0.5, height - 0.5]).all()
-    if not inside or not _stands_out(brightness, corners):
-        return None
-    a, b, c, d = ((float(x), float(y)) for x, y in corners)
-    return a, b, c, d
+    for share in CLOSED:
+        found = _lit_areas(brightness, max(3, round(share * min(height, width))) | 1)
+        if not found:
+            continue
+        corners = _refined(brightness, max(found, key=_area))
+        inside = (corners >= -0.5).all() and (corners <= [width - 0.5, height - 0.5]).all()
+        if inside and _stands_out(brightness, corners):
+            a, b, c, d = ((float(x), float(y)) for x, y in corners)
+            return a, b, c, d
+    return None
 
 
 def gel_corners(clockwise: Corners, base: Side) -> Corners:
@@ -94,6 +94,15 @@ def base_side(clockwise: Corners) -> Side:
     shares = length / np.roll(length, 2)
     longest = int(shares.argmax())
     return SIDES[longest] if shares[longest] > LEAST_KEYSTONE else "left"
+
+
+def _lit_areas(brightness: Brightness, closed_px: int) -> list[Points]:
+    """The four-sided hulls of lit areas, after dark places of up to so many pixels are closed."""
+    closed = cv2.morphologyEx(brightness, cv2.MORPH_CLOSE, np.ones((closed_px,) * 2, np.uint8))
+    level, _ = cv2.threshold(closed.astype(np.uint8), 0, 255, cv2.THRESH_OTSU)
+    areas, count = ndimage.label(closed > level)
+    hulls = (_four_sided(areas == index) for index in range(1, count + 1))
+    return [hull for hull in hulls if hull is not None]
 
 
 def _four_sided(area: Bool[np.ndarray, "h w"]) -> Points | None:

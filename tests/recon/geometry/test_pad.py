@@ -59,11 +59,15 @@ def test_a_camera_of_more_pixels_gives_the_same_corners(times: int) -> None:
     assert np.linalg.norm(corners - TRAPEZOID, axis=1).max() < 0.6
 
 
+@pytest.mark.parametrize("baffle", [True, False])  # without it, the gel is seen twice
 @pytest.mark.parametrize("design", [STANDARD, FINGER])
-def test_the_twins_raw_view_gives_the_corners_that_it_was_rendered_with(design: Wedge) -> None:
+def test_the_twins_raw_view_gives_the_corners_that_it_was_rendered_with(
+    design: Wedge, baffle: bool
+) -> None:
     view = gel_view(design, 160)
     shape = view.grid_mm[0].shape
-    raw = raw_frame(design, view, np.ones((*shape, 3), np.float32), np.zeros(shape))
+    lit, rest = np.ones((*shape, 3), np.float32), np.zeros(shape)
+    raw = raw_frame(design, view, lit, rest, baffle=baffle)
     frame = np.clip(raw * 160 + 5, 0, 255).astype(np.uint8)
     found = find_pad(frame)
     assert found is not None
