@@ -12,16 +12,19 @@ from sensor.unit import DESIGN_FILE, UNIT_FILE
 if TYPE_CHECKING:
     from recon.calibration import Calibration
     from sensor.design import Wedge
-    from sensor.unit import UnitCard
 
 
-def laid_on(design: str, unit: Path, card: "UnitCard") -> "tuple[Wedge, list[str]]":
-    """A design by name or file, and what to say of it.
+def laid_on(
+    design: str | None, unit: Path, calibration: "Calibration"
+) -> "tuple[Wedge | None, list[str]]":
+    """The design named by name or file, by default the unit's own, and what to say of it.
 
     Raises:
         WedgeError: there is no such design, or its pad is not the unit's.
     """
-    wanted = load_design(design)
+    if design is None:
+        return calibration.design, flat_remarks(calibration)
+    card, wanted = calibration.card, load_design(design)
     refuse_other_pad(card.pad_size_mm, wanted, str(unit / UNIT_FILE), "calibrate it anew")
     if card.design_sha256 in (None, wanted.sha256):
         return wanted, []
@@ -37,6 +40,5 @@ def flat_remarks(unit: "Calibration") -> list[str]:
         return []
     return [
         f"The gel of unit {unit.card.serial} counts as flat, as its folder holds no {DESIGN_FILE} "
-        "of the design that it was built from: calibrate it again with `--design FILE.toml`, or "
-        "track with it."
+        "of the design that it was built from: calibrate it again with `--design FILE.toml`."
     ]

@@ -74,7 +74,7 @@ def main(
         part: All of the skin, or only the contact.
         mesh: Join the points by triangles, for viewing; for PLY or NPZ and the whole skin.
         design: Lay the skin on this design's curved gel (standard, finger or FILE.toml); by default
-            it is flat.
+            on that of the design with which the unit was calibrated, or on flat gel.
         background: A blank frame taken today; by default the unit's own.
         frames: Stop after this many frames.
         json: Write the numbers of points, depths and uncertainties here as JSON.
@@ -97,16 +97,12 @@ def main(
             f"{json} could be the file of a cloud in {out}: write the numbers elsewhere."
         )
     calibration = load_calibration(unit)
-    gel: Gel | None = None
-    remarks: list[str] = []
-    if design is not None:
-        wanted, remarks = laid_on(design, unit, calibration.card)
-        gel = wanted.gel
+    built_from, remarks = laid_on(design, unit, calibration)
     blank = None if background is None else read_checked(background, calibration.unwarp)
     remarks += light_remarks(calibration, blank, str(background))
     run = _Run(
         Reconstructor(calibration, blank),
-        gel,
+        None if built_from is None else built_from.gel,
         form=form,
         only_contact=part == "contact",
         mesh=mesh,
@@ -123,7 +119,9 @@ def main(
             run.add(frame, path)
             show(len(run.rows) / max(len(where), len(run.rows) + 1), frame.name)
     print_rows(HEADINGS, [_cells(*told) for told in zip(run.shown, run.rows, strict=True)])
-    document = {"unit": str(unit), "form": form} | first_touched(came, run.touched)
+    named = None if built_from is None else built_from.name
+    document = {"unit": str(unit), "form": form, "design": named}
+    document |= first_touched(came, run.touched)
     remarks += run.doubts()
     write_json(json, document | {"clouds": run.rows, "remarks": [*remarks, *came.remarks]})
     for remark in remarks:

@@ -81,7 +81,7 @@ def main(
     )
     with (
         unit_frames(where, unwarp, frames) as came,
-        growing(out, "markers", COLUMNS) as files,
+        growing(out, "markers", COLUMNS, calibration.gel) as files,
         progress("markers") as show,
     ):
         run = _Run(tracker, unwarp, pitch, files)

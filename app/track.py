@@ -12,7 +12,7 @@ import tyro
 
 from app._first_contact import first_touched
 from app._frames import UnitFrame, read_checked, unit_frames
-from app._gel import flat_remarks, laid_on
+from app._gel import laid_on
 from app._growing_files import Growing, file_names, growing
 from app._output import OutputFile, keep_inputs, print_table
 from app._progress import progress
@@ -104,11 +104,7 @@ def main(
     check_outputs(*(out / name for name in file_names("poses")), json)
     keep_inputs([unit, source, mesh, start, design, background], [json])
     calibration = load_calibration(unit)
-    card = calibration.card
-    if design is None:
-        built_from, said = calibration.design, flat_remarks(calibration)
-    else:
-        built_from, said = laid_on(design, unit, card)
+    built_from, said = laid_on(design, unit, calibration)
     gel = None if built_from is None else built_from.gel
     track = _tracker(tracker, mesh, start, gel)
     blank = None

@@ -22,7 +22,7 @@ from recon.lights import unseen_axis
 from recon.presses import PressSet, read_presses
 from recon.tensor_files import read_tensors
 from sensor.dataset import LENS_FILE, Dataset
-from sensor.design import Wedge
+from sensor.design import Gel, Wedge
 from sensor.design_file import design_text, known_design, load_design
 from sensor.errors import WedgeError
 from sensor.files import new_folder, write_atomic
@@ -54,6 +54,11 @@ class Calibration:
     """``None`` where the frames are taken for undistorted."""
     design: Wedge | None = None
     """That it was built from; ``None`` where nobody named one, or where its numbers are lost."""
+
+    @property
+    def gel(self) -> Gel | None:
+        """The curved gel that its skin lies on; ``None`` where it counts as flat."""
+        return None if self.design is None else self.design.gel
 
     @property
     def unwarp(self) -> Unwarp:

@@ -82,8 +82,8 @@ class Follower:
         self._before: Frame | None = None
         self._unexpected = "none"
         self._looked_s = 0.0
-        self.gel = None if unit.design is None else unit.design.gel
-        """On which the object travels; flat where the unit has no design."""
+        self.gel = unit.gel
+        """On which the object travels; ``None`` where it counts as flat."""
         self._track = Tracker(gel=self.gel)
         self._object_number = 0
         self._touched_s: float | None = None

@@ -12,6 +12,7 @@ import numpy as np
 from recon.cloud import Skin, point_cloud
 from recon.markers.tracking import Tracked
 from recon.pose.estimate import PoseEstimate
+from recon.pose.rest import rest_at
 from recon.pose.tf_message import MM_PER_M, TF_MESSAGE, tf_message
 from recon.stream.cdr import CdrWriter
 from recon.stream.mcap_file import McapFile, MessageType
@@ -101,7 +102,9 @@ class TouchFile(Closing):
             size_px: its centre is the origin of the gel frame.
         """
         points = np.zeros(len(dots.markers), DOT)
-        points["x"], points["y"] = dots.markers.rest_mm(mm_per_px, size_px).T / MM_PER_M
+        x_mm, y_mm = dots.markers.rest_mm(mm_per_px, size_px).T
+        below_mm, _ = rest_at(self._gel, x_mm, y_mm)
+        points["x"], points["y"], points["z"] = np.stack([x_mm, y_mm, -below_mm]) / MM_PER_M
         points["dx"], points["dy"] = dots.displacement_mm(mm_per_px).T / MM_PER_M
         points["row"], points["column"] = dots.markers.cell.T
         points["seen"] = dots.seen

@@ -63,6 +63,22 @@ def test_points_and_poses_lie_on_the_design_s_gel(workplace, tmp_path, capsys): 
     assert shifts_mm.shape == flat_mm.shape and (shifts_mm[1:] != flat_mm[1:]).any()
 
 
+def test_written_points_lie_on_the_unit_s_own_gel_as_recorded_ones_do(workplace, tmp_path):  # noqa: F811
+    unit, rest_mm = shutil.copytree(workplace / "unit", tmp_path / "unit"), {}
+    card, told = read_unit_card(unit), tmp_path / "c.json"
+    for name, of_unit in (("flat", None), ("own", STANDARD.sha256)):
+        write_unit_card(unit, replace(card, design_sha256=of_unit))
+        words = ("cloud", unit, unit / "background.png", "--form", "npz", "--json", told)
+        assert run(*words, "--out", tmp_path / name) == 0
+        with np.load(tmp_path / name / "background.npz") as cloud:
+            rest_mm[name] = cloud["points_mm"].astype(float)
+        assert json.loads(told.read_text())["design"] == (of_unit and "standard")
+    lower_mm = rest_mm["flat"] - rest_mm["own"]
+    expected_mm, _ = rest_at(STANDARD.gel, rest_mm["flat"][:, 0], rest_mm["flat"][:, 1])
+    np.testing.assert_allclose(lower_mm, np.outer(expected_mm, [0, 0, 1]), atol=1e-6)
+    assert expected_mm.max() > 0.02
+
+
 @pytest.mark.parametrize(("of_unit", "remarks"), [(STANDARD.sha256, 0), ("0" * 64, 1)])
 def test_the_live_page_says_that_a_gel_counts_as_flat(
     workplace,  # noqa: F811

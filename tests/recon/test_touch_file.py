@@ -12,8 +12,10 @@ from recon import touch_file
 from recon.cloud import point_cloud
 from recon.markers.tracking import marker_tracker
 from recon.pose.estimate import PoseEstimate
+from recon.pose.rest import rest_at
 from recon.pose.rigid import motion
 from recon.touch_file import DOT, SKIN, TouchFile
+from sensor.design import STANDARD
 from tests.dotted import HEIGHT, WIDTH, dotted, grid_px
 from tests.recon.pose.touched import bead_pair, blank
 
@@ -39,9 +41,9 @@ def dots():
 
 @pytest.fixture(scope="module")
 def written(tmp_path_factory):
-    """A touch with a pose on a marker gel, then none on a clear one."""
+    """A touch with a pose on a curved marker gel, then none on a clear one."""
     path = tmp_path_factory.mktemp("felt") / "felt.mcap"
-    with TouchFile(path) as file:
+    with TouchFile(path, STANDARD.gel) as file:
         file.add_pose(TIME_NS, FOUND)
         file.add_contact(TIME_NS, bead_pair(0)[0])
         file.add_dots(TIME_NS, dots(), PITCH_MM, SIZE_PX)
@@ -114,7 +116,7 @@ def test_a_pose_is_a_transform_in_metres_and_a_lost_one_a_word_alone(messages):
 
 
 def test_the_contact_is_a_cloud_in_metres(messages):
-    cloud = point_cloud(bead_pair(0)[0])
+    cloud = point_cloud(bead_pair(0)[0], STANDARD.gel)
     cloud = cloud[cloud.contact]
     (_, first), (_, second) = messages["/wedge/contact"]
     points = records(first, SKIN)
@@ -143,6 +145,9 @@ def test_dots_come_with_their_shifts_and_who_they_are(messages):
     points, truth = records(message, DOT), dots()
     rest_mm = (truth.markers.position_px - [(WIDTH - 1) / 2, (HEIGHT - 1) / 2]) * PITCH_MM
     np.testing.assert_allclose(np.stack([points["x"], points["y"]], 1), rest_mm / 1e3, rtol=1e-5)
+    below_mm, _ = rest_at(STANDARD.gel, *rest_mm.T)
+    assert below_mm.max() > 0.1  # the middle of the frame is that of the pad
+    np.testing.assert_allclose(points["z"], -below_mm / 1e3, rtol=1e-5)
     shift_mm = 1e3 * np.stack([points["dx"], points["dy"]], 1)[points["seen"] == 1]
     np.testing.assert_allclose(np.median(shift_mm, axis=0), (0.2, -0.1), atol=0.01)
     cells = np.stack([points["row"], points["column"]], 1)
