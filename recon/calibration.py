@@ -248,6 +248,7 @@ def unit_of(
         lights_deg=dataset.card.lights_deg,
         markers=None if presses.dots is None else presses.dots.markers.card(dataset.card.mm_per_px),
         learnt_frames=tuple(press.fingerprint for press in presses.presses),
+        learnt_truths=tuple(press.truth_fingerprint for press in presses.presses),
     )
     return Calibration(
         card=card,

@@ -7,6 +7,7 @@ gradient is the ball cap's. The others lie farther than 1.3 contact radii from t
 their gradient is zero; 5 % of them are drawn with a seed. (The error table's definition.)
 """
 
+import hashlib
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -45,6 +46,12 @@ class BallPress:
     """How many times as bright as on the blank gel each colour was; the difference is without."""
     fingerprint: str = ""
     """Of the raw frame, by which it is known again whatever its file is called."""
+
+    @property
+    def truth_fingerprint(self) -> str:
+        """Of what is taught about the frame: the circle, the ball and the scale."""
+        told = (*self.center_px, self.contact_radius_px, self.ball_radius_mm, *self.mm_per_px)
+        return hashlib.sha256(repr([float(value) for value in told]).encode()).hexdigest()[:16]
 
     @property
     def size_px(self) -> tuple[int, int]:

@@ -55,6 +55,7 @@ OPTIONAL_KEYS = (
     "lights_deg",
     "markers",
     "learnt_frames",
+    "learnt_truths",
 )
 MARKER_KEYS = ("count", "spacing_mm", "diameter_mm")
 
@@ -88,6 +89,8 @@ class UnitCard:
     """Dots of the blank gel: ``count``, ``spacing_mm``, ``diameter_mm``; ``None``: it has none."""
     learnt_frames: tuple[str, ...] | None = None
     """Fingerprints of the frames that it learnt from; ``None``: a unit of before they were kept."""
+    learnt_truths: tuple[str, ...] | None = None
+    """Of the circle, ball and scale with which it learnt from each."""
 
 
 def refuse_no_unit(folder: Path) -> NoReturn:
@@ -159,8 +162,11 @@ def _card(document: dict[str, Any]) -> UnitCard:
         pad_size_mm=None if pad_size is None else positive_pair(pad_size, "pad_size_mm"),
         lights_deg=lights(document["lights_deg"]) if "lights_deg" in document else None,
         markers=_markers(document["markers"]) if "markers" in document else None,
-        learnt_frames=_frames(document["learnt_frames"]) if "learnt_frames" in document else None,
+        learnt_frames=_fingerprints(document, "learnt_frames"),
+        learnt_truths=_fingerprints(document, "learnt_truths"),
     )
+    if card.learnt_truths and len(card.learnt_truths) != len(card.learnt_frames or ()):
+        raise WedgeError("learnt_truths must have one fingerprint for each of learnt_frames.")
     if card.lights_deg is not None and (unsaid := set(channels) - set(card.lights_deg)):
         raise WedgeError(f"lights_deg must say where the light of {min(unsaid)} is, too.")
     if card.pad_size_mm is not None:
@@ -202,10 +208,12 @@ def _markers(value: object) -> dict[str, float]:
     return numbers
 
 
-def _frames(value: object) -> tuple[str, ...]:
-    if not isinstance(value, list):
-        raise WedgeError("learnt_frames must be a list of fingerprints.")
-    return tuple(text_line(item, "learnt_frames") for item in value)
+def _fingerprints(document: Mapping[str, Any], key: str) -> tuple[str, ...] | None:
+    if key not in document:
+        return None
+    if not isinstance(document[key], list):
+        raise WedgeError(f"{key} must be a list of fingerprints.")
+    return tuple(text_line(item, key) for item in document[key])
 
 
 def _size(value: object, key: str) -> tuple[int, int]:

@@ -77,6 +77,25 @@ def learnt_presses(card: UnitCard, dataset: Dataset, presses: PressSet) -> int:
     return sum(press.fingerprint in card.learnt_frames for press in presses.presses)
 
 
+def refuse_other_truths(card: UnitCard, presses: PressSet) -> None:
+    """Refuse presses that a unit has learnt from otherwise: its own errors are not of these.
+
+    Raises:
+        WedgeError: circles, the ball or the scale have changed since.
+    """
+    learnt = dict(zip(card.learnt_frames or (), card.learnt_truths or (), strict=False))
+    changed = [
+        press.file
+        for press in presses.presses
+        if learnt.get(press.fingerprint, press.truth_fingerprint) != press.truth_fingerprint
+    ]
+    if changed:
+        raise WedgeError(
+            f"circle, ball or scale of {len(changed)} of these presses, such as {changed[0]}, are "
+            f"others than unit {card.serial} has learnt from: calibrate it again."
+        )
+
+
 @dataclass(frozen=True, kw_only=True)
 class Judged:
     """Errors of some presses, each by itself."""

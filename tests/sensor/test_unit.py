@@ -28,6 +28,7 @@ CARD = UnitCard(
     lights_deg={"R": 90.0, "G": 180.0, "B": -90.0},
     markers={"count": 63, "spacing_mm": 1.5, "diameter_mm": 0.5},
     learnt_frames=("ef", "01"),
+    learnt_truths=("23", "45"),
 )
 lines = st.text(min_size=1, max_size=20).filter(lambda x: x.strip() and x.splitlines() == [x])
 sides = st.integers(1, 8192)
@@ -127,6 +128,7 @@ def test_a_card_that_could_not_be_read_back_is_not_written(tmp_path, wrong, sent
         ("diameter_mm = 0.5", "diameter_mm = 0.0", "markers: every number must be above zero"),
         ('["ef", "01"]', '"ef"', "learnt_frames must be a list of fingerprints"),
         ('["ef", "01"]', '["ef", 1]', "learnt_frames must be a line of text"),
+        ('["23", "45"]', '["23"]', "learnt_truths must have one fingerprint for each"),
         ("serial = ", "serial == ", "is not valid TOML"),
     ],
 )

@@ -39,7 +39,12 @@ from validation.acceptance.limits import LIMITS, Measured, Parts
 from validation.acceptance.place import LEAST_FRAMES, picture_values, timing_values
 from validation.acceptance.roundness import roundness
 from validation.error_table import ErrorTable
-from validation.evaluation import judge_presses, learnt_presses, refuse_other_sensor
+from validation.evaluation import (
+    judge_presses,
+    learnt_presses,
+    refuse_other_sensor,
+    refuse_other_truths,
+)
 from validation.examples import Example, example
 from validation.fits import concurrent_fits
 from validation.intervals import Interval
@@ -210,7 +215,10 @@ def _fresh(card: UnitCard, presses: PressSet, learnt: int) -> PressSet | None:
     if card.learnt_frames is None:
         return None
     others = tuple(x for x in presses.presses if x.fingerprint not in card.learnt_frames)
-    return replace(presses, presses=others) if len(others) >= LEAST_FRESH else None
+    if len(others) >= LEAST_FRESH:
+        return replace(presses, presses=others)
+    refuse_other_truths(card, presses)
+    return None
 
 
 def _reasons(values: Measured, frames: int, presses: int) -> dict[str, str]:
