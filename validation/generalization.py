@@ -1,11 +1,12 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What an estimator does beyond its lesson: other shapes, other balls, fewer presses.
+"""What an estimator does beyond its lesson: other shapes, balls and places, fewer presses.
 
 ``python -m validation.generalization shapes DATASET`` teaches the presses of a set and reconstructs
 its shapes, or those of a second set of the same sensor, where one is named; ``other TAUGHT JUDGED``
 teaches one set and judges the presses of another; ``fewer DATASET`` teaches ten presses and all, by
-five folds; ``intervals DATASET`` counts the held-out truths inside the intervals. Few presses are
+five folds; ``places DATASET`` holds out a quarter of the pad at a time, and as many folds of
+presses; ``intervals DATASET`` counts the held-out truths inside the intervals. Few presses are
 chosen three times: over the pad, each as far as can be from those before; those nearest to where
 ``wedge capture`` points in turn; and evenly through the list, which leaves parts of the pad out.
 Deviations are errors of depth, each by what is expected of it, root mean square.
@@ -101,14 +102,8 @@ def other(taught: str, judged: str, names: Sequence[str], seed: int = SEED) -> l
              "depth": _depths(fitted, task, dataset)}
         )  # fmt: skip
         if len(task) >= 2 * FOLDS:
-            own = [
-                (
-                    _fit(name, [task[i] for i in split.train], dataset, seed),
-                    [task[i] for i in split.test],
-                )
-                for split in splits(len(task), FOLDS, SEED)
-            ]
-            rows.append({"estimator": name, "taught": judged, **_pooled(own, dataset)})
+            own = _held_out(name, task, dataset, _folds(task, FOLDS), seed)
+            rows.append({"estimator": name, "taught": judged, **own})
     return rows
 
 
@@ -126,6 +121,21 @@ def fewer(of: str, names: Sequence[str], count: int, seed: int = SEED) -> list[R
             rows.append({"estimator": name, "presses": len(train), "chosen": how}
                         | _pooled(fitted, dataset))  # fmt: skip
     return rows
+
+
+def places(of: str, names: Sequence[str], seed: int = SEED) -> list[Row]:
+    """Errors where no press was taught: in each quarter of the pad, by those of the other three.
+
+    Beside them, errors by as many folds of presses from all over the pad.
+    """
+    presses, dataset = _read(of)
+    quarters = _quarters_of_the_pad(presses)
+    held_out = {"a quarter of the pad": quarters, "presses": _folds(presses, len(quarters))}
+    return [
+        {"estimator": name, "held out": what} | _held_out(name, presses, dataset, groups, seed)
+        for name in names
+        for what, groups in held_out.items()
+    ]
 
 
 def intervals(of: str, lights: str | None = None) -> list[Row]:
@@ -183,6 +193,24 @@ def _lit_by(lights: str | None, dataset: Dataset) -> Dataset:
     return replace(dataset, card=replace(dataset.card, lights_deg=some))
 
 
+def _folds(presses: Presses, folds: int) -> list[Sequence[int]]:
+    """Presses that are held out together, drawn from all."""
+    return [split.test for split in splits(len(presses), folds, SEED)]
+
+
+def _quarters_of_the_pad(presses: Presses) -> list[Sequence[int]]:
+    """Presses that are held out together: those whose middle lies in one quarter of the frame.
+
+    Raises:
+        WedgeError: all lie in one.
+    """
+    right, below = (np.array([x.center_px for x in presses]) > np.divide(presses[0].size_px, 2)).T
+    quarters = [np.flatnonzero(2 * below + right == k).tolist() for k in range(4)]
+    if sum(map(bool, quarters)) < 2:
+        raise WedgeError("all presses lie in one quarter of the pad: press the ball all over it.")
+    return [quarter for quarter in quarters if quarter]
+
+
 def _over_the_pad(presses: Presses, count: int) -> list[int]:
     """That many: one in the middle, each next far from all before."""
     size_px = np.array(presses[0].size_px)
@@ -232,6 +260,17 @@ def _fit(name: str, presses: Presses, dataset: Dataset, seed: int = SEED) -> Gra
 
 def _touch(fitted: GradientEstimator, press: BallPress, dataset: Dataset) -> Reconstruction:
     return reconstruct_press(press, fitted, lit_channels(dataset)[1], dataset.card.lights_deg)
+
+
+def _held_out(
+    name: str, presses: Presses, dataset: Dataset, groups: Sequence[Sequence[int]], seed: int
+) -> Row:
+    """Errors of each group of presses by an estimator that all others taught."""
+    fitted = []
+    for test in groups:
+        train = [press for i, press in enumerate(presses) if i not in test]
+        fitted.append((_fit(name, train, dataset, seed), [presses[i] for i in test]))
+    return _pooled(fitted, dataset)
 
 
 def _pooled(fitted: Sequence[tuple[GradientEstimator, Presses]], dataset: Dataset) -> Row:
@@ -290,7 +329,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         prog="python -m validation.generalization", description=__doc__
     )
-    parser.add_argument("what", choices=["shapes", "other", "fewer", "intervals"])
+    parser.add_argument("what", choices=["shapes", "other", "fewer", "places", "intervals"])
     parser.add_argument(
         "dataset", nargs="+", help="one set, or the set to train on and the one to judge"
     )
@@ -312,6 +351,7 @@ def main() -> None:
         "shapes": lambda: shapes(first, last, names, options.presses, options.seed, options.lights),
         "other": lambda: other(first, last, names, options.seed),
         "fewer": lambda: fewer(first, names, options.presses or 10, options.seed),
+        "places": lambda: places(first, names, options.seed),
         "intervals": lambda: intervals(first, options.lights),
     }
     with ending_in_a_sentence(parser):

@@ -77,6 +77,32 @@ def test_depth_of_another_set_is_judged_wherever_its_truth_is_pressed_in(folder,
     assert after["depth"]["bias_mm"] < before["depth"]["bias_mm"] - 0.5
 
 
+def test_a_quarter_of_the_pad_is_judged_by_presses_of_the_others(folder, monkeypatch):
+    taught, fit = [], generalization._fit
+
+    def told(name, presses, *others):
+        taught.append({press.file for press in presses})
+        return fit(name, presses, *others)
+
+    monkeypatch.setattr(generalization, "_fit", told)
+    by_place, by_press = generalization.places(str(folder), ["table"])
+    assert by_place["judged"] == by_press["judged"] == 12
+    presses, _ = generalization._read(str(folder))
+    middle_px = np.divide(presses[0].size_px, 2)
+    places = {press.file: tuple(press.center_px > middle_px) for press in presses}
+    count = len(set(places.values()))
+    assert len(taught) == 2 * count
+    for train in taught[:count]:
+        held_out = {places[file] for file in places.keys() - train}
+        assert len(held_out) == 1 and not held_out & {places[file] for file in train}
+
+
+def test_presses_of_one_quarter_are_not_held_out_by_place(folder):
+    presses, _ = generalization._read(str(folder))
+    with pytest.raises(WedgeError, match="press the ball all over it"):
+        generalization._quarters_of_the_pad(presses[:1])
+
+
 def test_fewer_presses_are_as_many_as_asked_for(folder):
     *few, every = generalization.fewer(str(folder), ["table"], 4)
     assert [row["presses"] for row in few] == [4, 4, 4]
