@@ -27,17 +27,17 @@ LEFT_OUT = 4
 """Of so many presses one."""
 
 
-def measure(folder: Path) -> tuple[Calibration, Difference, list[Measurement]]:
-    """Calibrate as `wedge calibrate` does; a unit, one of its difference images, the figures."""
+def measure(folder: Path, estimator: str) -> tuple[Calibration, Difference, Measurement]:
+    """Calibrate as `wedge calibrate` does; a unit, one of its difference images, the time."""
     start = time.perf_counter()
     whole = read_dataset(folder)
     dataset = replace(whole, labels=whole.labels[:PRESSES])
     presses = read_presses(dataset)
-    measured = hold_out(dataset, presses, "mlp", seed=0)
+    measured = hold_out(dataset, presses, estimator, seed=0)
     unit = calibrate(
         dataset,
         presses,
-        estimator="mlp",
+        estimator=estimator,
         serial="bench",
         created="2000-01-01",
         metrics=held_out_metrics(measured, len(presses.presses)),
@@ -45,12 +45,13 @@ def measure(folder: Path) -> tuple[Calibration, Difference, list[Measurement]]:
     )
     taken_s = time.perf_counter() - start
     figure = Measurement(
-        name=f"calibration from {len(presses.presses)} presses at 640x480, errors included",
+        name=f"calibration of {estimator} from {len(presses.presses)} presses at 640x480, errors "
+        "included",
         value=taken_s,
         unit="s",
         bar=60,
     )
-    return unit, presses.presses[0].difference, [figure]
+    return unit, presses.presses[0].difference, figure
 
 
 def by_two_lights(folder: Path) -> tuple[Calibration, list[Frame]]:
