@@ -96,6 +96,7 @@ def test_simulate_writes_a_dataset_that_says_how_it_was_made(here, monkeypatch, 
         (["--scene", "prism", "--depth-mm", "8"], "goes through the gel"),
         (["--depth-mm", "2.9"], "past its middle"),
         (["--paint", "silver", "--view", "raw"], "take --paint gray, or --view gel."),
+        (["--no-baffle"], "take --view raw with --no-baffle."),
         (["--scene", "disc_shallow", "--depth-mm", "0.0009"], "disc_shallow: the object does not"),
     ],
 )

@@ -25,6 +25,7 @@ from simulation.dataset import (
     bands,
     dent_of,
     presses_of,
+    seen_by_camera,
     trace_part,
     trace_press,
     write_set,
@@ -104,6 +105,15 @@ def test_a_raw_sets_truth_and_labels_are_of_the_unwarped_frame(raw_set: Path) ->
     np.testing.assert_allclose(truth, undone, atol=1e-6)
     for other in (corners_alone, skin.depth_mm):  # nor as the lens shows it, nor straight on
         assert np.abs(truth - other).max() > 0.02
+
+
+def test_raw_frames_without_the_baffle_show_more_of_the_gel() -> None:
+    size = RAW.view.size_px[::-1]
+    lit, rest = np.ones((*size, 3), np.float32), np.zeros(size)
+    hidden, bare = (
+        seen_by_camera(replace(RAW, baffle=baffle), lit, rest) > 0 for baffle in (True, False)
+    )
+    assert bare[hidden].all() and bare.sum() > 1.2 * hidden.sum()
 
 
 def test_calibrating_a_raw_set_undoes_the_lens_that_it_carries(raw_set: Path) -> None:
