@@ -15,10 +15,26 @@ from typing import Any
 
 import numpy as np
 from llvmlite import ir
+from numba.core import cgutils, types
+from numba.extending import intrinsic
 from numpy.polynomial import chebyshev, polynomial
 
 from recon.fast.floating import LAST, NEURONS, fma
-from recon.fast.vectors import FEATURES, FLOATS, INT, INTS, LANES, Vectors, dense, grouped
+from recon.fast.vectors import (
+    ADDRESS,
+    BLOCK,
+    FEATURES,
+    FLOATS,
+    INT,
+    INTS,
+    LANES,
+    VECTOR_BYTES,
+    Vectors,
+    dense,
+    grouped,
+    room,
+    summed,
+)
 
 AVAILABLE = LANES == 16 and "+avx512bw" in FEATURES
 RANGE = 5.0
@@ -30,6 +46,9 @@ LARGEST_SUM = 0.99 * 2**31
 """Leaves room for rounded weights."""
 FIRM = 1e-6
 """Of the mean square of an activation of 1: how little weights change whose inputs are alike."""
+GROUP_ROWS = NEURONS // 2
+GROUP_BYTES = 4 * BLOCK * GROUP_ROWS
+"""Of the activations of a group of neurons, two in each row."""
 FINEST, COARSEST = 32700, 1024
 """Steps that an activation of 1 may have."""
 
@@ -41,11 +60,14 @@ _IN_TURN = [8 * lane + 4 * odd + k for lane in range(4) for k in range(4) for od
 
 
 class _Hidden:
-    """Sums of products of 16 bits, shifted right by as much as each neuron says."""
+    """Sums of products of 16 bits, shifted right by as much as each neuron says: tanh's arguments.
+
+    They are left for tanh to be taken of.
+    """
 
     kind: Any = INTS
     neurons = NEURONS
-    outputs = NEURONS // 2
+    outputs = GROUP_ROWS
     before = 3 * _TERM_BYTES
     head = 2
 
@@ -65,18 +87,18 @@ class _Hidden:
     def finish(
         self, v: Vectors, table: list[list[Any]], sums: list[list[Any]], second: Any
     ) -> Iterator[tuple[int, int, Any]]:
-        """Pairs of activations."""
+        """Arguments of pairs of neurons, four pixels of one and four of the other in turn."""
         for neuron in range(0, self.neurons, 2):
             for k in range(len(sums[0])):
                 pair = [
                     self.argument(v, sums[n][k], v.at(second, 4 * n)) for n in (neuron, neuron + 1)
                 ]
-                words = v.call("llvm.x86.avx512.packssdw.512", _WORDS, *pair)
-                yield neuron // 2, k, v.shuffled(_tanh(v, words, table), _IN_TURN)
+                yield neuron // 2, k, v.call("llvm.x86.avx512.packssdw.512", _WORDS, *pair)
 
     def argument(self, v: Vectors, total: Any, second: Any) -> Any:
         """Of tanh, in steps."""
-        return v.builder.ashr(total, v.splat(second, INTS))
+        # A shift of all lanes by one number would wait for where the products are summed.
+        return v.call("llvm.x86.avx512.psrav.d.512", INTS, total, v.splat(second, INTS))
 
 
 class _First(_Hidden):
@@ -88,6 +110,13 @@ class _First(_Hidden):
     def add(self, v: Vectors, total: Any, pixels: Any, weight: Any) -> Any:
         """One product."""
         return fma(v, weight, pixels, total)
+
+    def finish(
+        self, v: Vectors, table: list[list[Any]], sums: list[list[Any]], second: Any
+    ) -> Iterator[tuple[int, int, Any]]:
+        """Pairs of activations."""
+        for row, k, argument in super().finish(v, table, sums, second):
+            yield row, k, _tanh(v, argument, table)
 
     def argument(self, v: Vectors, total: Any, _: Any) -> Any:
         """Of tanh, in steps."""
@@ -116,7 +145,49 @@ class _Last(_Hidden):
                 yield neuron, k, v.builder.fmul(v.builder.sitofp(total, FLOATS), scale)
 
 
-first_layer, hidden_layer, last_layer = dense(_First()), dense(_Hidden()), dense(_Last())
+first_layer, last_layer = dense(_First()), dense(_Last())
+_ARITHMETIC = _Hidden()
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def hidden_layer(_: Any, values: Any, weights: Any, out: Any, inputs: Any, groups: Any) -> Any:
+    """As ``dense``, for twice as many inputs as a group of neurons has vectors of activations.
+
+    Tanh of each group is taken in place beside the sums of the next one: products keep one part of
+    the processor busy, tanh another. What lies as far before ``out`` as a group is long is spoilt.
+    """
+
+    def code(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
+        values, weights, out, inputs, groups = arguments
+        v, places = Vectors(builder), room(builder, _ARITHMETIC)
+        table = _ARITHMETIC.begin(v, weights)
+        group_bytes = v.scaled(v.at(inputs, _ARITHMETIC.head), 4 * NEURONS)
+
+        def activate(rows: Any, vector: Any) -> None:
+            place = v.at(rows, v.scaled(vector, VECTOR_BYTES))
+            v.store(_tanh(v, v.load(place, _WORDS), table), place)
+
+        with cgutils.for_range(builder, groups) as group:
+            start = v.at(weights, _ARITHMETIC.before, builder.mul(group.index, group_bytes))
+            rows = v.at(out, v.scaled(group.index, GROUP_BYTES))
+            sums = summed(
+                v,
+                _ARITHMETIC,
+                places,
+                start,
+                inputs,
+                lambda index: v.at(values, v.scaled(index, 4 * BLOCK)),
+                beside=lambda step: activate(v.at(rows, -GROUP_BYTES), step),
+                together=2,
+            )
+            for row, k, words in _ARITHMETIC.finish(v, table, sums, v.at(start, 4 * NEURONS)):
+                v.store(words, v.at(rows, 4 * BLOCK * row + VECTOR_BYTES * k))
+        last = v.at(out, v.scaled(groups, GROUP_BYTES), -GROUP_BYTES)
+        with cgutils.for_range(builder, ir.Constant(ADDRESS, GROUP_BYTES // VECTOR_BYTES)) as left:
+            activate(last, left.index)
+        return context.get_dummy_value()
+
+    return types.void(*[types.intp] * 5), code
 
 
 def packed(
@@ -190,6 +261,7 @@ def _table(steps: float) -> np.ndarray:
 
 
 def _tanh(v: Vectors, argument: Any, table: list[list[Any]]) -> Any:
+    """Pairs of activations, of arguments as ``_Hidden`` leaves them."""
     builder = v.builder
     piece = builder.lshr(argument, v.constant(_WORDS, 10))
     place = builder.lshr(builder.shl(argument, v.constant(_WORDS, 6)), v.constant(_WORDS, 1))
@@ -198,4 +270,4 @@ def _tanh(v: Vectors, argument: Any, table: list[list[Any]]) -> Any:
     )
     product = "llvm.x86.avx512.pmul.hr.sw.512"
     slope = builder.add(linear, v.call(product, _WORDS, place, square))
-    return builder.add(constant, v.call(product, _WORDS, place, slope))
+    return v.shuffled(builder.add(constant, v.call(product, _WORDS, place, slope)), _IN_TURN)

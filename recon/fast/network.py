@@ -148,7 +148,8 @@ def _take_words(
     difference: Any, places: Any, out: Any, begin: int, end: int, w0: Any, w1: Any, w2: Any, w3: Any
 ) -> None:
     values, result = np.zeros((INPUTS, BLOCK), np.float32), np.empty((2, BLOCK), np.float32)
-    a, b = np.empty((WIDTH // 2, BLOCK), np.int32), np.empty((WIDTH // 2, BLOCK), np.int32)
+    before = np.zeros((2, fixed_point.GROUP_ROWS + WIDTH // 2, BLOCK), np.int32)
+    a, b = before[0, fixed_point.GROUP_ROWS :], before[1, fixed_point.GROUP_ROWS :]
     groups, plane_bytes = WIDTH // floating.NEURONS, 4 * difference.shape[1]
     for start in range(begin, end, BLOCK):
         shift = 4 * min(start, end - BLOCK)  # of the last pixels, some pass twice

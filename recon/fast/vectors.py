@@ -185,6 +185,8 @@ def summed(
     start: Any,
     inputs: Any,
     pixels: Callable[[Any], Any],
+    beside: Callable[[Any], None] = lambda _: None,
+    together: int = 1,
 ) -> list[list[Any]]:
     """The sums of a group of neurons, whose weights start there.
 
@@ -195,20 +197,37 @@ def summed(
         start: address of the group's weights.
         inputs: how many.
         pixels: address of an input's pixels, by its index.
+        beside: what else is done in each step, by its index.
+        together: inputs that are summed in a step; divides their number.
     """
     for neuron, row in enumerate(places):
         for place in row:
             v.builder.store(v.splat(v.at(start, 4 * neuron), arithmetic.kind), place)
-    with cgutils.for_range(v.builder, inputs) as i:
-        weight = v.at(start, v.scaled(v.at(i.index, arithmetic.head), 4 * arithmetic.neurons))
-        value = pixels(i.index)
-        vectors = [v.load(v.at(value, VECTOR_BYTES * k), arithmetic.kind) for k in range(VECTORS)]
-        for neuron, row in enumerate(places):
-            factor = v.splat(v.at(weight, 4 * neuron), arithmetic.kind)
-            for vector, place in zip(vectors, row, strict=True):
-                total = arithmetic.add(v, v.builder.load(place), vector, factor)
-                v.builder.store(total, place)
+    steps = v.builder.udiv(inputs, ir.Constant(ADDRESS, together))
+    with cgutils.for_range(v.builder, steps) as step:
+        for k in range(together):
+            index = v.at(v.scaled(step.index, together), k)
+            _summed_one(v, arithmetic, places, start, index, pixels(index))
+        beside(step.index)
     return [[v.builder.load(place) for place in row] for row in places]
+
+
+def _summed_one(
+    v: Vectors,
+    arithmetic: Arithmetic,
+    places: list[list[Any]],
+    start: Any,
+    index: Any,
+    pixels: Any,
+) -> None:
+    """Add what one input adds to the sums."""
+    weight = v.at(start, v.scaled(v.at(index, arithmetic.head), 4 * arithmetic.neurons))
+    vectors = [v.load(v.at(pixels, VECTOR_BYTES * k), arithmetic.kind) for k in range(VECTORS)]
+    for neuron, row in enumerate(places):
+        factor = v.splat(v.at(weight, 4 * neuron), arithmetic.kind)
+        for vector, place in zip(vectors, row, strict=True):
+            total = arithmetic.add(v, v.builder.load(place), vector, factor)
+            v.builder.store(total, place)
 
 
 def grouped(rows: np.ndarray, neurons: int) -> np.ndarray:
