@@ -6,14 +6,15 @@ A sample brackets it (Floyd and Rivest, Comm. ACM 18(3), 1975), so that only wha
 bracket is put in order.
 """
 
+import math
+
 import numpy as np
 from jaxtyping import Float32
 
-SAMPLE = 4000
-FEW = 2 * SAMPLE
+FEW = 2000
 """Fewer than these are put in order as they are."""
-BRACKET = 0.03
-"""Of the sample, either side of its middle: four standard deviations of where the median lies."""
+DEVIATIONS = 4
+"""Of where the median lies in a sample, that are bracketed either side of its middle."""
 
 
 def median(values: np.ndarray) -> float:
@@ -21,15 +22,26 @@ def median(values: np.ndarray) -> float:
     every = values.ravel()
     if every.size < FEW:
         return _middle(every, every.size // 2, every.size) if every.size else 0.0
-    sample = np.sort(every[:: every.size // SAMPLE])
-    low, high = (sample[int(sample.size * (0.5 + side))] for side in (-BRACKET, BRACKET))
-    rank = every.size // 2 - int(np.count_nonzero(every < low))
-    if low == high and 0 < rank < np.count_nonzero(every == low):
-        return float(low)
+    sample = np.sort(every[:: every.size // sample_size(every.size)])
+    side = DEVIATIONS * math.sqrt(sample.size) / 2
+    low, high = (sample[int(sample.size / 2 + away)] for away in (-side, side))
+    middle = every.size // 2
+    for value in (low, high):
+        # Many that are the same are slow to part.
+        if np.count_nonzero(sample == value) > 1 and (
+            np.count_nonzero(every < value) < middle < np.count_nonzero(every <= value)
+        ):
+            return float(value)
+    rank = middle - int(np.count_nonzero(every < low))
     within = every[(every >= low) & (every <= high)]
     if not 0 < rank < within.size:
-        within, rank = every, every.size // 2
+        within, rank = every, middle
     return _middle(within, rank, every.size)
+
+
+def sample_size(count: int) -> int:
+    """For which it takes about as long to put in order as what is bracketed."""
+    return int(1.5 * count ** (2 / 3))
 
 
 def _middle(some: np.ndarray, rank: int, count: int) -> float:
