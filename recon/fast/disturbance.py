@@ -26,6 +26,7 @@ from recon.contact.disturbed import (
 )
 from recon.integration.poisson import Boundary
 from recon.kernels import compiled
+from recon.lights import channel_indices
 from recon.medians import median
 from recon.quarters import SIDE_PX, QuarterMask
 
@@ -44,24 +45,25 @@ class FrameDisturbance:
     def __init__(self, size_px: tuple[int, int], channels: str) -> None:
         """Prepare for frames of (width, height), lit in these channels."""
         width, height = size_px
-        self._quarter = np.zeros((-(-height // SIDE_PX), -(-width // SIDE_PX), 3), np.float32)
+        self._quarter = np.zeros((3, -(-height // SIDE_PX), -(-width // SIDE_PX)), np.float32)
         self._smooth = np.zeros_like(self._quarter)
         self._line = np.zeros(width, np.float32)
-        self._lit = np.array([channel in channels for channel in "RGB"], np.float32)
+        self._lit = channel_indices(channels)
 
     def __call__(self, difference: Float32[np.ndarray, "3 h w"]) -> QuarterMask:
         """The mask, one element for 4 x 4 pixels."""
-        smooth = self._smooth
-        _average(difference, self._lit, self._quarter, self._line)
-        cv2.GaussianBlur(self._quarter, (0, 0), _LEFT_PX, dst=smooth)
-        lit = [index for index in lit_planes(difference) if self._lit[index]]
+        lit = [index for index in lit_planes(difference) if index in self._lit]
         if not lit:
-            return np.zeros(smooth.shape[:2], bool)
-        pairs = difference[lit, ::16, :-1:4] - difference[lit, ::16, 1::4]
+            return np.zeros(self._quarter.shape[1:], bool)
+        _average(difference, self._quarter, self._line)
+        smooth = self._smooth[: len(lit)]
+        for index, plane in zip(lit, smooth, strict=True):
+            cv2.GaussianBlur(self._quarter[index], (0, 0), _LEFT_PX, dst=plane)
+        rows = difference[:, ::16]
+        pairs = (rows[..., :-1:4] - rows[..., 1::4])[lit]
         grain = DEVIATION * median(np.abs(pairs))
         grain /= math.sqrt(2) * 2 * math.sqrt(math.pi) * SMOOTHING_PX
-        planes = np.ascontiguousarray(np.moveaxis(smooth, -1, 0)[lit])
-        return disturbed_in_smooth(planes, grain, _patches, RIM_PX // SIDE_PX, every=2)
+        return disturbed_in_smooth(smooth, grain, _patches, RIM_PX // SIDE_PX, every=2)
 
 
 def _patches(mask: QuarterMask) -> QuarterMask:
@@ -75,27 +77,31 @@ def border_of(disturbed: QuarterMask) -> Boundary:
     return "neumann" if disturbed.sum() > inner.sum() else "dirichlet"
 
 
-def _take_average(difference: Any, lit: Any, out: Any, line: Any) -> None:
-    """Rows are added up first, as vectors; ``line`` is room for one of their sums."""
+def _take_average(difference: Any, out: Any, line: Any) -> None:
+    """Rows are added up first, as vectors, into ``line``: four at once, as nearly all of them."""
     _, height, width = difference.shape
     whole = width // SIDE_PX
-    for row in range(out.shape[0]):
-        end = min(height, (row + 1) * SIDE_PX)
-        rows = end - row * SIDE_PX
-        for k in range(3):
-            line[:] = 0
-            for r in range(row * SIDE_PX, end):
+    for k in range(3):
+        for row in range(out.shape[1]):
+            first = row * SIDE_PX
+            rows = min(SIDE_PX, height - first)
+            if rows == SIDE_PX:
+                a, b = difference[k, first], difference[k, first + 1]
+                c, d = difference[k, first + 2], difference[k, first + 3]
                 for column in range(width):
-                    line[column] += difference[k, r, column]
-            scale = lit[k] / np.float32(rows * SIDE_PX)
+                    line[column] = (a[column] + b[column]) + (c[column] + d[column])
+            else:
+                line[:] = 0
+                for r in range(first, height):
+                    for column in range(width):
+                        line[column] += difference[k, r, column]
+            scale = np.float32(1) / np.float32(rows * SIDE_PX)
             for column in range(whole):
-                total = np.float32(0)
-                for c in range(SIDE_PX):
-                    total += line[column * SIDE_PX + c]
-                out[row, column, k] = scale * total
-            if whole < out.shape[1]:
+                at = column * SIDE_PX
+                out[k, row, column] = scale * (line[at] + line[at + 1] + line[at + 2] + line[at + 3])
+            if whole < out.shape[2]:
                 rest = line[whole * SIDE_PX :]
-                out[row, whole, k] = lit[k] * rest.sum() / np.float32(rows * len(rest))
+                out[k, row, whole] = rest.sum() / np.float32(rows * len(rest))
 
 
 _average = compiled(_take_average)
