@@ -18,6 +18,10 @@ from recon.integration.poisson import Boundary, margins_px
 from recon.kernels import compiled
 from sensor.toml import Pair
 
+STRIPE_PX = 1024
+"""Columns that are swept together. LLVM takes whole rows of one array for overlapping, and makes no
+vectors of them; parts it checks."""
+
 
 class FrameIntegrator:
     """Integrates gradient fields of one size with one border."""
@@ -124,14 +128,22 @@ def _take_divergence(
 
 def _take_sweep(field: Any, pivot: Any) -> None:
     rows, columns = field.shape
-    for r in range(1, rows):
-        for c in range(columns):
-            field[r, c] -= pivot[r - 1, c] * field[r - 1, c]
-    for c in range(columns):
-        field[rows - 1, c] *= pivot[rows - 1, c]
-    for r in range(rows - 2, -1, -1):
-        for c in range(columns):
-            field[r, c] = pivot[r, c] * (field[r, c] - field[r + 1, c])
+    for left in range(0, columns, STRIPE_PX):
+        right = min(left + STRIPE_PX, columns)
+        above = field[0, left:right]
+        for r in range(1, rows):
+            line, factor = field[r, left:right], pivot[r - 1, left:right]
+            for c in range(len(above)):
+                line[c] -= factor[c] * above[c]
+            above = line
+        below, factor = above, pivot[rows - 1, left:right]
+        for c in range(len(below)):
+            below[c] *= factor[c]
+        for r in range(rows - 2, -1, -1):
+            line, factor = field[r, left:right], pivot[r, left:right]
+            for c in range(len(below)):
+                line[c] = factor[c] * (line[c] - below[c])
+            below = line
 
 
 _divergence, _sweep = compiled(_take_divergence), compiled(_take_sweep)

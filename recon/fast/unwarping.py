@@ -32,7 +32,7 @@ class FrameDifference:
         self._telling = telling(self._in_own_light)
         self._maps = None
         width, height = unwarp.frame_size_px
-        self._bytes = np.empty((3, height, width), np.uint8)
+        self._line = np.empty(width, np.uint8)
         if unwarp.maps is not None:
             # The grid of 1/32 pixel on which OpenCV interpolates, found once instead of per frame.
             self._maps = cv2.convertMaps(*unwarp.maps, cv2.CV_16SC2)
@@ -52,8 +52,7 @@ class FrameDifference:
 
     def _take(self, frame: Frame, out: Float32[np.ndarray, "3 h w"]) -> None:
         if self._maps is None:
-            cv2.split(frame, list(self._bytes))  # of colours side by side, loops are slow
-            _difference(self._bytes, self._blank, out)
+            _difference(frame, self._blank, out, self._line)
             return
         np.divide(frame, np.float32(255), out=self._scaled)
         cv2.remap(
@@ -67,14 +66,19 @@ class FrameDifference:
         out -= self._blank
 
 
-def _take_difference(colors: Any, blank: Any, out: Any) -> None:
-    """Of planes of bytes, divided as the reference does: times 1 / 255, half are other floats."""
+def _take_difference(frame: Any, blank: Any, out: Any, line: Any) -> None:
+    """Divided as the reference does: times 1 / 255, half are other floats.
+
+    As of colours side by side loops are slow, ``line`` is room for one colour of a row.
+    """
     _, height, width = out.shape
     for k in range(3):
         for row in range(height):
+            colors, before, difference = frame[row].reshape(-1), blank[k, row], out[k, row]
             for column in range(width):
-                share = np.float32(colors[k, row, column]) / np.float32(255)
-                out[k, row, column] = share - blank[k, row, column]
+                line[column] = colors[3 * column + k]
+            for column in range(width):
+                difference[column] = np.float32(line[column]) / np.float32(255) - before[column]
 
 
 _difference = compiled(_take_difference)
