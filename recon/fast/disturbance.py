@@ -78,27 +78,23 @@ def border_of(disturbed: QuarterMask) -> Boundary:
 
 
 def _take_average(difference: Any, out: Any, line: Any) -> None:
-    """Rows are added up first, as vectors, into ``line``: four at once, as nearly all of them."""
+    """Rows are added up first, as vectors; ``line`` is room for one of their sums."""
     _, height, width = difference.shape
     whole = width // SIDE_PX
     for k in range(3):
         for row in range(out.shape[1]):
-            first = row * SIDE_PX
-            rows = min(SIDE_PX, height - first)
-            if rows == SIDE_PX:
-                a, b = difference[k, first], difference[k, first + 1]
-                c, d = difference[k, first + 2], difference[k, first + 3]
+            end = min(height, (row + 1) * SIDE_PX)
+            rows = end - row * SIDE_PX
+            line[:] = 0
+            for r in range(row * SIDE_PX, end):
                 for column in range(width):
-                    line[column] = (a[column] + b[column]) + (c[column] + d[column])
-            else:
-                line[:] = 0
-                for r in range(first, height):
-                    for column in range(width):
-                        line[column] += difference[k, r, column]
+                    line[column] += difference[k, r, column]
             scale = np.float32(1) / np.float32(rows * SIDE_PX)
             for column in range(whole):
-                at = column * SIDE_PX
-                out[k, row, column] = scale * (line[at] + line[at + 1] + line[at + 2] + line[at + 3])
+                total = np.float32(0)
+                for c in range(SIDE_PX):
+                    total += line[column * SIDE_PX + c]
+                out[k, row, column] = scale * total
             if whole < out.shape[2]:
                 rest = line[whole * SIDE_PX :]
                 out[k, row, whole] = rest.sum() / np.float32(rows * len(rest))
