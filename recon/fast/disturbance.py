@@ -73,8 +73,8 @@ def _patches(mask: QuarterMask) -> QuarterMask:
 
 def border_of(disturbed: QuarterMask) -> Boundary:
     """``recon.contact.disturbed.boundary_of`` a mask of quarters."""
-    inner = disturbed[1:-1, 1:-1]
-    return "neumann" if disturbed.sum() > inner.sum() else "dirichlet"
+    edges = disturbed[[0, -1]], disturbed[:, [0, -1]]
+    return "neumann" if any(edge.any() for edge in edges) else "dirichlet"
 
 
 def _take_average(difference: Any, out: Any, line: Any) -> None:
