@@ -259,7 +259,8 @@ def untouched_depth(depth_mm: DepthMap, disturbed: ContactMask, boundary: Bounda
     A zero border holds it at zero; where hardly any is left, nothing is known of it.
     """
     untouched = ~disturbed
-    if boundary == "dirichlet" or untouched.mean() < LEAST_UNTOUCHED:
+    known = np.count_nonzero(untouched)
+    if boundary == "dirichlet" or known < LEAST_UNTOUCHED * untouched.size:
         return 0.0
     return median(depth_mm[untouched])
 

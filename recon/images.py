@@ -82,7 +82,7 @@ def is_gray(frame: Frame) -> bool:
 
 
 def _has_equal_colors(pixels: Frame) -> bool:
-    red, green, blue = np.moveaxis(pixels, -1, 0)
+    red, green, blue = (pixels[..., channel] for channel in range(3))
     return not ((red != green).any() or (green != blue).any())
 
 

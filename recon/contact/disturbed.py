@@ -232,7 +232,7 @@ def least_change(around: Float32[np.ndarray, "lit h w"], grain: float) -> float:
     asked = min(NOISE_FACTOR * spread_of(around), WIDEST_STAINS)
     if asked > LEAST_CHANGE:
         change = around.max(0)
-        if (change > LEAST_CHANGE).mean() > WIDE:
+        if np.count_nonzero(change > LEAST_CHANGE) > WIDE * change.size:
             share = asked / float(change.max())
             asked = float(np.interp(share, GENTLE, (asked, LEAST_CHANGE)))
     return max(LEAST_CHANGE, NOISE_FACTOR * grain, asked)

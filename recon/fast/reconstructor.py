@@ -246,7 +246,7 @@ class FastReconstructor:
         dots, hidden = (None, None) if self._dots is None else self._dots.followed(difference)
         touch = partial(
             Touch,
-            difference=np.moveaxis(difference, 0, -1),
+            difference=difference.transpose(1, 2, 0),
             mm_per_px=self.calibration.card.mm_per_px,
             lights_deg=self.calibration.card.lights_deg,
             estimator=self.calibration.estimator,
@@ -295,7 +295,7 @@ class FastReconstructor:
             if level_mm := untouched_depth(some, _cut(disturbed, some), border):
                 depth_mm -= level_mm
         return touch(
-            gradient=np.moveaxis(gradient, 0, -1),
+            gradient=gradient.transpose(1, 2, 0),
             depth_mm=depth_mm,
             boundary=border,
             disturbed=disturbed,
