@@ -11,6 +11,7 @@ from recon.estimators.mlp import HIDDEN, Layer, Mlp
 from recon.fast import fixed_point, floating
 from recon.fast.fixed_point import first_layer, hidden_layer
 from recon.fast.floating import tanh_layer
+from recon.fast.pages import in_large_pages
 from recon.fast.vectors import BLOCK, moved
 from recon.kernels import compiled
 from recon.lights import channel_indices
@@ -46,7 +47,7 @@ class FrameMlp:
                 instructions and random colours give the slopes of floats.
         """
         place = positions(size_px).reshape(-1, 2).T
-        self._places = np.ascontiguousarray(place)
+        self._places = in_large_pages(np.ascontiguousarray(place))
         layers = _layers(network)
         floats = _float_weights(layers)
         words, error = _words(layers, floats) if in_words is not False else (floats, np.inf)

@@ -14,6 +14,7 @@ from jaxtyping import Float32
 from scipy import fft
 
 from recon.arrays import DepthMap
+from recon.fast.pages import in_large_pages
 from recon.integration.poisson import Boundary, margins_px
 from recon.kernels import compiled
 from sensor.toml import Pair
@@ -38,9 +39,9 @@ class FrameIntegrator:
             (left, right), (top, bottom) = margins_px(width), margins_px(height)
             top, left = top - 1, left - 1
             rows, columns = top + height + bottom - 1, left + width + right - 1
-        self._field = np.zeros((rows, columns), np.float32)
+        self._field = in_large_pages(np.zeros((rows, columns), np.float32))
         self._inside = slice(top, top + height), slice(left, left + width)
-        self._pivot = _elimination(rows, columns, mm_per_px, self._zero_border)
+        self._pivot = in_large_pages(_elimination(rows, columns, mm_per_px, self._zero_border))
 
     def __call__(self, gradient: Float32[np.ndarray, "2 h w"]) -> DepthMap:
         """Depth in mm, (h, w), of gradients as planes; the next call overwrites it."""

@@ -27,6 +27,7 @@ from recon.fast.dots import FrameDots, FrameSlopes
 from recon.fast.ensemble import FrameEnsemble, Seen
 from recon.fast.inference import BORDERS, FrameInference
 from recon.fast.network import FrameMlp
+from recon.fast.pages import in_large_pages
 from recon.fast.poisson import FrameIntegrator
 from recon.fast.still import FrameStill
 from recon.fast.unwarping import FrameDifference
@@ -156,9 +157,9 @@ class FastReconstructor:
         self._lit = np.array(lit, np.float32)[:, None, None]
         size_px = unwarp.size_px
         width, height = size_px
-        self._frame = np.zeros((*unwarp.frame_size_px[::-1], 3), np.uint8)
-        self._difference = np.zeros((3, height, width), np.float32)
-        self._gradient = np.zeros((2, height, width), np.float32)
+        self._frame = in_large_pages(np.zeros((*unwarp.frame_size_px[::-1], 3), np.uint8))
+        self._difference = in_large_pages(np.zeros((3, height, width), np.float32))
+        self._gradient = in_large_pages(np.zeros((2, height, width), np.float32))
         self._take_difference = FrameDifference(unwarp, seen, light)
         self._side_mm = shorter_side_mm((height, width), card.mm_per_px)
         self._small = min(size_px) < LEAST_SIDE_PX

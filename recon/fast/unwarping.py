@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float32
 
 from recon.arrays import Frame, Unwarped
+from recon.fast.pages import in_large_pages
 from recon.geometry.unwarp import Unwarp
 from recon.kernels import compiled
 from recon.same_light import brightness_of, sampled, telling
@@ -25,7 +26,7 @@ class FrameDifference:
             blank: an unwarped blank frame.
             light: its ``light_of``.
         """
-        self._blank = np.ascontiguousarray(blank.transpose(2, 0, 1))
+        self._blank = in_large_pages(np.ascontiguousarray(blank.transpose(2, 0, 1)))
         self._light, self._in_own_light = light[:, None, None], self._blank
         if (light != 1).any():
             self._in_own_light = self._blank / self._light
@@ -36,8 +37,8 @@ class FrameDifference:
         if unwarp.maps is not None:
             # The grid of 1/32 pixel on which OpenCV interpolates, found once instead of per frame.
             self._maps = cv2.convertMaps(*unwarp.maps, cv2.CV_16SC2)
-            self._scaled = np.empty((height, width, 3), np.float32)
-            self._flat = np.empty_like(blank)
+            self._scaled = in_large_pages(np.zeros((height, width, 3), np.float32))
+            self._flat = in_large_pages(np.zeros_like(blank))
 
     def __call__(self, frame: Frame, out: Float32[np.ndarray, "3 h w"]) -> None:
         """Write the difference image of a frame as planes, in the light of the calibration."""
