@@ -3,7 +3,9 @@
 """Frames out of a multipart stream that may be damaged anywhere.
 
 A part ends where its JPEG does or where the next delimiter begins, whichever comes first. What a
-Content-Length says is not asked: it may be missing or wrong, and a JPEG knows its own end.
+Content-Length says does not end it: it may be missing or wrong, and a JPEG knows its own end. But
+bytes that are missing inside a JPEG show by nothing else, so where the lengths of a stream have
+been right, one that is wrong is a damaged part's.
 """
 
 import re
@@ -15,6 +17,8 @@ LARGEST_PART = 4 << 20
 """Bytes; a 2592x1944 frame of the Pi's camera has less than half of that."""
 LARGEST_HEAD = 16 << 10
 CHUNK = 64 << 10
+ENOUGH = 8
+"""Right lengths after which the next ones are believed, until so many in a row are wrong."""
 
 Part = tuple[bytes, dict[str, str]]
 """A whole JPEG, and its header lines by lower-case name."""
@@ -37,10 +41,12 @@ class MultipartReader:
         """
         self.corrupt = 0
         self.cut = False
-        """Whether the stream ended, or failed, amid a JPEG; such a part is not in `corrupt`."""
+        """Whether the stream ended, or failed, amid a part; such a part is not in `corrupt`."""
         self._read = read
         self._delimiter = b"--" + boundary.lstrip("-").encode("latin-1")
         self._kept = bytearray()
+        self._right = self._wrong = 0
+        """Lengths that were right, and those in a row that are not."""
 
     def __iter__(self) -> Iterator[Part]:
         """Give part after part until the stream ends."""
@@ -49,7 +55,7 @@ class MultipartReader:
                 self._skip_delimiter()
                 head = self._head()
                 jpeg = self._jpeg() if head is not None else None
-                if jpeg is None or head is None:
+                if jpeg is None or head is None or self._mutilated(len(jpeg), head):
                     self.corrupt += 1
                 else:
                     yield jpeg, head
@@ -61,6 +67,11 @@ class MultipartReader:
         if not data:
             raise EOFError
         self._kept += data
+
+    def _more_of_part(self) -> None:
+        self.cut = True
+        self._more()
+        self.cut = False
 
     def _skip_delimiter(self) -> None:
         kept, delimiter = self._kept, self._delimiter
@@ -108,6 +119,30 @@ class MultipartReader:
                     return jpeg
             if limit >= 0 or len(kept) > LARGEST_PART:
                 return None
-            seen, self.cut = len(kept), True
-            self._more()
-            self.cut = False
+            seen = len(kept)
+            self._more_of_part()
+
+    def _mutilated(self, length: int, head: dict[str, str]) -> bool:
+        """Whether the JPEG just read has another length than its head says and is to be believed.
+
+        Behind it padding may follow, which servers count; a part is over at the next delimiter.
+        """
+        told = head.get("content-length", "")
+        if not told.isdecimal():
+            return False
+        believed = self._right >= ENOUGH
+        if told == str(length) or (believed and not self._is_over()):
+            self._right, self._wrong = self._right + 1, 0
+            return False
+        self._wrong += 1
+        if self._wrong == ENOUGH:
+            self._right = 0
+        return believed
+
+    def _is_over(self) -> bool:
+        """Whether the next delimiter is the first thing kept, but for an end of line."""
+        kept, delimiter = self._kept, self._delimiter
+        most = len(delimiter) + 2
+        while len(kept) < most and delimiter.startswith(bytes(kept).lstrip(b"\r\n")):
+            self._more_of_part()
+        return bytes(kept[:most]).lstrip(b"\r\n").startswith(delimiter)

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from recon.stream import multipart
-from recon.stream.jpeg import NotJpegError, decode_jpeg, encode_jpeg, scan_start
-from recon.stream.multipart import LARGEST_PART, MultipartReader
+from recon.stream.jpeg import END, NotJpegError, decode_jpeg, encode_jpeg, scan_start
+from recon.stream.multipart import ENOUGH, LARGEST_PART, MultipartReader
 from sensor.errors import WedgeError
 from sensor.wire import BOUNDARY, DELIMITER, Stamp, part
 
@@ -101,6 +101,91 @@ def test_an_odd_but_whole_part_costs_nothing(odd: tuple[str, bytes]) -> None:
     sent[2] = odd[1]
     frames, _ = read_all(DELIMITER + b"".join(sent))
     assert frames == FRAMES
+
+
+def lacking(jpeg: bytes) -> bytes:
+    """A JPEG without ten bytes of its coded pixels: it still has its head and its end."""
+    coded = scan_start(jpeg)
+    assert coded is not None
+    short = jpeg[: coded + 30] + jpeg[coded + 40 :]
+    assert short.index(END, coded) == len(short) - 2
+    return short
+
+
+def of_length(jpeg: bytes, length: int) -> bytes:
+    return headed(jpeg, f"Content-Length: {length}")
+
+
+GOOD = [of_length(FRAMES[0], len(FRAMES[0]))]
+LACKING = [of_length(lacking(FRAMES[1]), len(FRAMES[1]))]
+
+
+@pytest.mark.parametrize("run", [1, ENOUGH - 1])
+def test_where_lengths_were_right_bytes_missing_inside_are_found(run: int) -> None:
+    again = [*LACKING * run, *GOOD]
+    frames, corrupt = read_all(DELIMITER + b"".join([*GOOD * ENOUGH, *again * 5]))
+    assert (frames, corrupt) == ([FRAMES[0]] * (ENOUGH + 5), 5 * run)
+
+
+def test_what_lies_behind_a_damaged_delimiter_is_not_taken_for_one_frame() -> None:
+    broken = of_length(FRAMES[1][:-9], len(FRAMES[1])).replace(DELIMITER, b"")
+    sent = [*GOOD * ENOUGH, broken, *GOOD * 2]
+    assert read_all(DELIMITER + b"".join(sent)) == ([FRAMES[0]] * (ENOUGH + 1), 1)
+
+
+def test_half_of_the_parts_damaged_do_not_hide_that_lengths_are_right() -> None:
+    sent = [*LACKING, *GOOD] * 3 * ENOUGH
+    frames, corrupt = read_all(DELIMITER + b"".join(sent))
+    assert frames.count(FRAMES[0]) == 3 * ENOUGH
+    assert frames[2 * ENOUGH :] == [FRAMES[0]] * 2 * ENOUGH
+    assert corrupt == 2 * ENOUGH
+
+
+@pytest.mark.parametrize("more", [-1, 1, 2])
+def test_a_server_whose_lengths_are_always_wrong_loses_nothing(more: int) -> None:
+    sent = [of_length(jpeg, len(jpeg) + more) for jpeg in FRAMES * 5]
+    assert read_all(DELIMITER + b"".join(sent)) == (FRAMES * 5, 0)
+
+
+def test_a_server_whose_lengths_are_right_by_chance_loses_nothing() -> None:
+    wrong = [of_length(FRAMES[1], len(FRAMES[1]) + 2)]
+    frames, corrupt = read_all(DELIMITER + b"".join([*GOOD, *wrong * ENOUGH] * 3 * ENOUGH))
+    assert len(frames) == 3 * ENOUGH * (ENOUGH + 1)
+    assert corrupt == 0
+
+
+def test_lengths_that_become_wrong_cost_a_few_frames_and_no_more() -> None:
+    wrong = [of_length(FRAMES[1], len(FRAMES[1]) + 2)]
+    sent = [*GOOD * 3 * ENOUGH, *wrong * 5 * ENOUGH]
+    frames, corrupt = read_all(DELIMITER + b"".join(sent))
+    assert corrupt == ENOUGH
+    assert frames == [FRAMES[0]] * 3 * ENOUGH + [FRAMES[1]] * 4 * ENOUGH
+
+
+@pytest.mark.parametrize(
+    ("last", "rest"),
+    [
+        (headed(FRAMES[1] + bytes(3), f"Content-Length: {len(FRAMES[1]) + 3}"), 3),
+        (headed(FRAMES[1], "Content-Type: image/jpeg"), 0),
+        (headed(FRAMES[1], "Content-Length: 1e3"), 0),
+        (of_length(FRAMES[1], len(FRAMES[1])), 0),
+    ],
+    ids=["padded", "without length", "length of no sense", "right"],
+)
+def test_where_lengths_were_right_others_are_there_before_the_next_delimiter(
+    last: bytes, rest: int
+) -> None:
+    begun = last[: last.index(FRAMES[1]) + len(FRAMES[1]) + rest]
+    stream = DELIMITER + b"".join(GOOD * ENOUGH) + begun
+    assert read_all(stream) == ([FRAMES[0]] * ENOUGH + [FRAMES[1]], 0)
+
+
+@pytest.mark.parametrize("cut", range(len(DELIMITER) + 3))
+def test_pieces_do_not_matter_where_bytes_are_missing_inside(cut: int) -> None:
+    begun = DELIMITER + b"".join([*GOOD * ENOUGH, *LACKING])
+    stream, first = begun + b"".join(GOOD), len(begun) - cut
+    pieces = iter([first, *[1] * (cut + 3), *[1 << 20] * 3])
+    assert read_all(stream, pieces) == ([FRAMES[0]] * (ENOUGH + 1), 1)
 
 
 @given(at=st.integers(0, 100_000), garbage=st.binary(min_size=1, max_size=300))
