@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`wedge bench`: every figure of the performance page, measured in one run."""
 
+import math
 import subprocess
 import sys
 import time
@@ -44,7 +45,7 @@ def main(json: OutputFile = None) -> int:
         [
             [
                 item.name,
-                f"{item.value:.3g}",
+                f"{item.value:.3g}" if math.isfinite(item.value) else "none",
                 "" if item.bar is None else f"≤ {item.bar:.3g}",
                 item.unit,
                 "" if item.bar is None else "ok" if item.passed else "MISSED",

@@ -17,6 +17,7 @@ class Measurement:
 
     name: str
     value: float
+    """Infinite where something failed of which there is no figure then."""
     unit: str
     bar: float | None = None
     """The most that is accepted; ``None`` where nothing is asked."""

@@ -152,21 +152,17 @@ def _clips() -> Iterator[Measurement]:
         reconstruct = Reconstructor(borrowed(unit, frames[0]))
         touches = [Seen(touch=reconstruct(frame)) for frame in frames[grip.first :]]
         found = there_and_back(touches, grip.since(grip.first), by_tracker_alone)
-        back_anew = (
-            f"back by a new tracker ({found.anew.state}, ± {found.anew.rotation_std_deg:.1f}°)"
-        )
-        for way, (angle, shift), bars in (
-            ("there and back", found.returned, (1.0, 0.1)),
-            (back_anew, found.returned_anew, (None, None)),
+        anew: str = found.anew.state
+        if np.isfinite(found.returned_anew[0]):
+            anew += f", ± {found.anew.rotation_std_deg:.1f}°"
+        # The first way ends at the picture that it began with: the second one says more.
+        for way, (angle, shift) in (
+            ("there and back", found.returned),
+            (f"back by a new tracker ({anew})", found.returned_anew),
         ):
-            if bars[0] is None and not np.isfinite(angle):  # it says itself that it is lost
-                continue
-            yield Measurement(
-                name=f"{name}: {way}, {len(found.firm)} frames", value=angle, unit="°", bar=bars[0]
-            )
-            yield Measurement(
-                name=f"{name}: {way}, {len(found.firm)} frames", value=shift, unit="mm", bar=bars[1]
-            )
+            what = f"{name}: {way}, {len(found.firm)} frames"
+            yield Measurement(name=what, value=angle, unit="°", bar=1.0)
+            yield Measurement(name=what, value=shift, unit="mm", bar=0.1)
         yield Measurement(
             name=f"{name}: frames with a pose after the object has left, of {len(found.gone)}",
             value=float(sum(pose.state != "lost" for pose in found.gone)),

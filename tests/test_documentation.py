@@ -319,6 +319,16 @@ def test_measured_tables_are_what_was_measured(tables: ModuleType) -> None:
         )
 
 
+def test_a_figure_that_there_is_none_of_is_shown_with_its_bar(
+    tables: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    figure = {"name": "back (lost)", "value": None, "unit": "°", "bar": 1.0}
+    (tmp_path / "bench.json").write_text(json.dumps({"figures": [figure]}))
+    monkeypatch.setattr(tables, "HERE", tmp_path)
+    page = tables.filled("<!-- bench -->\n<!-- end of bench -->")
+    assert "| back (lost) | none | ≤ 1 | ° |" in page
+
+
 def test_a_measured_table_of_one_press_has_no_intervals(
     tables: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -109,7 +109,8 @@ def _bench() -> str:
     for figure in figures:
         bar = "" if figure["bar"] is None else f"≤ {figure['bar']:.3g}"
         name = figure["name"].replace("|", "\\|")
-        lines.append(f"| {name} | {figure['value']:.3g} | {bar} | {figure['unit']} |")
+        value = "none" if figure["value"] is None else f"{figure['value']:.3g}"
+        lines.append(f"| {name} | {value} | {bar} | {figure['unit']} |")
     return "\n".join(lines) + "\n"
 
 

@@ -91,7 +91,9 @@ def test_any_check_that_fails_fails_the_command_and_the_others_run_all_the_same(
     assert run("test", "-k", "poisson") == (5 if broken == "pytest" else 0)
 
 
-@pytest.mark.parametrize(("value", "missed"), [(0.9, False), (1.0, False), (1.1, True)])
+@pytest.mark.parametrize(
+    ("value", "missed"), [(0.9, False), (1.0, False), (1.1, True), (float("inf"), True)]
+)
 def test_a_figure_that_misses_its_bar_fails_the_bench(
     value: float,
     missed: bool,
@@ -104,4 +106,6 @@ def test_a_figure_that_misses_its_bar_fails_the_bench(
     ]
     monkeypatch.setattr(bench, "_all", lambda: iter([(0.5, x) for x in figures]))
     assert run("bench") == int(missed)
-    assert ("MISSED" in capsys.readouterr().out) is missed
+    shown = capsys.readouterr().out
+    assert ("MISSED" in shown) is missed
+    assert ("none" in shown) is (value == float("inf"))
