@@ -79,7 +79,7 @@ def raw_frame(
     depth_mm: Map,
     *,
     baffle: bool = True,
-) -> Float32[np.ndarray, "h w 3"]:
+) -> Float32[np.ndarray, "rows columns 3"]:
     """The camera's frame, linear, from the radiance of the gel seen straight on.
 
     Args:
