@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Dots, contact and force for the page of `wedge reproduce`, of the sets that are here."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from recon.markers.tracking import Tracked
     from sensor.toml import Pair
     from validation.contact_shapes import ShapeContact
+    from validation.datasets import KnownDataset
     from validation.force import ForceCurve
     from validation.report.page import Section
     from validation.report.results import DatasetResults
@@ -48,7 +49,8 @@ def touch_sections(
     from validation.report.contact_shapes import shape_contact_section
     from validation.report.touch import contact_section, marker_section
 
-    here = {name for name, known in known_datasets().items() if known.find() is not None}
+    known = known_datasets()
+    here = {name for name, dataset in known.items() if dataset.find() is not None}
     sections: list[Section] = []
     with progress("contact and dots") as show:
         held = executor.submit(_shapes, dataset_folder(TWIN), twin) if twin else None
@@ -66,7 +68,23 @@ def touch_sections(
         show(0.5, "contact of shapes")
         shapes = [shape_contact_section(TWIN, estimator, held.result())] if held else []
     overlaps = {item.table.dataset: item.table.contact[estimator] for item in results}
-    return [contact_section(overlaps, found), *shapes, *sections]
+    return [contact_section(overlaps, found, left_out(known)), *shapes, *sections]
+
+
+def left_out(known: "Mapping[str, KnownDataset]") -> list[str]:
+    """What the page does not show of dots and force, and where to put the sets that it lacks."""
+    from validation.dots import COUNTED_FRAMES
+    from validation.importers.wedge_mit import CLIPS
+
+    of_each = dict.fromkeys(COUNTED_FRAMES, "dots on other marker gels")
+    of_each[SHOWN] = "dots on a real gel"
+    of_each |= {clip.name: "contact against force" for clip in CLIPS}
+    lacking = {
+        (of_each[name], dataset.sought)
+        for name, dataset in known.items()
+        if name in of_each and dataset.find() is None
+    }
+    return [f"Not shown: {what}. For that, {sought}." for what, sought in sorted(lacking)]
 
 
 def _shapes(folder: Path, fitted: "GradientEstimator") -> "list[ShapeContact]":

@@ -11,6 +11,7 @@ import pytest
 
 from app import reproduce
 from app._fabricate import MissingExtraError
+from app._reproduce_touch import left_out, touch_sections
 from recon.pipeline import Reconstructor
 from sensor.design import Wedge
 from sensor.errors import WedgeError
@@ -190,3 +191,29 @@ def test_folds_that_cannot_be_are_refused_before_anything_is_replaced(
     with pytest.raises(WedgeError, match=said):
         reproduce.main(known, folds=folds)
     assert not known.exists()
+
+
+@pytest.mark.parametrize("present", [[], ["wedge-lab"], ["marker-balls", "wedge-mit"]])
+def test_the_page_says_which_folders_its_dots_and_forces_lack(
+    present: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("WEDGE_DATA", str(tmp_path))
+    for name in present:
+        for unit in ("unit-a", "unit-b"):  # so does marker-balls divide
+            (tmp_path / name / unit).mkdir(parents=True)
+    told = left_out(datasets.known_datasets())
+    needed = {"wedge-lab": "a real gel", "marker-balls": "other marker", "wedge-mit": "force"}
+    lacking = {name: what for name, what in needed.items() if name not in present}
+    assert len(told) == len(lacking)
+    for name, what in lacking.items():
+        (line,) = (line for line in told if f"put {name}/ into" in line)
+        assert what in line
+
+
+def test_on_a_machine_without_shared_sets_the_section_on_contact_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("WEDGE_DATA", str(tmp_path))
+    with ThreadPoolExecutor(1) as executor:
+        (section,) = touch_sections([], "default", None, executor)
+    assert section.html.count("Not shown") == 3

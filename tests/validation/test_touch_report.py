@@ -56,7 +56,8 @@ def test_the_section_on_contact_says_mean_and_least_overlap_and_how_force_goes_a
         Overlap(name="one", iou=0.95, radius_ratio=1.1),
         Overlap(name="two", iou=0.75, radius_ratio=0.9),
     ]
-    html = contact_section({"balls": found}, [curve("wedge-mit-x", [0, 1, 3, 2])]).html
+    html = contact_section({"balls": found}, [curve("wedge-mit-x", [0, 1, 3, 2])], []).html
     for words in ("0.850", "0.750", "1.00", "x 0.80 and 1.00"):
         assert words in html
-    assert "<img" not in contact_section({"balls": found}, []).html
+    assert "<img" not in contact_section({"balls": found}, [], []).html
+    assert "<li>Not shown</li>" in contact_section({"balls": found}, [], ["Not shown"]).html

@@ -17,6 +17,7 @@ from validation.force import ForceCurve
 from validation.report.page import (
     Picture,
     Section,
+    bullets,
     code,
     figure_html,
     gallery_html,
@@ -90,13 +91,16 @@ def marker_section(
 
 
 def contact_section(
-    overlaps: Mapping[str, Sequence[Overlap]], curves: Sequence[ForceCurve]
+    overlaps: Mapping[str, Sequence[Overlap]],
+    curves: Sequence[ForceCurve],
+    left_out: Sequence[str],
 ) -> Section:
     """How masks fit labelled discs, and how contact follows force.
 
     Args:
         overlaps: by dataset, of presses that the estimator has not seen.
         curves: of clips with the measured force; none where they are absent.
+        left_out: sentences on what is not shown of contact and dots, and what to do.
     """
     rows = [
         [
@@ -134,4 +138,4 @@ def contact_section(
                 wide=True,
             )
         )
-    return Section(title="Where it touches", html=html)
+    return Section(title="Where it touches", html=html + bullets(left_out) * bool(left_out))
