@@ -10,6 +10,7 @@ from nicegui.elements.scene.objects.texture import Texture
 from nicegui.events import GenericEventArguments
 
 from app.pages import pictures
+from app.pages.course import HISTORY_S, Course
 from app.pages.following import Followed
 from app.pages.serving import run
 from app.pages.watching import STEEPNESS, VIEW_S, Glimpse, Watcher
@@ -17,7 +18,6 @@ from sensor.errors import WedgeError
 
 SURFACE_S = 0.15
 """Time between two surfaces, which take a browser longer than pictures."""
-HISTORY_S = 20.0
 AGE_S = 0.5
 """Time between two ages of what is shown; nobody reads them more quickly."""
 ARRIVED = "arrived"
@@ -327,24 +327,6 @@ class SensorCard:
             ui.notify(str(error), type="negative", position="bottom-right")
 
 
-def sparkline(points: Sequence[tuple[float, float]]) -> str:
-    """The last seconds of a number as a small drawing, from zero to its largest."""
-    if len(points) < 2:
-        return ""
-    last_s = points[-1][0]
-    most = max(1e-6, *(value for _, value in points))
-    places = " ".join(
-        f"{100 * (1 - (last_s - t) / HISTORY_S):.2f},{29 - 27 * max(value, 0) / most:.2f}"
-        for t, value in points
-    )
-    return (
-        '<svg viewBox="0 0 100 30" preserveAspectRatio="none" width="100%" height="44">'
-        '<line x1="0" y1="29.5" x2="100" y2="29.5" stroke="#2a3542" stroke-width=".5"/>'
-        f'<polyline points="{places}" fill="none" stroke="#6fe3d0" stroke-width="1.6" '
-        'vector-effect="non-scaling-stroke"/></svg>'
-    )
-
-
 def _heading(text: str, level: int) -> ui.label:
     return ui.label(text).props(f"role=heading aria-level={level}")
 
@@ -369,21 +351,6 @@ def _picture(title: str, caption: str, name: str) -> ui.interactive_image:
             image.props(f'role=img aria-label="{title}: {caption}"')
         ui.label(caption).classes("quiet text-xs")
     return image
-
-
-class Course:
-    """The last seconds of a number as a line, and below it what its top stands for."""
-
-    def __init__(self, unit: str, digits: int, name: str) -> None:
-        self._unit, self._digits = unit, digits
-        self._line = ui.html("", sanitize=False).classes("w-full")
-        self._words = ui.label(f"last {HISTORY_S:g} s").classes(f"quiet text-xs {name}-most")
-
-    def show(self, points: Sequence[tuple[float, float]]) -> None:
-        """Draw times in seconds and values in the unit."""
-        self._line.set_content(sparkline(points))
-        most = max((value for _, value in points), default=0.0)
-        self._words.set_text(f"last {HISTORY_S:g} s, up to {most:.{self._digits}f} {self._unit}")
 
 
 def _figure(title: str, unit: str, digits: int, name: str) -> tuple[ui.label, Course]:

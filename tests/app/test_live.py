@@ -20,8 +20,8 @@ from playwright.sync_api import Page, WebError
 
 from app.pages import pictures
 from app.pages.blank import BLANK_FRAMES
+from app.pages.course import GAP_S, HISTORY_S, sparkline
 from app.pages.following import APART
-from app.pages.live import HISTORY_S, sparkline
 from app.pages.watching import Watcher
 from recon.calibration import unit_of_set
 from recon.images import read_image, write_image
@@ -274,6 +274,17 @@ def test_a_sparkline_spans_its_seconds() -> None:
     heights = [float(place.partition(",")[2]) for place in places]
     assert heights == sorted(heights, reverse=True)
     assert sparkline(points[:1]) == ""
+
+
+def test_a_sparkline_draws_nothing_where_no_frame_came() -> None:
+    step_s = 0.9 * GAP_S
+    times_s = [100.0, 100 + step_s, 101.0, 111.0, 113.0, 113 + step_s]
+    shown = sparkline([(t, 1.0) for t in times_s])
+    drawn = [places.split() for places in re.findall('points="([^"]*)"', shown)]
+    assert [len(places) for places in drawn] == [3, 2, 2]
+    assert drawn[1][0] == drawn[1][1]  # a dot
+    before, after = (float(drawn[i][j].partition(",")[0]) for i, j in ((0, -1), (2, 0)))
+    assert after - before == pytest.approx(100 * 12 / HISTORY_S, abs=0.02)
 
 
 def test_bad_input_is_a_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
