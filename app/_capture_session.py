@@ -200,7 +200,8 @@ def _watcher(
                 f"{other_width}x{other_height}: use the same camera at the same resolution."
             )
         unwarp = dataset_unwarp(other, blank, read_dataset_lens(other))
-    return PressWatcher(unwarp, card.ball_radius_mm, card.mm_per_px, calipers)
+    lights_deg = None if other is None else card.lights_deg
+    return PressWatcher(unwarp, card.ball_radius_mm, card.mm_per_px, calipers, lights_deg)
 
 
 def assumed(card: "DatasetCard", pad_by: str | None, *, by_caliper: bool = False) -> str:

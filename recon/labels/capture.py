@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which frames of a live sensor are good ball presses, and where on the pad some are missing."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -9,8 +10,9 @@ import cv2
 import numpy as np
 from jaxtyping import Float32
 
-from recon.arrays import Difference, Frame, Unwarped
+from recon.arrays import ContactMask, Difference, Frame, Unwarped
 from recon.contact.disturbed import STRANGE, disturbed_mask, is_strange
+from recon.contact.raised import is_raised
 from recon.coverage import Coverage
 from recon.geometry.unwarp import PixelMap, Unwarp
 from recon.labels.circles import Circle
@@ -40,6 +42,8 @@ at most 0.12 of 22 of one sensor, none of 98 of two others.
 """
 
 NO_CALIPER = "this is a ball, not the caliper"
+TOUCHED = "something touched while the blank gel was taken"
+AGAIN = f"{TOUCHED}: start again"
 
 State = Literal["blank", "waiting", "lift"]
 
@@ -64,9 +68,16 @@ class PressWatcher:
     """
 
     def __init__(
-        self, unwarp: Unwarp, ball_radius_mm: float, mm_per_px: Pair, calipers: int = 0
+        self,
+        unwarp: Unwarp,
+        ball_radius_mm: float,
+        mm_per_px: Pair,
+        calipers: int = 0,
+        lights_deg: Mapping[str, float] | None = None,
     ) -> None:
         """Begin with the blank gel, which nothing must touch; ``calipers`` presses follow.
+
+        With ``lights_deg``, azimuths of the colours' lights, it shows if something touched it.
 
         Raises:
             WedgeError: the ball cannot be found at this scale.
@@ -76,6 +87,7 @@ class PressWatcher:
         self.ball_radius_mm, self.mm_per_px = ball_radius_mm, mm_per_px
         self.state: State = "blank"
         self.calipers_left = calipers
+        self.lights_deg = lights_deg
         self.coverage = Coverage(unwarp.size_px, mm_per_px)
         self.background: Frame | None = None
         self._taken: set[str] = set()
@@ -88,6 +100,8 @@ class PressWatcher:
         """One blank frame, as noisy as those that it is compared with."""
         self._last: Unwarped | None = None
         self._still = 0
+        self._kept: tuple[Unwarped, ContactMask] | None = None
+        """The frame that was taken last, and where something touched on it."""
 
     def look(self, frame: Frame) -> Verdict:
         """Look at the next frame of the stream, (h, w, 3) uint8 RGB.
@@ -107,6 +121,8 @@ class PressWatcher:
             self.state, self._still = "waiting", 0
             return _no(f"no contact: {self._wanted}")
         if self.state == "lift":
+            if self._has_another(seen):
+                return _no(f"two places differ from the blank gel: if only one is touched, {AGAIN}")
             return _no(f"taken: lift it, then {self._wanted}")
         is_still = moved < max(STILL_FACTOR * self._noise, LEAST_STILL)
         self._still = self._still + 1 if is_still else 0
@@ -145,6 +161,7 @@ class PressWatcher:
         before = self.unwarp
         middles_px = [_carried(x, before, unwarp) for x in self.coverage.centers_px]
         self.unwarp, self._blank, self._last = unwarp, unwarp(self.background), None
+        self._kept = None
         self.ball_radius_mm, self.mm_per_px = ball_radius_mm, mm_per_px
         self.coverage = Coverage(unwarp.size_px, mm_per_px)
         for middle_px in middles_px:
@@ -192,23 +209,54 @@ class PressWatcher:
         if detail_kept(frame, self._single) < LEAST_DETAIL:
             return _no("blurred: hold the sensor still, or correct its focus")
         circle = find_circle(difference, self.ball_radius_mm, self.mm_per_px)
+        where = contact if circle is None else _disc(circle, contact.shape)
+        if self.lights_deg and is_raised(difference, where, self.lights_deg):
+            return self._without_blank()
         if self.calipers_left:
             if circle is not None and circle.quality >= DOUBTFUL:
                 return _no(NO_CALIPER)
             self.calipers_left -= 1
-            self.state = "lift"
+            self._lift(seen, contact)
             return Verdict(taken=True, words="caliper taken")
         if circle is None:
             return _no("no ball is recognised: press only the ball, not its holder")
         self._taken.add(known_by)
         self.coverage.add(circle.center_px)
-        self.state = "lift"
+        self._lift(seen, contact)
         x, y = circle.center_px
         return Verdict(taken=True, words=f"taken at ({x:.0f}, {y:.0f}) px", circle=circle)
+
+    def _lift(self, seen: Unwarped, contact: ContactMask) -> None:
+        self.state, self._kept = "lift", (seen, contact)
+
+    def _has_another(self, seen: Unwarped) -> bool:
+        """Whether something touches beside what was taken last, which is as it was."""
+        if self._kept is None:
+            return False
+        kept, contact = self._kept
+        changed = disturbed_mask(seen - kept)
+        return bool(changed.any()) and not (changed & contact).any()
+
+    def _without_blank(self) -> Verdict:
+        """Take the blank gel anew, unless it is a file's, or presses were judged by it."""
+        if not self._blanks:
+            return _no("something touches on the picture of the blank gel: give another")
+        if self._taken:
+            return _no(AGAIN)
+        self._blanks.clear()
+        self._steps.clear()
+        self.state = "blank"
+        return _no(f"{TOUCHED}: it is taken anew, touch nothing")
 
 
 def _no(words: str) -> Verdict:
     return Verdict(taken=False, words=words)
+
+
+def _disc(circle: Circle, shape: tuple[int, ...]) -> ContactMask:
+    """Pixels inside a circle."""
+    y, x = np.indices(shape)
+    return np.hypot(x - circle.center_px[0], y - circle.center_px[1]) < circle.radius_px
 
 
 def _carried(place_px: Pair, before: Unwarp, after: Unwarp) -> Pair:

@@ -8,16 +8,24 @@ import pytest
 
 from recon.contact.disturbed import STRANGE
 from recon.geometry.unwarp import prepare_unwarp
-from recon.labels.capture import BLANK_FRAMES, STILL_FRAMES, PressWatcher, Verdict
-from tests.shading import as_frame, pressed
+from recon.labels.capture import (
+    AGAIN,
+    BLANK_FRAMES,
+    STILL_FRAMES,
+    TOUCHED,
+    PressWatcher,
+    Verdict,
+)
+from tests.shading import AZIMUTHS_DEG, as_frame, pressed
 
 SIZE_PX = (160, 120)
 BALL_PX = 30.0
 BLANK = np.zeros((120, 160, 3), np.float32)
 
 
-def watcher() -> PressWatcher:
-    return PressWatcher(prepare_unwarp(SIZE_PX, None, None, None), 3.0, (0.1, 0.1))
+def watcher(lights_deg: dict[str, float] | None = None) -> PressWatcher:
+    unwarp = prepare_unwarp(SIZE_PX, None, None, None)
+    return PressWatcher(unwarp, 3.0, (0.1, 0.1), lights_deg=lights_deg)
 
 
 def noisy(difference: np.ndarray, seed: int) -> np.ndarray:
@@ -155,6 +163,49 @@ def test_a_touch_before_the_gel_is_known_begins_it_anew() -> None:
     shown(watch, BLANK, BLANK_FRAMES + 1, 4)
     assert watch.background is not None
     assert abs(watch.background.mean() - 127.5) < 1
+
+
+@pytest.mark.parametrize("held", [press(50.0), press(45.0) + press(110.0)], ids=["one", "two"])
+def test_a_held_touch_is_no_blank_gel_where_the_lights_are_known(held: np.ndarray) -> None:
+    watch = watcher(AZIMUTHS_DEG)
+    assert "known" in shown(watch, held, BLANK_FRAMES)[-1].words
+    assert "no contact" in shown(watch, held, 3, 1)[-1].words
+    free = shown(watch, BLANK, STILL_FRAMES + BLANK_FRAMES + 1, 2)
+    assert any(TOUCHED in verdict.words and "anew" in verdict.words for verdict in free)
+    assert not any(verdict.taken for verdict in free)
+    assert watch.background is not None and np.abs(watch.background - 127.5).mean() < 1
+    (taken,) = (v for v in shown(watch, press(110.0), STILL_FRAMES + 2, 3) if v.taken)
+    assert taken.circle is not None
+    assert np.hypot(*np.subtract(taken.circle.center_px, (110.0, 60.0))) < 1
+
+
+def test_gel_that_stands_out_after_the_first_press_is_said_and_not_taken() -> None:
+    watch = watcher(AZIMUTHS_DEG)
+    shown(watch, BLANK, BLANK_FRAMES)
+    assert any(verdict.taken for verdict in shown(watch, press(), STILL_FRAMES + 1, 1))
+    shown(watch, BLANK, 2, 2)
+    raised = shown(watch, -press(40.0), STILL_FRAMES + 1, 3)
+    assert not any(verdict.taken for verdict in raised)
+    assert AGAIN in {verdict.words for verdict in raised}
+
+
+def test_a_picture_of_the_blank_gel_on_which_something_touches_is_refused() -> None:
+    watch = watcher(AZIMUTHS_DEG)
+    watch.set_background(noisy(press(50.0), 0))
+    verdict = watch.judge_alone(noisy(BLANK, 1))
+    assert not verdict.taken and "give another" in verdict.words
+
+
+def test_without_known_lights_a_held_touch_shows_beside_the_next_one() -> None:
+    watch = watcher()
+    shown(watch, press(40.0), BLANK_FRAMES)
+    assert any(verdict.taken for verdict in shown(watch, BLANK, STILL_FRAMES + 1, 1))
+    assert "lift it" in shown(watch, BLANK, 2, 2)[-1].words
+    assert AGAIN in shown(watch, press(120.0), 1, 3)[-1].words
+    watch = ready()
+    assert any(verdict.taken for verdict in shown(watch, press(40.0), STILL_FRAMES + 1, 4))
+    moved = [shown(watch, press(40.0 + 8 * i), 1, 10 + i)[0].words for i in range(10)]
+    assert not any(AGAIN in words for words in moved)  # one ball, which was not lifted
 
 
 def test_blank_frames_are_never_taken() -> None:
