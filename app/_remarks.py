@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GelSight Wedge contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the commands say of frames that are to be doubted: their light, and their depth."""
+"""What the commands say of frames that are to be doubted: backgrounds, and depth."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -11,42 +11,61 @@ if TYPE_CHECKING:
     from recon.arrays import Frame
     from recon.calibration import Calibration
 
+MOST_TOUCHED = 0.4
+"""Of the gel. A ball on real and rendered gel changes 0.16 at most; where the light of one side
+became dimmer, on eight gels, 0.43 and more."""
 NAMED = 3
 """So many frames are named one by one; of more, the first and how many others."""
 
 
-def light_remarks(unit: "Calibration", background: "Frame | None", named: str) -> list[str]:
-    """A sentence where a light is too far from what it was at the calibration.
+def background_remarks(unit: "Calibration", background: "Frame | None", named: str) -> list[str]:
+    """Sentences where something touches on a background, and where a light is not as it was.
 
-    That is where `wedge accept` would no longer give grade A, though what changed all over were
-    taken off, as it is off frames.
+    The latter is where `wedge accept` would no longer give grade A, though what changed all over
+    were taken off, as it is off frames.
 
     Args:
         unit: with which slopes are read.
         background: of today, (h, w, 3) uint8 RGB and of the unit's size; None for the unit's own.
         named: what the background is called.
     """
-    from recon.brightness import brightness_change
+    import numpy as np
+
+    from recon.brightness import brightness_change, without_dots
+    from recon.markers.tracking import marker_tracker
+    from recon.pipeline import disturbed_in
     from recon.same_light import light_of
     from validation.acceptance.limits import limit_called
 
     if background is None:
         return []
+    gels = map(unit.unwarp, (unit.background, background))
+    before, now = (without_dots(gel, marker_tracker(gel)) for gel in gels)
+    now = now / light_of(now - before, before)
+    touched = disturbed_in(now - before, unit.estimator)
+    said, share = [], float(touched.mean())
+    if 0 < share < MOST_TOUCHED:
+        now = np.where(touched[..., None], before, now)
+        said.append(
+            f"{named} differs from the unit's own blank frame on {100 * share:.2g}% of the gel, as "
+            "where something touches, and counts as flat there: take one with nothing on the gel; "
+            "if it still differs, the gel is marked or has moved."
+        )
     limit = limit_called("brightness_change_share")
-    before, now = map(unit.unwarp, (unit.background, background))
-    changes = brightness_change(before, now / light_of(now - before, before), unit.card.channels)
+    changes = brightness_change(before, now, unit.card.channels)
     parts = [
         f"{share:.0%} in {COLORS[color]}"
         for color, share in changes.items()
         if limit.grade(share) != "A"
     ]
-    if not parts:
-        return []
-    return [
-        f"{named} differs in brightness from the unit's own blank frame, by {', '.join(parts)}: "
-        "slopes and depth are off by about as much; set the camera as it was at the calibration "
-        "(apply the settings file that `wedge tune` wrote before it), or calibrate again."
-    ]
+    if parts:
+        said.append(
+            f"{named} differs in brightness from the unit's own blank frame, by "
+            f"{', '.join(parts)}: slopes and depth are off by about as much; set the camera as it "
+            "was at the calibration (apply the settings file that `wedge tune` wrote before it), "
+            "or calibrate again."
+        )
+    return said
 
 
 def doubt_remarks(doubts: Sequence[tuple[str, str]]) -> list[str]:

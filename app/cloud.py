@@ -14,7 +14,7 @@ from app._frames import UnitFrame, is_image, read_checked, unit_frames
 from app._gel import laid_on
 from app._output import OutputFile, keep_inputs, output_names, print_rows, refuse_unit_folder
 from app._progress import progress
-from app._remarks import doubt_remarks, light_remarks
+from app._remarks import background_remarks, doubt_remarks
 from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_atomic, write_json
 
@@ -99,7 +99,7 @@ def main(
     calibration = load_calibration(unit)
     built_from, remarks = laid_on(design, unit, calibration)
     blank = None if background is None else read_checked(background, calibration.unwarp)
-    remarks += light_remarks(calibration, blank, str(background))
+    remarks += background_remarks(calibration, blank, str(background))
     run = _Run(
         Reconstructor(calibration, blank),
         None if built_from is None else built_from.gel,

@@ -18,7 +18,7 @@ from app._output import (
     refuse_unit_folder,
 )
 from app._progress import progress
-from app._remarks import doubt_remarks, light_remarks
+from app._remarks import background_remarks, doubt_remarks
 from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_atomic, write_json
 
@@ -88,7 +88,7 @@ def main(
             rows.append(_row(name, result, remark, out / f"{stem}.npy"))
             show(0.3 + 0.7 * done / len(image), "reconstructing")
     print_table(HEADINGS, map(_cells, rows))
-    said = light_remarks(calibration, blank, str(background))
+    said = background_remarks(calibration, blank, str(background))
     said += doubt_remarks([(row["image"], row["remark"] or "") for row in rows])
     for sentence in said:
         print(sentence, file=sys.stderr)

@@ -16,7 +16,7 @@ from app._gel import laid_on
 from app._growing_files import Growing, file_names, growing
 from app._output import OutputFile, keep_inputs, print_table
 from app._progress import progress
-from app._remarks import light_remarks
+from app._remarks import background_remarks
 from sensor.errors import WedgeError
 from sensor.files import check_outputs, write_json
 
@@ -130,7 +130,7 @@ def main(
                 break
             if reconstruct is None:
                 reconstruct = Reconstructor(calibration, blank)
-                said += light_remarks(
+                said += background_remarks(
                     calibration,
                     blank,
                     "The first frame" if background == "first" else str(background),

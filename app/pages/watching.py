@@ -12,7 +12,7 @@ from statistics import median
 
 import numpy as np
 
-from app._remarks import light_remarks
+from app._remarks import background_remarks
 from app._sources import is_dataset, open_live
 from app.pages import pictures
 from app.pages.blank import BlankTaker
@@ -114,8 +114,8 @@ class Watcher:
         """Why the frames that come tell no depth."""
         self.trouble = ""
         """Why the last background was not taken; until another is asked for."""
-        self.light = ""
-        """That the background differs in brightness from the unit's own; until there is another."""
+        self.background_remark = ""
+        """How the background differs from the unit's own; until there is another."""
         self.stands_still = False
         self.message = (0, "")
         """The newest sentence on what was done, and its number: every tab shows it once."""
@@ -155,7 +155,7 @@ class Watcher:
             self.misfit if self.live else "",
             still if self.stands_still and self.live else "",
             self.trouble,
-            self.light,
+            self.background_remark,
         )
         return " ".join(words for words in said if words)
 
@@ -278,7 +278,9 @@ class Watcher:
             self._drop(str(error))
             return False
         if self.unit is not None:
-            self.light = " ".join(light_remarks(self.unit, background, "The background"))
+            self.background_remark = " ".join(
+                background_remarks(self.unit, background, "The background")
+            )
         self.message = (self.message[0] + 1, words)
         self._background, self._taker, self.history = background, None, ()
         return True
