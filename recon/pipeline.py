@@ -47,10 +47,12 @@ class Reconstructor:
             background: a blank frame of today; by default the one of the calibration.
 
         Raises:
-            WedgeError: the background has another size than the unit's frames.
+            WedgeError: the background has another size than the unit's frames, or is grey.
         """
         self.calibration = calibration
         self.unwarp = calibration.unwarp
+        if background is not None:
+            self.unwarp.check_colored(background)
         own = self.unwarp(calibration.background)
         blank = own if background is None else self.unwarp(background)
         self._light = light_of(blank - own, own)

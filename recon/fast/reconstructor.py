@@ -135,14 +135,16 @@ class FastReconstructor:
             threads: that share the network's work.
 
         Raises:
-            WedgeError: the background has another size than the unit's frames, or there is no
-                thread.
+            WedgeError: the background has another size than the unit's frames, or is grey, or there
+                is no thread.
         """
         if threads < 1:
             raise WedgeError(f"threads must be 1 or more, not {threads}.")
         self.calibration = calibration
         card, unwarp = calibration.card, calibration.unwarp
         self._unwarp = unwarp
+        if background is not None:
+            unwarp.check_colored(background)
         own = unwarp(calibration.background)
         seen = own if background is None else unwarp(background)
         light = light_of(seen - own, own)

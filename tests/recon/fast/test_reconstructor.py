@@ -359,3 +359,12 @@ def test_a_frame_leaves_no_memory_behind_and_takes_little() -> None:
     plane = 4 * 320 * 240
     assert after - before < plane / 10
     assert peak - before < plane
+
+
+@pytest.mark.parametrize("kind", [Reconstructor, FastReconstructor])
+@pytest.mark.parametrize("channels", ["RGB", "R"])
+def test_a_grey_background_is_refused_as_a_grey_frame_is(kind: type, channels: str) -> None:
+    unit = make_unit((160, 120), channels=channels)
+    with pytest.raises(WedgeError, match="the frame is grey, not in colour"):
+        kind(unit, np.repeat(unit.background[..., :1], 3, axis=2))
+    kind(unit, unit.background * np.array([1, 0, 0], np.uint8))  # of one light, and not grey
